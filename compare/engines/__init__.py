@@ -1,0 +1,25 @@
+"""One file per engine; the file is the engine.
+
+An engine file, ours or a user's, has at module level
+
+    METHODS   the names of its integrators, the default first
+    FEATURES  the force laws it can express exactly, of: gravity, tether, drag, floor
+    ABOUT     a dict: version, precision, switched_off (a list of what was switched off to be fair)
+
+and four verbs on whole states (N, 13) of design.md, section 3:
+
+    build(scene, method) -> world    untimed; switches off all that the scene has not got;
+                                     NotImplementedError(why) where the engine cannot do this scene
+    write(world, states)             the states into the world; forgets all history
+    advance(world, n, dt)            n steps of dt in the engine's native loop: the only timed call
+    read(world) -> states            (N, 13)
+
+and two more if it wishes
+
+    audit(world) -> list[str]        what went wrong silently since write
+    vertices(world) -> array         (N, n, 3) world points of a body that is no longer rigid; without it the harness
+                                     computes them from the state
+
+An engine file imports nothing of ours that a user's own could not: it reads the attributes of the scene it is given
+(`scenarios/scene.py`), except that our own solver's file imports `solver`.
+"""

@@ -1,0 +1,1 @@
+"""FLOOR 2: tables -> pages and pictures; draws, never computes."""

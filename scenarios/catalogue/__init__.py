@@ -1,0 +1,1 @@
+"""The scenes that come with Tumble, one TOML file each."""

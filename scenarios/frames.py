@@ -1,0 +1,48 @@
+"""From a state to where the corners are: rotation matrices and vertices, in numpy.
+
+The solver has quaternion algebra of its own; the two are kept apart so that neither can hide the other's mistake.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+def rotation_matrix(q: Array) -> Array:
+    """Return the matrix that turns body axes into world axes.
+
+    q: unit quaternions w x y z, body to world, (..., 4).  Returns (..., 3, 3).
+    Source: Shoemake, "Animating rotation with quaternion curves" (1985), eq. in the appendix.
+    """
+    w, x, y, z = np.moveaxis(np.asarray(q, dtype=float), -1, 0)
+    rows = (
+        (1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)),
+        (2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)),
+        (2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)),
+    )
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
+def quaternion_product(p: Array, q: Array) -> Array:
+    """Return the Hamilton product p q of quaternions w x y z, (..., 4)."""
+    pw, px, py, pz = np.moveaxis(np.asarray(p, dtype=float), -1, 0)
+    qw, qx, qy, qz = np.moveaxis(np.asarray(q, dtype=float), -1, 0)
+    return np.stack(
+        (
+            pw * qw - px * qx - py * qy - pz * qz,
+            pw * qx + px * qw + py * qz - pz * qy,
+            pw * qy - px * qz + py * qw + pz * qx,
+            pw * qz + px * qy - py * qx + pz * qw,
+        ),
+        axis=-1,
+    )
+
+
+def vertices(states: Array, points: Array) -> Array:
+    """Return where the body's points are in the world, p = x + R p0 (CE1051A report, eq. 2.12) [m].
+
+    states: (..., 13).  points: [m], body axes, (n, 3).  Returns (..., n, 3).
+    """
+    turned = np.einsum("...ij,nj->...ni", rotation_matrix(states[..., 3:7]), points)
+    return states[..., None, 0:3] + turned

@@ -1,0 +1,47 @@
+"""An impulse is a jump of the state: v += J/m, w += I^-1 ((r - x) x J), and nothing else changes."""
+
+import numpy as np
+
+from scenarios.frames import Array, rotation_matrix
+from scenarios.ray import first_hit
+from scenarios.scene import Body, Impulse
+
+
+class RayMissed(ValueError):
+    """The ray of an impulse does not meet the body's surface from outside."""
+
+
+def strike_point(impulse: Impulse, state: Array, body: Body) -> Array:
+    """Return where the impulse lands on one body [m], (3,), world axes.
+
+    state: (13,).  Raises RayMissed.
+    """
+    if impulse.point_world is not None:
+        return impulse.point_world
+    axes = rotation_matrix(state[3:7])
+    if impulse.point_body is not None:
+        return state[0:3] + axes @ impulse.point_body
+    assert impulse.ray is not None
+    # The ray is carried into body axes, where the surface stands still.
+    origin = axes.T @ (impulse.ray.origin - state[0:3])
+    direction = axes.T @ impulse.ray.direction
+    hit = first_hit(origin, direction, body.points, body.faces)
+    if hit is None:
+        raise RayMissed("the ray misses the body")
+    if hit.from_inside:
+        raise RayMissed("the ray starts inside the body")
+    return impulse.ray.origin + hit.distance * impulse.ray.direction
+
+
+def jump(impulse: Impulse, states: Array, body: Body) -> Array:
+    """Return the states just after the impulse, (N, 13), from those just before it, (N, 13).
+
+    Source: CE1051A report, section 3.1; Goldstein, "Classical Mechanics" (1980), section 1-2.  Raises RayMissed.
+    """
+    after = states.copy()
+    for state in after:
+        lever = strike_point(impulse, state, body) - state[0:3]
+        axes = rotation_matrix(state[3:7])
+        state[7:10] += impulse.value / body.mass
+        state[10:13] += axes @ ((axes.T @ np.cross(lever, impulse.value)) / body.moments)
+    return after

@@ -1,0 +1,138 @@
+"""What a scene is: a body, its start, what strikes it and pulls at it, and when it is looked at.
+
+These are plain values.  `scenarios.read` makes them from a scene file; engines receive them and read their attributes.
+Every array is read-only: an engine cannot alter the question.
+"""
+
+from dataclasses import dataclass, field, fields
+
+import numpy as np
+
+from scenarios.frames import Array
+
+
+def frozen_array(values: object, dtype: type = float) -> np.ndarray:
+    """Return a read-only C-ordered copy."""
+    array = np.array(values, dtype=dtype, order="C")
+    array.flags.writeable = False
+    return array
+
+
+class _Frozen:
+    """Makes every array of a dataclass read-only, also after it has crossed to a worker process."""
+
+    def __post_init__(self) -> None:
+        for item in fields(self):  # type: ignore[arg-type]
+            value = getattr(self, item.name)
+            if isinstance(value, np.ndarray):
+                value.flags.writeable = False
+
+    def __setstate__(self, state: dict) -> None:
+        self.__dict__.update(state)
+        self.__post_init__()
+
+
+@dataclass(frozen=True, eq=False)
+class Body(_Frozen):
+    """A rigid body in its principal axes, the origin at its centre of mass.
+
+    mass [kg]; moments: principal moments of inertia [kg m2], (3,); points: vertices [m], (n, 3), body axes;
+    faces: triangles as indices into points, counter-clockwise from outside, (m, 3), empty where there is no surface;
+    size: full edges of a box [m], (3,), else None; file_axes: the axes the scene file speaks in, as a quaternion
+    file axes -> principal axes, (4,): the identity for a box, or where the file's axes are principal already.
+    """
+
+    shape: str
+    mass: float
+    moments: Array
+    points: Array
+    faces: np.ndarray
+    size: Array | None = None
+    file_axes: Array = field(default_factory=lambda: frozen_array((1.0, 0.0, 0.0, 0.0)))
+
+
+@dataclass(frozen=True, eq=False)
+class Ray(_Frozen):
+    """A click: origin [m], (3,), and unit direction, (3,), world axes."""
+
+    origin: Array
+    direction: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Impulse(_Frozen):
+    """A blow at one instant: time [s], value [N s], (3,), world axes, and where it lands, one of
+
+    point_world [m], (3,), point_body [m], (3,), principal axes from the centre of mass, or ray (the first surface hit).
+    """
+
+    time: float
+    value: Array
+    point_world: Array | None = None
+    point_body: Array | None = None
+    ray: Ray | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Tether(_Frozen):
+    """Spring and damper from a body point to a fixed one.
+
+    point_body [m], (3,), principal axes; anchor [m], (3,), world; stiffness [N/m]; damping [N s/m]; rest_length [m].
+    F = -k d - c p' where rest_length is 0, else F = -(k (|d| - l0) + c d'.u) u, with d = p - anchor and u = d/|d|.
+    """
+
+    point_body: Array
+    anchor: Array
+    stiffness: float
+    damping: float
+    rest_length: float
+
+
+@dataclass(frozen=True)
+class Drag:
+    """F = -linear v [N s/m];  tau = -angular w [N m s/rad]."""
+
+    linear: float
+    angular: float
+
+
+@dataclass(frozen=True, eq=False)
+class Floor(_Frozen):
+    """Penalty floor at every vertex below height along normal: N = max(0, -k y - c y') where y < 0, no friction.
+
+    height [m]; normal: unit, (3,), world; stiffness [N/m]; damping [N s/m].
+    """
+
+    height: float
+    normal: Array
+    stiffness: float
+    damping: float
+
+
+@dataclass(frozen=True, eq=False)
+class Scene(_Frozen):
+    """One question, put to every engine.
+
+    times: sample instants [s], increasing, (S,); step: the step a plain run uses [s]; gravity [m/s2], (3,), None where
+    there is none; start: states before any impulse, (N, 13), one row a throw; impulses in the order they act.
+    What a scene has not got is None or empty: a force of zero strength is not here at all.
+    """
+
+    name: str
+    title: str
+    source: str
+    duration: float
+    times: Array
+    step: float
+    body: Body
+    start: Array
+    gravity: Array | None = None
+    impulses: tuple[Impulse, ...] = ()
+    tethers: tuple[Tether, ...] = ()
+    drag: Drag | None = None
+    floor: Floor | None = None
+
+    @property
+    def rows(self) -> Array:
+        """The instants of a trajectory's rows [s]: t = 0 and then the samples."""
+        return self.times if self.times[0] == 0.0 else np.concatenate(([0.0], self.times))

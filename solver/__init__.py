@@ -1,0 +1,1 @@
+"""FLOOR 0: numbers in, numbers out; knows no scene, file or engine."""
