@@ -1,0 +1,30 @@
+# One-line doors.  Each does what it needs of the ones before it, so on a fresh machine any of them is the only command.
+
+PYTHON ?= $(shell command -v python3.11 || command -v python3)
+BIN := .venv/bin
+
+.PHONY: report test check venv venv-test
+
+report: venv
+	$(BIN)/tumble report -o report/tumble.html
+
+test: venv-test
+	$(BIN)/pytest
+
+check: venv-test
+	$(BIN)/ruff check . && $(BIN)/ruff format --check . && $(BIN)/lint-imports && $(BIN)/pyright
+
+# The environment remembers the pins it was made from, and is made anew only when they are others.
+venv:
+	@cmp -s requirements.txt .venv/requirements.txt || { \
+	  echo "making .venv with $(PYTHON)" && \
+	  $(PYTHON) -c 'import sys; sys.exit("Tumble needs Python 3.11 or newer" if sys.version_info < (3, 11) else 0)' && \
+	  $(PYTHON) -m venv --clear .venv && \
+	  $(BIN)/python -m pip install --quiet --disable-pip-version-check -r requirements.txt && \
+	  $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation --no-deps -e . && \
+	  cp requirements.txt .venv/requirements.txt; }
+
+venv-test: venv
+	@cmp -s requirements-test.txt .venv/requirements-test.txt || { \
+	  $(BIN)/python -m pip install --quiet --disable-pip-version-check -r requirements-test.txt && \
+	  cp requirements-test.txt .venv/requirements-test.txt; }

@@ -1,0 +1,42 @@
+"""What the numbers were measured on: machine, versions, and the command that reruns them."""
+
+import importlib.metadata
+import os
+import platform
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+PACKAGES = ("tumble", "numpy", "numba", "mpmath", "mujoco-core", "pybullet")
+
+
+@dataclass(frozen=True)
+class ConditionRow:
+    """One condition the numbers carry."""
+
+    what: str
+    value: str
+
+
+def conditions(command: str) -> Iterator[ConditionRow]:
+    """Yield command, machine and versions."""
+    yield ConditionRow("command", command)
+    yield ConditionRow("processor", processor())
+    yield ConditionRow("cores", str(os.cpu_count()))
+    yield ConditionRow("system", platform.platform())
+    yield ConditionRow("python", platform.python_version())
+    for package in PACKAGES:
+        try:
+            yield ConditionRow(package, importlib.metadata.version(package))
+        except importlib.metadata.PackageNotFoundError:
+            yield ConditionRow(package, "not installed")
+
+
+def processor() -> str:
+    """Return the processor's name as the system tells it."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        return platform.processor() or platform.machine()
+    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    return names[0] if names else platform.machine()

@@ -1,0 +1,124 @@
+"""One loop over scene x contestant: every engine in a process of its own, side by side."""
+
+import os
+import threading
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+from compare.contestants import Entrant, chosen, wanted
+from compare.flight import Trajectory
+from compare.judge import Run
+from compare.worker import Failure, Worker
+from scenarios.impulse import RayMissed
+from scenarios.scene import Scene
+from scenarios.truth import NoTruth, Truth, truth
+
+TIME_LIMIT_S = 60.0
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """A scene, its truth or why it has none, and what every contestant made of it."""
+
+    scene: Scene
+    truth: Truth | None
+    why_no_truth: str
+    runs: tuple[Run, ...]
+
+
+@contextmanager
+def crew(asked: Iterable[str], time_limit: float = TIME_LIMIT_S) -> Iterator[list[Entrant]]:
+    """Give who takes part, each with a process of its own, and end the processes afterwards, whatever happened.
+
+    asked: ENGINE[:METHOD] ..., nothing for every engine of ours; time_limit [s] for each answer of an engine.
+    Raises BadEngine with one line.
+    """
+    engines = wanted(asked)
+    # All are started before any is waited for: importing the engines takes longest.
+    workers = [Worker(engine, time_limit) for engine in engines]
+    entrants: list[Entrant] = []
+    try:
+        for worker, (engine, methods) in zip(workers, engines.items(), strict=True):
+            card = worker.describe()
+            entrants.append(Entrant(engine, chosen(engine, methods, card), card, worker))
+        yield entrants
+    finally:
+        for worker in {*workers, *(entrant.worker for entrant in entrants)}:
+            worker.close()
+
+
+def compare(
+    entrants: Sequence[Entrant],
+    scenes: Sequence[Scene],
+    dt: float | None = None,
+    tick: Callable[[str], object] = lambda what: None,
+) -> list[Comparison]:
+    """Put every scene to every entrant and hold the answers against the truth.
+
+    dt: step [s], by default each scene's own; tick is told of every flight and truth as it is done.
+    Raises RayMissed where the true body is not in the way of a later ray.
+    """
+    stop = threading.Event()
+    with ThreadPoolExecutor(max(1, min(len(entrants), os.cpu_count() or 1))) as pool:
+        try:
+            flights = [pool.submit(fly_all, entrant, scenes, dt, tick, stop) for entrant in entrants]
+            truths = [true_answer(scene, tick) for scene in scenes]
+            answers = [flight.result() for flight in flights]
+        except BaseException:
+            give_up(entrants, stop, flights)
+            raise
+    return [
+        Comparison(
+            scene,
+            *true,
+            tuple(
+                Run(scene, entrant.title, method, dt or scene.step, answer[number, method], true[0])
+                for entrant, answer in zip(entrants, answers, strict=True)
+                for method in entrant.methods
+            ),
+        )
+        for number, (scene, true) in enumerate(zip(scenes, truths, strict=True))
+    ]
+
+
+def fly_all(
+    entrant: Entrant,
+    scenes: Sequence[Scene],
+    dt: float | None,
+    tick: Callable[[str], object],
+    stop: threading.Event,
+) -> dict[tuple[int, str], Trajectory | Failure]:
+    """Return one entrant's answers by scene number and method; a worker that died is replaced for the next question."""
+    answers: dict[tuple[int, str], Trajectory | Failure] = {}
+    for number, scene in enumerate(scenes):
+        for method in entrant.methods:
+            if stop.is_set():
+                return answers
+            answers[number, method] = (
+                entrant.barred(scene) or entrant.hire() or entrant.worker.fly(scene, method, dt or scene.step)
+            )
+            tick(f"{scene.name} {entrant.title}:{method}")
+    return answers
+
+
+def true_answer(scene: Scene, tick: Callable[[str], object]) -> tuple[Truth | None, str]:
+    """Return the truth, or None and the reason there is none."""
+    try:
+        return truth(scene), ""
+    except NoTruth as reason:
+        return None, str(reason)
+    except RayMissed as missed:
+        raise RayMissed(f"{scene.name}: {missed}") from missed
+    finally:
+        tick(f"{scene.name} truth")
+
+
+def give_up(entrants: Sequence[Entrant], stop: threading.Event, flights: Sequence[Future]) -> None:
+    """Let the threads that wait for engines end at once."""
+    stop.set()
+    for flight in flights:
+        flight.cancel()
+    for entrant in entrants:
+        entrant.worker.process.kill()

@@ -1,0 +1,84 @@
+"""Who takes part: ENGINE or ENGINE:METHOD, as everywhere in Tumble."""
+
+import difflib
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+from compare import roster
+from compare.roster import BadEngine, Card
+from compare.worker import Failure, Worker
+from scenarios.needs import FORCES, needs
+from scenarios.scene import Scene
+
+
+@dataclass
+class Entrant:
+    """An engine that takes part: its name or file, its methods, its card or why it has none, and its worker."""
+
+    engine: str
+    methods: tuple[str, ...]
+    card: Card | Failure
+    worker: Worker
+
+    @property
+    def title(self) -> str:
+        """The engine's name in tables."""
+        return roster.title(self.engine)
+
+    def barred(self, scene: Scene) -> Failure | None:
+        """Return why this engine cannot be put this question, or None."""
+        if isinstance(self.card, Failure):
+            return self.card
+        lacking = [need for need in needs(scene) if need in FORCES and need not in self.card.features]
+        return Failure(f"skipped: {self.title} has no {' or '.join(lacking)}") if lacking else None
+
+    def hire(self) -> Failure | None:
+        """Take a new worker where the last one crashed or hung; return why it does not come up, or None."""
+        if self.worker.alive:
+            return None
+        self.worker = Worker(self.engine, self.worker.time_limit)
+        card = self.worker.describe()
+        return card if isinstance(card, Failure) else None
+
+
+def split(item: str) -> tuple[str, str]:
+    """Return engine and method ('' for all of them) of ENGINE[:METHOD].  Raises BadEngine for an unknown engine."""
+    head, dot_py, tail = item.rpartition(".py")
+    if dot_py and tail[:1] in ("", ":"):
+        engine, method = head + dot_py, tail[1:]
+        if not Path(engine).is_file():
+            raise BadEngine(f"{engine}: no such engine file")
+        return engine, method
+    engine, _, method = item.partition(":")
+    if engine not in roster.names():
+        raise BadEngine(unknown("engine", engine, roster.names()))
+    return engine, method
+
+
+def wanted(asked: Iterable[str]) -> dict[str, list[str]]:
+    """Return the engines asked for with the methods named for each; nothing asked means every engine of ours."""
+    engines: dict[str, list[str]] = {}
+    for item in asked:
+        engine, method = split(item)
+        engines.setdefault(engine, [])
+        if method:
+            engines[engine].append(method)
+    return engines or {engine: [] for engine in roster.names()}
+
+
+def chosen(engine: str, asked: list[str], card: Card | Failure) -> tuple[str, ...]:
+    """Return the methods that take part; of an engine that is not here, what was asked for.  Raises BadEngine."""
+    if isinstance(card, Failure):
+        return tuple(asked) or ("",)
+    for method in asked:
+        if method not in card.methods:
+            raise BadEngine(unknown(f"method of {roster.title(engine)}", method, card.methods))
+    return tuple(dict.fromkeys(asked)) or card.methods
+
+
+def unknown(what: str, name: str, known: Iterable[str]) -> str:
+    """Return the line that refuses a name and offers the nearest."""
+    known = list(known)
+    near = difflib.get_close_matches(name, known, n=1)
+    return f"unknown {what} {name!r}: " + (f"did you mean {near[0]!r}?" if near else f"there are {', '.join(known)}")

@@ -1,0 +1,127 @@
+"""All tables of a comparison, by file name: what the page is made from, and what others script against."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from compare.agreement import AgreementRow, agreements
+from compare.conditions import ConditionRow, conditions
+from compare.contest import Comparison
+from compare.contestants import Entrant
+from compare.judge import Run
+from compare.table_4_1 import BudgetRow, PublishedRow, budget_rows, is_table_4_1, published_rows
+from compare.tables import RunRow, VertexErrorRow, run_row, table_text, vertex_error_rows, write_whole
+from compare.worker import Failure
+from scenarios.needs import needs
+
+
+@dataclass(frozen=True)
+class SceneRow:
+    """One scene: what it needs, and how exact its truth is (largest over samples); truth says why there is none."""
+
+    scene: str
+    title: str
+    source: str
+    needs: str
+    shape: str
+    vertices: int
+    duration_s: float
+    step_s: float
+    samples: int
+    truth: str
+    bound_m: float | None
+    floor_m: float | None
+
+
+@dataclass(frozen=True)
+class EngineRow:
+    """One engine: version, precision, methods, force laws, what was switched off to be fair; or why it is missing."""
+
+    engine: str
+    status: str
+    version: str
+    precision: str
+    methods: str
+    features: str
+    switched_off: str
+
+
+@dataclass(frozen=True)
+class ErrorOverTimeRow:
+    """The largest vertex error of one run at one sample, and the truth's limit there."""
+
+    scene: str
+    engine: str
+    method: str
+    dt_s: float
+    t_s: float
+    error_m: float
+    limit_m: float
+
+
+def scene_row(comparison: Comparison) -> SceneRow:
+    """Return the row of one scene."""
+    scene, truth = comparison.scene, comparison.truth
+    return SceneRow(
+        scene.name,
+        scene.title,
+        scene.source,
+        " ".join(needs(scene)),
+        scene.body.shape,
+        len(scene.body.points),
+        scene.duration,
+        scene.step,
+        len(scene.times),
+        comparison.why_no_truth or "exact",
+        None if truth is None else float(truth.bound.max()),
+        None if truth is None else float(truth.floor.max()),
+    )
+
+
+def engine_row(entrant: Entrant) -> EngineRow:
+    """Return the row of one engine."""
+    card = entrant.card
+    if isinstance(card, Failure):
+        return EngineRow(entrant.title, card.status, "", "", " ".join(entrant.methods), "", "")
+    return EngineRow(
+        entrant.title,
+        "ok",
+        card.version,
+        card.precision,
+        " ".join(card.methods),
+        " ".join(sorted(card.features)),
+        "; ".join(card.switched_off),
+    )
+
+
+def error_over_time_rows(run: Run) -> Iterator[ErrorOverTimeRow]:
+    """Yield one row a sample."""
+    if run.has_errors:
+        worst = run.distances.max(axis=(1, 2))
+        for time, error, limit in zip(run.scene.times, worst, run.limits.max(axis=1), strict=True):
+            yield ErrorOverTimeRow(
+                run.scene.name, run.engine, run.method, run.dt, float(time), float(error), float(limit)
+            )
+
+
+def tables(comparisons: Sequence[Comparison], entrants: Sequence[Entrant], command: str) -> dict[str, str]:
+    """Return file name -> CSV text of every table; command reruns them."""
+    runs = [run for comparison in comparisons for run in comparison.runs]
+    published = [row for each in comparisons if is_table_4_1(each.scene) for row in published_rows(each)]
+    return {
+        "scenes.csv": table_text(SceneRow, map(scene_row, comparisons)),
+        "engines.csv": table_text(EngineRow, map(engine_row, entrants)),
+        "runs.csv": table_text(RunRow, map(run_row, runs)),
+        "vertex-errors.csv": table_text(VertexErrorRow, (row for run in runs for row in vertex_error_rows(run))),
+        "error-over-time.csv": table_text(ErrorOverTimeRow, (row for run in runs for row in error_over_time_rows(run))),
+        "agreement.csv": table_text(AgreementRow, (row for each in comparisons for row in agreements(each.runs))),
+        "table-4-1.csv": table_text(PublishedRow, published),
+        "table-4-1-budget.csv": table_text(BudgetRow, budget_rows(published)),
+        "conditions.csv": table_text(ConditionRow, conditions(command)),
+    }
+
+
+def write_tables(folder: Path, texts: dict[str, str]) -> None:
+    """Write the tables into a folder, each whole or not at all.  Raises OSError."""
+    for name, text in texts.items():
+        write_whole(folder / name, text)

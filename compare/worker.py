@@ -1,0 +1,115 @@
+"""One engine in a process of its own: a crash or a hang there is an answer here."""
+
+import multiprocessing
+import os
+import signal
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
+from typing import Self
+
+from compare.flight import Trajectory, fly
+from compare.roster import BadEngine, Card, Missing, card, in_one_line, is_file, load
+from scenarios.scene import Scene
+
+
+@dataclass(frozen=True)
+class Failure:
+    """Why there is no trajectory, as a run's status: `missing: why`, `skipped: why`, `crashed: why` or `timeout`."""
+
+    status: str
+
+
+class Worker:
+    """A process that has one engine loaded and flies what it is sent.
+
+    engine: a name of ours or the path of a user's file; time_limit [s] for each answer.
+    """
+
+    def __init__(self, engine: str, time_limit: float) -> None:
+        self.engine = engine
+        self.time_limit = time_limit
+        spawn = multiprocessing.get_context("spawn")
+        self.connection, far_end = spawn.Pipe()
+        self.process = spawn.Process(target=serve, args=(far_end, engine), daemon=True)
+        self.process.start()
+        far_end.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def describe(self) -> Card | Failure:
+        """Return the engine's card, or why it has none.  Raises BadEngine for a user's file that cannot be used."""
+        answer = self._answer()
+        if isinstance(answer, BadEngine):
+            raise answer
+        if isinstance(answer, Failure) and is_file(self.engine):
+            raise BadEngine(f"{self.engine}: cannot be loaded: {answer.status}")
+        assert isinstance(answer, Card | Failure)
+        return answer
+
+    def fly(self, scene: Scene, method: str, dt: float) -> Trajectory | Failure:
+        """Return the flight, or why there is none; after `crashed` or `timeout` the process is gone."""
+        try:
+            self.connection.send((scene, method, dt))
+        except OSError:
+            return self._died()
+        answer = self._answer()
+        assert isinstance(answer, Trajectory | Failure)
+        return answer
+
+    @property
+    def alive(self) -> bool:
+        """Whether it can still be asked."""
+        return not self.connection.closed
+
+    def close(self) -> None:
+        """End the process, whatever it is doing."""
+        self.connection.close()
+        self.process.kill()
+        self.process.join()
+
+    def _answer(self) -> object:
+        try:
+            if self.connection.poll(self.time_limit):
+                return self.connection.recv()
+        except (EOFError, OSError):
+            return self._died()
+        self.close()
+        return Failure("timeout")
+
+    def _died(self) -> Failure:
+        self.process.join()
+        code = self.process.exitcode or 0
+        self.close()
+        if code < 0:
+            return Failure(f"crashed: its process was killed by {signal.Signals(-code).name}")
+        return Failure(f"crashed: its process ended with code {code}")
+
+
+def serve(connection: Connection, engine: str) -> None:
+    """The process: load the engine, say what it is, then fly until told no more."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's to handle; it ends this process
+    os.dup2(2, 1)  # whatever an engine prints goes to standard error: standard output is for results
+    try:
+        module = load(engine)
+        connection.send(card(engine, module))
+    except BadEngine as error:
+        connection.send(error)
+        return
+    except Missing as error:
+        connection.send(Failure(f"missing: {error}"))
+        return
+    while True:
+        try:
+            scene, method, dt = connection.recv()
+        except EOFError:
+            return
+        try:
+            connection.send(fly(module, scene, method, dt))
+        except NotImplementedError as error:
+            connection.send(Failure(f"skipped: {error}"))
+        except Exception as error:
+            connection.send(Failure(f"crashed: {in_one_line(error)}"))

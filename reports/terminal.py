@@ -1,0 +1,154 @@
+"""What a command prints: lists and error tables as text, 80 columns wide where they can be."""
+
+import math
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from rich import box
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from compare.contest import Comparison
+from compare.judge import Run
+from compare.results import EngineRow, SceneRow
+from compare.table_4_1 import is_table_4_1
+from scenarios.frames import Array
+from scenarios.published import VERTEX
+
+SHOWN_SAMPLES = 10
+PIPE_WIDTH = 160
+
+
+def console(**settings: object) -> Console:
+    """Return a console for results: as wide as the terminal, or wide enough not to wrap into a pipe."""
+    found = Console(highlight=False, markup=False, emoji=False, **settings)  # type: ignore[arg-type]
+    if not found.is_terminal:
+        found.width = PIPE_WIDTH
+    return found
+
+
+def plain(text: str) -> Text:
+    """Return text of a scene's or an engine's as data: control characters made visible."""
+    return Text("".join(char if char.isprintable() else repr(char)[1:-1] for char in text))
+
+
+def columns(*heads: str, right: Sequence[int] = ()) -> Table:
+    """Return an empty table; right: the columns that hold numbers."""
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1), show_edge=False)
+    for number, head in enumerate(heads):
+        table.add_column(head, justify="right" if number in right else "left", no_wrap=number == 0)
+    return table
+
+
+def scene_list(rows: Sequence[SceneRow]) -> Table:
+    """Return the catalogue: name, title, what each scene needs."""
+    table = columns("scene", "title", "needs")
+    for row in rows:
+        table.add_row(plain(row.scene), plain(row.title), plain(row.needs or "nothing"))
+    return table
+
+
+def engine_list(rows: Sequence[EngineRow]) -> Table:
+    """Return the engines: version, precision, methods, what was switched off; or why one is missing."""
+    table = columns("engine", "version", "precision", "methods (default first)", "switched off to be fair")
+    for row in rows:
+        if row.status == "ok":
+            table.add_row(*map(plain, (row.engine, row.version, row.precision, row.methods, row.switched_off)))
+        else:
+            table.add_row(plain(row.engine), "", "", plain(row.methods), plain(row.status))
+    return table
+
+
+def comparison_text(comparison: Comparison, vertex: int | None) -> Iterator[Table | Text]:
+    """Yield what `tumble compare` prints: a table as Table 4.1 for every contestant, then all of them in one."""
+    scene, truth = comparison.scene, comparison.truth
+    yield plain(f"{scene.name}: {scene.title}")
+    if truth is None:
+        yield plain(f"no truth: {comparison.why_no_truth}")
+    else:
+        yield plain(
+            f"truth known to {figure(truth.bound.max())} m; "
+            f"no double-precision program can be held to less than {figure(truth.limit.max())} m"
+        )
+        vertex = worst_vertex(comparison.runs) if vertex is None else vertex
+        for run in comparison.runs:
+            if run.has_errors:
+                yield plain(f"\n{run.name}, dt = {run.dt:g} s, vertex {vertex}")
+                yield error_table(run, vertex)
+    yield Text()
+    yield standings(comparison.runs)
+
+
+def error_table(run: Run, vertex: int) -> Table:
+    """Return one vertex of one run over time: true position, the engine's, error vector, distance."""
+    assert run.truth is not None
+    times = run.scene.times
+    true, flown = (vertices[-len(times) :, 0, vertex] for vertices in (run.truth.vertices, run.flight.vertices))
+    errors, limits, distances = run.errors[:, 0, vertex], run.limits[:, 0], run.distances[:, 0, vertex]
+    places = decimals(run.scene.body.points)
+    seen = distances[np.isfinite(distances) & (distances > limits)]
+    power = math.floor(math.log10(seen.max())) if seen.size else 0
+    table = columns(
+        "t [s]", "true position [m]", "position [m]", f"error [1e{power} m]", "distance [m]", right=range(5)
+    )
+    for row in thinned(len(times)):
+        below = distances[row] <= limits[row]
+        table.add_row(
+            f"{times[row]:g}",
+            vector(true[row], places),
+            vector(flown[row], places),
+            "" if below else vector(errors[row] / 10.0**power, 2),
+            f"≤ {figure(limits[row])}" if below else figure(distances[row]),
+        )
+    return table
+
+
+def standings(runs: Sequence[Run]) -> Table:
+    """Return all contestants of one scene, the best first; those without a flight last, with the reason."""
+    table = columns("contestant", "max [m]", "rms [m]", "energy drift", "ns/step", "status", right=range(1, 5))
+    for run in sorted(runs, key=lambda run: float(np.nanmax(run.distances, initial=0)) if run.has_errors else math.inf):
+        if not run.has_errors:
+            table.add_row(plain(run.name), "", "", "", "", plain(run.status))
+            continue
+        worst, limit = float(run.distances.max()), float(run.limits.max())
+        table.add_row(
+            plain(run.name),
+            f"≤ {figure(limit)}" if worst <= limit else figure(worst),
+            figure(float(np.sqrt((run.distances**2).mean()))),
+            figure(run.drifts[0]),
+            f"{run.flight.wall_s / run.flight.steps * 1e9:.0f}",
+            plain(run.status),
+        )
+    return table
+
+
+def worst_vertex(runs: Sequence[Run]) -> int:
+    """Return the vertex to print: Table 4.1's own, else the one where the contestants that are ok stray furthest."""
+    if runs and is_table_4_1(runs[0].scene):
+        return VERTEX
+    strays = [run.distances.max(axis=(0, 1)) for run in runs if run.has_errors and run.status == "ok"]
+    return int(np.argmax(np.max(strays, axis=0))) if strays else 0
+
+
+def thinned(samples: int) -> list[int]:
+    """Return which samples are printed: all, or some at even distances that end with the last."""
+    if samples <= SHOWN_SAMPLES:
+        return list(range(samples))
+    return sorted({round((number + 1) * samples / SHOWN_SAMPLES) - 1 for number in range(SHOWN_SAMPLES)})
+
+
+def decimals(points: Array) -> int:
+    """Return how many decimals show a position to about a thousandth of the body's size."""
+    size = float(np.ptp(points, axis=0).max())
+    return min(max(2 - math.floor(math.log10(size)), 0), 12) if size > 0 else 3
+
+
+def vector(values: Array, places: int) -> str:
+    """Return (x, y, z)."""
+    return "(" + ", ".join(f"{value:.{places}f}" for value in values) + ")"
+
+
+def figure(value: float) -> str:
+    """Return a figure in two digits."""
+    return f"{value:.1e}"

@@ -1,0 +1,191 @@
+"""The command as a user meets it: results, exit codes, one line for every mistake, nothing half-written."""
+
+import csv
+import io
+import os
+import resource
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+TRAJECTORY = (
+    "t_s,x_m,y_m,z_m,qw,qx,qy,qz,vx_m_s,vy_m_s,vz_m_s,wx_rad_s,wy_rad_s,wz_rad_s,"
+    + ",".join(f"v{k}{axis}_m" for k in range(8) for axis in "xyz")
+)  # fmt: skip
+VERTEX_ERRORS = (
+    "scene,engine,method,dt_s,t_s,vertex,true_x_m,true_y_m,true_z_m,x_m,y_m,z_m,error_x_m,error_y_m,error_z_m,error_m"
+)
+RUNS = (
+    "scene,engine,method,dt_s,steps,status,max_error_m,rms_error_m,final_error_m,limit_m,"
+    "energy_drift,momentum_drift,angular_momentum_drift,wall_s,wall_ns_per_step,wall_per_sim_s"
+)
+
+
+def rows(text: str) -> list[dict[str, str]]:
+    return list(csv.DictReader(io.StringIO(text)))
+
+
+def test_run_gives_a_trajectory(tumble):
+    done = tumble("run", "table-4-1")
+    assert done.returncode == 0
+    assert done.stderr == ""
+    assert done.stdout.splitlines()[0] == TRAJECTORY
+    times = [float(row["t_s"]) for row in rows(done.stdout)]
+    assert times == [0.0, 0.06, 0.28, 0.36, 0.42, 0.5]
+
+
+def test_two_runs_give_identical_bytes(tumble):
+    assert tumble("run", "brick-tumble").stdout == tumble("run", "brick-tumble").stdout
+
+
+def test_dt_is_the_step_used(tumble):
+    coarse, fine = (tumble("run", "brick-tumble", "-e", "mujoco:euler", "--dt", dt).stdout for dt in ("0.01", "0.001"))
+    assert coarse != fine
+
+
+def test_compare_writes_every_vertex(tumble, tmp_path):
+    done = tumble("compare", "table-4-1", "-e", "tumble:rk4", "-e", "handcalc:as-printed", "-o", "out")
+    assert done.returncode == 0
+    vertex_errors = (tmp_path / "out/vertex-errors.csv").read_text()
+    assert vertex_errors.splitlines()[0] == VERTEX_ERRORS
+    assert len(rows(vertex_errors)) == 2 * 5 * 8
+    runs = (tmp_path / "out/runs.csv").read_text()
+    assert runs.splitlines()[0] == RUNS
+    for run in rows(runs):
+        own = [float(row["error_m"]) for row in rows(vertex_errors) if row["method"] == run["method"]]
+        assert float(run["max_error_m"]) == max(own)
+        assert float(run["rms_error_m"]) == pytest.approx((sum(e * e for e in own) / len(own)) ** 0.5)
+    # Table 4.1's vertex at its first row, as in the report: (1.84, -0.75, 2.94) by hand.
+    assert "(1.84, -0.7" in done.stdout
+    assert "vertex 5" in done.stdout
+
+
+def test_compare_fits_80_columns(tumble):
+    done = tumble("compare", "table-4-1", "-e", "mujoco:rk4", env={**os.environ, "COLUMNS": "80"})
+    tables = [line for line in done.stdout.splitlines() if line.startswith(" 0.")]
+    assert tables
+    assert max(map(len, tables)) <= 80
+
+
+@pytest.mark.parametrize("command", ["scenes", "engines"])
+def test_lists(tumble, command):
+    done = tumble(command)
+    assert done.returncode == 0
+    assert done.stderr == ""
+    expected = {"scenes": ["table-4-1", "mesh-die", "gyroscopic"], "engines": ["tumble", "pybullet", "mujoco", "rk4"]}
+    assert all(word in done.stdout for word in expected[command])
+
+
+REFUSED = {
+    ("run", "brik-tumble"): "unknown scene 'brik-tumble': did you mean 'brick-tumble'?",
+    ("run", "no/such.toml"): "no/such.toml",
+    ("run", "table-4-1", "-e", "mujocco"): "unknown engine 'mujocco': did you mean 'mujoco'?",
+    ("run", "table-4-1", "-e", "tumble:rk44"): "unknown method of tumble 'rk44': did you mean 'rk4'?",
+    ("run", "table-4-1", "-e", "./none.py"): "./none.py: no such engine file",
+    ("run", "table-4-1", "--dt", "0"): "argument --dt: '0' is not a number of seconds > 0",
+    ("run", "table-4-1", "--dt", "nan"): "argument --dt: 'nan' is not a number of seconds > 0",
+    ("run", "table-4-1", "-e", "tumble", "-e", "mujoco"): "run flies one engine",
+    ("run", "brick-tumble", "-e", "handcalc"): "handcalc:as-printed on brick-tumble: skipped:",
+    ("compare", "table-4-1", "--vertex", "8"): "--vertex = 8: table-4-1 has vertices 0 to 7",
+    ("compare",): "the following arguments are required: SCENE",
+    ("no-such-command",): "invalid choice: 'no-such-command'",
+}
+
+
+@pytest.mark.parametrize("words", REFUSED, ids=" ".join)
+def test_mistakes_are_refused_in_one_line(tumble, words):
+    done = tumble(*words)
+    assert done.returncode == 2, done.stderr
+    assert REFUSED[words] in done.stderr
+    assert len(done.stderr.splitlines()) == 1
+    assert done.stdout == ""
+
+
+def test_an_output_that_cannot_be_written_is_refused(tumble, tmp_path):
+    (tmp_path / "file").write_text("mine")
+    for words in (("run", "table-4-1", "-o", "file/x.csv"), ("compare", "table-4-1", "-o", "file")):
+        done = tumble(*words)
+        assert done.returncode == 2
+        assert len(done.stderr.splitlines()) == 1
+        assert "file" in done.stderr
+    assert (tmp_path / "file").read_text() == "mine"
+
+
+def test_a_full_disk_leaves_no_half_written_file(tumble, tmp_path):
+    # A file may grow to 1000 bytes only: what a full disk does to a write, without filling one.
+    done = tumble(
+        "run", "brick-tumble", "-o", "out.csv",
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000)),
+    )  # fmt: skip
+    assert done.returncode == 2
+    assert "File too large" in done.stderr
+    assert len(done.stderr.splitlines()) == 1
+    assert os.listdir(tmp_path) == []
+
+
+def test_standard_output_on_a_full_device_is_one_line(tumble):
+    with open("/dev/full", "w") as full:
+        done = tumble("run", "table-4-1", capture_output=False, stdout=full, stderr=subprocess.PIPE)
+    assert done.returncode == 2
+    assert done.stderr == "tumble: No space left on device\n"
+
+
+def test_a_reader_that_leaves_early_is_no_error(tmp_path):
+    command = f"{sys.executable} -P -m tumble run brick-tumble | head -1; echo ${{PIPESTATUS[0]}}"
+    done = subprocess.run(["bash", "-c", command], cwd=tmp_path, capture_output=True, text=True, timeout=60)
+    assert done.stdout.splitlines() == [TRAJECTORY, "0"]
+    assert done.stderr == ""
+
+
+def test_ctrl_c_ends_everything_and_writes_nothing(tmp_path):
+    (tmp_path / "slow.py").write_text(
+        "import os, time\nMETHODS = ('m',)\nFEATURES = set()\nABOUT = {}\ndef build(scene, method): return {}\n"
+        "def write(world, states): world['s'] = states\n"
+        f"def advance(world, n, dt): open({str(tmp_path / 'pid')!r}, 'w').write(str(os.getpid())); time.sleep(100)\n"
+        "def read(world): return world['s']\n"
+    )
+    words = [
+        sys.executable,
+        "-P",
+        "-m",
+        "tumble",
+        "compare",
+        "table-4-1",
+        "-e",
+        "./slow.py",
+        "-e",
+        "tumble",
+        "-o",
+        "out",
+    ]
+    with subprocess.Popen(words, cwd=tmp_path, stderr=subprocess.PIPE, text=True, start_new_session=True) as process:
+        until(lambda: (tmp_path / "pid").exists() and (tmp_path / "pid").read_text())
+        os.killpg(process.pid, signal.SIGINT)
+        _, stderr = process.communicate(timeout=20)
+    assert process.returncode == 130
+    assert stderr == "tumble: interrupted; nothing was written\n"
+    assert os.listdir(tmp_path / "out") == []
+    worker = int((tmp_path / "pid").read_text())
+    until(lambda: not os.path.exists(f"/proc/{worker}"))
+
+
+def until(happened, seconds=30.0):
+    end = time.monotonic() + seconds
+    while not happened():
+        assert time.monotonic() < end, "it never happened"
+        time.sleep(0.02)
+
+
+def test_help_imports_nothing_heavy(tumble, tmp_path):
+    code = "import sys; from tumble.__main__ import main\ntry: main(['--help'])\nexcept SystemExit: pass\n"
+    code += "print(sorted({'numpy', 'numba', 'rich', 'mpmath', 'mujoco', 'msgspec'} & set(sys.modules)))"
+    done = subprocess.run([sys.executable, "-P", "-c", code], cwd=tmp_path, capture_output=True, text=True, timeout=60)
+    assert done.stdout.splitlines()[-1] == "[]"
+
+
+def test_nothing_is_left_in_the_working_folder(tumble, tmp_path):
+    assert tumble("compare", "brick-tumble", "--dt", "0.2").returncode == 0
+    assert os.listdir(tmp_path) == []

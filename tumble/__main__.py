@@ -1,0 +1,127 @@
+"""The command line: words in, exit code out.  Heavy imports happen in the command that needs them."""
+
+import argparse
+import importlib
+import math
+import os
+import sys
+from typing import NoReturn
+
+EXIT_DONE, EXIT_FAILED, EXIT_USER, EXIT_BUG, EXIT_INTERRUPTED = 0, 1, 2, 3, 130
+
+SCENE_HELP = "a scene of the catalogue (see `tumble scenes`) or the path of a TOML file"
+ENGINE_HELP = "ENGINE, ENGINE:METHOD or the path of an engine file of your own, ./mine.py[:METHOD]; may be repeated"
+
+
+class Parser(argparse.ArgumentParser):
+    """Refuses in one line."""
+
+    def error(self, message: str) -> NoReturn:
+        """End with exit code 2."""
+        print(f"{self.prog}: {message}; see `{self.prog} --help`", file=sys.stderr)  # noqa: T201
+        sys.exit(EXIT_USER)
+
+
+def seconds(text: str) -> float:
+    """Return a positive number of seconds."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not (math.isfinite(value) and value > 0):
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number of seconds > 0")
+    return value
+
+
+def parser() -> Parser:
+    """Return the parser of all commands."""
+    top = Parser(
+        prog="tumble",
+        description="Throw the same die in every engine; know which one is wrong, by how much, and why.",
+    )
+    top.add_argument("--version", action="store_true", help="print the version and end")
+    commands = top.add_subparsers(dest="command", metavar="COMMAND", parser_class=Parser)
+
+    def command(name: str, what: str) -> argparse.ArgumentParser:
+        return commands.add_parser(name, help=what, description=what)
+
+    def contest_options(to: argparse.ArgumentParser) -> None:
+        to.add_argument("-e", "--engine", action="append", default=[], metavar="ENGINE[:METHOD]", help=ENGINE_HELP)
+        to.add_argument("--dt", type=seconds, metavar="S", help="step [s]; default: the scene's own")
+        to.add_argument("--time-limit", type=seconds, default=60.0, metavar="S", help="for each flight [s]; default 60")
+
+    command("scenes", "list the catalogue with what each scene needs")
+    engines = command("engines", "list the engines: versions, methods, precision, what is missing and why")
+    engines.add_argument("-e", "--engine", action="append", default=[], metavar="ENGINE", help=ENGINE_HELP)
+
+    run = command("run", "fly one scene in one engine and give its trajectory as CSV")
+    run.add_argument("scene", metavar="SCENE", help=SCENE_HELP)
+    contest_options(run)
+    run.add_argument("-o", "--output", metavar="FILE", help="default: standard output")
+
+    compare = command("compare", "hold every engine against the truth: an error table for each, as in Table 4.1")
+    compare.add_argument("scene", metavar="SCENE", help=SCENE_HELP)
+    contest_options(compare)
+    compare.add_argument(
+        "--vertex", type=int, metavar="K", help="vertex to print; default: where the engines stray most"
+    )
+    compare.add_argument("-o", "--output", metavar="DIR", help="also write all tables, every vertex, as CSV into DIR")
+
+    report = command("report", "make one self-contained HTML page of it all")
+    report.add_argument("scene", nargs="*", metavar="SCENE", help=SCENE_HELP + "; default: the whole catalogue")
+    contest_options(report)
+    report.add_argument(
+        "-o", "--output", default="tumble-report.html", metavar="FILE.html", help="default: %(default)s"
+    )
+    return top
+
+
+def main(words: list[str] | None = None) -> int:
+    """Run one command and return its exit code: 0 done, 1 a check failed, 2 the user's mistake, 3 a bug of ours."""
+    top = parser()
+    options = top.parse_args(words)
+    if options.version:
+        print(importlib.import_module("importlib.metadata").version("tumble"))  # noqa: T201
+        return EXIT_DONE
+    if options.command is None:
+        top.print_help()
+        return EXIT_DONE
+    options.words = ["tumble", *(sys.argv[1:] if words is None else words)]
+    try:
+        code = importlib.import_module(f"tumble.commands.{options.command}").main(options)
+        sys.stdout.flush()
+    except KeyboardInterrupt:
+        return refuse("interrupted; nothing was written", EXIT_INTERRUPTED)
+    except BrokenPipeError:
+        # The reader has had all it wanted; what is still buffered must not raise again at exit.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return EXIT_DONE
+    except OSError as error:
+        place = f"{error.filename}: " if error.filename else ""
+        return refuse(f"{place}{error.strerror or error}", EXIT_USER)
+    except Exception as error:
+        if is_users(error):
+            return refuse(str(error), EXIT_USER)
+        sys.excepthook(*sys.exc_info())
+        return refuse(f"a bug of ours: {type(error).__name__}: {error}", EXIT_BUG)
+    return code
+
+
+def is_users(error: Exception) -> bool:
+    """Whether the mistake is the user's: a scene, an engine or a ray that cannot be used."""
+    from compare.roster import BadEngine
+    from scenarios.impulse import RayMissed
+    from scenarios.read import BadScene
+
+    return isinstance(error, BadEngine | BadScene | RayMissed)
+
+
+def refuse(line: str, code: int) -> int:
+    """Say why in one line and return the exit code."""
+    one_line = "".join(char if char.isprintable() else repr(char)[1:-1] for char in line)
+    print(f"tumble: {one_line}", file=sys.stderr)  # noqa: T201
+    return code
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,1 @@
+"""One file a command; its imports are made only when it runs."""

@@ -1,0 +1,32 @@
+"""`tumble compare`: an error table for every contestant, as in Table 4.1."""
+
+import shlex
+from argparse import Namespace
+from pathlib import Path
+
+from compare.contest import compare, crew
+from compare.results import tables, write_tables
+from reports.terminal import comparison_text, console
+from scenarios.read import BadScene, read_scene
+from tumble.notes import note, progress
+
+
+def main(options: Namespace) -> int:
+    """Put one scene to every contestant, print the error tables, and write all of them where asked."""
+    scene = read_scene(options.scene)
+    vertices = len(scene.body.points)
+    if options.vertex is not None and not 0 <= options.vertex < vertices:
+        raise BadScene(f"--vertex = {options.vertex}: {scene.name} has vertices 0 to {vertices - 1}")
+    folder = Path(options.output) if options.output else None
+    if folder:
+        folder.mkdir(parents=True, exist_ok=True)
+    with crew(options.engine, options.time_limit) as entrants:
+        with progress(1 + sum(len(entrant.methods) for entrant in entrants)) as tick:
+            comparisons = compare(entrants, [scene], options.dt, tick)
+        out = console()
+        for piece in comparison_text(comparisons[0], options.vertex):
+            out.print(piece)
+        if folder:
+            write_tables(folder, tables(comparisons, entrants, shlex.join(options.words)))
+            note(f"tables written to {folder}")
+    return 0

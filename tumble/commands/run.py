@@ -1,0 +1,36 @@
+"""`tumble run`: one trajectory."""
+
+import sys
+from argparse import Namespace
+from pathlib import Path
+
+from compare.contest import crew
+from compare.roster import BadEngine
+from compare.tables import csv_text, trajectory_header, trajectory_rows, write_whole
+from compare.worker import Failure
+from scenarios.read import read_scene
+from tumble.notes import note
+
+
+def main(options: Namespace) -> int:
+    """Fly one scene in one engine; the trajectory goes to standard output or to a file, notes to standard error."""
+    if len(options.engine) > 1:
+        raise BadEngine("run flies one engine; to hold several against each other use `tumble compare`")
+    scene = read_scene(options.scene)
+    with crew(options.engine or ["tumble"], options.time_limit) as (entrant,):
+        method = entrant.methods[0]
+        flight = entrant.barred(scene) or entrant.worker.fly(scene, method, options.dt or scene.step)
+    name = f"{entrant.title}:{method}"
+    if isinstance(flight, Failure):
+        raise BadEngine(f"{name} on {scene.name}: {flight.status}")
+    if flight.diverged_at is not None:
+        note(f"{name} diverged at {flight.diverged_at:.6g} s")
+    for found in flight.notes:
+        note(f"{name} flagged: {found}")
+    throws = flight.states.shape[1]
+    text = csv_text(trajectory_header(len(scene.body.points), throws), trajectory_rows(flight, scene.body))
+    if options.output:
+        write_whole(Path(options.output), text)
+    else:
+        sys.stdout.write(text)
+    return 0
