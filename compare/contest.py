@@ -61,9 +61,10 @@ def compare(
     Raises RayMissed where the true body is not in the way of a later ray.
     """
     stop = threading.Event()
+    flights: list[Future] = []
     with ThreadPoolExecutor(max(1, min(len(entrants), os.cpu_count() or 1))) as pool:
         try:
-            flights = [pool.submit(fly_all, entrant, scenes, dt, tick, stop) for entrant in entrants]
+            flights += [pool.submit(fly_all, entrant, scenes, dt, tick, stop) for entrant in entrants]
             truths = [true_answer(scene, tick) for scene in scenes]
             answers = [flight.result() for flight in flights]
         except BaseException:

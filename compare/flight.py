@@ -68,6 +68,7 @@ def fly(engine: ModuleType, scene: Scene, method: str, dt: float) -> Trajectory:
     """
     world = engine.build(scene, method)
     audit = getattr(engine, "audit", lambda world: [])
+    where = getattr(engine, "vertices", None)
     notes: list[str] = []
     rows: dict[float, tuple[Array, Array]] = {}
 
@@ -75,7 +76,7 @@ def fly(engine: ModuleType, scene: Scene, method: str, dt: float) -> Trajectory:
         states = np.array(engine.read(world), dtype=float)
         if states.shape != scene.start.shape:
             raise ValueError(f"read() returned shape {states.shape}, not {scene.start.shape}")
-        seen = engine.vertices(world) if hasattr(engine, "vertices") else vertices(states, scene.body.points)
+        seen = where(world, scene.body.points) if where else vertices(states, scene.body.points)
         rows[time] = states, np.array(seen, dtype=float)
         return states
 

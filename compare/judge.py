@@ -121,10 +121,8 @@ def audit(scene: Scene, flight: Trajectory, truth: Truth) -> list[str]:
         worst, speed = int(np.argmax(off)), largest(truth.states[..., 7:10])
         if off[worst] > HIDDEN_FORCE * speed:
             share = f"{off[worst] / speed:.2g} of it" if speed else f"{off[worst]:.2g} m/s"
-            notes.append(
-                f"velocity of the centre of mass off by {share} at t = {flight.times[worst]:g} s: "
-                "damping, a clamp, or a force the scene has not got"
-            )
+            when = f"t = {flight.times[worst]:g} s"
+            notes.append(f"velocity of the centre of mass off by {share} at {when}, as by damping or a clamp")
         if "gyroscopic" in needs(scene) and lost_torque(scene, flight.states, truth.states):
             notes.append("lost gyroscopic torque: the angular velocity stands still where the true one turns")
     return notes

@@ -66,7 +66,7 @@ def scene_row(comparison: Comparison) -> SceneRow:
         scene.name,
         scene.title,
         scene.source,
-        " ".join(needs(scene)),
+        ", ".join(needs(scene)),
         scene.body.shape,
         len(scene.body.points),
         scene.duration,
@@ -82,14 +82,14 @@ def engine_row(entrant: Entrant) -> EngineRow:
     """Return the row of one engine."""
     card = entrant.card
     if isinstance(card, Failure):
-        return EngineRow(entrant.title, card.status, "", "", " ".join(entrant.methods), "", "")
+        return EngineRow(entrant.title, card.status, "", "", ", ".join(entrant.methods), "", "")
     return EngineRow(
         entrant.title,
         "ok",
         card.version,
         card.precision,
-        " ".join(card.methods),
-        " ".join(sorted(card.features)),
+        ", ".join(card.methods),
+        ", ".join(sorted(card.features)),
         "; ".join(card.switched_off),
     )
 

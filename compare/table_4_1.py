@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from compare.contest import Comparison
+from compare.tables import xyz
 from scenarios.frames import Array
 from scenarios.published import VERTEX, table_4_1
 from scenarios.scene import Scene
@@ -69,9 +70,9 @@ def published_rows(comparison: Comparison) -> Iterator[PublishedRow]:
                 method,
                 float(table.clock[row]),
                 float(table.physics_times[row]),
-                *position.tolist(),
-                *table.calculated[row].tolist(),
-                *table.application[row].tolist(),
+                *xyz(position),
+                *xyz(table.calculated[row]),
+                *xyz(table.application[row]),
                 float(np.linalg.norm(position - table.calculated[row])),
                 float(np.linalg.norm(position - table.application[row])),
             )

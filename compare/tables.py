@@ -13,7 +13,7 @@ import numpy as np
 
 from compare.flight import Trajectory
 from compare.judge import Run
-from scenarios.frames import quaternion_product
+from scenarios.frames import Array, quaternion_product
 from scenarios.scene import Body
 
 STATE_COLUMNS = [
@@ -84,11 +84,17 @@ def vertex_error_rows(run: Run) -> Iterator[VertexErrorRow]:
             run.dt,
             float(run.scene.times[sample]),
             vertex,
-            *true[at].tolist(),
-            *flown[at].tolist(),
-            *run.errors[at].tolist(),
+            *xyz(true[at]),
+            *xyz(flown[at]),
+            *xyz(run.errors[at]),
             float(distance),
         )
+
+
+def xyz(vector: Array) -> tuple[float, float, float]:
+    """Return a vector, (3,), as three cells."""
+    x, y, z = vector.tolist()
+    return x, y, z
 
 
 def run_row(run: Run) -> RunRow:

@@ -11,13 +11,16 @@ from rich.text import Text
 
 from compare.contest import Comparison
 from compare.judge import Run
-from compare.results import EngineRow, SceneRow
-from compare.table_4_1 import is_table_4_1
+from compare.results import EngineRow
+from compare.table_4_1 import BudgetRow, budget_rows, is_table_4_1, published_rows
 from scenarios.frames import Array
+from scenarios.needs import needs
 from scenarios.published import VERTEX
+from scenarios.scene import Scene
 
 SHOWN_SAMPLES = 10
 PIPE_WIDTH = 160
+UNITS = (("km", 1e3), ("m", 1.0), ("mm", 1e-3), ("µm", 1e-6), ("nm", 1e-9))
 
 
 def console(**settings: object) -> Console:
@@ -35,17 +38,17 @@ def plain(text: str) -> Text:
 
 def columns(*heads: str, right: Sequence[int] = ()) -> Table:
     """Return an empty table; right: the columns that hold numbers."""
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1), show_edge=False)
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=0, show_edge=False)
     for number, head in enumerate(heads):
         table.add_column(head, justify="right" if number in right else "left", no_wrap=number == 0)
     return table
 
 
-def scene_list(rows: Sequence[SceneRow]) -> Table:
+def scene_list(scenes: Sequence[Scene]) -> Table:
     """Return the catalogue: name, title, what each scene needs."""
     table = columns("scene", "title", "needs")
-    for row in rows:
-        table.add_row(plain(row.scene), plain(row.title), plain(row.needs or "nothing"))
+    for scene in scenes:
+        table.add_row(plain(scene.name), plain(scene.title), ", ".join(needs(scene)) or "nothing")
     return table
 
 
@@ -74,10 +77,15 @@ def comparison_text(comparison: Comparison, vertex: int | None) -> Iterator[Tabl
         vertex = worst_vertex(comparison.runs) if vertex is None else vertex
         for run in comparison.runs:
             if run.has_errors:
-                yield plain(f"\n{run.name}, dt = {run.dt:g} s, vertex {vertex}")
+                yield Text()
+                yield plain(f"{run.name}, dt = {run.dt:g} s, vertex {vertex}")
                 yield error_table(run, vertex)
     yield Text()
-    yield standings(comparison.runs)
+    yield from standings(comparison.runs)
+    if is_table_4_1(scene):
+        yield Text()
+        yield plain("largest distance over the five rows from the columns printed in Table 4.1")
+        yield budget_table(list(budget_rows(list(published_rows(comparison)))))
 
 
 def error_table(run: Run, vertex: int) -> Table:
@@ -86,40 +94,54 @@ def error_table(run: Run, vertex: int) -> Table:
     times = run.scene.times
     true, flown = (vertices[-len(times) :, 0, vertex] for vertices in (run.truth.vertices, run.flight.vertices))
     errors, limits, distances = run.errors[:, 0, vertex], run.limits[:, 0], run.distances[:, 0, vertex]
-    places = decimals(run.scene.body.points)
+    unit, metres, places = ruler(true)
     seen = distances[np.isfinite(distances) & (distances > limits)]
     power = math.floor(math.log10(seen.max())) if seen.size else 0
-    table = columns(
-        "t [s]", "true position [m]", "position [m]", f"error [1e{power} m]", "distance [m]", right=range(5)
-    )
+    heads = "t [s]", f"true [{unit}]", f"{run.engine} [{unit}]", f"error [1e{power} m]", "off [m]"
+    table = columns(*heads, right=range(5))
     for row in thinned(len(times)):
         below = distances[row] <= limits[row]
         table.add_row(
             f"{times[row]:g}",
-            vector(true[row], places),
-            vector(flown[row], places),
+            vector(true[row] / metres, places),
+            vector(flown[row] / metres, places),
             "" if below else vector(errors[row] / 10.0**power, 2),
-            f"≤ {figure(limits[row])}" if below else figure(distances[row]),
+            f"≤{figure(limits[row])}" if below else figure(distances[row]),
         )
     return table
 
 
-def standings(runs: Sequence[Run]) -> Table:
-    """Return all contestants of one scene, the best first; those without a flight last, with the reason."""
+def standings(runs: Sequence[Run]) -> Iterator[Table | Text]:
+    """Yield the contestants of one scene that flew, the best first, and then why any is not plainly ok."""
+    flown = sorted((run for run in runs if run.has_errors), key=lambda run: float(np.nanmax(run.distances)))
     table = columns("contestant", "max [m]", "rms [m]", "energy drift", "ns/step", "status", right=range(1, 5))
-    for run in sorted(runs, key=lambda run: float(np.nanmax(run.distances, initial=0)) if run.has_errors else math.inf):
-        if not run.has_errors:
-            table.add_row(plain(run.name), "", "", "", "", plain(run.status))
-            continue
+    for run in flown:
         worst, limit = float(run.distances.max()), float(run.limits.max())
         table.add_row(
             plain(run.name),
-            f"≤ {figure(limit)}" if worst <= limit else figure(worst),
+            f"≤{figure(limit)}" if worst <= limit else figure(worst),
             figure(float(np.sqrt((run.distances**2).mean()))),
             figure(run.drifts[0]),
             f"{run.flight.wall_s / run.flight.steps * 1e9:.0f}",
-            plain(run.status),
+            run.status.partition(":")[0],
         )
+    if flown:
+        yield table
+    reasons: dict[str, list[str]] = {}
+    for run in runs:
+        if run.status != "ok":
+            reasons.setdefault(run.status, []).append(run.name)
+    for status, names in reasons.items():
+        yield Text()
+        yield plain(f"{', '.join(names)}: {status}")
+
+
+def budget_table(rows: Sequence[BudgetRow]) -> Table:
+    """Return how far every contestant is from Table 4.1's two columns."""
+    table = columns("contestant", "calculated [m]", "application [m]", right=(1, 2))
+    for row in rows:
+        name = f"{row.engine}:{row.method}" if row.method else row.engine
+        table.add_row(plain(name), f"{row.max_to_calculated_m:.3f}", f"{row.max_to_application_m:.3f}")
     return table
 
 
@@ -138,10 +160,11 @@ def thinned(samples: int) -> list[int]:
     return sorted({round((number + 1) * samples / SHOWN_SAMPLES) - 1 for number in range(SHOWN_SAMPLES)})
 
 
-def decimals(points: Array) -> int:
-    """Return how many decimals show a position to about a thousandth of the body's size."""
-    size = float(np.ptp(points, axis=0).max())
-    return min(max(2 - math.floor(math.log10(size)), 0), 12) if size > 0 else 3
+def ruler(positions: Array) -> tuple[str, float, int]:
+    """Return the unit that positions [m] are printed in, its length [m], and decimals for three digits."""
+    largest = float(abs(positions).max())
+    unit, metres = next((unit for unit in UNITS if largest >= unit[1]), UNITS[-1])
+    return unit, metres, sum(largest < bound * metres for bound in (100, 10))
 
 
 def vector(values: Array, places: int) -> str:

