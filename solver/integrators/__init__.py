@@ -1,0 +1,11 @@
+"""One file per method, one function each: n steps of the rotation of many throws.
+
+Every method has the signature
+
+    method(spins, n, dt, inverse_moments, gyroscopic)
+
+spins: one row a throw, altered in place: the attitude as the method keeps it, then the angular momentum [kg m2/s];
+n: steps; dt [s]; inverse_moments [1/(kg m2)] and gyroscopic, or None for a body of equal moments: `solver.body.Body`.
+A step knows nothing but the row, so that n steps and then m more are n + m steps to the last bit.  The translation of a
+free flight is not stepped at all: `solver.flight`.
+"""

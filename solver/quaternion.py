@@ -1,0 +1,152 @@
+"""Hamilton's quaternions w x y z: rotations, body axes to world axes.
+
+First the algebra, compiled, on tuples; then, in numpy, whole arrays to and from rotation matrices.
+Source: Hamilton (1844); Sola, "Quaternion kinematics for the error-state Kalman filter" (2017), whose conventions
+(Hamilton, active, local to global) these are.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solver.compilation import scalar
+from solver.vectors import Vector, add, cross, dot, scale
+
+Quaternion = tuple[float, float, float, float]
+
+# Below this |u|^2 five terms of the series for cos and sin(x)/x are exact: the first one left out is under 2^-55.
+SERIES_LIMIT = 2.0**-7
+
+
+@scalar
+def product(p: Quaternion, q: Quaternion) -> Quaternion:
+    """Return the Hamilton product p q: first the rotation q, then p."""
+    pw, px, py, pz = p
+    qw, qx, qy, qz = q
+    return (
+        pw * qw - px * qx - py * qy - pz * qz,
+        pw * qx + px * qw + py * qz - pz * qy,
+        pw * qy - px * qz + py * qw + pz * qx,
+        pw * qz + px * qy - py * qx + pz * qw,
+    )
+
+
+@scalar
+def product_vector(q: Quaternion, a: Vector) -> Quaternion:
+    """Return q a~, the product with the pure quaternion a~ = (0, a)."""
+    w, x, y, z = q
+    return (
+        -x * a[0] - y * a[1] - z * a[2],
+        w * a[0] + y * a[2] - z * a[1],
+        w * a[1] - x * a[2] + z * a[0],
+        w * a[2] + x * a[1] - y * a[0],
+    )
+
+
+@scalar
+def vector_product(a: Vector, q: Quaternion) -> Quaternion:
+    """Return a~ q, the product with the pure quaternion a~ = (0, a)."""
+    w, x, y, z = q
+    return (
+        -a[0] * x - a[1] * y - a[2] * z,
+        a[0] * w + a[1] * z - a[2] * y,
+        a[1] * w + a[2] * x - a[0] * z,
+        a[2] * w + a[0] * y - a[1] * x,
+    )
+
+
+@scalar
+def plus(p: Quaternion, q: Quaternion) -> Quaternion:
+    """Return p + q."""
+    return (p[0] + q[0], p[1] + q[1], p[2] + q[2], p[3] + q[3])
+
+
+@scalar
+def stretch(factor: float, q: Quaternion) -> Quaternion:
+    """Return factor q."""
+    return (factor * q[0], factor * q[1], factor * q[2], factor * q[3])
+
+
+@scalar
+def conjugate(q: Quaternion) -> Quaternion:
+    """Return q*, the inverse of a unit quaternion."""
+    return (q[0], -q[1], -q[2], -q[3])
+
+
+@scalar
+def norm_squared(q: Quaternion) -> float:
+    """Return |q|^2."""
+    return q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]
+
+
+@scalar
+def normalise(q: Quaternion) -> Quaternion:
+    """Return q / |q|."""
+    return stretch(1.0 / math.sqrt(norm_squared(q)), q)
+
+
+@scalar
+def rotate(q: Quaternion, a: Vector) -> Vector:
+    """Return q a q*, the vector turned from body to world axes; q a unit quaternion."""
+    axis = (q[1], q[2], q[3])
+    # Twice the vector, not twice the product: many a loop turns the same vector.
+    twice = cross(axis, scale(2.0, a))
+    return add(add(a, scale(q[0], twice)), cross(axis, twice))
+
+
+@scalar
+def rotate_back(q: Quaternion, a: Vector) -> Vector:
+    """Return q* a q, the vector turned from world to body axes; q a unit quaternion."""
+    return rotate(conjugate(q), a)
+
+
+@scalar
+def exponential(u: Vector) -> Quaternion:
+    """Return exp(u~) = (cos |u|, u sin |u| / |u|), the rotation by the angle 2 |u| [rad] about u.
+
+    To rounding at every angle.  Source: Sola (2017), section 1.3.4.
+    """
+    s = dot(u, u)
+    if s < SERIES_LIMIT:
+        # Taylor's series, the odd and the even terms apart: half the waiting of Horner's scheme.
+        s2 = s * s
+        cosine = (1.0 - s * (1 / 2)) + s2 * ((1 / 24 - s * (1 / 720)) + s2 * (1 / 40320))
+        sine_ratio = (1.0 - s * (1 / 6)) + s2 * ((1 / 120 - s * (1 / 5040)) + s2 * (1 / 362880))
+    else:
+        angle = math.sqrt(s)
+        cosine = math.cos(angle)
+        sine_ratio = math.sin(angle) / angle
+    return (cosine, sine_ratio * u[0], sine_ratio * u[1], sine_ratio * u[2])
+
+
+def to_matrix(q: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the matrices that turn body axes into world axes, (..., 3, 3), of unit quaternions, (..., 4)."""
+    w, x, y, z = np.moveaxis(q, -1, 0)
+    rows = (
+        (w * w + x * x - y * y - z * z, 2 * (x * y - w * z), 2 * (x * z + w * y)),
+        (2 * (x * y + w * z), w * w - x * x + y * y - z * z, 2 * (y * z - w * x)),
+        (2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z),
+    )
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
+def from_matrix(matrices: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the unit quaternion of the rotation nearest to each matrix, (..., 4), of matrices, (..., 3, 3).
+
+    Nearest in the sense of Frobenius: for a rotation itself, and for any other matrix of positive determinant its polar
+    factor.  A matrix that is not finite gives nan.  The sign of q is arbitrary.
+    Source: Davenport's q-method, in Markley & Crassidis, "Fundamentals of Spacecraft Attitude Determination" (2014),
+    section 5.3.1: q is the eigenvector of the largest eigenvalue of a symmetric matrix made of the entries.
+    """
+    finite = np.isfinite(matrices).all(axis=(-2, -1))
+    m = np.moveaxis(np.where(np.expand_dims(finite, (-2, -1)), matrices, 0.0), (-2, -1), (0, 1))
+    (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = m
+    davenport = (
+        (xx + yy + zz, zy - yz, xz - zx, yx - xy),
+        (zy - yz, xx - yy - zz, xy + yx, xz + zx),
+        (xz - zx, xy + yx, yy - xx - zz, yz + zy),
+        (yx - xy, xz + zx, yz + zy, zz - xx - yy),
+    )
+    _, eigenvectors = np.linalg.eigh(np.stack([np.stack(row, axis=-1) for row in davenport], axis=-2))
+    return np.where(np.expand_dims(finite, -1), eigenvectors[..., -1], np.nan)
