@@ -1,0 +1,131 @@
+"""Mass properties of uniform solids, and the axes in which the inertia tensor is diagonal.
+
+A tensor is the full one with products of inertia, [[A, -H, -G], [-H, B, -F], [-G, -F, C]] (CE1051A report, eq. 2.6).
+"""
+
+from collections.abc import Iterator
+from itertools import permutations, product
+from typing import NamedTuple
+
+import numpy as np
+
+from scenarios.frames import Array
+from scenarios.scene import frozen_array
+
+# The axes of a tensor whose products of inertia are no more than rounding are left alone.
+DIAGONAL = 1e-15
+# Moments as close as this are one moment: a dozen roundings, which is what the integrals of a small mesh leave.
+EQUAL = 1e-14
+
+# Into box_corners.  Two triangles a face, counter-clockwise from outside: -x, +x, -y, +y, -z, +z.
+BOX_FACES = frozen_array(
+    [
+        (0, 1, 3), (0, 3, 2), (4, 6, 7), (4, 7, 5),
+        (0, 4, 5), (0, 5, 1), (2, 3, 7), (2, 7, 6),
+        (0, 2, 6), (0, 6, 4), (1, 5, 7), (1, 7, 3),
+    ],
+    dtype=int,
+)  # fmt: skip
+
+
+class Solid(NamedTuple):
+    """volume [m3]; centre of mass [m], (3,); inertia tensor about it [kg m2], (3, 3), along the axes of the input."""
+
+    volume: float
+    centre: Array
+    tensor: Array
+
+
+def box(mass: float, size: Array) -> Solid:
+    """Return the mass properties of a uniform box about its middle.
+
+    mass [kg]; size: full edges [m], (3,).  Source: IGR202 report, section 2.1.
+    """
+    return Solid(float(np.prod(size)), np.zeros(3), mass * _tensor(np.diag(np.asarray(size, dtype=float) ** 2 / 12)))
+
+
+def box_corners(size: Array) -> Array:
+    """Return the eight corners of a box [m], (8, 3): 0 is (-, -, -), 1 is (-, -, +), 7 is (+, +, +)."""
+    return np.array(list(product((-1, 1), repeat=3))) * (np.asarray(size, dtype=float) / 2)
+
+
+def mesh(mass: float, points: Array, faces: np.ndarray) -> Solid:
+    """Return the mass properties of the uniform solid inside a closed surface of triangles.
+
+    mass [kg]; points [m], (n, 3); faces: indices into points, all turning the same way, (m, 3).  The volume is negative
+    where the faces turn clockwise seen from outside.  Raises ValueError where the surface encloses no volume.
+    Source: the integrals of CE1051A report, eqs. 2.1-2.11, as a sum of signed tetrahedra: Tonon, "Explicit exact
+    formulas for the 3-D tetrahedron inertia tensor in terms of its vertex coordinates" (2004).
+    """
+    # Near its own middle and in units of its own size the sums lose nothing, wherever the file has put the mesh.
+    low, high = points.min(axis=0), points.max(axis=0)
+    middle, size = low + (high - low) / 2, float((high - low).max())
+    if not size > 0:
+        raise ValueError("the surface encloses no volume")
+    unit_points = (points - middle) / size
+    volume, moment = _tetrahedra(unit_points[faces])[:2]
+    if abs(volume) < 1e-15:  # of the cube around it: no more than the rounding of the sum
+        raise ValueError("the surface encloses no volume")
+    centre = moment / volume
+    second = _tetrahedra(unit_points[faces] - centre)[2] / volume
+    return Solid(volume * size**3, middle + size * centre, mass * size**2 * _tensor(second))
+
+
+def _tensor(second: Array) -> Array:
+    """Return the inertia tensor from the mean of r r^T, (3, 3) (CE1051A report, eqs. 2.6-2.8)."""
+    xx, yy, zz = np.diag(second)
+    # Not trace - second: on a needle along x, A would be the small difference of two large sums.
+    return np.diag((yy + zz, zz + xx, xx + yy)) - (second - np.diag((xx, yy, zz)))
+
+
+def _tetrahedra(triangles: Array) -> tuple[float, Array, Array]:
+    """Return the integrals of 1, r, (3,), and r r^T, (3, 3), over the tetrahedra from the origin to each triangle."""
+    a, b, c = np.moveaxis(triangles, 1, 0)
+    six_volumes = np.einsum("ij,ij->i", a, np.cross(b, c))
+    corners = np.stack((a, b, c, a + b + c))
+    second = np.einsum("i,kip,kiq->pq", six_volumes, corners, corners) / 120
+    return float(six_volumes.sum() / 6), six_volumes @ corners[3] / 24, second
+
+
+def principal_axes(tensor: Array) -> tuple[Array, Array]:
+    """Return the principal moments [kg m2], (3,), and the quaternion w x y z, (4,), input axes -> principal axes.
+
+    tensor: symmetric [kg m2], (3, 3).  Of the many choices (order, signs, any axes where moments are equal) the one
+    that turns least is taken; a tensor that is diagonal already keeps its axes exactly.
+    """
+    scale = np.abs(tensor).max()
+    if np.abs(tensor - np.diag(np.diag(tensor))).max() <= DIAGONAL * scale:
+        return np.diag(tensor).copy(), np.array([1.0, 0.0, 0.0, 0.0])
+    moments, columns = np.linalg.eigh(tensor / scale)
+    for i in (1, 2):
+        if moments[i] - moments[i - 1] <= EQUAL * moments[2]:
+            moments[i] = moments[i - 1]
+    # A reflection among the choices has a trace of 1 at most and never wins; the best rotation has 1.9 or more.
+    ordered, turn = max(_choices(moments, columns.T), key=lambda choice: np.trace(choice[1]))
+    return ordered * scale, _quaternion(turn)
+
+
+def _choices(moments: Array, axes: Array) -> Iterator[tuple[Array, Array]]:
+    """Yield the moments, (3,), and their axes, (3, 3), one a row, in every order, each laid nearest the input's axes.
+
+    That settles the sign of an axis, and how axes of equal moments lie among themselves: Schonemann, "A generalized
+    solution of the orthogonal Procrustes problem" (1966).
+    """
+    for order in map(list, permutations(range(3))):
+        ordered, turn = moments[order], axes[order]
+        for moment in np.unique(ordered):
+            equal = np.flatnonzero(ordered == moment)
+            u, _, vt = np.linalg.svd(turn[np.ix_(equal, equal)])
+            turn[equal] = (u @ vt).T @ turn[equal]
+        yield ordered, turn
+
+
+def _quaternion(turn: Array) -> Array:
+    """Return the quaternion w x y z, (4,), of a rotation matrix that turns by less than 63 degrees.
+
+    The 24 rotations of the cube leave nothing further apart (Mackenzie, 1958), so w is far from zero.
+    """
+    w = np.sqrt(1 + np.trace(turn)) / 2
+    x, y, z = turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]
+    q = np.array([w, x / (4 * w), y / (4 * w), z / (4 * w)])
+    return q / np.linalg.norm(q)
