@@ -1,0 +1,55 @@
+"""An engine that breaks one law of engines a method, so that the test of each law is seen to fail."""
+
+import mine
+import numpy as np
+
+METHODS = (
+    "changes-what-is-written",
+    "depends-on-how-steps-are-asked-for",
+    "remembers",
+    "slows-down",
+    "floats",
+    "alters-the-scene",
+    "mixes-throws",
+)
+FEATURES = {"gravity"}
+ABOUT = {"version": "1", "precision": "double", "switched_off": []}
+
+
+class World(mine.World):
+    def __init__(self, scene, method):
+        super().__init__(scene)
+        self.method = method
+        self.flown = 0
+
+
+def build(scene, method):
+    world = World(scene, method)
+    if method == "alters-the-scene":
+        object.__setattr__(scene, "step", 2 * scene.step)
+    if method == "floats":
+        world.gravity = np.zeros(3)
+    return world
+
+
+def write(world, states):
+    mine.write(world, states)
+    if world.method == "changes-what-is-written":
+        world.states[:, 10:13] = world.states[:, 12:9:-1]  # another order of axes
+    if world.method == "remembers":
+        world.states[:, 0] += 1e-15 * world.flown
+
+
+def advance(world, n, dt):
+    mine.advance(world, n, dt)
+    world.flown += n
+    if world.method == "depends-on-how-steps-are-asked-for":
+        world.states[:, 0] += dt  # one step more for every call
+    if world.method == "slows-down":
+        world.states[:, 7:10] *= (1 - 1e-9) ** n
+    if world.method == "mixes-throws":
+        world.states[:, 7:10] = world.states[:, 7:10].mean(axis=0)
+
+
+def read(world):
+    return mine.read(world)
