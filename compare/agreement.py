@@ -30,5 +30,6 @@ def agreements(runs: Sequence[Run]) -> Iterator[AgreementRow]:
     for a, b in combinations(flown, 2):
         errors = float(a.distances.max()), float(b.distances.max())
         apart = float(np.linalg.norm(a.errors - b.errors, axis=-1).max())
-        if min(errors) > a.limits.max() and apart < SHARED * min(errors):
+        # Below the truth's limit a distance tells nothing, so errors must stand that much above it.
+        if SHARED * min(errors) > a.limits.max() and apart < SHARED * min(errors):
             yield AgreementRow(a.scene.name, a.name, b.name, apart, *errors)

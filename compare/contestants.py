@@ -1,6 +1,5 @@
 """Who takes part: ENGINE or ENGINE:METHOD, as everywhere in Tumble."""
 
-import difflib
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -8,6 +7,7 @@ from pathlib import Path
 from compare import roster
 from compare.roster import BadEngine, Card
 from compare.worker import Failure, Worker
+from scenarios.format import nearest
 from scenarios.needs import FORCES, needs
 from scenarios.scene import Scene
 
@@ -52,7 +52,7 @@ def split(item: str) -> tuple[str, str]:
         return engine, method
     engine, _, method = item.partition(":")
     if engine not in roster.names():
-        raise BadEngine(unknown("engine", engine, roster.names()))
+        raise BadEngine(f"unknown engine {engine!r}: {nearest(engine, roster.names())}")
     return engine, method
 
 
@@ -73,12 +73,5 @@ def chosen(engine: str, asked: list[str], card: Card | Failure) -> tuple[str, ..
         return tuple(asked) or ("",)
     for method in asked:
         if method not in card.methods:
-            raise BadEngine(unknown(f"method of {roster.title(engine)}", method, card.methods))
+            raise BadEngine(f"unknown method of {roster.title(engine)} {method!r}: {nearest(method, card.methods)}")
     return tuple(dict.fromkeys(asked)) or card.methods
-
-
-def unknown(what: str, name: str, known: Iterable[str]) -> str:
-    """Return the line that refuses a name and offers the nearest."""
-    known = list(known)
-    near = difflib.get_close_matches(name, known, n=1)
-    return f"unknown {what} {name!r}: " + (f"did you mean {near[0]!r}?" if near else f"there are {', '.join(known)}")

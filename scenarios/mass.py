@@ -61,11 +61,11 @@ def mesh(mass: float, points: Array, faces: np.ndarray) -> Solid:
     low, high = points.min(axis=0), points.max(axis=0)
     middle, size = low + (high - low) / 2, float((high - low).max())
     if not size > 0:
-        raise ValueError("the surface encloses no volume")
+        raise ValueError("must enclose a volume")
     unit_points = (points - middle) / size
     volume, moment = _tetrahedra(unit_points[faces])[:2]
     if abs(volume) < 1e-15:  # of the cube around it: no more than the rounding of the sum
-        raise ValueError("the surface encloses no volume")
+        raise ValueError("must enclose a volume")
     centre = moment / volume
     second = _tetrahedra(unit_points[faces] - centre)[2] / volume
     return Solid(volume * size**3, middle + size * centre, mass * size**2 * _tensor(second))

@@ -2,17 +2,34 @@
 
 `scalar` is for the small functions on tuples that kernels are written with: LLVM inlines them, so that a whole step
 lives in registers.  `kernel` is for the loops that Python calls: kept on disk, so that a second process compiles
-nothing.  What is on disk is renewed when the kernel's own file changes, and only then: after a change to a scalar
-function, `__pycache__` must go.
+nothing.  numba renews what is on disk when the kernel's own file changes, but not when a scalar function elsewhere
+does: so each state of the solver's source has a folder of its own.
 
 Division by zero gives inf or nan, for a judge to see.  Fast-math is off, and so is contraction to fused multiply-adds:
 it buys 5 % here, and the last bits would depend on the processor and on how a loop happened to be compiled.
 """
 
+import hashlib
+import os
 from collections.abc import Callable
+from pathlib import Path
 from typing import TypeVar, cast
 
+import numba
 from numba import njit
+
+SOURCE = Path(__file__).parent
+
+
+def cache_folder() -> Path:
+    """Return where compiled kernels are kept for the solver's source as it is now."""
+    source = b"".join(path.read_bytes() for path in sorted(SOURCE.rglob("*.py")))
+    return SOURCE / "__pycache__" / f"kernels-{hashlib.sha256(source).hexdigest()[:16]}"
+
+
+# Where the package cannot be written to, or the user has said where, numba's own choice of folder stands.
+if os.access(SOURCE, os.W_OK) and not numba.config.CACHE_DIR:  # type: ignore[attr-defined]
+    numba.config.CACHE_DIR = str(cache_folder())  # type: ignore[attr-defined]
 
 F = TypeVar("F", bound=Callable)
 
