@@ -9,6 +9,7 @@ import subprocess
 import sys
 import time
 
+import numpy as np
 import pytest
 
 TRAJECTORY = (
@@ -190,3 +191,74 @@ def test_help_imports_nothing_heavy(tumble, tmp_path):
 def test_nothing_is_left_in_the_working_folder(tumble, tmp_path):
     assert tumble("compare", "brick-tumble", "--dt", "0.2").returncode == 0
     assert os.listdir(tmp_path) == []
+
+
+def test_an_engine_that_is_not_installed_is_a_row_with_its_reason(tumble, tmp_path):
+    (tmp_path / "shadow").mkdir()
+    (tmp_path / "shadow/pybullet.py").write_text("raise ModuleNotFoundError('no wheel', name='pybullet')\n")
+    without = {"env": {**os.environ, "PYTHONPATH": str(tmp_path / "shadow")}}
+    listed = tumble("engines", **without)
+    assert listed.returncode == 0
+    assert "missing: no module named pybullet (it has no wheel for Python" in listed.stdout
+    assert tumble("compare", "table-4-1", "-o", "out", **without).returncode == 0
+    statuses = {row["engine"]: row["status"] for row in rows((tmp_path / "out/runs.csv").read_text())}
+    assert statuses["pybullet"].startswith("missing: no module named pybullet")
+    asked = tumble("run", "table-4-1", "-e", "pybullet:rigidbody", **without)
+    assert asked.returncode == 2
+    assert "pybullet:rigidbody on table-4-1: missing: no module named pybullet" in asked.stderr
+
+
+@pytest.mark.parametrize("method", ["euler", "rk4", "implicit", "implicitfast", "discrete"])
+def test_run_equals_a_bare_mujoco_loop_bit_for_bit(tumble, method):
+    import mujoco
+
+    from scenarios.read import read_scene
+
+    scene = read_scene("brick-tumble")
+    mass, (x, y, z), (gx, gy, gz) = scene.body.mass, scene.body.moments.tolist(), scene.gravity.tolist()
+    model = mujoco.MjModel.from_xml_string(
+        f'<mujoco><option integrator="{ {"euler": "Euler", "rk4": "RK4"}.get(method, method) }"'
+        f' timestep="{scene.step!r}" gravity="{gx!r} {gy!r} {gz!r}"/><worldbody><body><freejoint/>'
+        f'<inertial pos="0 0 0" mass="{mass!r}" diaginertia="{x!r} {y!r} {z!r}"/></body></worldbody></mujoco>'
+    )
+    data = mujoco.MjData(model)
+    data.qpos[:] = scene.start[0, 0:7]
+    data.qvel[:] = scene.start[0, 7:13]  # at the identity attitude body axes are world axes
+    for row in rows(tumble("run", "brick-tumble", "-e", f"mujoco:{method}").stdout):
+        while data.time < float(row["t_s"]) - scene.step / 2:
+            mujoco.mj_step(model, data)
+        pose = [float(row[name]) for name in ("x_m", "y_m", "z_m", "qw", "qx", "qy", "qz")]
+        velocity = [float(row[name]) for name in ("vx_m_s", "vy_m_s", "vz_m_s")]
+        assert pose == data.qpos.tolist()
+        assert velocity == data.qvel[:3].tolist()
+
+
+@pytest.mark.parametrize("method", ["multibody", "rigidbody"])
+def test_run_equals_a_bare_pybullet_loop_bit_for_bit(tumble, method):
+    import pybullet
+
+    from scenarios.read import read_scene
+
+    scene = read_scene("brick-tumble")
+    client = pybullet.connect(pybullet.DIRECT)
+    try:
+        pybullet.setGravity(*scene.gravity, physicsClientId=client)
+        pybullet.setTimeStep(scene.step, physicsClientId=client)
+        body = pybullet.createMultiBody(1.0, useMaximalCoordinates=method == "rigidbody", physicsClientId=client)
+        pybullet.changeDynamics(
+            body, -1, mass=scene.body.mass, localInertiaDiagonal=scene.body.moments.tolist(),
+            linearDamping=0, angularDamping=0, maxJointVelocity=1e30, physicsClientId=client,
+        )  # fmt: skip
+        (x, (w, *xyz), v, spin) = (scene.start[0, part].tolist() for part in np.split(np.arange(13), [3, 7, 10]))
+        pybullet.resetBasePositionAndOrientation(body, x, [*xyz, w], physicsClientId=client)
+        pybullet.resetBaseVelocity(body, v, spin, physicsClientId=client)
+        steps = 0
+        for row in rows(tumble("run", "brick-tumble", "-e", f"pybullet:{method}").stdout):
+            while steps < round(float(row["t_s"]) / scene.step):
+                pybullet.stepSimulation(physicsClientId=client)
+                steps += 1
+            x, (*xyz, w) = pybullet.getBasePositionAndOrientation(body, physicsClientId=client)
+            v, spin = pybullet.getBaseVelocity(body, physicsClientId=client)
+            assert [float(value) for value in list(row.values())[1:14]] == [*x, w, *xyz, *v, *spin]
+    finally:
+        pybullet.disconnect(client)
