@@ -1,0 +1,71 @@
+"""Who makes the same mistake: contestants that agree with each other better than either is right."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from compare.agreement import AgreementRow
+from reports.numerals import figure
+
+
+@dataclass(frozen=True)
+class Family:
+    """Contestants of which each agrees with another, in which scenes, how far they are apart, and how far off [m]."""
+
+    members: tuple[str, ...]
+    scenes: tuple[str, ...]
+    apart_m: float
+    least_error_m: float
+    largest_error_m: float
+
+
+def joined(pairs: Iterable[tuple[str, str]]) -> list[tuple[str, ...]]:
+    """Return the groups that pairs make when every pair is in one group."""
+    groups: list[set[str]] = []
+    for pair in pairs:
+        group = set(pair).union(*(other for other in groups if not other.isdisjoint(pair)))
+        groups = [other for other in groups if other.isdisjoint(group)] + [group]
+    return [tuple(sorted(group)) for group in groups]
+
+
+def of_one_scene(rows: Sequence[AgreementRow], scene: str) -> list[tuple[str, ...]]:
+    """Return the members of every family of one scene."""
+    return joined((row.contestant_a, row.contestant_b) for row in rows if row.scene == scene)
+
+
+def families(rows: Sequence[AgreementRow]) -> list[Family]:
+    """Return every family, those of different engines first, then by the number of scenes."""
+    found: dict[tuple[str, ...], list[AgreementRow]] = {}
+    for scene in dict.fromkeys(row.scene for row in rows):
+        for members in of_one_scene(rows, scene):
+            own = [row for row in rows if row.scene == scene and row.contestant_a in members]
+            found.setdefault(members, []).extend(own)
+    made = [
+        Family(
+            members,
+            tuple(dict.fromkeys(row.scene for row in own)),
+            max(row.apart_m for row in own),
+            min(min(row.error_a_m, row.error_b_m) for row in own),
+            max(max(row.error_a_m, row.error_b_m) for row in own),
+        )
+        for members, own in found.items()
+    ]
+    return sorted(made, key=lambda family: (-engines(family.members), -len(family.scenes), family.members))
+
+
+def engines(members: Iterable[str]) -> int:
+    """Return how many engines the contestants are of."""
+    return len({member.partition(":")[0] for member in members})
+
+
+def verdict(rows: Sequence[AgreementRow]) -> str:
+    """Return the sentence on the pair of different engines that agree and are furthest off; '' where there is none."""
+    between = [row for row in rows if engines((row.contestant_a, row.contestant_b)) > 1]
+    if not between:
+        return ""
+    worst = max(between, key=lambda row: min(row.error_a_m, row.error_b_m))
+    apart = f"to {figure(worst.apart_m)} m" if worst.apart_m else "to the last digit"
+    return (
+        f"{worst.contestant_a} and {worst.contestant_b} agree {apart} in {worst.scene}, "
+        f"and both are {figure(max(worst.error_a_m, worst.error_b_m))} m from the truth: "
+        "agreement of engines is no evidence."
+    )

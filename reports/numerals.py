@@ -1,0 +1,54 @@
+"""Numbers for people: three significant digits, powers of ten as 2.31·10⁻¹¹, real minus signs."""
+
+import math
+
+MINUS = "\N{MINUS SIGN}"
+TIMES_TEN = "\N{MIDDLE DOT}10"
+SUPERSCRIPTS = dict(zip("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹", strict=True))
+
+
+def figure(value: float, digits: int = 3) -> str:
+    """Return a number in so many significant digits; plain from a thousandth to ten thousand, else a power of ten."""
+    if math.isnan(value):
+        return "NaN"
+    if math.isinf(value):
+        return "∞" if value > 0 else f"{MINUS}∞"
+    if value == 0:
+        return "0"
+    mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
+    power = int(exponent)
+    if -3 <= power < 4:
+        text = f"{float(f'{mantissa}e{power}'):.{max(digits - 1 - power, 0)}f}"
+    else:
+        text = mantissa + TIMES_TEN + superscript(power)
+    return text.replace("-", MINUS)
+
+
+def superscript(power: int) -> str:
+    """Return an exponent as it is set."""
+    return "".join(SUPERSCRIPTS[sign] for sign in str(power))
+
+
+def at_most(limit: float, digits: int = 3) -> str:
+    """Return what is shown for a number that says no more than its limit does."""
+    return f"≤\N{NO-BREAK SPACE}{figure(limit, digits)}"
+
+
+def fixed(value: float, decimals: int) -> str:
+    """Return a number with so many decimals."""
+    return f"{value:.{decimals}f}".replace("-", MINUS)
+
+
+def given(value: float) -> str:
+    """Return a number that a person chose, such as a time or a step, as it was written."""
+    return f"{value:.12g}".replace("-", MINUS)
+
+
+def listed(names: list[str]) -> str:
+    """Return names as a sentence has them: a, b and c."""
+    return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
+
+
+def counted(count: int, noun: str) -> str:
+    """Return a count with its noun: 1 scene, 2 scenes."""
+    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"

@@ -1,0 +1,138 @@
+"""The tables read back as the rows they were written from: all that a page knows."""
+
+import csv
+import io
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields
+from functools import cached_property
+from types import NoneType
+from typing import Any, TypeVar, get_args, get_type_hints
+
+import numpy as np
+
+from compare.agreement import AgreementRow
+from compare.conditions import ConditionRow
+from compare.results import EngineRow, ErrorOverTimeRow, SceneRow
+from compare.table_4_1 import BudgetRow, PublishedRow
+from compare.tables import RunRow, VertexErrorRow
+from scenarios.frames import Array
+
+Row = TypeVar("Row")
+Cells = dict[str, str]
+
+
+@dataclass(frozen=True)
+class Tables:
+    """The tables of one comparison, file name -> CSV text, as compare.results.tables gives them."""
+
+    texts: Mapping[str, str]
+
+    def table(self, row_type: type[Row], name: str) -> list[Row]:
+        """Return one table whole."""
+        return list(typed(row_type, cells(self.texts[name])))
+
+    @cached_property
+    def scenes(self) -> list[SceneRow]:
+        """One row a scene."""
+        return self.table(SceneRow, "scenes.csv")
+
+    @cached_property
+    def engines(self) -> list[EngineRow]:
+        """One row an engine."""
+        return self.table(EngineRow, "engines.csv")
+
+    @cached_property
+    def runs(self) -> list[RunRow]:
+        """One row a run."""
+        return self.table(RunRow, "runs.csv")
+
+    @cached_property
+    def errors_over_time(self) -> list[ErrorOverTimeRow]:
+        """One row a run and sample."""
+        return self.table(ErrorOverTimeRow, "error-over-time.csv")
+
+    @cached_property
+    def agreements(self) -> list[AgreementRow]:
+        """One row a pair that agrees better than it is right."""
+        return self.table(AgreementRow, "agreement.csv")
+
+    @cached_property
+    def published(self) -> list[PublishedRow]:
+        """Five rows a contestant, beside Table 4.1."""
+        return self.table(PublishedRow, "table-4-1.csv")
+
+    @cached_property
+    def budget(self) -> list[BudgetRow]:
+        """One row a contestant: its largest distances from Table 4.1."""
+        return self.table(BudgetRow, "table-4-1-budget.csv")
+
+    @cached_property
+    def conditions(self) -> list[ConditionRow]:
+        """What it was measured on."""
+        return self.table(ConditionRow, "conditions.csv")
+
+    @cached_property
+    def vertex_cells(self) -> dict[str, list[Cells]]:
+        """The rows of vertex-errors.csv by scene, as text: the table is long, and most of it is never drawn."""
+        found: dict[str, list[Cells]] = {}
+        for row in cells(self.texts["vertex-errors.csv"]):
+            found.setdefault(row["scene"], []).append(row)
+        return found
+
+    def true_boxes(self, scene: str) -> dict[float, Array]:
+        """Return where the vertices of a scene's box truly are at each time [m], (8, 3); nothing for another shape.
+
+        Every run's rows hold the same true positions, so the first run's will do.
+        """
+        if not any(row.scene == scene and row.shape == "box" for row in self.scenes):
+            return {}
+        first = self.vertex_cells.get(scene, [{}])[0]
+        return poses(self.flown(scene, first.get("engine", ""), first.get("method", "")), true=True)
+
+    def flown(self, scene: str, engine: str, method: str) -> list[VertexErrorRow]:
+        """Return the rows of one run."""
+        return self.vertex_errors(scene, lambda row: (row["engine"], row["method"]) == (engine, method))
+
+    def vertex_errors(self, scene: str, wanted: Callable[[Cells], bool]) -> list[VertexErrorRow]:
+        """Return the wanted rows of one scene, vertex by vertex."""
+        return list(typed(VertexErrorRow, filter(wanted, self.vertex_cells.get(scene, []))))
+
+
+def cells(text: str) -> Iterator[Cells]:
+    """Yield a table's rows, column name -> cell."""
+    lines = csv.reader(io.StringIO(text))
+    names = next(lines)
+    return (dict(zip(names, line, strict=True)) for line in lines)
+
+
+def typed(row_type: type[Row], table: Iterable[Cells]) -> Iterator[Row]:
+    """Yield rows as row_type; an empty cell is None where the column may be.  Raises ValueError, KeyError."""
+    hints = get_type_hints(row_type)
+    readers = {field.name: reader(hints[field.name]) for field in fields(row_type)}  # type: ignore[arg-type]
+    for row in table:
+        yield row_type(**{name: read(row[name]) for name, read in readers.items()})
+
+
+def reader(hint: Any) -> Callable[[str], Any]:
+    """Return what makes a column's value from its cell."""
+    kinds = get_args(hint) or (hint,)
+    if NoneType in kinds:
+        return lambda cell: kinds[0](cell) if cell else None
+    return kinds[0]
+
+
+def poses(rows: Sequence[VertexErrorRow], true: bool) -> dict[float, Array]:
+    """Return where the vertices of one run are at each time [m], (n, 3): the true ones, or the run's own.
+
+    Of many throws it is the last.
+    """
+    found: dict[float, dict[int, tuple[float, float, float]]] = {}
+    for row in rows:
+        place = (row.true_x_m, row.true_y_m, row.true_z_m) if true else (row.x_m, row.y_m, row.z_m)
+        found.setdefault(row.t_s, {})[row.vertex] = place
+    return {time: np.array([places[vertex] for vertex in sorted(places)]) for time, places in found.items()}
+
+
+def contestant(row: Any) -> str:
+    """Return ENGINE:METHOD of any row that has both."""
+    return f"{row.engine}:{row.method}" if row.method else row.engine
