@@ -57,15 +57,20 @@ def engines(members: Iterable[str]) -> int:
     return len({member.partition(":")[0] for member in members})
 
 
-def verdict(rows: Sequence[AgreementRow]) -> str:
-    """Return the sentence on the pair of different engines that agree and are furthest off; '' where there is none."""
-    between = [row for row in rows if engines((row.contestant_a, row.contestant_b)) > 1]
-    if not between:
-        return ""
-    worst = max(between, key=lambda row: min(row.error_a_m, row.error_b_m))
-    apart = f"to {figure(worst.apart_m)} m" if worst.apart_m else "to the last digit"
-    return (
-        f"{worst.contestant_a} and {worst.contestant_b} agree {apart} in {worst.scene}, "
-        f"and both are {figure(max(worst.error_a_m, worst.error_b_m))} m from the truth: "
-        "agreement of engines is no evidence."
-    )
+def verdicts(rows: Sequence[AgreementRow]) -> list[str]:
+    """Return a sentence for each family of different engines, where it shows best; the furthest off first."""
+    best: dict[tuple[str, ...], AgreementRow] = {}
+    for row in rows:
+        if engines((row.contestant_a, row.contestant_b)) > 1:
+            members = next(group for group in of_one_scene(rows, row.scene) if row.contestant_a in group)
+            best[members] = min(best.get(members, row), row, key=lambda row: row.apart_m / row.error_a_m)
+    return [
+        f"{row.contestant_a} and {row.contestant_b} agree {agreement(row)} in {row.scene}, and both are "
+        f"{figure(max(row.error_a_m, row.error_b_m))} m from the truth: agreement of engines is no evidence."
+        for row in sorted(best.values(), key=lambda row: -row.error_a_m)
+    ]
+
+
+def agreement(row: AgreementRow) -> str:
+    """Return in words how well two agree."""
+    return f"to {figure(row.apart_m)} m" if row.apart_m else "to the last digit"

@@ -41,7 +41,7 @@ def page(tables: Mapping[str, str]) -> str:
             hand_calculation=hand_calculation.section(read),
             thrown_die=thrown_die.section(read),
             families=families.families(read.agreements),
-            agreement=families.verdict(read.agreements),
+            agreement=families.verdicts(read.agreements),
             scenes=scenes,
             engines=read.engines,
             audit=audit_notes(read.runs),
@@ -76,7 +76,7 @@ def verdicts(tables: Tables) -> list[str]:
         if here
         else "No engine took part.",
         hand_calculation.verdict(hand_calculation.exact(tables)),
-        families.verdict(tables.agreements),
+        *families.verdicts(tables.agreements)[:2],
         told_from_truth(tables.runs),
         furthest(tables.runs),
         not_plain(tables.runs),

@@ -23,7 +23,7 @@ COLUMNS = {
     "energy_drift": ("energy drift", "relative"),
     "momentum_drift": ("momentum drift", "relative"),
     "angular_momentum_drift": ("angular momentum drift", "relative"),
-    "wall_ns_per_step": ("time per step", "ns"),
+    "wall_ns_per_step": ("time per step (one pass, rough)", "ns"),
 }
 IN_METRES = {"max_error_m", "rms_error_m", "final_error_m"}
 
