@@ -9,7 +9,7 @@ report: venv
 	$(BIN)/tumble report -o report/tumble.html
 
 test: venv-test
-	$(BIN)/pytest
+	$(BIN)/pytest -n auto
 
 check: venv-test
 	$(BIN)/ruff check . && $(BIN)/ruff format --check . && $(BIN)/lint-imports && $(BIN)/pyright

@@ -1,5 +1,7 @@
 """What the registry claims holds on every free triaxial scene of the catalogue, held against the exact truth."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -12,8 +14,8 @@ from solver.registry import METHODS
 
 SCENES = [name for name in catalogue() if "gyroscopic" in needs(read_scene(name))]
 HALVINGS = 11
-# Errors that show an order, over the size of the body: above the first the next order is seen too (the slope nears 4 from
-# 4.35), below the second the rounding of 1e4 steps is, which an unstable spin magnifies.
+# Errors that show an order, over the size of the body: above the first the next order is seen too (the slope nears 4
+# from 4.35), below the second the rounding of 1e4 steps is, which an unstable spin magnifies.
 LARGEST, LEAST = 1e-5, 3e-9
 
 
@@ -29,7 +31,7 @@ def slopes(name: str, method: str) -> list[float]:
         errors.append(np.linalg.norm(flight.vertices - true.vertices, axis=-1).max())
     return [
         float(np.log2(coarse / fine))
-        for coarse, fine in zip(errors, errors[1:], strict=False)
+        for coarse, fine in pairwise(errors)
         if coarse < LARGEST * size and fine > LEAST * size
     ]
 
