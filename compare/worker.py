@@ -3,6 +3,7 @@
 import multiprocessing
 import os
 import signal
+import sys
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from typing import Self
@@ -93,6 +94,7 @@ def serve(connection: Connection, engine: str) -> None:
     """The process: load the engine, say what it is, then fly until told no more."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's to handle; it ends this process
     os.dup2(2, 1)  # whatever an engine prints goes to standard error: standard output is for results
+    sys.stdout = sys.stderr  # where it is not kept back in a buffer that dies with the process
     try:
         module = load(engine)
         connection.send(card(engine, module))

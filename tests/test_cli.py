@@ -167,7 +167,8 @@ def test_ctrl_c_ends_everything_and_writes_nothing(tmp_path):
         until(lambda: (tmp_path / "pid").exists() and (tmp_path / "pid").read_text())
         os.killpg(process.pid, signal.SIGINT)
         _, stderr = process.communicate(timeout=20)
-    assert process.returncode == 130
+    # Python itself ends by the signal where the interrupt fell into an import in C; a shell shows 130 for either.
+    assert process.returncode in (130, -signal.SIGINT)
     assert stderr == "tumble: interrupted; nothing was written\n"
     assert os.listdir(tmp_path / "out") == []
     worker = int((tmp_path / "pid").read_text())

@@ -93,10 +93,10 @@ def main(words: list[str] | None = None) -> int:
     except KeyboardInterrupt:
         return refuse("interrupted; nothing was written", EXIT_INTERRUPTED)
     except BrokenPipeError:
-        # The reader has had all it wanted; what is still buffered must not raise again at exit.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return EXIT_DONE
+        drop_output()
+        return EXIT_DONE  # the reader has had all it wanted
     except OSError as error:
+        drop_output()
         place = f"{error.filename}: " if error.filename else ""
         return refuse(f"{place}{error.strerror or error}", EXIT_USER)
     except Exception as error:
@@ -105,6 +105,11 @@ def main(words: list[str] | None = None) -> int:
         sys.excepthook(type(error), error, error.__traceback__)
         return refuse(f"a bug of ours: {type(error).__name__}: {error}", EXIT_BUG)
     return code
+
+
+def drop_output() -> None:
+    """Let what is still buffered for standard output go nowhere: it must not raise again at exit."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def is_users(error: Exception) -> bool:
