@@ -9,7 +9,12 @@ import numpy as np
 from compare.clock import timed
 from scenarios.frames import Array, vertices
 from scenarios.impulse import RayMissed, jump
+from scenarios.read import MOST_STEPS
 from scenarios.scene import Scene
+
+
+class BadStep(ValueError):
+    """A step that cannot be flown; the message is the one line for the user."""
 
 
 @dataclass(frozen=True)
@@ -41,6 +46,12 @@ class Trajectory:
         """The first row's time at which the state is not finite [s], or None."""
         lost = ~np.isfinite(self.vertices).all(axis=(1, 2, 3)) | ~np.isfinite(self.states).all(axis=(1, 2))
         return float(self.times[np.argmax(lost)]) if lost.any() else None
+
+
+def check_step(scene: Scene, dt: float | None) -> None:
+    """Raise BadStep where a step [s] asked for instead of the scene's own makes more steps than a flight may have."""
+    if dt is not None and scene.duration / dt > MOST_STEPS:
+        raise BadStep(f"--dt = {dt:g}: must be at least {scene.duration / MOST_STEPS:g} s for {scene.name}")
 
 
 def legs(scene: Scene, dt: float) -> list[Leg]:

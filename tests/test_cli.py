@@ -92,6 +92,8 @@ REFUSED = {
     ("run", "table-4-1", "-e", "tumble", "-e", "mujoco"): "run flies one engine",
     ("run", "brick-tumble", "-e", "handcalc"): "handcalc:as-printed on brick-tumble: skipped:",
     ("compare", "table-4-1", "--vertex", "8"): "--vertex = 8: table-4-1 has vertices 0 to 7",
+    ("run", "table-4-1", "--dt", "1e-12"): "--dt = 1e-12: must be at least 5e-10 s for table-4-1",
+    ("report", "table-4-1", "--dt", "1e-12"): "--dt = 1e-12: must be at least 5e-10 s for table-4-1",
     ("compare",): "the following arguments are required: SCENE",
     ("no-such-command",): "invalid choice: 'no-such-command'",
 }
@@ -207,6 +209,31 @@ def test_an_engine_that_is_not_installed_is_a_row_with_its_reason(tumble, tmp_pa
     asked = tumble("run", "table-4-1", "-e", "pybullet:rigidbody", **without)
     assert asked.returncode == 2
     assert "pybullet:rigidbody on table-4-1: missing: no module named pybullet" in asked.stderr
+
+
+def test_two_scenes_of_one_name_are_refused(tumble, tmp_path):
+    scene = 'title = "t"\nduration = 1.0\nsamples = 1\nstep = 0.1\n'
+    (tmp_path / "table-4-1.toml").write_text(scene + '[body]\nshape = "box"\nsize = [1.0, 1.0, 1.0]\nmass = 1.0\n')
+    done = tumble("report", "table-4-1", "./table-4-1.toml")
+    assert done.returncode == 2
+    assert done.stderr == "tumble: two scenes are named 'table-4-1': rename one of the files\n"
+    assert os.listdir(tmp_path) == ["table-4-1.toml"]
+
+
+def test_what_an_engine_has_not_is_skipped(tumble, tmp_path):
+    (tmp_path / "tied.toml").write_text(
+        'title = "tied"\nduration = 1.0\nsamples = 4\nstep = 0.01\n[body]\nshape = "box"\nsize = [1.0, 0.5, 0.2]\n'
+        "mass = 1.0\n[[tether]]\nvertex = 7\nanchor = [0.0, 2.0, 0.0]\nstiffness = 80.0\n"
+    )
+    assert tumble("compare", "./tied.toml", "-o", "out").returncode == 0
+    statuses = {
+        f"{row['engine']}:{row['method']}": row["status"] for row in rows((tmp_path / "out/runs.csv").read_text())
+    }
+    assert statuses["mujoco:rk4"] == "skipped: mujoco has no tether"
+    assert all(status.startswith("skipped: ") for status in statuses.values())
+    asked = tumble("run", "./tied.toml", "-e", "pybullet")
+    assert asked.returncode == 2
+    assert asked.stderr == "tumble: pybullet:multibody on tied: skipped: pybullet has no tether\n"
 
 
 @pytest.mark.parametrize("method", ["euler", "rk4", "implicit", "implicitfast", "discrete"])

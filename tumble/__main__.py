@@ -113,12 +113,13 @@ def drop_output() -> None:
 
 
 def is_users(error: Exception) -> bool:
-    """Whether the mistake is the user's: a scene, an engine or a ray that cannot be used."""
+    """Whether the mistake is the user's: a scene, an engine, a step or a ray that cannot be used."""
+    from compare.flight import BadStep
     from compare.roster import BadEngine
     from scenarios.impulse import RayMissed
     from scenarios.read import BadScene
 
-    return isinstance(error, BadEngine | BadScene | RayMissed)
+    return isinstance(error, BadEngine | BadScene | BadStep | RayMissed)
 
 
 def refuse(line: str, code: int) -> int:

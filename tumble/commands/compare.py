@@ -5,6 +5,7 @@ from argparse import Namespace
 from pathlib import Path
 
 from compare.contest import compare, crew
+from compare.flight import check_step
 from compare.results import tables, write_tables
 from reports.terminal import comparison_text, console
 from scenarios.read import BadScene, read_scene
@@ -14,6 +15,7 @@ from tumble.notes import note, progress
 def main(options: Namespace) -> int:
     """Put one scene to every contestant, print the error tables, and write all of them where asked."""
     scene = read_scene(options.scene)
+    check_step(scene, options.dt)
     vertices = len(scene.body.points)
     if options.vertex is not None and not 0 <= options.vertex < vertices:
         raise BadScene(f"--vertex = {options.vertex}: {scene.name} has vertices 0 to {vertices - 1}")

@@ -5,6 +5,7 @@ from argparse import Namespace
 from pathlib import Path
 
 from compare.contest import crew
+from compare.flight import check_step
 from compare.roster import BadEngine
 from compare.tables import csv_text, trajectory_header, trajectory_rows, write_whole
 from compare.worker import Failure
@@ -17,6 +18,7 @@ def main(options: Namespace) -> int:
     if len(options.engine) > 1:
         raise BadEngine("run flies one engine; to hold several against each other use `tumble compare`")
     scene = read_scene(options.scene)
+    check_step(scene, options.dt)
     with crew(options.engine or ["tumble"], options.time_limit) as (entrant,):
         method = entrant.methods[0]
         flight = entrant.barred(scene) or entrant.worker.fly(scene, method, options.dt or scene.step)
