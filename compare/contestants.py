@@ -72,6 +72,15 @@ def chosen(engine: str, asked: list[str], card: Card | Failure) -> tuple[str, ..
     if isinstance(card, Failure):
         return tuple(asked) or ("",)
     for method in asked:
-        if method not in card.methods:
+        if method not in card.methods and not is_tolerance(method, card):
             raise BadEngine(f"unknown method of {roster.title(engine)} {method!r}: {nearest(method, card.methods)}")
     return tuple(dict.fromkeys(asked)) or card.methods
+
+
+def is_tolerance(method: str, card: Card) -> bool:
+    """Whether this is METHOD@TOLERANCE of an adaptive method."""
+    name, at, tolerance = method.partition("@")
+    try:
+        return bool(at) and name in card.adaptive and 0 < float(tolerance) < 1
+    except ValueError:
+        return False

@@ -20,6 +20,11 @@ STOOD_STILL = 1e-9
 TURNED = 1e-3
 
 
+def quietly() -> np.errstate:
+    """Return a context in which a flight that blew up overflows squares unsaid; its figures say it."""
+    return np.errstate(over="ignore", invalid="ignore")
+
+
 @dataclass(frozen=True, eq=False)
 class Run:
     """One contestant on one scene: the flight it made or why there is none, beside the truth.
@@ -77,7 +82,8 @@ class Run:
     @cached_property
     def distances(self) -> Array:
         """Lengths of errors [m], (S, N, n)."""
-        return np.linalg.norm(self.errors, axis=-1)
+        with quietly():
+            return np.linalg.norm(self.errors, axis=-1)
 
     @cached_property
     def limits(self) -> Array:
@@ -94,15 +100,16 @@ class Run:
         assert self.truth is not None
         states, true, body = self.flight.states, self.truth.states, self.scene.body
         p_true, l_true = invariants.momentum(true, body), invariants.angular_momentum(true, body)
-        return (
-            invariants.drift(
-                invariants.energy(states, body, self.scene.gravity),
-                invariants.energy(true, body, self.scene.gravity),
-                float(invariants.kinetic_energy(true, body).max()),
-            ),
-            invariants.drift(invariants.momentum(states, body), p_true, largest(p_true)),
-            invariants.drift(invariants.angular_momentum(states, body), l_true, largest(l_true)),
-        )
+        with quietly():
+            return (
+                invariants.drift(
+                    invariants.energy(states, body, self.scene.gravity),
+                    invariants.energy(true, body, self.scene.gravity),
+                    float(invariants.kinetic_energy(true, body).max()),
+                ),
+                invariants.drift(invariants.momentum(states, body), p_true, largest(p_true)),
+                invariants.drift(invariants.angular_momentum(states, body), l_true, largest(l_true)),
+            )
 
 
 def largest(vectors: Array) -> float:
@@ -110,6 +117,7 @@ def largest(vectors: Array) -> float:
     return float(np.linalg.norm(vectors, axis=-1).max())
 
 
+@quietly()
 def audit(scene: Scene, flight: Trajectory, truth: Truth) -> list[str]:
     """Return what went wrong silently, seen from outside: a frozen body, hidden damping or a clamp, a lost torque."""
     moved = np.abs(truth.vertices - truth.vertices[0]).max()

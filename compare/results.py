@@ -8,7 +8,19 @@ from compare.agreement import AgreementRow, agreements
 from compare.conditions import ConditionRow, conditions
 from compare.contest import Comparison
 from compare.contestants import Entrant
+from compare.frontier import (
+    ClockRow,
+    DigitRow,
+    OrderRow,
+    SameRow,
+    clock_rows,
+    digit_rows,
+    order_rows,
+    same_rows,
+    sweep_run_rows,
+)
 from compare.judge import Run
+from compare.sweep import Sweep
 from compare.table_4_1 import BudgetRow, PublishedRow, budget_rows, is_table_4_1, published_rows
 from compare.tables import RunRow, VertexErrorRow, run_row, table_text, vertex_error_rows, write_whole
 from compare.worker import Failure
@@ -117,6 +129,19 @@ def tables(comparisons: Sequence[Comparison], entrants: Sequence[Entrant], comma
         "agreement.csv": table_text(AgreementRow, (row for each in comparisons for row in agreements(each.runs))),
         "table-4-1.csv": table_text(PublishedRow, published),
         "table-4-1-budget.csv": table_text(BudgetRow, budget_rows(published)),
+        "conditions.csv": table_text(ConditionRow, conditions(command)),
+    }
+
+
+def sweep_tables(sweeps: Sequence[Sweep], entrants: Sequence[Entrant], reference: str, command: str) -> dict[str, str]:
+    """Return file name -> CSV text of every table of a sweep; ratios are over the reference contestant's times."""
+    return {
+        "runs.csv": table_text(RunRow, (row for sweep in sweeps for row in sweep_run_rows(sweep))),
+        "digits.csv": table_text(DigitRow, (row for sweep in sweeps for row in digit_rows(sweep, reference))),
+        "orders.csv": table_text(OrderRow, (row for sweep in sweeps for row in order_rows(sweep))),
+        "same.csv": table_text(SameRow, (row for sweep in sweeps for row in same_rows(sweep))),
+        "clock.csv": table_text(ClockRow, (row for sweep in sweeps for row in clock_rows(sweep))),
+        "engines.csv": table_text(EngineRow, map(engine_row, entrants)),
         "conditions.csv": table_text(ConditionRow, conditions(command)),
     }
 

@@ -25,9 +25,14 @@ class Missing(ImportError):
 
 @dataclass(frozen=True)
 class Card:
-    """What an engine says of itself: its methods (the default first), force laws, and ABOUT."""
+    """What an engine says of itself: its methods (the default first), force laws, and ABOUT.
+
+    adaptive: methods that take a tolerance; whole: methods that take a flight of any length in one step.
+    """
 
     methods: tuple[str, ...]
+    adaptive: frozenset[str]
+    whole: frozenset[str]
     features: frozenset[str]
     version: str
     precision: str
@@ -109,6 +114,8 @@ def card(engine: str, module: ModuleType) -> Card:
         raise BadEngine(f"{engine}: METHODS is empty; at least one name is needed")
     return Card(
         methods,
+        frozenset(words(getattr(module, "ADAPTIVE", ()))),
+        frozenset(words(getattr(module, "WHOLE", ()))),
         features,
         str(about.get("version", "")),
         str(about.get("precision", "")),

@@ -6,8 +6,10 @@ import signal
 import sys
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
+from types import ModuleType
 from typing import Self
 
+from compare.clock import Pace, Stopwatch
 from compare.flight import Trajectory, fly
 from compare.roster import BadEngine, Card, Missing, card, in_one_line, is_file, load
 from scenarios.scene import Scene
@@ -53,12 +55,20 @@ class Worker:
 
     def fly(self, scene: Scene, method: str, dt: float) -> Trajectory | Failure:
         """Return the flight, or why there is none; after `crashed` or `timeout` the process is gone."""
-        try:
-            self.connection.send((scene, method, dt))
-        except OSError:
-            return self._died()
-        answer = self._answer()
+        answer = self._ask("fly", scene, method, dt)
         assert isinstance(answer, Trajectory | Failure)
+        return answer
+
+    def wind(self, key: str, scene: Scene, method: str, pace: Pace) -> float | Failure:
+        """Make a stopwatch ready under that key; return what a call from Python costs [ns], or why it cannot be."""
+        answer = self._ask("wind", key, scene, method, pace)
+        assert isinstance(answer, float | Failure)
+        return answer
+
+    def sample(self, key: str) -> float | Failure:
+        """Return one sample of that stopwatch [ns]."""
+        answer = self._ask("sample", key)
+        assert isinstance(answer, float | Failure)
         return answer
 
     @property
@@ -71,6 +81,13 @@ class Worker:
         self.connection.close()
         self.process.kill()
         self.process.join()
+
+    def _ask(self, task: str, *arguments: object) -> object:
+        try:
+            self.connection.send((task, arguments))
+        except OSError:
+            return self._died()
+        return self._answer()
 
     def _answer(self) -> object:
         try:
@@ -90,6 +107,27 @@ class Worker:
         return Failure(f"crashed: its process ended with code {code}")
 
 
+class Tasks:
+    """What the process can be asked to do with its engine."""
+
+    def __init__(self, engine: ModuleType) -> None:
+        self._engine = engine
+        self._stopwatches: dict[str, Stopwatch] = {}
+
+    def fly(self, scene: Scene, method: str, dt: float) -> Trajectory:
+        """Fly the scene."""
+        return fly(self._engine, scene, method, dt)
+
+    def wind(self, key: str, scene: Scene, method: str, pace: Pace) -> float:
+        """Make a stopwatch ready and return what a call costs [ns]."""
+        self._stopwatches[key] = Stopwatch(self._engine, scene, method, pace)
+        return self._stopwatches[key].call()
+
+    def sample(self, key: str) -> float:
+        """Read a stopwatch [ns]."""
+        return self._stopwatches[key].sample()
+
+
 def serve(connection: Connection, engine: str) -> None:
     """The process: load the engine, say what it is, then fly until told no more."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's to handle; it ends this process
@@ -104,13 +142,14 @@ def serve(connection: Connection, engine: str) -> None:
     except Missing as error:
         connection.send(Failure(f"missing: {error}"))
         return
+    tasks = Tasks(module)
     while True:
         try:
-            scene, method, dt = connection.recv()
+            task, arguments = connection.recv()
         except EOFError:
             return
         try:
-            connection.send(fly(module, scene, method, dt))
+            connection.send(getattr(tasks, task)(*arguments))
         except NotImplementedError as error:
             connection.send(Failure(f"skipped: {error}"))
         except Exception as error:

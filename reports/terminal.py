@@ -10,9 +10,22 @@ from rich.table import Table
 from rich.text import Text
 
 from compare.contest import Comparison
+from compare.frontier import (
+    TARGETS_M,
+    DigitRow,
+    by_contestant,
+    digit_rows,
+    error,
+    frontier,
+    order_rows,
+    reach,
+    same_rows,
+)
 from compare.judge import Run
 from compare.results import EngineRow
+from compare.sweep import Sweep, Timed
 from compare.table_4_1 import BudgetRow, budget_rows, is_table_4_1, published_rows
+from reports.families import joined
 from scenarios.frames import Array
 from scenarios.needs import needs
 from scenarios.published import VERTEX
@@ -143,6 +156,61 @@ def budget_table(rows: Sequence[BudgetRow]) -> Table:
         name = f"{row.engine}:{row.method}" if row.method else row.engine
         table.add_row(plain(name), f"{row.max_to_calculated_m:.3f}", f"{row.max_to_application_m:.3f}")
     return table
+
+
+def sweep_text(sweep: Sweep, reference: str) -> Iterator[Table | Text]:
+    """Yield what `tumble sweep` prints: what each digit costs, the frontier, and who is the same integrator."""
+    yield plain(f"{sweep.scene.name}: {sweep.scene.title}")
+    yield plain("native time of a flight [us] to reach an error; in brackets the ratio to " + reference)
+    orders = {(row.engine, row.method): row for row in order_rows(sweep)}
+    costs: dict[tuple[str, str], list[DigitRow]] = {}
+    for row in digit_rows(sweep, reference):
+        costs.setdefault((row.engine, row.method), []).append(row)
+    heads = (f"{target:.0e} m" for target in TARGETS_M)
+    table = columns("contestant", "order", *heads, "best [m]", right=range(1, 3 + len(TARGETS_M)))
+    for name, digits in sorted(costs.items(), key=lambda item: [row.flight_us or math.inf for row in item[1]]):
+        order = orders.get(name)
+        shown = "" if order is None or order.order is None else f"{order.order:.2f}"
+        best = "" if order is None else figure(order.best_error_m)
+        table.add_row(plain(":".join(name)), shown, *map(cost, digits), best)
+    yield table
+    edge = dict.fromkeys(f"{each.run.engine}:{each.run.method.partition('@')[0]}" for each in frontier(sweep.timed))
+    yield plain(f"nobody is cheaper at any error than {', '.join(edge)}")
+    same = list(same_rows(sweep))
+    for members in joined((row.contestant_a, row.contestant_b) for row in same):
+        apart = max(row.furthest_apart_m for row in same if row.contestant_a in members)
+        yield plain(f"{', '.join(members)} are one integrator: at most {figure(apart)} m apart at any step")
+    reasons = {run.status: run.name for run in sweep.untimed if run.status != "ok"}
+    for status, name in reasons.items():
+        yield plain(f"{name}: {status}")
+
+
+def cost(row: DigitRow) -> str:
+    """Return what one digit costs, with its ratio where that may be quoted."""
+    if row.flight_us is None:
+        return row.verdict
+    sign = "<=" if row.verdict == "at most" else ""
+    ratio = f" ({row.ratio:.2g})" if row.ratio is not None else " (?)"
+    return f"{sign}{row.flight_us:.3g}{ratio}"
+
+
+def advice_text(sweep: Sweep, tolerance_m: float) -> Iterator[Table | Text]:
+    """Yield what `tumble advise` prints: the cheapest method and step of each engine, the cheapest engine first."""
+    yield plain(f"{sweep.scene.name}: the cheapest way to stay within {tolerance_m:g} m at every vertex and sample")
+    best: dict[str, tuple[float, Timed]] = {}
+    for (engine, _), timed in by_contestant(sweep.timed).items():
+        _, flight_ns, run = reach(timed, tolerance_m)
+        if run is not None and flight_ns is not None and (engine not in best or run.flight_ns < best[engine][0]):
+            best[engine] = run.flight_ns, run
+    table = columns("engine", "method", "step [s]", "flight [us]", "error [m]", right=range(2, 5))
+    for engine, (flight_ns, run) in sorted(best.items(), key=lambda item: item[1][0]):
+        step = f"{run.run.dt:.3g}" if run.per_step else "its own"
+        table.add_row(plain(engine), plain(run.run.method), step, f"{flight_ns / 1e3:.3g}", figure(error(run)))
+    if best:
+        yield table
+    for engine in dict.fromkeys(each.run.engine for each in sweep.timed):
+        if engine not in best:
+            yield plain(f"{engine}: not reached by any step or tolerance that was measured")
 
 
 def worst_vertex(runs: Sequence[Run]) -> int:

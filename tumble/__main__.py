@@ -22,15 +22,25 @@ class Parser(argparse.ArgumentParser):
         sys.exit(EXIT_USER)
 
 
-def seconds(text: str) -> float:
-    """Return a positive number of seconds."""
+def positive(text: str, unit: str) -> float:
+    """Return a positive number."""
     try:
         value = float(text)
     except ValueError:
         value = math.nan
     if not (math.isfinite(value) and value > 0):
-        raise argparse.ArgumentTypeError(f"{text!r} is not a number of seconds > 0")
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number of {unit} > 0")
     return value
+
+
+def seconds(text: str) -> float:
+    """Return a positive number of seconds."""
+    return positive(text, "seconds")
+
+
+def metres(text: str) -> float:
+    """Return a positive number of metres."""
+    return positive(text, "metres")
 
 
 def parser() -> Parser:
@@ -66,6 +76,19 @@ def parser() -> Parser:
         "--vertex", type=int, metavar="K", help="vertex to print; default: where the engines stray most"
     )
     compare.add_argument("-o", "--output", metavar="DIR", help="also write all tables, every vertex, as CSV into DIR")
+
+    sweep = command("sweep", "error against run time: every contestant over a ladder of steps or tolerances")
+    sweep.add_argument("scene", nargs="*", metavar="SCENE", help=SCENE_HELP + "; default: yardstick")
+    sweep.add_argument("-e", "--engine", action="append", default=[], metavar="ENGINE[:METHOD]", help=ENGINE_HELP)
+    sweep.add_argument("--reference", default="tumble:rk4", metavar="ENGINE:METHOD", help="of ratios; %(default)s")
+    sweep.add_argument("--time-limit", type=seconds, default=60.0, metavar="S", help="for each flight [s]; default 60")
+    sweep.add_argument("-o", "--output", metavar="DIR", help="also write the tables as CSV into DIR")
+
+    advise = command("advise", "the cheapest engine, method and step that stays within an error")
+    advise.add_argument("scene", metavar="SCENE", help=SCENE_HELP)
+    advise.add_argument("--tolerance", type=metres, required=True, metavar="M", help="largest vertex error [m]")
+    advise.add_argument("-e", "--engine", action="append", default=[], metavar="ENGINE[:METHOD]", help=ENGINE_HELP)
+    advise.add_argument("--time-limit", type=seconds, default=60.0, metavar="S", help="for each flight [s]; default 60")
 
     report = command("report", "make one self-contained HTML page of it all")
     report.add_argument("scene", nargs="*", metavar="SCENE", help=SCENE_HELP + "; default: the whole catalogue")

@@ -14,7 +14,10 @@ and four verbs on whole states (N, 13) of design.md, section 3:
     advance(world, n, dt)            n steps of dt in the engine's native loop: the only timed call
     read(world) -> states            (N, 13)
 
-and two more if it wishes
+Two more lists where they are not empty: ADAPTIVE, methods that choose their own steps and are named METHOD@TOLERANCE
+(METHOD alone takes its own default); WHOLE, methods that take a flight of any length in one step.
+
+And two more verbs if it wishes
 
     audit(world) -> list[str]        what went wrong silently since write
     vertices(world, points)          where body points (n, 3) of a body that is no longer rigid are: (N, n, 3);

@@ -1,0 +1,21 @@
+"""`tumble advise`: the cheapest way to an error."""
+
+from argparse import Namespace
+
+from compare.contest import crew
+from compare.sweep import sweep
+from reports.terminal import advice_text, console
+from scenarios.read import read_scene
+from tumble.notes import progress
+
+
+def main(options: Namespace) -> int:
+    """Sweep one scene and print the cheapest method and step of each engine."""
+    scene = read_scene(options.scene)
+    with crew(options.engine, options.time_limit) as entrants:
+        with progress(sum(len(entrant.methods) for entrant in entrants) + 1) as tick:
+            found = sweep(entrants, scene, tick)
+        out = console()
+        for piece in advice_text(found, options.tolerance):
+            out.print(piece)
+    return 0
