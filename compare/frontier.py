@@ -12,7 +12,7 @@ from compare.clock import steady_ratio
 from compare.judge import Run
 from compare.sweep import Sweep, Timed
 from compare.tables import RunRow, run_row
-from scenarios.frames import rotation_matrix
+from scenarios.frames import Array, rotation_matrix
 
 TARGETS_M = (1e-3, 1e-6, 1e-9, 1e-12)
 # Errors between which an order is read, over the size of the body: above, the next order is seen; below, the floor.
@@ -93,9 +93,37 @@ class SameRow:
     furthest_apart_m: float
 
 
+@dataclass(frozen=True)
+class ThrowsRow:
+    """One run of many throws: the 5 %, 50 % and 95 % quantiles over the throws of the largest vertex error."""
+
+    scene: str
+    engine: str
+    method: str
+    dt_s: float
+    throws: int
+    p5_error_m: float
+    median_error_m: float
+    p95_error_m: float
+
+
+def throws_errors(run: Run) -> Array:
+    """Return each throw's largest vertex error, not below what the truth can tell [m], (N,)."""
+    return np.maximum(run.distances.max(axis=(0, 2)), run.limits.max(axis=0))
+
+
 def error(timed: Timed) -> float:
-    """Return a run's largest vertex error, not below what the truth can tell [m]."""
-    return max(float(timed.run.distances.max()), float(timed.run.limits.max()))
+    """Return the error a run is judged by: of one throw its own, of many their median [m]."""
+    return float(np.median(throws_errors(timed.run)))
+
+
+def throws_rows(sweep: Sweep) -> Iterator[ThrowsRow]:
+    """Yield the spread over the throws of every plain run, where there are many."""
+    if len(sweep.scene.start) > 1:
+        for each in usable(sweep.timed):
+            quantiles = np.quantile(throws_errors(each.run), (0.05, 0.5, 0.95)).tolist()
+            key = sweep.scene.name, each.run.engine, each.run.method, each.run.dt
+            yield ThrowsRow(*key, len(sweep.scene.start), *quantiles)
 
 
 def usable(timed: Sequence[Timed]) -> list[Timed]:

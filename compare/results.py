@@ -13,11 +13,13 @@ from compare.frontier import (
     DigitRow,
     OrderRow,
     SameRow,
+    ThrowsRow,
     clock_rows,
     digit_rows,
     order_rows,
     same_rows,
     sweep_run_rows,
+    throws_rows,
 )
 from compare.judge import Run
 from compare.sweep import Sweep
@@ -133,12 +135,16 @@ def tables(comparisons: Sequence[Comparison], entrants: Sequence[Entrant], comma
     }
 
 
+SWEEP_TABLES = ("runs.csv", "digits.csv", "orders.csv", "throws.csv", "same.csv", "clock.csv")
+
+
 def sweep_tables(sweeps: Sequence[Sweep], entrants: Sequence[Entrant], reference: str, command: str) -> dict[str, str]:
     """Return file name -> CSV text of every table of a sweep; ratios are over the reference contestant's times."""
     return {
         "runs.csv": table_text(RunRow, (row for sweep in sweeps for row in sweep_run_rows(sweep))),
         "digits.csv": table_text(DigitRow, (row for sweep in sweeps for row in digit_rows(sweep, reference))),
         "orders.csv": table_text(OrderRow, (row for sweep in sweeps for row in order_rows(sweep))),
+        "throws.csv": table_text(ThrowsRow, (row for sweep in sweeps for row in throws_rows(sweep))),
         "same.csv": table_text(SameRow, (row for sweep in sweeps for row in same_rows(sweep))),
         "clock.csv": table_text(ClockRow, (row for sweep in sweeps for row in clock_rows(sweep))),
         "engines.csv": table_text(EngineRow, map(engine_row, entrants)),

@@ -19,9 +19,11 @@ from compare.flight import Trajectory, legs
 from compare.judge import Run
 from compare.worker import Failure
 from scenarios.scene import Scene
-from scenarios.truth import Truth
+from scenarios.truth import NoTruth, Truth
 
-BUDGET_S = 2.0  # of native loop for one flight: the ladder ends above it
+YARDSTICK = "yardstick"
+REFERENCE = "tumble:rk4"
+BUDGET_S, QUICK_BUDGET_S = 2.0, 0.3
 MOST_RUNGS = 60
 TOLERANCES = tuple(10.0 ** (-half / 2) for half in range(4, 29))
 # A rung that gains less than this over three of its predecessors, which shrink the step by 2.8, is at its floor.
@@ -31,7 +33,7 @@ ASYMPTOTIC = 1e-3  # of the body's size: an error above it may rise and fall bef
 
 @dataclass(frozen=True, eq=False)
 class Timed:
-    """One run of the ladder with its time: the flight's native loop [ns], and the reading it comes from.
+    """One run of the ladder with its time: the native loop of one throw's flight [ns], and the reading it comes from.
 
     call_ns: what one call from Python costs beyond the native loop, not in flight_ns.
     """
@@ -52,17 +54,23 @@ class Sweep:
     untimed: tuple[Run, ...]
 
 
-def sweep(entrants: Sequence[Entrant], scene: Scene, tick: Callable[[str], object] = lambda what: None) -> Sweep:
+def sweep(
+    entrants: Sequence[Entrant],
+    scene: Scene,
+    tick: Callable[[str], object] = lambda what: None,
+    budget_s: float = BUDGET_S,
+) -> Sweep:
     """Return one scene's error and time for every contestant and every rung of its ladder.
 
-    Raises NoTruth's reason as ValueError where there is nothing to measure errors against, RayMissed as compare does.
+    budget_s: native loop that one flight may take [s]; a ladder ends above it.
+    Raises NoTruth where there is nothing to measure errors against, RayMissed as compare does.
     """
     true, why = true_answer(scene, lambda what: None)
     if true is None:
-        raise ValueError(f"{scene.name}: {why}")
+        raise NoTruth(f"{scene.name} has no truth to be held against: {why}")
     stop = threading.Event()
     with ThreadPoolExecutor(max(1, min(len(entrants), os.cpu_count() or 1))) as pool:
-        climbs = [pool.submit(climb_all, entrant, scene, true, tick, stop) for entrant in entrants]
+        climbs = [pool.submit(climb_all, entrant, scene, true, budget_s, tick, stop) for entrant in entrants]
         try:
             runs = [run for climb in climbs for run in climb.result()]
         except BaseException:
@@ -72,24 +80,29 @@ def sweep(entrants: Sequence[Entrant], scene: Scene, tick: Callable[[str], objec
 
 
 def climb_all(
-    entrant: Entrant, scene: Scene, true: Truth, tick: Callable[[str], object], stop: threading.Event
+    entrant: Entrant,
+    scene: Scene,
+    true: Truth,
+    budget_s: float,
+    tick: Callable[[str], object],
+    stop: threading.Event,
 ) -> list[Run]:
     """Return every run of one entrant."""
     runs: list[Run] = []
     for method in entrant.methods:
         if not stop.is_set():
-            runs += climb(entrant, scene, true, method)
+            runs += climb(entrant, scene, true, method, budget_s)
             tick(f"{entrant.title}:{method}")
     return runs
 
 
-def climb(entrant: Entrant, scene: Scene, true: Truth, method: str) -> list[Run]:
+def climb(entrant: Entrant, scene: Scene, true: Truth, method: str, budget_s: float) -> list[Run]:
     """Return the runs of one method from its longest step to its floor, or to the end of the budget."""
     runs: list[Run] = []
     for name, dt in rungs(entrant, scene, method):
         answer = entrant.barred(scene) or entrant.hire() or entrant.worker.fly(scene, name, dt)
         runs.append(Run(scene, entrant.title, name, dt, answer, true))
-        if isinstance(answer, Failure) or over_budget(answer) or at_floor(runs):
+        if isinstance(answer, Failure) or over_budget(answer, budget_s) or at_floor(runs):
             break
     return runs
 
@@ -114,9 +127,9 @@ def is_own_pace(entrant: Entrant, method: str) -> bool:
     return not isinstance(card, Failure) and method.partition("@")[0] in card.adaptive | card.whole
 
 
-def over_budget(flight: Trajectory) -> bool:
+def over_budget(flight: Trajectory, budget_s: float) -> bool:
     """Whether the next rung would take longer than a flight may."""
-    return 1.5 * flight.wall_s > BUDGET_S
+    return 1.5 * flight.wall_s > budget_s
 
 
 def at_floor(runs: Sequence[Run]) -> bool:
@@ -153,7 +166,7 @@ def against_the_clock(
         if run.name in readings:
             reading, by_step = readings[run.name], watches[run.name][2]
             flight_ns = reading.ns * run.flight.steps if by_step else reading.ns
-            timed.append(Timed(run, flight_ns, reading, by_step, calls[run.name]))
+            timed.append(Timed(run, flight_ns / len(scene.start), reading, by_step, calls[run.name]))
     clocked = {id(each.run) for each in timed}
     return Sweep(scene, tuple(timed), tuple(run for run in runs if id(run) not in clocked))
 

@@ -141,8 +141,9 @@ def is_users(error: Exception) -> bool:
     from compare.roster import BadEngine
     from scenarios.impulse import RayMissed
     from scenarios.read import BadScene
+    from scenarios.truth import NoTruth
 
-    return isinstance(error, BadEngine | BadScene | BadStep | RayMissed)
+    return isinstance(error, BadEngine | BadScene | BadStep | NoTruth | RayMissed)
 
 
 def refuse(line: str, code: int) -> int:

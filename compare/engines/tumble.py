@@ -9,6 +9,8 @@ from solver.flight import Flight
 from solver.registry import METHODS as REGISTRY
 
 METHODS = tuple(REGISTRY)
+# Of these NAME@TOLERANCE is a method too, e.g. adaptive@1e-9; the plain name means its default.
+ADAPTIVE = tuple(name for name, method in REGISTRY.items() if method.tolerance is not None)
 FEATURES = {"gravity"}
 ABOUT = {
     "version": version("tumble"),

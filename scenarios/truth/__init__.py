@@ -42,15 +42,24 @@ class Truth:
         return np.maximum(self.bound, self.floor)
 
 
+def unsolved(scene: Scene) -> list[str]:
+    """Return the forces of the scene for which there is no closed form."""
+    forces = {"tether": scene.tethers, "drag": scene.drag, "floor": scene.floor}
+    return [name for name, force in forces.items() if force]
+
+
+def has_truth(scene: Scene) -> bool:
+    """Whether the scene has a truth."""
+    return not unsolved(scene)
+
+
 def truth(scene: Scene) -> Truth:
     """Return the exact flight of every throw of the scene.
 
     Raises NoTruth for a scene with tether, drag or floor, RayMissed where an impulse's ray does not meet the body.
     """
-    forces = {"tether": scene.tethers, "drag": scene.drag, "floor": scene.floor}
-    present = [name for name, force in forces.items() if force]
-    if present:
-        raise NoTruth(f"no closed form with {' and '.join(present)}")
+    if not has_truth(scene):
+        raise NoTruth(f"no closed form with {' and '.join(unsolved(scene))}")
 
     from mpmath import MPContext  # a tenth of a second that only this call should pay
 
