@@ -274,11 +274,11 @@ def limits(ladder: dict[float, Run], steps: Sequence[float]) -> list[float]:
 def sweep_run_rows(sweep: Sweep) -> Iterator[RunRow]:
     """Yield the rows of runs.csv: errors from the error runs, times from the clock, none where it was not timed."""
     for timed in sweep.timed:
-        flight_s = timed.flight_ns / 1e9
+        flight_s = timed.flight_ns * len(sweep.scene.start) / 1e9
         yield replace(
             run_row(timed.run),
             wall_s=flight_s,
-            wall_ns_per_step=timed.flight_ns / timed.run.flight.steps,
+            wall_ns_per_step=flight_s / timed.run.flight.steps * 1e9,
             wall_per_sim_s=flight_s / sweep.scene.duration,
         )
     for run in sweep.untimed:
