@@ -24,7 +24,7 @@ STATE_COLUMNS = [
 
 @dataclass(frozen=True)
 class VertexErrorRow:
-    """One vertex of one run at one sample."""
+    """One vertex of one run at one sample; of many throws the first, which is the scene as written."""
 
     scene: str
     engine: str
@@ -75,8 +75,8 @@ def vertex_error_rows(run: Run) -> Iterator[VertexErrorRow]:
         return
     samples = len(run.scene.times)
     true, flown = run.truth.vertices[-samples:], run.flight.vertices[-samples:]
-    for (sample, throw, vertex), distance in np.ndenumerate(run.distances):
-        at = sample, throw, vertex
+    for (sample, vertex), distance in np.ndenumerate(run.distances[:, 0]):
+        at = sample, 0, vertex
         yield VertexErrorRow(
             run.scene.name,
             run.engine,
