@@ -5,6 +5,7 @@ points at, the value found there, and what the table allows.
 """
 
 import difflib
+import math
 import re
 import reprlib
 import sys
@@ -15,6 +16,7 @@ import msgspec
 from msgspec import Meta, inspect
 
 MOST_SAMPLES = 1_000_000
+MOST_THROWS = 1_000_000
 LARGEST = sys.float_info.max
 DEEPEST = 4  # impulse[0].ray.origin
 
@@ -24,6 +26,9 @@ Positive = Annotated[float, Meta(gt=0, description="a number > 0")]
 NotNegative = Annotated[float, Meta(ge=0, description="a number >= 0")]
 Index = Annotated[int, Meta(ge=0, description="a whole number >= 0")]
 Count = Annotated[int, Meta(ge=1, le=MOST_SAMPLES, description=f"a whole number from 1 to {MOST_SAMPLES}")]
+Throws = Annotated[int, Meta(ge=1, le=MOST_THROWS, description=f"a whole number from 1 to {MOST_THROWS}")]
+Share = Annotated[float, Meta(ge=0, le=1, description="a number from 0 to 1")]
+HalfTurn = Annotated[float, Meta(ge=0, le=math.pi, description="a number from 0 to pi")]
 Vector = Annotated[tuple[Number, Number, Number], Meta(description="a list of 3 numbers")]
 Quaternion = Annotated[tuple[Number, Number, Number, Number], Meta(description="a list of 4 numbers, w x y z")]
 Size = Annotated[tuple[Positive, Positive, Positive], Meta(description="a list of 3 numbers > 0")]
@@ -117,6 +122,17 @@ class FloorTable(_Table):
     damping: NotNegative = 0.0
 
 
+class EnsembleTable(_Table):
+    """[ensemble]: many throws, and how far they are spread."""
+
+    throws: Throws
+    seed: Index = 0
+    magnitude: Share = 0.0
+    cone: HalfTurn = 0.0
+    point: NotNegative = 0.0
+    orientation: HalfTurn = 0.0
+
+
 class File(_Table):
     """The whole file."""
 
@@ -132,6 +148,7 @@ class File(_Table):
     tether: Annotated[list[TetherTable], Meta(description="tables headed [[tether]]")] = []
     drag: DragTable | None = None
     floor: FloorTable | None = None
+    ensemble: EnsembleTable | None = None
 
 
 Keys = tuple[str | int, ...]
@@ -148,8 +165,6 @@ class Refused(Exception):
 
 def tables(document: dict) -> File:
     """Return the document as tables; raises Refused for a key, type, sign or non-finite number."""
-    if "ensemble" in document:
-        raise Refused(("ensemble",), "many throws of one scene are not in this version: leave the table out", False)
     _refuse_odd(document, ())
     try:
         return msgspec.convert(document, File)

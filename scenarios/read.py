@@ -13,11 +13,13 @@ from typing import Any
 import numpy as np
 
 from scenarios import mass
+from scenarios.ensemble import OutOfReach, throws
 from scenarios.files import plain_bytes, why_unread
 from scenarios.format import (
     BodyTable,
     BoxTable,
     DragTable,
+    EnsembleTable,
     File,
     FloorTable,
     ImpulseTable,
@@ -44,6 +46,7 @@ MOST_STEPS = 1e9
 ROUNDING = 1e-12  # relative: how far a tensor may be from symmetric, or from A + B >= C
 SMALLEST = sys.float_info.min  # below which a float has not all its digits
 LANDINGS = ("point", "vertex", "point_body", "ray")
+BLOW_SPREADS = ("magnitude", "cone", "point")
 
 
 class BadScene(ValueError):
@@ -104,6 +107,9 @@ def _scene(file: File, path: Path) -> Scene:
     start = _start(file.body, body)
     impulses = [_impulse(table, ("impulse", i), file.duration, body, start) for i, table in enumerate(file.impulse)]
     tethers = [_tether(table, ("tether", i), body) for i, table in enumerate(file.tether)]
+    if file.ensemble:
+        start = _throws(file.ensemble, start, impulses, body)
+        impulses = [impulse for impulse in impulses if impulse.time > 0]
     return Scene(
         name=path.stem,
         title=file.title,
@@ -189,6 +195,26 @@ def _start(table: BodyTable, body: Body) -> Array:
     if not np.isfinite(vertices(start, body.points)).all():
         raise Refused(("body",), "must have vertices at finite coordinates")
     return start
+
+
+def _throws(table: EnsembleTable, start: Array, impulses: list[Impulse], body: Body) -> Array:
+    """Return the state of every throw after the impulses of t = 0, (N, 13)."""
+    for key in BLOW_SPREADS:
+        if getattr(table, key) and any(impulse.time > 0 for impulse in impulses):
+            raise Refused(("ensemble", key), "must be 0 where an impulse comes after t = 0: only those at 0 are spread")
+        if getattr(table, key) and not impulses:
+            raise Refused(("ensemble", key), "must be 0 where there is no impulse to spread")
+    first = [impulse for impulse in impulses if impulse.time == 0 and impulse.value.any()]
+    spreads = (table.magnitude, table.cone, table.point, table.orientation)
+    try:
+        starts = throws(start, first, body, table.throws, table.seed, *spreads)
+    except RayMissed as missed:
+        raise Refused(("ensemble", "orientation"), f"must let every ray meet the body: {missed}") from None
+    except OutOfReach as missed:
+        raise Refused(("ensemble", "point"), f"must reach the body's surface: {missed}") from None
+    if not np.isfinite(vertices(starts, body.points)).all() or not np.isfinite(starts).all():
+        raise Refused(("ensemble",), "must give every throw a finite start", False)
+    return frozen_array(starts)
 
 
 def _unit(vector: tuple[float, ...], keys: Keys) -> Array:

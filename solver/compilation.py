@@ -1,9 +1,9 @@
 """How the solver is compiled.
 
 `scalar` is for the small functions on tuples that kernels are written with: LLVM inlines them, so that a whole step
-lives in registers.  `kernel` is for the loops that Python calls: kept on disk, so that a second process compiles
-nothing.  numba renews what is on disk when the kernel's own file changes, but not when a scalar function elsewhere
-does: so each state of the solver's source has a folder of its own.
+lives in registers.  `inner` is for those of them that only kernels call.  `kernel` is for the loops that Python calls:
+kept on disk, so that a second process compiles nothing.  numba renews what is on disk when the kernel's own file
+changes, but not when a scalar function elsewhere does: so each state of the solver's source has a folder of its own.
 
 Division by zero gives inf or nan, for a judge to see.  Fast-math is off, and so is contraction to fused multiply-adds:
 it buys 5 % here, and the last bits would depend on the processor and on how a loop happened to be compiled.
@@ -13,7 +13,7 @@ import hashlib
 import os
 from collections.abc import Callable
 from pathlib import Path
-from typing import TypeVar, cast
+from typing import Any, TypeVar, cast
 
 import numba
 from numba import njit
@@ -34,12 +34,18 @@ if os.access(SOURCE, os.W_OK) and not numba.config.CACHE_DIR:  # type: ignore[at
 F = TypeVar("F", bound=Callable)
 
 # Nobody calls these from C, and the wrapper for it is a seventh of a cold start.
-OPTIONS = {"error_model": "numpy", "no_cfunc_wrapper": True}
+OPTIONS: dict[str, Any] = {"error_model": "numpy", "no_cfunc_wrapper": True}
+INNER_OPTIONS: dict[str, Any] = {**OPTIONS, "no_cpython_wrapper": True}
 
 
 def scalar(function: F) -> F:
     """Compile a function on numbers and tuples of numbers, to be called from kernels."""
     return cast(F, njit(**OPTIONS)(function))
+
+
+def inner(function: F) -> F:
+    """Compile a part of a kernel that Python never calls: without the wrapper for it, a fifth of a cold start."""
+    return cast(F, njit(**INNER_OPTIONS)(function))
 
 
 def kernel(function: F) -> F:

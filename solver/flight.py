@@ -5,7 +5,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from solver.body import Body
 from solver.quaternion import from_matrix, to_matrix
-from solver.registry import METHODS
+from solver.registry import find
 
 Array = NDArray[np.float64]
 
@@ -29,18 +29,18 @@ def _normalised(quaternions: Array) -> Array:
 class Flight:
     """N throws of one body by one method.
 
-    gravity [m/s2], (3,), world axes, or None where there is none.  Raises ValueError for a method that does not exist.
+    method: a name of `solver.registry`, or NAME@TOLERANCE.  gravity [m/s2], (3,), world axes, or None where there is
+    none.  Raises ValueError for a method that does not exist.
     Its attributes: method, the registry's line, and dt [s], the step of the last advance, 0 before the first.
 
-    The rotation is stepped.  The translation is the sum of the method's steps in closed form,
+    The rotation is stepped, or, by a dense method, found at once from where the count of steps began: then nothing
+    depends on how often it was asked for.  The translation is the sum of the method's steps in closed form,
     x = x0 + t v0 + g t (t + lag dt)/2 with t = n dt, where lag is -1 for explicit Euler, +1 for symplectic Euler and 0
     for a method that is exact on a parabola: the same scheme, without its rounding, and for nothing.
     """
 
     def __init__(self, body: Body, method: str, gravity: ArrayLike | None = None) -> None:
-        if method not in METHODS:
-            raise ValueError(f"no method {method!r}; there are {', '.join(METHODS)}")
-        self.method = METHODS[method]
+        self.method = find(method)
         self._moments = np.array(body.moments)
         self._inverse_moments = body.inverse_moments
         self._gyroscopic = body.gyroscopic
@@ -53,28 +53,30 @@ class Flight:
         start = np.array(states, dtype=float)
         if start.ndim != 2 or start.shape[1] != 13:
             raise ValueError(f"states must have the shape (N, 13), got {start.shape}")
-        self._start_translation(start[:, 0:3], start[:, 7:10])
         quaternions = _normalised(start[:, 3:7])
         matrices = to_matrix(quaternions)
         momentum_body = self._moments * _turned(_transposed(matrices), start[:, 10:13])
         attitude = quaternions if self.method.attitude == "quaternion" else _transposed(matrices).reshape(-1, 9)
         momentum = momentum_body if self.method.momentum_axes == "body" else _turned(matrices, momentum_body)
         self._spins = np.ascontiguousarray(np.hstack((attitude, momentum)))
+        self._start_counting(start[:, 0:3], start[:, 7:10])
 
     def advance(self, n: int, dt: float) -> None:
         """Take n steps of dt [s].  Two advances of one dt are one long one to the last bit."""
         n, dt = int(n), float(dt)
         if dt != self.dt:
-            self._start_translation(*self._translation(), dt)
-        self.method.steps(self._spins, n, dt, self._inverse_moments, self._gyroscopic)
+            self._start_counting(*self._translation(), dt)
         self._steps += n
+        count = self._steps if self.method.dense else n
+        tolerance = () if self.method.tolerance is None else (self.method.tolerance,)
+        self.method.steps(self._spins, count, dt, self._inverse_moments, self._gyroscopic, *tolerance)
 
     @silently
     def read(self) -> Array:
         """Return the states, (N, 13); of a matrix that is no rotation any more, the nearest rotation's quaternion."""
         matrices = self.matrices()
         quaternions = from_matrix(matrices) if self.method.attitude == "matrix" else _normalised(self._spins[:, :4])
-        momentum = self._spins[:, -3:]
+        momentum = self._spins[:, 9:12] if self.method.attitude == "matrix" else self._spins[:, 4:7]
         momentum_body = momentum if self.method.momentum_axes == "body" else _turned(_transposed(matrices), momentum)
         w_world = _turned(matrices, momentum_body / self._moments)
         position, velocity = self._translation()
@@ -96,8 +98,11 @@ class Flight:
         position, _ = self._translation()
         return position[:, None] + _turned(self.matrices()[:, None], np.asarray(points, dtype=float))
 
-    def _start_translation(self, position: Array, velocity: Array, dt: float = 0.0) -> None:
+    def _start_counting(self, position: Array, velocity: Array, dt: float = 0.0) -> None:
         """Count steps of dt from here."""
+        if self.method.dense:
+            here = self._spins[:, :7]
+            self._spins = np.hstack((here, here, np.zeros((len(here), 2))))
         self._position, self._velocity = position, velocity
         self.dt, self._steps = dt, 0
 

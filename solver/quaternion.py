@@ -102,21 +102,26 @@ def rotate_back(q: Quaternion, a: Vector) -> Vector:
 
 
 @scalar
+def cosine_and_sine_ratio(square: float) -> tuple[float, float]:
+    """Return cos x and sin(x)/x from x^2, to rounding at every angle."""
+    if square < SERIES_LIMIT:
+        # Taylor's series, the odd and the even terms apart: half the waiting of Horner's scheme.
+        fourth = square * square
+        return (
+            (1.0 - square * (1 / 2)) + fourth * ((1 / 24 - square * (1 / 720)) + fourth * (1 / 40320)),
+            (1.0 - square * (1 / 6)) + fourth * ((1 / 120 - square * (1 / 5040)) + fourth * (1 / 362880)),
+        )
+    angle = math.sqrt(square)
+    return math.cos(angle), math.sin(angle) / angle
+
+
+@scalar
 def exponential(u: Vector) -> Quaternion:
     """Return exp(u~) = (cos |u|, u sin |u| / |u|), the rotation by the angle 2 |u| [rad] about u.
 
-    To rounding at every angle.  Source: Sola (2017), section 1.3.4.
+    Source: Sola (2017), section 1.3.4.
     """
-    s = dot(u, u)
-    if s < SERIES_LIMIT:
-        # Taylor's series, the odd and the even terms apart: half the waiting of Horner's scheme.
-        s2 = s * s
-        cosine = (1.0 - s * (1 / 2)) + s2 * ((1 / 24 - s * (1 / 720)) + s2 * (1 / 40320))
-        sine_ratio = (1.0 - s * (1 / 6)) + s2 * ((1 / 120 - s * (1 / 5040)) + s2 * (1 / 362880))
-    else:
-        angle = math.sqrt(s)
-        cosine = math.cos(angle)
-        sine_ratio = math.sin(angle) / angle
+    cosine, sine_ratio = cosine_and_sine_ratio(dot(u, u))
     return (cosine, sine_ratio * u[0], sine_ratio * u[1], sine_ratio * u[2])
 
 

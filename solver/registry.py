@@ -2,13 +2,27 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Literal
+from dataclasses import dataclass, replace
+from typing import Any, Literal
 
+from solver.ensemble.blocks import LANES
+from solver.ensemble.exact import exact as exact_lanes
+from solver.ensemble.rkmk4 import rkmk4 as rkmk4_lanes
+from solver.integrators.adaptive import adaptive
+from solver.integrators.exact import exact
+from solver.integrators.implicit_midpoint import implicit_midpoint
+from solver.integrators.magnus6 import magnus6
 from solver.integrators.matrix_euler import matrix_euler
 from solver.integrators.quaternion_euler import quaternion_euler
 from solver.integrators.rk4 import rk4
+from solver.integrators.rkmk4 import rkmk4
+from solver.integrators.splitting import splitting
+from solver.integrators.splitting8 import splitting8
 from solver.integrators.symplectic_euler import symplectic_euler
+from solver.integrators.taylor12 import taylor12
+
+# What rounding leaves to a step of order eight.
+LEAST_TOLERANCE = 1e-15
 
 
 @dataclass(frozen=True)
@@ -18,27 +32,75 @@ class Method:
     steps: the kernel, with the signature of `solver.integrators`.
     attitude: what the kernel's rows start with.  momentum_axes: the axes of the angular momentum that follows it.
     lag: how the position's steps use the velocity: -1 with the old one, +1 with the new one, 0 with their mean.
-    order: the error of a finished flight falls as dt^order.
+    order: the error of a finished flight falls as dt^order; None where it does not depend on dt.
     rigid: the attitude stays a rotation.  keeps_momentum, keeps_energy: in free flight, to rounding, at any dt.
     reversible: a flight with v and w turned round comes back to rounding.
     stable_turn: |w| dt [rad] beyond which the rotation can blow up, although every number stays finite for a while.
+    dense: it goes to an instant and not by steps; its rows remember where their count began.
+    least_throws: fewer fly right too, but leave lanes of the processor empty.
+    tolerance: for an adaptive method, of one step of its own, relative to |q| and |L|, unless another is asked for.
     """
 
     steps: Callable
     attitude: Literal["quaternion", "matrix"]
     momentum_axes: Literal["world", "body"]
     lag: int
-    order: int
+    order: int | None
     rigid: bool = True
     keeps_momentum: bool = False
     keeps_energy: bool = False
     reversible: bool = False
     stable_turn: float = math.inf
+    dense: bool = False
+    least_throws: int = 1
+    tolerance: float | None = None
+
+
+def _dense(kernel: Callable, **claims: Any) -> Method:
+    """Return a method that goes to any instant at once."""
+    return Method(kernel, "quaternion", "body", lag=0, order=None, dense=True, **claims)
+
+
+def _body(kernel: Callable, order: int, **claims: Any) -> Method:
+    """Return a method on quaternion and L in body axes, exact on a parabola."""
+    return Method(kernel, "quaternion", "body", lag=0, order=order, **claims)
 
 
 METHODS = {
-    "rk4": Method(rk4, "quaternion", "body", lag=0, order=4, stable_turn=2.0 * math.sqrt(2.0)),
+    "rk4": _body(rk4, order=4, stable_turn=2.0 * math.sqrt(2.0)),
+    "exact": _dense(exact, keeps_momentum=True, keeps_energy=True, reversible=True),
+    "exact-lanes": _dense(exact_lanes, keeps_momentum=True, keeps_energy=True, reversible=True, least_throws=LANES),
+    "adaptive": _dense(adaptive, tolerance=1e-9),
+    "rkmk4": _body(rkmk4, order=4, stable_turn=2.0 * math.sqrt(2.0)),
+    "rkmk4-lanes": _body(rkmk4_lanes, order=4, stable_turn=2.0 * math.sqrt(2.0), least_throws=LANES),
+    "magnus6": _body(magnus6, order=6, stable_turn=3.395),
+    "taylor12": _body(taylor12, order=12, stable_turn=3.379),
+    "splitting": _body(splitting, order=2, keeps_momentum=True, reversible=True),
+    "splitting8": _body(splitting8, order=8, keeps_momentum=True, reversible=True),
+    "implicit-midpoint": _body(implicit_midpoint, order=2, keeps_momentum=True, keeps_energy=True, reversible=True),
     "symplectic-euler": Method(symplectic_euler, "quaternion", "world", lag=+1, order=1, keeps_momentum=True),
     "quaternion-euler": Method(quaternion_euler, "quaternion", "world", lag=-1, order=1, keeps_momentum=True),
     "matrix-euler": Method(matrix_euler, "matrix", "world", lag=-1, order=1, rigid=False),
 }
+
+
+def find(name: str) -> Method:
+    """Return the method of a name, or of NAME@TOLERANCE for one that takes a tolerance.
+
+    Raises ValueError where there is none of that name, or no such tolerance.
+    """
+    plain, at, asked = name.partition("@")
+    if plain not in METHODS:
+        raise ValueError(f"no method {plain!r}; there are {', '.join(METHODS)}")
+    method = METHODS[plain]
+    if not at:
+        return method
+    if method.tolerance is None:
+        raise ValueError(f"{plain} takes no tolerance, got {name!r}")
+    try:
+        tolerance = float(asked)
+    except ValueError:
+        tolerance = math.nan
+    if not LEAST_TOLERANCE <= tolerance <= 1.0:
+        raise ValueError(f"the tolerance in {name!r} is no number from {LEAST_TOLERANCE:g} to 1")
+    return replace(method, tolerance=tolerance)

@@ -86,22 +86,50 @@ def corner_error(method, name, steps):
     return np.linalg.norm(flight.vertices(corners(size))[0] - true_corners(name), axis=1).max()
 
 
-@pytest.mark.parametrize("name", BOXES)
-@pytest.mark.parametrize("method", METHODS)
+# Steps for the flight, by order: short enough for the order to show, long enough to stay above rounding.
+LADDERS = {
+    1: [2**power for power in range(9, 15)],
+    2: [2**power for power in range(5, 12)],
+    4: [2**power for power in range(6, 11)],
+    6: [16, 24, 32, 48, 64],
+    8: [16, 20, 24, 28, 32],
+    12: [9, 10, 11, 12],
+}
+STEPPERS = {name: method.order for name, method in METHODS.items() if method.order is not None}
+
+
+@pytest.mark.parametrize(
+    ("method", "name"),
+    # Twelve orders leave so little between the first step that shows them and rounding that only one box has room.
+    [(method, name) for method, order in STEPPERS.items() for name in BOXES if order < 12 or name == BRICK],
+)
 def test_order(method, name):
-    order = METHODS[method].order
-    # First order is in its asymptotic range later than fourth.  Below 1e-13 m is rounding.
-    powers = range(5, 12) if order > 1 else range(9, 15)
-    errors = np.array([corner_error(method, name, 2**power) for power in powers])
-    errors = errors[errors > 1e-13]
-    slopes = np.log2(errors[:-1] / errors[1:])
-    assert len(slopes) >= 4, f"too few errors above rounding: {errors}"
+    order = STEPPERS[method]
+    steps = np.array(LADDERS[order])
+    errors = np.array([corner_error(method, name, n) for n in steps])
+    assert errors.min() > 2e-14, f"too near to rounding: {errors}"
+    slopes = np.log(errors[:-1] / errors[1:]) / np.log(steps[1:] / steps[:-1])
     assert np.abs(slopes - order).max() < 0.2, f"slopes {slopes}"
+
+
+@pytest.mark.parametrize("name", BOXES)
+@pytest.mark.parametrize("method", [name for name in METHODS if name not in STEPPERS])
+def test_no_order_is_an_error_that_the_step_does_not_change(method, name):
+    errors = [corner_error(method, name, steps) for steps in (1, 16, 100)]
+    # One tolerance a step of about a radian, and that for no more than the flight's 4; rounding for the closed form.
+    tolerance = METHODS[method].tolerance or 0.0
+    assert max(errors) < 10 * tolerance + 4e-15
+    assert np.ptp(errors) < tolerance + 4e-15
 
 
 # What rounding does to so few steps stays under KEPT; what a method does at these coarse steps is far above LOST.
 KEPT, LOST = 1e-12, 1e-9
-STEPS, COARSE = 100, 2.0**-6
+STEPS = 100
+
+
+def coarse(method):
+    """The method and a step [s] at which it has something to lose: a radian, but less where the die would blow up."""
+    return f"{method}@1e-4" if METHODS[method].tolerance else method, 2.0**-6 if METHODS[method].order == 1 else 2.0**-2
 
 
 def momentum_and_energy(body, states):
@@ -129,8 +157,9 @@ def energy_drift(body, flight, states):
 def way_back(body, flight, states):
     turned_round = flight.read()
     turned_round[:, 7:13] *= -1.0
+    dt = flight.dt
     flight.write(turned_round)
-    flight.advance(STEPS, COARSE)
+    flight.advance(STEPS, dt)
     return np.abs(flight.matrices()[0] - to_matrix(states[0, 3:7])).max()
 
 
@@ -147,11 +176,77 @@ def way_back(body, flight, states):
 def test_claim(method, claim, lost):
     size, w_world = BOXES[BRICK]
     body, states = box(size), start(w_world)
-    loss = lost(body, fly(method, body, states, STEPS, COARSE), states)
+    rough, dt = coarse(method)
+    loss = lost(body, fly(rough, body, states, STEPS, dt), states)
     if getattr(METHODS[method], claim):
         assert loss < KEPT
     else:
         assert loss > LOST, f"{method} could claim {claim}"
+
+
+# 1e5 steps of 10 ms, 4000 rad: what is kept, is kept to a random walk of roundings and their slow bias; what is only
+# bounded swings about once more than it did in the first thousandth of the flight.
+LONG_STEPS, LONG_DT = 100_000, 0.01
+
+
+@pytest.mark.parametrize("method", [name for name, method in METHODS.items() if method.keeps_momentum])
+def test_momentum_is_kept_for_a_hundred_thousand_steps(method):
+    size, w_world = BOXES[BRICK]
+    flight = fly(method, box(size), start(w_world), LONG_STEPS, LONG_DT)
+    assert momentum_drift(box(size), flight, start(w_world)) < 1e-12
+
+
+@pytest.mark.parametrize("method", [name for name, method in METHODS.items() if method.keeps_energy])
+def test_energy_is_kept_for_a_hundred_thousand_steps(method):
+    size, w_world = BOXES[BRICK]
+    flight = fly(method, box(size), start(w_world), LONG_STEPS, LONG_DT)
+    assert energy_drift(box(size), flight, start(w_world)) < 4e-13
+
+
+@pytest.mark.parametrize(("method", "bounded"), [("splitting", True), ("rkmk4", False)])
+def test_energy_of_the_splitting_swings_but_does_not_drift(method, bounded):
+    size, w_world = BOXES[BRICK]
+
+    def largest_swing(parts):
+        flight = Flight(box(size), method)
+        flight.write(start(w_world))
+        swings = []
+        for _ in range(parts):
+            flight.advance(100, LONG_DT)
+            swings.append(energy_drift(box(size), flight, start(w_world)))
+        return max(swings)
+
+    assert bool(largest_swing(LONG_STEPS // 100) < 2 * largest_swing(20)) == bounded
+
+
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-6, 1e-8, 1e-10, 1e-12])
+@pytest.mark.parametrize("name", BOXES)
+def test_an_adaptive_error_is_the_tolerance_times_the_steps(name, tolerance):
+    # A step is about a radian, of 4 at most; a motion close to its unstable axis magnifies what came before.
+    assert tolerance / 100 < corner_error(f"adaptive@{tolerance:g}", name, 1) < 10 * tolerance
+
+
+def test_no_midpoint_is_nan_and_not_a_guess():
+    # Steps of 3000 rad: Newton's method wanders.
+    flight = fly("implicit-midpoint", box(BOXES[BRICK][0]), start((1e3, -2e3, 3e3)), 50, 1.0)
+    assert np.isnan(flight.read()[0, 3:7]).all()
+
+
+def test_an_adaptive_method_gives_up_on_an_endless_flight():
+    flight = fly("adaptive@1e-14", box(BOXES[BRICK][0]), start((1e6, -2e6, 3e6)), 1, 1.0)
+    assert np.isnan(flight.read()[0, 3:7]).all()
+
+
+@pytest.mark.parametrize("method", [name for name, method in METHODS.items() if method.order and method.order >= 4])
+def test_rounding_stays_below_a_picometre(method):
+    # Half a millisecond over ten seconds, on the scene of the speed chart; the truth there is the closed form, which
+    # tests/test_exact.py holds against another.
+    size, w_world = BOXES["book"]
+    points = [
+        fly(name, box(size), start(w_world), steps, 10.0 / steps).vertices(corners(size))[0]
+        for name, steps in ((method, 80_000), ("exact", 1))
+    ]
+    assert np.linalg.norm(points[0] - points[1], axis=1).max() < 1e-12
 
 
 @pytest.mark.parametrize("method", [name for name, method in METHODS.items() if math.isfinite(method.stable_turn)])
@@ -161,14 +256,15 @@ def test_stable_turn(method):
     disc, spin, tilt = Body(1.0, (1.0, 1.0, 2.0)), 1.0, 1e-6
     states = np.array([[0.0] * 3 + [1.0, 0.0, 0.0, 0.0] + [0.0] * 3 + [tilt, 0.0, spin]])
 
+    # So many because of taylor12, whose gain at 0.97 is 1 - 7e-5.
     def tilt_after(factor):
         dt = factor * METHODS[method].stable_turn / spin
-        after = fly(method, disc, states, 40, dt).read()[0]
+        after = fly(method, disc, states, 20_000, dt).read()[0]
         w_body = to_matrix(after[3:7]).T @ after[10:13]
         return np.hypot(*w_body[:2])
 
     assert tilt_after(0.97) < tilt / 2
-    assert tilt_after(1.03) > tilt * 2
+    assert not tilt_after(1.03) < tilt * 2, "it may be nan by now"
 
 
 def test_negative_control_a_missing_gyroscopic_term_is_seen():
@@ -185,13 +281,16 @@ def test_negative_control_a_missing_gyroscopic_term_is_seen():
     assert np.abs(turned[None] - true_corners(BRICK)).max() > 0.01
 
 
-@pytest.mark.parametrize("method", METHODS)
+# The splittings find a sphere's flow exactly without the term, and split it with one: they are held to the exact one
+# below.  The closed form divides by the term.
+@pytest.mark.parametrize("method", [name for name in METHODS if name not in ("splitting", "splitting8", "exact")])
 def test_the_kernel_without_the_term_is_the_kernel_with_a_zero_one(method):
     cube = Body(1.0, (0.3, 0.3, 0.3))
     assert cube.gyroscopic is None
     flights = [fly(method, cube, start((1.0, -2.0, 0.5)), 500, 2.0**-7) for _ in range(2)]
     flights[1].write(start((1.0, -2.0, 0.5)))
-    METHODS[method].steps(flights[1]._spins, 500, 2.0**-7, cube.inverse_moments, (0.0, 0.0, 0.0))
+    flights[1]._gyroscopic = (0.0, 0.0, 0.0)
+    flights[1].advance(500, 2.0**-7)
     # 500 steps of a few roundings each.
     np.testing.assert_allclose(flights[0].matrices(), flights[1].matrices(), rtol=0.0, atol=500 * 4 * EPS)
 
@@ -204,11 +303,12 @@ def test_equal_moments_turn_at_a_constant_rate(method):
     np.testing.assert_allclose(states[0, 10:13], w_world, rtol=0.0, atol=1000 * EPS)
 
 
-def test_the_exponential_is_exact_for_equal_moments():
+@pytest.mark.parametrize("method", ["symplectic-euler", "rkmk4", "magnus6", "splitting", "splitting8", "exact"])
+def test_the_exponential_is_exact_for_equal_moments(method):
     w_world = np.array([1.0, -2.0, 0.5])
     states = start(w_world)
     states[0, 3:7] = (1.0, 0.0, 0.0, 0.0)
-    flight = fly("symplectic-euler", Body(1.0, (0.3, 0.3, 0.3)), states, 1000, 2.0**-7)
+    flight = fly(method, Body(1.0, (0.3, 0.3, 0.3)), states, 1000, 2.0**-7)
     half = 1000 * 2.0**-7 * np.linalg.norm(w_world) / 2
     exact = np.array([np.cos(half), *(np.sin(half) * w_world / np.linalg.norm(w_world))])
     # The turn of one step is rounded once and taken 1000 times.

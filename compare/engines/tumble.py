@@ -7,10 +7,13 @@ import numpy as np
 from solver.body import Body
 from solver.flight import Flight
 from solver.registry import METHODS as REGISTRY
+from solver.registry import find
 
 METHODS = tuple(REGISTRY)
 # Of these NAME@TOLERANCE is a method too, e.g. adaptive@1e-9; the plain name means its default.
 ADAPTIVE = tuple(name for name, method in REGISTRY.items() if method.tolerance is not None)
+# These take a flight of any length in one step.
+WHOLE = tuple(name for name, method in REGISTRY.items() if method.order is None and method.tolerance is None)
 FEATURES = {"gravity"}
 ABOUT = {
     "version": version("tumble"),
@@ -27,6 +30,9 @@ LARGEST_STRAIN = 0.1
 def build(scene, method):
     """Return a flight that is compiled already: no step is timed that waits for a compiler."""
     a, b, c = scene.body.moments.tolist()
+    least = find(method).least_throws
+    if len(scene.start) < least:
+        raise NotImplementedError(f"{method} is for {least} throws or more")
     flight = Flight(Body(scene.body.mass, (a, b, c)), method, scene.gravity)
     flight.advance(0, scene.step)
     return flight

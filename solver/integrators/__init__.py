@@ -6,6 +6,7 @@ Every method has the signature
 
 spins: one row a throw, altered in place: the attitude as the method keeps it, then the angular momentum [kg m2/s];
 n: steps; dt [s]; inverse_moments [1/(kg m2)] and gyroscopic, or None for a body of equal moments: `solver.body.Body`.
-A step knows nothing but the row, so that n steps and then m more are n + m steps to the last bit.  The translation of a
-free flight is not stepped at all: `solver.flight`.
+A step knows nothing but the row, so that n steps and then m more are n + m steps to the last bit.  A dense method goes
+to an instant instead: n counts from where its rows remember, `solver.spins.load_anchor`, and an adaptive one takes its
+tolerance as a last argument.  The translation of a free flight is not stepped at all: `solver.flight`.
 """

@@ -16,7 +16,7 @@ BLOCK = 64
 
 
 @scalar
-def _stage_momenta(
+def stage_momenta(
     momentum: Vector, dt: float, gyroscopic: Vector | None
 ) -> tuple[Vector, Vector, Vector, Vector, Vector]:
     """Return L at the four stages and after the step, for dL/dt = L x w; k1 ... k4 are dt/2 times the slopes."""
@@ -70,7 +70,7 @@ def rk4(spins: NDArray[np.float64], n: int, dt: float, inverse_moments: Vector, 
         q, momentum = load(spin)
         for done in range(0, n, BLOCK):
             for _ in range(min(BLOCK, n - done)):
-                l1, l2, l3, l4, momentum = _stage_momenta(momentum, dt, gyroscopic)
+                l1, l2, l3, l4, momentum = stage_momenta(momentum, dt, gyroscopic)
                 u1, u2, u3, u4 = (
                     times(quarter_step, l1),
                     times(quarter_step, l2),

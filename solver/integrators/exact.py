@@ -1,0 +1,367 @@
+"""The closed form of free rotation, in theta series: one step of any length.
+
+The angular momentum runs round axis 3, that of the least or the greatest moment, on Euler's curve
+
+    L_body / |L| = (a1 cn u, a2 sn u, a3 dn u),   u = u0 + rate t,
+
+and the body, seen from L, is the shortest turn of L_body onto axis 3 followed by one about L by the angle A t + p(t),
+with p periodic.  Its parameter depends on the moments alone: p is the phase of theta1 at a complex argument whose
+imaginary part is a constant, less the phase of L1 + i L2; A makes the two turn as fast as the body does at L1 = 0.
+
+Every motion is one of two.  Below m = 1/2 the series run in the nome q of m, trigonometric in the phase and hyperbolic
+in the imaginary part.  Above it Jacobi's imaginary transformation exchanges the two, and m with 1 - m.  So no nome
+passes exp(-pi) = 0.0432, four terms are all that doubles can tell, and the separatrix is the nome 0 of the second form.
+Only differences of moments and sums of positive terms are used: near symmetry and near the separatrix no digit is lost
+but those that the motion itself makes uncertain.
+
+Source: Jacobi, "Sur la rotation d'un corps" (1850); Whittaker, "Analytical Dynamics" (1937), sections 69-70; theta
+functions: Whittaker & Watson, "Modern Analysis" (1927), chapter 21; DLMF 20.2, 20.7.30-33, 22.2, 22.20(ii).
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solver.body import momentum_rate
+from solver.compilation import inner, kernel
+from solver.quaternion import Quaternion, exponential, normalise, product
+from solver.spins import load_anchor, store
+from solver.vectors import Vector, dot, scale, times
+
+Pair = tuple[float, float]
+Axes = tuple[int, int, int]
+Terms = tuple[float, float, float, float]
+
+# Steps of the arithmetic-geometric mean from a modulus of at most sqrt(1/2): the fifth would change nothing.
+LANDEN_STEPS = 4
+
+
+class Harmonics(NamedTuple):
+    """Odd harmonics, n = 0 ... 3: nome^(n (n + 1)) times cosh and sinh of (2n + 1) x, all over e^x / 2."""
+
+    cosh: Terms
+    sinh: Terms
+
+
+class Polhode(NamedTuple):
+    """The curve of L_body/|L| = (a1 cn u, a2 sn u, a3 dn u): amplitudes, parameter m and m1 = 1 - m.
+
+    aspect: in the ratio of a1 and a2, also where both are 0; phase: cn and sn at the start; shift: 1 and sn/i, or cn
+    and sn to the modulus of m1, both over sc, of the imaginary part: where L would lie along axis 3.
+    """
+
+    m: float
+    m1: float
+    amplitudes: Vector
+    aspect: Pair
+    phase: Pair
+    shift: Pair
+
+
+class Seen(NamedTuple):
+    """L_body over |L|, and a complex number whose phase is p [rad], within a quarter turn of 0."""
+
+    direction: Vector
+    phase: Pair
+
+
+class Path(NamedTuple):
+    """From the start to now.  lag: what A t lacks of |L| t/I2, by unit of u; began: a number whose phase was p."""
+
+    lag: float
+    began: Pair
+    now: Seen
+
+
+@inner
+def _small_arctangent(t: float) -> float:
+    """Return arctan t for |t| < 0.0076, to rounding."""
+    square = t * t
+    return t * (1.0 - square * (1 / 3 - square * (1 / 5 - square * (1 / 7))))
+
+
+@inner
+def _landen(m: float, m1: float, real: Pair, imaginary: Pair) -> tuple[float, Pair, Pair]:
+    """Return pi/(2 K(m)), then the angles pi u/(2 K) of a real and of an imaginary argument u, for m = 1 - m1 <= 1/2.
+
+    real: cn u and sn u; returned are the cosine and the sine.  imaginary: 1 and sn(u)/i, or any multiple of the two;
+    returned are multiples of 1 and of the hyperbolic sine.
+    Source: Gauss's mean, DLMF 22.20(ii): am doubles and gains arctan((b - a) tan am / (a + b tan^2 am)), so the angle
+    is am + gain/2 + gain/4 + ...; the first gain is halved by a bisector, the rest are small.  The imaginary argument:
+    Landen's step DLMF 22.7.2, solved for the next sn.
+    """
+    a, b, c_squared = 1.0, math.sqrt(m1), m
+    (cosine, sine), (one, sinh) = real, imaginary
+    root = math.sqrt(m1 * sine * sine + cosine * cosine)
+    bisector = normalise((cosine * (root + 1.0), sine * (root + b), 0.0, 0.0))
+    rest, weight = 0.0, 0.25
+    for _ in range(LANDEN_STEPS):
+        one, sinh = a * one + math.sqrt(a * a * one * one + c_squared * sinh * sinh), (a + b) * sinh
+        cosine, sine = a * cosine * cosine - b * sine * sine, (a + b) * sine * cosine
+        a, b = (a + b) / 2.0, math.sqrt(a * b)
+        c = c_squared / (4.0 * a)
+        c_squared = c * c
+        tangent = (b - a) * sine * cosine / (a * cosine * cosine + b * sine * sine)
+        rest += weight * _small_arctangent(tangent)
+        weight /= 2.0
+    square = rest * rest
+    turn_cosine = 1.0 - square / 2.0 * (1.0 - square / 12.0)
+    turn_sine = rest * (1.0 - square / 6.0 * (1.0 - square / 20.0))
+    cosine, sine = bisector[0], bisector[1]
+    angle = (cosine * turn_cosine - sine * turn_sine, sine * turn_cosine + cosine * turn_sine)
+    return a, angle, (one, sinh)
+
+
+@inner
+def _nome(m: float, m1: float) -> float:
+    """Return the nome q of m = 1 - m1 <= 1/2.  Source: DLMF 20.9.1 and 22.2.1; Hermite's series, to rounding."""
+    modulus = math.sqrt(m1)
+    half = m / (2.0 * (1.0 + modulus) * (1.0 + math.sqrt(modulus)) ** 2)
+    fourth = half**4
+    return half * (1.0 + fourth * (2.0 + fourth * (15.0 + fourth * 150.0)))
+
+
+@inner
+def _hyperbolic(nome: float, decay: float, one_minus_decay: float) -> Harmonics:
+    """Return the harmonics of x from decay = exp(-2 x), which is not below the nome."""
+    growth = nome / decay if decay > 0.0 else 0.0
+    up1, down1 = nome * growth, (nome * decay) ** 2
+    up2, down2 = up1 * up1 * nome * nome, down1 * decay * nome**4
+    up3 = up2 * growth * nome**5
+    return Harmonics(
+        (1.0 + decay, up1 + down1, up2 + down2, up3),
+        (one_minus_decay, up1 - down1, up2 - down2, up3),
+    )
+
+
+@inner
+def _sum(terms: Terms) -> float:
+    return terms[0] + terms[1] + terms[2] + terms[3]
+
+
+@inner
+def _alternating(terms: Terms) -> float:
+    return terms[0] - terms[1] + terms[2] - terms[3]
+
+
+@inner
+def _shifted(waves: Harmonics, angle: Pair) -> Pair:
+    """Return the parts of theta1(angle + i x): sum (-1)^n sinh cos and sum (-1)^n cosh sin of the odd harmonics."""
+    cosine, sine = angle
+    double = 2.0 * (cosine - sine) * (cosine + sine)
+    cosine3, sine3 = cosine * (double - 1.0), sine * (double + 1.0)
+    cosine5, sine5 = double * cosine3 - cosine, double * sine3 - sine
+    cosine7, sine7 = double * cosine5 - cosine3, double * sine5 - sine3
+    cosh, sinh = waves
+    return (
+        _alternating((sinh[0] * cosine, sinh[1] * cosine3, sinh[2] * cosine5, sinh[3] * cosine7)),
+        _alternating((cosh[0] * sine, cosh[1] * sine3, cosh[2] * sine5, cosh[3] * sine7)),
+    )
+
+
+@inner
+def _less(phase: Pair, other: Pair) -> Pair:
+    """Return a complex number whose phase is the first's less the other's."""
+    return (phase[0] * other[0] + phase[1] * other[1], phase[1] * other[0] - phase[0] * other[1])
+
+
+@inner
+def _half(phase: Pair) -> Pair:
+    """Return a complex number whose phase is half of the other's, which is within half a turn of 0."""
+    return (phase[0] + math.sqrt(phase[0] * phase[0] + phase[1] * phase[1]), phase[1])
+
+
+@inner
+def _even_sums(nome: float, double: float) -> Pair:
+    """Return theta3 and theta4 of an angle from twice the cosine of its double."""
+    fourth = double * double - 2.0
+    near, far = nome * double, nome**9 * (double * fourth - double)
+    even = 1.0 + nome**4 * fourth
+    return even + near + far, even - near - far
+
+
+@inner
+def _circular_path(polhode: Polhode, gained: float) -> Path:
+    """Follow the polhode while u grows by gained, m <= 1/2: series in the nome of m.
+
+    cn, sn, dn are theta2, theta1, theta3 over theta4 of pi u/(2 K), each with its factor.
+    """
+    m, m1, (a1, a2, a3), aspect, phase, shift = polhode
+    mean, (cosine, sine), (one, sinh) = _landen(m, m1, phase, shift)
+    nome = _nome(m, m1)
+    exp = sinh + math.sqrt(one * one + sinh * sinh)
+    waves = _hyperbolic(nome, (one / exp) ** 2, 2.0 * sinh / exp)
+    (c1, c3, c5, c7), (s1, s3, s5, s7) = waves
+    lag = mean * (s1 + 3.0 * s3 + 5.0 * s5 + 7.0 * s7) / (c1 + c3 + c5 + c7)
+
+    squared, sixth, root = nome**2, nome**6, math.sqrt(math.sqrt(m1))
+    null = 1.0 / (math.sqrt(mean) * (1.0 + squared + sixth))
+    now = Seen((0.0, 0.0, 1.0), (1.0, 0.0))
+    for c, s in ((1.0, 0.0), (math.cos(mean * gained), math.sin(mean * gained))):
+        began = now.phase
+        cosine, sine = cosine * c - sine * s, sine * c + cosine * s
+        double = 2.0 * (cosine - sine) * (cosine + sine)
+        theta3, theta4 = _even_sums(nome, double)
+        cosine3, sine3 = cosine * (double - 1.0), sine * (double + 1.0)
+        theta1 = sine - squared * sine3 + sixth * (double * sine3 - sine)
+        theta2 = cosine + squared * cosine3 + sixth * (double * cosine3 - cosine)
+        direction = (a1 * root * null * theta2 / theta4, a2 * null * theta1 / theta4, a3 * root * theta3 / theta4)
+        meridian = (aspect[0] * root * theta2, aspect[1] * theta1)
+        now = Seen(direction, _less(_shifted(waves, (cosine, sine)), meridian))
+    return Path(lag, began, now)
+
+
+@inner
+def _hyperbolic_path(polhode: Polhode, gained: float) -> Path:
+    """Follow the polhode while u grows by gained, m > 1/2: series in the nome of 1 - m.
+
+    cn, sn, dn are theta4, theta1/i, theta3 over theta2 of i x, x = pi u/(2 K'), each with its factor.  A half period
+    on, L1 and L2 have changed their signs and all else is the same.
+    """
+    m, m1, (a1, a2, a3), aspect, phase, shift = polhode
+    mean, angle, (one, sinh) = _landen(m1, m, shift, phase)
+    nome = _nome(m1, m)
+    half_period = -math.log(nome) / 2.0 if nome > 0.0 else math.inf
+    turn = math.atan2(angle[1], angle[0]) / half_period
+    sine2, double = 2.0 * angle[0] * angle[1], 2.0 * (angle[0] - angle[1]) * (angle[0] + angle[1])
+    slope4 = 4.0 * nome * sine2 * (1.0 - 2.0 * nome**3 * double + 3.0 * nome**8 * (double * double - 1.0))
+    lag = mean * (turn + slope4 / _even_sums(nome, double)[1])
+
+    root = math.sqrt(math.sqrt(m))
+    null = math.sqrt(mean) * (1.0 + nome**2 + nome**6)
+    start = math.copysign(math.log((abs(sinh) + math.sqrt(one * one + sinh * sinh)) / one), sinh)
+    now = Seen((0.0, 0.0, 1.0), (1.0, 0.0))
+    for x in (start, start + mean * gained):
+        began = now.phase
+        halves = np.rint(x / (2.0 * half_period))
+        if halves != 0.0:
+            x -= 2.0 * half_period * halves
+        sign, side = 1.0 - 2.0 * (halves % 2.0), math.copysign(1.0, x)
+        fall = math.exp(-abs(x))
+        decay = fall * fall
+        waves = _hyperbolic(nome, decay, 1.0 - decay)
+        growth = nome / decay
+        near, far = growth + nome * decay, nome**6 * growth**3 + nome**9 * decay**3
+        even = 1.0 + (nome * growth) ** 2 + nome**4 * decay * decay
+        theta1, theta2 = side * _alternating(waves.sinh), _sum(waves.cosh)
+        theta3, theta4 = 2.0 * fall * (even + near + far), 2.0 * fall * (even - near - far)
+        direction = (
+            sign * a1 * null / root * theta4 / theta2,
+            sign * a2 / root * theta1 / theta2,
+            a3 * null * theta3 / theta2,
+        )
+        sinh_cosine, cosh_sine = _shifted(waves, angle)
+        meridian = (aspect[0] * null * theta4, aspect[1] * theta1)
+        linear = (math.cos(turn * x), -math.sin(turn * x))
+        now = Seen(direction, _less(_less((cosh_sine, side * sinh_cosine), meridian), linear))
+    return Path(lag, began, now)
+
+
+@inner
+def _turn_between(start: Vector, path: Path, turned: float) -> Quaternion:
+    """Return the turn of the body since the start, in its own axes, when L's shortest turn onto axis 3 has gone round.
+
+    turned: A t [rad].
+    """
+    d1, d2, d3 = start
+    e1, e2, e3 = path.now.direction
+    cosine, sine = math.cos(turned / 2.0), math.sin(turned / 2.0)
+    c, s = _less(_half(path.now.phase), _half(path.began))
+    about_L = (cosine * c - sine * s, 0.0, 0.0, cosine * s + sine * c)
+    return normalise(product((1.0 + d3, -d2, d1, 0.0), product(about_L, (1.0 + e3, e2, -e1, 0.0))))
+
+
+@inner
+def _along_polhode(
+    start: Vector, speed: float, t: float, inverse_middle: float, gyroscopic: Vector, sense: float
+) -> tuple[Quaternion, Vector]:
+    """Return the turn of the body, in its own axes, and L_body/|L| after t [s].
+
+    All in the axes of the frame: start: L_body/|L|, first and third not negative; speed: |L|; inverse_middle: 1/I2;
+    gyroscopic: the differences of inverse moments, none negative; sense: the sign of I3 - I2.
+    """
+    L1, L2, L3 = start
+    g1, g2, g3 = gyroscopic
+    # L^2 - 2E I1, 2E I3 - L^2 and L^2 - 2E I2, each over the moment that makes it a sum of these differences.
+    above, below = L2 * L2 * g3 + L3 * L3 * g2, L1 * L1 * g2 + L2 * L2 * g1
+    beyond = L3 * L3 * g1 - L1 * L1 * g3
+    a1, a2, a3 = math.sqrt(below / g2), math.sqrt(below / g1), math.sqrt(above / g2)
+    polhode = Polhode(
+        m=below * g3 / (above * g1),
+        m1=beyond * g2 / (above * g1),
+        amplitudes=(a1, a2, a3),
+        aspect=(math.sqrt(g1), math.sqrt(g2)),
+        phase=(L1 / a1, L2 / a2),
+        shift=(math.sqrt(g3 / g2), math.sqrt(g1 / g2)),
+    )
+    rate = sense * speed * math.sqrt(above * g1)
+    path = _circular_path(polhode, rate * t) if polhode.m <= polhode.m1 else _hyperbolic_path(polhode, rate * t)
+    turn = _turn_between(start, path, (speed * inverse_middle - rate * path.lag) * t)
+    return turn, path.now.direction
+
+
+@inner
+def _picked(axes: Axes, a: Vector) -> Vector:
+    """Return the components of a vector, or of a tensor in its principal axes, in the order of the frame."""
+    return (a[axes[0]], a[axes[1]], a[axes[2]])
+
+
+@inner
+def _placed(axes: Axes, a: Vector) -> Vector:
+    """Return the components of a frame's vector in the order of the body."""
+    x = a[0] if axes[0] == 0 else a[1] if axes[1] == 0 else a[2]
+    y = a[0] if axes[0] == 1 else a[1] if axes[1] == 1 else a[2]
+    z = a[0] if axes[0] == 2 else a[1] if axes[1] == 2 else a[2]
+    return (x, y, z)
+
+
+@inner
+def _turned(
+    q: Quaternion, momentum: Vector, t: float, inverse_moments: Vector, gyroscopic: Vector
+) -> tuple[Quaternion, Vector]:
+    """Return q and L_body after t [s].
+
+    The frame: L circles axis 3, of the least or the greatest moment, axis 2 has the middle one; its axes are the
+    body's or against them, so that the first and the third component of L are not negative.
+    """
+    differences = (abs(gyroscopic[0]), abs(gyroscopic[1]), abs(gyroscopic[2]))
+    least, greatest = 0, 2
+    for axis in range(3):
+        if inverse_moments[axis] > inverse_moments[least]:
+            least = axis
+        if inverse_moments[axis] < inverse_moments[greatest]:
+            greatest = axis
+    middle = 3 - least - greatest
+    if momentum[greatest] ** 2 * differences[least] >= momentum[least] ** 2 * differences[greatest]:
+        axes, sense = (least, middle, greatest), 1.0
+    else:
+        axes, sense = (greatest, middle, least), -1.0
+    speed = math.sqrt(dot(momentum, momentum))
+    start = scale(1.0 / speed, _picked(axes, momentum))
+    handed = 1.0 if (middle - axes[0]) % 3 == 1 else -1.0
+    first, third = math.copysign(1.0, start[0]), math.copysign(1.0, start[2])
+    signs = (first, handed * first * third, third)
+    start, differences = times(signs, start), _picked(axes, differences)
+    if momentum_rate(start, differences) == (0.0, 0.0, 0.0):
+        return product(q, exponential(scale(t / 2.0, times(inverse_moments, momentum)))), momentum
+    turn, direction = _along_polhode(start, speed, t, inverse_moments[middle], differences, sense)
+    x, y, z = _placed(axes, times(signs, (turn[1], turn[2], turn[3])))
+    return product(q, (turn[0], x, y, z)), scale(speed, _placed(axes, times(signs, direction)))
+
+
+@kernel
+def exact(spins: NDArray[np.float64], n: int, dt: float, inverse_moments: Vector, gyroscopic: Vector | None) -> None:
+    """Turn for n dt, at once, from where the row was when the count of n began.
+
+    spins: q, then L in body axes, then both at the start of the count, (N, 14).
+    """
+    t = n * dt
+    for spin in spins:
+        q, momentum = load_anchor(spin)
+        if gyroscopic is None:
+            q = product(q, exponential(scale(t / 2.0, times(inverse_moments, momentum))))
+        elif dot(momentum, momentum) > 0.0:
+            q, momentum = _turned(q, momentum, t, inverse_moments, gyroscopic)
+        store(spin, q, momentum)
