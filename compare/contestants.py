@@ -72,8 +72,9 @@ def chosen(engine: str, asked: list[str], card: Card | Failure) -> tuple[str, ..
     if isinstance(card, Failure):
         return tuple(asked) or ("",)
     for method in asked:
-        if method not in card.methods and not is_tolerance(method, card):
-            raise BadEngine(f"unknown method of {roster.title(engine)} {method!r}: {nearest(method, card.methods)}")
+        known = (*card.methods, *card.on_request)
+        if method not in known and not is_tolerance(method, card):
+            raise BadEngine(f"unknown method of {roster.title(engine)} {method!r}: {nearest(method, known)}")
     return tuple(dict.fromkeys(asked)) or card.methods
 
 

@@ -31,7 +31,8 @@ class Trajectory:
     """What an engine answered: one row for t = 0 and one a sample.
 
     times [s], (R,); states (R, N, 13); vertices [m], (R, N, n, 3), world; steps in all; wall_s: their native loops [s];
-    notes: what the engine's own audit found.  After the state stopped being finite the rows are NaN.
+    notes: what the engine's own audit found; remark: what else it has to say.  After the state stopped being finite the
+    rows are NaN.
     """
 
     times: Array
@@ -40,6 +41,7 @@ class Trajectory:
     steps: int
     wall_s: float
     notes: tuple[str, ...]
+    remark: str = ""
 
     @property
     def diverged_at(self) -> float | None:
@@ -115,6 +117,7 @@ def fly(engine: ModuleType, scene: Scene, method: str, dt: float) -> Trajectory:
         steps,
         wall_s,
         tuple(dict.fromkeys(notes)),
+        engine.remark(world) if hasattr(engine, "remark") else "",
     )
 
 

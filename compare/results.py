@@ -102,7 +102,7 @@ def engine_row(entrant: Entrant) -> EngineRow:
         "ok",
         card.version,
         card.precision,
-        ", ".join(card.methods),
+        ", ".join((*card.methods, *card.on_request)),
         ", ".join(sorted(card.features)),
         "; ".join(card.switched_off),
     )

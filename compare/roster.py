@@ -27,12 +27,14 @@ class Missing(ImportError):
 class Card:
     """What an engine says of itself: its methods (the default first), force laws, and ABOUT.
 
-    adaptive: methods that take a tolerance; whole: methods that take a flight of any length in one step.
+    adaptive: methods that take a tolerance; whole: methods that take a flight of any length in one step; on_request:
+    names that take part only when asked for.
     """
 
     methods: tuple[str, ...]
     adaptive: frozenset[str]
     whole: frozenset[str]
+    on_request: tuple[str, ...]
     features: frozenset[str]
     version: str
     precision: str
@@ -116,6 +118,7 @@ def card(engine: str, module: ModuleType) -> Card:
         methods,
         frozenset(words(getattr(module, "ADAPTIVE", ()))),
         frozenset(words(getattr(module, "WHOLE", ()))),
+        words(getattr(module, "ON_REQUEST", ())),
         features,
         str(about.get("version", "")),
         str(about.get("precision", "")),

@@ -144,6 +144,9 @@ def standings(runs: Sequence[Run]) -> Iterator[Table | Text]:
     for run in runs:
         if run.status != "ok":
             reasons.setdefault(run.status, []).append(run.name)
+    for run in flown:
+        if run.flight.remark:
+            yield plain(f"{run.name} {run.flight.remark}")
     for status, names in reasons.items():
         yield Text()
         yield plain(f"{', '.join(names)}: {status}")

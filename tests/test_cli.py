@@ -290,3 +290,13 @@ def test_run_equals_a_bare_pybullet_loop_bit_for_bit(tumble, method):
             assert [float(value) for value in list(row.values())[1:14]] == [*x, w, *xyz, *v, *spin]
     finally:
         pybullet.disconnect(client)
+
+
+def test_auto_says_what_it_took(tumble):
+    done = tumble("run", "two-hits", "-e", "tumble:auto")
+    assert done.returncode == 0
+    assert done.stderr == (
+        "tumble: tumble:auto took exact: a free flight has a closed form, and nothing is cheaper at any error\n"
+    )
+    assert done.stdout == tumble("run", "two-hits", "-e", "tumble:exact").stdout
+    assert "tumble:auto took exact" in tumble("compare", "two-hits", "-e", "tumble:auto").stdout

@@ -27,6 +27,8 @@ def main(options: Namespace) -> int:
         raise BadEngine(f"{name} on {scene.name}: {flight.status}")
     if flight.diverged_at is not None:
         note(f"{name} diverged at {flight.diverged_at:.6g} s")
+    if flight.remark:
+        note(f"{name} {flight.remark}")
     for found in flight.notes:
         note(f"{name} flagged: {found}")
     throws = flight.states.shape[1]
