@@ -52,10 +52,12 @@ class Stopwatch:
         most = MOST_STEPS if pace.by_step else MOST_COPIES
         self._prepare(scene, method)
         self._lap()
-        while self._lap() < SAMPLE_NS and self._load < most:
-            self._load *= 2
+        while (took := self._lap()) < SAMPLE_NS and self._load < most:
+            # A call has its own cost, so that a short load looks longer than it is: what is missing is asked for again.
+            self._load = min(most, max(2 * self._load, round(self._load * SAMPLE_NS / max(took, 1))))
             if not pace.by_step:
                 self._prepare(scene, method)
+                self._lap()
 
     def _prepare(self, scene: Scene, method: str) -> None:
         copies = 1 if self._pace.by_step else self._load

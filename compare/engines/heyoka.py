@@ -41,12 +41,12 @@ silently = np.errstate(all="ignore")
 class Anchor:
     """An end of a step that no instant asked for has cut short: y, (13,), at time [s], a double and its rounding.
 
-    ahead: how many more such steps there are up to the instant last asked for.
+    steps: how many lead from here to the instant last asked for, the last of them cut short there.
     """
 
     y: Array
     time: tuple[float, float] = (0.0, 0.0)
-    ahead: int = 0
+    steps: int = 0
 
 
 @dataclass(eq=False)
@@ -117,21 +117,19 @@ def advance(world: World, n: int, dt: float) -> None:
     for y, anchor in zip(world.here, world.anchors, strict=True):
         taylor.dtime = anchor.time
         state[:] = anchor.y
-        if anchor.ahead:
-            weigh(taylor, anchor, t)
-        _, _, _, steps, _, _ = taylor.propagate_until(t)
-        anchor.ahead = max(0, steps - 1)
+        if anchor.steps > 1:
+            move_up(taylor, anchor, t)
+        anchor.steps = taylor.propagate_until(t)[3]
         y[:] = state
 
 
-def weigh(taylor: Any, anchor: Anchor, t: float) -> None:
+def move_up(taylor: Any, anchor: Anchor, t: float) -> None:
     """Move the anchor up to the last whole step before the instant last asked for; t [s] is no earlier.
 
-    The step that ended there was cut short, and going on from it would let an instant asked for move those after it.
-    Flying these steps again costs up to twice the time where there are many steps between two samples, and nothing
-    where there is one sample.
+    To go on from that instant itself would let it move all that come after it.  Flying the steps again costs up to
+    twice the time where many of them are between two samples, and nothing where there is one sample.
     """
-    taylor.propagate_until(t, max_steps=anchor.ahead)
+    taylor.propagate_until(t, max_steps=anchor.steps - 1)
     anchor.y[:] = taylor.state
     anchor.time = taylor.dtime
 
