@@ -3,7 +3,7 @@
 PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
 
-.PHONY: report test check venv venv-test
+.PHONY: report test check bench venv venv-test
 
 report: venv
 	$(BIN)/tumble report -o report/tumble.html
@@ -13,6 +13,11 @@ test: venv-test
 
 check: venv-test
 	$(BIN)/ruff check . && $(BIN)/ruff format --check . && $(BIN)/lint-imports && $(BIN)/pyright
+
+bench: venv-test
+	$(BIN)/python tests/bench/one_throw.py -o report/bench/one-throw.csv
+	$(BIN)/python tests/bench/ensembles.py
+	$(BIN)/python tests/bench/trajectory.py
 
 # The environment remembers the pins it was made from, and is made anew only when they are others.
 venv:
