@@ -1,15 +1,15 @@
 """The report: one self-contained page made from the tables and nothing else."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
 
 from compare.tables import RunRow
-from reports import charts, families, hand_calculation, standings, thrown_die
+from reports import charts, families, hand_calculation, standings, thrown_die, work_precision
 from reports.hand_calculation import HAND
 from reports.numerals import counted, figure, listed
-from reports.rows import Tables, contestant
+from reports.rows import Tables, contestant, untuned
 
 # One hue an engine, in the order they take part; the hand calculation is grey.
 HUES = (218, 20, 130, 305, 75, 175, 345, 265)
@@ -30,9 +30,14 @@ def page(tables: Mapping[str, str]) -> str:
     tables: file name -> CSV text, as compare.results.tables gives them.  Raises KeyError where a table is missing.
     """
     read = Tables(tables)
-    colours = contestant_colours(read.runs)
+    contestants = [(run.engine, contestant(run)) for run in read.runs]
+    colours = contestant_colours([*contestants, *((run.engine, untuned(run)) for run in read.sweep_runs)])
     scenes = [standings.section(read, scene, colours) for scene in read.scenes]
-    drawn = any(scene.chart for scene in scenes)
+    costs = work_precision.sections(read, colours)
+    drawn = {
+        "error-over-time": any(scene.chart for scene in scenes),
+        "error-against-run-time": any(cost.chart for cost in costs),
+    }
     return (
         environment()
         .get_template("page.html")
@@ -42,13 +47,14 @@ def page(tables: Mapping[str, str]) -> str:
             thrown_die=thrown_die.section(read),
             families=families.families(read.agreements),
             agreement=families.verdicts(read.agreements),
+            costs=costs,
             scenes=scenes,
             engines=read.engines,
             audit=audit_notes(read.runs),
             conditions=read.conditions,
             files=list(tables),
-            specification=charts.specification() if drawn else None,
-            library=charts.library() if drawn else None,
+            specifications={kind: charts.SPECIFICATIONS[kind]() for kind, any_of_it in drawn.items() if any_of_it},
+            library=charts.library() if any(drawn.values()) else None,
         )
     )
 
@@ -136,13 +142,14 @@ def audit_notes(runs: Sequence[RunRow]) -> list[AuditNote]:
     return [AuditNote(note, own) for note, own in found.items()]
 
 
-def contestant_colours(runs: Sequence[RunRow]) -> dict[str, str]:
-    """Return one colour a contestant, the same in every scene: a hue an engine, varied over its methods."""
+def contestant_colours(contestants: Iterable[tuple[str, str]]) -> dict[str, str]:
+    """Return one colour a contestant, the same in every scene: a hue an engine, varied over its methods.
+
+    contestants: engine and contestant, in the order they take part, each as often as one likes.
+    """
     methods: dict[str, list[str]] = {}
-    for run in runs:
-        own = methods.setdefault(run.engine, [])
-        if contestant(run) not in own:
-            own.append(contestant(run))
+    for engine, name in dict.fromkeys(contestants):
+        methods.setdefault(engine, []).append(name)
     hues = dict(zip((engine for engine in methods if engine != HAND), HUES * len(methods), strict=False))
     colours = {}
     for engine, names in methods.items():

@@ -12,9 +12,11 @@ import numpy as np
 
 from compare.agreement import AgreementRow
 from compare.conditions import ConditionRow
+from compare.frontier import ClockRow, DigitRow, OrderRow, SameRow, ThrowsRow
 from compare.results import EngineRow, ErrorOverTimeRow, SceneRow
 from compare.table_4_1 import BudgetRow, PublishedRow
 from compare.tables import RunRow, VertexErrorRow
+from reports.numerals import figure
 from scenarios.frames import Array
 
 Row = TypeVar("Row")
@@ -23,13 +25,20 @@ Cells = dict[str, str]
 
 @dataclass(frozen=True)
 class Tables:
-    """The tables of one comparison, file name -> CSV text, as compare.results.tables gives them."""
+    """The tables of one comparison, file name -> CSV text, as compare.results.tables gives them.
+
+    Those of a sweep, as compare.results.sweep_tables gives them, have sweep- before their names, and may be absent.
+    """
 
     texts: Mapping[str, str]
 
     def table(self, row_type: type[Row], name: str) -> list[Row]:
         """Return one table whole."""
         return list(typed(row_type, cells(self.texts[name])))
+
+    def sweep_table(self, row_type: type[Row], name: str) -> list[Row]:
+        """Return one table of the sweep whole, nothing where there was none."""
+        return self.table(row_type, f"sweep-{name}") if f"sweep-{name}" in self.texts else []
 
     @cached_property
     def scenes(self) -> list[SceneRow]:
@@ -70,6 +79,41 @@ class Tables:
     def conditions(self) -> list[ConditionRow]:
         """What it was measured on."""
         return self.table(ConditionRow, "conditions.csv")
+
+    @cached_property
+    def sweep_runs(self) -> list[RunRow]:
+        """One row a contestant and rung of its ladder; times are the clock's."""
+        return self.sweep_table(RunRow, "runs.csv")
+
+    @cached_property
+    def sweep_digits(self) -> list[DigitRow]:
+        """One row a contestant and error to reach."""
+        return self.sweep_table(DigitRow, "digits.csv")
+
+    @cached_property
+    def sweep_orders(self) -> list[OrderRow]:
+        """One row a contestant with fixed steps."""
+        return self.sweep_table(OrderRow, "orders.csv")
+
+    @cached_property
+    def sweep_throws(self) -> list[ThrowsRow]:
+        """One row a plain run of many throws: how its errors spread over them."""
+        return self.sweep_table(ThrowsRow, "throws.csv")
+
+    @cached_property
+    def sweep_same(self) -> list[SameRow]:
+        """One row a pair that is one integrator."""
+        return self.sweep_table(SameRow, "same.csv")
+
+    @cached_property
+    def sweep_clock(self) -> list[ClockRow]:
+        """One row a contestant and tolerance that was timed."""
+        return self.sweep_table(ClockRow, "clock.csv")
+
+    @property
+    def swept_scenes(self) -> list[str]:
+        """The scenes that were swept."""
+        return list(dict.fromkeys(run.scene for run in self.sweep_runs))
 
     @cached_property
     def vertex_cells(self) -> dict[str, list[Cells]]:
@@ -116,6 +160,8 @@ def typed(row_type: type[Row], table: Iterable[Cells]) -> Iterator[Row]:
 def reader(hint: Any) -> Callable[[str], Any]:
     """Return what makes a column's value from its cell."""
     kinds = get_args(hint) or (hint,)
+    if hint is bool:
+        return lambda cell: cell == str(True)
     if NoneType in kinds:
         return lambda cell: kinds[0](cell) if cell else None
     return kinds[0]
@@ -135,4 +181,25 @@ def poses(rows: Sequence[VertexErrorRow], true: bool) -> dict[float, Array]:
 
 def contestant(row: Any) -> str:
     """Return ENGINE:METHOD of any row that has both."""
-    return f"{row.engine}:{row.method}" if row.method else row.engine
+    return named(row.engine, row.method)
+
+
+def untuned(row: Any) -> str:
+    """Return ENGINE:METHOD without the tolerance of an adaptive method."""
+    return named(row.engine, row.method.partition("@")[0])
+
+
+def named(engine: str, method: str) -> str:
+    """Return ENGINE:METHOD, or ENGINE where the method is not known."""
+    return f"{engine}:{method}" if method else engine
+
+
+def error_m(run: RunRow) -> float:
+    """Return a run's largest vertex error, not below what the truth can tell [m]."""
+    return max(run.max_error_m or 0.0, run.limit_m or 0.0)
+
+
+def setting(run: RunRow) -> str:
+    """Return the step of a run, or the tolerance of an adaptive method's."""
+    _, at, tolerance = run.method.partition("@")
+    return f"tolerance {tolerance}" if at else f"step {figure(run.dt_s)} s"

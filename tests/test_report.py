@@ -258,7 +258,7 @@ def test_opposite_faces_of_the_die_add_up_to_seven():
         assert not set(first) & set(second)
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def browser() -> Iterator[Browser]:
     found = next(filter(None, map(shutil.which, CHROMIUM)), None)
     if found is None:

@@ -1,19 +1,18 @@
 "use strict";
-// Every chart is the one specification, filled with its own scene's curves.
-const specification = JSON.parse(document.getElementById("specification").textContent);
-
+// Every chart is one of the page's specifications, filled with its own scene's curves.
 async function draw(figure) {
-  const { curves, limit, bottom, top } = JSON.parse(figure.querySelector("script").textContent);
+  const specification = JSON.parse(document.getElementById(figure.dataset.specification).textContent);
+  const { datasets, signals } = JSON.parse(figure.querySelector("script").textContent);
+  const params = specification.params.map((param) => ({ ...param, value: signals[param.name] ?? param.value }));
   const { view } = await vegaEmbed(
     figure.querySelector(".canvas"),
-    { ...specification, datasets: { curves, limit } },
+    { ...specification, params, datasets },
     {
       renderer: "svg",
       actions: { export: true, source: false, compiled: false, editor: false },
       tooltip: { theme: matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light" },
     },
   );
-  await view.signal("bottom", bottom).signal("top", top).runAsync();
 
   const boxes = [...figure.querySelectorAll(".legend input")];
   for (const box of boxes) {
