@@ -371,5 +371,5 @@ def test_the_catalogue_has_the_yardstick_and_an_ensemble():
     np.testing.assert_allclose(yardstick.body.moments, BRICK.moments, rtol=4 * EPS)
     assert yardstick.start[0].tolist() == [0, 0, 0, 1, 0, 0, 0, 3, 1, 5, 0.8, 2.8, 0.7]
     assert yardstick.times.tolist() == [10.0]
-    assert len(many.start) == 50
+    assert len(many.start) == 24
     assert len(set(many.body.moments)) == 3

@@ -86,7 +86,7 @@ def test_what_lies_still_stays():
     np.testing.assert_array_equal(engine.read(thrown("taylor", still, (3, 1000.0))), still)
 
 
-@pytest.mark.parametrize("wrong", [(0, np.inf), (8, np.nan), (11, 1e200)])
+@pytest.mark.parametrize("wrong", [(0, np.inf), (8, np.nan), (10, np.nan), (11, 1e200)])
 def test_divergence_comes_out_and_stays_with_its_throw(wrong):
     wild = THROWS.copy()
     wild[(1, wrong[0])] = wrong[1]

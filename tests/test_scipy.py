@@ -99,7 +99,7 @@ def test_what_lies_still_stays():
     np.testing.assert_array_equal(engine.read(thrown("dop853", still, (3, 1000.0))), still)
 
 
-@pytest.mark.parametrize("wrong", [(0, np.inf), (8, np.nan), (11, 1e200)])
+@pytest.mark.parametrize("wrong", [(0, np.inf), (8, np.nan), (10, np.nan), (11, 1e200)])
 def test_divergence_ends_and_stays_with_its_throw(wrong):
     """SciPy refuses a state that is not finite, and never returns from a slope that is not."""
     wild = THROWS.copy()

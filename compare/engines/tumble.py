@@ -71,6 +71,7 @@ def remark(flight):
     return took if isinstance(flight, AutoFlight) else ""
 
 
+@np.errstate(over="ignore", invalid="ignore")
 def audit(flight):
     """Return what a state does not show: a step beyond the stable one, a matrix that is no rotation any more."""
     findings = []

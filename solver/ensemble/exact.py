@@ -3,17 +3,20 @@
 The motion is that of `solver.integrators.exact`, whose docstring tells it, in the nome q of m alone: up to 0.35, which
 is all but the throws within a hundredth of the separatrix, its first form does, with six terms where that one has four.
 What needs a logarithm there is had here from the arithmetic-geometric mean and square roots.  Throws beyond, symmetric
-bodies, and a body at rest come out as nan and go through the scalar kernel.
+bodies, and a body at rest come out as nan and go through the scalar kernel.  `throw` is what time does not change,
+`flown` the rest: `solver.ensemble.poses` calls it alone.
 
 Source: as there; Gauss's mean with its angles: Bulirsch, "Numerical calculation of elliptic integrals and elliptic
 functions" (1965).
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from solver import quaternion
 from solver.ensemble.blocks import LANES, share_out
 from solver.ensemble.lanes import lane, lanes_kernel, product, scale, widest_vectors
 from solver.integrators.exact import exact as one_by_one
@@ -32,6 +35,41 @@ FLOPS = 1500
 TURN_HIGH, TURN_MIDDLE, TURN_LOW = 6.2831853069365025, 2.4308402025215864e-10, 8.089064995183803e-21
 # Adding and taking off 3 * 2^51 rounds to whole numbers.
 WHOLE = 6755399441055744.0
+
+norm_squared = lane(quaternion.norm_squared)
+stretch = lane(quaternion.stretch)
+
+
+class Throw(NamedTuple):
+    """What of a throw does not depend on time, in the axes of its frame, whose third L runs round.
+
+    least: whether that is the axis of the least moment; signs: of the frame's axes among the body's;
+    steady: whether L keeps to axis 3; speed: |L|;
+    before: q, then the turn of axis 3 onto L at the start; before_squared: the square of the latter's length, nan
+    beyond LARGEST_NOME;
+    rate: of the angle pi u/(2 K) [rad/s]; angle: where that began; half_turning: A/2 [rad/s]; began: a number whose
+    phase was p/2;
+    cosh, sinh: the waves of the shift; odd_weights, even_weights: of the thetas' harmonics;
+    meridian: what theta2 and theta1 need to be as L1 and L2 to each other; amplitudes: what they and theta3 need to be
+    L/|L| times theta4.
+    """
+
+    least: bool
+    signs: Vector
+    steady: bool
+    speed: float
+    before: Quaternion
+    before_squared: float
+    rate: float
+    half_turning: float
+    angle: Pair
+    began: Pair
+    cosh: tuple[float, ...]
+    sinh: tuple[float, ...]
+    meridian: Pair
+    amplitudes: Vector
+    odd_weights: tuple[float, ...]
+    even_weights: tuple[float, ...]
 
 
 @lane
@@ -237,16 +275,35 @@ def half_phase(
 
 
 @lane
-def flown(
-    start: Vector, speed: float, t: float, inverse_middle: float, g: Vector, sense: float
-) -> tuple[Quaternion, Vector]:
-    """Return the rotation since the start and L_body/|L| after t [s], in frame axes; nan beyond LARGEST_NOME.
+def framed(least: bool, signs: Vector, a: Vector) -> Vector:
+    """Return a vector of the order of the moments in the axes of its throw's frame."""
+    return (signs[0] * (a[2] if least else a[0]), signs[1] * a[1], signs[2] * (a[0] if least else a[2]))
 
-    start: L_body/|L| in frame axes, the third not negative; speed: |L|; g: the absolute differences of the inverse
-    moments; sense: the sign of I3 - I2.
+
+@lane
+def placed(least: bool, signs: Vector, a: Vector) -> Vector:
+    """Return a vector of the frame in the order of the moments."""
+    first, third = signs[0] * a[0], signs[2] * a[2]
+    return (third if least else first, signs[1] * a[1], first if least else third)
+
+
+@lane
+def throw(q: Quaternion, momentum: Vector, inverse_middle: float, g: Vector, handed: float) -> Throw:
+    """Return what a throw keeps: q and L in the axes of the least, the middle and the greatest moment.
+
+    g: the absolute differences of the inverse moments; handed: -1 where those axes are left-handed, else 1.
     """
-    l1, l2, l3 = start
-    g1, g2, g3 = g
+    speed = math.sqrt(momentum[0] * momentum[0] + momentum[1] * momentum[1] + momentum[2] * momentum[2])
+    direct = scale(1.0 / speed, momentum)
+    # L runs round axis 3; where that is the axis of the least moment, half a turn about (1, 0, 1) exchanges the two,
+    # and half a turn about axis 1 brings L to the side of axis 3.
+    least = direct[2] * direct[2] * g[0] < direct[0] * direct[0] * g[2]
+    sense = -1.0 if least else 1.0
+    side = -1.0 if (direct[0] if least else direct[2]) < 0.0 else 1.0
+    signs = (1.0, handed * sense * side, side)
+    l1, l2, l3 = framed(least, signs, direct)
+    g1, g2, g3 = (g[2] if least else g[0]), g[1], (g[0] if least else g[2])
+
     above = l2 * l2 * g3 + l3 * l3 * g2
     below = l1 * l1 * g2 + l2 * l2 * g1
     beyond = l3 * l3 * g1 - l1 * l1 * g3
@@ -279,7 +336,6 @@ def flown(
     swapped = growth if far else decay
     growth = decay if far else growth
     cosh, sinh = shift_waves(swapped, lack, growth, nome)
-    weights = (1.0, n2, n6, n12, n20, n20 * n8 * n2)
     sinh_slope = sinh[0] + 3.0 * sinh[1] + 5.0 * sinh[2] + 7.0 * sinh[3] + 9.0 * sinh[4] + 11.0 * sinh[5]
     cosh_sum = cosh[0] + cosh[1] + cosh[2] + cosh[3] + cosh[4] + cosh[5]
     null2 = 1.0 + n2 + n6 + n12 + n20 + n20 * n8 * n2
@@ -291,7 +347,36 @@ def flown(
     cosines, sines = odd_waves(angle)
     began = half_phase(cosh, sinh, cosines, sines, (root_g1 * amplitude[0], root_g2 * amplitude[1]))
 
-    angle = turned(angle, direction(rate * t))
+    per_null = 1.0 / (null2 * root_g1 * root_g2)
+    meridian = (root_g1 * root_modulus, root_g2)
+    across, upward = root_below * null3 * per_null, root_above * root_g1 * null2 * root_modulus * per_null
+    onto_axis3 = (1.0 + l3, -l2, l1, 0.0)
+    squared = norm_squared(onto_axis3) if nome < LARGEST_NOME else math.nan
+    x, y, z = framed(least, signs, (q[1], q[2], q[3]))
+    return Throw(
+        least=least,
+        signs=signs,
+        steady=steady,
+        speed=speed,
+        before=product((q[0], x, y, z), onto_axis3),
+        before_squared=squared,
+        rate=rate,
+        half_turning=(speed * inverse_middle - rate * pull) * 0.5,
+        angle=angle,
+        began=began,
+        cosh=cosh,
+        sinh=sinh,
+        meridian=meridian,
+        amplitudes=(across * meridian[0], across * meridian[1], upward),
+        odd_weights=(1.0, n2, n6, n12, n20, n20 * n8 * n2),
+        even_weights=(2.0 * nome, 2.0 * n4, 2.0 * n8 * nome, 2.0 * n16, 2.0 * n16 * n8 * nome),
+    )
+
+
+@lane
+def flown(thrown: Throw, t: float) -> tuple[Quaternion, Vector]:
+    """Return q and L after t [s], in the axes that `throw` had them in; nan beyond LARGEST_NOME."""
+    angle = turned(thrown.angle, direction(thrown.rate * t))
     cosines, sines = odd_waves(angle)
     c2 = (angle[0] - angle[1]) * (angle[0] + angle[1])
     double = 2.0 * c2
@@ -299,43 +384,28 @@ def flown(
     c6 = double * c4 - c2
     c8 = double * c6 - c4
     c10 = double * c8 - c6
-    even = 1.0 + 2.0 * n4 * (c4 + n12 * c8)
-    odd = 2.0 * nome * (c2 + n8 * (c6 + n16 * c10))
-    theta1 = alternating_sum_of(weights, sines)
-    theta2 = sum_of(weights, cosines)
-    now = half_phase(cosh, sinh, cosines, sines, (root_g1 * root_modulus * theta2, root_g2 * theta1))
-    per_theta4 = 1.0 / ((even - odd) * null2 * root_g1 * root_g2)
-    across = root_below * null3 * per_theta4
-    e1 = across * root_g1 * root_modulus * theta2
-    e2 = across * root_g2 * theta1
-    e3 = root_above * root_g1 * null2 * root_modulus * (even + odd) * per_theta4
+    w2, w4, w6, w8, w10 = thrown.even_weights
+    even = 1.0 + (w4 * c4 + w8 * c8)
+    odd = w2 * c2 + (w6 * c6 + w10 * c10)
+    theta1 = alternating_sum_of(thrown.odd_weights, sines)
+    theta2 = sum_of(thrown.odd_weights, cosines)
+    theta4 = even - odd
+    a1, a2, a3 = thrown.amplitudes
+    # L/|L| times theta4: one quotient then does for it and for the length of q.
+    e1, e2, e3 = a1 * theta2, a2 * theta1, a3 * (even + odd)
 
-    half_turn = direction((speed * inverse_middle - rate * pull) * t * 0.5)
-    spin = turned(half_turn, times_conjugate(now, began))
-    turn = product((1.0 + l3, -l2, l1, 0.0), product((spin[0], 0.0, 0.0, spin[1]), (1.0 + e3, e2, -e1, 0.0)))
-    length = math.sqrt(turn[0] * turn[0] + turn[1] * turn[1] + turn[2] * turn[2] + turn[3] * turn[3])
-    shrink = 1.0 / length if nome < LARGEST_NOME else math.nan
-    return (shrink * turn[0], shrink * turn[1], shrink * turn[2], shrink * turn[3]), (e1, e2, e3)
-
-
-@lane
-def rotated(q: Quaternion, momentum: Vector, t: float, inverse_middle: float, g: Vector) -> tuple[Quaternion, Vector]:
-    """Return q and L after t [s], in frame axes: those of the least, the middle and the greatest moment."""
-    speed = math.sqrt(momentum[0] * momentum[0] + momentum[1] * momentum[1] + momentum[2] * momentum[2])
-    l1, l2, l3 = scale(1.0 / speed, momentum)
-    # L runs round axis 3; where that is the axis of the least moment, half a turn about (1, 0, 1) exchanges the two.
-    least = l3 * l3 * g[0] < l1 * l1 * g[2]
-    sense = -1.0 if least else 1.0
-    first, third = (l3 if least else l1), (l1 if least else l3)
-    g1, g3 = (g[2] if least else g[0]), (g[0] if least else g[2])
-    # ... and half a turn about axis 1 brings L to the side of axis 3.
-    side = -1.0 if third < 0.0 else 1.0
-    turn, after = flown((first, sense * side * l2, side * third), speed, t, inverse_middle, (g1, g[1], g3), sense)
-    turn1, turn2, turn3 = turn[1], sense * side * turn[2], side * turn[3]
-    after1, after2, after3 = after[0], sense * side * after[1], side * after[2]
-    turn = (turn[0], turn3 if least else turn1, turn2, turn1 if least else turn3)
-    after = (after3 if least else after1, after2, after1 if least else after3)
-    return product(q, turn), scale(speed, after)
+    along, aside = thrown.meridian
+    now = half_phase(thrown.cosh, thrown.sinh, cosines, sines, (along * theta2, aside * theta1))
+    spin = turned(direction(thrown.half_turning * t), times_conjugate(now, thrown.began))
+    # The spin about L, then the turn of axis 3 onto L: each is nought in two of its four numbers or in one.
+    upright, tilt = theta4 + e3, turned(spin, (e2, -e1))
+    after = (spin[0] * upright, tilt[0], tilt[1], spin[1] * upright)
+    length = math.sqrt(thrown.before_squared * norm_squared(after))
+    split = 1.0 / (length * theta4)
+    w, x, y, z = stretch(split * theta4, product(thrown.before, after))
+    x, y, z = placed(thrown.least, thrown.signs, (x, y, z))
+    momentum = scale(thrown.speed * split * length, placed(thrown.least, thrown.signs, (e1, e2, e3)))
+    return (w, x, y, z), momentum
 
 
 @lanes_kernel
@@ -359,20 +429,20 @@ def _exact(
         for i in range(LANES):
             row = min(begin + i, last - 1)
             block[i], block[4 * LANES + i] = spins[row, 7], spins[row, 11 + x]
-            block[LANES + i], block[5 * LANES + i] = spins[row, 8 + x], handed * spins[row, 11 + y]
-            block[2 * LANES + i], block[6 * LANES + i] = handed * spins[row, 8 + y], spins[row, 11 + z]
+            block[LANES + i], block[5 * LANES + i] = spins[row, 8 + x], spins[row, 11 + y]
+            block[2 * LANES + i], block[6 * LANES + i] = spins[row, 8 + y], spins[row, 11 + z]
             block[3 * LANES + i] = spins[row, 8 + z]
         for i in range(LANES):
             q = (block[i], block[LANES + i], block[2 * LANES + i], block[3 * LANES + i])
             momentum = (block[4 * LANES + i], block[5 * LANES + i], block[6 * LANES + i])
-            q, momentum = rotated(q, momentum, t, inverse_middle, g)
+            q, momentum = flown(throw(q, momentum, inverse_middle, g, handed), t)
             block[i], block[LANES + i], block[2 * LANES + i], block[3 * LANES + i] = q
             block[4 * LANES + i], block[5 * LANES + i], block[6 * LANES + i] = momentum
         for i in range(min(LANES, last - begin)):
             row = begin + i
             spins[row, 0], spins[row, 4 + x] = block[i], block[4 * LANES + i]
-            spins[row, 1 + x], spins[row, 4 + y] = block[LANES + i], handed * block[5 * LANES + i]
-            spins[row, 1 + y], spins[row, 4 + z] = handed * block[2 * LANES + i], block[6 * LANES + i]
+            spins[row, 1 + x], spins[row, 4 + y] = block[LANES + i], block[5 * LANES + i]
+            spins[row, 1 + y], spins[row, 4 + z] = block[2 * LANES + i], block[6 * LANES + i]
             spins[row, 1 + z] = block[3 * LANES + i]
             if math.isnan(block[i]):
                 one_by_one(spins[row : row + 1], n, dt, inverse_moments, gyroscopic)
@@ -391,6 +461,17 @@ def _one_by_one(
     one_by_one(spins[first:last], n, dt, inverse_moments, gyroscopic)
 
 
+def ordered(inverse_moments: Vector, gyroscopic: Vector) -> tuple[tuple[int, int, int], float, Vector]:
+    """Return the axes of the least, the middle and the greatest moment, and handed and g of `throw` in that order."""
+    least, middle, greatest = sorted(range(3), key=lambda axis: -inverse_moments[axis])
+    handed = 1.0 if (middle - least) % 3 == 1 else -1.0
+    return (
+        (least, middle, greatest),
+        handed,
+        (abs(gyroscopic[least]), abs(gyroscopic[middle]), abs(gyroscopic[greatest])),
+    )
+
+
 def exact(spins: NDArray[np.float64], n: int, dt: float, inverse_moments: Vector, gyroscopic: Vector | None) -> None:
     """Turn for n dt, at once, from where the rows were when the count of n began.
 
@@ -400,8 +481,5 @@ def exact(spins: NDArray[np.float64], n: int, dt: float, inverse_moments: Vector
     if gyroscopic is None or 0.0 in gyroscopic:
         share_out(_one_by_one, len(spins), FLOPS, spins, n, dt, inverse_moments, gyroscopic)
         return
-    least, middle, greatest = sorted(range(3), key=lambda axis: -inverse_moments[axis])
-    handed = 1.0 if (middle - least) % 3 == 1 else -1.0
-    g = (abs(gyroscopic[least]), abs(gyroscopic[middle]), abs(gyroscopic[greatest]))
-    axes = (least, middle, greatest)
+    axes, handed, g = ordered(inverse_moments, gyroscopic)
     share_out(_exact, len(spins), FLOPS, spins, n, dt, axes, handed, g, inverse_moments, gyroscopic)
