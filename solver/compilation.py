@@ -33,8 +33,10 @@ if os.access(SOURCE, os.W_OK) and not numba.config.CACHE_DIR:  # type: ignore[at
 
 F = TypeVar("F", bound=Callable)
 
-# Nobody calls these from C, and the wrapper for it is a seventh of a cold start.
-OPTIONS: dict[str, Any] = {"error_model": "numpy", "no_cfunc_wrapper": True}
+# Fast-math is said to be off, not left unsaid: a function first compiled for a lane would inherit the lane's, and its
+# last bits would depend on who asked first.  Nobody calls these from C, and the wrapper for it is a seventh of a cold
+# start.
+OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": False, "no_cfunc_wrapper": True}
 INNER_OPTIONS: dict[str, Any] = {**OPTIONS, "no_cpython_wrapper": True}
 
 

@@ -18,15 +18,17 @@ from solver.compilation import OPTIONS
 
 F = TypeVar("F", bound=Callable)
 
+LANE_OPTIONS = {**OPTIONS, "fastmath": {"contract"}}
+
 
 def lane(function: F) -> F:
     """Compile a function on numbers and tuples, or a scalar function of the solver anew, into whatever calls it."""
-    return cast(F, njit(**OPTIONS, fastmath={"contract"}, forceinline=True)(getattr(function, "py_func", function)))
+    return cast(F, njit(**LANE_OPTIONS, forceinline=True)(getattr(function, "py_func", function)))
 
 
 def lanes_kernel(function: F) -> F:
     """Compile a loop over lanes, keep it on disk, and let other threads run beside it."""
-    return cast(F, njit(**OPTIONS, fastmath={"contract"}, cache=True, nogil=True)(function))
+    return cast(F, njit(**LANE_OPTIONS, cache=True, nogil=True)(function))
 
 
 @intrinsic
