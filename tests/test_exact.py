@@ -17,6 +17,7 @@ from scenarios.read import catalogue, read_scene
 from scenarios.truth import NoTruth, truth
 from solver.body import Body
 from solver.flight import Flight
+from solver.integrators.exact import exact
 
 CORNERS = np.array(list(product((-0.5, 0.5), repeat=3)))
 # The truth's floor is what half an ulp of every input does.  The closed form rounds each input once, as reading does,
@@ -147,3 +148,17 @@ def test_negative_control_one_moment_off_by_1e_12_is_seen():
     flight.write(question.start)
     flight.advance(1, question.duration)
     assert np.linalg.norm(flight.vertices(CORNERS)[0] - true.vertices[-1, 0], axis=1).max() > 50 * true.limit[-1, 0]
+
+
+@pytest.mark.parametrize("momentum", [(1e-170, 0.0, 1.0), (0.0, 1.0, 5e-324), (1.0, -1e-160, 1e-200)])
+def test_a_component_too_small_to_square_turns_nobody(momentum):
+    body = Body(1.0, (0.3, 0.5, 0.7))
+
+    def flown(l_body):
+        row = np.array([[0.5, -0.5, 0.5, 0.5, *l_body] * 2])
+        exact(row, 7, 0.3, body.inverse_moments, body.gyroscopic)
+        return row[0, :7]
+
+    steady = np.where(np.abs(momentum) < 1e-100, 0.0, momentum)
+    np.testing.assert_array_equal(flown(momentum), flown(steady))
+    assert np.isfinite(flown(momentum)).all()

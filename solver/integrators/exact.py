@@ -36,6 +36,7 @@ Terms = tuple[float, float, float, float]
 
 # Steps of the arithmetic-geometric mean from a modulus of at most sqrt(1/2): the fifth would change nothing.
 LANDEN_STEPS = 4
+SPECK = 1e-150
 
 
 class Harmonics(NamedTuple):
@@ -351,6 +352,14 @@ def _turned(
     return product(q, (turn[0], x, y, z)), scale(speed, _placed(axes, times(signs, direction)))
 
 
+@inner
+def _swept(momentum: Vector) -> Vector:
+    """Return the vector without components whose square would be nothing: they turn nobody in the life of a double."""
+    x, y, z = momentum
+    speck = SPECK * max(abs(x), abs(y), abs(z))
+    return x if abs(x) > speck else 0.0, y if abs(y) > speck else 0.0, z if abs(z) > speck else 0.0
+
+
 @kernel
 def exact(spins: NDArray[np.float64], n: int, dt: float, inverse_moments: Vector, gyroscopic: Vector | None) -> None:
     """Turn for n dt, at once, from where the row was when the count of n began.
@@ -363,5 +372,5 @@ def exact(spins: NDArray[np.float64], n: int, dt: float, inverse_moments: Vector
         if gyroscopic is None:
             q = product(q, exponential(scale(t / 2.0, times(inverse_moments, momentum))))
         elif dot(momentum, momentum) > 0.0:
-            q, momentum = _turned(q, momentum, t, inverse_moments, gyroscopic)
+            q, momentum = _turned(q, _swept(momentum), t, inverse_moments, gyroscopic)
         store(spin, q, momentum)
