@@ -15,8 +15,9 @@ from compare.tables import RunRow, run_row
 from scenarios.frames import Array, rotation_matrix
 
 TARGETS_M = (1e-3, 1e-6, 1e-9, 1e-12)
-# Errors between which an order is read, over the size of the body: above, the next order is seen; below, the floor.
-ASYMPTOTIC, FLOOR = 1e-3, 30.0
+# An order is read off errors below a share of the body's size, where no higher order is seen, and above the truth's
+# limit; a ladder that ends before is read at its last pairs.
+ASYMPTOTIC, FLOOR, LAST = 1e-3, 30.0, 3
 
 
 @dataclass(frozen=True)
@@ -193,17 +194,7 @@ def order_rows(sweep: Sweep) -> Iterator[OrderRow]:
         if not ladder:
             continue
         best = min(ladder, key=error)
-        slopes = [
-            math.log(error(coarse) / error(fine)) / math.log(coarse.run.dt / fine.run.dt)
-            for coarse, fine in pairwise(ladder)
-            if error(coarse) < ASYMPTOTIC * size and error(fine) > FLOOR * error(best)
-        ]
-        if not slopes:  # the budget ended before the floor: the last rungs are asymptotic if any are
-            slopes = [
-                math.log(error(coarse) / error(fine)) / math.log(coarse.run.dt / fine.run.dt)
-                for coarse, fine in pairwise(ladder[-4:])
-                if error(coarse) < size
-            ]
+        slopes = local_orders(ladder, ASYMPTOTIC * size) or local_orders(ladder, size)[-LAST:]
         shown = min(ladder, key=lambda each: abs(math.log(error(each) / (ASYMPTOTIC * size))))
         attitude, translation = parts(shown.run)
         yield OrderRow(
@@ -220,6 +211,23 @@ def order_rows(sweep: Sweep) -> Iterator[OrderRow]:
             attitude,
             translation,
         )
+
+
+def local_orders(ladder: Sequence[Timed], largest_m: float) -> list[float]:
+    """Return the slope of each pair of neighbours, the coarsest first, from errors below largest_m down to the floor.
+
+    The floor is where an error comes near the truth's limit or stops falling; the pair before that has felt it already.
+    """
+    slopes: list[float] = []
+    for coarse, fine in pairwise(ladder):
+        if error(coarse) >= largest_m:
+            continue
+        if error(fine) >= error(coarse):
+            return slopes[:-1]
+        if error(fine) <= FLOOR * float(fine.run.limits.max()):
+            return slopes
+        slopes.append(math.log(error(coarse) / error(fine)) / math.log(coarse.run.dt / fine.run.dt))
+    return slopes
 
 
 def parts(run: Run) -> tuple[float, float]:
