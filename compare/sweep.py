@@ -23,7 +23,7 @@ from scenarios.truth import NoTruth, Truth
 
 YARDSTICK = "yardstick"
 REFERENCE = "tumble:rk4"
-BUDGET_S, QUICK_BUDGET_S = 2.0, 0.15
+BUDGET_S, QUICK_BUDGET_S = 1.25, 0.15
 MOST_RUNGS = 60
 TOLERANCES = tuple(10.0 ** (-half / 2) for half in range(4, 29))
 # A rung that gains less than this over three of its predecessors, which shrink the step by 2.8, is at its floor.
