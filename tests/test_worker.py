@@ -44,7 +44,7 @@ def engine_file(tmp_path, *changes: tuple[str, str]) -> str:
 def test_what_an_engine_does_wrong_is_its_status(tmp_path, body):
     path = engine_file(tmp_path, ("def advance(world, n, dt): ", f"def advance(world, n, dt): {body} #"))
     scene = read_scene("brick-tumble")
-    with crew([path, "tumble:rk4"], time_limit=8) as entrants:
+    with crew([path, "tumble:rk4"], time_limit=15) as entrants:
         bad, ours = compare(entrants, [scene])[0].runs
     expected = ADVANCES[body].replace("0.05 s", f"{scene.times[0]:g} s")
     assert bad.status.startswith(expected), bad.status
