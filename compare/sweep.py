@@ -103,8 +103,7 @@ def climb(entrant: Entrant, scene: Scene, true: Truth, method: str, budget_s: fl
         answer = entrant.barred(scene) or entrant.hire() or entrant.worker.fly(scene, name, dt)
         runs.append(Run(scene, entrant.title, name, dt, answer, true))
         # An adaptive method's error falls by fits and starts, and its tolerances are few: they are all tried.
-        done = at_floor(runs) if name == method and isinstance(answer, Trajectory) else False
-        if isinstance(answer, Failure) or over_budget(answer, budget_s) or done:
+        if isinstance(answer, Failure) or over_budget(answer, budget_s) or (name == method and at_floor(runs)):
             break
     return runs
 

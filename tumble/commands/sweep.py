@@ -6,7 +6,7 @@ from pathlib import Path
 
 from compare.contest import crew
 from compare.results import sweep_tables, write_tables
-from compare.sweep import sweep
+from compare.sweep import YARDSTICK, sweep
 from reports.terminal import console, sweep_text
 from scenarios.read import read_scene
 from tumble.notes import note, progress
@@ -14,7 +14,7 @@ from tumble.notes import note, progress
 
 def main(options: Namespace) -> int:
     """Sweep every scene, print what each digit costs, and write the tables where asked."""
-    scenes = [read_scene(name) for name in dict.fromkeys(options.scene) or ["yardstick"]]
+    scenes = [read_scene(name) for name in dict.fromkeys(options.scene) or [YARDSTICK]]
     folder = Path(options.output) if options.output else None
     if folder:
         folder.mkdir(parents=True, exist_ok=True)
