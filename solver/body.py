@@ -46,7 +46,13 @@ def momentum_rate(l_body: Vector, gyroscopic: Vector) -> Vector:
 
     l_body: angular momentum [kg m2/s].  Source: Euler (1765); Goldstein, "Classical Mechanics" (1980), eq. 5-39.
     """
-    return times(gyroscopic, (l_body[1] * l_body[2], l_body[2] * l_body[0], l_body[0] * l_body[1]))
+    return times(gyroscopic, products(l_body))
+
+
+@scalar
+def products(l_body: Vector) -> Vector:
+    """Return L2 L3, L3 L1 and L1 L2 [(kg m2/s)2]: dL/dt for `Body.gyroscopic` times as much."""
+    return (l_body[1] * l_body[2], l_body[2] * l_body[0], l_body[0] * l_body[1])
 
 
 @scalar

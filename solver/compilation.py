@@ -1,12 +1,13 @@
 """How the solver is compiled.
 
 `scalar` is for the small functions on tuples that kernels are written with: LLVM inlines them, so that a whole step
-lives in registers.  `inner` is for those of them that only kernels call.  `kernel` is for the loops that Python calls:
-kept on disk, so that a second process compiles nothing.  numba renews what is on disk when the kernel's own file
-changes, but not when a scalar function elsewhere does: so each state of the solver's source has a folder of its own.
+lives in registers.  `inner` is for those of them that only kernels call, `inlined` for large ones.  `kernel` is for the
+loops that Python calls: kept on disk, so that a second process compiles nothing.  numba renews what is on disk when the
+kernel's own file changes, but not when a scalar function elsewhere does: so each state of the solver's source has a
+folder of its own.
 
-Division by zero gives inf or nan, for a judge to see.  Fast-math is off, and so is contraction to fused multiply-adds:
-it buys 5 % here, and the last bits would depend on the processor and on how a loop happened to be compiled.
+Division by zero gives inf or nan, for a judge to see.  Fast-math is off, and so is contraction to fused multiply-adds,
+for the last bits would depend on the processor and on how a loop happened to be compiled: `solver.fused` says them.
 """
 
 import hashlib
@@ -48,6 +49,11 @@ def scalar(function: F) -> F:
 def inner(function: F) -> F:
     """Compile a part of a kernel that Python never calls: without the wrapper for it, a fifth of a cold start."""
     return cast(F, njit(**INNER_OPTIONS)(function))
+
+
+def inlined(function: F) -> F:
+    """Compile a part of a kernel into it, so that what of its results the kernel does not use is never computed."""
+    return cast(F, njit(**INNER_OPTIONS, forceinline=True)(function))
 
 
 def kernel(function: F) -> F:

@@ -19,6 +19,7 @@ from solver.integrators.rkmk4 import rkmk4
 from solver.integrators.splitting import splitting
 from solver.integrators.splitting8 import splitting8
 from solver.integrators.symplectic_euler import symplectic_euler
+from solver.integrators.taylor8 import taylor8
 from solver.integrators.taylor12 import taylor12
 
 # What rounding leaves to a step of order eight.
@@ -74,6 +75,7 @@ METHODS = {
     "rkmk4": _body(rkmk4, order=4, stable_turn=2.0 * math.sqrt(2.0)),
     "rkmk4-lanes": _body(rkmk4_lanes, order=4, stable_turn=2.0 * math.sqrt(2.0), least_throws=LANES),
     "magnus6": _body(magnus6, order=6, stable_turn=3.395),
+    "taylor8": _body(taylor8, order=8, stable_turn=3.395),
     "taylor12": _body(taylor12, order=12, stable_turn=3.379),
     "splitting": _body(splitting, order=2, keeps_momentum=True, reversible=True),
     "splitting8": _body(splitting8, order=8, keeps_momentum=True, reversible=True),

@@ -95,6 +95,8 @@ LADDERS = {
     8: [16, 20, 24, 28, 32],
     12: [9, 10, 11, 12],
 }
+# The racket tumbles over within the flight: the next order of a series fades late.
+FINER_LADDERS = {("taylor8", "racket"): [32, 40, 48, 56]}
 STEPPERS = {name: method.order for name, method in METHODS.items() if method.order is not None}
 
 
@@ -105,7 +107,7 @@ STEPPERS = {name: method.order for name, method in METHODS.items() if method.ord
 )
 def test_order(method, name):
     order = STEPPERS[method]
-    steps = np.array(LADDERS[order])
+    steps = np.array(FINER_LADDERS.get((method, name), LADDERS[order]))
     errors = np.array([corner_error(method, name, n) for n in steps])
     assert errors.min() > 2e-14, f"too near to rounding: {errors}"
     slopes = np.log(errors[:-1] / errors[1:]) / np.log(steps[1:] / steps[:-1])

@@ -5,8 +5,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.body import momentum_rate
+from solver.body import products
 from solver.compilation import kernel, scalar
+from solver.fused import fused_scale, fused_times
 from solver.quaternion import Quaternion, plus, product, product_vector, stretch
 from solver.spins import load, store
 from solver.vectors import Vector, add, scale, times
@@ -19,19 +20,18 @@ BLOCK = 64
 def stage_momenta(
     momentum: Vector, dt: float, gyroscopic: Vector | None
 ) -> tuple[Vector, Vector, Vector, Vector, Vector]:
-    """Return L at the four stages and after the step, for dL/dt = L x w; k1 ... k4 are dt/2 times the slopes."""
+    """Return L at the four stages and after the step, for dL/dt = L x w; dt gyroscopic is taken in once a step."""
     if gyroscopic is None:
         return momentum, momentum, momentum, momentum, momentum
     half_step = scale(dt / 2.0, gyroscopic)
-    k1 = momentum_rate(momentum, half_step)
-    second = add(momentum, k1)
-    k2 = momentum_rate(second, half_step)
-    third = add(momentum, k2)
-    k3 = momentum_rate(third, half_step)
-    fourth = add(momentum, scale(2.0, k3))
-    k4 = momentum_rate(fourth, half_step)
-    sum_of_slopes = add(add(k1, k4), scale(2.0, add(k2, k3)))
-    return momentum, second, third, fourth, add(momentum, scale(1.0 / 3.0, sum_of_slopes))
+    slope_1 = products(momentum)
+    second = fused_times(half_step, slope_1, momentum)
+    slope_2 = products(second)
+    third = fused_times(half_step, slope_2, momentum)
+    slope_3 = products(third)
+    fourth = fused_times(scale(2.0, half_step), slope_3, momentum)
+    sum_of_slopes = fused_scale(2.0, add(slope_2, slope_3), add(slope_1, products(fourth)))
+    return momentum, second, third, fourth, fused_times(scale(1.0 / 3.0, half_step), sum_of_slopes, momentum)
 
 
 @scalar

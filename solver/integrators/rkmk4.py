@@ -4,10 +4,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solver.compilation import kernel
+from solver.fused import fused_cross, fused_exponential, fused_product, fused_scale
 from solver.integrators.rk4 import stage_momenta
-from solver.quaternion import exponential, product
 from solver.spins import load, store
-from solver.vectors import Vector, add, cross, scale, times
+from solver.vectors import Vector, add, scale, times
 
 
 @kernel
@@ -25,7 +25,7 @@ def rkmk4(spins: NDArray[np.float64], n: int, dt: float, inverse_moments: Vector
         q, momentum = load(spin)
         for _ in range(n):
             l1, l2, l3, l4, momentum = stage_momenta(momentum, dt, gyroscopic)
-            u1, u4 = times(half_step, l1), times(half_step, l4)
-            middle = times(half_step, scale(2.0, add(l2, l3)))
-            q = product(q, exponential(scale(1.0 / 6.0, add(add(u1, middle), add(u4, cross(u1, u4))))))
+            sum_of_turns = times(half_step, fused_scale(2.0, add(l2, l3), add(l1, l4)))
+            turn = fused_cross(times(half_step, l1), times(half_step, l4), sum_of_turns)
+            q = fused_product(q, fused_exponential(scale(1.0 / 6.0, turn)))
         store(spin, q, momentum)

@@ -1,91 +1,180 @@
-"""Many throws: the lanes against the machine's peak, one thread against all, and both against the scalar kernels.
+"""Many throws: the lanes against the machine's peak, one thread against all, and both against how engines do many.
 
-    python tests/bench/ensembles.py
+    python tests/bench/ensembles.py [-o FILE.csv]
 
-Every figure is the lower decile of interleaved rounds; one thread by its own clock, all of them by the wall's.
+All are times of one body's step, or of one throw, from the same rounds: one thread by its own clock, several by the
+wall's.  MuJoCo does many throws in two ways of its own, and vectorised numpy is what a user would write.
 """
 
-import time
-from collections.abc import Callable
-from functools import partial
+# MuJoCo's wheel has no type stubs.
+# pyright: reportAttributeAccessIssue=false
 
+import tracemalloc
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from typing import NamedTuple
+
+import mujoco.rollout
 import numba
 import numpy as np
+from figures import Clock, FigureRow, figure, lower_deciles, output_option, show, thread_clock, wall_clock
 from peak import CHAINS, flops, multiply_add
 
+from compare.engines import mujoco as engine
+from scenarios.read import read_scene
+from scenarios.scene import Scene
 from solver.body import Body
 from solver.ensemble.exact import exact
 from solver.ensemble.rkmk4 import FLOPS, rkmk4
-from solver.integrators.exact import exact as scalar_exact
-from solver.integrators.rk4 import rk4
+from solver.flight import Flight
 
-BODY = Body(1.0, (0.58 / 12, 1.09 / 12, 1.49 / 12))
-CORES = numba.config.NUMBA_NUM_THREADS
-ROUNDS = 30
-BODY_STEPS = 1_000_000
+CORES = min(2, numba.config.NUMBA_NUM_THREADS)
+PASSES, ROUNDS = 3, 10
 DT = 1e-3
+THROWS = 1_000
+PEAK_STEPS = 300_000
+MANY = 1_000_000
 
 
-def spins(throws: int, width: int) -> np.ndarray:
-    """Return throws around the yardstick's, as the kernels keep them, (throws, width)."""
+class Load(NamedTuple):
+    """One call to be timed: what it does, by which clock, and how many steps of a body, or throws, it makes."""
+
+    call: Callable[[], object]
+    clock: Clock
+    units: int
+
+
+def ours(method: Callable, body: Body, throws: int, steps: int, width: int, cores: int, repeats: int = 1) -> Load:
+    """Return calls of one of our lanes, compiled already, on spins around the yardstick's."""
     w_body = np.array([0.8, 2.8, 0.7]) * (1 + 0.1 * np.random.default_rng(1).standard_normal((throws, 3)))
-    rows = np.hstack((np.tile([1.0, 0.0, 0.0, 0.0], (throws, 1)), np.array(BODY.moments) * w_body))
-    return np.ascontiguousarray(np.hstack((rows, rows))[:, :width])
+    rows = np.hstack((np.tile([1.0, 0.0, 0.0, 0.0], (throws, 1)), np.array(body.moments) * w_body))
+    spins = np.ascontiguousarray(np.hstack((rows, rows))[:, :width])
 
-
-def timed(task: Callable[[], None], cores: int) -> float:
-    """Return what the task takes with that many threads [s]."""
-    clock = time.thread_time if cores == 1 else time.perf_counter
-    numba.config.NUMBA_NUM_THREADS = cores
-    start = clock()
-    task()
-    return clock() - start
-
-
-def task(method: Callable, throws: int, steps: int, width: int, repeats: int = 1) -> Callable[[], None]:
-    """Return calls of the method, compiled already."""
-    call = partial(method, spins(throws, width), steps, DT, BODY.inverse_moments, BODY.gyroscopic)
-    call()
-
-    def calls() -> None:
+    def call() -> None:
+        numba.config.NUMBA_NUM_THREADS = cores
         for _ in range(repeats):
-            call()
+            method(spins, steps, DT, body.inverse_moments, body.gyroscopic)
 
-    return calls
+    call()
+    # An ensemble flown in one step counts throws, one that is stepped counts steps.
+    units = throws * repeats * (1 if method is exact else steps)
+    return Load(call, thread_clock if cores == 1 else wall_clock, units)
+
+
+def rollout(scene: Scene, steps: int, cores: int) -> Load:
+    """Return MuJoCo's own batch: one model, a data a thread, every step of every throw recorded."""
+    world = engine.build(scene, "euler")
+    world.model.opt.timestep = DT
+    kind = mujoco.mjtState.mjSTATE_FULLPHYSICS
+    first = np.empty(mujoco.mj_stateSize(world.model, kind))
+    engine.write(world, scene.start)
+    mujoco.mj_getState(world.model, world.data, first, kind)
+    starts = np.tile(first, (THROWS, 1))
+    datas = [mujoco.MjData(world.model) for _ in range(cores)]
+    pool = mujoco.rollout.Rollout(nthread=cores)
+    states = np.empty((THROWS, steps, len(first)))
+    call = partial(pool.rollout, world.model, datas, starts, nstep=steps, state=states, skip_checks=False)
+    call()
+    return Load(call, wall_clock, THROWS * steps)
+
+
+def one_model(scene: Scene, steps: int) -> Load:
+    """Return MuJoCo with every throw as a body of one model, which is how our engine file does it."""
+    start = np.tile(scene.start, (THROWS // 10, 1))
+    world = engine.build(replace(scene, start=start), "euler")
+    engine.write(world, start)
+    return Load(partial(engine.advance, world, steps, DT), thread_clock, len(start) * steps)
+
+
+def vectorised(body: Body, throws: int, steps: int) -> Load:
+    """Return RK4 on quaternion and body momentum in whole-array numpy, (7, throws)."""
+    rng = np.random.default_rng(1)
+    moments = np.array(body.moments)[:, None]
+    w_body = np.array([0.8, 2.8, 0.7])[:, None] * (1 + 0.1 * rng.standard_normal((3, throws)))
+    state = np.vstack((np.ones((1, throws)), np.zeros((3, throws)), moments * w_body))
+
+    def slope(y: np.ndarray) -> np.ndarray:
+        w, (qw, qx, qy, qz), L = y[4:] / moments, y[:4], y[4:]
+        return np.stack(
+            (
+                -0.5 * (qx * w[0] + qy * w[1] + qz * w[2]),
+                0.5 * (qw * w[0] + qy * w[2] - qz * w[1]),
+                0.5 * (qw * w[1] + qz * w[0] - qx * w[2]),
+                0.5 * (qw * w[2] + qx * w[1] - qy * w[0]),
+                L[1] * w[2] - L[2] * w[1],
+                L[2] * w[0] - L[0] * w[2],
+                L[0] * w[1] - L[1] * w[0],
+            )
+        )
+
+    def call() -> None:
+        y = state
+        for _ in range(steps):
+            k1 = slope(y)
+            k2 = slope(y + DT / 2 * k1)
+            k3 = slope(y + DT / 2 * k2)
+            k4 = slope(y + DT * k3)
+            y = y + DT / 6 * (k1 + 2 * (k2 + k3) + k4)
+
+    return Load(call, thread_clock, throws * steps)
+
+
+def bytes_a_throw(body: Body) -> float:
+    """Return the most memory that a million throws hold on their way to their final states, those included, a throw."""
+    start = np.tile(read_scene("yardstick").start, (MANY, 1))
+    tracemalloc.start()
+    flight = Flight(body, "exact-lanes")
+    flight.write(start)
+    flight.advance(1, 10.0)
+    flight.read()
+    _, most = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    return most / MANY
 
 
 def main() -> None:
-    """Print the table."""
+    """Measure, print and write."""
+    output = output_option(__doc__.splitlines()[0])
+    scene = read_scene("yardstick")
+    a, b, c = scene.body.moments.tolist()
+    body = Body(scene.body.mass, (a, b, c))
     x = np.ones(CHAINS)
     multiply_add(x, 1)
-    rows = {"peak": (partial(multiply_add, x, 300_000), 1, flops(300_000))}
-    for throws in (100, 1_000, 10_000, 100_000):
-        steps = BODY_STEPS // throws
-        call = task(rkmk4, throws, steps, 7)
-        for cores in sorted({1, CORES}):
-            rows[f"rkmk4 {throws} throws, {cores} threads"] = call, cores, throws * steps
-    for throws in (1_000, 10_000, 1_000_000):
-        repeats = max(1, 20_000 // throws)
-        call = task(exact, throws, 10_000, 14, repeats)
-        for cores in sorted({1, CORES}):
-            rows[f"exact {throws} throws, {cores} threads"] = call, cores, throws * repeats
-    rows["scalar rk4"] = task(rk4, 10, 10_000, 7), 1, 100_000
-    rows["scalar exact"] = task(scalar_exact, 1_000, 10_000, 14), 1, 1_000
+    peak = "peak"
+    loads = {peak: Load(partial(multiply_add, x, PEAK_STEPS), thread_clock, flops(PEAK_STEPS))}
+    for cores in sorted({1, CORES}):
+        for throws in (100, 1_000, 10_000, 100_000):
+            loads[f"rkmk4-lanes x{throws} /{cores}"] = ours(rkmk4, body, throws, 1_000_000 // throws, 7, cores)
+        for throws in (1_000, 10_000, MANY):
+            repeats = max(1, 20_000 // throws)
+            loads[f"exact-lanes x{throws} /{cores}"] = ours(exact, body, throws, 10_000, 14, cores, repeats)
+        loads[f"mujoco.rollout /{cores}"] = rollout(scene, 5, cores)
+    loads["mujoco, bodies of one model"] = one_model(scene, 20)
+    loads["numpy, vectorised RK4"] = vectorised(body, 10_000, 5)
 
-    samples = {name: [] for name in rows}
-    for _ in range(ROUNDS):
-        for name, (call, cores, _) in rows.items():
-            samples[name].append(timed(call, cores))
-    ns = {name: np.percentile(samples[name], (10, 50, 90)) / rows[name][2] * 1e9 for name in rows}
+    tasks = {name: (load.call, load.clock) for name, load in loads.items()}
+    passes = [lower_deciles(tasks, ROUNDS) for _ in range(PASSES)]
+    ns = {name: np.array([found[name] for found in passes]) / load.units * 1e9 for name, load in loads.items()}
 
-    peak = 1 / ns.pop("peak")[0]
-    print(f"peak of one core: {peak:.1f} GF/s\n{'':36}{'ns p10':>10}{'median':>10}{'p90':>10}{'GF/s':>8}{'of peak':>9}")
-    for name, (low, median, high) in ns.items():
-        line = f"{name:36}{low:10.3f}{median:10.3f}{high:10.3f}"
-        if name.startswith("rkmk4"):
-            share = FLOPS / low / peak / rows[name][1]
-            line += f"{FLOPS / low:8.1f}{share:9.1%}"
-        print(line)
+    peak_flops = 1 / ns.pop(peak)  # GF/s, in each pass
+    rows = [figure("peak of one core", "", "GF/s", None, peak_flops)]
+    rows += [figure(name, "", "ns", None, times) for name, times in ns.items()]
+    one, two = f"rkmk4-lanes x{THROWS} /1", f"rkmk4-lanes x{THROWS} /{CORES}"
+
+    def times_faster(what: str, peer: str, asked: float) -> FigureRow:
+        return figure(what, peer, "x", asked, ns[peer] / ns[what])
+
+    rows += [
+        figure(one, "peak of one core", "%", 60, 100 * FLOPS / ns[one] / peak_flops),
+        times_faster(two, one, 1.9),
+        times_faster(two, f"mujoco.rollout /{CORES}", 600),
+        times_faster(one, "mujoco, bodies of one model", 100),
+        times_faster(one, "numpy, vectorised RK4", 30),
+        figure(f"a million throws /{CORES}", "", "s", 0.03, ns[f"exact-lanes x{MANY} /{CORES}"] * MANY / 1e9),
+        figure("memory of a throw", "", "B", 300, [bytes_a_throw(body)]),
+    ]
+    show(rows, output)
 
 
 if __name__ == "__main__":

@@ -4,37 +4,23 @@
 
 Every figure is a ratio of times at equal error, or of steps, from one round robin of `compare.clock`; low and high are
 the ratios of its two passes.  `asked` is what the project set itself to reach on a machine with 512-bit vectors.
+The error beside a method's own cost is the least that any of its steps reached.
 """
 
 import sys
-from argparse import ArgumentParser
 from collections.abc import Iterator
-from dataclasses import dataclass
-from pathlib import Path
+
+from figures import FigureRow, output_option, show
 
 from compare.clock import Reading
 from compare.contest import crew
 from compare.frontier import by_contestant, error, reach
-from compare.sweep import YARDSTICK, Sweep, Timed, sweep
-from compare.tables import table_text, write_whole
+from compare.sweep import YARDSTICK, Sweep, sweep
 from compare.worker import Failure
 from scenarios.read import read_scene
 
 EXACT = ("tumble", "exact")
 PEERS = ("mujoco:rk4", "mujoco:euler", "pybullet:multibody", "scipy", "heyoka")
-
-
-@dataclass(frozen=True)
-class FigureRow:
-    """One figure: what, against whom, at which error [m] (empty: a step against a step), and how many times."""
-
-    what: str
-    peer: str
-    error_m: float | None
-    asked: float
-    reached: float | None
-    low: float | None
-    high: float | None
 
 
 # Our side, peer, error [m] (None: a step against a step), and how many times at least.
@@ -71,16 +57,16 @@ def figures(found: Sweep) -> Iterator[FigureRow]:
         theirs = contestants[engine, method]
         if error_m is None:
             mine = contestants["tumble", "rkmk4"]
-            yield FigureRow(what, peer, None, asked, *ratios(1.0, theirs[0].reading, mine[0].reading))
+            yield FigureRow(what, peer, None, "x", asked, *ratios(1.0, theirs[0].reading, mine[0].reading))
             continue
         costs = [reach(timed, error_m)[1:] for timed in (ours if what == "best" else steppers).values()]
         own_ns, own = min((cost for cost in costs if cost[0] is not None), key=lambda cost: cost[0])
         _, peer_ns, run = reach(theirs, error_m)
         if run is None or own is None or peer_ns is None:
-            yield FigureRow(what, peer, error_m, asked, None, None, None)
+            yield FigureRow(what, peer, error_m, "x", asked, None, None, None)
             continue
         scale = peer_ns / own_ns / (run.reading.ns / own.reading.ns)
-        yield FigureRow(what, peer, error_m, asked, *ratios(scale, run.reading, own.reading))
+        yield FigureRow(what, peer, error_m, "x", asked, *ratios(scale, run.reading, own.reading))
 
 
 def ratios(scale: float, theirs: Reading, mine: Reading) -> tuple[float, float, float]:
@@ -89,37 +75,25 @@ def ratios(scale: float, theirs: Reading, mine: Reading) -> tuple[float, float, 
     return scale * theirs.ns / mine.ns, min(passes), max(passes)
 
 
+def native_cost(found: Sweep) -> Iterator[FigureRow]:
+    """Yield what a step of each of our methods takes, or a flight of one that has no steps."""
+    for (engine, method), timed in by_contestant(found.timed).items():
+        if engine == "tumble":
+            reading, unit = timed[0].reading, "step" if timed[0].per_step else "flight"
+            yield FigureRow(
+                f"{method}, a {unit}", "", min(map(error, timed)), "ns", None, reading.ns, *sorted(reading.passes)
+            )
+
+
 def main() -> None:
-    """Sweep the yardstick, print the figures and the native cost of each of our methods, write the figures as CSV."""
-    parser = ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("-o", "--output", type=Path, help="also write the figures as CSV")
-    options = parser.parse_args()
+    """Sweep the yardstick, print the figures and the native cost of each of our methods, and write them."""
+    output = output_option(__doc__.splitlines()[0])
     with crew(("tumble", *PEERS)) as entrants:
         missing = [entrant.title for entrant in entrants if isinstance(entrant.card, Failure)]
         found = sweep(entrants, read_scene(YARDSTICK), lambda what: print(what, file=sys.stderr))
     if missing:
         print(f"not installed here, so not measured: {', '.join(missing)}")
-    print(f"{'ours':>12} against {'peer':20} {'error':>8} {'asked':>9} {'reached':>10} {'low':>10} {'high':>10}")
-    rows = list(figures(found))
-    for row in rows:
-        at = "" if row.error_m is None else f"{row.error_m:.0e} m"
-        reached = (
-            ("not reached",)
-            if row.reached is None
-            else (f"{row.reached:10.4g}", f"{row.low:10.4g}", f"{row.high:10.4g}")
-        )
-        print(f"{row.what:>12} against {row.peer:20} {at:>8} {row.asked:9.4g}", *reached)
-    print("\nour methods, native, and the least error any of their steps reached")
-    for (engine, method), timed in by_contestant(found.timed).items():
-        if engine == "tumble":
-            print(f"{method:20} {timed[0].reading.ns:8.1f} ns a {unit(timed[0])}   {min(map(error, timed)):.1e} m")
-    if options.output:
-        write_whole(options.output, table_text(FigureRow, rows))
-
-
-def unit(timed: Timed) -> str:
-    """Return what the clock's time is of."""
-    return "step" if timed.per_step else "flight"
+    show([*figures(found), *native_cost(found)], output)
 
 
 if __name__ == "__main__":

@@ -1,0 +1,36 @@
+"""The Taylor series of quaternion and angular momentum, to the eighth power of the step."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solver.compilation import kernel
+from solver.quaternion import exponential, normalise, plus, product
+from solver.series import momentum_terms, quaternion_terms
+from solver.spins import load, store
+from solver.vectors import Vector, add, scale, times
+
+
+@kernel
+def taylor8(spins: NDArray[np.float64], n: int, dt: float, inverse_moments: Vector, gyroscopic: Vector | None) -> None:
+    """Take n steps of dq/dt = q w~/2 and dL/dt = L x w, with w = I0^-1 L, all in body axes.
+
+    spins: q, then L in body axes, (N, 7).  Where w is constant the series of q is that of an exponential.
+    Source: `solver.series`, whose further terms the compiler leaves out; order 8.
+    """
+    half_step = scale(dt / 2.0, inverse_moments)
+    for spin in spins:
+        q, momentum = load(spin)
+        if gyroscopic is None:
+            turn = exponential(times(half_step, momentum))
+            for _ in range(n):
+                q = product(q, turn)
+        else:
+            for _ in range(n):
+                terms = momentum_terms(momentum, scale(dt, gyroscopic))
+                l1, l2, l3, l4, l5, l6, l7, l8 = terms[:8]
+                q1, q2, q3, q4, q5, q6, q7, q8 = quaternion_terms(q, momentum, terms, half_step)[:8]
+                # The least terms first.
+                q_change = plus(q1, plus(q2, plus(q3, plus(q4, plus(q5, plus(q6, plus(q7, q8)))))))
+                change = add(l1, add(l2, add(l3, add(l4, add(l5, add(l6, add(l7, l8)))))))
+                q, momentum = normalise(plus(q, q_change)), add(momentum, change)
+        store(spin, q, momentum)

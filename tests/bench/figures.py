@@ -1,0 +1,79 @@
+"""What a benchmark found: figures beside what was asked of them, printed and written as CSV.
+
+A figure is found once in each pass, from the lower deciles of that pass's interleaved rounds; the table has the mean,
+the least and the greatest of them.
+"""
+
+import time
+from argparse import ArgumentParser
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from compare.conditions import conditions
+from compare.tables import table_text, write_whole
+
+Clock = Callable[[], float]
+
+
+@dataclass(frozen=True)
+class FigureRow:
+    """One figure: what, against whom, at which error [m] where it is at one, what was asked, and what was reached."""
+
+    what: str
+    peer: str
+    error_m: float | None
+    unit: str
+    asked: float | None
+    reached: float | None
+    low: float | None
+    high: float | None
+
+
+def figure(what: str, peer: str, unit: str, asked: float | None, passes: ArrayLike) -> FigureRow:
+    """Return the row of a figure found once in each pass."""
+    return FigureRow(what, peer, None, unit, asked, *(float(f(passes)) for f in (np.mean, np.min, np.max)))
+
+
+def lower_deciles(tasks: Mapping[str, tuple[Callable[[], object], Clock]], rounds: int) -> dict[str, float]:
+    """Return what each task takes by its clock [s], all of them once a round."""
+    samples: dict[str, list[float]] = {name: [] for name in tasks}
+    for _ in range(rounds):
+        for name, (task, clock) in tasks.items():
+            begin = clock()
+            task()
+            samples[name].append(clock() - begin)
+    return {name: float(np.percentile(times, 10)) for name, times in samples.items()}
+
+
+def thread_clock() -> float:
+    """Read the clock of a task of one thread [s]."""
+    return time.thread_time()
+
+
+def wall_clock() -> float:
+    """Read the clock of a task of several threads, or processes [s]."""
+    return time.perf_counter()
+
+
+def output_option(description: str) -> Path | None:
+    """Return the CSV file asked for on the command line, or None."""
+    parser = ArgumentParser(description=description)
+    parser.add_argument("-o", "--output", type=Path, metavar="FILE.csv", help="also write the figures as CSV")
+    return parser.parse_args().output
+
+
+def show(rows: Sequence[FigureRow], output: Path | None) -> None:
+    """Print the figures under the conditions they were found in, and write them as CSV where asked."""
+    print("; ".join(f"{row.what} {row.value}" for row in conditions("") if row.value))
+    print(f"{'what':>30} {'against':30}{'error':>6} {'unit':>6}{'asked':>9}{'reached':>10}{'low':>10}{'high':>10}")
+    for row in rows:
+        at = "" if row.error_m is None else f"{row.error_m:.0e}"
+        numbers = (f"{'' if x is None else f'{x:.4g}':>{w}}" for x, w in ((row.asked, 9), (row.reached, 10)))
+        spread = (f"{'' if x is None else f'{x:.4g}':>10}" for x in (row.low, row.high))
+        print(f"{row.what:>30} {row.peer:30}{at:>6} {row.unit:>6}", *numbers, *spread, sep="")
+    if output:
+        write_whole(output, table_text(FigureRow, rows))
