@@ -1,9 +1,12 @@
-"""A flight: many throws of one body, free but for gravity, by one method."""
+"""A flight: many throws of one body by one method, free but for gravity, or under forces."""
+
+from collections.abc import Collection
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from solver.body import Body
+from solver.forces import Forces, gives_torque
 from solver.quaternion import from_matrix, to_matrix
 from solver.registry import find
 
@@ -27,23 +30,31 @@ def _normalised(quaternions: Array) -> Array:
 
 
 class Flight:
-    """N throws of one body by one method.
+    """N throws of one body by one method, free but for gravity.
 
     method: a name of `solver.registry`, or NAME@TOLERANCE.  gravity [m/s2], (3,), world axes, or None where there is
-    none.  Raises ValueError for a method that does not exist.
+    none.  kept: of "gyroscopic" and "rotation", what is computed although it changes nothing, to be timed.
+    Raises ValueError for a method that does not exist.
     Its attributes: method, the registry's line, and dt [s], the step of the last advance, 0 before the first.
 
     The rotation is stepped, or, by a dense method, found at once from where the count of steps began: then nothing
-    depends on how often it was asked for.  The translation is the sum of the method's steps in closed form,
-    x = x0 + t v0 + g t (t + lag dt)/2 with t = n dt, where lag is -1 for explicit Euler, +1 for symplectic Euler and 0
-    for a method that is exact on a parabola: the same scheme, without its rounding, and for nothing.
+    depends on how often it was asked for.  A throw without spin is left as it is.  The translation is the sum of the
+    method's steps in closed form, x = x0 + t v0 + g t (t + lag dt)/2 with t = n dt, where lag is -1 for explicit Euler,
+    +1 for symplectic Euler and 0 for a method that is exact on a parabola: the same scheme, without its rounding, and
+    for nothing.
     """
 
-    def __init__(self, body: Body, method: str, gravity: ArrayLike | None = None) -> None:
+    def __init__(
+        self, body: Body, method: str, gravity: ArrayLike | None = None, kept: Collection[str] = frozenset()
+    ) -> None:
         self.method = find(method)
+        self._tolerance = () if self.method.tolerance is None else (self.method.tolerance,)
         self._moments = np.array(body.moments)
         self._inverse_moments = body.inverse_moments
         self._gyroscopic = body.gyroscopic
+        if "gyroscopic" in kept and self._gyroscopic is None:
+            self._gyroscopic = (0.0, 0.0, 0.0)
+        self._always_turning = "rotation" in kept
         self._gravity = None if gravity is None else np.array(gravity, dtype=float)
         self.write(np.empty((0, 13)))
 
@@ -59,17 +70,17 @@ class Flight:
         attitude = quaternions if self.method.attitude == "quaternion" else _transposed(matrices).reshape(-1, 9)
         momentum = momentum_body if self.method.momentum_axes == "body" else _turned(matrices, momentum_body)
         self._spins = np.ascontiguousarray(np.hstack((attitude, momentum)))
+        self._turning = start[:, 10:13].any(axis=1) | self._always_turning
         self._start_counting(start[:, 0:3], start[:, 7:10])
 
     def advance(self, n: int, dt: float) -> None:
         """Take n steps of dt [s].  Two advances of one dt are one long one to the last bit."""
         n, dt = int(n), float(dt)
-        if dt != self.dt:
-            self._start_counting(*self._translation(), dt)
+        if self._steps and dt != self.dt:
+            self._start_counting(*self._translation())
+        self.dt = dt
         self._steps += n
-        count = self._steps if self.method.dense else n
-        tolerance = () if self.method.tolerance is None else (self.method.tolerance,)
-        self.method.steps(self._spins, count, dt, self._inverse_moments, self._gyroscopic, *tolerance)
+        self._step(self._steps if self.method.dense else n, dt)
 
     @silently
     def read(self) -> Array:
@@ -98,13 +109,30 @@ class Flight:
         position, _ = self._translation()
         return position[:, None] + _turned(self.matrices()[:, None], np.asarray(points, dtype=float))
 
-    def _start_counting(self, position: Array, velocity: Array, dt: float = 0.0) -> None:
-        """Count steps of dt from here."""
+    def compile(self) -> None:
+        """Compile all that the next advance will call, so that it need not wait for it."""
+        self._turn(self._spins[:0], 0, 0.0)
+
+    def _step(self, count: int, dt: float) -> None:
+        """Take the steps, or count them from where the count began, that are not in closed form."""
+        if self._turning.all():
+            self._turn(self._spins, count, dt)
+        elif self._turning.any():
+            spins = self._spins[self._turning]
+            self._turn(spins, count, dt)
+            self._spins[self._turning] = spins
+
+    def _turn(self, spins: Array, count: int, dt: float) -> None:
+        """Step the rotation of these rows."""
+        self.method.steps(spins, count, dt, self._inverse_moments, self._gyroscopic, *self._tolerance)
+
+    def _start_counting(self, position: Array, velocity: Array) -> None:
+        """Count steps from here."""
         if self.method.dense:
             here = self._spins[:, :7]
             self._spins = np.hstack((here, here, np.zeros((len(here), 2))))
         self._position, self._velocity = position, velocity
-        self.dt, self._steps = dt, 0
+        self.dt, self._steps = 0.0, 0
 
     @silently
     def _translation(self) -> tuple[Array, Array]:
@@ -115,3 +143,50 @@ class Flight:
             return drift, self._velocity
         fall = t * (t + self.method.lag * self.dt) / 2.0
         return drift + fall * self._gravity, self._velocity + t * self._gravity
+
+
+class ForcedFlight(Flight):
+    """N throws of one body by one method, under forces.
+
+    forces: `solver.forces.Forces`, gravity among them.  Raises NotImplementedError for a method that carries none.
+    What no force ties together is not stepped together: where none gives a torque the rotation is that of free flight,
+    and position and velocity alone are six numbers.
+    """
+
+    def __init__(self, body: Body, method: str, forces: Forces, kept: Collection[str] = frozenset()) -> None:
+        if find(method).forced is None:
+            raise NotImplementedError(f"{method} carries no forces")
+        self._forces = forces
+        super().__init__(body, method, forces.gravity, kept)
+
+    def compile(self) -> None:
+        """Compile all that the next advance will call, so that it need not wait for it."""
+        if not self._tied and self._turning.any():
+            super().compile()
+        self._fly(self._rows[:0], 0, 0.0)
+
+    def _step(self, count: int, dt: float) -> None:
+        if not self._tied:
+            super()._step(count, dt)
+        self._fly(self._rows, count, dt)
+        if self._tied:
+            self._spins[:, 0:4], self._spins[:, 4:7] = self._rows[:, 3:7], self._rows[:, 10:13]
+
+    def _fly(self, rows: Array, count: int, dt: float) -> None:
+        """Step whole states, or what is left of them where the rotation goes its own way."""
+        turning = (self._inverse_moments, self._gyroscopic) if self._tied else (None, None)
+        assert self.method.forced is not None
+        self.method.forced(rows, count, dt, tuple(self._moments), *turning, self._forces, *self._tolerance)
+
+    def _start_counting(self, position: Array, velocity: Array, dt: float = 0.0) -> None:
+        """Count steps of dt from here."""
+        super()._start_counting(position, velocity, dt)
+        self._tied = gives_torque(self._forces, turning=bool(self._turning.any()))
+        here = np.hstack((position, self._spins[:, 0:4], velocity, self._spins[:, 4:7]))
+        self._rows = np.zeros((len(here), self.method.forced_width))
+        self._rows[:, 0:13] = here
+        if self.method.dense:
+            self._rows[:, 13:26] = here
+
+    def _translation(self) -> tuple[Array, Array]:
+        return self._rows[:, 0:3].copy(), self._rows[:, 7:10].copy()
