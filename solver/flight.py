@@ -71,6 +71,7 @@ class Flight:
         momentum = momentum_body if self.method.momentum_axes == "body" else _turned(matrices, momentum_body)
         self._spins = np.ascontiguousarray(np.hstack((attitude, momentum)))
         self._turning = start[:, 10:13].any(axis=1) | self._always_turning
+        self._all_turning, self._any_turning = bool(self._turning.all()), bool(self._turning.any())
         self._start_counting(start[:, 0:3], start[:, 7:10])
 
     def advance(self, n: int, dt: float) -> None:
@@ -111,13 +112,14 @@ class Flight:
 
     def compile(self) -> None:
         """Compile all that the next advance will call, so that it need not wait for it."""
-        self._turn(self._spins[:0], 0, 0.0)
+        if self._any_turning:
+            self._turn(self._spins[:0], 0, 0.0)
 
     def _step(self, count: int, dt: float) -> None:
         """Take the steps, or count them from where the count began, that are not in closed form."""
-        if self._turning.all():
+        if self._all_turning:
             self._turn(self._spins, count, dt)
-        elif self._turning.any():
+        elif self._any_turning:
             spins = self._spins[self._turning]
             self._turn(spins, count, dt)
             self._spins[self._turning] = spins
@@ -156,12 +158,22 @@ class ForcedFlight(Flight):
     def __init__(self, body: Body, method: str, forces: Forces, kept: Collection[str] = frozenset()) -> None:
         if find(method).forced is None:
             raise NotImplementedError(f"{method} carries no forces")
-        self._forces = forces
+        self._body, self._forces = body, forces
         super().__init__(body, method, forces.gravity, kept)
+
+    def write(self, states: ArrayLike) -> None:
+        """Start from these states, (N, 13), and forget all that was before.  Raises ValueError for another shape."""
+        self._rows = np.zeros((len(np.atleast_1d(states)), self.method.forced_width))
+        super().write(states)
+
+    @property
+    def unsolved(self) -> int:
+        """How many steps of all throws an implicit method did not find since they were written."""
+        return int(self._rows[:, 13].sum()) if self.method.counts_unsolved else 0
 
     def compile(self) -> None:
         """Compile all that the next advance will call, so that it need not wait for it."""
-        if not self._tied and self._turning.any():
+        if not self._tied:
             super().compile()
         self._fly(self._rows[:0], 0, 0.0)
 
@@ -176,17 +188,16 @@ class ForcedFlight(Flight):
         """Step whole states, or what is left of them where the rotation goes its own way."""
         turning = (self._inverse_moments, self._gyroscopic) if self._tied else (None, None)
         assert self.method.forced is not None
-        self.method.forced(rows, count, dt, tuple(self._moments), *turning, self._forces, *self._tolerance)
+        self.method.forced(rows, count, dt, self._body.moments, *turning, self._forces, *self._tolerance)
 
-    def _start_counting(self, position: Array, velocity: Array, dt: float = 0.0) -> None:
-        """Count steps of dt from here."""
-        super()._start_counting(position, velocity, dt)
-        self._tied = gives_torque(self._forces, turning=bool(self._turning.any()))
+    def _start_counting(self, position: Array, velocity: Array) -> None:
+        """Count steps from here."""
+        super()._start_counting(position, velocity)
+        self._tied = gives_torque(self._forces, self._any_turning)
         here = np.hstack((position, self._spins[:, 0:4], velocity, self._spins[:, 4:7]))
-        self._rows = np.zeros((len(here), self.method.forced_width))
         self._rows[:, 0:13] = here
         if self.method.dense:
-            self._rows[:, 13:26] = here
+            self._rows[:, 13:26], self._rows[:, 26:28] = here, 0.0
 
     def _translation(self) -> tuple[Array, Array]:
         return self._rows[:, 0:3].copy(), self._rows[:, 7:10].copy()

@@ -9,16 +9,19 @@ from solver.ensemble.blocks import LANES
 from solver.ensemble.exact import exact as exact_lanes
 from solver.ensemble.rkmk4 import rkmk4 as rkmk4_lanes
 from solver.integrators.adaptive import adaptive
+from solver.integrators.adaptive_forced import adaptive_forced
 from solver.integrators.exact import exact
+from solver.integrators.gauss6 import gauss6, gauss6_forced
 from solver.integrators.implicit_midpoint import implicit_midpoint
 from solver.integrators.magnus6 import magnus6
 from solver.integrators.matrix_euler import matrix_euler
 from solver.integrators.quaternion_euler import quaternion_euler
-from solver.integrators.rk4 import rk4
+from solver.integrators.radau5 import radau5, radau5_forced
+from solver.integrators.rk4 import rk4, rk4_forced
 from solver.integrators.rkmk4 import rkmk4
 from solver.integrators.splitting import splitting
 from solver.integrators.splitting8 import splitting8
-from solver.integrators.symplectic_euler import symplectic_euler
+from solver.integrators.symplectic_euler import symplectic_euler, symplectic_euler_forced
 from solver.integrators.taylor8 import taylor8
 from solver.integrators.taylor12 import taylor12
 
@@ -40,6 +43,8 @@ class Method:
     dense: it goes to an instant and not by steps; its rows remember where their count began.
     least_throws: fewer fly right too, but leave lanes of the processor empty.
     tolerance: for an adaptive method, of one step of its own, relative to |q| and |L|, unless another is asked for.
+    forced: the kernel under forces, None for a method that carries none.  forced_width: numbers in a row of it.
+    counts_unsolved: the last of those is how many steps it did not find.
     """
 
     steps: Callable
@@ -55,6 +60,9 @@ class Method:
     dense: bool = False
     least_throws: int = 1
     tolerance: float | None = None
+    forced: Callable | None = None
+    forced_width: int = 13
+    counts_unsolved: bool = False
 
 
 def _dense(kernel: Callable, **claims: Any) -> Method:
@@ -68,10 +76,10 @@ def _body(kernel: Callable, order: int, **claims: Any) -> Method:
 
 
 METHODS = {
-    "rk4": _body(rk4, order=4, stable_turn=2.0 * math.sqrt(2.0)),
+    "rk4": _body(rk4, order=4, stable_turn=2.0 * math.sqrt(2.0), forced=rk4_forced),
     "exact": _dense(exact, keeps_momentum=True, keeps_energy=True, reversible=True),
     "exact-lanes": _dense(exact_lanes, keeps_momentum=True, keeps_energy=True, reversible=True, least_throws=LANES),
-    "adaptive": _dense(adaptive, tolerance=1e-9),
+    "adaptive": _dense(adaptive, tolerance=1e-9, forced=adaptive_forced, forced_width=28),
     "rkmk4": _body(rkmk4, order=4, stable_turn=2.0 * math.sqrt(2.0)),
     "rkmk4-lanes": _body(rkmk4_lanes, order=4, stable_turn=2.0 * math.sqrt(2.0), least_throws=LANES),
     "magnus6": _body(magnus6, order=6, stable_turn=3.395),
@@ -80,7 +88,19 @@ METHODS = {
     "splitting": _body(splitting, order=2, keeps_momentum=True, reversible=True),
     "splitting8": _body(splitting8, order=8, keeps_momentum=True, reversible=True),
     "implicit-midpoint": _body(implicit_midpoint, order=2, keeps_momentum=True, keeps_energy=True, reversible=True),
-    "symplectic-euler": Method(symplectic_euler, "quaternion", "world", lag=+1, order=1, keeps_momentum=True),
+    "gauss6": _body(
+        gauss6,
+        order=6,
+        keeps_energy=True,
+        reversible=True,
+        forced=gauss6_forced,
+        forced_width=14,
+        counts_unsolved=True,
+    ),
+    "radau5": _body(radau5, order=5, forced=radau5_forced, forced_width=14, counts_unsolved=True),
+    "symplectic-euler": Method(
+        symplectic_euler, "quaternion", "world", lag=+1, order=1, keeps_momentum=True, forced=symplectic_euler_forced
+    ),
     "quaternion-euler": Method(quaternion_euler, "quaternion", "world", lag=-1, order=1, keeps_momentum=True),
     "matrix-euler": Method(matrix_euler, "matrix", "world", lag=-1, order=1, rigid=False),
 }

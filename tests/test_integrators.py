@@ -91,6 +91,7 @@ LADDERS = {
     1: [2**power for power in range(9, 15)],
     2: [2**power for power in range(5, 12)],
     4: [2**power for power in range(6, 11)],
+    5: [48, 64, 96, 128, 192],
     6: [16, 24, 32, 48, 64],
     8: [16, 20, 24, 28, 32],
     12: [9, 10, 11, 12],

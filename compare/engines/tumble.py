@@ -1,13 +1,17 @@
 """Our own solver, all its methods."""
 
+from dataclasses import fields, is_dataclass
 from importlib.metadata import version
+from typing import NamedTuple
 
 import numpy as np
 
 from solver.body import Body
-from solver.flight import Flight
+from solver.flight import Flight, ForcedFlight
+from solver.forces import LAWS, Forces
 from solver.registry import METHODS as REGISTRY
 from solver.registry import find
+from solver.stiffness import fastest
 
 METHODS = tuple(REGISTRY)
 # Of these NAME@TOLERANCE is a method too, e.g. adaptive@1e-9; the plain name means its default.
@@ -15,12 +19,21 @@ ADAPTIVE = tuple(name for name, method in REGISTRY.items() if method.tolerance i
 # These take a flight of any length in one step.
 WHOLE = tuple(name for name, method in REGISTRY.items() if method.order is None and method.tolerance is None)
 ON_REQUEST = ("auto",)
-FEATURES = {"gravity"}
+# Every law of the solver, by the name that a scene has it under: the key of one of its kind.
+FEATURES = {law.removesuffix("s") for law in LAWS}
+# Laws without strength, to keep where a scene has none: a slack tether off the centre, a floor out of reach.
+WITHOUT_STRENGTH = {
+    "gravity": (0.0, 0.0, 0.0),
+    "tethers": np.eye(1, 9),
+    "drag": (0.0, 0.0),
+    "floor": (-1e300, 0.0, 1.0, 0.0, 0.0, 0.0),
+}
+SPARES = (*(law.removesuffix("s") for law in WITHOUT_STRENGTH), "rotation", "gyroscopic")
 ABOUT = {
     "version": version("tumble"),
     "precision": "double",
     "switched_off": [
-        "nothing: gravity, and the gyroscopic term of unequal moments, are there only where a scene has them"
+        "nothing: forces, rotation and the gyroscopic term of unequal moments are there only where a scene has them"
     ],
 }
 
@@ -28,53 +41,109 @@ ABOUT = {
 LARGEST_STRAIN = 0.1
 
 
-class AutoFlight(Flight):
-    """A flight by the method that `auto` takes: all that this engine can fly is free, and that has a closed form."""
+class World(NamedTuple):
+    """A flight, and what `auto` took for it and why."""
+
+    flight: Flight
+    took: str = ""
 
 
-def build(scene, method):
-    """Return a flight that is compiled already: no step is timed that waits for a compiler."""
-    kind, name = (AutoFlight, "exact") if method in ON_REQUEST else (Flight, method)
+def build(scene, method, keep=frozenset()):
+    """Return a flight; keep: of SPARES, what is computed although the scene has not got it."""
+    forces = forces_of(scene, keep)
+    a, b, c = scene.body.moments.tolist()
+    body = Body(scene.body.mass, (a, b, c))
+    name, took = choice(body, forces, scene) if method in ON_REQUEST else (method, "")
+    if "gyroscopic" in keep and name in WHOLE:
+        raise NotImplementedError(f"{name} is a closed form, not a sum of terms")
     least = find(name).least_throws
     if len(scene.start) < least:
         raise NotImplementedError(f"{name} is for {least} throws or more")
-    a, b, c = scene.body.moments.tolist()
-    flight = kind(Body(scene.body.mass, (a, b, c)), name, scene.gravity)
-    flight.advance(0, scene.step)
-    return flight
+    if is_free(forces):
+        return World(Flight(body, name, forces.gravity, keep), took)
+    return World(ForcedFlight(body, name, forces, keep), took)
 
 
-def write(flight, states):
-    """Start from these states, (N, 13)."""
-    flight.write(states)
+def forces_of(scene, keep=frozenset()):
+    """Return the scene's forces, and without strength those to keep, as the solver takes them."""
+    acting = {}
+    for law in LAWS:
+        acting[law] = numbers(getattr(scene, law))
+        if acting[law] is None and law.removesuffix("s") in keep:
+            acting[law] = WITHOUT_STRENGTH[law]
+    if scene.drag is not None:
+        acting["drag"] = tuple(coefficient or None for coefficient in acting["drag"])
+    points = None if acting["floor"] is None else np.array(scene.body.points)
+    return Forces(scene.body.mass, **acting, points=points)
 
 
-def advance(flight, n, dt):
+def numbers(law):
+    """Return a law's numbers in a row, or, where there may be several of its kind, an array of rows; None for none."""
+    if law is None or (isinstance(law, tuple) and not law):
+        return None
+    if isinstance(law, tuple):
+        return np.array([numbers(one) for one in law])
+    parts = [getattr(law, field.name) for field in fields(law)] if is_dataclass(law) else [law]
+    return tuple(np.hstack(parts).tolist())
+
+
+def is_free(forces):
+    """Whether nothing acts but gravity."""
+    return all(getattr(forces, law) is None for law in LAWS if law != "gravity")
+
+
+# A step of radau5 takes as long as adaptive's steps do while the fastest mode turns, or decays, by so much.
+STIFF = 45.0
+# More radians of a flight than that no steps should follow.
+ENDLESS = 1e6
+
+
+def choice(body, forces, scene):
+    """Return the method that `auto` takes, and why."""
+    if is_free(forces):
+        return "exact", "took exact: a free flight has a closed form, and nothing is cheaper at any error"
+    frequency, decay = fastest(body, forces)
+    stiffness = f"w dt = {max(frequency, decay) * scene.step:.3g} in the stiffest mode at the scene's step"
+    if decay > 2.0 * frequency and decay * scene.step > STIFF:
+        return "radau5", f"took radau5: overdamped with {stiffness}, which it need not follow"
+    if frequency * scene.duration > ENDLESS:
+        return "gauss6", f"took gauss6: {stiffness}, {frequency * scene.duration:.2g} rad in all: it keeps the energy"
+    return "adaptive", f"took adaptive: {stiffness}, which its own steps follow"
+
+
+def write(world, states):
+    """Start from these states, (N, 13), compiled for them: no step is timed that waits for a compiler."""
+    world.flight.write(states)
+    world.flight.compile()
+
+
+def advance(world, n, dt):
     """Take n steps of dt [s]."""
-    flight.advance(n, dt)
+    world.flight.advance(n, dt)
 
 
-def read(flight):
+def read(world):
     """Return the states, (N, 13)."""
-    return flight.read()
+    return world.flight.read()
 
 
-def vertices(flight, points):
+def vertices(world, points):
     """Return the points [m], (N, n, 3), of the body as the method has deformed it."""
-    return flight.vertices(points)
+    return world.flight.vertices(points)
 
 
-@np.errstate(all="ignore")
-def remark(flight):
+def remark(world):
     """Say what `auto` took; the other methods are what they are called."""
-    took = "took exact: a free flight has a closed form, and nothing is cheaper at any error"
-    return took if isinstance(flight, AutoFlight) else ""
+    return world.took
 
 
 @np.errstate(over="ignore", invalid="ignore")
-def audit(flight):
-    """Return what a state does not show: a step beyond the stable one, a matrix that is no rotation any more."""
-    findings = []
+def audit(world):
+    """Return what a state does not show: steps not found or beyond the stable one, a matrix that is no rotation."""
+    flight, findings = world.flight, []
+    unsolved = flight.unsolved if isinstance(flight, ForcedFlight) else 0
+    if unsolved:
+        findings.append(f"Newton did not converge in {unsolved} steps")
     turn = np.max(np.linalg.norm(flight.read()[:, 10:13], axis=1)) * flight.dt
     if turn > flight.method.stable_turn:
         findings.append(f"beyond its stability limit: |w| dt = {turn:.3g} > {flight.method.stable_turn:.3g}")

@@ -1,6 +1,6 @@
-"""One file per method, one function each: n steps of the rotation of many throws.
+"""One file per method: n steps of the rotation of many throws, and, of some methods, of whole states under forces.
 
-Every method has the signature
+Every method has a kernel with the signature
 
     method(spins, n, dt, inverse_moments, gyroscopic)
 
@@ -9,4 +9,12 @@ n: steps; dt [s]; inverse_moments [1/(kg m2)] and gyroscopic, or None for a body
 A step knows nothing but the row, so that n steps and then m more are n + m steps to the last bit.  A dense method goes
 to an instant instead: n counts from where its rows remember, `solver.spins.load_anchor`, and an adaptive one takes its
 tolerance as a last argument.  The translation of a free flight is not stepped at all: `solver.flight`.
+
+A method that carries forces has one more, with the signature
+
+    method_forced(rows, n, dt, moments, inverse_moments, gyroscopic, forces)
+
+rows: x, q, v, L and what else the method remembers; moments [kg m2]; inverse_moments, None for a body that never turns,
+of which position and velocity alone are stepped; forces: `solver.forces.Forces`.  The equations are those of
+`solver.motion`.
 """

@@ -80,10 +80,23 @@ def _estimate(slopes: Array, dt: float, momentum: Vector) -> float:
     """
     length = dot(momentum, momentum)
     per_momentum = 1.0 / math.sqrt(length) if length > 0.0 else 0.0
-    fifth, third = _squared(ERROR_5, slopes, per_momentum), _squared(ERROR_3, slopes, per_momentum)
+    return combined(_squared(ERROR_5, slopes, per_momentum), _squared(ERROR_3, slopes, per_momentum), dt)
+
+
+@inner
+def combined(fifth: float, third: float, dt: float) -> float:
+    """Return the estimate of order 8 from the squares of those of orders 5 and 3, both over dt."""
     if fifth == 0.0:
         return 0.0
     return abs(dt) * fifth / math.sqrt(fifth + 0.01 * third)
+
+
+@inner
+def regrown(length: float, off: float, growth: float) -> tuple[float, float]:
+    """Return the length of the next step and how much it may grow thereafter, from how many tolerances one was off."""
+    if not off > 1.0:
+        return length * (min(growth, SAFETY * off**-0.125) if off > 0.0 else growth), GREATEST_CHANGE
+    return length * max(LEAST_CHANGE, SAFETY * off**-0.125), 1.0
 
 
 @kernel
@@ -124,11 +137,7 @@ def adaptive(
                 q, momentum, time = (math.nan, math.nan, math.nan, math.nan), (math.nan, math.nan, math.nan), t
             elif off <= 1.0:
                 q, momentum, time = normalise(q_next), momentum_next, time + step
-                length *= min(growth, SAFETY * off**-0.125) if off > 0.0 else growth
-                growth = GREATEST_CHANGE
-            else:
-                length *= max(LEAST_CHANGE, SAFETY * off**-0.125)
-                growth = 1.0
+            length, growth = regrown(length, off, growth)
         store_anchor(spin, q, momentum)
         spin[14], spin[15] = time, length
         if time != t:

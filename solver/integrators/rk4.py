@@ -1,13 +1,16 @@
-"""The classical Runge-Kutta method on quaternion and body-frame angular momentum."""
+"""The classical Runge-Kutta method: on quaternion and body-frame angular momentum, and on a state under forces."""
 
 import math
 
 import numpy as np
 from numpy.typing import NDArray
 
+from solver import motion
 from solver.body import products
 from solver.compilation import kernel, scalar
+from solver.forces import Forces
 from solver.fused import fused_scale, fused_times
+from solver.motion import plus_times, slope
 from solver.quaternion import Quaternion, plus, product, product_vector, stretch
 from solver.spins import load, store
 from solver.vectors import Vector, add, scale, times
@@ -80,3 +83,39 @@ def rk4(spins: NDArray[np.float64], n: int, dt: float, inverse_moments: Vector, 
                 q = plus(q, product(q, _increment(u1, u2, u3, u4)))
             q = _rescaled(q)
         store(spin, q, momentum)
+
+
+@scalar
+def _rescaled_if_any(q: Quaternion | None) -> Quaternion | None:
+    if q is None:
+        return q
+    return _rescaled(q)
+
+
+@kernel
+def rk4_forced(
+    rows: NDArray[np.float64],
+    n: int,
+    dt: float,
+    moments: Vector,
+    inverse_moments: Vector | None,
+    gyroscopic: Vector | None,
+    forces: Forces,
+) -> None:
+    """Take n steps of the equations of motion, `solver.motion.slope`.
+
+    rows: x, q of any length, v, L in body axes, (N, 13).  The length of q is treated, and the source is, as in rk4.
+    """
+    for row in rows:
+        state = motion.load(row, inverse_moments)
+        for done in range(0, n, BLOCK):
+            for _ in range(min(BLOCK, n - done)):
+                k1 = slope(state, inverse_moments, gyroscopic, forces)
+                k2 = slope(plus_times(state, dt / 2.0, k1), inverse_moments, gyroscopic, forces)
+                k3 = slope(plus_times(state, dt / 2.0, k2), inverse_moments, gyroscopic, forces)
+                k4 = slope(plus_times(state, dt, k3), inverse_moments, gyroscopic, forces)
+                six_slopes = plus_times(plus_times(plus_times(k1, 2.0, k2), 2.0, k3), 1.0, k4)
+                state = plus_times(state, dt / 6.0, six_slopes)
+            x, q, v, l_body = state
+            state = x, _rescaled_if_any(q), v, l_body
+        motion.store(row, state)
