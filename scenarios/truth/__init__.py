@@ -1,7 +1,9 @@
-"""The true answer of a scene: free flight under gravity and impulses, in closed form and extended precision.
+"""The true answer of a scene.
 
-Shares no formulation with any engine: Jacobi functions by Landen's steps, attitude by Carlson's integral.
-`elliptic` has the functions, `rotation` the closed form, `flight` the whole throw, `limit` how good the answer is.
+Free flight under gravity and impulses has a closed form, worked out in extended precision: Jacobi functions by Landen's
+steps, attitude by Carlson's integral.  `elliptic` has the functions, `rotation` the closed form, `flight` the whole
+throw, `limit` how good the answer is.  A flight with tether, drag or floor is integrated: `forced`.  Neither shares a
+formulation with the solver or an engine.
 """
 
 from dataclasses import dataclass
@@ -11,13 +13,13 @@ import numpy as np
 
 from scenarios.frames import Array
 from scenarios.scene import Scene
-from scenarios.truth.flight import Pose, read_throw
-from scenarios.truth.limit import input_floor, own_error, settle
+from scenarios.truth.flight import Pose, exact_numbers, read_throw
+from scenarios.truth.limit import Answer, input_floor, own_error, settle
 from scenarios.truth.rotation import Numbers
 
 
 class NoTruth(ValueError):
-    """The scene has a force for which there is no closed form."""
+    """The flight cannot be told well enough to hold anything against it; the text says why."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,7 +29,8 @@ class Truth:
     times: instants [s], (R,), the scene's rows, each after its impulses;
     states: (R, N, 13), each number the double nearest to the exact one; vertices: world [m], (R, N, n, 3), likewise;
     bound: how far a vertex may be from the exact answer, its rounding to doubles included [m], (R, N);
-    floor: how far a vertex moves when every input changes by a relative 2^-53 [m], (R, N).
+    floor: how far a vertex moves when every input changes by a relative 2^-53 [m], (R, N);
+    how: how it was made, in words: closed form, or by which integration.
     """
 
     times: Array
@@ -35,6 +38,7 @@ class Truth:
     vertices: Array
     bound: Array
     floor: Array
+    how: str
 
     @property
     def limit(self) -> Array:
@@ -42,44 +46,48 @@ class Truth:
         return np.maximum(self.bound, self.floor)
 
 
-def unsolved(scene: Scene) -> list[str]:
-    """Return the forces of the scene for which there is no closed form."""
-    forces = {"tether": scene.tethers, "drag": scene.drag, "floor": scene.floor}
-    return [name for name, force in forces.items() if force]
-
-
-def has_truth(scene: Scene) -> bool:
-    """Whether the scene has a truth."""
-    return not unsolved(scene)
-
-
 def truth(scene: Scene) -> Truth:
-    """Return the exact flight of every throw of the scene.
+    """Return the true flight of every throw of the scene.
 
-    Raises NoTruth for a scene with tether, drag or floor, RayMissed where an impulse's ray does not meet the body.
+    Raises NoTruth where forces make a flight that cannot be integrated well enough, RayMissed where an impulse's ray
+    does not meet the body.
     """
-    if not has_truth(scene):
-        raise NoTruth(f"no closed form with {' and '.join(unsolved(scene))}")
-
     from mpmath import MPContext  # a tenth of a second that only this call should pay
 
     # A context of our own: whoever else uses mpmath keeps its precision.
     mp = MPContext()
     flights = [_flight(mp, scene, row) for row in range(len(scene.start))]
-    states, vertices, bound, floor = (np.stack(column, axis=1) for column in zip(*flights, strict=True))
-    return Truth(scene.rows, states, vertices, bound, floor)
+    states, vertices, bound, floor, how = zip(*flights, strict=True)
+    told = [np.stack(column, axis=1) for column in (states, vertices, bound, floor)]
+    return Truth(scene.rows, *told, how=" / ".join(dict.fromkeys(how)))
 
 
-def _flight(mp: Any, scene: Scene, row: int) -> tuple[Array, Array, Array, Array]:
-    """Return states (R, 13), vertices (R, n, 3), bound (R,) and floor (R,) of one throw."""
-    throw = read_throw(scene, row)
-    rougher, finer = settle(mp, throw)
-    states = np.array([_state(mp, pose) for pose in finer.poses])
+def _flight(mp: Any, scene: Scene, row: int) -> tuple[Array, Array, Array, Array, str]:
+    """Return states (R, 13), vertices (R, n, 3), bound (R,) and floor (R,) of one throw, and how it was made."""
+    answer = _closed(mp, scene, row) if scene.is_free else _integrated(mp, scene, row)
+    mp.prec = answer.flight.bits
+    states = np.array([_state(mp, pose) for pose in answer.flight.poses])
     _follow_sign(states[:, 3:7], scene.start[row, 3:7])
-    vertices = np.array([_vertices(pose, throw.points, finer.bits) for pose in finer.poses])
+    points = exact_numbers(scene.body.points)
+    vertices = np.array([_vertices(pose, points, answer.flight.bits) for pose in answer.flight.poses])
     rounding = np.linalg.norm(np.spacing(np.abs(vertices)) / 2, axis=-1).max(axis=-1)
-    bound = own_error(rougher, finer, scene.body.points) + rounding
-    return states, vertices, bound, input_floor(mp, scene, row, rougher)
+    return states, vertices, answer.error + rounding, answer.floor, answer.how
+
+
+def _closed(mp: Any, scene: Scene, row: int) -> Answer:
+    rougher, finer = settle(mp, read_throw(scene, row))
+    error = own_error(rougher, finer, scene.body.points)
+    return Answer(finer, error, input_floor(mp, scene, row, rougher), "closed form")
+
+
+def _integrated(mp: Any, scene: Scene, row: int) -> Answer:
+    # It is compiled, by a compiler that a free flight need not load.
+    from scenarios.truth import forced
+
+    try:
+        return forced.answer(mp, scene, row)
+    except forced.Unending as why:
+        raise NoTruth(f"the true flight cannot be told: {why}") from why
 
 
 def _state(mp: Any, pose: Pose) -> Array:

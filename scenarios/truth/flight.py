@@ -70,15 +70,15 @@ def read_throw(scene: Scene, row: int, read: Read = Fraction) -> Throw:
     clock = read(1.0)
     moment = {float(value): read(float(value)) for value in body.moments}
     return Throw(
-        x=_numbers(start[0:3], read),
-        axes=exact_axes(_numbers(start[3:7], read)),
-        v=_numbers(start[7:10], read),
-        w_world=_numbers(start[10:13], read),
+        x=exact_numbers(start[0:3], read),
+        axes=exact_axes(exact_numbers(start[3:7], read)),
+        v=exact_numbers(start[7:10], read),
+        w_world=exact_numbers(start[10:13], read),
         mass=read(float(body.mass)),
         moments=np.array([moment[float(value)] for value in body.moments]),
-        points=_numbers(body.points, read),
+        points=exact_numbers(body.points, read),
         faces=body.faces,
-        gravity=_numbers(np.zeros(3) if scene.gravity is None else scene.gravity, read),
+        gravity=exact_numbers(np.zeros(3) if scene.gravity is None else scene.gravity, read),
         times=tuple(clock * Fraction(float(time)) for time in scene.rows),
         blows=tuple(_blow(impulse, clock, read) for impulse in scene.impulses),
     )
@@ -88,14 +88,15 @@ def _blow(impulse: Impulse, clock: Fraction, read: Read) -> Blow:
     world, body, ray = impulse.point_world, impulse.point_body, impulse.ray
     return Blow(
         time=clock * Fraction(float(impulse.time)),
-        value=_numbers(impulse.value, read),
-        point_world=None if world is None else _numbers(world, read),
-        point_body=None if body is None else _numbers(body, read),
-        ray=None if ray is None else _numbers(np.stack((ray.origin, ray.direction)), read),
+        value=exact_numbers(impulse.value, read),
+        point_world=None if world is None else exact_numbers(world, read),
+        point_body=None if body is None else exact_numbers(body, read),
+        ray=None if ray is None else exact_numbers(np.stack((ray.origin, ray.direction)), read),
     )
 
 
-def _numbers(values: np.ndarray, read: Read) -> Numbers:
+def exact_numbers(values: np.ndarray, read: Read = Fraction) -> Numbers:
+    """Return an array of the same shape of what each number is taken for."""
     return np.array([read(float(value)) for value in values.flat], dtype=object).reshape(values.shape)
 
 

@@ -26,6 +26,15 @@ class Flight(NamedTuple):
     poses: list[Pose]
 
 
+class Answer(NamedTuple):
+    """A flight, how far its vertices may be off [m], (R,), how far inputs can move them [m], (R,), how it was made."""
+
+    flight: Flight
+    error: Array
+    floor: Array
+    how: str
+
+
 def settle(mp: Any, throw: Throw) -> tuple[Flight, Flight]:
     """Return the flight at two precisions that agree, or the last two there are: the rougher, then the finer.
 
@@ -72,18 +81,19 @@ def input_floor(mp: Any, scene: Scene, row: int, plain: Flight) -> Array:
     points = read_throw(scene, row).points
     floor = np.zeros(len(plain.poses))
     for pattern in range(PATTERNS):
-        throw = read_throw(scene, row, _reader(Random(pattern)))
+        throw = read_throw(scene, row, changing(Random(pattern), HALF_ULP))
         changed = _flight(mp, throw, plain.bits)
-        moved = [_movement(*pair, points, throw.points) for pair in zip(plain.poses, changed.poses, strict=True)]
+        moved = [movement(*pair, points, throw.points) for pair in zip(plain.poses, changed.poses, strict=True)]
         floor = np.maximum(floor, moved)
     return floor
 
 
-def _reader(random: Random) -> Read:
-    return lambda value: Fraction(value) * (1 + HALF_ULP * (2 * random.getrandbits(1) - 1))
+def changing(random: Random, share: Fraction) -> Read:
+    """Return a reading of numbers that makes each greater or smaller by that share, as the signs fall."""
+    return lambda value: Fraction(value) * (1 + share * (2 * random.getrandbits(1) - 1))
 
 
-def _movement(pose: Pose, changed: Pose, points: Numbers, changed_points: Numbers) -> float:
+def movement(pose: Pose, changed: Pose, points: Numbers, changed_points: Numbers) -> float:
     """Return the largest move of a vertex [m]: subtracted in exact numbers, then measured in doubles."""
     x = (changed.x - pose.x).astype(float)
     turned = (changed.axes - pose.axes).astype(float)

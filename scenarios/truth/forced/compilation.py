@@ -1,0 +1,53 @@
+"""How the integration is compiled, and where what is compiled is kept.
+
+`inlined` is for the lines that are run a million times: left to itself the compiler makes calls of them, which cost more
+than they do.  `inner` is for the other parts that only compiled code calls.  `kernel` is for the one loop that Python
+calls, kept on disk, so that a second process compiles nothing.  numba renews what is on disk when the kernel's own file changes, but not when a
+part elsewhere does: so each state of this package's source has a folder of its own.  Fast-math is off.
+"""
+
+import hashlib
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar, cast
+
+import numba
+from numba import njit
+
+SOURCE = Path(__file__).parent
+OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": False, "no_cfunc_wrapper": True, "nogil": True}
+
+F = TypeVar("F", bound=Callable)
+
+
+def inlined(function: F) -> F:
+    """Compile a part of the kernel into whatever calls it."""
+    return cast(F, njit(**OPTIONS, no_cpython_wrapper=True, forceinline=True)(function))
+
+
+def inner(function: F) -> F:
+    """Compile a part of the kernel, which Python never calls."""
+    return cast(F, njit(**OPTIONS, no_cpython_wrapper=True)(function))
+
+
+def kernel(function: F) -> F:
+    """Compile a function that Python calls, and keep it on disk.
+
+    The folder is a setting of numba's for the whole process, and others have theirs: it is put back.
+    """
+    before = numba.config.CACHE_DIR  # type: ignore[attr-defined]
+    numba.config.CACHE_DIR = cache_folder()  # type: ignore[attr-defined]
+    try:
+        return cast(F, njit(**OPTIONS, cache=True)(function))
+    finally:
+        numba.config.CACHE_DIR = before  # type: ignore[attr-defined]
+
+
+def cache_folder() -> str:
+    """Return where to keep what is compiled from the source as it is now; where nothing can be written, numba's choice."""
+    parent = os.environ.get("NUMBA_CACHE_DIR") or (SOURCE / "__pycache__" if os.access(SOURCE, os.W_OK) else None)
+    if parent is None:
+        return ""
+    source = b"".join(path.read_bytes() for path in sorted(SOURCE.glob("*.py")))
+    return str(Path(parent) / f"truth-{hashlib.sha256(source).hexdigest()[:16]}")
