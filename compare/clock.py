@@ -10,10 +10,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from time import monotonic, perf_counter, thread_time_ns
 from types import ModuleType
-from typing import Any
 
 import numpy as np
 
+from compare.roster import built
 from scenarios.frames import Array
 from scenarios.scene import Scene
 
@@ -45,10 +45,15 @@ class Pace:
 
 
 class Stopwatch:
-    """One contestant, built and warm, with a load that takes long enough to be read."""
+    """One contestant, built and warm, with a load that takes long enough to be read.
 
-    def __init__(self, engine: ModuleType, scene: Scene, method: str, pace: Pace) -> None:
-        self._engine, self._pace, self._load = engine, pace, 1
+    keep: what of its SPARES the engine is to build although the scene has no use for it.
+    """
+
+    def __init__(
+        self, engine: ModuleType, scene: Scene, method: str, pace: Pace, keep: frozenset[str] = frozenset()
+    ) -> None:
+        self._engine, self._pace, self._load, self._keep = engine, pace, 1, keep
         most = MOST_STEPS if pace.by_step else MOST_COPIES
         self._prepare(scene, method)
         self._lap()
@@ -63,7 +68,7 @@ class Stopwatch:
     def _prepare(self, scene: Scene, method: str) -> None:
         copies = 1 if self._pace.by_step else self._load
         self._start = np.tile(scene.start, (copies, 1))
-        self._world: Any = self._engine.build(replace(scene, start=self._start), method)
+        self._world = built(self._engine, replace(scene, start=self._start), method, self._keep)
 
     def sample(self) -> float:
         """Return the thread CPU time of one step, or of one flight [ns]."""

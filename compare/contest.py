@@ -2,20 +2,17 @@
 
 import os
 import threading
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import contextmanager
 from dataclasses import dataclass
 
-from compare.contestants import Entrant, chosen, wanted
+from compare.contestants import Entrant
 from compare.flight import Trajectory
 from compare.judge import Run
-from compare.worker import Failure, Worker
+from compare.worker import Failure
 from scenarios.impulse import RayMissed
 from scenarios.scene import Scene
 from scenarios.truth import NoTruth, Truth, truth
-
-TIME_LIMIT_S = 60.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,27 +23,6 @@ class Comparison:
     truth: Truth | None
     why_no_truth: str
     runs: tuple[Run, ...]
-
-
-@contextmanager
-def crew(asked: Iterable[str], time_limit: float = TIME_LIMIT_S) -> Iterator[list[Entrant]]:
-    """Give who takes part, each with a process of its own, and end the processes afterwards, whatever happened.
-
-    asked: ENGINE[:METHOD] ..., nothing for every engine of ours; time_limit [s] for each answer of an engine.
-    Raises BadEngine with one line.
-    """
-    engines = wanted(asked)
-    # All are started before any is waited for: importing the engines takes longest.
-    workers = [Worker(engine, time_limit) for engine in engines]
-    entrants: list[Entrant] = []
-    try:
-        for worker, (engine, methods) in zip(workers, engines.items(), strict=True):
-            card = worker.describe()
-            entrants.append(Entrant(engine, chosen(engine, methods, card), card, worker))
-        yield entrants
-    finally:
-        for worker in {*workers, *(entrant.worker for entrant in entrants)}:
-            worker.close()
 
 
 def compare(
@@ -77,7 +53,7 @@ def compare(
             tuple(
                 Run(scene, entrant.title, method, dt or scene.step, answer[number, method], true[0])
                 for entrant, answer in zip(entrants, answers, strict=True)
-                for method in entrant.methods
+                for method in entrant.methods_for(scene)
             ),
         )
         for number, (scene, true) in enumerate(zip(scenes, truths, strict=True))
@@ -94,7 +70,7 @@ def fly_all(
     """Return one entrant's answers by scene number and method; a worker that died is replaced for the next question."""
     answers: dict[tuple[int, str], Trajectory | Failure] = {}
     for number, scene in enumerate(scenes):
-        for method in entrant.methods:
+        for method in entrant.methods_for(scene):
             if stop.is_set():
                 return answers
             answers[number, method] = (

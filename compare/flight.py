@@ -7,6 +7,7 @@ from types import ModuleType
 import numpy as np
 
 from compare.clock import timed
+from compare.roster import built
 from scenarios.frames import Array, vertices
 from scenarios.impulse import RayMissed, jump
 from scenarios.read import MOST_STEPS
@@ -74,12 +75,13 @@ def legs(scene: Scene, dt: float) -> list[Leg]:
     return found
 
 
-def fly(engine: ModuleType, scene: Scene, method: str, dt: float) -> Trajectory:
+def fly(engine: ModuleType, scene: Scene, method: str, dt: float, keep: frozenset[str] = frozenset()) -> Trajectory:
     """Fly the scene in one engine.
 
-    dt [s].  Raises whatever the engine raises, and ValueError where its answer is not of shape (N, 13).
+    dt [s]; keep: what of its SPARES the engine is to build all the same.
+    Raises whatever the engine raises, and ValueError where its answer is not of shape (N, 13).
     """
-    world = engine.build(scene, method)
+    world = built(engine, scene, method, keep)
     audit = getattr(engine, "audit", lambda world: [])
     where = getattr(engine, "vertices", None)
     notes: list[str] = []

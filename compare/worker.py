@@ -4,13 +4,13 @@ import multiprocessing
 import os
 import signal
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection
 from types import ModuleType
 from typing import Self
 
 from compare.clock import Pace, Stopwatch
-from compare.flight import Trajectory, fly
+from compare.flight import Trajectory, fly, struck
 from compare.roster import BadEngine, Card, Missing, card, in_one_line, is_file, load
 from scenarios.scene import Scene
 
@@ -53,15 +53,17 @@ class Worker:
         assert isinstance(answer, Card | Failure)
         return answer
 
-    def fly(self, scene: Scene, method: str, dt: float) -> Trajectory | Failure:
+    def fly(self, scene: Scene, method: str, dt: float, keep: frozenset[str] = frozenset()) -> Trajectory | Failure:
         """Return the flight, or why there is none; after `crashed` or `timeout` the process is gone."""
-        answer = self._ask("fly", scene, method, dt)
+        answer = self._ask("fly", scene, method, dt, keep)
         assert isinstance(answer, Trajectory | Failure)
         return answer
 
-    def wind(self, key: str, scene: Scene, method: str, pace: Pace) -> float | Failure:
+    def wind(
+        self, key: str, scene: Scene, method: str, pace: Pace, keep: frozenset[str] = frozenset()
+    ) -> float | Failure:
         """Make a stopwatch ready under that key; return what a call from Python costs [ns], or why it cannot be."""
-        answer = self._ask("wind", key, scene, method, pace)
+        answer = self._ask("wind", key, scene, method, pace, keep)
         assert isinstance(answer, float | Failure)
         return answer
 
@@ -114,13 +116,15 @@ class Tasks:
         self._engine = engine
         self._stopwatches: dict[str, Stopwatch] = {}
 
-    def fly(self, scene: Scene, method: str, dt: float) -> Trajectory:
+    def fly(self, scene: Scene, method: str, dt: float, keep: frozenset[str]) -> Trajectory:
         """Fly the scene."""
-        return fly(self._engine, scene, method, dt)
+        return fly(self._engine, scene, method, dt, keep)
 
-    def wind(self, key: str, scene: Scene, method: str, pace: Pace) -> float:
+    def wind(self, key: str, scene: Scene, method: str, pace: Pace, keep: frozenset[str]) -> float:
         """Make a stopwatch ready and return what a call costs [ns]."""
-        self._stopwatches[key] = Stopwatch(self._engine, scene, method, pace)
+        # As it flies: what an impulse at the start sets in motion is part of the load.
+        moving = replace(scene, start=struck(scene, 0.0, scene.start, []))
+        self._stopwatches[key] = Stopwatch(self._engine, moving, method, pace, keep)
         return self._stopwatches[key].call()
 
     def sample(self, key: str) -> float:

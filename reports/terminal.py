@@ -26,10 +26,9 @@ from compare.results import EngineRow
 from compare.sweep import Sweep, Timed
 from compare.table_4_1 import BudgetRow, budget_rows, is_table_4_1, published_rows
 from reports.families import joined
+from scenarios.format import visible
 from scenarios.frames import Array
-from scenarios.needs import needs
 from scenarios.published import VERTEX
-from scenarios.scene import Scene
 
 SHOWN_SAMPLES = 10
 PIPE_WIDTH = 160
@@ -46,7 +45,7 @@ def console(**settings: object) -> Console:
 
 def plain(text: str) -> Text:
     """Return text of a scene's or an engine's as data: control characters made visible."""
-    return Text("".join(char if char.isprintable() else repr(char)[1:-1] for char in text))
+    return Text(visible(text))
 
 
 def columns(*heads: str, right: Sequence[int] = ()) -> Table:
@@ -54,14 +53,6 @@ def columns(*heads: str, right: Sequence[int] = ()) -> Table:
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=0, show_edge=False)
     for number, head in enumerate(heads):
         table.add_column(head, justify="right" if number in right else "left", no_wrap=number == 0)
-    return table
-
-
-def scene_list(scenes: Sequence[Scene]) -> Table:
-    """Return the catalogue: name, title, what each scene needs."""
-    table = columns("scene", "title", "needs")
-    for scene in scenes:
-        table.add_row(plain(scene.name), plain(scene.title), ", ".join(needs(scene)) or "nothing")
     return table
 
 

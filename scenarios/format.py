@@ -4,7 +4,6 @@ msgspec holds a file against these tables' keys, types and signs; its complaint 
 points at, the value found there, and what the table allows.
 """
 
-import difflib
 import math
 import re
 import reprlib
@@ -264,7 +263,14 @@ def printable(text: str) -> str:
     return text if text.isprintable() else repr(text)
 
 
+def visible(text: str) -> str:
+    """Return a text on one line, control characters written out: what a terminal, a page or an XML file may show."""
+    return "".join(char if char.isprintable() else repr(char)[1:-1] for char in text)
+
+
 def nearest(name: str, known: Sequence[str]) -> str:
     """Return the words that offer the nearest of the known names, or all of them where none is near."""
+    import difflib  # only a mistake pays for it
+
     near = difflib.get_close_matches(name, known, n=1)
     return f"did you mean {near[0]!r}?" if near else f"there are {', '.join(known)}"

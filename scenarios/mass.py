@@ -4,7 +4,7 @@ A tensor is the full one with products of inertia, [[A, -H, -G], [-H, B, -F], [-
 """
 
 from collections.abc import Iterator
-from itertools import permutations, product
+from itertools import pairwise, permutations, product
 from typing import NamedTuple
 
 import numpy as np
@@ -68,7 +68,9 @@ def mesh(mass: float, points: Array, faces: np.ndarray) -> Solid:
         raise ValueError("must enclose a volume")
     centre = moment / volume
     second = _tetrahedra(unit_points[faces] - centre)[2] / volume
-    return Solid(volume * size**3, middle + size * centre, mass * size**2 * _tensor(second))
+    tensor = _tensor(second)
+    np.fill_diagonal(tensor, _as_one(np.diag(tensor)))
+    return Solid(volume * size**3, middle + size * centre, mass * size**2 * tensor)
 
 
 def _tensor(second: Array) -> Array:
@@ -97,12 +99,20 @@ def principal_axes(tensor: Array) -> tuple[Array, Array]:
     if np.abs(tensor - np.diag(np.diag(tensor))).max() <= DIAGONAL * scale:
         return np.diag(tensor).copy(), np.array([1.0, 0.0, 0.0, 0.0])
     moments, columns = np.linalg.eigh(tensor / scale)
-    for i in (1, 2):
-        if moments[i] - moments[i - 1] <= EQUAL * moments[2]:
-            moments[i] = moments[i - 1]
+    moments = _as_one(moments)
     # A reflection among the choices has a trace of 1 at most and never wins; the best rotation has 1.9 or more.
     ordered, turn = max(_choices(moments, columns.T), key=lambda choice: np.trace(choice[1]))
     return ordered * scale, _quaternion(turn)
+
+
+def _as_one(moments: Array) -> Array:
+    """Return the moments, (3,), with those made equal that no more than rounding tells apart."""
+    rising = np.argsort(moments)
+    found = moments.copy()
+    for lower, upper in pairwise(rising):
+        if found[upper] - found[lower] <= EQUAL * moments[rising[2]]:
+            found[upper] = found[lower]
+    return found
 
 
 def _choices(moments: Array, axes: Array) -> Iterator[tuple[Array, Array]]:
@@ -113,7 +123,7 @@ def _choices(moments: Array, axes: Array) -> Iterator[tuple[Array, Array]]:
     """
     for order in map(list, permutations(range(3))):
         ordered, turn = moments[order], axes[order]
-        for moment in np.unique(ordered):
+        for moment in set(ordered.tolist()):
             equal = np.flatnonzero(ordered == moment)
             u, _, vt = np.linalg.svd(turn[np.ix_(equal, equal)])
             turn[equal] = (u @ vt).T @ turn[equal]

@@ -7,13 +7,13 @@ Reading runs no code and opens no file but the scene and its mesh.
 import os
 import sys
 import tomllib
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from scenarios import mass
-from scenarios.ensemble import OutOfReach, throws
 from scenarios.files import plain_bytes, why_unread
 from scenarios.format import (
     BodyTable,
@@ -72,6 +72,15 @@ def read_scene(name_or_path: str) -> Scene:
     except Refused as refused:
         value = f" = {short(value_at(document, refused.keys))}" if refused.show_value else ""
         raise BadScene(f"{shown}: {dotted(refused.keys)}{value}: {refused.why}") from None
+
+
+def read_scenes(names_or_paths: Iterable[str]) -> list[Scene]:
+    """Return scenes, each asked for once.  Raises BadScene, also where two files have one name."""
+    scenes = [read_scene(name) for name in dict.fromkeys(names_or_paths)]
+    for number, scene in enumerate(scenes):
+        if any(scene.name == other.name for other in scenes[:number]):
+            raise BadScene(f"two scenes are named {scene.name!r}: rename one of the files")
+    return scenes
 
 
 def _locate(name_or_path: str) -> Path:
@@ -204,6 +213,8 @@ def _throws(table: EnsembleTable, start: Array, impulses: list[Impulse], body: B
             raise Refused(("ensemble", key), "must be 0 where an impulse comes after t = 0: only those at 0 are spread")
         if getattr(table, key) and not impulses:
             raise Refused(("ensemble", key), "must be 0 where there is no impulse to spread")
+    from scenarios.ensemble import OutOfReach, throws  # only many throws pay for random numbers
+
     first = [impulse for impulse in impulses if impulse.time == 0 and impulse.value.any()]
     spreads = (table.magnitude, table.cone, table.point, table.orientation)
     try:

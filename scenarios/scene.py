@@ -133,6 +133,13 @@ class Scene(_Frozen):
     floor: Floor | None = None
 
     @property
+    def is_free(self) -> bool:
+        """Whether nothing acts between impulses but gravity; every field after `impulses` is a force."""
+        names = [item.name for item in fields(self)]
+        forces = [getattr(self, name) for name in names[names.index("impulses") + 1 :]]
+        return all(force is None or (isinstance(force, tuple) and not force) for force in forces)
+
+    @property
     def rows(self) -> Array:
         """The instants of a trajectory's rows [s]: t = 0 and then the samples."""
         return self.times if self.times[0] == 0.0 else np.concatenate(([0.0], self.times))

@@ -1,6 +1,7 @@
 """A closed surface of triangles, read from a mesh file."""
 
 import io
+import re
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,8 @@ from scenarios.files import plain_bytes, why_unread
 from scenarios.frames import Array
 
 MESH_FORMATS = ("stl", "ply", "off")
+# One triangle of a binary STL file.
+FACET = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 
 
 def read_surface(path: Path) -> tuple[Array, np.ndarray]:
@@ -23,13 +26,9 @@ def read_surface(path: Path) -> tuple[Array, np.ndarray]:
         data = plain_bytes(path)
     except OSError as error:
         raise ValueError(why_unread(error)) from None
-    import trimesh  # slow to import, and needed here only
-
     try:
-        # From bytes, so that a mesh cannot make its reader open further files.
-        read = trimesh.load_mesh(io.BytesIO(data), file_type=kind, process=False)
-        corners = np.asarray(read.vertices, dtype=float)[read.faces]
-    except Exception:  # whatever the parser trips over in a file of anyone's
+        corners = _stl(data) if kind == "stl" else _other(data, kind)
+    except Exception:  # whatever a parser trips over in a file of anyone's
         raise ValueError("must be a mesh that can be read") from None
     # A triangle with two corners in one is an edge: it bounds nothing.
     corners = corners[(corners != np.roll(corners, 1, axis=1)).any(axis=2).all(axis=1)]
@@ -40,9 +39,31 @@ def read_surface(path: Path) -> tuple[Array, np.ndarray]:
     points, first, index = np.unique(corners.reshape(-1, 3), axis=0, return_index=True, return_inverse=True)
     order = np.argsort(first)
     points, faces = points[order], np.argsort(order)[index].reshape(-1, 3)
-    closed = trimesh.Trimesh(points, faces, process=False)
-    if not closed.is_watertight:
+    edges = np.stack((faces, np.roll(faces, -1, axis=1)), axis=2).reshape(-1, 2)
+    if (np.unique(np.sort(edges, axis=1), axis=0, return_counts=True)[1] != 2).any():
         raise ValueError("must be closed: every edge in exactly two triangles")
-    if not closed.is_winding_consistent:
+    # Two neighbours run along their edge in opposite directions.
+    if (np.unique(edges, axis=0, return_counts=True)[1] != 1).any():
         raise ValueError("must have all its triangles turn the same way")
     return points, faces
+
+
+def _stl(data: bytes) -> Array:
+    """Return the triangles of an STL file, binary or text, (m, 3, 3).  Raises ValueError where it cannot be read.
+
+    Source: the StereoLithography Interface Specification, 3D Systems (1988): 80 bytes of anything, a count, and then
+    normal, corners and two bytes for each triangle; or, in words, three lines of `vertex x y z` for each.
+    """
+    if len(data) == 84 + FACET.itemsize * int.from_bytes(data[80:84], "little"):
+        return np.frombuffer(data, FACET, offset=84)["corners"].astype(float)
+    corners = re.findall(rb"(?mi)^[ \t]*vertex[ \t]+(\S+)[ \t]+(\S+)[ \t]+(\S+)[ \t\r]*$", data)
+    return np.array(corners, dtype=float).reshape(-1, 3, 3)
+
+
+def _other(data: bytes, kind: str) -> Array:
+    """Return the triangles of a file in another format, (m, 3, 3).  Raises whatever its parser does."""
+    import trimesh  # slow to import
+
+    # From bytes, so that a mesh cannot make its reader open further files.
+    read = trimesh.load_mesh(io.BytesIO(data), file_type=kind, process=False)
+    return np.asarray(read.vertices, dtype=float)[read.faces]

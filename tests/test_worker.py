@@ -2,7 +2,8 @@
 
 import pytest
 
-from compare.contest import compare, crew
+from compare.contest import compare
+from compare.crew import crew
 from compare.roster import BadEngine
 from scenarios.read import read_scene
 

@@ -2,7 +2,7 @@
 
 from argparse import Namespace
 
-from compare.contest import crew
+from compare.crew import crew
 from compare.results import engine_row
 from reports.terminal import console, engine_list
 

@@ -4,7 +4,7 @@ import sys
 from argparse import Namespace
 from pathlib import Path
 
-from compare.contest import crew
+from compare.crew import crew
 from compare.flight import check_step
 from compare.roster import BadEngine
 from compare.tables import csv_text, trajectory_header, trajectory_rows, write_whole

@@ -1,0 +1,97 @@
+"""A command imports only what it uses, in its own process and in the engines': what is not imported takes no time."""
+
+import os
+import re
+import subprocess
+import sys
+
+import pytest
+
+ENGINES = {"mujoco", "pybullet", "heyoka"}
+DRAWING = {"altair", "vl_convert", "jinja2", "pandas", "matplotlib"}
+TRUTH = {"mpmath", "gmpy2", "scenarios.truth"}
+IMPORTED = re.compile(r"^import time:.*\|\s*(\S+)$", re.MULTILINE)
+
+
+def imported(*words: str, folder) -> set[str]:
+    """Return the names of all modules that a command and the processes it starts have imported."""
+    said = subprocess.run(
+        [sys.executable, "-P", "-m", "tumble", *words],
+        cwd=folder,
+        env={**os.environ, "PYTHONPROFILEIMPORTTIME": "1"},
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
+    assert said.returncode == 0, said.stderr[-2000:]
+    found = set(IMPORTED.findall(said.stderr))
+    assert "tumble.__main__" in found or "tumble" in found, "the list of imports cannot be read"
+    return found
+
+
+@pytest.mark.parametrize(
+    ("words", "used", "unused"),
+    [
+        (["--help"], {"argparse"}, {"numpy", "msgspec", "multiprocessing", "scenarios", "compare", "rich"}),
+        (
+            ["--version"],
+            {"argparse"},
+            {"numpy", "msgspec", "multiprocessing", "scenarios", "compare", "rich"},
+        ),
+        (
+            ["scenes"],
+            {"scenarios.needs"},
+            {
+                "trimesh",
+                "scipy",
+                "numba",
+                "numpy.ma",
+                "difflib",
+                "rich",
+                "multiprocessing",
+                "compare",
+                *TRUTH,
+                *DRAWING,
+            },
+        ),
+        # A body that never turns needs no compiled loop: the compiler's own typing is what takes longest to import.
+        (
+            ["run", "die-straight"],
+            {"solver.flight"},
+            {"scipy.linalg", "numba.np.arraymath", "trimesh", "rich", *TRUTH, *ENGINES, *DRAWING},
+        ),
+        (["run", "die-vertex"], {"solver.flight"}, {"trimesh", "rich", *TRUTH, *ENGINES, *DRAWING}),
+        (
+            ["run", "die-vertex", "-e", "mujoco"],
+            {"mujoco"},
+            {"solver", "numba", "scipy", "rich", *TRUTH, *DRAWING, *ENGINES - {"mujoco"}},
+        ),
+        (
+            ["run", "die-vertex", "-e", "pybullet"],
+            {"importlib.metadata"},
+            {"solver", "numba", "scipy", "rich", *TRUTH, *DRAWING, *ENGINES - {"pybullet"}},
+        ),
+        (["engines", "-e", "tumble"], {"rich"}, {"numba.np.arraymath", "mpmath", *ENGINES, *DRAWING}),
+        (["compare", "die-straight", "-e", "tumble:rk4"], {"mpmath", "rich"}, {"trimesh", *ENGINES, *DRAWING}),
+        (["compare", "die-straight", "-e", "mujoco"], {"mpmath", "mujoco"}, {"solver", "pybullet", *DRAWING}),
+    ],
+    ids=lambda value: " ".join(value) if isinstance(value, list) else "",
+)
+def test_a_command_imports_what_it_uses_and_no_more(words, used, unused, tmp_path):
+    found = imported(*words, folder=tmp_path)
+    assert used <= found
+    assert not unused & found
+
+
+def test_a_mesh_of_triangles_alone_needs_no_mesh_library(tmp_path):
+    assert "trimesh" not in imported("run", "mesh-die", folder=tmp_path)
+
+
+def test_blas_threads_are_those_asked_for_and_otherwise_one(tmp_path):
+    code = "import os; from tumble.__main__ import main; main(['scenes']); print(os.environ['OPENBLAS_NUM_THREADS'])"
+    environment = {key: value for key, value in os.environ.items() if key != "OPENBLAS_NUM_THREADS"}
+    for asked in ({}, {"OPENBLAS_NUM_THREADS": "2"}):
+        said = subprocess.run(
+            [sys.executable, "-c", code], env={**environment, **asked}, cwd=tmp_path, capture_output=True, text=True
+        )
+        assert said.stdout.splitlines()[-1] == asked.get("OPENBLAS_NUM_THREADS", "1")
