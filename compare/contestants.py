@@ -14,10 +14,14 @@ from scenarios.scene import Scene
 
 @dataclass
 class Entrant:
-    """An engine that takes part: its name or file, its methods, its card or why it has none, and its worker."""
+    """An engine that takes part: its name or file, its methods, its card or why it has none, and its worker.
+
+    named: whether the methods were asked for by name, so that they fly whatever the scene.
+    """
 
     engine: str
     methods: tuple[str, ...]
+    named: bool
     card: Card | Failure
     worker: Worker
 
@@ -25,6 +29,12 @@ class Entrant:
     def title(self) -> str:
         """The engine's name in tables."""
         return roster.title(self.engine)
+
+    def methods_for(self, scene: Scene) -> tuple[str, ...]:
+        """Return the methods that take part in this scene: the forced ones where another force than gravity acts."""
+        if self.named or not scene.is_free or isinstance(self.card, Failure):
+            return self.methods
+        return tuple(method for method in self.methods if method not in self.card.forced)
 
     def barred(self, scene: Scene) -> Failure | None:
         """Return why this engine cannot be put this question, or None."""
@@ -40,6 +50,12 @@ class Entrant:
         self.worker = Worker(self.engine, self.worker.time_limit)
         card = self.worker.describe()
         return card if isinstance(card, Failure) else None
+
+
+def flights(entrants: Iterable[Entrant], scenes: Iterable[Scene]) -> int:
+    """Return how many pairs there are of a method and a scene that it takes part in."""
+    entrants = list(entrants)
+    return sum(len(entrant.methods_for(scene)) for scene in scenes for entrant in entrants)
 
 
 def split(item: str) -> tuple[str, str]:
@@ -72,10 +88,10 @@ def chosen(engine: str, asked: list[str], card: Card | Failure) -> tuple[str, ..
     if isinstance(card, Failure):
         return tuple(asked) or ("",)
     for method in asked:
-        known = (*card.methods, *card.on_request)
+        known = (*card.methods, *card.forced, *card.on_request)
         if method not in known and not is_tolerance(method, card):
             raise BadEngine(f"unknown method of {roster.title(engine)} {method!r}: {nearest(method, known)}")
-    return tuple(dict.fromkeys(asked)) or card.methods
+    return tuple(dict.fromkeys(asked)) or (*card.methods, *card.forced)
 
 
 def is_tolerance(method: str, card: Card) -> bool:

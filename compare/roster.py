@@ -9,8 +9,10 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 import compare.engines
+from scenarios.scene import Scene
 
 VERBS = ("build", "write", "advance", "read")
 
@@ -27,14 +29,17 @@ class Missing(ImportError):
 class Card:
     """What an engine says of itself: its methods (the default first), force laws, and ABOUT.
 
-    adaptive: methods that take a tolerance; whole: methods that take a flight of any length in one step; on_request:
-    names that take part only when asked for.
+    adaptive: methods that take a tolerance; whole: methods that take a flight of any length in one step; forced: names
+    that take part only where more than gravity acts; on_request: names that take part only when asked for; spares: what
+    build leaves out of a world that has no use for it, and keeps if told to.
     """
 
     methods: tuple[str, ...]
     adaptive: frozenset[str]
     whole: frozenset[str]
+    forced: tuple[str, ...]
     on_request: tuple[str, ...]
+    spares: tuple[str, ...]
     features: frozenset[str]
     version: str
     precision: str
@@ -118,12 +123,19 @@ def card(engine: str, module: ModuleType) -> Card:
         methods,
         frozenset(words(getattr(module, "ADAPTIVE", ()))),
         frozenset(words(getattr(module, "WHOLE", ()))),
+        words(getattr(module, "FORCED", ())),
         words(getattr(module, "ON_REQUEST", ())),
+        words(getattr(module, "SPARES", ())),
         features,
         str(about.get("version", "")),
         str(about.get("precision", "")),
         words(about.get("switched_off", ())),
     )
+
+
+def built(engine: ModuleType, scene: Scene, method: str, keep: frozenset[str]) -> Any:
+    """Return the engine's world of a scene; keep, of its SPARES, is for an engine that has any."""
+    return engine.build(scene, method, keep) if keep else engine.build(scene, method)
 
 
 def words(names: object) -> tuple[str, ...]:

@@ -95,6 +95,21 @@ def throws_are_apart(engine: ModuleType, method: str) -> None:
         np.testing.assert_array_equal(together[i], alone[0])
 
 
+def spares_are_spare(engine: ModuleType, method: str) -> None:
+    bare = flown(engine, method, THROWS, (50, 0.01))
+    plain, _, tolerance = method.partition("@")
+    # A term that is nothing may be added, and round another way; or one's own steps be other ones.
+    off = 100 * float(tolerance or 1e-9) if plain in getattr(engine, "ADAPTIVE", ()) else 1e-13
+    for keep in [*((name,) for name in engine.SPARES), engine.SPARES]:
+        try:
+            world = engine.build(scene(), method, keep)
+        except NotImplementedError:
+            continue
+        engine.write(world, THROWS)
+        engine.advance(world, 50, 0.01)
+        np.testing.assert_allclose(engine.read(world), bare, rtol=0, atol=off, err_msg=f"with {keep}")
+
+
 Law = Callable[[ModuleType, str], None]
 
 LAWS: dict[Law, str] = {  # and the method of plugins/lawless.py that breaks it
@@ -105,12 +120,15 @@ LAWS: dict[Law, str] = {  # and the method of plugins/lawless.py that breaks it
     falls_by_gravity: "floats",
     leaves_the_scene_alone: "alters-the-scene",
     throws_are_apart: "mixes-throws",
+    spares_are_spare: "needs-its-spares",
 }
 
 
 def bound_by(law: Law, name: str, engine: ModuleType) -> bool:
     if law is falls_by_gravity:
         return "gravity" in engine.FEATURES
+    if law is spares_are_spare:
+        return hasattr(engine, "SPARES")
     # The hand calculation takes v for an acceleration and turns the body about the world's origin: mistakes of the
     # report that it is there to show.
     return not (law is goes_straight and name == "handcalc")
@@ -162,8 +180,9 @@ def test_law_is_broken_by_the_lawless(law: Law):
 @pytest.mark.parametrize(("name", "engine"), [(name, engine) for name, engine, _ in engines() if engine])
 def test_engine_says_what_it_is(name: str, engine: ModuleType):
     card = roster.card(name, engine)
-    assert len(set(card.methods)) == len(card.methods)
-    assert not any(set(method) & set(" :,") for method in card.methods), "ENGINE:METHOD must be one word"
+    named = (*card.methods, *card.forced, *card.on_request)
+    assert len(set(named)) == len(named)
+    assert not any(set(method) & set(" :,") for method in named), "ENGINE:METHOD must be one word"
     assert card.features <= {"gravity", "tether", "drag", "floor"}
     assert set(engine.ABOUT) == {"version", "precision", "switched_off"}
     assert card.version

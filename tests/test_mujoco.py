@@ -232,6 +232,6 @@ mujoco.mj_step(model, data)
 
 
 def test_room_reserved_grows_with_the_throws_only():
-    many = engine.compiled(300, "RK4", gravity=False)
+    many = engine.build(scene(THROWS[:1].repeat(300, axis=0)), "rk4").model
     assert many.nbody == 301
     assert many.narena == 4 << 20

@@ -41,12 +41,12 @@ def test_every_bit_is_that_of_solve_ivp(steps, exponent):
     """At every stop, however many there were before it."""
     tolerance = 10.0**-exponent
     world = thrown(f"dop853@{tolerance!r}", THROWS[:1], gravity=GRAVITY)
-    y0 = world.spins[0].copy()
+    y0 = world.motions[0].copy()
     scale = np.repeat([1.0, np.linalg.norm(y0[4:7])], [4, 3])
     for n, dt in steps:
         engine.advance(world, n, dt)
         bare = solve_ivp(world.slope, (0.0, world.elapsed), y0, "DOP853", rtol=tolerance, atol=tolerance * scale)
-        np.testing.assert_array_equal(world.spins[0], bare.y[:, -1])
+        np.testing.assert_array_equal(world.motions[0], bare.y[:, -1])
 
 
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12])

@@ -14,9 +14,17 @@ and four verbs on whole states (N, 13) of design.md, section 3:
     advance(world, n, dt)            n steps of dt in the engine's native loop: the only timed call
     read(world) -> states            (N, 13)
 
-Three more lists where they are not empty: ADAPTIVE, methods that choose their own steps and are named METHOD@TOLERANCE
-(METHOD alone takes its own default); WHOLE, methods that take a flight of any length in one step; ON_REQUEST, names
-that take part only when asked for.
+More lists where they are not empty:
+
+    ADAPTIVE    methods that choose their own steps, named METHOD@TOLERANCE; METHOD alone takes its own default
+    WHOLE       methods that take a flight of any length in one step
+    FORCED      names, not in METHODS, that take part only in scenes with a tether, drag or a floor: without one they
+                are the method they are named after.  METHOD+held is told the force once a step and holds it, which is
+                what scripts do; METHOD evaluates it wherever the method does, or says that it cannot
+    ON_REQUEST  names, not in METHODS, that take part only when asked for.  METHOD+defaults leaves every setting of the
+                engine as it ships, which is what its users have; its audit tells what those do to a flight
+    SPARES      what build leaves out where a scene has no use for it.  build(scene, method, keep) then takes the names
+                of those that shall stay: the motion is the same, and what they cost can be measured
 
 And three more verbs if it wishes
 
@@ -26,5 +34,6 @@ And three more verbs if it wishes
     remark(world) -> str             what the user should know and is no fault: which method was chosen, and why
 
 An engine file imports nothing of ours that a user's own could not: it reads the attributes of the scene it is given
-(`scenarios/scene.py`), except that our own solver's file imports `solver`.
+(`scenarios/scene.py`), except that our own solver's file imports `solver`.  Where an engine must be told the force, it
+is `scenarios/wrench.py`'s, so that all who hold a force hold the same; a user would write those few lines himself.
 """

@@ -1,4 +1,13 @@
-"""MuJoCo in free flight, set up so that nothing but its integrators is compared.
+"""MuJoCo, set up so that nothing but its integrators is compared.
+
+    rk4 ...             the forces as parts of the model, evaluated at every stage of a step
+    rk4+held ...        the forces computed once a step and held over it, as most scripts do
+    rk4+defaults ...    every flag as MuJoCo ships it, auto-reset among them, and the forces held
+
+Drag is joint damping.  A tether with a rest length is a spatial tendon.  One without damps the whole velocity of its
+point, where a tendon damps along the line only: it is three actuators, one an axis of the world, that pull the point to
+the anchor.  A penalty floor is a force from outside, which the callback for controls sets anew at every stage, for
+a contact of MuJoCo's is another law.
 
 A free joint's angular velocity is in body axes there, everything else in world axes; its quaternions are w x y z.
 """
@@ -8,7 +17,9 @@ A free joint's angular velocity is in body axes there, everything else in world 
 
 import math
 import sys
-from dataclasses import dataclass
+from collections.abc import Collection, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import mujoco
@@ -17,6 +28,10 @@ from numpy.typing import NDArray
 
 if TYPE_CHECKING:
     from scenarios.scene import Scene
+    from scenarios.wrench import Wrench
+
+# Those that put the whole state back to the model's start where auto-reset is on.
+BAD_STATES = (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC)
 
 INTEGRATORS = {  # as a method here: as MuJoCo spells it
     "euler": "Euler",
@@ -25,25 +40,57 @@ INTEGRATORS = {  # as a method here: as MuJoCo spells it
     "implicitfast": "implicitfast",
     "discrete": "discrete",
 }
-# None of them moves a bit of a free flight, but most cost time, and autoreset throws a state beyond 1e10 away.
-FLAGS_OFF = ("constraint", "contact", "actuation", "sensor", "spring", "damper", "autoreset")
+# None of them moves a bit of a flight that has no use for it, but most cost time, and autoreset throws a state beyond
+# 1e10 away.
+FLAGS = ("constraint", "contact", "actuation", "sensor", "spring", "damper", "gravity", "autoreset")
 
 METHODS = tuple(INTEGRATORS)
-FEATURES = {"gravity"}
+FORCED = tuple(f"{integrator}+held" for integrator in INTEGRATORS)
+ON_REQUEST = ("euler+defaults", "rk4+defaults", "implicitfast+defaults")
+FEATURES = {"gravity", "tether", "drag", "floor"}
+SPARES = (*FLAGS, "geoms")
 ABOUT = {
     "version": mujoco.__version__,
     "precision": "double",
-    "switched_off": [*(f"flag {flag}" for flag in FLAGS_OFF), "geoms", "the compiler's limits on mass and inertia"],
+    "switched_off": [
+        *(f"flag {flag}" for flag in ("constraint", "contact", "sensor", "autoreset")),
+        "flags gravity, actuation, spring and damper where no force of the scene's needs them",
+        "geoms",
+        "the compiler's limits on mass and inertia",
+        "errors of discrete's solver: its tolerance is 1e-15 instead of 1e-8, which costs nothing here",
+    ],
 }
 
 MODEL = """
 <mujoco>
   <size memory="{memory_mb}M"/>
   <option integrator="{integrator}"> <flag {flags}/> </option>
-  <worldbody> {bodies} </worldbody>
+  <worldbody> {anchors} {bodies} </worldbody>
+  <tendon> {tendons} </tendon>
+  <actuator> {actuators} </actuator>
 </mujoco>
 """
-BODY = '<body> <freejoint/> <inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/> </body>'
+BODY = """
+<body> <freejoint/> <inertial pos="0 0 0" mass="{mass!r}" diaginertia="{moments}"/> {parts} </body>
+"""
+SITE = '<site name="{name}" pos="{place}"/>'
+# It can collide with nothing, and inertial says what it weighs.
+GEOM = '<geom type="box" size="{half}" contype="0" conaffinity="0"/>'
+# F = -(k (|d| - l0) + c d'.u) u, with d from the anchor to the point and u = d/|d|.
+TENDON = """
+<spatial stiffness="{stiffness!r}" damping="{damping!r}" springlength="{rest_length!r}">
+  <site site="{anchor}"/> <site site="{point}"/>
+</spatial>
+"""
+# F = -k d - c d' along one axis of the anchor, which are those of the world.
+ACTUATOR = """
+<general site="{point}" refsite="{anchor}" gear="{axis} 0 0 0"
+  gainprm="0" biastype="affine" biasprm="0 {minus_stiffness!r} {minus_damping!r}"/>
+"""
+# At its own 1e-8 the throws of one world, which it solves for together, disturb each other.
+SOLVER_TOLERANCE = 1e-15
+AXES = ("1 0 0", "0 1 0", "0 0 1")
+UNIT_MOMENTS = np.ones(3)
 
 # MuJoCo would write its warnings to standard error and to MUJOCO_LOG.TXT in the working directory; they are counted in
 # the data all the same, and `audit` tells them.  There is one handler for the whole process.
@@ -52,47 +99,122 @@ mujoco.set_mju_user_warning(lambda message: None)
 
 @dataclass(eq=False)
 class World:
-    """One model with a free body a throw; steps and elapsed [s] are counted here since `write`."""
+    """One model with a free body a throw; steps and elapsed [s] are counted here since `write`.
+
+    scale: how many times the scene's masses, and so all forces, are what MuJoCo got.  told: what gives the wrench of
+    the forces that are no part of the model, None where there are none; held: whether it is for a whole step, or else
+    for every stage of it.
+    """
 
     model: mujoco.MjModel
     data: mujoco.MjData
+    scale: float
+    held: bool
+    told: "Wrench | None" = None
     steps: int = 0
     elapsed: float = 0.0
 
 
-def build(scene: "Scene", method: str) -> World:
-    """Return a world with the scene's body once for every throw."""
-    model = compiled(len(scene.start), INTEGRATORS[method], gravity=scene.gravity is not None)
-    if scene.gravity is not None:
-        model.opt.gravity[:] = scene.gravity
-    scale = scale_to_one(scene.body.mass, *scene.body.moments)
+def build(scene: "Scene", method: str, keep: Collection[str] = ()) -> World:
+    """Return a world with the scene's body once for every throw, and with those SPARES kept that are asked for."""
+    integrator, _, manner = method.partition("+")
+    # What the model is made of, and what it must be told from outside.
+    inside = replace(scene, tethers=(), drag=None, floor=None) if manner else scene
+    outside = scene if manner else replace(scene, tethers=(), drag=None)
+    if manner == "defaults":
+        model, scale = as_shipped(inside, integrator), 1.0
+    else:
+        scale = scale_to_one(scene.body.mass, *scene.body.moments)
+        model = bare(inside, integrator, scale, keep)
+    model.opt.gravity[:] = 0.0 if scene.gravity is None else scene.gravity
+    world = World(model, mujoco.MjData(model), scale, held=bool(manner))
+    mujoco.mj_setConst(model, world.data)  # the mass matrix of a free body comes from constants derived from its masses
+    if not outside.is_free:
+        from scenarios.wrench import wrench  # it brings a compiler, which a free flight has no use for
+
+        world.told = wrench(outside)
+    return world
+
+
+def bare(scene: "Scene", integrator: str, scale: float, keep: Collection[str]) -> mujoco.MjModel:
+    """Return a model that has of all SPARES only what the scene needs, and what is to be kept."""
+    along = [tether for tether in scene.tethers if tether.rest_length]
+    used = {
+        "actuation": scene.floor or len(along) < len(scene.tethers),  # the callback for a floor is a part of it
+        "spring": along,
+        "damper": scene.drag or any(tether.damping for tether in along),
+        "gravity": scene.gravity is not None,
+    }
+    off = [flag for flag in FLAGS if not used.get(flag) and flag not in keep]
+    geom = GEOM.format(half=words(abs(scene.body.points).max(axis=0))) if "geoms" in keep else ""
+    model = compiled(scene, integrator, off, scale, geom=geom)
     # Set after compilation, which refuses A + B < C and anything below 1e-15; row 0 is the world itself.
     model.body_mass[1:] = scale * scene.body.mass
     model.body_inertia[1:] = scale * scene.body.moments
-    data = mujoco.MjData(model)
-    mujoco.mj_setConst(model, data)  # the mass matrix of a free body comes from constants derived from these
-    return World(model, data)
+    model.opt.tolerance = SOLVER_TOLERANCE
+    if scene.drag:
+        damping = model.dof_damping.reshape(-1, 6)
+        damping[:, 0:3], damping[:, 3:6] = scale * scene.drag.linear, scale * scene.drag.angular
+    return model
 
 
-def compiled(throws: int, integrator: str, gravity: bool) -> mujoco.MjModel:
-    """Return a model of that many unit bodies with all switched off that they have not got."""
-    off = FLAGS_OFF if gravity else (*FLAGS_OFF, "gravity")
+def as_shipped(scene: "Scene", integrator: str) -> mujoco.MjModel:
+    """Return a model with every setting as it is."""
+    try:
+        return compiled(scene, integrator, mass=scene.body.mass, moments=scene.body.moments)
+    except ValueError as refusal:
+        raise NotImplementedError(f"MuJoCo refuses the body: {' '.join(str(refusal).split())}") from refusal
+
+
+def compiled(
+    scene: "Scene",
+    integrator: str,
+    off: Collection[str] = (),
+    scale: float = 1.0,
+    mass: float = 1.0,
+    moments: NDArray[np.float64] = UNIT_MOMENTS,
+    geom: str = "",
+) -> mujoco.MjModel:
+    """Return a model of the scene's tethers and a body a throw, of that mass and moments, with those flags off."""
+    numbers = range(len(scene.tethers))
+    anchors = [SITE.format(name=f"anchor{t}", place=words(scene.tethers[t].anchor)) for t in numbers]
+    bodies, tendons, actuators = [], [], []
+    for throw in range(len(scene.start)):
+        points = [SITE.format(name=f"point{t}-{throw}", place=words(scene.tethers[t].point_body)) for t in numbers]
+        bodies.append(BODY.format(mass=mass, moments=words(moments), parts=" ".join((geom, *points))))
+        for t, tether in enumerate(scene.tethers):
+            ends = {"anchor": f"anchor{t}", "point": f"point{t}-{throw}"}
+            stiffness, damping = scale * tether.stiffness, scale * tether.damping
+            if tether.rest_length:
+                spring = {"stiffness": stiffness, "damping": damping, "rest_length": tether.rest_length}
+                tendons.append(TENDON.format(**ends, **spring))
+            else:
+                bias = {"minus_stiffness": -stiffness, "minus_damping": -damping}
+                actuators += [ACTUATOR.format(**ends, **bias, axis=axis) for axis in AXES]
     return mujoco.MjModel.from_xml_string(
         MODEL.format(
             # Left to itself it reserves room for contacts of all with all: 14 GB for 3000 throws.
-            memory_mb=1 + throws // 100,
-            integrator=integrator,
+            memory_mb=1 + len(scene.start) // 100,
+            integrator=INTEGRATORS[integrator],
             flags=" ".join(f'{flag}="disable"' for flag in off),
-            bodies=BODY * throws,
+            anchors=" ".join(anchors),
+            bodies=" ".join(bodies),
+            tendons=" ".join(tendons),
+            actuators=" ".join(actuators),
         )
     )
+
+
+def words(numbers: NDArray[np.float64]) -> str:
+    """Return numbers as an attribute of MJCF, every digit of them."""
+    return " ".join(map(repr, numbers.tolist()))
 
 
 def scale_to_one(*masses_and_moments: float) -> float:
     """Return the power of two that takes the smallest to about one.
 
-    MuJoCo takes a pivot below 1e-15 for singular and carries on with another.  Free motion depends on ratios only, and
-    a power of two changes no bit of it.
+    MuJoCo takes a pivot below 1e-15 for singular and carries on with another.  Motion depends on ratios only, of
+    masses, moments and forces, and a power of two changes no bit of it.
     """
     return math.ldexp(1.0, -math.frexp(min(masses_and_moments))[1])
 
@@ -108,23 +230,51 @@ def write(world: World, states: NDArray[np.float64]) -> None:
 
 
 def advance(world: World, n: int, dt: float) -> None:
-    """Make n steps of dt [s] in MuJoCo's own loop."""
+    """Make n steps of dt [s], in MuJoCo's own loop where no force is held."""
     world.model.opt.timestep = dt
-    mujoco.mj_step(world.model, world.data, n)
+    if world.told is None:
+        mujoco.mj_step(world.model, world.data, n)
+    elif world.held:
+        for _ in range(n):
+            tell(world, world.told)
+            mujoco.mj_step(world.model, world.data)
+    else:
+        with telling(world, world.told):
+            mujoco.mj_step(world.model, world.data, n)
     world.steps += n
     world.elapsed += n * dt
+
+
+def tell(world: World, told: "Wrench") -> None:
+    """Set the external force on every body, at its centre of mass and in world axes, by the state as it is."""
+    world.data.xfrc_applied[1:] = world.scale * told(read(world))  # row 0 is the world itself
+
+
+@contextmanager
+def telling(world: World, told: "Wrench") -> Iterator[None]:
+    """Set the external force anew whenever MuJoCo asks; there is one callback for the whole process."""
+    mujoco.set_mjcb_control(lambda model, data: tell(world, told))
+    try:
+        yield
+    finally:
+        mujoco.set_mjcb_control(None)
 
 
 def read(world: World) -> NDArray[np.float64]:
     """Return the states of the throws, (N, 13)."""
     qpos, qvel = coordinates(world)
-    return np.hstack((qpos, qvel[:, 0:3], turned(qvel[:, 3:6], qpos[:, 3:7])))
+    states = np.empty((len(qpos), 13))
+    states[:, 0:7], states[:, 7:10] = qpos, qvel[:, 0:3]
+    states[:, 10:13] = turned(qvel[:, 3:6], qpos[:, 3:7])
+    return states
 
 
 def audit(world: World) -> list[str]:
     """Return what went wrong without a word since `write`."""
+    resets = not world.model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_AUTORESET
     notes = [
         f"{warning.number} times: {mujoco.mju_warningText(kind, warning.lastinfo)}"
+        + (" The state was reset." if resets and kind in BAD_STATES else "")
         for kind, warning in enumerate(world.data.warning)
         if warning.number
     ]

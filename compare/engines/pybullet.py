@@ -1,8 +1,10 @@
-"""PyBullet in free flight, set up so that nothing but its integrators is compared.
+"""PyBullet, set up so that nothing but its integrators is compared.
 
 Its two kinds of body are two integrators: `multibody` (btMultiBody, the default kind) takes the gyroscopic torque
-explicitly, `rigidbody` (btRigidBody, "maximal coordinates") implicitly.  Quaternions are x y z w there; every vector
-is in world axes.
+explicitly, `rigidbody` (btRigidBody, "maximal coordinates") implicitly.  It has none of a scene's forces but gravity,
+its own damping being another law: `+held` is given them once a step and holds them over it, as scripts do.
+`+defaults` leaves every setting as PyBullet ships it, and holds the forces too.  Quaternions are x y z w there; every
+vector is in world axes.
 """
 
 import importlib.metadata
@@ -10,7 +12,7 @@ import math
 import os
 import sys
 import weakref
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
@@ -20,6 +22,7 @@ from numpy.typing import NDArray
 
 if TYPE_CHECKING:
     from scenarios.scene import Scene
+    from scenarios.wrench import Wrench
 
 
 @contextmanager
@@ -41,7 +44,10 @@ with silenced_stderr():
     import pybullet
 
 METHODS = ("multibody", "rigidbody")
-FEATURES = {"gravity"}
+FORCED = ("multibody+held", "rigidbody+held")
+ON_REQUEST = ("multibody+defaults", "rigidbody+defaults")
+FEATURES = {"gravity", "tether", "drag", "floor"}
+SPARES = ("collision shape",)
 ABOUT = {
     "version": importlib.metadata.version("pybullet"),
     "precision": "double",
@@ -52,35 +58,56 @@ ABOUT = {
     ],
 }
 
+NO_SHAPE = -1
 BASE = -1  # PyBullet's link index of the body itself
 LARGEST_TURN = math.pi / 4  # rad a step; ANGULAR_MOTION_THRESHOLD in Bullet's btTransformUtil.h
+LEAST_PIVOT = sys.float_info.epsilon  # kg m2, or its cube: SIMD_EPSILON, below which Bullet inverts nothing
+# What multibody does unless told otherwise.
+DAMPING, LIMIT = 0.04, 100.0
 
 
 @dataclass(eq=False)
 class World:
     """A physics server with one body a throw, and what `audit` needs to know of the flight since `write`.
 
-    mass [kg] and moments [kg m2] as PyBullet got them; fastest: largest |w| seen [rad/s]; longest_step [s].
+    kind: multibody or rigidbody; defaults: whether its settings are PyBullet's own; scale: how many times the scene's
+    masses, and so all forces, are what PyBullet got: mass [kg] and moments [kg m2]; held: what gives the wrench of a
+    step, None where there is none.  fastest: largest |w| seen [rad/s]; peak: largest component of any v or w seen;
+    longest_step [s].
     """
 
     client: int
+    kind: str
+    defaults: bool
+    scale: float
     mass: float
     moments: tuple[float, ...]
+    held: "Wrench | None" = None
     bodies: list[int] = field(default_factory=list)
     written: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 13)))
     fastest: float = 0.0
+    peak: float = 0.0
     longest_step: float = 0.0
 
 
-def build(scene: "Scene", method: str) -> World:
-    """Return a world with the scene's body once for every throw."""
-    scale = scale_to_one(scene.body.mass, *scene.body.moments)
+def build(scene: "Scene", method: str, keep: Collection[str] = ()) -> World:
+    """Return a world with the scene's body once for every throw, and with those SPARES kept that are asked for."""
+    kind, _, manner = method.partition("+")
+    if not scene.is_free and not manner:
+        raise NotImplementedError(f"{kind} has none of these laws itself; {kind}+held is given their force once a step")
+    scale = 1.0 if manner == "defaults" else scale_to_one(scene.body.mass, *scene.body.moments)
     client = pybullet.connect(pybullet.DIRECT)
-    world = World(client, scale * scene.body.mass, tuple(scale * scene.body.moments))
+    mass, moments = scale * scene.body.mass, tuple(scale * scene.body.moments)
+    world = World(client, kind, manner == "defaults", scale, mass, moments)
     weakref.finalize(world, pybullet.disconnect, client)
     if scene.gravity is not None:
         pybullet.setGravity(*scene.gravity, physicsClientId=client)
-    world.bodies = [add_body(world, maximal=method == "rigidbody") for _ in scene.start]
+    if not scene.is_free:
+        from scenarios.wrench import wrench  # it brings a compiler, which a free flight has no use for
+
+        world.held = wrench(scene)
+    shape = collision_shape(world, scene) if "collision shape" in keep else NO_SHAPE
+    world.bodies = [add_body(world, shape) for _ in scene.start]
     return world
 
 
@@ -88,25 +115,27 @@ def scale_to_one(*masses_and_moments: float) -> float:
     """Return the power of two that takes the smallest to about one.
 
     Multibody ignores a torque about an axis with a moment below 2.2e-16 kg m2, and rigidbody drops the gyroscopic
-    torque where the product of the three is below that.  Free motion depends on ratios only, and a power of two changes
-    no bit of it.
+    torque where the product of the three is below that.  Motion depends on ratios only, of masses, moments and forces,
+    and a power of two changes no bit of it.
     """
     return math.ldexp(1.0, -math.frexp(min(masses_and_moments))[1])
 
 
-def add_body(world: World, maximal: bool) -> int:
-    """Add the body, which has no shape to collide with, and return PyBullet's number for it."""
-    body = pybullet.createMultiBody(world.mass, useMaximalCoordinates=maximal, physicsClientId=world.client)
+def collision_shape(world: World, scene: "Scene") -> int:
+    """Return PyBullet's number for a box about the body."""
+    half = abs(scene.body.points).max(axis=0).tolist()
+    return pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=half, physicsClientId=world.client)
+
+
+def add_body(world: World, shape: int) -> int:
+    """Add the body, which can collide with nothing, and return PyBullet's number for it."""
+    body = pybullet.createMultiBody(
+        world.mass, shape, useMaximalCoordinates=world.kind == "rigidbody", physicsClientId=world.client
+    )
+    freed = {} if world.defaults else {"linearDamping": 0, "angularDamping": 0, "maxJointVelocity": math.inf}
     # In one call: for rigidbody, moments without the mass leave the mass uninitialised.
     pybullet.changeDynamics(
-        body,
-        BASE,
-        mass=world.mass,
-        localInertiaDiagonal=world.moments,
-        linearDamping=0,
-        angularDamping=0,
-        maxJointVelocity=math.inf,
-        physicsClientId=world.client,
+        body, BASE, mass=world.mass, localInertiaDiagonal=world.moments, **freed, physicsClientId=world.client
     )
     # Even without shapes, throws in one place would be paired off at every step, which doubles its cost.
     pybullet.setCollisionFilterGroupMask(body, BASE, 0, 0, physicsClientId=world.client)
@@ -119,10 +148,10 @@ def write(world: World, states: NDArray[np.float64]) -> None:
     at_rest[:, 7:] = 0.0
     place(world, at_rest)
     # Placing leaves rigidbody's world inertia as it was in the pose before; a step makes it anew.
-    advance(world, 1, 1.0)
+    step(world, 1, 1.0)
     place(world, states)
     world.written = states.copy()
-    world.fastest = world.longest_step = 0.0
+    world.fastest = world.peak = world.longest_step = 0.0
     read(world)
 
 
@@ -135,12 +164,22 @@ def place(world: World, states: NDArray[np.float64]) -> None:
 
 
 def advance(world: World, n: int, dt: float) -> None:
+    """Make n steps of dt [s]: in C where no force is held."""
+    world.longest_step = max(world.longest_step, dt)
+    if world.held is None:
+        step(world, n, dt)
+        return
+    for _ in range(n):
+        hold(world, world.held)
+        step(world, 1, dt)
+
+
+def step(world: World, n: int, dt: float) -> None:
     """Make n steps of dt [s] as substeps in C, 2^k of them at a time.
 
     PyBullet divides an interval by the number of substeps and truncates when it counts them.  Only for a power of two
     are both exact; for others the step can be an ulp off and, worse, one substep may be left out.
     """
-    world.longest_step = max(world.longest_step, dt)
     for k in range(n.bit_length()):
         substeps = n & (1 << k)
         if substeps:
@@ -148,6 +187,16 @@ def advance(world: World, n: int, dt: float) -> None:
                 numSubSteps=substeps, fixedTimeStep=substeps * dt, physicsClientId=world.client
             )
             pybullet.stepSimulation(physicsClientId=world.client)
+
+
+def hold(world: World, held: "Wrench") -> None:
+    """Apply the forces of the states as they are; a step of PyBullet's uses them up."""
+    states = read(world)
+    wrenches = world.scale * held(states)
+    for body, state, total in zip(world.bodies, states.tolist(), wrenches.tolist(), strict=True):
+        force, torque, centre = total[0:3], total[3:6], state[0:3]
+        pybullet.applyExternalForce(body, BASE, force, centre, pybullet.WORLD_FRAME, world.client)
+        pybullet.applyExternalTorque(body, BASE, torque, pybullet.WORLD_FRAME, world.client)
 
 
 def read(world: World) -> NDArray[np.float64]:
@@ -158,13 +207,15 @@ def read(world: World) -> NDArray[np.float64]:
         v, spin = pybullet.getBaseVelocity(body, physicsClientId=world.client)
         state[:] = *x, w, *xyz, *v, *spin
         world.fastest = max(world.fastest, math.hypot(*spin))
+        world.peak = max(world.peak, *map(abs, v), *map(abs, spin))
     return states
 
 
 def audit(world: World) -> list[str]:
     """Return what went wrong without a word since `write`; |w| is known where the state was written or read."""
     states = read(world)
-    return [*turned_too_little(world), *another_body(world), *stood_still(world, states)]
+    findings = [*turned_too_little(world), *another_body(world), *stood_still(world, states), *lost_torque(world)]
+    return [*findings, *damped_and_clamped(world)] if world.defaults and world.kind == "multibody" else findings
 
 
 def turned_too_little(world: World) -> Iterator[str]:
@@ -194,3 +245,26 @@ def stood_still(world: World, states: NDArray[np.float64]) -> Iterator[str]:
     moving = world.written[:, 7:10].any(axis=1)
     for throw in np.flatnonzero(same & moving):
         yield f"throw {throw} did not move at all although v = {world.written[throw, 7:10]} m/s"
+
+
+def lost_torque(world: World) -> Iterator[str]:
+    """Say so where the moments are too small for Bullet to invert."""
+    if world.kind == "rigidbody" and math.prod(world.moments) < LEAST_PIVOT and len(set(world.moments)) > 1:
+        product = math.prod(world.moments)
+        yield f"lost gyroscopic torque: det(I) = {product:.3g} kg3 m6 is below {LEAST_PIVOT:.2g}"
+    if world.kind == "multibody" and min(world.moments) < LEAST_PIVOT:
+        yield f"lost torque about an axis: its moment of {min(world.moments):.3g} kg m2 is below {LEAST_PIVOT:.2g}"
+
+
+def damped_and_clamped(world: World) -> Iterator[str]:
+    """Say what multibody's default settings did."""
+    if not world.longest_step:
+        return
+    speed = np.linalg.norm(world.written[:, 7:10], axis=1).max()
+    spin = np.linalg.norm(world.written[:, 10:13], axis=1).max()
+    yield (
+        f"damped: its default takes {DAMPING:g} (1 + |v|) of v and {DAMPING:g} (1 + |w|) of w a second, "
+        f"{DAMPING * (1 + speed):.2g} at {speed:.3g} m/s and {DAMPING * (1 + spin):.2g} at {spin:.3g} rad/s"
+    )
+    if world.peak >= LIMIT:
+        yield f"clamped: a velocity component reached {world.peak:.4g}; its default limit is {LIMIT:g} m/s and rad/s"

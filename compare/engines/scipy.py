@@ -1,6 +1,7 @@
 """SciPy's DOP853 on a compiled right-hand side: what a numerate user writes instead of calling an engine.
 
-It integrates the quaternion and the angular velocity in body axes; the parabola of a free flight is written down.
+It integrates the quaternion and the angular velocity in body axes, and, where more than gravity pulls at the body, its
+position and velocity too; the parabola of a free flight is written down.
 """
 
 # SciPy has no type stubs, and its atol may be an array.
@@ -9,7 +10,7 @@ It integrates the quaternion and the angular velocity in body axes; the parabola
 import copy
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import cache
+from functools import cache, partial
 from importlib.metadata import version
 from typing import TYPE_CHECKING
 
@@ -17,6 +18,8 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import DOP853
+
+from scenarios.wrench import net_wrenches, numbers, turned
 
 if TYPE_CHECKING:
     from scenarios.scene import Scene
@@ -26,15 +29,16 @@ Slope = Callable[[float, Array], Array]
 
 METHODS = ("dop853",)
 ADAPTIVE = METHODS
-FEATURES = {"gravity"}
+FEATURES = {"gravity", "tether", "drag", "floor"}
 ABOUT = {
     "version": version("scipy"),
     "precision": "double",
     "switched_off": [
-        "the translation: it is written down in closed form, as in our own solver",
+        "the translation of a free flight: it is written down in closed form, as in our own solver",
         "Python in the right-hand side: it is compiled, the moments of inertia constants in it",
         "dense output: a sample is where solve_ivp to that instant ends, not on the interpolant of order 7",
-        "nothing else: rtol is TOLERANCE; atol is TOLERANCE for q, TOLERANCE times the initial spin for w",
+        "nothing else: rtol is TOLERANCE; atol is TOLERANCE for q, TOLERANCE times the initial spin for w, and with "
+        "forces TOLERANCE times the body's radius for x, the rate the motion begins with being the spin of w and v",
     ],
 }
 
@@ -47,17 +51,19 @@ silently = np.errstate(all="ignore")
 
 @dataclass(eq=False)
 class World:
-    """The throws as written, (N, 13), and their q and w_body, (N, 7), at the instant last asked for.
+    """The throws as written, (N, 13), and what is integrated of them at the instant last asked for.
 
     That instant is begin [s] and steps of dt [s] after `write`.  asked: the tolerance; gravity [m/s2], (3,).
-    solvers: one a throw, whose steps no instant cuts short; none where the throw is not finite.
+    motions: q and w_body, (N, 7), or with x and v after them, (N, 13), where forces act; radius: that of the body [m],
+    None where none act.  solvers: one a throw, whose steps no instant cuts short; none where the throw is not finite.
     """
 
     slope: Slope
     asked: float
     gravity: Array
+    radius: float | None = None
     start: Array = field(default_factory=lambda: np.empty((0, 13)))
-    spins: Array = field(default_factory=lambda: np.empty((0, 7)))
+    motions: Array = field(default_factory=lambda: np.empty((0, 7)))
     solvers: list[DOP853 | None] = field(default_factory=list)
     begin: float = 0.0
     steps: int = 0
@@ -76,7 +82,12 @@ def build(scene: "Scene", method: str) -> World:
     if name not in METHODS or not 0.0 < asked < 1.0:
         raise ValueError(f"{method!r} is not dop853, or dop853@TOLERANCE with a tolerance between 0 and 1")
     gravity = np.zeros(3) if scene.gravity is None else scene.gravity
-    return World(compiled(*scene.body.moments.tolist()), asked, gravity)
+    spin = compiled(*scene.body.moments.tolist())
+    if scene.is_free:
+        return World(spin, asked, gravity)
+    slope = partial(pulled, spin, scene.body.mass, np.array(scene.body.moments), np.array(gravity), *numbers(scene))
+    slope(0.0, np.ones(13))  # compiled before any clock runs
+    return World(slope, asked, gravity, float(np.linalg.norm(scene.body.points, axis=1).max()))
 
 
 @cache
@@ -99,24 +110,65 @@ def compiled(a: float, b: float, c: float) -> Slope:
     return slope
 
 
+@numba.njit(error_model="numpy")
+def pulled(
+    spin: Slope,
+    mass: float,
+    moments: Array,
+    gravity: Array,
+    tethers: Array,
+    drag: Array,
+    floor: Array,
+    feet: Array,
+    t: float,
+    y: Array,
+) -> Array:
+    """Return the right-hand side where forces act: that of the spin with a torque, x' = v and v' = g + F/m."""
+    states = np.empty((1, 13))
+    state = states[0]
+    state[0:3], state[3:7], state[7:10] = y[7:10], y[0:4] / np.linalg.norm(y[0:4]), y[10:13]
+    state[10], state[11], state[12] = turned(state, (y[4], y[5], y[6]))
+    total = net_wrenches(states, tethers, drag, floor, feet)[0]
+    state[4:7] *= -1.0  # from here on it turns world axes into body axes
+    torque = turned(state, (total[3], total[4], total[5]))
+    rate = np.empty(13)
+    rate[0:7] = spin(t, y[0:7])
+    for axis in range(3):
+        rate[4 + axis] += torque[axis] / moments[axis]
+    rate[7:10] = y[10:13]
+    rate[10:13] = gravity + total[0:3] / mass
+    return rate
+
+
 @silently
 def write(world: World, states: Array) -> None:
     """Put the throws into these states, (N, 13), each with a solver that has not stepped yet."""
     world.start = states.copy()
     q = states[:, 3:7] / np.linalg.norm(states[:, 3:7], axis=1, keepdims=True)
-    world.spins = np.hstack((q, turned(states[:, 10:13], q * (1, -1, -1, -1))))
-    world.solvers = [solver_from(world, y) for y in world.spins.copy()]
+    spins = np.hstack((q, rotated(states[:, 10:13], q * (1, -1, -1, -1))))
+    world.motions = spins if world.radius is None else np.hstack((spins, states[:, 0:3], states[:, 7:10]))
+    world.solvers = [solver_from(world, y) for y in world.motions.copy()]
     world.begin, world.steps, world.dt = 0.0, 0, 0.0
 
 
 def solver_from(world: World, y: Array) -> DOP853 | None:
     """Return a solver at t = 0 that is bound for no instant, or None where SciPy would refuse y or never return."""
-    if not np.isfinite((y, world.slope(0.0, y))).all():
+    slope = world.slope(0.0, y)
+    if not np.isfinite((y, slope)).all():
         return None
     tolerance = max(world.asked, LEAST_TOLERANCE)
-    speed = float(np.linalg.norm(y[4:7])) or 1.0  # a body at rest meets any tolerance but 0, which makes 0/0
-    scale = np.array((1.0, 1.0, 1.0, 1.0, speed, speed, speed))
-    return DOP853(world.slope, 0.0, y, np.inf, rtol=tolerance, atol=tolerance * scale)
+    return DOP853(world.slope, 0.0, y, np.inf, rtol=tolerance, atol=tolerance * scale(y, slope, world.radius))
+
+
+def scale(y: Array, slope: Array, radius: float | None) -> Array:
+    """Return what the motion is to be resolved to a share of: q, w_body and, where forces act, x and v."""
+    spin = float(np.linalg.norm(y[4:7]))
+    if radius is None:
+        return np.repeat((1.0, spin or 1.0), (4, 3))  # a body at rest meets any tolerance but 0, which makes 0/0
+    # A body that is pulled from rest has no spin yet: what it gains within a radian is the root of its acceleration.
+    v, w_dot, v_dot = (float(np.linalg.norm(part)) for part in (y[10:13], slope[4:7], slope[10:13]))
+    rate = max(spin, v / radius, np.sqrt(w_dot), np.sqrt(v_dot / radius)) or 1.0
+    return np.repeat((1.0, rate, radius, radius * rate), (4, 3, 3, 3))
 
 
 @silently
@@ -125,7 +177,7 @@ def advance(world: World, n: int, dt: float) -> None:
     if dt != world.dt:
         world.begin, world.steps, world.dt = world.elapsed, 0, dt
     world.steps += n
-    for y, solver in zip(world.spins, world.solvers, strict=True):
+    for y, solver in zip(world.motions, world.solvers, strict=True):
         y[:] = np.nan if solver is None else state_at(world.elapsed, solver)
 
 
@@ -147,10 +199,12 @@ def state_at(t: float, solver: DOP853) -> Array | float:
 @silently
 def read(world: World) -> Array:
     """Return the states of the throws, (N, 13)."""
+    q = world.motions[:, 0:4] / np.linalg.norm(world.motions[:, 0:4], axis=1, keepdims=True)
+    w = rotated(world.motions[:, 4:7], q)
+    if world.radius is not None:
+        return np.hstack((world.motions[:, 7:10], q, world.motions[:, 10:13], w))
     t, x, v = world.elapsed, world.start[:, 0:3], world.start[:, 7:10]
-    q = world.spins[:, 0:4] / np.linalg.norm(world.spins[:, 0:4], axis=1, keepdims=True)
-    fallen = x + t * (v + t / 2.0 * world.gravity)
-    return np.hstack((fallen, q, v + t * world.gravity, turned(world.spins[:, 4:7], q)))
+    return np.hstack((x + t * (v + t / 2.0 * world.gravity), q, v + t * world.gravity, w))
 
 
 def audit(world: World) -> list[str]:
@@ -160,7 +214,7 @@ def audit(world: World) -> list[str]:
     return [f"tolerance {world.asked:g} raised to {LEAST_TOLERANCE:g}, the least SciPy takes"]
 
 
-def turned(vectors: Array, q: Array) -> Array:
+def rotated(vectors: Array, q: Array) -> Array:
     """Return vectors, (N, 3), turned by unit quaternions w x y z, (N, 4): v + 2 (w n + n x n) x v, n = (x, y, z)."""
     across = 2.0 * np.cross(q[:, 1:4], vectors)
     return vectors + q[:, 0:1] * across + np.cross(q[:, 1:4], across)

@@ -11,8 +11,10 @@ METHODS = (
     "floats",
     "alters-the-scene",
     "mixes-throws",
+    "needs-its-spares",
 )
 FEATURES = {"gravity"}
+SPARES = ("drift",)
 ABOUT = {"version": "1", "precision": "double", "switched_off": []}
 
 
@@ -23,10 +25,11 @@ class World(mine.World):
         self.flown = 0
 
 
-def build(scene, method):
+def build(scene, method, keep=()):
     world = World(scene, method)
     if method == "alters-the-scene":
         object.__setattr__(scene, "step", 2 * scene.step)
+    world.drifts = method == "needs-its-spares" and "drift" in keep
     if method == "floats":
         world.gravity = np.zeros(3)
     return world
@@ -47,6 +50,8 @@ def advance(world, n, dt):
         world.states[:, 0] += dt  # one step more for every call
     if world.method == "slows-down":
         world.states[:, 7:10] *= (1 - 1e-9) ** n
+    if world.drifts:
+        world.states[:, 0] += 1e-9 * n
     if world.method == "mixes-throws":
         world.states[:, 7:10] = world.states[:, 7:10].mean(axis=0)
 
