@@ -1,0 +1,37 @@
+"""`tumble ablate`: what leaving out pays."""
+
+import shlex
+from argparse import Namespace
+from pathlib import Path
+
+from compare.ablation import SCENES, ablate
+from compare.contestants import flights
+from compare.crew import crew
+from compare.results import ablation_tables, write_tables
+from reports.ablation import ablation_text
+from reports.terminal import console
+from scenarios.read import read_scenes
+from tumble.notes import note, progress
+
+
+def main(options: Namespace) -> int:
+    """Build every contestant with and without what each scene has no use for; 1 if that alters a motion."""
+    scenes = read_scenes(options.scene or SCENES)
+    folder = Path(options.output) if options.output else None
+    if folder:
+        folder.mkdir(parents=True, exist_ok=True)
+    with crew(options.engine, options.time_limit) as entrants:
+        with progress(flights(entrants, scenes) + len(scenes)) as tick:
+            ablations = [ablate(entrants, scene, tick) for scene in scenes]
+        out = console()
+        for ablation in ablations:
+            for piece in ablation_text(ablation):
+                out.print(piece)
+        if folder:
+            write_tables(folder, ablation_tables(ablations, entrants, shlex.join(options.words)))
+            note(f"tables written to {folder}")
+    altered = [(row, ablation.limit_m) for ablation in ablations for row in ablation.altered]
+    for row, limit_m in altered:
+        name = f"{row.engine}:{row.method} on {row.scene}"
+        note(f"{name}: {row.feature} moves it by {row.max_difference_m:.2g} m, beyond the limit of {limit_m:.2g} m")
+    return 1 if altered else 0
