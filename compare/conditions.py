@@ -7,6 +7,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+# What the tables of a comparison or a sweep are called; to be counted up when a column changes its name or meaning.
+FORMAT = "tumble tables 1"
 PACKAGES = ("tumble", "numpy", "numba", "mpmath", "mujoco-core", "pybullet")
 
 
@@ -19,11 +21,17 @@ class ConditionRow:
 
 
 def conditions(command: str) -> Iterator[ConditionRow]:
-    """Yield command, machine and versions."""
+    """Yield the format of the tables beside it, command, machine and versions."""
+    yield ConditionRow("format", FORMAT)
     yield ConditionRow("command", command)
     yield ConditionRow("processor", processor())
     yield ConditionRow("cores", str(os.cpu_count()))
     yield ConditionRow("system", platform.platform())
+    yield from versions()
+
+
+def versions() -> Iterator[ConditionRow]:
+    """Yield the version of Python and of the packages that figures depend on."""
     yield ConditionRow("python", platform.python_version())
     for package in PACKAGES:
         try:

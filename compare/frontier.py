@@ -108,6 +108,15 @@ class ThrowsRow:
     p95_error_m: float
 
 
+@dataclass(frozen=True)
+class Rung:
+    """What one run says of the order: its step [s], its error [m], and the truth's limit there [m]."""
+
+    dt_s: float
+    error_m: float
+    limit_m: float
+
+
 def throws_errors(run: Run) -> Array:
     """Return each throw's largest vertex error, not below what the truth can tell [m], (N,)."""
     return np.maximum(run.distances.max(axis=(0, 2)), run.limits.max(axis=0))
@@ -194,7 +203,8 @@ def order_rows(sweep: Sweep) -> Iterator[OrderRow]:
         if not ladder:
             continue
         best = min(ladder, key=error)
-        slopes = local_orders(ladder, ASYMPTOTIC * size) or local_orders(ladder, size)[-LAST:]
+        rungs = [Rung(each.run.dt, error(each), float(each.run.limits.max())) for each in ladder]
+        slopes = local_orders(rungs, ASYMPTOTIC * size) or local_orders(rungs, size)[-LAST:]
         shown = min(ladder, key=lambda each: abs(math.log(error(each) / (ASYMPTOTIC * size))))
         attitude, translation = parts(shown.run)
         yield OrderRow(
@@ -213,20 +223,20 @@ def order_rows(sweep: Sweep) -> Iterator[OrderRow]:
         )
 
 
-def local_orders(ladder: Sequence[Timed], largest_m: float) -> list[float]:
+def local_orders(ladder: Sequence[Rung], largest_m: float) -> list[float]:
     """Return the slope of each pair of neighbours, the coarsest first, from errors below largest_m down to the floor.
 
     The floor is where an error comes near the truth's limit or stops falling; the pair before that has felt it already.
     """
     slopes: list[float] = []
     for coarse, fine in pairwise(ladder):
-        if error(coarse) >= largest_m:
+        if coarse.error_m >= largest_m:
             continue
-        if error(fine) >= error(coarse):
+        if fine.error_m >= coarse.error_m:
             return slopes[:-1]
-        if error(fine) <= FLOOR * float(fine.run.limits.max()):
+        if fine.error_m <= FLOOR * fine.limit_m:
             return slopes
-        slopes.append(math.log(error(coarse) / error(fine)) / math.log(coarse.run.dt / fine.run.dt))
+        slopes.append(math.log(coarse.error_m / fine.error_m) / math.log(coarse.dt_s / fine.dt_s))
     return slopes
 
 

@@ -8,8 +8,12 @@ from scenarios.scene import Body
 
 def kinetic_energy(states: Array, body: Body) -> Array:
     """Return m v.v / 2 + w.I w / 2 [J], (...); states (..., 13)."""
-    w_body = in_body_axes(states, states[..., 10:13])
-    return 0.5 * body.mass * (states[..., 7:10] ** 2).sum(-1) + 0.5 * (w_body**2 @ body.moments)
+    return 0.5 * body.mass * (states[..., 7:10] ** 2).sum(-1) + spin_energy(states, body)
+
+
+def spin_energy(states: Array, body: Body) -> Array:
+    """Return w.I w / 2 [J], (...); states (..., 13)."""
+    return 0.5 * (in_body_axes(states, states[..., 10:13]) ** 2 @ body.moments)
 
 
 def energy(states: Array, body: Body, gravity: Array | None) -> Array:

@@ -3,23 +3,33 @@
 import csv
 import io
 import os
+import re
 import tempfile
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import astuple, dataclass, fields
 from pathlib import Path
-from typing import Any
+from types import NoneType
+from typing import TYPE_CHECKING, Any, TypeVar, get_args, get_type_hints
 
 import numpy as np
 
 from compare.flight import Trajectory
-from compare.judge import Run
 from scenarios.frames import Array, quaternion_product
 from scenarios.scene import Body
+
+if TYPE_CHECKING:
+    from compare.judge import Run  # it knows the truth, which a trajectory alone has no use for
+
+Row = TypeVar("Row")
+Cells = dict[str, str]
 
 STATE_COLUMNS = [
     "t_s", "x_m", "y_m", "z_m", "qw", "qx", "qy", "qz",
     "vx_m_s", "vy_m_s", "vz_m_s", "wx_rad_s", "wy_rad_s", "wz_rad_s",
 ]  # fmt: skip
+
+# Text that a spreadsheet takes for a formula, or what is written here in its place.
+FORMULA = re.compile(r"['\s]*[=+\-@]")
 
 
 @dataclass(frozen=True)
@@ -69,7 +79,7 @@ class RunRow:
     wall_per_sim_s: float | None = None
 
 
-def vertex_error_rows(run: Run) -> Iterator[VertexErrorRow]:
+def vertex_error_rows(run: "Run") -> Iterator[VertexErrorRow]:
     """Yield the rows of one run, by sample and vertex."""
     if not run.has_errors or run.truth is None:
         return
@@ -97,7 +107,7 @@ def xyz(vector: Array) -> tuple[float, float, float]:
     return x, y, z
 
 
-def run_row(run: Run) -> RunRow:
+def run_row(run: "Run") -> RunRow:
     """Return the row of one run."""
     key = run.scene.name, run.engine, run.method, run.dt
     if not isinstance(run.answer, Trajectory):
@@ -139,16 +149,34 @@ def trajectory_rows(flight: Trajectory, body: Body) -> Iterator[list[float]]:
 
 def csv_text(header: Sequence[str], rows: Iterable[Iterable[Any]]) -> str:
     """Return rows as CSV, first line the header, floats in 17 digits, nothing for None."""
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
+    lines = Lines()
+    writer = csv.writer(lines)
     writer.writerow(header)
     writer.writerows([cell(value) for value in row] for row in rows)
-    return out.getvalue()
+    return "\n".join([*lines, ""])
+
+
+class Lines(list[str]):
+    """The lines of a CSV file without their ends.
+
+    A writer quotes what its own line ends are made of: \\r\\n here, so that a \\r in a text ends no line either.
+    """
+
+    def write(self, line: str) -> None:
+        """Take one line."""
+        self.append(line.removesuffix("\r\n"))
 
 
 def cell(value: object) -> object:
-    """Return what stands in a CSV cell."""
-    return f"{value:.17g}" if isinstance(value, float) else value
+    """Return what stands in a CSV cell: floats in 17 digits, and before text that a spreadsheet would run a '."""
+    if isinstance(value, float):
+        return f"{value:.17g}"
+    return f"'{value}" if isinstance(value, str) and FORMULA.match(value) else value
+
+
+def text_of_cell(cell: str) -> str:
+    """Return the text that `cell` was made of."""
+    return cell[1:] if cell.startswith("'") and FORMULA.match(cell) else cell
 
 
 def table_text(row_type: type, rows: Iterable[Any]) -> str:
@@ -156,19 +184,56 @@ def table_text(row_type: type, rows: Iterable[Any]) -> str:
     return csv_text([field.name for field in fields(row_type)], map(astuple, rows))
 
 
+def cells(text: str) -> Iterator[Cells]:
+    """Yield a table's rows, column name -> cell."""
+    lines = csv.reader(io.StringIO(text, newline=""))
+    names = next(lines)
+    return (dict(zip(names, line, strict=True)) for line in lines)
+
+
+def typed(row_type: type[Row], table: Iterable[Cells]) -> Iterator[Row]:
+    """Yield rows as row_type; an empty cell is None where the column may be.  Raises ValueError, KeyError."""
+    hints = get_type_hints(row_type)
+    readers = {field.name: reader(hints[field.name]) for field in fields(row_type)}  # type: ignore[arg-type]
+    for row in table:
+        yield row_type(**{name: read(row[name]) for name, read in readers.items()})
+
+
+def reader(hint: Any) -> Callable[[str], Any]:
+    """Return what makes a column's value from its cell."""
+    kinds = get_args(hint) or (hint,)
+    if hint is bool:
+        return lambda cell: cell == str(True)
+    read = text_of_cell if kinds[0] is str else kinds[0]
+    if NoneType in kinds:
+        return lambda cell: read(cell) if cell else None
+    return read
+
+
 def write_whole(path: Path, text: str) -> None:
     """Write a file whole or not at all, making its folder where needed.  Raises OSError."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, draft = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
+    write_together({path: text})
+
+
+def write_together(texts: Mapping[Path, str]) -> None:
+    """Write files whole, and all of them or none, making their folders where needed.  Raises OSError."""
+    drafts: dict[Path, Path] = {}
     try:
-        with os.fdopen(handle, "w", encoding="utf-8", newline="") as file:
-            file.write(text)
-            file.flush()
-            os.fsync(file.fileno())
-        os.chmod(draft, 0o666 & ~umask())
-        os.replace(draft, path)
+        for path, text in texts.items():
+            path.parent.mkdir(parents=True, exist_ok=True)
+            handle, draft = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
+            drafts[path] = Path(draft)
+            # A file's name may hold bytes that are no text; they are written out rather than refused.
+            with os.fdopen(handle, "w", encoding="utf-8", errors="backslashreplace", newline="") as file:
+                file.write(text)
+                file.flush()
+                os.fsync(file.fileno())
+            os.chmod(draft, 0o666 & ~umask())
+        for path, draft in drafts.items():
+            os.replace(draft, path)
     except BaseException:
-        Path(draft).unlink(missing_ok=True)
+        for draft in drafts.values():
+            draft.unlink(missing_ok=True)
         raise
 
 

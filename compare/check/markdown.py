@@ -1,0 +1,93 @@
+"""The summary as Markdown, fit for a pull-request comment; foreign words stand in code spans, where they do nothing."""
+
+import re
+from collections.abc import Iterator, Sequence
+from itertools import groupby
+
+from compare.check.changes import VERDICTS, Outcome
+from compare.check.words import behaviours, by_cell, rerun, sentence, sentences, versions
+from scenarios.format import visible
+
+HEADINGS = {
+    "incomparable": "Another question",
+    "worse": "Worse",
+    "gone": "Gone",
+    "changed": "Changed",
+    "better": "Better",
+    "new": "New",
+}
+# Columns whose values are not our own words.
+FOREIGN = ("status", "truth", "time_ratio")
+# Verdicts on a cell that only one of the two records has.
+PRESENCE = ("gone", "new")
+# A comment on GitHub ends at 65,536 characters.
+MOST_CHARACTERS = 60_000
+
+
+def summary(outcome: Outcome, against: Sequence[str]) -> str:
+    """Return the summary; against: the words that name baseline and tolerances in the command that reruns a cell."""
+    lines: list[str] = []
+    left = MOST_CHARACTERS
+    pieces = list(paragraphs(outcome, against))
+    for number, piece in enumerate(pieces):
+        left -= len(piece) + 1
+        if left < 0:
+            lines.append(f"\nand {len(pieces) - number} lines more: name scenes and contestants to see them.")
+            break
+        lines.append(piece)
+    return "\n".join(lines) + "\n"
+
+
+def paragraphs(outcome: Outcome, against: Sequence[str]) -> Iterator[str]:
+    """Yield the summary line by line."""
+    yield f"## tumble check: {verdict(outcome)}"
+    yield ""
+    yield counts(outcome)
+    if changed := [code(line) for line in versions(outcome)]:
+        yield f"\nVersions: {', '.join(changed)}."
+    if found := list(behaviours([change for change in outcome.changes if change.verdict not in PRESENCE])):
+        yield "\n### Behaviour\n"
+        for each in found:
+            yield f"- {code(each.contestant)} {told(each.column, each.words)} ({each.verdict}) on {listed(each.scenes)}"
+    for kind, cells in groupby(by_cell(outcome.changes).values(), key=lambda changes: changes[0].verdict):
+        yield f"\n### {HEADINGS[kind]}\n"
+        if kind in PRESENCE:
+            for each in behaviours([changes[0] for changes in cells]):
+                yield f"- {code(each.contestant)} on {listed(each.scenes)}: {code(each.words)}"
+        else:
+            for changes in cells:
+                first = changes[0]
+                who = f"{code(first.contestant)} on {code(first.scene)}" if first.engine else code(first.scene)
+                yield f"- {who}: {'; '.join(told(each.column, sentence(each)) for each in sentences(changes))}"
+                yield f"  {code(rerun(outcome.candidate, first, against))}"
+
+
+def verdict(outcome: Outcome) -> str:
+    """Return the whole in one word or two."""
+    found = {change.verdict for change in outcome.changes}
+    return next((HEADINGS[each].lower() for each in VERDICTS if each in found), "nothing changed")
+
+
+def counts(outcome: Outcome) -> str:
+    """Return how many cells there are of each verdict; a cell counts by its worst change."""
+    firsts = [changes[0].verdict for changes in by_cell(outcome.changes).values()]
+    told = [f"{firsts.count(each)} {HEADINGS[each].lower()}" for each in VERDICTS if each in firsts]
+    return ", ".join([*told, f"{outcome.unchanged} unchanged"]) + "."
+
+
+def code(text: str) -> str:
+    """Return text as a code span: control characters made visible, and fenced by more backticks than it holds."""
+    shown = visible(text)
+    fence = "`" * (1 + max(map(len, re.findall("`+", shown)), default=0))
+    pad = " " if shown[:1] in " `" or shown[-1:] in " `" else ""
+    return f"{fence}{pad}{shown}{pad}{fence}"
+
+
+def listed(names: Sequence[str]) -> str:
+    """Return names, each in a code span."""
+    return ", ".join(map(code, names))
+
+
+def told(column: str, sentence: str) -> str:
+    """Return a sentence: as a code span where words of an engine or a scene may be in it, else as it is."""
+    return code(sentence) if column in FOREIGN else sentence

@@ -1,0 +1,38 @@
+"""Run times as ratios to one reference contestant, sampled in the same rounds: all that two machines have in common."""
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack
+
+from compare.check.record import TimeRow
+from compare.clock import steady_ratio
+from compare.contestants import Entrant
+from compare.crew import crew
+from compare.flight import Trajectory
+from compare.judge import Run
+from compare.sweep import REFERENCE, against_the_clock
+from scenarios.scene import Scene
+
+
+def time_rows(
+    entrants: Sequence[Entrant], scene: Scene, runs: Sequence[Run], tick: Callable[[str], object]
+) -> Iterator[TimeRow]:
+    """Yield the time of every flight of one scene over the reference contestant's, which joins where it was not asked.
+
+    A ratio is kept only where two passes of the clock agree on it.
+    """
+    flown = [run for run in runs if isinstance(run.answer, Trajectory)]
+    with ExitStack() as guests:
+        present = list(entrants)
+        if not any(run.name == REFERENCE for run in flown):
+            (guest,) = guests.enter_context(crew([REFERENCE]))
+            answer = guest.barred(scene) or guest.worker.fly(scene, guest.methods[0], scene.step)
+            flown.append(Run(scene, guest.title, guest.methods[0], scene.step, answer, None))
+            present = [each for each in present if each.title != guest.title] + [guest]
+        found = against_the_clock(present, scene, flown, tick)
+    timed = {each.run.name: each for each in found.timed}
+    unit = timed.get(REFERENCE)
+    for run in runs:
+        if each := timed.get(run.name):
+            steady = unit is not None and steady_ratio(each.reading, unit.reading)
+            ratio = each.flight_ns / unit.flight_ns if unit is not None and steady else None
+            yield TimeRow(scene.name, run.engine, run.method, REFERENCE, ratio)

@@ -1,0 +1,55 @@
+"""How much a column may change before it is worse or better: one number a column, overridable in a TOML file."""
+
+import math
+import tomllib
+from dataclasses import dataclass, fields
+from pathlib import Path
+
+from scenarios.files import plain_bytes, why_unread
+from scenarios.format import nearest, printable, short
+
+
+class BadTolerance(ValueError):
+    """A tolerance file that cannot be used; the message is the one line for the user."""
+
+
+@dataclass(frozen=True)
+class Tolerances:
+    """What each column may change by.
+
+    Errors and drifts: by this share, beyond what rounding explains; orders: by this much; time_ratio: by this share,
+    which is generous, because two processors differ.
+    """
+
+    max_error_m: float = 0.05
+    rms_error_m: float = 0.05
+    final_error_m: float = 0.05
+    energy_drift: float = 0.05
+    momentum_drift: float = 0.05
+    angular_momentum_drift: float = 0.05
+    attitude_order: float = 0.25
+    translation_order: float = 0.25
+    time_ratio: float = 0.5
+
+
+def read_tolerances(file: str | None) -> Tolerances:
+    """Return the tolerances of a TOML file, the usual ones where it names none.  Raises BadTolerance."""
+    if file is None:
+        return Tolerances()
+    shown = printable(file)
+    try:
+        document = tomllib.loads(plain_bytes(Path(file)).decode("utf-8-sig"))
+    except OSError as error:
+        raise BadTolerance(f"{shown}: {why_unread(error)}") from None
+    except RecursionError:
+        raise BadTolerance(f"{shown}: not TOML: nested too deeply") from None
+    except ValueError as error:  # TOMLDecodeError, UnicodeDecodeError, an integer of thousands of digits
+        raise BadTolerance(f"{shown}: not TOML: {printable(str(error))}") from None
+    known = [field.name for field in fields(Tolerances)]
+    for key, value in document.items():
+        if key not in known:
+            raise BadTolerance(f"{shown}: {short(key)}: unknown key; {nearest(key, known)}")
+        # A whole number of thousands of digits is no float: compared, not converted.
+        if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value < math.inf:
+            raise BadTolerance(f"{shown}: {key} = {short(value)}: must be a finite number >= 0")
+    return Tolerances(**document)

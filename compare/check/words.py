@@ -1,0 +1,142 @@
+"""What changed, in words: a sentence a change, which of them are of kind, and the command that flies one cell."""
+
+import math
+import shlex
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from compare import roster
+from compare.check.changes import ERRORS, Change, Outcome, Verdict
+from compare.check.record import Record
+
+FIGURES = {
+    "max_error_m": ("largest error", " m"),
+    "rms_error_m": ("rms error", " m"),
+    "final_error_m": ("final error", " m"),
+    "energy_drift": ("energy drift", ""),
+    "momentum_drift": ("momentum drift", ""),
+    "angular_momentum_drift": ("angular momentum drift", ""),
+}
+KINDS = {
+    "attitude_order": "attitude: order",
+    "translation_order": "translation: order",
+    "spin_energy": "spin energy:",
+    "status": "status:",
+}
+ASKED = {"step_s": "step [s]", "samples": "samples"}
+# An order this near to a whole number is called by it.
+WHOLE = 1 / 3
+
+
+@dataclass(frozen=True)
+class Behaviour:
+    """What one contestant shows on these scenes alike: a change of order, of energy or of status; new or gone."""
+
+    verdict: Verdict
+    contestant: str
+    column: str
+    words: str
+    scenes: tuple[str, ...]
+
+
+def sentence(change: Change) -> str:
+    """Return what changed, with old and new."""
+    if change.verdict == "gone":
+        return f"gone; its status was {change.old}"
+    if change.verdict == "new":
+        return f"new; its status is {change.new}"
+    if change.column == "answer":
+        return f"asks another question: its true answer moved by {figure(change.new)} m; nothing was compared"
+    if change.column in ASKED:
+        return f"asks another question: {ASKED[change.column]} {change.old} -> {change.new}; nothing was compared"
+    if change.column == "truth":
+        return f"truth: {change.old} -> {change.new}"
+    if change.column == "time_ratio":
+        return f"run time {figure(change.old)} -> {figure(change.new)} times that of {change.reference}"
+    if change.column in KINDS:
+        old, new = kind(change.old), kind(change.new)
+        if old == new:  # two orders that are called by one number, and are not one
+            old, new = figure(change.old), figure(change.new)
+        return f"{KINDS[change.column]} {old} -> {new}"
+    name, unit = FIGURES[change.column]
+    return f"{name} {figure(change.old)}{unit} -> {figure(change.new)}{unit}{factor(change)}"
+
+
+def sentences(changes: Sequence[Change]) -> Iterator[Change]:
+    """Yield the changes of one cell worth a sentence: of three errors that tell the same, the largest speaks."""
+    told = {(change.column, change.verdict) for change in changes}
+    for change in changes:
+        if change.column not in ERRORS[1:] or (ERRORS[0], change.verdict) not in told:
+            yield change
+
+
+def figure(value: object) -> str:
+    """Return a number in two digits, as short as it goes."""
+    return f"{value:.2g}" if isinstance(value, float) else str(value)
+
+
+def factor(change: Change) -> str:
+    """Return how many times a figure grew or shrank, where both are numbers that can be divided."""
+    old, new = change.old, change.new
+    if not (isinstance(old, float) and isinstance(new, float) and 0 < old < math.inf and 0 < new < math.inf):
+        return ""
+    ratio = max(old, new) / min(old, new)
+    shown = f"{ratio:.2g}" if ratio < 100 or ratio >= 1e9 else f"{float(f'{ratio:.2g}'):,.0f}"
+    return f" ({shown} x {'more' if new > old else 'less'})"
+
+
+def kind(value: float | str | None) -> str:
+    """Return an order, a trend or a status as a word."""
+    if value is None:
+        return "not to be read"
+    if isinstance(value, str):
+        return value
+    return f"{value:.0f}" if abs(value - round(value)) <= WHOLE else f"{value:.1f}"
+
+
+def behaviours(changes: Sequence[Change]) -> Iterator[Behaviour]:
+    """Yield the changes of kind, each once with the scenes that show it."""
+    scenes: dict[tuple[Verdict, str, str, str], list[str]] = {}
+    for change in changes:
+        if change.column in KINDS:
+            key = change.verdict, change.contestant, change.column, sentence(change)
+            scenes.setdefault(key, []).append(change.scene)
+    for key, where in scenes.items():
+        yield Behaviour(*key, tuple(where))
+
+
+def by_cell(changes: Sequence[Change]) -> dict[tuple[str, str, str], list[Change]]:
+    """Return the changes of each cell together, the worst cell first."""
+    found: dict[tuple[str, str, str], list[Change]] = {}
+    for change in changes:
+        found.setdefault(change.key, []).append(change)
+    return found
+
+
+def versions(outcome: Outcome) -> Iterator[str]:
+    """Yield the engines whose version is another one, or that are not installed in one of the two."""
+    old = {row.engine: row.version or row.status for row in outcome.baseline.engines}
+    for row in outcome.candidate.engines:
+        new = row.version or row.status
+        if row.engine in old and old[row.engine] != new:
+            yield f"{row.engine} {old[row.engine]} -> {new}"
+
+
+def rerun(record: Record, change: Change, against: Sequence[str]) -> str:
+    """Return the command that flies one cell again; against: the words that name baseline and tolerances."""
+    return shlex.join(["tumble", "check", scene_word(record, change.scene), *engine_words(record, change), *against])
+
+
+def scene_word(record: Record, name: str) -> str:
+    """Return what a scene was asked for by: its name or its file."""
+    return next((word for word in record.scenes if Path(word).stem == name), name)
+
+
+def engine_words(record: Record, change: Change) -> list[str]:
+    """Return what a contestant is asked for by, an engine of the user's own by its file; a whole scene has none."""
+    if not change.engine:
+        return []
+    files = (head + dot_py for head, dot_py, _ in (word.rpartition(".py") for word in record.contestants) if dot_py)
+    engine = next((file for file in files if roster.title(file) == change.engine), change.engine)
+    return ["-e", f"{engine}:{change.method}" if change.method else engine]

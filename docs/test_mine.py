@@ -1,0 +1,11 @@
+"""Guards ./mine.py against its accepted record; a change that is meant is blessed by
+
+tumble check two-hits -e ./mine.py --no-times --accept -o baseline
+"""
+
+import subprocess
+
+
+def test_my_engine_is_no_worse():
+    done = subprocess.run(["tumble", "check", "--baseline", "baseline"], capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr

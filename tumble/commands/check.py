@@ -1,0 +1,97 @@
+"""`tumble check`: what was accepted once, held against what is measured now."""
+
+import shlex
+import sys
+from argparse import Namespace
+from pathlib import Path
+
+from compare.check.changes import Outcome, hold_against, within
+from compare.check.junit import junit
+from compare.check.markdown import summary
+from compare.check.measure import measure
+from compare.check.record import BadRecord, Record, is_record, read_record, texts
+from compare.check.tolerances import read_tolerances
+from compare.contestants import flights, wanted
+from compare.crew import crew
+from compare.results import write_tables
+from compare.roster import BadEngine
+from scenarios.read import catalogue, read_scenes
+from tumble.notes import note, progress
+
+
+def main(options: Namespace) -> int:
+    """Record, or compare with a record; print what changed; return 1 where anything is worse, or a record changed."""
+    refuse_odd(options)
+    tolerances = read_tolerances(options.tolerances)
+    known = options.baseline or options.output
+    old = read_record(Path(known)) if is_record(Path(known)) or not options.accept else None
+    new = read_record(Path(options.candidate)) if options.candidate else fly(options, old)
+    outcome = None
+    if old is not None:
+        if not options.accept:
+            engines = wanted(options.engine) if options.engine else {}
+            old, new = (within(record, options.scene, engines) for record in (old, new))
+        outcome = hold_against(old, new, tolerances)
+        sys.stdout.write(summary(outcome, against(options)))
+    if options.accept:
+        return accept(Path(known), new, outcome)
+    assert outcome is not None
+    if options.output:
+        folder = Path(options.output)
+        reports = {"summary.md": summary(outcome, against(options)), "junit.xml": junit(outcome, against(options))}
+        write_tables(folder, reports | ({} if options.candidate else texts(new)))
+        note(f"{'reports' if options.candidate else 'record and reports'} written to {folder}")
+    return int(outcome.failed)
+
+
+def refuse_odd(options: Namespace) -> None:
+    """Raise BadRecord for words that do not go together."""
+    if options.accept and options.candidate:
+        raise BadRecord("--accept records what is flown; with --candidate nothing is")
+    if options.accept and options.baseline and options.output not in (None, options.baseline):
+        raise BadRecord("--accept writes one record: give -o DIR or --baseline DIR")
+    if not options.accept and not options.baseline:
+        raise BadRecord("give --baseline DIR to compare with a record, or --accept -o DIR to make one")
+    if options.accept and not (options.baseline or options.output):
+        raise BadRecord("--accept: give -o DIR to record into")
+    if (
+        not options.accept
+        and options.output
+        and Path(options.output).resolve()
+        in {Path(folder).resolve() for folder in (options.baseline, options.candidate) if folder}
+    ):
+        raise BadRecord(f"-o {options.output} is a record that is compared: to replace it, --accept")
+
+
+def fly(options: Namespace, old: Record | None) -> Record:
+    """Return the record of what is asked for; where nothing is, of what the old record was asked for."""
+    asked_scenes = options.scene or (old.scenes if old else ())
+    asked_engines = options.engine or (old.contestants if old else ())
+    scenes = read_scenes(asked_scenes or catalogue())
+    timed = not options.no_times and (old is None or old.times is not None)
+    if options.output:
+        Path(options.output).mkdir(parents=True, exist_ok=True)
+    with crew(asked_engines, options.time_limit) as entrants:
+        titles = [entrant.title for entrant in entrants]
+        if twice := next((title for title in titles if titles.count(title) > 1), None):
+            raise BadEngine(f"two engines are named {twice!r}: rename one of the files")
+        with progress(flights(entrants, scenes) + len(scenes) * (1 + timed)) as tick:
+            return measure(entrants, scenes, (asked_scenes, asked_engines), shlex.join(options.words), timed, tick)
+
+
+def accept(folder: Path, new: Record, outcome: Outcome | None) -> int:
+    """Write a record; return 1 where it changes the one that was there."""
+    write_tables(folder, texts(new))
+    if new.times is None:
+        (folder / "times.csv").unlink(missing_ok=True)
+    note(f"{len(new.cells)} cells recorded in {folder}")
+    if outcome is None or not outcome.changes:
+        return 0
+    note("this run fails because it changed the record: look at what it says above, and keep it if you mean it")
+    return 1
+
+
+def against(options: Namespace) -> list[str]:
+    """Return the words that name baseline and tolerances in the command that reruns one cell."""
+    tolerances = ["--tolerances", options.tolerances] if options.tolerances else []
+    return ["--baseline", options.baseline or options.output, *tolerances]
