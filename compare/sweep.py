@@ -89,7 +89,7 @@ def climb_all(
 ) -> list[Run]:
     """Return every run of one entrant."""
     runs: list[Run] = []
-    for method in entrant.methods:
+    for method in entrant.methods_for(scene):
         if not stop.is_set():
             runs += climb(entrant, scene, true, method, budget_s)
             tick(f"{entrant.title}:{method}")

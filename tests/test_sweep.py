@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from compare.clock import Pace, Reading, Stopwatch, round_robin, steady_ratio
-from compare.contest import crew
+from compare.crew import crew
 from compare.flight import Trajectory
 from compare.frontier import by_contestant, digit_rows, error, frontier, order_rows, reach, same_rows, sweep_run_rows
 from compare.judge import Run

@@ -4,29 +4,51 @@ import shlex
 from argparse import Namespace
 from pathlib import Path
 
-from compare.contest import crew
+from compare.circumstances import circumstances
+from compare.contestants import flights
+from compare.crew import crew
 from compare.results import sweep_tables, write_tables
 from compare.sweep import YARDSTICK, sweep
+from compare.sweep_store import SweepStore
 from reports.terminal import console, sweep_text
-from scenarios.read import read_scene
+from scenarios.read import read_scenes
 from tumble.notes import note, progress
 
 
 def main(options: Namespace) -> int:
-    """Sweep every scene, print what each digit costs, and write the tables where asked."""
-    scenes = [read_scene(name) for name in dict.fromkeys(options.scene) or [YARDSTICK]]
+    """Sweep every scene, print what each digit costs, and keep the tables where asked, scene by scene."""
+    scenes = read_scenes(options.scene or [YARDSTICK])
     folder = Path(options.output) if options.output else None
     if folder:
         folder.mkdir(parents=True, exist_ok=True)
     with crew(options.engine, options.time_limit) as entrants:
-        methods = sum(len(entrant.methods) for entrant in entrants)
-        with progress(len(scenes) * (methods + 1)) as tick:
-            sweeps = [sweep(entrants, scene, tick) for scene in scenes]
-        out = console()
-        for each in sweeps:
-            for piece in sweep_text(each, options.reference):
-                out.print(piece)
+        asked = {"time limit [s]": f"{options.time_limit:g}", "reference": options.reference}
+        store = SweepStore(
+            folder,
+            [scene.name for scene in scenes],
+            circumstances(entrants, scenes, asked, shlex.join(options.words)),
+        )
+        if said := store.resume():
+            note(said)
+        left = [scene for scene in scenes if scene.name not in store.done]
+        sweeps = []
+        try:
+            with progress(flights(entrants, left) + len(left)) as tick:
+                for scene in left:
+                    sweeps.append(sweep(entrants, scene, tick))
+                    made = sweep_tables(sweeps[-1:], entrants, options.reference, shlex.join(options.words))
+                    store.keep(made)
+        except KeyboardInterrupt:
+            kept = f"{', '.join(store.done) or 'no scene'} is done"
+            raise KeyboardInterrupt(
+                f"interrupted; {kept}, and kept in {folder}" if folder else f"interrupted; {kept}"
+            ) from None
+        finally:
+            out = console()
+            for each in sweeps:
+                for piece in sweep_text(each, options.reference):
+                    out.print(piece)
         if folder:
-            write_tables(folder, sweep_tables(sweeps, entrants, options.reference, shlex.join(options.words)))
+            write_tables(folder, {"engines.csv": sweep_tables([], entrants, options.reference, "")["engines.csv"]})
             note(f"tables written to {folder}")
     return 0

@@ -1,0 +1,131 @@
+"""What `tumble stability` prints: limits beside theory for every scene, and what became of the extreme cases."""
+
+import math
+from collections import Counter
+from collections.abc import Iterator, Sequence
+
+from rich.table import Table
+from rich.text import Text
+
+from compare.extremes import BEST, FLOORS, ExtremeRow, missed
+from compare.stability import Piece
+from compare.verdict import WORDS
+from reports.rows import contestant
+from reports.terminal import columns, figure, plain
+
+FULL = 6  # so many contestants of an extreme case are told one by one
+
+
+def stability_text(pieces: Sequence[Piece], extremes: Sequence[ExtremeRow]) -> Iterator[Table | Text]:
+    """Yield the text of all scenes, then that of the extreme cases."""
+    scenes: dict[str, list[Piece]] = {}
+    for piece in pieces:
+        scenes.setdefault(piece.limit.scene, []).append(piece)
+    for name, own in scenes.items():
+        yield from scene_text(name, own)
+        yield Text()
+    if extremes:
+        yield from extremes_text(extremes)
+
+
+def scene_text(name: str, pieces: Sequence[Piece]) -> Iterator[Table | Text]:
+    """Yield one scene's limits, and why a contestant has none."""
+    first = pieces[0].limit
+    yield plain(f"{name}: the stiffest mode turns at w = {first.w_rad_s:.4g} rad/s")
+    yield plain(f"steps [s] at {first.parameter} = {first.value:g}")
+    flown = [piece for piece in pieces if len(piece.rows) > 1]
+    table = columns("contestant", "w dt", "theory", "then", "bounded", "1 %", "1 mm", right=(1, 2, 4, 5, 6))
+    for piece in flown:
+        limit = piece.limit
+        own_steps = limit.w_dt_limit is None
+        worst = Counter(row.verdict for row in piece.rows).most_common(1)[0][0]
+        table.add_row(
+            plain(contestant(limit)),
+            "its own" if own_steps else bound(limit.w_dt_limit),
+            "" if own_steps else bound(limit.theory_w_dt),
+            worst if own_steps else limit.beyond,
+            *("" if dt is None else figure(dt) for dt in (limit.dt_stable_s, limit.dt_1pct_s, limit.dt_1mm_s)),
+        )
+    if flown:
+        yield table
+    yield from notes(pieces, flown)
+
+
+def bound(w_dt: float | None) -> str:
+    """Return a limit: grows at every step, at none that was tried, or the number."""
+    if w_dt is None:
+        return "?"
+    if math.isinf(w_dt):
+        return "no limit"
+    return f"{w_dt:.3g}" if w_dt else "none"
+
+
+def notes(pieces: Sequence[Piece], flown: Sequence[Piece]) -> Iterator[Text]:
+    """Yield what needs saying once: what no number says, where theory is from, and who did not fly."""
+    limits = [piece.limit for piece in flown]
+    if any(limit.w_dt_limit == 0.0 for limit in limits):
+        yield plain(f"none: grows at every step, seen down to w dt = {smallest(flown):.2g}")
+    if any(limit.w_dt_limit == math.inf for limit in limits):
+        yield plain(f"no limit: at no step that was tried, up to w dt = {largest(flown):.2g}")
+    if any(limit.theory_w_dt is None and limit.w_dt_limit is not None for limit in limits):
+        yield plain("?: no theory that we know of")
+    if any("no truth" in limit.note for limit in limits):
+        yield plain("no truth for this scene: verdicts rest on the balance of energy alone, errors are not known")
+    reasons: dict[str, list[str]] = {}
+    for piece in pieces:
+        if piece not in flown:
+            why = piece.limit.note.removeprefix(f"{piece.limit.method} ")
+            reasons.setdefault(why, []).append(contestant(piece.limit))
+    for why, names in reasons.items():
+        yield plain(f"{', '.join(names)}: {why}")
+
+
+def smallest(flown: Sequence[Piece]) -> float:
+    """Return the least w dt that was flown."""
+    return min(row.dt_s * piece.limit.w_rad_s for piece in flown for row in own_cells(piece))
+
+
+def largest(flown: Sequence[Piece]) -> float:
+    """Return the largest w dt that was flown."""
+    return max(row.dt_s * piece.limit.w_rad_s for piece in flown for row in own_cells(piece))
+
+
+def own_cells(piece: Piece) -> list:
+    """Return the cells at the scene's own value."""
+    return [row for row in piece.rows if row.value == piece.limit.value]
+
+
+def extremes_text(rows: Sequence[ExtremeRow]) -> Iterator[Table | Text]:
+    """Yield one line an extreme case, or one a contestant where they are few; then how our best method did."""
+    cases: dict[str, list[ExtremeRow]] = {}
+    for row in rows:
+        cases.setdefault(row.scene, []).append(row)
+    if max(map(len, cases.values())) <= FULL:
+        table = columns("case", "contestant", "verdict", "error [m]", "limits", "why", right=(3, 4))
+        for row in rows:
+            error = "" if row.max_error_m is None else figure(row.max_error_m)
+            limits = "" if row.times_limit is None else figure(row.times_limit)
+            table.add_row(plain(row.scene), plain(contestant(row)), row.verdict, error, limits, plain(row.why))
+    else:
+        table = columns("extreme case", "limit [m]", BEST, "verdicts", right=(1, 2))
+        for name, own in cases.items():
+            limit = next((row.limit_m for row in own if row.limit_m is not None), None)
+            best = next((row.times_limit for row in own if contestant(row) == BEST), None)
+            words = Counter(row.verdict for row in own)
+            said = ", ".join(f"{words[word]} {word}" for word in reversed(WORDS) if words[word])
+            table.add_row(
+                plain(name), "" if limit is None else figure(limit), "" if best is None else f"{best:.2g} x", said
+            )
+    yield table
+    yield from best_text(rows, len(cases))
+
+
+def best_text(rows: Sequence[ExtremeRow], cases: int) -> Iterator[Text]:
+    """Yield whether our best method is where it must be."""
+    if not any(contestant(row) == BEST for row in rows):
+        return
+    failed = missed(rows)
+    if not failed:
+        yield plain(f"{BEST} is within {FLOORS:g} limits of the truth in all {cases} cases")
+    for row in failed:
+        yield plain(f"{BEST} misses {FLOORS:g} limits in {row.scene}: {row.verdict}, {row.times_limit} limits off")

@@ -1,0 +1,51 @@
+"""`tumble stability`: who is stable where, how long a step each bears, and what becomes of extreme cases."""
+
+import shlex
+from argparse import Namespace
+from pathlib import Path
+
+from compare.circumstances import circumstances, digest
+from compare.crew import crew
+from compare.extremes import cases
+from compare.stability_contest import STIFF, keys, stability
+from compare.stability_store import Store
+from compare.tables import write_whole
+from reports.stability_text import stability_text
+from reports.terminal import console
+from scenarios.read import read_scenes
+from tumble.notes import note, progress
+
+
+def main(options: Namespace) -> int:
+    """Map every scene and fly the extreme cases, print limits and verdicts, and keep the tables where asked.
+
+    Scenes that are named are mapped alone, without the extreme cases.
+    """
+    scenes = read_scenes(options.scene or STIFF)
+    extreme_cases = [] if options.scene else cases()
+    folder = Path(options.output) if options.output else None
+    with crew(options.engine, options.time_limit) as entrants:
+        asked = {
+            "time limit [s]": f"{options.time_limit:g}",
+            "extreme cases": digest([case.text for case in extreme_cases]),
+        }
+        under = circumstances(entrants, scenes, asked, shlex.join(options.words))
+        order = keys(entrants, scenes, extreme_cases)
+        store = Store(folder, order, under)
+        if said := store.resume():
+            note(said)
+        try:
+            with progress(len(order) - len(store.done)) as tick:
+                stability(entrants, scenes, extreme_cases, store.keep, tick, store.done)
+        except KeyboardInterrupt:
+            kept = f"what was done is in {folder}; the same command goes on from there" if folder else "what was done:"
+            raise KeyboardInterrupt(f"interrupted; {kept}") from None
+        finally:
+            store.write()
+            for piece in stability_text(store.pieces, store.extremes):
+                console().print(piece)
+    if folder:
+        for case in extreme_cases:
+            write_whole(folder / "extremes" / f"{case.scene.name}.toml", case.text)
+        note(f"tables written to {folder}")
+    return 0
