@@ -1,0 +1,175 @@
+"""An account of how a trajectory came about: the scene as the program understood it, how it flew, what it wrote down.
+
+The account of a program without mistakes is `truthful`; a mistake replaces some of its fields.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from compare.engines.tumble import forces_of
+from compare.grade.stepping import BEGIN, END, EVENT, EXPLICIT, JUMP, SMOOTH, WIDTH, Laws, Scheme, fly
+from scenarios.frames import Array
+from scenarios.impulse import strike_point
+from scenarios.scene import Body, Impulse, Scene
+from solver.forces import Forces
+
+# Radians a smooth step turns at most: order 4 leaves 1e-5 of a radian turned while searching, 1e-9 in the end.
+SEARCHING, FINE = 0.2, 0.02
+# Of the shortest time in which a spring swings by a radian.
+SPRING_STEP = 0.1
+# Where a clock's instant divided by its tick is a whole number but for rounding, it is that number.
+WHOLE = 1e-6
+
+
+class Clock(NamedTuple):
+    """What the program's physics had reached when it wrote t: rate t + offset [s], in whole ticks [s] unless 0.
+
+    lag: by so many ticks more than the whole ones that fit.
+    """
+
+    rate: float = 1.0
+    offset: float = 0.0
+    tick: float = 0.0
+    lag: float = 0.0
+
+    def reached(self, times: Array) -> Array:
+        """Return the instants of the physics [s]; before it starts they are 0."""
+        reached = self.rate * times + self.offset
+        if self.tick:
+            reached = self.tick * np.floor(reached / self.tick - self.lag + WHOLE)
+        return np.maximum(reached, 0.0)
+
+
+class Stroke(NamedTuple):
+    """How an impulse J is applied.
+
+    lasts: [s], as a constant force J/lasts, 0 for a jump; ends: the force stops then; turns: so does its torque, which
+    otherwise acts at once; arm: of the lever, as `stepping.Laws` has it; strength: of J.
+    """
+
+    lasts: float = 0.0
+    ends: bool = True
+    turns: bool = True
+    arm: tuple[float, float, float, float, float] = (1.0, 1.0, 0.0, 0.0, 0.0)
+    strength: float = 1.0
+
+
+class Pose(NamedTuple):
+    """What a program writes down at its instants [s], (T,).
+
+    x [m], (T, 3); axes: its matrix body to world, (T, 3, 3); q: (T, 4), nan where it keeps none.
+    """
+
+    times: Array
+    x: Array
+    axes: Array
+    q: Array
+
+
+Writing = Callable[[Pose], Pose]
+
+
+@dataclass(frozen=True, eq=False)
+class Account:
+    """One throw as a program understood it, flew it and wrote it down.
+
+    mass [kg]; moments [kg m2], (3,); start: (13,); gravity [m/s2], (3,); forces: the scene's others; damping,
+    gyroscopic, mixed: as `stepping.Laws` has them; writings: what is done to a pose, in this order.
+    """
+
+    body: Body
+    mass: float
+    moments: Array
+    start: Array
+    gravity: Array
+    impulses: tuple[Impulse, ...]
+    forces: Forces
+    damping: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
+    gyroscopic: float = 1.0
+    mixed: float = 0.0
+    stroke: Stroke = Stroke()
+    scheme: Scheme = Scheme(0.0, SMOOTH, EXPLICIT, False, False)
+    clock: Clock = Clock()
+    writings: tuple[Writing, ...] = ()
+
+    def written(self, times: Array, fineness: float = SEARCHING) -> Pose:
+        """Return what the program wrote at its instants [s], increasing, (T,)."""
+        rows = self.flown(self.clock.reached(times), fineness)
+        pose = Pose(times, rows[:, 0:3], rows[:, 3:12].reshape(-1, 3, 3), rows[:, 18:22])
+        for writing in self.writings:
+            pose = writing(pose)
+        return pose
+
+    def flown(self, times: Array, fineness: float = SEARCHING) -> Array:
+        """Return rows as `stepping` has them at instants [s] that do not decrease, (T, 22), each after its impulses."""
+        rows = np.empty((len(times), WIDTH))
+        forces = self.forces._replace(mass=self.mass, gravity=tuple(self.gravity.tolist()))
+        moments = tuple(self.moments.tolist())
+        laws = Laws(moments, forces, self.damping, self.gyroscopic, self.mixed, self.stroke.arm)
+        scheme = self.scheme if self.scheme.attitude != SMOOTH else self.scheme._replace(step=fineness)
+        fly(self.start, times, rows, laws, self._events(), self._spring_rate() * fineness / SPRING_STEP, scheme)
+        return rows
+
+    def _events(self) -> Array:
+        """Return the events of `stepping`, (E, 16)."""
+        stroke, rows = self.stroke, []
+        for impulse in self.impulses:
+            value = stroke.strength * impulse.value
+            in_body = impulse.point_body is not None
+            place = (*(impulse.point_body if in_body else impulse.point_world), in_body)  # type: ignore[misc]
+            if not stroke.lasts:
+                rows.append((impulse.time, JUMP, *value, *value, *place))
+                continue
+            force, turning = value / stroke.lasts, value / stroke.lasts if stroke.turns else np.zeros(3)
+            if not stroke.turns:
+                rows.append((impulse.time, JUMP, 0.0, 0.0, 0.0, *value, *place))
+            rows.append((impulse.time, BEGIN, *force, *turning, *place))
+            if stroke.ends:
+                rows.append((impulse.time + stroke.lasts, END, *force, *turning, *place))
+        events = np.zeros((len(rows), EVENT))
+        order = sorted(range(len(rows)), key=lambda number: rows[number][0])
+        for place, number in enumerate(order):
+            events[place, :12] = rows[number]
+            if rows[number][1] == END:
+                events[place, 15] = order.index(number - 1)  # a force is listed as it begins, then as it ends
+        return events
+
+    def _spring_rate(self) -> float:
+        """Return at most how fast a spring of the scene can make the body swing [rad/s]."""
+        stiffness = _stiffness(self.forces)
+        reach = (self.body.points**2).sum(axis=1).max()
+        return float(np.sqrt(stiffness * (1 / self.mass + reach / self.moments.min()))) if stiffness else 0.0
+
+
+def truthful(scene: Scene, throw: int) -> Account:
+    """Return the account of a program that makes no mistake.  Raises RayMissed."""
+    gravity = np.zeros(3) if scene.gravity is None else np.array(scene.gravity)
+    start, moments = np.array(scene.start[throw]), np.array(scene.body.moments)
+    account = Account(scene.body, scene.body.mass, moments, start, gravity, (), forces_of(scene))
+    for impulse in scene.impulses:
+        account = replace(account, impulses=(*account.impulses, _landed(impulse, account)))
+    return account
+
+
+def _landed(impulse: Impulse, before: Account) -> Impulse:
+    """Return an impulse with the point where its ray meets the body of an account; other programs are told the point."""
+    if impulse.ray is None:
+        return impulse
+    row = before.flown(np.array([impulse.time]), FINE)[0]
+    state = np.concatenate((row[0:3], row[18:22], row[12:18]))
+    return replace(impulse, ray=None, point_world=strike_point(impulse, state, before.body))
+
+
+def with_writing(account: Account, writing: Writing) -> Account:
+    """Return the account of a program that does this to a pose last of all."""
+    return replace(account, writings=(*account.writings, writing))
+
+
+def _stiffness(forces: Forces) -> float:
+    """Return the sum of all springs' stiffness [N/m]."""
+    tethers = 0.0 if forces.tethers is None else float(forces.tethers[:, 6].sum())
+    floor = 0.0 if forces.floor is None or forces.points is None else forces.floor[4] * len(forces.points)
+    return tethers + floor

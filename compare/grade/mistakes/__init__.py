@@ -1,0 +1,19 @@
+"""The mistakes that are tried, in the order in which a program makes them: what is written down comes last.
+
+A new one is one more entry in the file of its part.
+"""
+
+from compare.grade.hypotheses import Hypothesis, Question
+from compare.grade.mistakes.clocks import clocks
+from compare.grade.mistakes.forces import forces
+from compare.grade.mistakes.impulses import impulses
+from compare.grade.mistakes.rotation import rotation
+from compare.grade.mistakes.steps import steps
+from compare.grade.mistakes.writings import writings
+
+PARTS = (impulses, forces, rotation, steps, clocks, writings)
+
+
+def hypotheses(question: Question) -> list[Hypothesis]:
+    """Return every mistake that the scene and the file leave room for."""
+    return [hypothesis for part in PARTS for hypothesis in part(question)]

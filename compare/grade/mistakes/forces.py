@@ -1,0 +1,116 @@
+"""Mistakes with what acts all the time: gravity, damping that nobody asked for, a force of the scene left out."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from compare.grade.account import Account
+from compare.grade.hypotheses import Hypothesis, Question, choice, grid
+
+STANDARD = 9.81  # m/s2
+SIZES = {9.8: "9.8 m/s2", 9.80665: "9.80665 m/s2", 10.0: "10 m/s2"}
+AXES = ("+x", "-x", "+y", "-y", "+z", "-z")
+DIRECTIONS = tuple(sign * axis for axis in np.eye(3) for sign in (1.0, -1.0))
+# 1/s, as long as nobody says otherwise: PhysX and Unity (angular), Jolt (both); Bullet's multibody (both); Godot (both).
+LINEAR = {0.04: "as Bullet's multibody without the quadratic part", 0.05: "Jolt's default", 0.1: "Godot's default"}
+ANGULAR = {**LINEAR, 0.05: "PhysX's, Unity's and Jolt's default"}
+BULLET = 0.04
+
+
+def forces(question: Question) -> Iterator[Hypothesis]:
+    """Yield what is wrong with forces."""
+    yield from _gravity(question)
+    yield from _damping(question)
+    yield from _left_out(question)
+
+
+def _gravity(question: Question) -> Iterator[Hypothesis]:
+    gravity = question.account.gravity
+    size = float(np.linalg.norm(gravity))
+    if not size:
+        yield Hypothesis(
+            "gravity added",
+            "gravity",
+            f"gravity of {STANDARD} m/s2 along {{}}, which the scene has not got",
+            lambda account, number: replace(account, gravity=STANDARD * DIRECTIONS[int(number)]),
+            choice(len(AXES)),
+            AXES,
+        )
+        return
+    for name, says, factor in (
+        ("gravity missing", "gravity missing", 0.0),
+        ("gravity doubled", "gravity applied twice", 2.0),
+        ("gravity reversed", "gravity of the wrong sign", -1.0),
+    ):
+        yield Hypothesis(
+            name, "gravity", says, lambda account, _, factor=factor: replace(account, gravity=factor * gravity)
+        )
+    others = [number for number, direction in enumerate(DIRECTIONS) if abs(direction @ gravity) < 0.9 * size]
+    yield Hypothesis(
+        "gravity along another axis",
+        "gravity",
+        "gravity along {}",
+        lambda account, number: replace(account, gravity=size * DIRECTIONS[others[int(number)]]),
+        choice(len(others)),
+        tuple(AXES[number] for number in others),
+    )
+    yield Hypothesis(
+        "gravity of another size",
+        "gravity",
+        "gravity {} times what it is",
+        lambda account, factor: replace(account, gravity=factor * gravity),
+        grid(0.5, 1.6, 9),
+        known={other / size: name for other, name in SIZES.items() if other != size},
+    )
+
+
+def _damping(question: Question) -> Iterator[Hypothesis]:
+    rates = grid(1e-3 / question.duration, 4 / question.duration, 11)
+    yield Hypothesis(
+        "linear damping",
+        "linear damping",
+        "linear damping: velocity decays at {} /s",
+        lambda account, rate: _damped(account, {0: rate}),
+        rates,
+        known=LINEAR,
+    )
+    yield Hypothesis(
+        "angular damping",
+        "angular damping",
+        "angular damping: angular velocity decays at {} /s",
+        lambda account, rate: _damped(account, {2: rate}),
+        rates,
+        known=ANGULAR,
+    )
+    yield Hypothesis(
+        "damping as PyBullet's default",
+        "linear damping",
+        f"PyBullet's default damping: a = -{BULLET} (1 + |v|) v, and the same for w",
+        lambda account, _: _damped(account, dict.fromkeys(range(4), BULLET)),
+    )
+
+
+def _damped(account: Account, rates: dict[int, float]) -> Account:
+    d0, d1, d2, d3 = (rates.get(place, rate) for place, rate in enumerate(account.damping))
+    return replace(account, damping=(d0, d1, d2, d3))
+
+
+def _left_out(question: Question) -> Iterator[Hypothesis]:
+    """Yield that a force of the scene is missing: it stays without strength, so that no kernel is compiled for it."""
+    here = question.account.forces
+    without: dict[str, object] = {}
+    if here.tethers is not None:
+        without["tethers"] = here.tethers * np.repeat((1.0, 0.0, 1.0), (6, 2, 1))
+    if here.drag is not None:
+        without["drag"] = tuple(coefficient and 0.0 for coefficient in here.drag)
+    if here.floor is not None:
+        without["floor"] = (*here.floor[:4], 0.0, 0.0)
+    for name, rest in without.items():
+        said = name.removesuffix("s")
+        yield Hypothesis(
+            f"{said} missing",
+            said,
+            f"{said} missing",
+            lambda account, _, name=name, rest=rest: replace(account, forces=account.forces._replace(**{name: rest})),
+        )

@@ -1,0 +1,103 @@
+"""Mistakes with inertia, with Euler's equations, and with what the angular velocity means."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import permutations
+
+import numpy as np
+
+from compare.grade.account import Account
+from compare.grade.hypotheses import Hypothesis, Question, choice, grid
+from scenarios.frames import rotation_matrix
+
+DEGREE = np.pi / 180
+
+
+def rotation(question: Question) -> Iterator[Hypothesis]:
+    """Yield what is wrong with how the body turns."""
+    account = question.account
+    if account.impulses:
+        yield from _inertia_size()
+    if np.ptp(account.moments) > 0:
+        yield from _unequal_moments(question)
+    yield Hypothesis(
+        "angular velocity in the wrong frame",
+        "frame",
+        "attitude turned with Q w~ where w is in world axes: it must be w~ Q",
+        lambda account, _: replace(account, mixed=1.0),
+    )
+    if account.start[10:13].any():
+        yield from _start_spin()
+
+
+def _inertia_size() -> Iterator[Hypothesis]:
+    """Yield what shows only where something strikes the body: free rotation does not depend on the size of inertia."""
+    for name, says, factor in (
+        ("half edges as edges", "half edges taken for edges: a quarter of the inertia", 0.25),
+        ("edges as half edges", "edges taken for half edges: four times the inertia", 4.0),
+    ):
+        yield Hypothesis(
+            name,
+            "inertia size",
+            says,
+            lambda account, _, factor=factor: replace(account, moments=factor * account.moments),
+        )
+    yield Hypothesis(
+        "another inertia",
+        "inertia size",
+        "inertia {} times what it is",
+        lambda account, factor: replace(account, moments=factor * account.moments),
+        grid(0.1, 10, 31),
+    )
+
+
+def _unequal_moments(question: Question) -> Iterator[Hypothesis]:
+    moments = question.account.moments
+    yield Hypothesis(
+        "inertia of a sphere",
+        "inertia",
+        "inertia of a sphere: three equal moments, their mean",
+        lambda account, _: replace(account, moments=np.full(3, account.moments.mean())),
+    )
+    orders = [order for order in permutations(range(3)) if (moments[list(order)] != moments).any()]
+    yield Hypothesis(
+        "inertia of permuted axes",
+        "inertia",
+        "moments of inertia given to the wrong axes: x y z have those of {}",
+        lambda account, number: replace(account, moments=account.moments[list(orders[int(number)])]),
+        choice(len(orders)),
+        tuple(" ".join("xyz"[axis] for axis in order) for order in orders),
+    )
+    yield Hypothesis(
+        "gyroscopic term missing",
+        "gyroscopic",
+        "gyroscopic term missing: the angular velocity keeps still",
+        lambda account, _: replace(account, gyroscopic=0.0),
+    )
+    yield Hypothesis(
+        "gyroscopic term reversed",
+        "gyroscopic",
+        "gyroscopic term of the wrong sign",
+        lambda account, _: replace(account, gyroscopic=-1.0),
+    )
+
+
+def _start_spin() -> Iterator[Hypothesis]:
+    yield Hypothesis("start's spin in body axes", "spin", "angular velocity of the start taken in body axes", _in_body)
+    for name, says, factor in (
+        ("degrees for radians", "angular velocity of the start, in rad/s, taken for degrees", DEGREE),
+        ("radians for degrees", "angular velocity of the start turned into degrees: 57 times too fast", 1 / DEGREE),
+    ):
+        yield Hypothesis(name, "spin", says, lambda account, _, factor=factor: _spun(account, factor))
+
+
+def _in_body(account: Account, _: float) -> Account:
+    start = account.start.copy()
+    start[10:13] = rotation_matrix(start[3:7]) @ start[10:13]
+    return replace(account, start=start)
+
+
+def _spun(account: Account, factor: float) -> Account:
+    start = account.start.copy()
+    start[10:13] *= factor
+    return replace(account, start=start)

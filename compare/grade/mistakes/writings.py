@@ -1,0 +1,140 @@
+"""Mistakes in what is written down: numbers in another order, an inverse, another centre, other axes."""
+
+from collections.abc import Iterator, Sequence
+from itertools import permutations, product
+
+import numpy as np
+
+from compare.grade.account import Pose, Writing, with_writing
+from compare.grade.hypotheses import Hypothesis, Question, choice, grid
+from scenarios.frames import Array, quaternion_product, rotation_matrix
+
+EARTH_RAD_S = 7.292115e-5
+CONJUGATE = (1.0, -1.0, -1.0, -1.0)
+# Whose mistakes need no other flight: the same poses are written otherwise.
+WRITTEN = frozenset({"quaternion order", "conjugate", "pivot", "turning axes", "axes"})
+
+
+def writings(question: Question) -> Iterator[Hypothesis]:
+    """Yield what is wrong with poses or vertices that were right."""
+    if question.kind == "pose":
+        yield from _orders()
+    yield Hypothesis(
+        "conjugate",
+        "conjugate",
+        "attitude inverted: the quaternion conjugate, or the matrix transposed (world to body)",
+        lambda account, _: with_writing(account, _inverted),
+    )
+    yield Hypothesis(
+        "turned about the origin",
+        "pivot",
+        "vertex not taken from the centre of mass: the body turns about the world's origin",
+        lambda account, _: with_writing(account, _about_origin(account.start)),
+    )
+    yield from _turning_axes(question)
+    yield from _renamed_axes(question)
+
+
+def _orders() -> Iterator[Hypothesis]:
+    for name, says, order in (
+        ("quaternion order", "quaternion written x y z w and read w x y z", (1, 2, 3, 0)),
+        ("quaternion order reversed", "quaternion written w x y z and read x y z w", (3, 0, 1, 2)),
+    ):
+        writing = _shuffled(order)
+        yield Hypothesis(
+            name, "quaternion order", says, lambda account, _, writing=writing: with_writing(account, writing)
+        )
+
+
+def _turning_axes(question: Question) -> Iterator[Hypothesis]:
+    rates = grid(1e-4 / question.duration, 3 / question.duration, 7)
+    for number, axis in enumerate("xyz"):
+        yield Hypothesis(
+            "turning axes",
+            "turning axes",
+            f"written in axes that turn about {axis} at {{}} rad/s",
+            lambda account, rate, number=number: with_writing(account, _turning(number, rate)),
+            (*(-rate for rate in reversed(rates)), *rates),
+            known={EARTH_RAD_S: "the Earth", -EARTH_RAD_S: "the Earth, the other way round"},
+        )
+
+
+def _renamed_axes(question: Question) -> Iterator[Hypothesis]:
+    for name, says, determinant in (
+        ("left-handed axes", "left-handed axes: for x y z stand {}", -1),
+        ("other axes", "other axes: for x y z stand {}", 1),
+    ):
+        renamings = [_renamed(axes, question.kind == "vertices") for axes in _signed_permutations(determinant)]
+        yield Hypothesis(
+            name,
+            "axes",
+            says,
+            lambda account, number, renamings=renamings: with_writing(account, renamings[int(number)]),
+            choice(len(renamings)),
+            tuple(map(_axis_names, _signed_permutations(determinant))),
+        )
+
+
+def _shuffled(order: Sequence[int]) -> Writing:
+    """Return how a pose is written whose quaternion's numbers come in another order."""
+
+    def write(pose: Pose) -> Pose:
+        q = pose.q[:, list(order)]
+        square = (q * q).sum(axis=1)
+        axes = square[:, None, None] * rotation_matrix(q / np.sqrt(square)[:, None])
+        return pose._replace(axes=axes, q=q)
+
+    return write
+
+
+def _inverted(pose: Pose) -> Pose:
+    return pose._replace(axes=np.swapaxes(pose.axes, 1, 2), q=pose.q * CONJUGATE)
+
+
+def _about_origin(start: Array) -> Writing:
+    """Return how a body is written that turns about the origin: x(t) = R(t) R(0)^T x(0) + what it has moved."""
+    at_first = rotation_matrix(start[3:7]).T @ start[0:3]
+    return lambda pose: pose._replace(x=pose.axes @ at_first + pose.x - start[0:3])
+
+
+def _turning(axis: int, rate: float) -> Writing:
+    """Return how a world is written whose axes turn about one of them [rad/s]."""
+
+    def write(pose: Pose) -> Pose:
+        back = np.zeros((len(pose.times), 4))
+        back[:, 0], back[:, 1 + axis] = np.cos(rate * pose.times / 2), -np.sin(rate * pose.times / 2)
+        turn = rotation_matrix(back)
+        x = np.einsum("tij,tj->ti", turn, pose.x)
+        return pose._replace(x=x, axes=turn @ pose.axes, q=quaternion_product(back, pose.q))
+
+    return write
+
+
+def _renamed(names: Array, vertices: bool) -> Writing:
+    """Return how a world with other axes is written, as x -> A x.
+
+    Vertices are written as they are, A R p; of a pose the body's axes are renamed as well, A R A^T.  The vector part of
+    its quaternion turns by A, and against it where A mirrors.
+    """
+    turn_q = np.eye(4)
+    turn_q[1:, 1:] = np.linalg.det(names) * names
+
+    def write(pose: Pose) -> Pose:
+        axes = names @ pose.axes
+        return pose._replace(x=pose.x @ names.T, axes=axes if vertices else axes @ names.T, q=pose.q @ turn_q.T)
+
+    return write
+
+
+def _signed_permutations(determinant: int) -> list[Array]:
+    """Return the matrices that rename and reverse axes, but for the one that does nothing."""
+    matrices = [
+        np.diag(signs).astype(float)[list(order)]
+        for order in permutations(range(3))
+        for signs in product((1, -1), repeat=3)
+    ]
+    return [axes for axes in matrices if round(np.linalg.det(axes)) == determinant and (axes != np.eye(3)).any()]
+
+
+def _axis_names(axes: Array) -> str:
+    return " ".join(("-" if row.min() < 0 else "") + "xyz"[int(np.argmax(np.abs(row)))] for row in axes)

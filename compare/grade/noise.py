@@ -1,0 +1,75 @@
+"""What a residual weighs: how much less of it a mistake must leave before it is believed, and when it is only noise."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from scenarios.frames import Array
+
+# A pose is six numbers, however many vertices it is seen by.
+FREE_OF_A_BODY = 6
+# Below this weight two explanations fit alike: odds of e^5, 150 to 1.
+ALIKE = 10.0
+# A residual this near the floor has left nothing to explain.
+EXPLAINED = 2.0
+# Neighbouring rows of noise have a relation of 0 with a standard deviation of 1/sqrt(pairs): so many of these.
+WHITE = 3.5
+# Fewer pairs say nothing.
+TELLING = 16
+# A number that was fitted is worth one of so many, against a value that has a name.
+FITTED = 100
+# Compiled flights with different mistakes agree with themselves to about this much of the body's size.
+FLIGHT = 1e-9
+
+
+@dataclass(frozen=True)
+class Scale:
+    """What a residual is held against: so many independent numbers, and what they cannot tell from nothing [m]."""
+
+    numbers: int
+    floor_m: float
+
+    def weights(self, rms_m: Array) -> Array:
+        """Return the Bayesian information criterion of fits without what they assume, less being better.
+
+        The noise is unknown but above the floor, which takes the place of a residual of 0.
+        Source: Schwarz, Ann. Statist. 6 (1978) 461.
+        """
+        with np.errstate(over="ignore"):
+            return self.numbers * np.log(np.square(rms_m) + self.floor_m**2)
+
+    def weight(self, rms_m: float, cost: float) -> float:
+        """Return the same of one fit, and the cost of what it assumes."""
+        return float(self.weights(np.array(rms_m))) + cost
+
+    def fitted(self) -> float:
+        """Return the cost of a number that was fitted: it could have been any of many, and follows the noise."""
+        return float(np.log(self.numbers)) + chosen(FITTED)
+
+
+def chosen(many: int) -> float:
+    """Return the cost of one of so many things: their description length, in the same units."""
+    return 2.0 * float(np.log(many))
+
+
+def independent(rows: int, vertices: int) -> int:
+    """Return how many numbers of rows of vertices are independent."""
+    return rows * min(3 * vertices, FREE_OF_A_BODY)
+
+
+def root_mean_square(errors: Array) -> float:
+    """Return the root mean square of lengths, (..., 3)."""
+    flat = errors.ravel()
+    return float(np.sqrt(3.0 * (flat @ flat) / flat.size))
+
+
+def relation(errors: Array) -> float:
+    """Return how neighbouring rows' errors, (S, ...), are related: 0 for noise, 1 for a drift."""
+    before, after = errors[:-1].ravel(), errors[1:].ravel()
+    size = float(np.linalg.norm(before) * np.linalg.norm(after))
+    return float(before @ after) / size if size > 0 else 0.0
+
+
+def is_noise(related: float, pairs: int) -> bool:
+    """Whether a relation of so many pairs of rows is what noise has."""
+    return pairs >= TELLING and abs(related) <= WHITE / np.sqrt(pairs)

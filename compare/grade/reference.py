@@ -1,0 +1,85 @@
+"""The right motion at any instants, quickly: compiled, and held against the truth at a few dozen of them.
+
+A truth costs milliseconds an instant, a compiled flight a microsecond.  So rows are measured from the flight, and how
+far that is from the truth where both are known is added to what can be told from nothing.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from compare.grade.account import FINE, truthful
+from scenarios.frames import Array, rotation_matrix, vertices
+from scenarios.impulse import jump
+from scenarios.scene import Scene, frozen_array
+from scenarios.truth import truth
+from solver.body import Body
+from solver.ensemble.poses import poses
+
+CERTIFIED = 24
+
+
+class Reference:
+    """The right motion of every throw of a scene."""
+
+    def __init__(self, scene: Scene) -> None:
+        self._scene = scene
+        self._free = not (scene.tethers or scene.drag or scene.floor)
+        a, b, c = scene.body.moments.tolist()
+        self._body = Body(scene.body.mass, (a, b, c))
+        self._legs: tuple[int, list[tuple[float, Array]]] = (-1, [])
+
+    def states(self, throw: int, times: Array) -> Array:
+        """Return the states at instants [s], increasing, after the impulses of each, (T, 13)."""
+        if not self._free:
+            rows = truthful(self._scene, throw).flown(times, FINE)
+            return np.hstack((rows[:, 0:3], rows[:, 18:22], rows[:, 12:18]))
+        legs = self._legs_of(throw)
+        found = np.empty((len(times), 13))
+        ends = [begin for begin, _ in legs[1:]] + [np.inf]
+        done = 0
+        for (begin, state), end in zip(legs, ends, strict=True):
+            upto = int(np.searchsorted(times, end))
+            found[done:upto] = self._coasted(state, times[done:upto] - begin)
+            done = upto
+        return found
+
+    def vertices(self, throw: int, times: Array) -> Array:
+        """Return where the vertices are [m], (T, n, 3)."""
+        return vertices(self.states(throw, times), self._scene.body.points)
+
+    def limit(self, throw: int, times: Array) -> float:
+        """Return what cannot be told from nothing [m]: the truth's own limit, and what the flight is off from it.
+
+        times: instants [s], increasing, of which a few dozen are asked of the truth.  Raises NoTruth.
+        """
+        some = np.unique(np.linspace(0, len(times) - 1, CERTIFIED).round().astype(int))
+        asked = frozen_array(times[some])
+        duration = max(self._scene.duration, float(asked[-1]))
+        start = frozen_array(self._scene.start[throw : throw + 1])
+        true = truth(replace(self._scene, times=asked, duration=duration, start=start))
+        apart = self.vertices(throw, asked) - true.vertices[-len(asked) :, 0]
+        return float(true.limit.max()) + float(np.linalg.norm(apart, axis=-1).max())
+
+    def _legs_of(self, throw: int) -> list[tuple[float, Array]]:
+        """Return from when [s] and from which state, (13,), each stretch without impulses goes."""
+        if self._legs[0] != throw:
+            legs = [(0.0, np.array(self._scene.start[throw]))]
+            for impulse in self._scene.impulses:
+                begin, state = legs[-1]
+                before = self._coasted(state, np.array([impulse.time - begin]))
+                after = impulse.time, jump(impulse, before, self._scene.body)[0]
+                legs = [*legs[:-1], after] if impulse.time == begin else [*legs, after]
+            self._legs = throw, legs
+        return self._legs[1]
+
+    def _coasted(self, state: Array, t: Array) -> Array:
+        """Return the states after free flight for times [s], (T,), from one, (13,)."""
+        axes = rotation_matrix(state[3:7])
+        spin = np.concatenate((state[3:7], self._scene.body.moments * (axes.T @ state[10:13])))
+        found = poses(spin, t, self._body.inverse_moments, self._body.gyroscopic)
+        q = found[:, 0:4]
+        w = np.einsum("tij,tj->ti", rotation_matrix(q), found[:, 4:7] / self._scene.body.moments)
+        gravity = np.zeros(3) if self._scene.gravity is None else self._scene.gravity
+        x = state[0:3] + t[:, None] * state[7:10] + (t * t / 2)[:, None] * gravity
+        return np.hstack((x, q, state[7:10] + t[:, None] * gravity, w))

@@ -1,0 +1,235 @@
+"""What is off from the right motion: over all rows, a block at a time, and a few rows kept for the diagnosis."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from compare.grade.columns import CENTRE, MATRIX, QUATERNION, SPIN, TIME, BadTrajectory, Shown
+from compare.grade.conserved import Conserved
+from compare.grade.foreign import Block, Trajectory, vertices_of
+from compare.grade.reference import Reference
+from scenarios.frames import Array, vertices
+from scenarios.scene import Scene
+
+# Rows kept of the throw that is diagnosed: at least so many where there are as many, at most twice that.
+KEPT = 64
+BINS = 60
+
+
+@dataclass(frozen=True, eq=False)
+class Kept:
+    """Rows of one throw, evenly spread, the first among them.
+
+    times [s], (S,); vertices as the file has them [m], (S, K, 3), which a quaternion longer than 1 stretches;
+    true: the right ones; half: how far a vertex moves when every printed number is half a unit of its last digit off
+    [m], (S,); spins: w as written [rad/s], (S, 3), or None where it is not.
+    """
+
+    times: Array
+    vertices: Array
+    true: Array
+    half: Array
+    spins: Array | None
+
+    def __len__(self) -> int:
+        return len(self.times)
+
+    def some(self, rows: np.ndarray | slice) -> "Kept":
+        """Return some of the rows."""
+        spins = None if self.spins is None else self.spins[rows]
+        return Kept(self.times[rows], self.vertices[rows], self.true[rows], self.half[rows], spins)
+
+    def joined(self, other: "Kept") -> "Kept":
+        """Return these rows and then the other's."""
+        pairs = zip(self._arrays(), other._arrays(), strict=True)
+        return Kept(*(None if a is None or b is None else np.concatenate((a, b)) for a, b in pairs))  # type: ignore[arg-type]
+
+    def _arrays(self) -> tuple[Array | None, ...]:
+        return self.times, self.vertices, self.true, self.half, self.spins
+
+
+class Thinned:
+    """Keeps every row of a stream until there are too many, then every second, every fourth, ..."""
+
+    def __init__(self) -> None:
+        self._every, self._seen, self.kept = 1, 0, None
+
+    def add(self, rows: Kept) -> None:
+        """Take in the next rows."""
+        first = -self._seen % self._every
+        self._seen += len(rows)
+        chosen = rows.some(slice(first, None, self._every))
+        self.kept = chosen if self.kept is None else self.kept.joined(chosen)
+        while len(self.kept) > 2 * KEPT:
+            self._every *= 2
+            self.kept = self.kept.some(slice(None, None, 2))
+
+
+@dataclass(eq=False)
+class Measured:
+    """A whole trajectory against the right motion.
+
+    worst_m: the largest error, with where it is; final_m: the largest at any throw's last row; half_m: the largest
+    that printed digits leave open; excess_m: the largest that they do not; over_time_m: the largest error in each of equal
+    parts of the duration, nan where there are no rows; relation: of neighbouring rows' errors, 0 for noise, 1 for a
+    drift, over so many pairs; lengths: of the shortest and the longest quaternion; single: every number is one of
+    single precision; drifts: of energy, momentum and angular momentum as `compare.judge` has them, None where they
+    cannot be known, by_differences where they come from poses; limit_m: an error below it says nothing.
+    """
+
+    shown: Shown
+    rows: int
+    throws: int
+    worst_m: float
+    worst_t_s: float
+    worst_throw: int
+    worst_vertex: int
+    rms_m: float
+    final_m: float
+    half_m: float
+    excess_m: float
+    limit_m: float
+    over_time_m: Array
+    relation: float
+    pairs: int
+    lengths: tuple[float, float] | None
+    single: bool
+    drifts: tuple[float, float, float] | None
+    by_differences: bool
+    throw: int
+    kept: Kept
+
+
+@dataclass(eq=False)
+class _Sums:
+    rows: int = 0
+    squares: float = 0.0
+    products: float = 0.0
+    neighbours: Array = field(default_factory=lambda: np.zeros(2))
+    pairs: int = 0
+    worst: tuple[float, float, int, int] = (-1.0, 0.0, 0, 0)
+    half: float = 0.0
+    excess: float = -np.inf
+    lengths: tuple[float, float] | None = None
+    last: dict[int, float] = field(default_factory=dict)
+    over_time: Array = field(default_factory=lambda: np.full(BINS, np.nan))
+
+
+def measure(trajectory: Trajectory, scene: Scene) -> Measured:
+    """Hold every row against the right motion.  Raises BadTrajectory for a bad row, NoTruth where there is no truth."""
+    shown, reference = trajectory.shown[0], Reference(scene)
+    sums, thinned, conserved = _Sums(), Thinned(), Conserved(scene, shown)
+    diagnosed: int | None = None
+    for block in trajectory.blocks():
+        _see_lengths(sums, block)
+        for throw in np.unique(block.throws).tolist():
+            rows = block.throw(throw)
+            states = reference.states(throw, rows.times)
+            true = vertices(states, scene.body.points)[:, shown.vertices]
+            half = half_digits(trajectory, rows, shown, scene, states)
+            _add(sums, rows, vertices_of(rows, shown, scene, stretched=False), true, half, throw, scene.duration)
+            _check_agreement(trajectory, rows, scene, half)
+            conserved.add(rows, states)
+            diagnosed = throw if diagnosed is None else diagnosed
+            if throw == diagnosed:
+                spins = rows.of(SPIN) if shown.spin else None
+                thinned.add(Kept(rows.times, vertices_of(rows, shown, scene), true, half, spins))
+    assert thinned.kept is not None
+    assert diagnosed is not None
+    worst_m, worst_t_s, worst_throw, worst_vertex = sums.worst
+    kept = thinned.kept
+    limit = max(reference.limit(throw, kept.times) for throw in {diagnosed, worst_throw})
+    return Measured(
+        shown=shown,
+        rows=sums.rows,
+        throws=len(sums.last),
+        worst_m=worst_m,
+        worst_t_s=worst_t_s,
+        worst_throw=worst_throw,
+        worst_vertex=shown.vertices[worst_vertex],
+        rms_m=float(np.sqrt(sums.squares / (sums.rows * len(shown.vertices)))),
+        final_m=max(sums.last.values()),
+        half_m=sums.half,
+        excess_m=sums.excess - limit,
+        limit_m=limit,
+        over_time_m=sums.over_time,
+        relation=sums.products / float(np.sqrt(sums.neighbours.prod())) if sums.neighbours.all() else 0.0,
+        pairs=sums.pairs,
+        lengths=sums.lengths,
+        single=_single(trajectory),
+        drifts=conserved.drifts(),
+        by_differences=conserved.by_differences,
+        throw=diagnosed,
+        kept=kept,
+    )
+
+
+def _add(sums: _Sums, rows: Block, seen: Array, true: Array, half: Array, throw: int, duration: float) -> None:
+    """Add one throw's rows of a block; seen, true: vertices [m], (n, K, 3)."""
+    errors = seen - true
+    with np.errstate(over="ignore"):
+        distances = np.linalg.norm(errors, axis=-1)
+        largest = distances.max(axis=1)
+        sums.squares += float((distances**2).sum())
+        sums.products += float((errors[1:] * errors[:-1]).sum())
+        sums.neighbours += np.array([(errors[:-1] ** 2).sum(), (errors[1:] ** 2).sum()])
+    sums.rows += len(errors)
+    sums.pairs += len(errors) - 1
+    sums.last[throw] = float(largest[-1])
+    row, vertex = np.unravel_index(int(np.argmax(distances)), distances.shape)
+    if distances[row, vertex] > sums.worst[0]:
+        sums.worst = float(distances[row, vertex]), float(rows.times[row]), throw, int(vertex)
+    sums.half = max(sums.half, float(half.max()))
+    sums.excess = max(sums.excess, float((largest - half).max()))
+    bins = np.minimum((rows.times / duration * BINS).astype(int), BINS - 1)
+    np.fmax.at(sums.over_time, bins, largest)
+
+
+def _see_lengths(sums: _Sums, block: Block) -> None:
+    if QUATERNION[0] in block.values:
+        lengths = np.linalg.norm(block.of(QUATERNION), axis=1)
+        least, most = sums.lengths or (np.inf, 0.0)
+        sums.lengths = min(least, float(lengths.min())), max(most, float(lengths.max()))
+
+
+def half_digits(trajectory: Trajectory, rows: Block, shown: Shown, scene: Scene, states: Array) -> Array:
+    """Return how far a vertex moves when every printed number is half a unit of its last digit off [m], (n,)."""
+
+    def half(names: tuple[str, ...]) -> Array:
+        return np.linalg.norm([trajectory.half_digits(name, rows.values[name]) for name in names], axis=0)
+
+    reach = float(np.linalg.norm(scene.body.points, axis=1).max())
+    speed = np.linalg.norm(states[:, 7:10], axis=1) + reach * np.linalg.norm(states[:, 10:13], axis=1)
+    late = speed * trajectory.half_time
+    if shown.kind == "vertices":
+        places = [tuple(f"v{number}{axis}" for axis in "xyz") for number in shown.vertices]
+        return late + np.max([half(place) for place in places], axis=0)
+    if shown.kind == "matrix":
+        return late + half(CENTRE) + reach * half(MATRIX)
+    # A change dq of a unit quaternion turns by 2 |dq|.
+    return late + half(CENTRE) + 2 * reach * half(QUATERNION)
+
+
+def _check_agreement(trajectory: Trajectory, rows: Block, scene: Scene, half: Array) -> None:
+    """Raise BadTrajectory where a file says in two ways where the body is, and the two differ."""
+    first, *others = trajectory.shown
+    for other in others:
+        at = list(other.vertices if first.kind != "vertices" else first.vertices)
+        one = vertices_of(rows, first, scene, stretched=False)
+        two = vertices_of(rows, other, scene, stretched=False)[:, at]
+        apart = np.linalg.norm(one - two, axis=-1).max(axis=1)
+        room = 4 * half + 1e-9 * float(np.abs(one).max())
+        if (apart > room).any():
+            row = int(np.argmax(apart - room))
+            raise BadTrajectory(
+                f"{trajectory.name}: line {rows.lines[row]}: its {first.kind} and its {other.kind} are "
+                f"{apart[row]:.2g} m apart: which is to be graded? --by {first.kind} or --by {other.kind}"
+            )
+
+
+def _single(trajectory: Trajectory) -> bool:
+    """Whether all that says where the body is are numbers of single precision."""
+    names = [name for name in trajectory.columns if name not in (TIME, "throw")]
+    return any(trajectory.digits[name].telling for name in names) and all(
+        trajectory.digits[name].single for name in names
+    )

@@ -1,0 +1,188 @@
+"""What `tumble grade` prints: how far off a trajectory is, and what is most likely wrong, with the evidence."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from rich.table import Table
+from rich.text import Text
+
+from compare.grade.diagnosis import Diagnosis, Explanation
+from compare.grade.noise import EXPLAINED
+from compare.grade.residual import Measured
+from compare.grade.verdict import (
+    CORRECT_TO_DIGITS,
+    CORRECT_TO_LIMIT,
+    CORRECT_TO_NOISE,
+    CORRECT_TO_SINGLE,
+    EXPLAINED_WHOLLY,
+    TOO_LITTLE,
+    UNEXPLAINED,
+    Grade,
+)
+from reports.terminal import columns, figure, plain, ruler, thinned, vector
+
+BARS = "▁▂▃▄▅▆▇█"
+READ_AS = {
+    "pose": "centre and quaternion",
+    "matrix": "centre and matrix",
+    "vertices": "vertices",
+}
+
+
+def grade_text(grade: Grade) -> Iterator[Table | Text]:
+    """Yield the header, the vertex table, error over time, what should be kept, and the diagnosis."""
+    m = grade.measured
+    throws = f" of {m.throws} throws" if m.throws > 1 else ""
+    yield plain(f"{grade.file} held against {grade.scene.name}: {grade.scene.title}")
+    yield plain(f"{m.rows} rows{throws}, read as {READ_AS[m.shown.kind]}; {resolution(m)}")
+    yield Text()
+    yield plain(f"vertex {m.worst_vertex}" + (f" of throw {m.throw}" if m.throws > 1 else ""))
+    yield vertex_table(m)
+    yield Text()
+    where = f"t = {m.worst_t_s:g} s, vertex {m.worst_vertex}" + (f", throw {m.worst_throw}" if m.throws > 1 else "")
+    yield plain(f"error: largest {metres(m.worst_m)} at {where}; rms {metres(m.rms_m)}; at the end {metres(m.final_m)}")
+    yield from over_time(m)
+    yield from kept_quantities(grade)
+    yield Text()
+    yield from map(plain, verdict_lines(grade))
+
+
+def resolution(m: Measured) -> str:
+    """Return in words what cannot be told from nothing."""
+    digits = f"printed digits leave {metres(m.half_m)} open" if m.half_m > m.limit_m else "printed to the last digit"
+    return f"{digits}; the right motion is known to {metres(m.limit_m)}"
+
+
+def vertex_table(m: Measured) -> Table:
+    """Return one vertex over time: where it should be, where the file has it, the error vector, its length."""
+    kept = m.kept
+    number = m.shown.vertices.index(m.worst_vertex)
+    true, seen = kept.true[:, number], kept.vertices[:, number]
+    unit, length, places = ruler(true)
+    table = columns("t [s]", f"right [{unit}]", f"file [{unit}]", f"error [{unit}]", "off [m]", right=range(5))
+    for row in thinned(len(kept)):
+        error = seen[row] - true[row]
+        table.add_row(
+            f"{kept.times[row]:g}",
+            vector(true[row] / length, places),
+            vector(seen[row] / length, places),
+            vector(error / length, places),
+            figure(float(np.linalg.norm(error))),
+        )
+    return table
+
+
+def over_time(m: Measured) -> Iterator[Text]:
+    """Yield the error over time in one line of bars, by its logarithm where it spans much."""
+    there = np.isfinite(m.over_time_m)
+    errors = np.maximum(m.over_time_m[there], m.limit_m)
+    if len(errors) < 2 or errors.max() <= errors.min():
+        return
+    low, high = np.log10(errors.min()), np.log10(errors.max())
+    steps = ((np.log10(errors) - low) / (high - low) * (len(BARS) - 1)).round().astype(int)
+    bars = iter("".join(BARS[step] for step in steps))
+    line = "".join(next(bars) if each else " " for each in there)
+    yield plain(f"over time {line} (log scale, {figure(errors.min())} to {figure(errors.max())} m)")
+
+
+def kept_quantities(grade: Grade) -> Iterator[Text]:
+    """Yield the drifts; of a spin that is written otherwise they would say nothing."""
+    m = grade.measured
+    if m.drifts is not None and not grade.spin:
+        energy, momentum, angular = m.drifts
+        how = "by differences of the poses, so noise adds to it" if m.by_differences else "from its velocities"
+        yield plain(
+            f"off by at most: energy {energy:+.1e}, momentum {momentum:.1e}, angular momentum {angular:.1e} of their size "
+            f"({how})"
+        )
+
+
+def verdict_lines(grade: Grade) -> Iterator[str]:
+    """Yield the verdict, the evidence for it, what else fits alike, and what else was seen."""
+    m, diagnosis = grade.measured, grade.diagnosis
+    match grade.verdict:
+        case verdict if verdict == CORRECT_TO_LIMIT:
+            yield f"Correct: no error that could be told from none ({metres(m.limit_m)})."
+        case verdict if verdict == CORRECT_TO_DIGITS:
+            within = "within" if m.excess_m <= 0 else "about"
+            yield f"Correct to the printed digits: every error is {within} the {metres(m.half_m)} that they leave open."
+        case verdict if verdict == CORRECT_TO_SINGLE:
+            yield (
+                f"Correct to single precision: every number in the file is one, and {metres(m.worst_m)} is what that "
+                "leaves."
+            )
+        case verdict if verdict == CORRECT_TO_NOISE:
+            yield (
+                f"Correct to its noise: errors of {metres(m.rms_m)} rms, those of neighbouring rows unrelated, and no "
+                "mistake that was tried explains them."
+            )
+        case verdict if verdict == TOO_LITTLE:
+            yield (
+                f"Off by {metres(m.worst_m)}, {figure(m.worst_m / grade.size_m)} of the body's size: too little to tell "
+                "one mistake from another."
+            )
+        case _ if diagnosis is not None:
+            yield from diagnosis_lines(grade, diagnosis)
+    yield from other_findings(grade)
+
+
+def diagnosis_lines(grade: Grade, diagnosis: Diagnosis) -> Iterator[str]:
+    """Yield the best explanation step by step, or that there is none."""
+    best = diagnosis.best
+    tried = f"{diagnosis.tried} flights with mistakes were tried, alone and together"
+    if grade.verdict == UNEXPLAINED:
+        yield f"Not explained: {tried}, and none explains most of the error."
+        if not best.mistakes:
+            return
+        yield "The best of them, not to be believed:"
+    elif diagnosis.alike:
+        yield "What is wrong is one of several things that fit alike.  The first of them:"
+    else:
+        yield "What is most likely wrong:"
+    yield from evidence(diagnosis)
+    left = metres(best.max_m)
+    if grade.verdict == EXPLAINED_WHOLLY:
+        digits = best.rms_m <= EXPLAINED * grade.floor_m
+        why = "about what the printed digits leave open" if digits else "noise"
+        yield f"The {left} that are left are {why}."
+    else:
+        yield f"The {left} that are left are neither noise nor rounding: something else is wrong as well."
+    for number, other in enumerate(diagnosis.alike[:SHOWN_ALIKE]):
+        yield f"{'Fits alike' if not number else 'and'}: {said(other)}: {metres(other.max_m)} left."
+
+
+SHOWN_ALIKE = 5
+
+
+def evidence(diagnosis: Diagnosis) -> Iterator[str]:
+    """Yield one line for each mistake of the best explanation: what it is, and from how much to how much it helps."""
+    before = diagnosis.steps[0]
+    for number, step in enumerate(diagnosis.steps[1:], 1):
+        new = next(each for each in step.mistakes if each.hypothesis.name not in before.names)
+        now = next(each for each in diagnosis.best.mistakes if each.hypothesis is new.hypothesis)
+        yield f"  {number}. {now.said}: {metres(before.max_m)} -> {metres(step.max_m)}"
+        before = step
+
+
+def said(explanation: Explanation) -> str:
+    """Return what an explanation says, in one line."""
+    return "; and ".join(mistake.said for mistake in explanation.mistakes) or "nothing wrong"
+
+
+def other_findings(grade: Grade) -> Iterator[str]:
+    """Yield what the file shows beside: quaternions of a wrong length, a shape that changes, a spin written otherwise."""
+    m = grade.measured
+    if m.lengths is not None and max(abs(length - 1) for length in m.lengths) > 1e-3:
+        least, most = m.lengths
+        yield f"Seen beside: the quaternion is {least:.4g} to {most:.4g} long, not 1 (errors are those of the attitude)."
+    if m.shown.kind != "pose" and grade.strain > 0:
+        yield f"Seen beside: the shape is not rigid: distances between vertices change by up to {grade.strain:.2g}."
+    if grade.spin:
+        yield f"Seen beside: the angular velocity that is written down {grade.spin}."
+    if m.single and grade.verdict != CORRECT_TO_SINGLE:
+        yield "Seen beside: every number is one of single precision."
+
+
+def metres(value: float) -> str:
+    """Return a length for a sentence."""
+    return f"{value:.3g} m" if 1e-3 <= abs(value) < 1e4 else f"{value:.1e} m"
