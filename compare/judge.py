@@ -124,7 +124,7 @@ def audit(scene: Scene, flight: Trajectory, truth: Truth) -> list[str]:
     if moved > truth.limit.max() and (flight.vertices == flight.vertices[0]).all():
         return ["frozen: the body never moved"]
     notes = []
-    if not (scene.tethers or scene.drag or scene.floor):
+    if scene.is_free:
         off = np.linalg.norm(flight.states[..., 7:10] - truth.states[..., 7:10], axis=-1).max(axis=1)
         worst, speed = int(np.argmax(off)), largest(truth.states[..., 7:10])
         if off[worst] > HIDDEN_FORCE * speed:

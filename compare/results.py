@@ -4,6 +4,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from compare.ablation import Ablation, AblationRow
 from compare.agreement import AgreementRow, agreements
 from compare.conditions import ConditionRow, conditions
 from compare.contest import Comparison
@@ -24,7 +25,7 @@ from compare.frontier import (
 from compare.judge import Run
 from compare.sweep import Sweep
 from compare.table_4_1 import BudgetRow, PublishedRow, budget_rows, is_table_4_1, published_rows
-from compare.tables import RunRow, VertexErrorRow, run_row, table_text, vertex_error_rows, write_whole
+from compare.tables import RunRow, VertexErrorRow, run_row, table_text, vertex_error_rows, write_together
 from compare.worker import Failure
 from scenarios.needs import needs
 
@@ -102,7 +103,7 @@ def engine_row(entrant: Entrant) -> EngineRow:
         "ok",
         card.version,
         card.precision,
-        ", ".join((*card.methods, *card.on_request)),
+        ", ".join((*card.methods, *card.forced, *card.on_request)),
         ", ".join(sorted(card.features)),
         "; ".join(card.switched_off),
     )
@@ -152,7 +153,15 @@ def sweep_tables(sweeps: Sequence[Sweep], entrants: Sequence[Entrant], reference
     }
 
 
+def ablation_tables(ablations: Sequence[Ablation], entrants: Sequence[Entrant], command: str) -> dict[str, str]:
+    """Return file name -> CSV text of every table of an ablation."""
+    return {
+        "ablation.csv": table_text(AblationRow, (row for ablation in ablations for row in ablation.rows)),
+        "engines.csv": table_text(EngineRow, map(engine_row, entrants)),
+        "conditions.csv": table_text(ConditionRow, conditions(command)),
+    }
+
+
 def write_tables(folder: Path, texts: dict[str, str]) -> None:
-    """Write the tables into a folder, each whole or not at all.  Raises OSError."""
-    for name, text in texts.items():
-        write_whole(folder / name, text)
+    """Write the tables into a folder, all of them or none.  Raises OSError."""
+    write_together({folder / name: text for name, text in texts.items()})

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
 
 from compare.tables import RunRow
-from reports import charts, families, hand_calculation, standings, thrown_die, work_precision
+from reports import ablation, charts, families, hand_calculation, stability, standings, thrown_die, work_precision
 from reports.hand_calculation import HAND
 from reports.numerals import counted, figure, listed
 from reports.rows import Tables, contestant, untuned
@@ -48,11 +48,13 @@ def page(tables: Mapping[str, str]) -> str:
             families=families.families(read.agreements),
             agreement=families.verdicts(read.agreements),
             costs=costs,
+            ablation=ablation.section(read),
+            stability=stability.section(read),
             scenes=scenes,
             engines=read.engines,
             audit=audit_notes(read.runs),
             conditions=read.conditions,
-            files=list(tables),
+            files=[name for name, text in tables.items() if len(text.splitlines()) > 1],
             specifications={kind: charts.SPECIFICATIONS[kind]() for kind, any_of_it in drawn.items() if any_of_it},
             library=charts.library() if any(drawn.values()) else None,
         )

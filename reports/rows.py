@@ -1,26 +1,23 @@
 """The tables read back as the rows they were written from: all that a page knows."""
 
-import csv
-import io
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cached_property
-from types import NoneType
-from typing import Any, TypeVar, get_args, get_type_hints
+from typing import Any
 
 import numpy as np
 
+from compare.ablation import AblationRow
 from compare.agreement import AgreementRow
 from compare.conditions import ConditionRow
+from compare.extremes import ExtremeRow
 from compare.frontier import ClockRow, DigitRow, OrderRow, SameRow, ThrowsRow
 from compare.results import EngineRow, ErrorOverTimeRow, SceneRow
+from compare.stability import LimitRow, StabilityRow
 from compare.table_4_1 import BudgetRow, PublishedRow
-from compare.tables import RunRow, VertexErrorRow
+from compare.tables import Cells, Row, RunRow, VertexErrorRow, cells, typed
 from reports.numerals import figure
 from scenarios.frames import Array
-
-Row = TypeVar("Row")
-Cells = dict[str, str]
 
 
 @dataclass(frozen=True)
@@ -79,6 +76,26 @@ class Tables:
     def conditions(self) -> list[ConditionRow]:
         """What it was measured on."""
         return self.table(ConditionRow, "conditions.csv")
+
+    @cached_property
+    def ablation(self) -> list[AblationRow]:
+        """One row a contestant and feature that it leaves out; nothing where that was not measured."""
+        return self.table(AblationRow, "ablation.csv") if "ablation.csv" in self.texts else []
+
+    @cached_property
+    def stability_cells(self) -> list[StabilityRow]:
+        """One row a cell of a map of stability; nothing where there was none."""
+        return self.table(StabilityRow, "stability.csv") if "stability.csv" in self.texts else []
+
+    @cached_property
+    def stability_limits(self) -> list[LimitRow]:
+        """One row a contestant and scene that was mapped."""
+        return self.table(LimitRow, "limits.csv") if "limits.csv" in self.texts else []
+
+    @cached_property
+    def extremes(self) -> list[ExtremeRow]:
+        """One row a contestant and extreme case."""
+        return self.table(ExtremeRow, "extremes.csv") if "extremes.csv" in self.texts else []
 
     @cached_property
     def sweep_runs(self) -> list[RunRow]:
@@ -140,31 +157,6 @@ class Tables:
     def vertex_errors(self, scene: str, wanted: Callable[[Cells], bool]) -> list[VertexErrorRow]:
         """Return the wanted rows of one scene, vertex by vertex."""
         return list(typed(VertexErrorRow, filter(wanted, self.vertex_cells.get(scene, []))))
-
-
-def cells(text: str) -> Iterator[Cells]:
-    """Yield a table's rows, column name -> cell."""
-    lines = csv.reader(io.StringIO(text))
-    names = next(lines)
-    return (dict(zip(names, line, strict=True)) for line in lines)
-
-
-def typed(row_type: type[Row], table: Iterable[Cells]) -> Iterator[Row]:
-    """Yield rows as row_type; an empty cell is None where the column may be.  Raises ValueError, KeyError."""
-    hints = get_type_hints(row_type)
-    readers = {field.name: reader(hints[field.name]) for field in fields(row_type)}  # type: ignore[arg-type]
-    for row in table:
-        yield row_type(**{name: read(row[name]) for name, read in readers.items()})
-
-
-def reader(hint: Any) -> Callable[[str], Any]:
-    """Return what makes a column's value from its cell."""
-    kinds = get_args(hint) or (hint,)
-    if hint is bool:
-        return lambda cell: cell == str(True)
-    if NoneType in kinds:
-        return lambda cell: kinds[0](cell) if cell else None
-    return kinds[0]
 
 
 def poses(rows: Sequence[VertexErrorRow], true: bool) -> dict[float, Array]:

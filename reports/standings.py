@@ -76,7 +76,7 @@ def section(tables: Tables, scene: SceneRow, colours: dict[str, str]) -> SceneSe
     runs = sorted((run for run in tables.runs if run.scene == scene.scene), key=best_first)
     legend = legend_groups(runs, families.of_one_scene(tables.agreements, scene.scene), colours)
     strokes = {name: stroke for group in legend for name, stroke in group.strokes.items()}
-    shown = [field for field in COLUMNS if any(getattr(run, field) is not None for run in runs)]
+    shown = [field for field in COLUMNS if any(is_said(field, getattr(run, field)) for run in runs)]
     return SceneSection(
         scene,
         facts(scene, runs),
@@ -87,6 +87,11 @@ def section(tables: Tables, scene: SceneRow, colours: dict[str, str]) -> SceneSe
         legend,
         vertex_table(tables, scene.scene, runs),
     )
+
+
+def is_said(field: str, value: float | None) -> bool:
+    """Whether a figure says anything: a drift of 0, as of a momentum that is not there, says nothing."""
+    return bool(value) if field.endswith("drift") else value is not None
 
 
 def best_first(run: RunRow) -> tuple[int, float, str]:
@@ -135,7 +140,8 @@ def verdict(runs: Sequence[RunRow]) -> str:
     if right:
         said = f"{listed(right)} cannot be told from the truth (limit {figure(best.limit_m or 0.0)} m)."
     else:
-        said = f"{contestant(best)} comes closest, {figure(best.max_error_m or 0.0)} m at most."
+        how = "comes closest," if len(plain) > 1 else "is off by"
+        said = f"{contestant(best)} {how} {figure(best.max_error_m or 0.0)} m at most."
     if worst is not best and not within_limit(worst):
         said += f" {contestant(worst)} reports nothing wrong and is up to {figure(worst.max_error_m or 0.0)} m off."
     return said

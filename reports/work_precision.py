@@ -12,7 +12,7 @@ from compare.tables import RunRow
 from reports import standings
 from reports.charts import SHAPES, CostChart, Stroke, cost_chart, striped
 from reports.families import joined
-from reports.numerals import at_most, counted, figure, fixed, given, listed, superscript
+from reports.numerals import TIMES, at_most, counted, figure, fixed, given, listed, superscript
 from reports.rows import Tables, contestant, error_m, setting, untuned
 from reports.standings import LegendGroup
 from scenarios.needs import FORCES
@@ -20,7 +20,6 @@ from scenarios.needs import FORCES
 NANOSECONDS = ("ns", "median_ns", "p90_ns", "pass_1_ns", "pass_2_ns", "call_ns")
 # Orders within this of 1 are first order, at every rung; translation errors per step that agree to this are one error.
 FIRST_ORDER, SAME_FALL = 0.2, 0.005
-TIMES = "\N{MULTIPLICATION SIGN}"
 
 
 @dataclass(frozen=True)
@@ -84,6 +83,7 @@ class CostSection:
     legend: list[LegendGroup]
     wholes: str
     reference: str
+    turns: bool
     targets: list[str]
     lines: list[Line]
     absent: list[standings.Line]
@@ -135,7 +135,12 @@ class Swept:
 
     @cached_property
     def frontiers(self) -> list[list[RunRow]]:
-        """The frontier of all contestants; where some take a flight in one step, also that of all others."""
+        """The frontier of all contestants; where some take a flight in one step, also that of all others.
+
+        One contestant alone is on no frontier.
+        """
+        if len(self.plain) < 2:
+            return []
         stepping = {name: runs for name, runs in self.plain.items() if name not in self.wholes}
         return [lower_left(own) for own in ([self.plain] if stepping == self.plain else [self.plain, stepping]) if own]
 
@@ -151,8 +156,13 @@ class Swept:
 
     @property
     def reference(self) -> str:
-        """The contestant that ratios are over."""
-        return self.digits[0].reference if self.digits else ""
+        """The contestant that ratios are over, nobody where one is alone."""
+        return self.digits[0].reference if len(set(map(contestant, self.digits))) > 1 else ""
+
+    @property
+    def turns(self) -> bool:
+        """Whether any error has a part from attitude."""
+        return any(row.attitude_m for row in self.orders.values())
 
 
 def sections(tables: Tables, colours: dict[str, str]) -> list[CostSection]:
@@ -207,6 +217,7 @@ def section(sweep: Swept, colours: dict[str, str], processor: str) -> CostSectio
         legend,
         listed(sweep.wholes) if sweep.wholes else "",
         sweep.reference,
+        sweep.turns,
         [power_of_ten(target_m) for target_m in dict.fromkeys(row.target_m for row in sweep.digits)],
         lines(sweep),
         standings.lines([run for run in sweep.runs if run.steps is None], ()),
@@ -355,7 +366,7 @@ def cost(sweep: Swept, row: DigitRow) -> Cost:
     least = row.flight_us == min(other.flight_us for other in at_target if other.flight_us is not None)
     reached = any(contestant(other) == sweep.reference and other.flight_us is not None for other in at_target)
     unsaid = "passes disagree" if reached else ""
-    ratio = unsaid if row.ratio is None else f"{TIMES} {figure(row.ratio)}"
+    ratio = unsaid if row.ratio is None or not sweep.reference else f"{TIMES} {figure(row.ratio)}"
     time = at_most(row.flight_us) if row.verdict == "at most" else figure(row.flight_us)
     return Cost(time, ratio, "" if row.dt_s is None else f"{figure(row.dt_s)} s", least)
 
@@ -424,14 +435,18 @@ def measured(sweep: Swept, processor: str) -> list[str]:
         return []
     called = [row.call_ns / 1e3 for row in sweep.clock if row.unit == "step"]
     calls = f" A call from Python costs {figure(min(called), 2)} to {figure(max(called), 2)} µs more." if called else ""
+    ratios = (
+        f"A ratio ({TIMES}) is over {sweep.reference}, and is given only where the first and the second half of the "
+        f"rounds agree on it to {given(100 * AGREE)} %. "
+        if sweep.reference
+        else ""
+    )
     return [
         f"Errors and times come from separate runs. A time is thread CPU time of the engine's native loop, in samples "
         f"of {given(SAMPLE_NS / 1e6)} ms or more taken round robin over all contestants, "
         f"{spanned([row.rounds for row in sweep.clock])} rounds; building, compiling, writing and reading states are "
         f"not in it.{calls} The lower decile is quoted: other work on the machine moves it least.",
-        f"A ratio ({TIMES}) is over {sweep.reference}, and is given only where the first and the second half of the "
-        f"rounds agree on it to {given(100 * AGREE)} %. Times are those of this machine, {processor}; those of "
-        f"another cannot be compared with them.",
+        f"{ratios}Times are those of this machine, {processor}; those of another cannot be compared with them.",
     ]
 
 

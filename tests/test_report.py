@@ -18,7 +18,8 @@ from hypothesis import strategies as st
 from markupsafe import escape
 from playwright.sync_api import Browser, Page, sync_playwright
 
-from compare.contest import compare, crew
+from compare.contest import compare
+from compare.crew import crew
 from compare.results import tables
 from compare.tables import RunRow, table_text
 from reports import die

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from compare.contest import compare, crew
+from compare.contest import compare
+from compare.crew import crew
 from compare.table_4_1 import budget_rows, published_rows
 from scenarios.published import VERTEX, table_4_1
 from scenarios.read import read_scene

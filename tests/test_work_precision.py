@@ -11,7 +11,8 @@ import test_report
 from markupsafe import escape
 from test_report import EVIL, Tables, changed, plain, read
 
-from compare.contest import compare, crew
+from compare.contest import compare
+from compare.crew import crew
 from compare.frontier import TARGETS_M, ThrowsRow
 from compare.results import SWEEP_TABLES, sweep_tables, tables
 from compare.sweep import sweep

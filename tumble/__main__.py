@@ -90,6 +90,45 @@ def parser() -> Parser:
     advise.add_argument("-e", "--engine", action="append", default=[], metavar="ENGINE[:METHOD]", help=ENGINE_HELP)
     advise.add_argument("--time-limit", type=seconds, default=60.0, metavar="S", help="for each flight [s]; default 60")
 
+    stability = command("stability", "who is stable where, how long a step each bears, and what extreme cases do")
+    stability.add_argument("scene", nargs="*", metavar="SCENE", help=SCENE_HELP + "; default: stiff ones, and extremes")
+    stability.add_argument("-e", "--engine", action="append", default=[], metavar="ENGINE[:METHOD]", help=ENGINE_HELP)
+    stability.add_argument("--time-limit", type=seconds, default=20.0, metavar="S", help="for each flight [s]; default 20")
+    stability.add_argument("-o", "--output", metavar="DIR", help="keep the tables in DIR as CSV, and go on from there")
+
+    grade = command("grade", "judge a trajectory that some other program wrote, and say what is most likely wrong")
+    grade.add_argument("file", metavar="FILE.csv", help="the trajectory, one row an instant")
+    grade.add_argument("--scene", required=True, metavar="SCENE", help=SCENE_HELP)
+    grade.add_argument(
+        "--map",
+        action="append",
+        default=[],
+        metavar="COLUMN=NAME",
+        help="what a column is, with its unit: t_s, t_ms, x_cm, qw, r11, vx_m_s, wx_deg_s, v0x_m, ..., or ignore",
+    )
+    grade.add_argument("--map-file", metavar="TOML", help="the same in a table [columns]; default: FILE.csv.toml")
+    grade.add_argument("--by", choices=("pose", "matrix", "vertices"), help="what to grade where a file has several")
+    grade.add_argument("--decimal", choices=(".", ","), default=".", help="decimal sign; default: a point")
+    grade.add_argument("--tolerance", type=metres, metavar="M", help="exit 1 where a vertex is further off [m]")
+    grade.add_argument("-o", "--output", metavar="DIR", help="also write the tables as CSV into DIR")
+
+    check = command("check", "hold errors, orders, energy and run times against a record: exit 1 if any is worse")
+    check.add_argument("scene", nargs="*", metavar="SCENE", help=SCENE_HELP + "; default: the record's, or all")
+    check.add_argument("-e", "--engine", action="append", default=[], metavar="ENGINE[:METHOD]", help=ENGINE_HELP)
+    check.add_argument("--accept", action="store_true", help="record into -o DIR; exit 1 where that changes a record")
+    check.add_argument("--baseline", metavar="DIR", help="the record to compare with")
+    check.add_argument("--candidate", metavar="DIR", help="another record to hold against it; nothing is flown")
+    check.add_argument("-o", "--output", metavar="DIR", help="write the new record, summary.md and junit.xml into DIR")
+    check.add_argument("--tolerances", metavar="FILE.toml", help="what each column may change by")
+    check.add_argument("--no-times", action="store_true", help="record no run times; for machines that share nothing")
+    check.add_argument("--time-limit", type=seconds, default=60.0, metavar="S", help="for each flight [s]; default 60")
+
+    ablate = command("ablate", "what leaving out pays: every contestant with and without what a scene has no use for")
+    ablate.add_argument("scene", nargs="*", metavar="SCENE", help=SCENE_HELP + "; default: three that need little")
+    ablate.add_argument("-e", "--engine", action="append", default=[], metavar="ENGINE[:METHOD]", help=ENGINE_HELP)
+    ablate.add_argument("--time-limit", type=seconds, default=60.0, metavar="S", help="for each flight [s]; default 60")
+    ablate.add_argument("-o", "--output", metavar="DIR", help="also write the tables as CSV into DIR")
+
     report = command("report", "make one self-contained HTML page of it all")
     report.add_argument("scene", nargs="*", metavar="SCENE", help=SCENE_HELP + "; default: the whole catalogue")
     contest_options(report)
@@ -101,6 +140,8 @@ def parser() -> Parser:
 
 def main(words: list[str] | None = None) -> int:
     """Run one command and return its exit code: 0 done, 1 a check failed, 2 the user's mistake, 3 a bug of ours."""
+    # The matrices here are 3 x 3: waking a BLAS's threads would take longer than all that it does.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     top = parser()
     options = top.parse_args(words)
     if options.version:
@@ -113,8 +154,8 @@ def main(words: list[str] | None = None) -> int:
     try:
         code = importlib.import_module(f"tumble.commands.{options.command}").main(options)
         sys.stdout.flush()
-    except KeyboardInterrupt:
-        return refuse("interrupted; nothing was written", EXIT_INTERRUPTED)
+    except KeyboardInterrupt as stop:
+        return refuse(str(stop) or "interrupted; nothing was written", EXIT_INTERRUPTED)
     except BrokenPipeError:
         drop_output()
         return EXIT_DONE  # the reader has had all it wanted
@@ -136,14 +177,18 @@ def drop_output() -> None:
 
 
 def is_users(error: Exception) -> bool:
-    """Whether the mistake is the user's: a scene, an engine, a step or a ray that cannot be used."""
+    """Whether the mistake is the user's: a scene, an engine, a step, a ray, a record that cannot be used."""
+    from compare.check.record import BadRecord
+    from compare.check.tolerances import BadTolerance
     from compare.flight import BadStep
+    from compare.grade.columns import BadTrajectory
     from compare.roster import BadEngine
     from scenarios.impulse import RayMissed
     from scenarios.read import BadScene
     from scenarios.truth import NoTruth
 
-    return isinstance(error, BadEngine | BadScene | BadStep | NoTruth | RayMissed)
+    mistakes = BadEngine | BadRecord | BadScene | BadStep | BadTolerance | BadTrajectory | NoTruth | RayMissed
+    return isinstance(error, mistakes)
 
 
 def refuse(line: str, code: int) -> int:

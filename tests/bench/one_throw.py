@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from figures import FigureRow, output_option, show
 
 from compare.clock import Reading
-from compare.contest import crew
+from compare.crew import crew
 from compare.frontier import by_contestant, error, reach
 from compare.sweep import YARDSTICK, Sweep, sweep
 from compare.worker import Failure

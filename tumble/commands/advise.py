@@ -2,7 +2,8 @@
 
 from argparse import Namespace
 
-from compare.contest import crew
+from compare.contestants import flights
+from compare.crew import crew
 from compare.sweep import sweep
 from reports.terminal import advice_text, console
 from scenarios.read import read_scene
@@ -13,7 +14,7 @@ def main(options: Namespace) -> int:
     """Sweep one scene and print the cheapest method and step of each engine."""
     scene = read_scene(options.scene)
     with crew(options.engine, options.time_limit) as entrants:
-        with progress(sum(len(entrant.methods) for entrant in entrants) + 1) as tick:
+        with progress(flights(entrants, [scene]) + 1) as tick:
             found = sweep(entrants, scene, tick)
         out = console()
         for piece in advice_text(found, options.tolerance):

@@ -4,7 +4,9 @@ import shlex
 from argparse import Namespace
 from pathlib import Path
 
-from compare.contest import compare, crew
+from compare.contest import compare
+from compare.contestants import flights
+from compare.crew import crew
 from compare.flight import check_step
 from compare.results import tables, write_tables
 from reports.terminal import comparison_text, console
@@ -23,7 +25,7 @@ def main(options: Namespace) -> int:
     if folder:
         folder.mkdir(parents=True, exist_ok=True)
     with crew(options.engine, options.time_limit) as entrants:
-        with progress(1 + sum(len(entrant.methods) for entrant in entrants)) as tick:
+        with progress(flights(entrants, [scene]) + 1) as tick:
             comparisons = compare(entrants, [scene], options.dt, tick)
         out = console()
         for piece in comparison_text(comparisons[0], options.vertex):

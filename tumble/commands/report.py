@@ -4,14 +4,19 @@ import shlex
 from argparse import Namespace
 from pathlib import Path
 
-from compare.contest import compare, crew
+from compare.ablation import QUICK_SPAN_S, ablate
+from compare.contest import compare
+from compare.contestants import flights
+from compare.crew import crew
 from compare.flight import check_step
-from compare.results import SWEEP_TABLES, sweep_tables, tables, write_tables
+from compare.results import SWEEP_TABLES, ablation_tables, sweep_tables, tables, write_tables
+from compare.stability_contest import STIFF
+from compare.stability_store import kept_tables, quick_tables
 from compare.sweep import QUICK_BUDGET_S, REFERENCE, YARDSTICK, sweep
 from compare.tables import write_whole
 from reports.page import page
-from scenarios.read import BadScene, catalogue, read_scene
-from scenarios.truth import has_truth
+from scenarios.needs import needs
+from scenarios.read import catalogue, read_scenes
 from tumble.notes import note, progress
 
 
@@ -19,22 +24,28 @@ def main(options: Namespace) -> int:
     """Put every scene to every contestant, write the tables, and make the page from them."""
     file = Path(options.output)
     folder = file.with_name(f"{file.stem}-tables")
-    scenes = [read_scene(name) for name in dict.fromkeys(options.scene) or catalogue()]
-    for number, scene in enumerate(scenes):
+    scenes = read_scenes(options.scene or catalogue())
+    for scene in scenes:
         check_step(scene, options.dt)
-        if any(scene.name == other.name for other in scenes[:number]):
-            raise BadScene(f"two scenes are named {scene.name!r}: rename one of the files")
     # A sweep takes seconds a scene: the catalogue is judged on its yardstick, scenes asked for by name on themselves.
-    swept = [scene for scene in scenes if (options.scene or scene.name == YARDSTICK) and has_truth(scene)]
+    swept = [scene for scene in scenes if options.scene or scene.name == YARDSTICK]
     folder.mkdir(parents=True, exist_ok=True)
     with crew(options.engine, options.time_limit) as entrants:
-        methods = sum(len(entrant.methods) for entrant in entrants)
-        with progress((len(scenes) + len(swept)) * (1 + methods) + 1) as tick:
+        with progress(flights(entrants, (*scenes, *swept)) + len(scenes) + len(swept) + 1) as tick:
             command = shlex.join(options.words)
-            texts = tables(compare(entrants, scenes, options.dt, tick), entrants, command)
-            sweeps = [sweep(entrants, scene, tick, QUICK_BUDGET_S) for scene in swept]
+            comparisons = compare(entrants, scenes, options.dt, tick)
+            texts = tables(comparisons, entrants, command)
+            judged = [each.scene for each in comparisons if each.truth]
+            sweeps = [sweep(entrants, scene, tick, QUICK_BUDGET_S) for scene in swept if scene in judged]
             costs = sweep_tables(sweeps, entrants, REFERENCE, command)
+            plainest = min(scenes, key=lambda scene: len(needs(scene)))
+            ablation = ablate(entrants, plainest, tick, QUICK_SPAN_S, most_methods=1)
+            texts["ablation.csv"] = ablation_tables([ablation], entrants, command)["ablation.csv"]
             texts |= {f"sweep-{name}": costs[name] for name in SWEEP_TABLES}
+            # All maps take a minute or two: those that `tumble stability -o` left there are drawn, else one row of one.
+            texts |= kept_tables(folder / "stability")
+            if "limits.csv" not in texts:
+                texts |= quick_tables(entrants, [scene for scene in scenes if scene.name == STIFF[0]], tick)
             tick("drawing the page")
             html = page(texts)
         write_tables(folder, texts)
