@@ -87,7 +87,7 @@ def scene_row(comparison: Comparison) -> SceneRow:
         scene.duration,
         scene.step,
         len(scene.times),
-        comparison.why_no_truth or "exact",
+        comparison.why_no_truth or (truth.how if truth else ""),
         None if truth is None else float(truth.bound.max()),
         None if truth is None else float(truth.floor.max()),
     )

@@ -48,17 +48,12 @@ def stiffest_mode(scene: Scene) -> Mode:
     matrix = linearised(scene, struck_start(scene)[0])
     eigenvalues, vectors = np.linalg.eig(matrix)
     largest = int(np.argmax(np.abs(eigenvalues)))
-    if not scene_pulls(scene):
+    if scene.is_free:
         return Mode(float(abs(eigenvalues[largest])))
     u = vectors[:6, largest]
     weighted = u.conj() * np.repeat((scene.body.mass, *scene.body.moments), (3, 1, 1, 1))
     stiffness, damping = (-weighted @ block @ u / (weighted @ u) for block in (matrix[6:, :6], matrix[6:, 6:]))
     return Mode(float(abs(eigenvalues[largest])), max(0.0, float(damping.real)), max(0.0, float(stiffness.real)))
-
-
-def scene_pulls(scene: Scene) -> bool:
-    """Whether a force other than gravity acts."""
-    return bool(scene.tethers or scene.drag or scene.floor)
 
 
 def linearised(scene: Scene, state: Array) -> Array:
@@ -69,7 +64,7 @@ def linearised(scene: Scene, state: Array) -> Array:
     matrix[0:3, 6:9] = matrix[3:6, 9:12] = np.eye(3)
     matrix[3:6, 3:6] = -cross_matrix(w_body)
     matrix[9:12, 9:12] = (cross_matrix(moments * w_body) - cross_matrix(w_body) * moments) / moments[:, None]
-    if scene_pulls(scene):
+    if not scene.is_free:
         matrix[6:12] += pulled(scene, state, axes)
     return matrix
 
@@ -172,7 +167,7 @@ IMPLICIT_TORQUE = Theory(UNLIMITED, "gyroscopic torque by implicit Euler: damps 
 
 def theory(contestant: str, scene: Scene, mode: Mode) -> Theory | None:
     """Return what theory says of ENGINE:METHOD on this scene, None where there is none that we know of."""
-    if not scene_pulls(scene):
+    if scene.is_free:
         return free_theory(contestant, scene)
     if contestant in COLLOCATION:
         return Theory(UNLIMITED, A_STABLE)

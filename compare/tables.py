@@ -188,7 +188,7 @@ def cells(text: str) -> Iterator[Cells]:
     """Yield a table's rows, column name -> cell."""
     lines = csv.reader(io.StringIO(text, newline=""))
     names = next(lines)
-    return (dict(zip(names, line, strict=True)) for line in lines)
+    return (dict(zip(names, map(text_of_cell, line), strict=True)) for line in lines)
 
 
 def typed(row_type: type[Row], table: Iterable[Cells]) -> Iterator[Row]:
@@ -204,7 +204,7 @@ def reader(hint: Any) -> Callable[[str], Any]:
     kinds = get_args(hint) or (hint,)
     if hint is bool:
         return lambda cell: cell == str(True)
-    read = text_of_cell if kinds[0] is str else kinds[0]
+    read = kinds[0]
     if NoneType in kinds:
         return lambda cell: read(cell) if cell else None
     return read

@@ -162,13 +162,13 @@ def energies(run: Run) -> Iterator[Balance]:
     """
     scene, states = run.scene, run.flight.states
     true = None if run.truth is None else run.truth.states
-    if pulled(scene):
-        yield balance("energy", mechanical_energy, scene, states, true)
+    if not scene.is_free:
+        yield balance("energy", mechanical_energy, moving_and_stored, scene, states, true)
         return
-    parts = [balance("energy of the spin", spin, scene, states, true)]
-    parts.append(balance("energy of the fall", fall, scene, states, true))
+    of_spin = balance("energy of the spin", spin, spin, scene, states, true)
+    of_fall = balance("energy of the fall", fall, carried, scene, states, true)
     turns = spin(states[:1] if true is None else true, scene).max() > 0
-    yield from parts if turns else reversed(parts)
+    yield from (of_spin, of_fall) if turns else (of_fall, of_spin)
 
 
 def spin(states: Array, scene: Scene) -> Array:
@@ -176,9 +176,19 @@ def spin(states: Array, scene: Scene) -> Array:
     return invariants.spin_energy(states, scene.body)
 
 
+def carried(states: Array, scene: Scene) -> Array:
+    """Return m v.v / 2 [J]."""
+    return invariants.kinetic_energy(states, scene.body) - spin(states, scene)
+
+
 def fall(states: Array, scene: Scene) -> Array:
     """Return m v.v / 2 - m g.x [J]."""
     return invariants.energy(states, scene.body, scene.gravity) - spin(states, scene)
+
+
+def moving_and_stored(states: Array, scene: Scene) -> Array:
+    """Return kinetic energy and what tethers and floor hold [J]."""
+    return invariants.kinetic_energy(states, scene.body) + stored(states, scene)
 
 
 def mechanical_energy(states: Array, scene: Scene) -> Array:
@@ -198,23 +208,17 @@ def stored(states: Array, scene: Scene) -> Array:
     return held
 
 
-def balance(name: str, law: Law, scene: Scene, states: Array, true: Array | None) -> Balance:
-    """Return one energy's balance; its scale is what moves and is stored in the truth, or at the start."""
-    dampers = [tether.damping for tether in scene.tethers] + ([scene.floor.damping] if scene.floor else [])
-    damped = bool(scene.drag or any(dampers))
+def balance(name: str, law: Law, unit: Law, scene: Scene, states: Array, true: Array | None) -> Balance:
+    """Return one energy's balance; its scale is the largest of another in the truth, or without one at the start."""
     known = states[:1] if true is None else true
-    weightless = invariants.kinetic_energy(known, scene.body) + stored(known, scene)
-    if law is spin:
-        weightless = spin(known, scene)
-    elif law is fall:
-        weightless = weightless - spin(known, scene)
-    scale = float(weightless.max()) or own_scale(states, scene)
-    expected = law(known, scene) if true is not None else law(states[:1], scene)
-    band = PULLED_BAND if pulled(scene) else BAND
-    return Balance(name, (law(states, scene) - expected) / scale, scale, band, damped and true is None)
+    scale = float(unit(known, scene).max()) or own_scale(scene)
+    dampers = [tether.damping for tether in scene.tethers] + ([scene.floor.damping] if scene.floor else [])
+    decays = true is None and bool(scene.drag or any(dampers))
+    band = BAND if scene.is_free else PULLED_BAND
+    return Balance(name, (law(states, scene) - law(known, scene)) / scale, scale, band, decays)
 
 
-def own_scale(states: Array, scene: Scene) -> float:
+def own_scale(scene: Scene) -> float:
     """Return an energy to measure by where nothing moves at first and nothing is stored: that of a fall by its size."""
     size = float(np.linalg.norm(scene.body.points, axis=1).max())
     return scene.body.mass * size * float(np.linalg.norm(scene.gravity if scene.gravity is not None else 0.0)) or 1.0
@@ -329,7 +333,7 @@ def is_drifting(run: Run, balances: list[Balance]) -> str:
 
 def off_momentum(run: Run) -> str:
     """Say so where a free body's angular momentum leaves its band."""
-    off = 0.0 if pulled(run.scene) else off_by(run, invariants.angular_momentum)
+    off = off_by(run, invariants.angular_momentum) if run.scene.is_free else 0.0
     return f"angular momentum off by {off:.2g} of it" if off > BAND else ""
 
 
@@ -339,11 +343,6 @@ def off_by(run: Run, law: Callable[[Array, Body], Array]) -> float:
     true = law(states[:1] if run.truth is None else run.truth.states, body)
     off, scale = largest(law(states, body) - true), largest(true)
     return off / scale if scale else off
-
-
-def pulled(scene: Scene) -> bool:
-    """Whether a force other than gravity acts."""
-    return bool(scene.tethers or scene.drag or scene.floor)
 
 
 def deformed(run: Run) -> str:

@@ -14,7 +14,9 @@ from compare.grade.verdict import (
     CORRECT_TO_LIMIT,
     CORRECT_TO_NOISE,
     CORRECT_TO_SINGLE,
+    EXPLAINED_PARTLY,
     EXPLAINED_WHOLLY,
+    TOO_FEW,
     TOO_LITTLE,
     UNEXPLAINED,
     Grade,
@@ -92,8 +94,8 @@ def kept_quantities(grade: Grade) -> Iterator[Text]:
         energy, momentum, angular = m.drifts
         how = "by differences of the poses, so noise adds to it" if m.by_differences else "from its velocities"
         yield plain(
-            f"off by at most: energy {energy:+.1e}, momentum {momentum:.1e}, angular momentum {angular:.1e} of their size "
-            f"({how})"
+            f"off by at most: energy {energy:+.1e}, momentum {momentum:.1e}, angular momentum {angular:.1e} of their "
+            f"size ({how})"
         )
 
 
@@ -118,9 +120,11 @@ def verdict_lines(grade: Grade) -> Iterator[str]:
             )
         case verdict if verdict == TOO_LITTLE:
             yield (
-                f"Off by {metres(m.worst_m)}, {figure(m.worst_m / grade.size_m)} of the body's size: too little to tell "
-                "one mistake from another."
+                f"Off by {metres(m.worst_m)}, {figure(m.worst_m / grade.size_m)} of the body's size: too little to "
+                "tell one mistake from another."
             )
+        case verdict if verdict == TOO_FEW:
+            yield f"Off by {metres(m.worst_m)}: one row is too few to say why."
         case _ if diagnosis is not None:
             yield from diagnosis_lines(grade, diagnosis)
     yield from other_findings(grade)
@@ -135,6 +139,8 @@ def diagnosis_lines(grade: Grade, diagnosis: Diagnosis) -> Iterator[str]:
         if not best.mistakes:
             return
         yield "The best of them, not to be believed:"
+    elif grade.verdict == EXPLAINED_PARTLY:
+        yield "What comes nearest, though it does not explain all:"
     elif diagnosis.alike:
         yield "What is wrong is one of several things that fit alike.  The first of them:"
     else:
@@ -170,11 +176,11 @@ def said(explanation: Explanation) -> str:
 
 
 def other_findings(grade: Grade) -> Iterator[str]:
-    """Yield what the file shows beside: quaternions of a wrong length, a shape that changes, a spin written otherwise."""
+    """Yield what else the file shows: quaternions of a wrong length, a shape that changes, a spin written otherwise."""
     m = grade.measured
     if m.lengths is not None and max(abs(length - 1) for length in m.lengths) > 1e-3:
         least, most = m.lengths
-        yield f"Seen beside: the quaternion is {least:.4g} to {most:.4g} long, not 1 (errors are those of the attitude)."
+        yield f"Seen beside: the quaternion is {least:.4g} to {most:.4g} long, not 1."
     if m.shown.kind != "pose" and grade.strain > 0:
         yield f"Seen beside: the shape is not rigid: distances between vertices change by up to {grade.strain:.2g}."
     if grade.spin:

@@ -15,8 +15,8 @@ from hypothesis import strategies as st
 
 from scenarios.frames import rotation_matrix, vertices
 from scenarios.impulse import RayMissed, jump
-from scenarios.scene import Body, Drag, Floor, Impulse, Ray, Scene, Tether, frozen_array
-from scenarios.truth import NoTruth, truth
+from scenarios.scene import Body, Impulse, Ray, Scene, frozen_array
+from scenarios.truth import truth
 from scenarios.truth.elliptic import JacobiFunctions, third_kind_angle
 from scenarios.truth.flight import read_throw
 from scenarios.truth.limit import PRECISIONS, settle
@@ -427,18 +427,6 @@ def test_rays_that_miss_or_start_inside_are_refused():
     for origin, what in (((3.0, 9.0, 0.0), "misses"), ((0.3, -1.2, 0.7), "inside")):
         with pytest.raises(RayMissed, match=what):
             truth(a_scene(impulses=[click(0.0, origin, (-1.0, 0.0, 0.0), (-2.0, 0.0, 0.0))]))
-
-
-def test_forces_have_no_closed_form():
-    zero = frozen_array(np.zeros(3))
-    forces = {
-        "tether": {"tethers": (Tether(zero, zero, 80.0, 0.6, 0.0),)},
-        "drag": {"drag": Drag(0.3, 0.02)},
-        "floor": {"floor": Floor(0.0, frozen_array((0, 1, 0)), 2e4, 15.0)},
-    }
-    for name, force in forces.items():
-        with pytest.raises(NoTruth, match=name):
-            truth(a_scene(**force))
 
 
 def test_throws_fly_alone():

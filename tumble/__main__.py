@@ -93,7 +93,9 @@ def parser() -> Parser:
     stability = command("stability", "who is stable where, how long a step each bears, and what extreme cases do")
     stability.add_argument("scene", nargs="*", metavar="SCENE", help=SCENE_HELP + "; default: stiff ones, and extremes")
     stability.add_argument("-e", "--engine", action="append", default=[], metavar="ENGINE[:METHOD]", help=ENGINE_HELP)
-    stability.add_argument("--time-limit", type=seconds, default=20.0, metavar="S", help="for each flight [s]; default 20")
+    stability.add_argument(
+        "--time-limit", type=seconds, default=20.0, metavar="S", help="for each flight [s]; default 20"
+    )
     stability.add_argument("-o", "--output", metavar="DIR", help="keep the tables in DIR as CSV, and go on from there")
 
     grade = command("grade", "judge a trajectory that some other program wrote, and say what is most likely wrong")

@@ -12,7 +12,7 @@ from typing import Any, get_type_hints
 from compare.check.energy import TRENDS
 from compare.conditions import ConditionRow, versions
 from compare.results import EngineRow
-from compare.tables import Row, reader, table_text
+from compare.tables import Row, reader, table_text, text_of_cell
 from scenarios.files import plain_bytes, why_unread
 from scenarios.format import printable, short
 
@@ -190,7 +190,7 @@ def values(shown: str, number: int, columns: Mapping[str, Any], line: Sequence[s
     for (name, kind), text in zip(columns.items(), line, strict=True):
         where = f"{shown}: line {number}: {name}"
         try:
-            value = reader(kind)(text)
+            value = reader(kind)(text_of_cell(text))
         except ValueError:
             raise BadRecord(f"{where} = {short(text)}: must be a {'whole ' * (kind in WHOLE)}number") from None
         if kind in WHOLE and value is not None and not 0 <= value <= LARGEST_COUNT:

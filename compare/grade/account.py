@@ -5,6 +5,7 @@ The account of a program without mistakes is `truthful`; a mistake replaces some
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -20,6 +21,8 @@ from solver.forces import Forces
 SEARCHING, FINE = 0.2, 0.02
 # Of the shortest time in which a spring swings by a radian.
 SPRING_STEP = 0.1
+# Of impulses applied in some way; the same are flown again and again with other mistakes.
+EVENTS_KEPT = 1024
 # Where a clock's instant divided by its tick is a whole number but for rounding, it is that number.
 WHOLE = 1e-6
 
@@ -60,7 +63,7 @@ class Stroke(NamedTuple):
 class Pose(NamedTuple):
     """What a program writes down at its instants [s], (T,).
 
-    x [m], (T, 3); axes: its matrix body to world, (T, 3, 3); q: (T, 4), nan where it keeps none.
+    x [m], (T, 3); axes: its matrix body to world, (T, 3, 3); q as flown, (T, 4), nan where it keeps none.
     """
 
     times: Array
@@ -69,6 +72,7 @@ class Pose(NamedTuple):
     q: Array
 
 
+AT_ONCE, RIGHT, IN_NO_STEPS = Stroke(), Clock(), Scheme(0.0, SMOOTH, EXPLICIT, False, False)
 Writing = Callable[[Pose], Pose]
 
 
@@ -90,17 +94,18 @@ class Account:
     damping: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
     gyroscopic: float = 1.0
     mixed: float = 0.0
-    stroke: Stroke = Stroke()
-    scheme: Scheme = Scheme(0.0, SMOOTH, EXPLICIT, False, False)
-    clock: Clock = Clock()
+    stroke: Stroke = AT_ONCE
+    scheme: Scheme = IN_NO_STEPS
+    clock: Clock = RIGHT
     writings: tuple[Writing, ...] = ()
 
     def written(self, times: Array, fineness: float = SEARCHING) -> Pose:
         """Return what the program wrote at its instants [s], increasing, (T,)."""
         rows = self.flown(self.clock.reached(times), fineness)
         pose = Pose(times, rows[:, 0:3], rows[:, 3:12].reshape(-1, 3, 3), rows[:, 18:22])
-        for writing in self.writings:
-            pose = writing(pose)
+        with np.errstate(all="ignore"):  # a flight that blew up is judged by what it leaves
+            for writing in self.writings:
+                pose = writing(pose)
         return pose
 
     def flown(self, times: Array, fineness: float = SEARCHING) -> Array:
@@ -110,32 +115,16 @@ class Account:
         moments = tuple(self.moments.tolist())
         laws = Laws(moments, forces, self.damping, self.gyroscopic, self.mixed, self.stroke.arm)
         scheme = self.scheme if self.scheme.attitude != SMOOTH else self.scheme._replace(step=fineness)
-        fly(self.start, times, rows, laws, self._events(), self._spring_rate() * fineness / SPRING_STEP, scheme)
+        fly(
+            self.start,
+            times,
+            rows,
+            laws,
+            _events(self.impulses, self.stroke),
+            self._spring_rate() * fineness / SPRING_STEP,
+            scheme,
+        )
         return rows
-
-    def _events(self) -> Array:
-        """Return the events of `stepping`, (E, 16)."""
-        stroke, rows = self.stroke, []
-        for impulse in self.impulses:
-            value = stroke.strength * impulse.value
-            in_body = impulse.point_body is not None
-            place = (*(impulse.point_body if in_body else impulse.point_world), in_body)  # type: ignore[misc]
-            if not stroke.lasts:
-                rows.append((impulse.time, JUMP, *value, *value, *place))
-                continue
-            force, turning = value / stroke.lasts, value / stroke.lasts if stroke.turns else np.zeros(3)
-            if not stroke.turns:
-                rows.append((impulse.time, JUMP, 0.0, 0.0, 0.0, *value, *place))
-            rows.append((impulse.time, BEGIN, *force, *turning, *place))
-            if stroke.ends:
-                rows.append((impulse.time + stroke.lasts, END, *force, *turning, *place))
-        events = np.zeros((len(rows), EVENT))
-        order = sorted(range(len(rows)), key=lambda number: rows[number][0])
-        for place, number in enumerate(order):
-            events[place, :12] = rows[number]
-            if rows[number][1] == END:
-                events[place, 15] = order.index(number - 1)  # a force is listed as it begins, then as it ends
-        return events
 
     def _spring_rate(self) -> float:
         """Return at most how fast a spring of the scene can make the body swing [rad/s]."""
@@ -155,7 +144,7 @@ def truthful(scene: Scene, throw: int) -> Account:
 
 
 def _landed(impulse: Impulse, before: Account) -> Impulse:
-    """Return an impulse with the point where its ray meets the body of an account; other programs are told the point."""
+    """Return an impulse with the point where its ray meets the body of an account: others are told it."""
     if impulse.ray is None:
         return impulse
     row = before.flown(np.array([impulse.time]), FINE)[0]
@@ -166,6 +155,32 @@ def _landed(impulse: Impulse, before: Account) -> Impulse:
 def with_writing(account: Account, writing: Writing) -> Account:
     """Return the account of a program that does this to a pose last of all."""
     return replace(account, writings=(*account.writings, writing))
+
+
+@lru_cache(maxsize=EVENTS_KEPT)
+def _events(impulses: tuple[Impulse, ...], stroke: Stroke) -> Array:
+    """Return the events of `stepping`, (E, 16)."""
+    rows = []
+    for impulse in impulses:
+        value = stroke.strength * impulse.value
+        in_body = impulse.point_body is not None
+        place = (*(impulse.point_body if in_body else impulse.point_world), in_body)  # type: ignore[misc]
+        if not stroke.lasts:
+            rows.append((impulse.time, JUMP, *value, *value, *place))
+            continue
+        force, turning = value / stroke.lasts, value / stroke.lasts if stroke.turns else np.zeros(3)
+        if not stroke.turns:
+            rows.append((impulse.time, JUMP, 0.0, 0.0, 0.0, *value, *place))
+        rows.append((impulse.time, BEGIN, *force, *turning, *place))
+        if stroke.ends:
+            rows.append((impulse.time + stroke.lasts, END, *force, *turning, *place))
+    events = np.zeros((len(rows), EVENT))
+    order = sorted(range(len(rows)), key=lambda number: rows[number][0])
+    for place, number in enumerate(order):
+        events[place, :12] = rows[number]
+        if rows[number][1] == END:
+            events[place, 15] = order.index(number - 1)  # a force is listed as it begins, then as it ends
+    return events
 
 
 def _stiffness(forces: Forces) -> float:

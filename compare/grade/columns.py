@@ -1,7 +1,8 @@
 """What a column of somebody's trajectory is: a quantity and its unit, said by its name or by the user.
 
-A name is QUANTITY_UNIT, as in our own trajectories: t_s, x_m, qw, vx_m_s, wx_rad_s, v0x_m; also r11 ... r33 for a matrix
-body to world, row then column, and `throw`.  Other units have names too: t_ms, x_cm, wx_deg_s.  Nothing is guessed.
+A name is QUANTITY_UNIT, as in our own trajectories: t_s, x_m, qw, vx_m_s, wx_rad_s, v0x_m; also r11 ... r33 for a
+matrix body to world, row then column, and `throw`.  Other units have names too: t_ms, x_cm, wx_deg_s.  Nothing is
+guessed.
 """
 
 import re
@@ -41,7 +42,7 @@ class BadTrajectory(ValueError):
 class Column(NamedTuple):
     """Where a quantity is found in a row, and its unit in SI."""
 
-    index: int
+    place: int
     factor: float
 
 
@@ -87,7 +88,7 @@ def layout(file: str, header: Sequence[str], mapping: Mapping[str, str]) -> dict
             continue
         quantity, factor = meaning
         if quantity in found:
-            first = header[found[quantity].index]
+            first = header[found[quantity].place]
             raise BadTrajectory(
                 f"{file}: columns {short(first)} and {short(column)} both say {quantity}: which one? "
                 f"e.g. --map {printable(column)}={IGNORED}"
@@ -116,7 +117,7 @@ def _allowed(name: str) -> str:
     quantity = name.partition("_")[0]
     measured = dimension(quantity)
     if measured is None:
-        return f"no such name; there are t_s, x_m, y_m, z_m, qw, ..., r11, ..., vx_m_s, ..., wx_rad_s, ..., v0x_m, ..., {IGNORED}"
+        return f"no such name; there are t_s, x_m .., qw .., r11 .., vx_m_s .., wx_rad_s .., v0x_m .., and {IGNORED}"
     units = [f"{quantity}_{unit}" if unit else quantity for unit in UNITS[measured]]
     return f"must be one of {', '.join(units)}"
 
@@ -167,14 +168,11 @@ class Shown:
     spin: bool
 
 
-KINDS = ("pose", "matrix", "vertices")
-
-
 def shown(file: str, columns: Mapping[str, Column], points: int, by: str | None) -> list[Shown]:
     """Return the descriptions of the body's place in a file, the one to grade first.
 
-    points: how many the body has; by: the one of KINDS that the user wants.  Raises BadTrajectory where a description has
-    a part missing, a vertex does not exist, or nothing says where the body is.
+    points: how many the body has; by: the one that the user wants, or None.  Raises BadTrajectory where a description
+    has a part missing, a vertex does not exist, or nothing says where the body is.
     """
     if TIME not in columns:
         raise BadTrajectory(f"{file}: no column says the time: name it t_s, or say which, e.g. --map COLUMN=t_s")
@@ -194,8 +192,8 @@ def shown(file: str, columns: Mapping[str, Column], points: int, by: str | None)
     }
     if not any(has.values()):
         raise BadTrajectory(
-            f"{file}: nothing says where the body is: x_m, y_m, z_m with qw, qx, qy, qz or r11 ... r33, or v0x_m, v0y_m, "
-            "v0z_m, ...; name foreign columns with --map COLUMN=NAME"
+            f"{file}: nothing says where the body is: x_m, y_m, z_m with qw, qx, qy, qz or r11 ... r33, or v0x_m, "
+            "v0y_m, v0z_m, ...; name foreign columns with --map COLUMN=NAME"
         )
     if by and not has[by]:
         raise BadTrajectory(f"{file}: --by {by}: the file has {' and '.join(kind for kind in has if has[kind])} only")

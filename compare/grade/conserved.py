@@ -1,4 +1,4 @@
-"""What a free body keeps, of a trajectory: from its velocities where it has them, else from differences of its poses."""
+"""What a free body keeps, of a trajectory: by its velocities where it has them, else by differences of its poses."""
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -75,7 +75,7 @@ class Conserved:
         """Return which central differences have no impulse between their ends, (n - 2,)."""
         struck = np.array([impulse.time for impulse in self._scene.impulses])
         begins, ends = times[:-2, None], times[2:, None]
-        return ~((begins < struck) & (struck <= ends)).any(axis=1)
+        return np.logical_not(np.any((begins < struck) & (struck <= ends), axis=1))
 
 
 def posed(places: Array, points: Array) -> Array:

@@ -97,7 +97,8 @@ class Diagnosis:
 class Search:
     """Explanations of one throw.
 
-    kept: its rows; points: the vertices that they show [m], (K, 3); hypotheses in the order in which a program makes them.
+    kept: its rows; points: the vertices that they show [m], (K, 3); hypotheses: in the order in which a program makes
+    them.
     """
 
     def __init__(
@@ -137,7 +138,7 @@ class Search:
         return Explanation(mistakes, rms_m, largest, self._scale.weight(rms_m, self._cost(mistakes)), errors)
 
     def _candidates(self) -> list[Mistakes]:
-        """Return the mistakes that are worth a fine fit: the best alone, and in pairs unless one alone leaves nothing."""
+        """Return what is worth a fine fit: the best mistakes alone, and in pairs unless one alone leaves nothing."""
         singles = sorted((self._tuned((h,)) for h in self._hypotheses), key=self._glanced)
         best = self.explain(singles[0])
         finalists = singles[:FINALISTS]
@@ -300,10 +301,12 @@ class Search:
         """Return mistakes with a number in which the flight jumps at its best, tried ever nearer to one another."""
         assert hypothesis.spacing is not None
         value = _value(mistakes, hypothesis)
-        # Far from the right value all are alike but for their mean, so that the first look may have been well off.
+        # Far from the right value all are alike but for their mean, so that the first look may have been well off; near
+        # it most rows fit and some are a whole jump off, which a median sees from further away than a mean square.
         low, high = value / OFF, value * OFF
         count = int(np.clip((high - low) / hypothesis.spacing(value), 8, MOST_FITTED))
-        mistakes = self._best_of(mistakes, hypothesis, (value, *np.linspace(low, high, count).tolist()))
+        tried = (_with(mistakes, hypothesis, v) for v in (value, *np.linspace(low, high, count).tolist()))
+        mistakes = min(tried, key=self._median)
         for closer in CLOSER:
             value = _value(mistakes, hypothesis)
             reach = 2 * closer * hypothesis.spacing(value)
@@ -332,11 +335,19 @@ class Search:
 
     def _left(self, mistakes: Mistakes) -> float:
         """Return the logarithm of what mistakes leave of all rows, roughly flown."""
-        self.tried += 1
-        errors = self._errors(self._changed(mistakes).written(self._kept.times, SEARCHING), self._kept)
         with np.errstate(all="ignore"):
-            left = float(np.log(root_mean_square(errors) + 1e-3 * self._scale.floor_m))
+            left = float(np.log(root_mean_square(self._roughly(mistakes)) + 1e-3 * self._scale.floor_m))
         return left if np.isfinite(left) else np.inf
+
+    def _median(self, mistakes: Mistakes) -> float:
+        """Return what mistakes leave of the middle one of all rows [m^2], roughly flown."""
+        with np.errstate(all="ignore"):
+            left = float(np.median((self._roughly(mistakes) ** 2).sum(axis=(1, 2))))
+        return left if np.isfinite(left) else np.inf
+
+    def _roughly(self, mistakes: Mistakes) -> Array:
+        self.tried += 1
+        return self._errors(self._changed(mistakes).written(self._kept.times, SEARCHING), self._kept)
 
     def _named(self, mistakes: Mistakes) -> Mistakes:
         """Return mistakes with every fitted value at the nearest one that has a name."""
@@ -373,8 +384,9 @@ class Search:
         """Return a pose as mistakes in writing leave it."""
         if not mistakes:
             return pose
-        for writing in self._changed(mistakes).writings:
-            pose = writing(pose)
+        with np.errstate(all="ignore"):
+            for writing in self._changed(mistakes).writings:
+                pose = writing(pose)
         return pose
 
     def _errors(self, pose: Pose, kept: Kept) -> Array:

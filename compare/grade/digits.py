@@ -1,4 +1,4 @@
-"""What printed figures can tell: the place of the last digit, and how far off a correct number may be by its rounding."""
+"""What printed figures can tell: the place of the last digit, and how far off a right number may be by rounding."""
 
 import re
 from collections.abc import Iterable
@@ -9,12 +9,10 @@ import numpy as np
 from scenarios.frames import Array
 
 NUMBER = re.compile(r"[+-]?(\d*)\.?(\d*)(?:[eE]([+-]?\d+))?", re.ASCII)
-# Of a number in single precision, half its last bit, relative to the number.
-HALF_SINGLE = 2.0**-24
 # Nine significant digits tell every single-precision number from its neighbours, and from most doubles.
 TELLING = 9
 # Intervals of a clock in doubles are as even as this.
-ROUNDING = 1e-6
+ROUNDING = 1e-8
 
 
 class Digits(NamedTuple):

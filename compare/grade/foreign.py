@@ -1,4 +1,4 @@
-"""Reads a trajectory that any program wrote, a block of rows at a time; what is wrong in it is one line for the user."""
+"""Reads a trajectory that any program wrote, a block of rows at a time; what is bad in it is one line for the user."""
 
 import csv
 import stat
@@ -75,7 +75,7 @@ class Trajectory:
             self.shown: list[Shown] = shown(self.name, self.columns, len(scene.body.points), by)
             looked_at = [row for _, row in islice(self._rows(lines), LOOKED_AT)]
         self.digits: dict[str, Digits] = {
-            name: digits(self._pointed(row[column.index]) for row in looked_at if column.index < len(row))
+            name: digits(self._pointed(row[column.place]) for row in looked_at if column.place < len(row))
             for name, column in self.columns.items()
         }
 
@@ -86,7 +86,7 @@ class Trajectory:
         with self._open() as file:
             lines = self._lines(file)
             next(lines, None)
-            cells = [row[column.index] for _, row in islice(self._rows(lines), LOOKED_AT) if len(row) > column.index]
+            cells = [row[column.place] for _, row in islice(self._rows(lines), LOOKED_AT) if len(row) > column.place]
         times = np.array([float(self._pointed(cell)) for cell in cells if _is_number(self._pointed(cell))])
         times = times[: 1 + int(np.argmax(np.append(np.diff(times) <= 0, True)))]
         return column.factor * printed.place / 2 if rounded_times(times, printed.place) else 0.0
@@ -176,7 +176,7 @@ class Trajectory:
         picked = list(self.columns.items())
         try:
             table = np.array(
-                [[self._number(cells[column.index]) for _, column in picked] for _, cells in part], dtype=float
+                [[self._number(cells[column.place]) for _, column in picked] for _, cells in part], dtype=float
             )
         except ValueError:
             self._refuse_cell(part)
@@ -200,13 +200,13 @@ class Trajectory:
         """Raise BadTrajectory for the first cell that is no finite number."""
         for line, cells in part:
             for column in self.columns.values():
-                cell = cells[column.index]
+                cell = cells[column.place]
                 try:
                     if np.isfinite(self._number(cell)):
                         continue
                 except ValueError:
                     pass
-                name = printable(self.header[column.index])
+                name = printable(self.header[column.place])
                 comma = ", or give --decimal , where commas are decimal points" if "," in cell else ""
                 raise BadTrajectory(f"{self.name}: line {line}, {name} = {short(cell)}: must be a finite number{comma}")
 
@@ -242,8 +242,8 @@ class Trajectory:
         if len(late):
             row = late[0]
             raise BadTrajectory(
-                f"{self.name}: line {block.lines[order[row]]}, t = {times[row]:.9g} s: must be later than the row before "
-                f"of the same throw, {before[row]:.9g} s"
+                f"{self.name}: line {block.lines[order[row]]}, t = {times[row]:.9g} s: must be later than the row "
+                f"before of the same throw, {before[row]:.9g} s"
             )
         ends = np.flatnonzero(np.append(fresh[1:], True))
         last.update(zip(throws[ends].tolist(), times[ends].tolist(), strict=True))

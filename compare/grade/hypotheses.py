@@ -1,4 +1,4 @@
-"""What a hypothesis is: a mistake, what it changes in a truthful account, what it leaves to be fitted, how it is said."""
+"""What a hypothesis is: a mistake, what it changes in a truthful account, what is to be fitted, how it is said."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field

@@ -60,7 +60,8 @@ def independent(rows: int, vertices: int) -> int:
 def root_mean_square(errors: Array) -> float:
     """Return the root mean square of lengths, (..., 3)."""
     flat = errors.ravel()
-    return float(np.sqrt(3.0 * (flat @ flat) / flat.size))
+    with np.errstate(over="ignore", invalid="ignore"):
+        return float(np.sqrt(3.0 * (flat @ flat) / flat.size))
 
 
 def relation(errors: Array) -> float:

@@ -24,7 +24,7 @@ class Reference:
 
     def __init__(self, scene: Scene) -> None:
         self._scene = scene
-        self._free = not (scene.tethers or scene.drag or scene.floor)
+        self._free = scene.is_free
         a, b, c = scene.body.moments.tolist()
         self._body = Body(scene.body.mass, (a, b, c))
         self._legs: tuple[int, list[tuple[float, Array]]] = (-1, [])

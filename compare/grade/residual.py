@@ -70,7 +70,7 @@ class Measured:
     """A whole trajectory against the right motion.
 
     worst_m: the largest error, with where it is; final_m: the largest at any throw's last row; half_m: the largest
-    that printed digits leave open; excess_m: the largest that they do not; over_time_m: the largest error in each of equal
+    that printed digits leave open; excess_m: the largest that they do not; over_time_m: the largest in each of equal
     parts of the duration, nan where there are no rows; relation: of neighbouring rows' errors, 0 for noise, 1 for a
     drift, over so many pairs; lengths: of the shortest and the longest quaternion; single: every number is one of
     single precision; drifts: of energy, momentum and angular momentum as `compare.judge` has them, None where they

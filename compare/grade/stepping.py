@@ -13,8 +13,18 @@ from numpy.typing import NDArray
 
 from solver.compilation import inner, kernel
 from solver.forces import Forces, wrench
-from solver.quaternion import Quaternion, exponential, norm_squared, normalise, plus, product, product_vector, stretch
-from solver.quaternion import rotate, rotate_back
+from solver.quaternion import (
+    Quaternion,
+    exponential,
+    norm_squared,
+    normalise,
+    plus,
+    product,
+    product_vector,
+    rotate,
+    rotate_back,
+    stretch,
+)
 from solver.vectors import Vector, add, cross, dot, scale, times
 
 Array = NDArray[np.float64]
@@ -34,9 +44,10 @@ EXPLICIT, MOMENTUM, IMPLICIT = 0, 1, 2
 class Laws(NamedTuple):
     """What moves the body, as the program has it.
 
-    moments [kg m2]; forces: of the scene; damping: a = -(d0 + d1 |v|) v and alpha = -(d2 + d3 |w|) w [1/s, 1/m, 1/s, 1];
-    gyroscopic: 1 right, 0 left out, -1 of the wrong sign; mixed: 1.0 where the attitude is turned by components in world
-    axes as if they were in body axes; arm: sign, share of x and a point [m], for a lever arm sign (r - share x - point).
+    moments [kg m2]; forces: of the scene; damping: a = -(d0 + d1 |v|) v and alpha = -(d2 + d3 |w|) w [1/s, 1/m, 1/s,
+    1]; gyroscopic: 1 right, 0 left out, -1 of the wrong sign; mixed: 1.0 where the attitude is turned by components in
+    world axes as if they were in body axes; arm: sign, share of x and a point [m], for a lever arm
+    sign (r - share x - point).
     """
 
     moments: Vector

@@ -37,6 +37,7 @@ TOO_LITTLE = "too little to explain"
 EXPLAINED_WHOLLY = "explained"
 EXPLAINED_PARTLY = "explained in part"
 UNEXPLAINED = "not explained"
+TOO_FEW = "too few rows to explain"
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +59,8 @@ class Grade:
             return CORRECT_TO_LIMIT
         if measured.excess_m <= 0:
             return CORRECT_TO_DIGITS
-        assert diagnosis is not None
+        if diagnosis is None:
+            return TOO_FEW
         if diagnosis.nothing.rms_m <= EXPLAINED * self.floor_m:
             return CORRECT_TO_DIGITS if measured.excess_m <= measured.half_m else TOO_LITTLE
         best = diagnosis.best
@@ -84,7 +86,7 @@ class Grade:
 
     @cached_property
     def strain(self) -> float:
-        """By how much a distance between two vertices is not what it should be, relative to it; 0 of a single vertex."""
+        """By how much a distance between two vertices is off, relative to it; 0 of a single vertex."""
         kept = self.measured.kept
         apart = [np.linalg.norm(np.diff(where, axis=1), axis=-1) for where in (kept.vertices, kept.true)]
         if not apart[0].size:

@@ -30,7 +30,7 @@ class Truth:
     states: (R, N, 13), each number the double nearest to the exact one; vertices: world [m], (R, N, n, 3), likewise;
     bound: how far a vertex may be from the exact answer, its rounding to doubles included [m], (R, N);
     floor: how far a vertex moves when every input changes by a relative 2^-53 [m], (R, N);
-    how: how it was made, in words: closed form, or by which integration.
+    how: exact, by the closed form, or by which integration.
     """
 
     times: Array
@@ -77,7 +77,7 @@ def _flight(mp: Any, scene: Scene, row: int) -> tuple[Array, Array, Array, Array
 def _closed(mp: Any, scene: Scene, row: int) -> Answer:
     rougher, finer = settle(mp, read_throw(scene, row))
     error = own_error(rougher, finer, scene.body.points)
-    return Answer(finer, error, input_floor(mp, scene, row, rougher), "closed form")
+    return Answer(finer, error, input_floor(mp, scene, row, rougher), "exact")
 
 
 def _integrated(mp: Any, scene: Scene, row: int) -> Answer:

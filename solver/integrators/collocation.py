@@ -7,7 +7,8 @@ terms, renewed where it serves badly; that decides how soon the slopes are found
 A step is taken in halves, and those again, where Newton's method does not find it; where it turns the body too far for
 a parabola; and where the instants at which forces are looked at do not show clearly what work they do, as at the touch
 of a floor.  At that kink Newton's method can also jump between the two sides for ever: until the part of the step is so
-short that either side is as good, to rounding.  Where no part is short enough the state becomes nan.
+short that either side is as good, to rounding.  Where no part is short enough, or too many are needed, the state
+becomes nan.
 
 Source: Hairer & Wanner, "Solving Ordinary Differential Equations II" (1996), sections IV.5 and IV.8.
 """
@@ -50,8 +51,8 @@ ROUNDING = 1e-12
 UNCLEAR = 1e-3
 # The power of a linear spring in a step is a polynomial of this degree, which nobody need call unclear.
 SPRING_DEGREE = 5
-# The furthest turn in a step that is not taken in halves [rad], and the least part of a step.
-FURTHEST_TURN, LEAST_PART = 1.0, 2.0**-40
+# The furthest turn in a step that is not taken in halves [rad]; the least part of a step, and how many may be tried.
+FURTHEST_TURN, LEAST_PART, MOST_PARTS = 1.0, 2.0**-40, 2**14
 
 
 class Scheme(NamedTuple):
@@ -192,22 +193,24 @@ def _advance(
 ) -> bool:
     """Take one step, in halves where it must be, and return whether all of it was found; if not the state is nan."""
     done, part = 0.0, 1.0
-    while done < 1.0:
+    for _ in range(MOST_PARTS):
         if _found(state, slopes, part * dt, columns, method, reach, inverse_moments, gyroscopic, forces):
             for a in columns:
                 state[a] += part * dt * _sum(method.weights, slopes, a)
             state[3], state[4], state[5], state[6] = normalise((state[3], state[4], state[5], state[6]))
             done += part
+            if done == 1.0:
+                return True
             # Back to the longest part that begins here.
             while part < 1.0 and done % (2.0 * part) == 0.0:
                 part *= 2.0
         elif part > LEAST_PART:
             part /= 2.0
         else:
-            for a in columns:
-                state[a] = math.nan
-            return False
-    return True
+            break
+    for a in columns:
+        state[a] = math.nan
+    return False
 
 
 @inner

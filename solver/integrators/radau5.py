@@ -18,7 +18,7 @@ def radau5(spins: NDArray[np.float64], n: int, dt: float, inverse_moments: Vecto
 
     spins: q, then L in body axes, (N, 7).
     It damps what it cannot follow, and so keeps nothing; |q| is put right after every step.  A step that turns the body
-    by more than a radian is taken in parts, and where no part is short enough the state becomes nan.
+    by more than a radian is taken in parts, and where 2^14 are not enough the state becomes nan.
     Source: Ehle (1969); Hairer & Wanner, "Solving Ordinary Differential Equations II" (1996), section IV.5, Radau IIA;
     order 5.
     """

@@ -12,8 +12,8 @@ STANDARD = 9.81  # m/s2
 SIZES = {9.8: "9.8 m/s2", 9.80665: "9.80665 m/s2", 10.0: "10 m/s2"}
 AXES = ("+x", "-x", "+y", "-y", "+z", "-z")
 DIRECTIONS = tuple(sign * axis for axis in np.eye(3) for sign in (1.0, -1.0))
-# 1/s, as long as nobody says otherwise: PhysX and Unity (angular), Jolt (both); Bullet's multibody (both); Godot (both).
-LINEAR = {0.04: "as Bullet's multibody without the quadratic part", 0.05: "Jolt's default", 0.1: "Godot's default"}
+# 1/s, where nobody says otherwise.
+LINEAR = {0.04: "as PyBullet, but without its quadratic part", 0.05: "Jolt's default", 0.1: "Godot's default"}
 ANGULAR = {**LINEAR, 0.05: "PhysX's, Unity's and Jolt's default"}
 BULLET = 0.04
 

@@ -7,16 +7,15 @@ import numpy as np
 
 from compare.grade.account import Pose, Writing, with_writing
 from compare.grade.hypotheses import Hypothesis, Question, choice, grid
-from scenarios.frames import Array, quaternion_product, rotation_matrix
+from scenarios.frames import Array, rotation_matrix
 
 EARTH_RAD_S = 7.292115e-5
-CONJUGATE = (1.0, -1.0, -1.0, -1.0)
 # Whose mistakes need no other flight: the same poses are written otherwise.
 WRITTEN = frozenset({"quaternion order", "conjugate", "pivot", "turning axes", "axes"})
 
 
 def writings(question: Question) -> Iterator[Hypothesis]:
-    """Yield what is wrong with poses or vertices that were right."""
+    """Yield what is wrong with poses or vertices that were right; first what asks for the quaternion itself."""
     if question.kind == "pose":
         yield from _orders()
     yield Hypothesis(
@@ -82,13 +81,13 @@ def _shuffled(order: Sequence[int]) -> Writing:
         q = pose.q[:, list(order)]
         square = (q * q).sum(axis=1)
         axes = square[:, None, None] * rotation_matrix(q / np.sqrt(square)[:, None])
-        return pose._replace(axes=axes, q=q)
+        return pose._replace(axes=axes)
 
     return write
 
 
 def _inverted(pose: Pose) -> Pose:
-    return pose._replace(axes=np.swapaxes(pose.axes, 1, 2), q=pose.q * CONJUGATE)
+    return pose._replace(axes=np.swapaxes(pose.axes, 1, 2))
 
 
 def _about_origin(start: Array) -> Writing:
@@ -99,13 +98,17 @@ def _about_origin(start: Array) -> Writing:
 
 def _turning(axis: int, rate: float) -> Writing:
     """Return how a world is written whose axes turn about one of them [rad/s]."""
+    first, second = (axis + 1) % 3, (axis + 2) % 3
 
     def write(pose: Pose) -> Pose:
-        back = np.zeros((len(pose.times), 4))
-        back[:, 0], back[:, 1 + axis] = np.cos(rate * pose.times / 2), -np.sin(rate * pose.times / 2)
-        turn = rotation_matrix(back)
-        x = np.einsum("tij,tj->ti", turn, pose.x)
-        return pose._replace(x=x, axes=turn @ pose.axes, q=quaternion_product(back, pose.q))
+        cos, sin = np.cos(rate * pose.times), np.sin(rate * pose.times)
+        x, axes = pose.x.copy(), pose.axes.copy()
+        x[:, first] = cos * pose.x[:, first] + sin * pose.x[:, second]
+        x[:, second] = cos * pose.x[:, second] - sin * pose.x[:, first]
+        cos, sin = cos[:, None], sin[:, None]
+        axes[:, first] = cos * pose.axes[:, first] + sin * pose.axes[:, second]
+        axes[:, second] = cos * pose.axes[:, second] - sin * pose.axes[:, first]
+        return pose._replace(x=x, axes=axes)
 
     return write
 
@@ -113,15 +116,12 @@ def _turning(axis: int, rate: float) -> Writing:
 def _renamed(names: Array, vertices: bool) -> Writing:
     """Return how a world with other axes is written, as x -> A x.
 
-    Vertices are written as they are, A R p; of a pose the body's axes are renamed as well, A R A^T.  The vector part of
-    its quaternion turns by A, and against it where A mirrors.
+    Vertices are written as they are, A R p; of a pose the body's axes are renamed as well, A R A^T.
     """
-    turn_q = np.eye(4)
-    turn_q[1:, 1:] = np.linalg.det(names) * names
 
     def write(pose: Pose) -> Pose:
         axes = names @ pose.axes
-        return pose._replace(x=pose.x @ names.T, axes=axes if vertices else axes @ names.T, q=pose.q @ turn_q.T)
+        return pose._replace(x=pose.x @ names.T, axes=axes if vertices else axes @ names.T)
 
     return write
 

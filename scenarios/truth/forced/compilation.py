@@ -1,9 +1,10 @@
 """How the integration is compiled, and where what is compiled is kept.
 
-`inlined` is for the lines that are run a million times: left to itself the compiler makes calls of them, which cost more
-than they do.  `inner` is for the other parts that only compiled code calls.  `kernel` is for the one loop that Python
-calls, kept on disk, so that a second process compiles nothing.  numba renews what is on disk when the kernel's own file changes, but not when a
-part elsewhere does: so each state of this package's source has a folder of its own.  Fast-math is off.
+`inlined` is for the lines that are run a million times: left to itself the compiler makes calls of them, which cost
+more than they do.  `inner` is for the other parts that only compiled code calls.  `kernel` is for the one loop that
+Python calls, kept on disk, so that a second process compiles nothing.  numba renews what is on disk when the kernel's
+own file changes, but not when a part elsewhere does: so each state of this package's source has a folder of its own.
+Fast-math is off.
 """
 
 import hashlib
@@ -17,18 +18,19 @@ from numba import njit
 
 SOURCE = Path(__file__).parent
 OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": False, "no_cfunc_wrapper": True, "nogil": True}
+INNER_OPTIONS: dict[str, Any] = {**OPTIONS, "no_cpython_wrapper": True}
 
 F = TypeVar("F", bound=Callable)
 
 
 def inlined(function: F) -> F:
     """Compile a part of the kernel into whatever calls it."""
-    return cast(F, njit(**OPTIONS, no_cpython_wrapper=True, forceinline=True)(function))
+    return cast(F, njit(**INNER_OPTIONS, forceinline=True)(function))
 
 
 def inner(function: F) -> F:
     """Compile a part of the kernel, which Python never calls."""
-    return cast(F, njit(**OPTIONS, no_cpython_wrapper=True)(function))
+    return cast(F, njit(**INNER_OPTIONS)(function))
 
 
 def kernel(function: F) -> F:
@@ -45,7 +47,7 @@ def kernel(function: F) -> F:
 
 
 def cache_folder() -> str:
-    """Return where to keep what is compiled from the source as it is now; where nothing can be written, numba's choice."""
+    """Return where to keep what is compiled from the source as it is now; empty, for numba to choose, if unwritable."""
     parent = os.environ.get("NUMBA_CACHE_DIR") or (SOURCE / "__pycache__" if os.access(SOURCE, os.W_OK) else None)
     if parent is None:
         return ""

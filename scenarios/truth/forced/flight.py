@@ -5,7 +5,7 @@ being kept to about twice their digits, so that many small steps do not add up t
 """
 
 from fractions import Fraction
-from itertools import pairwise
+from itertools import pairwise, zip_longest
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -65,12 +65,16 @@ def fly_course(mp: Any, course: Course, manner: Manner, implicit: bool | None) -
     throw, forces = course
     solid = solid_of(throw)
     state, rows = _start(throw), {}
-    for begin, end in pairwise([*sorted({Fraction(0), *(blow.time for blow in throw.blows)}), None]):
+    starts = sorted({Fraction(0), *(blow.time for blow in throw.blows)})
+    for begin, end in zip_longest(starts, starts[1:]):
         for blow in throw.blows:
             if blow.time == begin:
                 _strike(state, blow, throw)
         stops = [time for time in throw.times if begin <= time and (end is None or time < end)]
-        stops += [] if end is None else [end]
+        if end is not None:
+            stops.append(end)
+        if not stops:
+            break
         spans = np.array([float(after - before) for before, after in pairwise([begin, *stops])])
         flown = np.empty((len(stops), 2, SIZE))
         outcome, steps = passage(_in_doubles(state), spans, flown, solid, forces, manner, implicit)
@@ -80,7 +84,7 @@ def fly_course(mp: Any, course: Course, manner: Manner, implicit: bool | None) -
             raise Unending("the integration gets stuck")
         manner = manner._replace(most_steps=manner.most_steps - steps)
         rows |= dict(zip(stops, flown, strict=True))
-        state = _exact(flown[-1]) if stops else state
+        state = _exact(flown[-1])
     return [_pose(mp, rows[time], throw) for time in throw.times]
 
 
@@ -105,7 +109,7 @@ def _in_doubles(state: Numbers) -> Array:
 
 def _exact(parts: Array | list[Array]) -> Numbers:
     """Return the sum of some rows of doubles in fractions."""
-    return sum(np.array([Fraction(float(number)) for number in row]) for row in parts)
+    return np.sum([[Fraction(float(number)) for number in row] for row in parts], axis=0)
 
 
 def _pose(mp: Any, row: Array, throw: Throw) -> Pose:

@@ -89,13 +89,17 @@ def three(row: Array, at: int) -> Vector:
 def motion_of(y: Array, solid: Solid) -> Motion:
     """Return what a state (SIZE,) says, with w = R I^-1 R^T L."""
     axis_1, axis_2, axis_3, L = three(y, AXES), three(y, AXES + 3), three(y, AXES + 6), three(y, MOMENTUM)
-    w_1, w_2, w_3 = dot(axis_1, L) / solid.moments[0], dot(axis_2, L) / solid.moments[1], dot(axis_3, L) / solid.moments[2]
+    w_1, w_2, w_3 = (
+        dot(axis_1, L) / solid.moments[0],
+        dot(axis_2, L) / solid.moments[1],
+        dot(axis_3, L) / solid.moments[2],
+    )
     w = add(add(scale(w_1, axis_1), scale(w_2, axis_2)), scale(w_3, axis_3))
     return Motion(three(y, X), three(y, V), axis_1, axis_2, axis_3, L, w)
 
 
 @inlined
-def slope(y: Array, solid: Solid, forces: Forces, pressing: np.ndarray, rates: Array) -> None:
+def slope(y: np.ndarray, solid: Solid, forces: Forces, pressing: np.ndarray, rates: np.ndarray) -> None:
     """Write dy/dt of a state into rates, (SIZE,): x' = v, m v' = F, each axis e' = w x e, L' = torque.
 
     pressing: which vertices the floor pushes, (n,).  Source: Goldstein, "Classical Mechanics" (1980), eqs. 1-24, 4-86.
@@ -151,7 +155,7 @@ def weight(gravity: Array, solid: Solid) -> tuple[Vector, Vector]:
 
 @inlined
 def tether_pull(tether: Array, motion: Motion) -> tuple[Vector, Vector]:
-    """Return F = -k d - c p', or with a rest length l0 along the line only: F = -(k (|d| - l0) + c d'.u) u, u = d/|d|."""
+    """Return F = -k d - c p', or with a rest length along the line only: F = -(k (|d| - l0) + c d'.u) u, u = d/|d|."""
     lever, d, d_rate = tether_line(tether, motion)
     stiffness, damping, rest_length = tether[6], tether[7], tether[8]
     if rest_length == 0.0:

@@ -81,7 +81,7 @@ def passage(
             h = taken * max(SHRINKAGE, min(factor, GROWTH, BRISK / rate if rate > 0.0 else GROWTH))
             if not error <= manner.tolerance:
                 continue
-            switch = next_switch(step, manner.rule, solid, forces, contacts)
+            switch = next_switch(step, taken, manner.rule, solid, forces, contacts)
             if switch.at == NEVER:
                 known = taken
             else:
@@ -113,7 +113,14 @@ def solve(
 
 @inner
 def end_on(
-    switch: Switch, step: Step, h: float, solid: Solid, forces: Forces, pressing: np.ndarray, manner: Manner, implicit: bool | None
+    switch: Switch,
+    step: Step,
+    h: float,
+    solid: Solid,
+    forces: Forces,
+    pressing: np.ndarray,
+    manner: Manner,
+    implicit: bool | None,
 ) -> tuple[bool, float]:
     """Shorten a step until it ends on the switch; return whether that could be solved, and how long it is.
 

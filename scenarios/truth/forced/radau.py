@@ -1,8 +1,8 @@
-"""One step of Radau's collocation: a polynomial through the start whose slope is right at s instants, the last the end.
+"""One step of Radau's collocation: a polynomial from the start whose slope is right at s instants, the last the end.
 
-Its order is 2s - 1 and it damps what is too fast to follow (L-stable).  The stages, changes of the state since the start
-of the step, come from one another by plain iteration where the step resolves all there is, and by Newton's with the
-exact derivatives where something stiff lies below it.
+Its order is 2s - 1 and it damps what is too fast to follow (L-stable).  The stages, changes of the state since the
+start of the step, come from one another by plain iteration where the step resolves all there is, and by Newton's with
+the exact derivatives where something stiff lies below it.
 Source: Hairer & Wanner, "Solving Ordinary Differential Equations II" (1996), sections IV.5 and IV.8.
 """
 
@@ -88,7 +88,14 @@ class Step(NamedTuple):
 @inner
 def new_step(stages: int) -> Step:
     """Return room for a step."""
-    return Step(np.empty(SIZE), np.zeros((stages, SIZE)), np.zeros((stages, SIZE)), np.ones(SIZE), np.empty(SIZE), np.empty(SIZE))
+    return Step(
+        np.empty(SIZE),
+        np.zeros((stages, SIZE)),
+        np.zeros((stages, SIZE)),
+        np.ones(SIZE),
+        np.empty(SIZE),
+        np.empty(SIZE),
+    )
 
 
 @inlined

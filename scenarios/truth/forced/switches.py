@@ -10,13 +10,15 @@ import numpy as np
 
 from scenarios.frames import Array
 from scenarios.truth.forced.compilation import inner
-from scenarios.truth.forced.laws import Forces, Solid, floor_gauge, motion_of, three
-from scenarios.truth.forced.radau import Step, Tableau, go_to
+from scenarios.truth.forced.laws import Forces, Solid, X, floor_gauge, motion_of, three
+from scenarios.truth.forced.radau import Step, Tableau, go_to, length
 
 ABOVE, PRESSING, IDLE = 0, 1, 2
 NEVER = 2.0
 # Below this share of a step a polynomial is not asked any more whether it dips under 0 and comes back.
 FINEST = 2.0**-30
+# The share of size and distance that a height is not known to.
+ROUNDING = 1e-15
 
 
 @inner
@@ -30,7 +32,7 @@ def set_contacts(y: Array, solid: Solid, forces: Forces, contacts: np.ndarray) -
 
 
 class Switch(NamedTuple):
-    """When a vertex leaves its state, in steps, which vertex, whether its thrust says so or its height, and for what."""
+    """When a vertex leaves its state, in steps; which vertex; whether its thrust tells or its height; and for what."""
 
     at: float
     vertex: int
@@ -39,21 +41,26 @@ class Switch(NamedTuple):
 
 
 @inner
-def next_switch(step: Step, rule: Tableau, solid: Solid, forces: Forces, contacts: np.ndarray) -> Switch:
-    """Return the first switch in the step; its instant is NEVER where there is none."""
+def next_switch(step: Step, h: float, rule: Tableau, solid: Solid, forces: Forces, contacts: np.ndarray) -> Switch:
+    """Return the first switch in the step, h [s] long; its instant is NEVER where there is none."""
     first = Switch(NEVER, 0, False, ABOVE)
     polynomial = np.empty(len(rule.powers))
     for row in range(len(forces.floor)):
+        floor = forces.floor[row]
+        nothing = ROUNDING * (solid.radius + length(step.y, X) + abs(floor[3]))
+        no_thrust = (floor[4] + floor[5] / h) * nothing
         for vertex in range(len(solid.points)):
             below = contacts[vertex] != ABOVE
             # What has to stay positive: the height above the floor, or the depth below it, ...
-            gauge(step, rule, forces.floor[row], solid, vertex, False, -1.0 if below else 1.0, polynomial)
-            first = sooner(first, Switch(first_fall(polynomial), vertex, False, ABOVE if below else PRESSING))
+            gauge(step, rule, floor, solid, vertex, False, -1.0 if below else 1.0, polynomial)
+            at = first_fall(polynomial, nothing)
+            first = sooner(first, Switch(at, vertex, False, ABOVE if below else PRESSING))
             if below:
                 # ... and there the thrust while it presses, its opposite while it does not.
                 pressing = contacts[vertex] == PRESSING
-                gauge(step, rule, forces.floor[row], solid, vertex, True, 1.0 if pressing else -1.0, polynomial)
-                first = sooner(first, Switch(first_fall(polynomial), vertex, True, IDLE if pressing else PRESSING))
+                gauge(step, rule, floor, solid, vertex, True, 1.0 if pressing else -1.0, polynomial)
+                at = first_fall(polynomial, no_thrust)
+                first = sooner(first, Switch(at, vertex, True, IDLE if pressing else PRESSING))
     return first
 
 
@@ -74,7 +81,7 @@ def gauge(
     sign: float,
     polynomial: Array,
 ) -> None:
-    """Write the polynomial of a vertex's height [m] or thrust [N] over the step, in 2 t/h - 1, (s + 1,), times a sign."""
+    """Write the polynomial of a vertex's height [m] or thrust [N] over the step, in 2 t/h - 1, times a sign."""
     for power in range(len(polynomial)):
         polynomial[power] = 0.0
     for node in range(len(polynomial)):
@@ -93,7 +100,7 @@ def reading(step: Step, stage: int, floor: Array, solid: Solid, vertex: int, by_
 
 @inner
 def off_switch(step: Step, rule: Tableau, solid: Solid, forces: Forces, switch: Switch) -> float:
-    """Return by what share of itself the step ends too late for a switch that it should end on (Newton's correction)."""
+    """Return by what share of itself the step ends too late for its switch (Newton's correction)."""
     polynomial = np.empty(len(rule.powers))
     gauge(step, rule, forces.floor[0], solid, switch.vertex, switch.by_thrust, 1.0, polynomial)
     rate = 0.0
@@ -104,11 +111,12 @@ def off_switch(step: Step, rule: Tableau, solid: Solid, forces: Forces, switch: 
 
 
 @inner
-def first_fall(polynomial: Array) -> float:
+def first_fall(polynomial: Array, nothing: float) -> float:
     """Return the first t in [0, 1] after which a polynomial in 2 t - 1 is negative, or NEVER.
 
-    It is asked piece by piece, each half as long where neither the bounds of value nor those of slope decide: nothing
-    wider than FINEST is overlooked.  A start below 0 that rises is rounding at a switch just made, and no fall.
+    It is asked piece by piece, each half as long where neither the bounds of value nor those of slope decide: no dip
+    wider than FINEST is overlooked.  Where it is `nothing` all along it is rounding, and so is a start below 0 that
+    rises: a switch was made there.
     """
     piece = np.empty_like(polynomial)
     begin, width = 0.0, 1.0
@@ -119,11 +127,12 @@ def first_fall(polynomial: Array) -> float:
             end += piece[power]
             swing += abs(piece[power])
             bend += power * abs(piece[power])
-        falls = -piece[1] > bend
-        if not (piece[0] > swing or piece[1] > bend or falls or piece[0] < -swing) and width > FINEST:
+        rises, falls, stays = piece[1] > bend, -piece[1] > bend, abs(piece[0]) > swing
+        blank = abs(piece[0]) + swing <= nothing
+        if not (rises or falls or stays or blank) and width > FINEST:
             width /= 2.0
             continue
-        if end < 0.0 and not piece[1] > bend:
+        if end < 0.0 and not (rises or blank):
             return begin + (width * root_of(piece) if falls else 0.0)
         begin += width
         # The longest piece that may start here: a half of a half ... of the whole.
