@@ -109,7 +109,7 @@ def _in_doubles(state: Numbers) -> Array:
 
 def _exact(parts: Array | list[Array]) -> Numbers:
     """Return the sum of some rows of doubles in fractions."""
-    return np.sum([[Fraction(float(number)) for number in row] for row in parts], axis=0)
+    return np.array([[Fraction(float(number)) for number in row] for row in parts]).sum(axis=0)
 
 
 def _pose(mp: Any, row: Array, throw: Throw) -> Pose:
