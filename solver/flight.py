@@ -1,6 +1,6 @@
 """A flight: many throws of one body by one method, free but for gravity, or under forces."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,6 +14,14 @@ Array = NDArray[np.float64]
 
 # A flight that blew up is full of inf and nan for a judge to see; numpy need not say so as well.
 silently = np.errstate(all="ignore")
+
+# Many throws are written and read in parts: what lies between two layouts is never held for all of them.
+PART = 1 << 12
+ALL = slice(None)
+
+
+def _parts(throws: int) -> Iterator[slice]:
+    return (slice(first, first + PART) for first in range(0, throws, PART))
 
 
 def _turned(matrices: Array, vectors: Array) -> Array:
@@ -61,18 +69,25 @@ class Flight:
     @silently
     def write(self, states: ArrayLike) -> None:
         """Start from these states, (N, 13), and forget all that was before.  Raises ValueError for another shape."""
-        start = np.array(states, dtype=float)
+        start = np.asarray(states, dtype=float)
         if start.ndim != 2 or start.shape[1] != 13:
             raise ValueError(f"states must have the shape (N, 13), got {start.shape}")
-        quaternions = _normalised(start[:, 3:7])
-        matrices = to_matrix(quaternions)
-        momentum_body = self._moments * _turned(_transposed(matrices), start[:, 10:13])
-        attitude = quaternions if self.method.attitude == "quaternion" else _transposed(matrices).reshape(-1, 9)
-        momentum = momentum_body if self.method.momentum_axes == "body" else _turned(matrices, momentum_body)
-        self._spins = np.ascontiguousarray(np.hstack((attitude, momentum)))
+        self._spins = np.empty((len(start), self.method.width))
+        for rows in _parts(len(start)):
+            spins = self._spins_of(start[rows])
+            self._spins[rows, : spins.shape[1]] = spins
         self._turning = start[:, 10:13].any(axis=1) | self._always_turning
         self._all_turning, self._any_turning = bool(self._turning.all()), bool(self._turning.any())
-        self._start_counting(start[:, 0:3], start[:, 7:10])
+        self._start_counting(start[:, 0:3].copy(), start[:, 7:10].copy())
+
+    def _spins_of(self, states: Array) -> Array:
+        """Return attitude and angular momentum as the method keeps them, (N, 7) or (N, 12)."""
+        quaternions = _normalised(states[:, 3:7])
+        matrices = to_matrix(quaternions)
+        momentum_body = self._moments * _turned(_transposed(matrices), states[:, 10:13])
+        attitude = quaternions if self.method.attitude == "quaternion" else _transposed(matrices).reshape(-1, 9)
+        momentum = momentum_body if self.method.momentum_axes == "body" else _turned(matrices, momentum_body)
+        return np.hstack((attitude, momentum))
 
     def advance(self, n: int, dt: float) -> None:
         """Take n steps of dt [s].  Two advances of one dt are one long one to the last bit."""
@@ -86,20 +101,27 @@ class Flight:
     @silently
     def read(self) -> Array:
         """Return the states, (N, 13); of a matrix that is no rotation any more, the nearest rotation's quaternion."""
-        matrices = self.matrices()
-        quaternions = from_matrix(matrices) if self.method.attitude == "matrix" else _normalised(self._spins[:, :4])
-        momentum = self._spins[:, 9:12] if self.method.attitude == "matrix" else self._spins[:, 4:7]
+        states = np.empty((len(self._spins), 13))
+        for rows in _parts(len(states)):
+            states[rows, 0:3], states[rows, 7:10] = self._translation(rows)
+            states[rows, 3:7], states[rows, 10:13] = self._rotation(rows)
+        return states
+
+    def _rotation(self, rows: slice) -> tuple[Array, Array]:
+        """Return quaternions, (N, 4), and w_world [rad/s], (N, 3), of some throws."""
+        spins, matrices = self._spins[rows], self.matrices(rows)
+        quaternions = from_matrix(matrices) if self.method.attitude == "matrix" else _normalised(spins[:, :4])
+        momentum = spins[:, 9:12] if self.method.attitude == "matrix" else spins[:, 4:7]
         momentum_body = momentum if self.method.momentum_axes == "body" else _turned(_transposed(matrices), momentum)
-        w_world = _turned(matrices, momentum_body / self._moments)
-        position, velocity = self._translation()
-        return np.hstack((position, quaternions, velocity, w_world))
+        return quaternions, _turned(matrices, momentum_body / self._moments)
 
     @silently
-    def matrices(self) -> Array:
-        """Return the matrices that turn body axes into world axes, (N, 3, 3), rotations or not."""
+    def matrices(self, rows: slice = ALL) -> Array:
+        """Return the matrices that turn body axes into world axes, (N, 3, 3), rotations or not, of some throws."""
+        spins = self._spins[rows]
         if self.method.attitude == "matrix":
-            return _transposed(self._spins[:, :9].reshape(-1, 3, 3)).copy()
-        return to_matrix(_normalised(self._spins[:, :4]))
+            return _transposed(spins[:, :9].reshape(-1, 3, 3)).copy()
+        return to_matrix(_normalised(spins[:, :4]))
 
     @silently
     def vertices(self, points: ArrayLike) -> Array:
@@ -131,20 +153,19 @@ class Flight:
     def _start_counting(self, position: Array, velocity: Array) -> None:
         """Count steps from here."""
         if self.method.dense:
-            here = self._spins[:, :7]
-            self._spins = np.hstack((here, here, np.zeros((len(here), 2))))
+            self._spins[:, 7:14], self._spins[:, 14:16] = self._spins[:, 0:7], 0.0
         self._position, self._velocity = position, velocity
         self.dt, self._steps = 0.0, 0
 
     @silently
-    def _translation(self) -> tuple[Array, Array]:
-        """Return position [m] and velocity [m/s] after the steps counted, each (N, 3)."""
-        t = self._steps * self.dt
-        drift = self._position + t * self._velocity
+    def _translation(self, rows: slice = ALL) -> tuple[Array, Array]:
+        """Return position [m] and velocity [m/s] of some throws after the steps counted, each (N, 3)."""
+        t, velocity = self._steps * self.dt, self._velocity[rows]
+        drift = self._position[rows] + t * velocity
         if self._gravity is None:
-            return drift, self._velocity
+            return drift, velocity
         fall = t * (t + self.method.lag * self.dt) / 2.0
-        return drift + fall * self._gravity, self._velocity + t * self._gravity
+        return drift + fall * self._gravity, velocity + t * self._gravity
 
 
 class ForcedFlight(Flight):
@@ -199,5 +220,5 @@ class ForcedFlight(Flight):
         if self.method.dense:
             self._rows[:, 13:26], self._rows[:, 26:28] = here, 0.0
 
-    def _translation(self) -> tuple[Array, Array]:
-        return self._rows[:, 0:3].copy(), self._rows[:, 7:10].copy()
+    def _translation(self, rows: slice = ALL) -> tuple[Array, Array]:
+        return self._rows[rows, 0:3].copy(), self._rows[rows, 7:10].copy()

@@ -64,6 +64,11 @@ class Method:
     forced_width: int = 13
     counts_unsolved: bool = False
 
+    @property
+    def width(self) -> int:
+        """How many numbers a row of its rotation has: q or a matrix, L, and of a dense one where the count began."""
+        return 16 if self.dense else 12 if self.attitude == "matrix" else 7
+
 
 def _dense(kernel: Callable, **claims: Any) -> Method:
     """Return a method that goes to any instant at once."""
@@ -92,7 +97,6 @@ METHODS = {
         gauss6,
         order=6,
         keeps_energy=True,
-        reversible=True,
         forced=gauss6_forced,
         forced_width=14,
         counts_unsolved=True,

@@ -45,7 +45,7 @@ TRUTH = [
     ("scenarios/truth/forced/laws.py", "    drag: Array\n    floor: Array\n", "    wind: Array\n"),
     (
         "scenarios/truth/forced/laws.py",
-        "        total = both(total, drag_pull(drag, motion))\n",
+        "        total = both(total, drag_pull(forces.drag[row], motion))\n",
         "    for wind in forces.wind:\n        total = both(total, (three(wind, 0), (0.0, 0.0, 0.0)))\n",
     ),
     (
