@@ -4,19 +4,19 @@ import math
 from collections import Counter
 from collections.abc import Iterator, Sequence
 
-from rich.table import Table
+from rich.console import RenderableType
 from rich.text import Text
 
 from compare.extremes import BEST, FLOORS, ExtremeRow, missed
 from compare.stability import Piece
 from compare.verdict import WORDS
 from reports.rows import contestant
-from reports.terminal import columns, figure, plain
+from reports.terminal import columns, figure, plain, reasons_text
 
 FULL = 6  # so many contestants of an extreme case are told one by one
 
 
-def stability_text(pieces: Sequence[Piece], extremes: Sequence[ExtremeRow]) -> Iterator[Table | Text]:
+def stability_text(pieces: Sequence[Piece], extremes: Sequence[ExtremeRow]) -> Iterator[RenderableType]:
     """Yield the text of all scenes, then that of the extreme cases."""
     scenes: dict[str, list[Piece]] = {}
     for piece in pieces:
@@ -28,7 +28,7 @@ def stability_text(pieces: Sequence[Piece], extremes: Sequence[ExtremeRow]) -> I
         yield from extremes_text(extremes)
 
 
-def scene_text(name: str, pieces: Sequence[Piece]) -> Iterator[Table | Text]:
+def scene_text(name: str, pieces: Sequence[Piece]) -> Iterator[RenderableType]:
     """Yield one scene's limits, and why a contestant has none."""
     first = pieces[0].limit
     yield plain(f"{name}: the stiffest mode turns at w = {first.w_rad_s:.4g} rad/s")
@@ -60,7 +60,7 @@ def bound(w_dt: float | None) -> str:
     return f"{w_dt:.3g}" if w_dt else "none"
 
 
-def notes(pieces: Sequence[Piece], flown: Sequence[Piece]) -> Iterator[Text]:
+def notes(pieces: Sequence[Piece], flown: Sequence[Piece]) -> Iterator[RenderableType]:
     """Yield what needs saying once: what no number says, where theory is from, and who did not fly."""
     limits = [piece.limit for piece in flown]
     if any(limit.w_dt_limit == 0.0 for limit in limits):
@@ -71,13 +71,7 @@ def notes(pieces: Sequence[Piece], flown: Sequence[Piece]) -> Iterator[Text]:
         yield plain("?: no theory that we know of")
     if any("no truth" in limit.note for limit in limits):
         yield plain("no truth for this scene: verdicts rest on the balance of energy alone, errors are not known")
-    reasons: dict[str, list[str]] = {}
-    for piece in pieces:
-        if piece not in flown:
-            why = piece.limit.note.removeprefix(f"{piece.limit.method} ")
-            reasons.setdefault(why, []).append(contestant(piece.limit))
-    for why, names in reasons.items():
-        yield plain(f"{', '.join(names)}: {why}")
+    yield from reasons_text((contestant(piece.limit), piece.limit.note) for piece in pieces if piece not in flown)
 
 
 def smallest(flown: Sequence[Piece]) -> float:
@@ -95,7 +89,7 @@ def own_cells(piece: Piece) -> list:
     return [row for row in piece.rows if row.value == piece.limit.value]
 
 
-def extremes_text(rows: Sequence[ExtremeRow]) -> Iterator[Table | Text]:
+def extremes_text(rows: Sequence[ExtremeRow]) -> Iterator[RenderableType]:
     """Yield one line an extreme case, or one a contestant where they are few; then how our best method did."""
     cases: dict[str, list[ExtremeRow]] = {}
     for row in rows:

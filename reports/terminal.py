@@ -1,11 +1,13 @@
 """What a command prints: lists and error tables as text, 80 columns wide where they can be."""
 
 import math
-from collections.abc import Iterator, Sequence
+import re
+from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 from rich import box
-from rich.console import Console
+from rich.console import Console, RenderableType
+from rich.constrain import Constrain
 from rich.table import Table
 from rich.text import Text
 
@@ -31,7 +33,8 @@ from scenarios.frames import Array
 from scenarios.published import VERTEX
 
 SHOWN_SAMPLES = 10
-PIPE_WIDTH = 160
+# Tables need not wrap into a pipe; lists do, for they are read and not cut into columns.
+PIPE_WIDTH, LIST_WIDTH = 160, 80
 UNITS = (("km", 1e3), ("m", 1.0), ("mm", 1e-3), ("µm", 1e-6), ("nm", 1e-9))
 
 
@@ -56,6 +59,17 @@ def columns(*heads: str, right: Sequence[int] = ()) -> Table:
     return table
 
 
+def reasons_text(told: Iterable[tuple[str, str]]) -> Iterator[Constrain]:
+    """Yield every reason once, after all contestants that it is told of; told: contestant and reason."""
+    names: dict[str, dict[str, None]] = {}
+    for contestant, reason in told:
+        _, _, method = contestant.partition(":")
+        # What differs only in the name of its own method is one reason.
+        names.setdefault(re.sub(f"(^|: ){re.escape(method)} ", r"\1", reason), {})[contestant] = None
+    for reason, own in names.items():
+        yield Constrain(plain(f"{', '.join(own)}: {reason}"), LIST_WIDTH)
+
+
 def engine_list(rows: Sequence[EngineRow]) -> Table:
     """Return the engines: version, precision, methods, what was switched off; or why one is missing."""
     table = columns("engine", "version", "precision", "methods (default first)", "switched off to be fair")
@@ -67,7 +81,7 @@ def engine_list(rows: Sequence[EngineRow]) -> Table:
     return table
 
 
-def comparison_text(comparison: Comparison, vertex: int | None) -> Iterator[Table | Text]:
+def comparison_text(comparison: Comparison, vertex: int | None) -> Iterator[RenderableType]:
     """Yield what `tumble compare` prints: a table as Table 4.1 for every contestant, then all of them in one."""
     scene, truth = comparison.scene, comparison.truth
     yield plain(f"{scene.name}: {scene.title}")
@@ -115,7 +129,7 @@ def error_table(run: Run, vertex: int) -> Table:
     return table
 
 
-def standings(runs: Sequence[Run]) -> Iterator[Table | Text]:
+def standings(runs: Sequence[Run]) -> Iterator[RenderableType]:
     """Yield the contestants of one scene that flew, the best first, and then why any is not plainly ok."""
     flown = sorted((run for run in runs if run.has_errors), key=lambda run: float(np.nanmax(run.distances)))
     table = columns("contestant", "max [m]", "rms [m]", "energy drift", "ns/step", "status", right=range(1, 5))
@@ -131,16 +145,12 @@ def standings(runs: Sequence[Run]) -> Iterator[Table | Text]:
         )
     if flown:
         yield table
-    reasons: dict[str, list[str]] = {}
-    for run in runs:
-        if run.status != "ok":
-            reasons.setdefault(run.status, []).append(run.name)
     for run in flown:
         if run.flight.remark:
             yield plain(f"{run.name} {run.flight.remark}")
-    for status, names in reasons.items():
+    if any(run.status != "ok" for run in runs):
         yield Text()
-        yield plain(f"{', '.join(names)}: {status}")
+        yield from reasons_text((run.name, run.status) for run in runs if run.status != "ok")
 
 
 def budget_table(rows: Sequence[BudgetRow]) -> Table:
@@ -152,7 +162,7 @@ def budget_table(rows: Sequence[BudgetRow]) -> Table:
     return table
 
 
-def sweep_text(sweep: Sweep, reference: str) -> Iterator[Table | Text]:
+def sweep_text(sweep: Sweep, reference: str) -> Iterator[RenderableType]:
     """Yield what `tumble sweep` prints: what each digit costs, the frontier, and who is the same integrator."""
     yield plain(f"{sweep.scene.name}: {sweep.scene.title}")
     yield plain("native time of a flight [us] to reach an error; in brackets the ratio to " + reference)
@@ -174,9 +184,7 @@ def sweep_text(sweep: Sweep, reference: str) -> Iterator[Table | Text]:
     for members in joined((row.contestant_a, row.contestant_b) for row in same):
         apart = max(row.furthest_apart_m for row in same if row.contestant_a in members)
         yield plain(f"{', '.join(members)} are one integrator: at most {figure(apart)} m apart at any step")
-    reasons = {run.status: run.name for run in sweep.untimed if run.status != "ok"}
-    for status, name in reasons.items():
-        yield plain(f"{name}: {status}")
+    yield from reasons_text((run.name, run.status) for run in sweep.untimed if run.status != "ok")
 
 
 def cost(row: DigitRow) -> str:

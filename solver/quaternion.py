@@ -125,6 +125,15 @@ def exponential(u: Vector) -> Quaternion:
     return (cosine, sine_ratio * u[0], sine_ratio * u[1], sine_ratio * u[2])
 
 
+@scalar
+def steady_turn(q: Quaternion, u: Vector, n: int) -> Quaternion:
+    """Return q exp(u~)^n, a step after the other, as w_body turns it where it is constant: u = dt/2 w_body."""
+    turn = exponential(u)
+    for _ in range(n):
+        q = product(q, turn)
+    return q
+
+
 def to_matrix(q: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the matrices that turn body axes into world axes, (..., 3, 3), of unit quaternions, (..., 4)."""
     w, x, y, z = np.moveaxis(q, -1, 0)

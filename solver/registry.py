@@ -38,7 +38,7 @@ class Method:
     lag: how the position's steps use the velocity: -1 with the old one, +1 with the new one, 0 with their mean.
     order: the error of a finished flight falls as dt^order; None where it does not depend on dt.
     rigid: the attitude stays a rotation.  keeps_momentum, keeps_energy: in free flight, to rounding, at any dt.
-    reversible: a flight with v and w turned round comes back to rounding.
+    reversible: at steps of up to a radian a flight with v and w turned round comes back, to rounding.
     stable_turn: |w| dt [rad] beyond which the rotation can blow up, although every number stays finite for a while.
     dense: it goes to an instant and not by steps; its rows remember where their count began.
     least_throws: fewer fly right too, but leave lanes of the processor empty.

@@ -229,10 +229,37 @@ def test_an_adaptive_error_is_the_tolerance_times_the_steps(name, tolerance):
     assert tolerance / 100 < corner_error(f"adaptive@{tolerance:g}", name, 1) < 10 * tolerance
 
 
-def test_no_midpoint_is_nan_and_not_a_guess():
-    # Steps of 3000 rad: Newton's method wanders.
-    flight = fly("implicit-midpoint", box(BOXES[BRICK][0]), start((1e3, -2e3, 3e3)), 50, 1.0)
-    assert np.isnan(flight.read()[0, 3:7]).all()
+# Newton's method alone loses its way above some 4 rad.
+@pytest.mark.parametrize("turn", [5.0, 8.0, 30.0, 3e3, 1e6])
+@pytest.mark.parametrize("name", BOXES)
+def test_a_midpoint_is_found_at_any_step(name, turn):
+    size, w_world = BOXES[name]
+    body, states = box(size), start(w_world)
+    flight = fly("implicit-midpoint", body, states, 1000, turn / np.linalg.norm(w_world))
+    # 1000 steps of some roundings; of a long step's midpoint L x w, times dt, is rounded.
+    assert momentum_drift(body, flight, states) < 1e-12 * max(1.0, turn / 100)
+    assert energy_drift(body, flight, states) < 1e-12 * max(1.0, turn / 100)
+
+
+def test_a_step_of_the_midpoint_rule_is_its_equation():
+    # Where Newton's method found the midpoint, and where it was followed there: 2 L' = 2 L + dt (L' + L) x (w' + w)/2.
+    body = box(BOXES[BRICK][0])
+    for dt in (0.1, 1.0, 3.0, 10.0, 100.0):
+        spins = np.array([[1.0, 0.0, 0.0, 0.0, *(body.moments * np.array(BOXES[BRICK][1]))]])
+        before = spins[0, 4:].copy()
+        METHODS["implicit-midpoint"].steps(spins, 1, dt, body.inverse_moments, body.gyroscopic)
+        middle = (before + spins[0, 4:]) / 2
+        turned = dt * np.cross(middle, middle / body.moments)
+        np.testing.assert_allclose(spins[0, 4:] - before, turned, rtol=0.0, atol=1e-14 * max(1.0, dt))
+
+
+@pytest.mark.parametrize(("turn", "parted"), [(0.7, False), (0.98, True)])
+def test_gauss6_is_reversible_where_no_step_is_parted(turn, parted):
+    # |w| changes on the way: some of the longer steps turn by more than a radian.
+    size, w_world = BOXES[BRICK]
+    body, states = box(size), start(w_world)
+    loss = way_back(body, fly("gauss6", body, states, STEPS, turn / np.linalg.norm(w_world)), states)
+    assert loss > LOST if parted else loss < KEPT
 
 
 def test_an_adaptive_method_gives_up_on_an_endless_flight():

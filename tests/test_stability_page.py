@@ -1,5 +1,6 @@
 """What is said of stability, on the page and in the terminal: from planted tables, and in a real browser."""
 
+import io
 import math
 import re
 import shutil
@@ -19,6 +20,7 @@ from compare.verdict import WORDS
 from reports.page import page
 from reports.stability import MEANING, SIGNS
 from reports.stability_text import stability_text
+from reports.terminal import console, reasons_text
 
 W = 1000.0
 EMPTY = {
@@ -174,3 +176,16 @@ def test_the_terminal_says_the_same_in_eighty_columns():
 def test_many_contestants_of_a_case_are_counted():
     rows = [extreme(f"m{number}", "hot", "stable" if number else "diverged", 1.0) for number in range(9)]
     assert "8 stable, 1 diverged" in printed([], rows)
+
+
+def test_every_reason_is_told_once_and_no_wider_than_a_terminal():
+    told = [("ours:x", "skipped: x carries no forces"), ("ours:y", "skipped: y carries no forces")]
+    told += [(f"theirs:{number}", "skipped: theirs has no tether") for number in (*range(20), *range(20))]
+    out = console(file=io.StringIO())
+    for reason in reasons_text(told):
+        out.print(reason)
+    lines = out.file.getvalue().splitlines()
+    assert lines[0].rstrip() == "ours:x, ours:y: skipped: carries no forces"
+    assert max(map(len, lines)) <= 80
+    rest = " ".join(line.strip() for line in lines[1:])
+    assert rest == f"{', '.join(f'theirs:{number}' for number in range(20))}: skipped: theirs has no tether"

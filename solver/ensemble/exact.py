@@ -24,7 +24,6 @@ from solver.quaternion import Quaternion
 from solver.vectors import Vector
 
 Pair = tuple[float, float]
-Levels = tuple[Vector, Vector, Pair]
 
 LARGEST_NOME = 0.35
 # |L1|^2 and |L2|^2 over |L|^2, weighted: below this the spin is steady, whatever its phase.

@@ -23,8 +23,9 @@ def gauss6(spins: NDArray[np.float64], n: int, dt: float, inverse_moments: Vecto
 
     spins: q, then L in body axes, (N, 7).
     Collocation at Gauss's nodes keeps every quadratic: |q|, |L| and the energy, but not L in the world, a cubic of q
-    and L.  It is reversible, and stable for every |w| dt; a step that turns the body by more than a radian is taken
-    in parts, and where 2^14 are not enough the state becomes nan.
+    and L.  It is stable for every |w| dt; a step that turns the body by more than a radian is taken in parts, and where
+    2^14 are not enough the state becomes nan.  Where no step is parted it is reversible; else the way back may be
+    parted elsewhere.
     Source: Butcher (1964); Hairer, Lubich & Wanner, "Geometric Numerical Integration" (2006), section II.1.3 and
     theorem IV.2.2; order 6.
     """

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solver.compilation import inner, kernel
-from solver.quaternion import Quaternion, exponential, product
+from solver.quaternion import Quaternion, exponential, product, steady_turn
 from solver.spins import load, store
 from solver.vectors import Vector, add, cross, scale, times
 
@@ -97,9 +97,7 @@ def magnus6(spins: NDArray[np.float64], n: int, dt: float, inverse_moments: Vect
     for spin in spins:
         q, momentum = load(spin)
         if gyroscopic is None:
-            turn = exponential(scale(0.5, times(step, momentum)))
-            for _ in range(n):
-                q = product(q, turn)
+            q = steady_turn(q, scale(0.5, times(step, momentum)), n)
         else:
             for _ in range(n):
                 x, y, z = _momentum_series(momentum, scale(dt, gyroscopic))

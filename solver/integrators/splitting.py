@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solver.compilation import inner, kernel
-from solver.quaternion import Quaternion, cosine_and_sine_ratio, exponential, product
+from solver.quaternion import Quaternion, cosine_and_sine_ratio, steady_turn
 from solver.spins import load, store
 from solver.vectors import Vector, scale, times
 
@@ -64,9 +64,7 @@ def splitting(
     for spin in spins:
         q, momentum = load(spin)
         if gyroscopic is None:
-            turn = exponential(times(half_step, momentum))
-            for _ in range(n):
-                q = product(q, turn)
+            q = steady_turn(q, times(half_step, momentum), n)
         else:
             for _ in range(n):
                 q, momentum = symmetric_step(q, momentum, half_step)

@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from solver.compilation import kernel
 from solver.integrators.splitting import symmetric_step
-from solver.quaternion import exponential, product
+from solver.quaternion import steady_turn
 from solver.spins import load, store
 from solver.vectors import Vector, scale, times
 
@@ -35,9 +35,7 @@ def splitting8(
     for spin in spins:
         q, momentum = load(spin)
         if gyroscopic is None:
-            turn = exponential(times(half_step, momentum))
-            for _ in range(n):
-                q = product(q, turn)
+            q = steady_turn(q, times(half_step, momentum), n)
         else:
             for _ in range(n):
                 for stretch in STRETCHES:

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solver.compilation import kernel
-from solver.quaternion import exponential, normalise, plus, product
+from solver.quaternion import normalise, plus, steady_turn
 from solver.series import momentum_terms, quaternion_terms
 from solver.spins import load, store
 from solver.vectors import Vector, add, scale, times
@@ -21,9 +21,7 @@ def taylor8(spins: NDArray[np.float64], n: int, dt: float, inverse_moments: Vect
     for spin in spins:
         q, momentum = load(spin)
         if gyroscopic is None:
-            turn = exponential(times(half_step, momentum))
-            for _ in range(n):
-                q = product(q, turn)
+            q = steady_turn(q, times(half_step, momentum), n)
         else:
             for _ in range(n):
                 terms = momentum_terms(momentum, scale(dt, gyroscopic))
