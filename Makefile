@@ -18,6 +18,7 @@ bench: venv-test
 	$(BIN)/python tests/bench/one_throw.py -o report/bench/one-throw.csv
 	$(BIN)/python tests/bench/ensembles.py -o report/bench/ensembles.csv
 	$(BIN)/python tests/bench/trajectory.py -o report/bench/trajectory.csv
+	$(BIN)/python tests/bench/grade.py -o report/bench/grade.csv
 
 # The environment remembers the pins it was made from, and is made anew only when they are others.
 venv:

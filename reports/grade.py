@@ -6,8 +6,8 @@ import numpy as np
 from rich.table import Table
 from rich.text import Text
 
-from compare.grade.diagnosis import Diagnosis, Explanation
-from compare.grade.noise import EXPLAINED
+from compare.grade.diagnosis import Diagnosis
+from compare.grade.explanation import Explanation
 from compare.grade.residual import Measured
 from compare.grade.verdict import (
     CORRECT_TO_DIGITS,
@@ -36,7 +36,8 @@ def grade_text(grade: Grade) -> Iterator[Table | Text]:
     m = grade.measured
     throws = f" of {m.throws} throws" if m.throws > 1 else ""
     yield plain(f"{grade.file} held against {grade.scene.name}: {grade.scene.title}")
-    yield plain(f"{m.rows} rows{throws}, read as {READ_AS[m.shown.kind]}; {resolution(m)}")
+    rows = "1 row" if m.rows == 1 else f"{m.rows} rows"
+    yield plain(f"{rows}{throws}, read as {READ_AS[m.shown.kind]}; {resolution(m)}")
     yield Text()
     yield plain(f"vertex {m.worst_vertex}" + (f" of throw {m.throw}" if m.throws > 1 else ""))
     yield vertex_table(m)
@@ -61,30 +62,32 @@ def vertex_table(m: Measured) -> Table:
     number = m.shown.vertices.index(m.worst_vertex)
     true, seen = kept.true[:, number], kept.vertices[:, number]
     unit, length, places = ruler(true)
-    table = columns("t [s]", f"right [{unit}]", f"file [{unit}]", f"error [{unit}]", "off [m]", right=range(5))
+    small, part, digits = ruler(seen - true)
+    table = columns("t [s]", f"right [{unit}]", f"file [{unit}]", f"error [{small}]", "off [m]", right=range(5))
     for row in thinned(len(kept)):
         error = seen[row] - true[row]
         table.add_row(
             f"{kept.times[row]:g}",
             vector(true[row] / length, places),
             vector(seen[row] / length, places),
-            vector(error / length, places),
+            vector(error / part, digits),
             figure(float(np.linalg.norm(error))),
         )
     return table
 
 
 def over_time(m: Measured) -> Iterator[Text]:
-    """Yield the error over time in one line of bars, by its logarithm where it spans much."""
-    there = np.isfinite(m.over_time_m)
-    errors = np.maximum(m.over_time_m[there], m.limit_m)
-    if len(errors) < 2 or errors.max() <= errors.min():
+    """Yield the error over time in one line of bars, by its logarithm; one between two rows is as the row before."""
+    errors = np.maximum(m.over_time_m, m.limit_m)
+    bare = int(np.ceil(len(errors) * m.throws / m.rows))
+    for place in np.flatnonzero(np.isnan(errors)):
+        errors[place] = next(iter(e for e in errors[max(place - bare, 0) : place][::-1] if np.isfinite(e)), np.nan)
+    low, high = np.log10(np.nanmin(errors)), np.log10(np.nanmax(errors))
+    if low == high:
         return
-    low, high = np.log10(errors.min()), np.log10(errors.max())
-    steps = ((np.log10(errors) - low) / (high - low) * (len(BARS) - 1)).round().astype(int)
-    bars = iter("".join(BARS[step] for step in steps))
-    line = "".join(next(bars) if each else " " for each in there)
-    yield plain(f"over time {line} (log scale, {figure(errors.min())} to {figure(errors.max())} m)")
+    heights = (np.log10(errors) - low) / (high - low) * (len(BARS) - 1)
+    line = "".join(BARS[round(height)] if np.isfinite(height) else " " for height in heights.tolist())
+    yield plain(f"over time {line} (log scale, {figure(10**low)} to {figure(10**high)} m)")
 
 
 def kept_quantities(grade: Grade) -> Iterator[Text]:
@@ -120,8 +123,8 @@ def verdict_lines(grade: Grade) -> Iterator[str]:
             )
         case verdict if verdict == TOO_LITTLE:
             yield (
-                f"Off by {metres(m.worst_m)}, {figure(m.worst_m / grade.size_m)} of the body's size: too little to "
-                "tell one mistake from another."
+                f"Off by {metres(m.worst_m)}, {figure(m.worst_m / grade.scale.size_m)} of the body's size: too little "
+                "to tell one mistake from another."
             )
         case verdict if verdict == TOO_FEW:
             yield f"Off by {metres(m.worst_m)}: one row is too few to say why."
@@ -148,8 +151,7 @@ def diagnosis_lines(grade: Grade, diagnosis: Diagnosis) -> Iterator[str]:
     yield from evidence(diagnosis)
     left = metres(best.max_m)
     if grade.verdict == EXPLAINED_WHOLLY:
-        digits = best.rms_m <= EXPLAINED * grade.floor_m
-        why = "about what the printed digits leave open" if digits else "noise"
+        why = "about what the printed digits leave open" if best.nothing else "noise"
         yield f"The {left} that are left are {why}."
     else:
         yield f"The {left} that are left are neither noise nor rounding: something else is wrong as well."
@@ -178,6 +180,8 @@ def said(explanation: Explanation) -> str:
 def other_findings(grade: Grade) -> Iterator[str]:
     """Yield what else the file shows: quaternions of a wrong length, a shape that changes, a spin written otherwise."""
     m = grade.measured
+    if m.throws > 1 and grade.diagnosis is not None:
+        yield f"Of {m.throws} throws only throw {m.throw} was looked into, the first in the file."
     if m.lengths is not None and max(abs(length - 1) for length in m.lengths) > 1e-3:
         least, most = m.lengths
         yield f"Seen beside: the quaternion is {least:.4g} to {most:.4g} long, not 1."

@@ -565,10 +565,41 @@ def test_the_test_file_guards_an_engine_as_pytest_sees_it(tmp_path):
     assert "largest error" in spoiled.stdout
 
 
-def test_the_workflow_runs_the_command():
-    text = (ROOT / "docs/tumble-check.yml").read_text(encoding="utf-8")
-    assert "tumble check --baseline baseline -o checked" in text
-    assert "\t" not in text
+WORKFLOW = (ROOT / "docs/tumble-check.yml").read_text(encoding="utf-8")
+
+
+def test_the_readme_shows_the_workflow_as_it_is():
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    (shown,) = re.findall(r"^```yaml\n(.*?)^```", readme, re.MULTILINE | re.DOTALL)
+    assert shown == WORKFLOW
+
+
+def test_the_workflows_steps_guard_an_engine(tmp_path):
+    """Its steps run here as a runner runs them: each with bash -e, beside a checkout of ours in .tumble."""
+    steps = re.findall(r"^ +- (if: always\(\)\n +)?run: (.+)$", WORKFLOW, re.MULTILINE)
+    assert [bool(always) for always, _ in steps] == [False, False, True]
+    (tmp_path / ".tumble").symlink_to(ROOT, target_is_directory=True)
+    (tmp_path / "mine.py").write_text(MINE)
+    (tmp_path / "spin.toml").write_text(SPIN)
+    assert check(tmp_path, "spin.toml", "-e", "./mine.py", "--no-times", "--accept", "-o", "baseline").returncode == 0
+    summary = tmp_path / "summary"
+
+    def job() -> bool:
+        good = True
+        for always, command in steps:
+            if good or always:
+                words = ["bash", "-e", "-c", command]
+                env = {**os.environ, "GITHUB_STEP_SUMMARY": str(summary)}
+                done = subprocess.run(words, cwd=tmp_path, env=env, capture_output=True, text=True, timeout=120)
+                good = good and done.returncode == 0
+        return good
+
+    assert job(), "nothing has changed"
+    (tmp_path / "mine.py").write_text(SPOILED)
+    summary.write_text("")
+    assert not job()
+    assert "largest error" in summary.read_text()
+    assert (tmp_path / "checked/junit.xml").is_file()
 
 
 # Tumble's own record.

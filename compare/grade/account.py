@@ -11,7 +11,21 @@ from typing import NamedTuple
 import numpy as np
 
 from compare.engines.tumble import forces_of
-from compare.grade.stepping import BEGIN, END, EVENT, EXPLICIT, JUMP, SMOOTH, WIDTH, Laws, Scheme, fly
+from compare.grade.stepping import (
+    AS_FORCE,
+    BEGIN,
+    END,
+    EVENT,
+    EXPLICIT,
+    JUMP,
+    POINT_MOVES,
+    SMOOTH,
+    UNMIXED,
+    WIDTH,
+    Laws,
+    Scheme,
+    fly,
+)
 from scenarios.frames import Array
 from scenarios.impulse import strike_point
 from scenarios.scene import Body, Impulse, Scene
@@ -41,22 +55,26 @@ class Clock(NamedTuple):
     def reached(self, times: Array) -> Array:
         """Return the instants of the physics [s]; before it starts they are 0."""
         reached = self.rate * times + self.offset
-        if self.tick:
-            reached = self.tick * np.floor(reached / self.tick - self.lag + WHOLE)
-        return np.maximum(reached, 0.0)
+        return np.maximum(in_ticks(reached, self.tick, self.lag) if self.tick else reached, 0.0)
+
+
+def in_ticks(times: Array, tick: float | Array, lag: float) -> Array:
+    """Return the last whole ticks [s] before instants [s] of a clock that lags by so many more."""
+    return tick * np.floor(times / tick - lag + WHOLE)
 
 
 class Stroke(NamedTuple):
     """How an impulse J is applied.
 
     lasts: [s], as a constant force J/lasts, 0 for a jump; ends: the force stops then; turns: so does its torque, which
-    otherwise acts at once; arm: of the lever, as `stepping.Laws` has it; strength: of J.
+    otherwise acts at once; arm, held: of the lever, as `stepping.Laws` has them; strength: of J.
     """
 
     lasts: float = 0.0
     ends: bool = True
     turns: bool = True
     arm: tuple[float, float, float, float, float] = (1.0, 1.0, 0.0, 0.0, 0.0)
+    held: int = POINT_MOVES
     strength: float = 1.0
 
 
@@ -72,7 +90,7 @@ class Pose(NamedTuple):
     q: Array
 
 
-AT_ONCE, RIGHT, IN_NO_STEPS = Stroke(), Clock(), Scheme(0.0, SMOOTH, EXPLICIT, False, False)
+AT_ONCE, RIGHT, IN_NO_STEPS = Stroke(), Clock(), Scheme(0.0, SMOOTH, EXPLICIT, False, 0.0, False)
 Writing = Callable[[Pose], Pose]
 
 
@@ -81,7 +99,7 @@ class Account:
     """One throw as a program understood it, flew it and wrote it down.
 
     mass [kg]; moments [kg m2], (3,); start: (13,); gravity [m/s2], (3,); forces: the scene's others; damping,
-    gyroscopic, mixed: as `stepping.Laws` has them; writings: what is done to a pose, in this order.
+    damps, gyroscopic, mixed: as `stepping.Laws` has them; writings: what is done to a pose, in this order.
     """
 
     body: Body
@@ -92,8 +110,9 @@ class Account:
     impulses: tuple[Impulse, ...]
     forces: Forces
     damping: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
+    damps: int = AS_FORCE
     gyroscopic: float = 1.0
-    mixed: float = 0.0
+    mixed: int = UNMIXED
     stroke: Stroke = AT_ONCE
     scheme: Scheme = IN_NO_STEPS
     clock: Clock = RIGHT
@@ -113,7 +132,9 @@ class Account:
         rows = np.empty((len(times), WIDTH))
         forces = self.forces._replace(mass=self.mass, gravity=tuple(self.gravity.tolist()))
         moments = tuple(self.moments.tolist())
-        laws = Laws(moments, forces, self.damping, self.gyroscopic, self.mixed, self.stroke.arm)
+        laws = Laws(
+            moments, forces, self.damping, self.damps, self.gyroscopic, self.mixed, self.stroke.arm, self.stroke.held
+        )
         scheme = self.scheme if self.scheme.attitude != SMOOTH else self.scheme._replace(step=fineness)
         fly(
             self.start,

@@ -8,7 +8,7 @@ import numpy as np
 
 from scenarios.frames import Array
 
-NUMBER = re.compile(r"[+-]?(\d*)\.?(\d*)(?:[eE]([+-]?\d+))?", re.ASCII)
+NUMBER = re.compile(r"[+-]?(\d*)\.?(\d*)(?:[eE]([+-]?\d{1,9}))?", re.ASCII)
 # Nine significant digits tell every single-precision number from its neighbours, and from most doubles.
 TELLING = 9
 # Intervals of a clock in doubles are as even as this.
@@ -36,7 +36,8 @@ class Digits(NamedTuple):
 
 def digits(cells: Iterable[str]) -> Digits:
     """Return how cells that hold numbers are printed; whether they are numbers of single precision."""
-    place, figures, single, telling = np.inf, 0, True, False
+    figures, single, telling = 1, True, False
+    places: set[float] = set()
     cells = list(cells)
     if len(set(cells)) == 1:
         return Digits()  # nothing says that it is rounded
@@ -44,18 +45,20 @@ def digits(cells: Iterable[str]) -> Digits:
         match = NUMBER.fullmatch(cell.strip())
         if match is None:
             continue
-        whole, part, power = match[1], match[2], int(match[3] or 0)
+        whole, part = match[1], match[2]
+        power = min(max(int(match[3] or 0), -400), 300)  # what a number of double precision can have
         if not (whole + part).strip("0") and not part:
             continue  # a plain 0 does not say to how many places
-        place = min(place, 10.0 ** max(power - len(part), -400)) if power > -400 else place
+        last = 10.0 ** max(power - len(part), -400)
+        places.add(last)
         written = len((whole + part).lstrip("0"))
         figures = max(figures, written)
         if written >= TELLING:
             telling = True
-            value = float(cell)
-            slack = 0.5 * 10.0 ** max(power - len(part), -400)
-            single = single and abs(value - _single(value)) <= slack
-    return Digits(place if np.isfinite(place) else 0.0, max(figures, 1), single, telling)
+            value = float(match[0])
+            single = single and abs(value - _single(value)) <= 0.5 * last
+    # Printed to one place, as by %.4f, a number has as many figures as it is large.
+    return Digits(min(places, default=0.0), figures if len(places) > 1 else Digits().figures, single, telling)
 
 
 def _single(value: float) -> float:

@@ -1,6 +1,8 @@
 """Reads a trajectory that any program wrote, a block of rows at a time; what is bad in it is one line for the user."""
 
 import csv
+import os
+import re
 import stat
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -11,21 +13,25 @@ from pathlib import Path
 
 import numpy as np
 
-from compare.grade.columns import CENTRE, MATRIX, QUATERNION, THROW, TIME, BadTrajectory, Column, Shown, layout, shown
+from compare.grade.columns import CENTRE, MATRIX, QUATERNION, THROW, TIME, BadTrajectory, Column, Shown
 from compare.grade.digits import Digits, digits, rounded_times
+from compare.grade.header import layout, shown
 from scenarios.files import why_unread
-from scenarios.format import printable, short
+from scenarios.format import printable, short, visible
 from scenarios.frames import Array, rotation_matrix
 from scenarios.scene import Scene
 
-BLOCK = 20_000
-# A line of more bytes than this is no row of a trajectory.
+# Vertices of a block of rows: what measuring one takes is some hundred bytes each.
+BLOCK = 200_000
+# Bytes that are read at a time; a line of more bytes than this is no row of a trajectory.
 LONGEST_LINE = 1_000_000
-# Rows whose text is looked at for how numbers are printed.
-LOOKED_AT = 200
+# Rows whose text is looked at for how numbers are printed: so many first ones, and as many from so many places.
+LOOKED_AT, PLACES = 200, 20
 # A clock that is ahead goes past the end; more than this share of the duration is another scene.
 BEYOND = 0.1
 SEPARATORS = ",;\t"
+# Neither a place nor a time nor a part of a unit quaternion: products of squares of larger ones would overflow.
+LARGEST = 1e50
 CONJUGATE = (1.0, -1.0, -1.0, -1.0)
 
 
@@ -65,50 +71,97 @@ class Trajectory:
         self, path: Path, scene: Scene, mapping: Mapping[str, str], by: str | None = None, decimal: str = "."
     ) -> None:
         self.path, self.name, self._scene, self._decimal = path, printable(str(path)), scene, decimal
+        self._most_rows = max(1, BLOCK // len(scene.body.points))
         with self._open() as file:
-            lines = self._lines(file)
-            first = next(lines, "")
+            first = next(self._lines(file, 0), "")
             self._separator = self._separator_of(first)
-            self.header = next(iter(self._rows(iter([first]))), (1, []))[1]
+            self.header = [name.strip() for _, cells in self._rows(iter([first]), 0) for name in cells]
             self._check_header()
             self.columns: dict[str, Column] = layout(self.name, self.header, mapping)
-            self.shown: list[Shown] = shown(self.name, self.columns, len(scene.body.points), by)
-            looked_at = [row for _, row in islice(self._rows(lines), LOOKED_AT)]
+            self.shown: list[Shown] = shown(self.name, self.header, mapping, self.columns, len(scene.body.points), by)
+            first_rows = [row for _, row in islice(self._rows(self._lines(file, 1), 1), LOOKED_AT)]
+            looked_at = [*first_rows, *self._here_and_there(file)]
         self.digits: dict[str, Digits] = {
             name: digits(self._pointed(row[column.place]) for row in looked_at if column.place < len(row))
             for name, column in self.columns.items()
         }
+        clock = self.columns[TIME].place
+        times = (self._number(row[clock]) for row in first_rows if clock < len(row))
+        self._first_times = [time for time in times if time is not None and abs(time) <= LARGEST]
 
     @cached_property
     def half_time(self) -> float:
         """Half a unit of the last printed place of the times, where they show that they are rounded, else 0 [s]."""
         column, printed = self.columns[TIME], self.digits[TIME]
-        with self._open() as file:
-            lines = self._lines(file)
-            next(lines, None)
-            cells = [row[column.place] for _, row in islice(self._rows(lines), LOOKED_AT) if len(row) > column.place]
-        times = np.array([float(self._pointed(cell)) for cell in cells if _is_number(self._pointed(cell))])
+        times = np.array(self._first_times)
         times = times[: 1 + int(np.argmax(np.append(np.diff(times) <= 0, True)))]
-        return column.factor * printed.place / 2 if rounded_times(times, printed.place) else 0.0
+        half = float(printed.half(times[-1:]).max(initial=0.0))
+        return column.factor * half if rounded_times(times, 2 * half) else 0.0
 
     def half_digits(self, name: str, values: Array) -> Array:
         """Return half a unit of the last printed place of a quantity's values, SI."""
         factor = self.columns[name].factor
         return factor * self.digits[name].half(values / factor)
 
+    def _here_and_there(self, file: BufferedReader) -> Iterator[list[str]]:
+        """Yield rows from all over the file: a number that grows shows its last digit further on."""
+        size = file.seek(0, os.SEEK_END)
+        for part in range(1, PLACES):
+            file.seek(size * part // PLACES)
+            file.readline(LONGEST_LINE)  # what is left of a row
+            for _ in range(LOOKED_AT // PLACES):
+                cells = file.readline(LONGEST_LINE).decode(errors="replace").split(self._separator)
+                if len(cells) == len(self.header):
+                    yield cells
+
     def blocks(self) -> Iterator[Block]:
-        """Yield all rows, at most BLOCK at a time.  Raises BadTrajectory."""
+        """Yield all rows, a block at a time.  Raises BadTrajectory."""
         last: dict[int, float] = {}
         some = False
         with self._open() as file:
-            lines = self._lines(file)
-            next(lines, None)
-            rows = self._rows(lines)
-            while part := list(islice(rows, BLOCK)):
+            next(self._lines(file, 0), None)
+            for lines, table in self._tables(file):
                 some = True
-                yield self._block(part, last)
+                for begin in range(0, len(lines), self._most_rows):
+                    part = slice(begin, begin + self._most_rows)
+                    yield self._block(lines[part], table[part], last)
         if not some:
             raise BadTrajectory(f"{self.name}: no rows below the header")
+
+    def _tables(self, file: BufferedReader) -> Iterator[tuple[np.ndarray, Array]]:
+        """Yield the numbers of lines and the columns that mean something, (n, columns), in their own units.
+
+        All at once while the lines are plain numbers; from the first part that is otherwise row by row, which takes
+        quotes and blank lines, and can say what is wrong in which line.
+        """
+        before = 1
+        while part := file.read(LONGEST_LINE) + file.readline(LONGEST_LINE + 1):
+            is_whole = len(part) <= 2 * LONGEST_LINE
+            table = self._plain(part) if is_whole else None
+            if table is None:
+                file.seek(-len(part), os.SEEK_CUR)
+                yield from self._row_by_row(self._rows(self._lines(file, before), before))
+                return
+            yield np.arange(before + 1, before + 1 + len(table)), table
+            before += len(table)
+
+    def _plain(self, part: bytes) -> Array | None:
+        """Return the columns of lines that hold plain numbers, in as many cells as the header, or None."""
+        if b'"' in part or b"\0" in part or (self._decimal == "," and (b"." in part or self._separator == ",")):
+            return None
+        try:
+            lines = self._pointed(part.decode()).removesuffix("\n").split("\n")
+            if {line.count(self._separator) for line in lines} != {len(self.header) - 1}:
+                return None
+            places = [column.place for column in self.columns.values()]
+            table = np.loadtxt(lines, delimiter=self._separator, comments=None, usecols=places, ndmin=2)
+        except ValueError:
+            return None
+        return table if len(table) == len(lines) and (np.abs(table) <= LARGEST).all() else None
+
+    def _row_by_row(self, rows: Iterator[tuple[int, list[str]]]) -> Iterator[tuple[np.ndarray, Array]]:
+        while part := list(islice(rows, self._most_rows)):
+            yield np.array([line for line, _ in part]), np.array([self._numbers(*row) for row in part])
 
     def _open(self) -> BufferedReader:
         try:
@@ -119,8 +172,8 @@ class Trajectory:
             why = why_unread(error) if isinstance(error, OSError) else printable(str(error))
             raise BadTrajectory(f"{self.name}: {why}") from None
 
-    def _lines(self, file: BufferedReader) -> Iterator[str]:
-        number = 0
+    def _lines(self, file: BufferedReader, number: int) -> Iterator[str]:
+        """Yield the lines of a file, so many of which have been read, as text."""
         while raw := file.readline(LONGEST_LINE + 1):
             number += 1
             if len(raw) > LONGEST_LINE:
@@ -129,6 +182,8 @@ class Trajectory:
                 if raw.startswith((b"\xff\xfe", b"\xfe\xff")):
                     raise BadTrajectory(f"{self.name}: is UTF-16 text: save it as UTF-8")
                 raw = raw.removeprefix(b"\xef\xbb\xbf")
+            if b"\r" in raw.rstrip(b"\r\n"):
+                raise BadTrajectory(f"{self.name}: line {number}: lines end in CR alone: save it with LF or CR LF")
             if b"\0" in raw:
                 raise BadTrajectory(f"{self.name}: line {number}: a null byte: not a text file")
             try:
@@ -136,79 +191,82 @@ class Trajectory:
             except UnicodeDecodeError:
                 raise BadTrajectory(f"{self.name}: line {number}: not UTF-8 text") from None
 
-    def _rows(self, lines: Iterator[str]) -> Iterator[tuple[int, list[str]]]:
-        """Yield the number of a line and its cells, blank lines left out."""
+    def _rows(self, lines: Iterator[str], before: int) -> Iterator[tuple[int, list[str]]]:
+        """Yield the number of a line and its cells, empty lines left out; before: how many lines come before."""
         reader = csv.reader(lines, delimiter=self._separator, strict=True)
-        # The header is line 1 and is read on its own, by a reader that counts for itself.
-        before = 0 if not hasattr(self, "header") else 1
         try:
             for cells in reader:
-                if cells:
+                if any(map(str.strip, cells)):
                     yield before + reader.line_num, cells
         except csv.Error as error:
-            raise BadTrajectory(f"{self.name}: line {before + reader.line_num}: not CSV: {error}") from None
+            raise BadTrajectory(
+                f"{self.name}: line {before + reader.line_num}: not CSV: {visible(str(error))}"
+            ) from None
 
     def _separator_of(self, first: str) -> str:
         if not first.strip():
             raise BadTrajectory(f"{self.name}: empty" if not first else f"{self.name}: line 1: no header")
-        found = [separator for separator in SEPARATORS if separator in first]
+        # Names may be quoted, and a comma may be followed by blanks, of which a tab is one.
+        bare = re.sub(r'"[^"]*"', "", first.strip())
+        found = [separator for separator in SEPARATORS if separator in re.sub(r",\s+", ",", bare)]
         if not found:
             raise BadTrajectory(f"{self.name}: line 1: one column only: cells must be separated by , ; or tabs")
         # A header of semicolons or tabs may have commas within a name; the other way round it may not.
         return found[-1]
 
     def _check_header(self) -> None:
-        self.header = [name.strip() for name in self.header]
-        if all(_is_number(self._pointed(name)) for name in self.header if name):
+        if not self.header:
+            raise BadTrajectory(f"{self.name}: line 1: no header")
+        if not self.header[-1]:
+            self.header.pop()  # a separator after every cell
+        if all(self._number(name) is not None for name in self.header if name):
             raise BadTrajectory(f"{self.name}: line 1 holds numbers: it must be a header that names the columns")
         doubled = [name for name in self.header if name and self.header.count(name) > 1]
         if doubled:
             raise BadTrajectory(f"{self.name}: two columns are called {short(doubled[0])}")
 
-    def _pointed(self, cell: str) -> str:
-        return cell.replace(",", ".") if self._decimal == "," and self._separator != "," else cell
+    def _pointed(self, text: str) -> str:
+        return text.replace(",", ".") if self._decimal == "," else text
 
-    def _block(self, part: list[tuple[int, list[str]]], last: dict[int, float]) -> Block:
-        width = len(self.header)
-        for line, cells in part:
-            if len(cells) != width:
-                raise BadTrajectory(f"{self.name}: line {line}: {len(cells)} cells, but the header has {width}")
-        picked = list(self.columns.items())
-        try:
-            table = np.array(
-                [[self._number(cells[column.place]) for _, column in picked] for _, cells in part], dtype=float
-            )
-        except ValueError:
-            self._refuse_cell(part)
-            raise
-        if not np.isfinite(table).all():
-            self._refuse_cell(part)
-        values = {name: table[:, k] * column.factor for k, (name, column) in enumerate(picked)}
-        lines = np.array([line for line, _ in part])
+    def _block(self, lines: np.ndarray, table: Array, last: dict[int, float]) -> Block:
+        values = {name: table[:, k] * column.factor for k, (name, column) in enumerate(self.columns.items())}
         throws = self._throws(values.pop(THROW, None), lines)
         block = Block(lines, throws, values.pop(TIME), values)
         self._check_times(block, last)
         self._check_attitude(block)
         return block
 
-    def _number(self, cell: str) -> float:
-        if "_" in cell:  # a digit separator of Python's, not of a number's
-            raise ValueError
-        return float(self._pointed(cell))
+    def _numbers(self, line: int, cells: list[str]) -> list[float]:
+        """Return the cells of a row that mean something.  Raises BadTrajectory."""
+        width = len(self.header)
+        if len(cells) == width + 1 and not cells[-1].strip():
+            cells.pop()  # a separator after every cell
+        if len(cells) != width:
+            commas = self._separator == "," and len(cells) > width
+            why = " (decimal commas need cells in quotes, or separated by ; or tabs)" if commas else ""
+            raise BadTrajectory(f"{self.name}: line {line}: {len(cells)} cells, but the header has {width}{why}")
+        numbers = [self._number(cells[column.place]) for column in self.columns.values()]
+        for number, column in zip(numbers, self.columns.values(), strict=True):
+            if number is None or not abs(number) <= LARGEST:
+                self._refuse_cell(line, column.place, cells[column.place])
+        return numbers  # type: ignore[return-value]
 
-    def _refuse_cell(self, part: list[tuple[int, list[str]]]) -> None:
-        """Raise BadTrajectory for the first cell that is no finite number."""
-        for line, cells in part:
-            for column in self.columns.values():
-                cell = cells[column.place]
-                try:
-                    if np.isfinite(self._number(cell)):
-                        continue
-                except ValueError:
-                    pass
-                name = printable(self.header[column.place])
-                comma = ", or give --decimal , where commas are decimal points" if "," in cell else ""
-                raise BadTrajectory(f"{self.name}: line {line}, {name} = {short(cell)}: must be a finite number{comma}")
+    def _number(self, cell: str) -> float | None:
+        """Return the number in a cell, or None; a _ between digits is Python's way of writing, not a number's."""
+        if "_" in cell or (self._decimal == "," and "." in cell):
+            return None
+        try:
+            return float(self._pointed(cell))
+        except ValueError:
+            return None
+
+    def _refuse_cell(self, line: int, place: int, cell: str) -> None:
+        why = f"must be a finite number of at most {LARGEST:g}"
+        if self._decimal == "," and "." in cell:
+            why = "a point, but --decimal , says that the decimal sign is a comma"
+        elif "," in cell:
+            why += ", or give --decimal , where commas are decimal points"
+        raise BadTrajectory(f"{self.name}: line {line}, {printable(self.header[place])} = {short(cell)}: {why}")
 
     def _throws(self, column: Array | None, lines: np.ndarray) -> np.ndarray:
         count = len(self._scene.start)
@@ -243,10 +301,14 @@ class Trajectory:
             row = late[0]
             raise BadTrajectory(
                 f"{self.name}: line {block.lines[order[row]]}, t = {times[row]:.9g} s: must be later than the row "
-                f"before of the same throw, {before[row]:.9g} s"
+                f"before of the same throw, {before[row]:.9g} s{self._throws_unsaid()}"
             )
         ends = np.flatnonzero(np.append(fresh[1:], True))
         last.update(zip(throws[ends].tolist(), times[ends].tolist(), strict=True))
+
+    def _throws_unsaid(self) -> str:
+        several = len(self._scene.start) > 1 and THROW not in self.columns
+        return f": {self._scene.name} has many throws, and a column `throw` says which one a row is of" * several
 
     def _check_attitude(self, block: Block) -> None:
         if QUATERNION[0] in block.values:
@@ -254,14 +316,6 @@ class Trajectory:
             if empty.any():
                 line = block.lines[int(np.argmax(empty))]
                 raise BadTrajectory(f"{self.name}: line {line}: the quaternion is zero: no attitude")
-
-
-def _is_number(cell: str) -> bool:
-    try:
-        float(cell)
-    except ValueError:
-        return False
-    return True
 
 
 def axes_of(block: Block, kind: str, file_axes: Array, stretched: bool = True) -> Array:

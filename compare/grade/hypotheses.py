@@ -7,6 +7,7 @@ from typing import Protocol
 import numpy as np
 
 from compare.grade.account import Account
+from scenarios.frames import Array
 from scenarios.scene import Scene
 
 # Steps that programs take, and what those say who ship them.
@@ -45,8 +46,9 @@ class Hypothesis:
     name: for tables; variants of one mistake share it.  part: of the program, where one mistake is made at most.
     says: in words, with a place for the value.  values: tried first, () where there is nothing to fit.
     choices: names of the values, which then are all there are.  known: values with a name, which cost little to assume.
-    only_known: no others are believed.  spacing: how near to one another values must be tried where the flight jumps as
-    they change [of the value], None where it is smooth.
+    only_known: no others are believed.  sought: where the flight jumps as the value changes, the value that instants as
+    written and as the physics had reached them [s], (S,), speak for; None where it is smooth.
+    variant: differs little from the one of its name that stands before it and is none.
     """
 
     name: str
@@ -57,12 +59,18 @@ class Hypothesis:
     choices: tuple[str, ...] = ()
     known: dict[float, str] = field(default_factory=dict)
     only_known: bool = False
-    spacing: Callable[[float], float] | None = None
+    sought: Callable[[Array, Array], float] | None = None
+    variant: bool = False
 
     @property
     def fitted(self) -> bool:
         """Whether it has a number that any value between those tried first may be."""
         return bool(self.values) and not self.choices and not self.only_known
+
+    @property
+    def bounds(self) -> tuple[float, float]:
+        """The least and the greatest value that its number may have, but for those with a name."""
+        return min(self.values), max(self.values)
 
     def said(self, value: float) -> str:
         """Return what it says with a value."""

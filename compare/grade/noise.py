@@ -16,6 +16,9 @@ EXPLAINED = 2.0
 WHITE = 3.5
 # Fewer pairs say nothing.
 TELLING = 16
+# What moves a body by more than this share of its size, root mean square, is no noise: rows that are further apart than
+# the body's turns have nothing to do with one another either.
+LOUDEST = 0.1
 # A number that was fitted is worth one of so many, against a value that has a name.
 FITTED = 100
 # Compiled flights with different mistakes agree with themselves to about this much of the body's size.
@@ -24,10 +27,22 @@ FLIGHT = 1e-9
 
 @dataclass(frozen=True)
 class Scale:
-    """What a residual is held against: so many independent numbers, and what they cannot tell from nothing [m]."""
+    """What a residual is held against.
+
+    numbers: independent ones; floor_m: what they cannot tell from nothing; size_m: of the body.
+    """
 
     numbers: int
     floor_m: float
+    size_m: float
+
+    def is_nothing(self, rms_m: float) -> bool:
+        """Whether a residual is at the floor."""
+        return rms_m <= EXPLAINED * self.floor_m
+
+    def is_noise(self, rms_m: float, related: float, pairs: int) -> bool:
+        """Whether a residual, whose neighbouring rows are so related, is no more than noise would be."""
+        return rms_m <= LOUDEST * self.size_m and pairs >= TELLING and abs(related) <= WHITE / np.sqrt(pairs)
 
     def weights(self, rms_m: Array) -> Array:
         """Return the Bayesian information criterion of fits without what they assume, less being better.
@@ -69,8 +84,3 @@ def relation(errors: Array) -> float:
     before, after = errors[:-1].ravel(), errors[1:].ravel()
     size = float(np.linalg.norm(before) * np.linalg.norm(after))
     return float(before @ after) / size if size > 0 else 0.0
-
-
-def is_noise(related: float, pairs: int) -> bool:
-    """Whether a relation of so many pairs of rows is what noise has."""
-    return pairs >= TELLING and abs(related) <= WHITE / np.sqrt(pairs)

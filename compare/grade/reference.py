@@ -14,9 +14,9 @@ from scenarios.impulse import jump
 from scenarios.scene import Scene, frozen_array
 from scenarios.truth import truth
 from solver.body import Body
-from solver.ensemble.poses import poses
+from solver.integrators.exact import exact
 
-CERTIFIED = 24
+CERTIFIED = 12
 
 
 class Reference:
@@ -76,10 +76,12 @@ class Reference:
     def _coasted(self, state: Array, t: Array) -> Array:
         """Return the states after free flight for times [s], (T,), from one, (13,)."""
         axes = rotation_matrix(state[3:7])
-        spin = np.concatenate((state[3:7], self._scene.body.moments * (axes.T @ state[10:13])))
-        found = poses(spin, t, self._body.inverse_moments, self._body.gyroscopic)
-        q = found[:, 0:4]
-        w = np.einsum("tij,tj->ti", rotation_matrix(q), found[:, 4:7] / self._scene.body.moments)
+        spins = np.empty((len(t), 14))
+        spins[:, 7:14] = *state[3:7], *(self._scene.body.moments * (axes.T @ state[10:13]))
+        for row, instant in enumerate(t.tolist()):
+            exact(spins[row : row + 1], 1, instant, self._body.inverse_moments, self._body.gyroscopic)
+        q, momentum_body = spins[:, 0:4], spins[:, 4:7]
+        w = np.einsum("tij,tj->ti", rotation_matrix(q), momentum_body / self._scene.body.moments)
         gravity = np.zeros(3) if self._scene.gravity is None else self._scene.gravity
         x = state[0:3] + t[:, None] * state[7:10] + (t * t / 2)[:, None] * gravity
         return np.hstack((x, q, state[7:10] + t[:, None] * gravity, w))

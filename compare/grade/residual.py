@@ -13,6 +13,7 @@ from scenarios.scene import Scene
 
 # Rows kept of the throw that is diagnosed: at least so many where there are as many, at most twice that.
 KEPT = 64
+GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
 BINS = 60
 
 
@@ -49,20 +50,29 @@ class Kept:
 
 
 class Thinned:
-    """Keeps every row of a stream until there are too many, then every second, every fourth, ..."""
+    """Keeps every row of a stream until there are too many, then half of them, a quarter, ...
+
+    Which ones, the golden ratio says: evenly spread, and in step with nothing that a program does every so many rows.
+    """
 
     def __init__(self) -> None:
-        self._every, self._seen, self.kept = 1, 0, None
+        self._share, self._seen, self._turns, self.kept = 1.0, 0, np.empty(0), None
 
     def add(self, rows: Kept) -> None:
         """Take in the next rows."""
-        first = -self._seen % self._every
+        turns = np.arange(self._seen, self._seen + len(rows)) * GOLDEN % 1.0
         self._seen += len(rows)
-        chosen = rows.some(slice(first, None, self._every))
-        self.kept = chosen if self.kept is None else self.kept.joined(chosen)
-        while len(self.kept) > 2 * KEPT:
-            self._every *= 2
-            self.kept = self.kept.some(slice(None, None, 2))
+        self._take(rows, turns)
+        while len(self._turns) > 2 * KEPT:
+            self._share /= 2
+            kept, self.kept, turns, self._turns = self.kept, None, self._turns, np.empty(0)
+            assert kept is not None
+            self._take(kept, turns)
+
+    def _take(self, rows: Kept, turns: Array) -> None:
+        chosen = np.flatnonzero(turns < self._share)
+        self._turns = np.append(self._turns, turns[chosen])
+        self.kept = rows.some(chosen) if self.kept is None else self.kept.joined(rows.some(chosen))
 
 
 @dataclass(eq=False)

@@ -2,13 +2,13 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
+from compare.conditions import ConditionRow, conditions
 from compare.grade.residual import BINS
 from compare.grade.verdict import Grade
-from compare.tables import table_text, write_whole, xyz
+from compare.tables import table_text, xyz
 
 
 @dataclass(frozen=True)
@@ -127,9 +127,12 @@ def kept_rows(grade: Grade) -> Iterator[KeptRow]:
         yield KeptRow(*key, *xyz(true), *xyz(seen), *xyz(seen - true), float(distance))
 
 
-def write_grade(folder: Path, grade: Grade) -> None:
-    """Write the tables into a folder, each whole or not at all.  Raises OSError."""
-    write_whole(folder / "grade.csv", table_text(GradeRow, [grade_row(grade)]))
-    write_whole(folder / "explanations.csv", table_text(ExplanationRow, explanation_rows(grade)))
-    write_whole(folder / "error-over-time.csv", table_text(PartRow, part_rows(grade)))
-    write_whole(folder / "vertex-errors.csv", table_text(KeptRow, kept_rows(grade)))
+def grade_tables(grade: Grade, command: str) -> dict[str, str]:
+    """Return file name -> CSV text of every table of a grade."""
+    return {
+        "grade.csv": table_text(GradeRow, [grade_row(grade)]),
+        "explanations.csv": table_text(ExplanationRow, explanation_rows(grade)),
+        "error-over-time.csv": table_text(PartRow, part_rows(grade)),
+        "vertex-errors.csv": table_text(KeptRow, kept_rows(grade)),
+        "conditions.csv": table_text(ConditionRow, conditions(command)),
+    }

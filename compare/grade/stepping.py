@@ -31,51 +31,68 @@ Array = NDArray[np.float64]
 
 WIDTH = 22
 # A row of events: its instant [s], what happens, the impulse or force that moves, the one that turns, where it lands,
-# whether that is in body axes; then, of a force, its torque, and the row in which it began.
+# whether that is in body axes; then, of a force, its lever arm, and the row in which it began.
 EVENT = 16
 JUMP, BEGIN, END = 0.0, 1.0, 2.0
 # A flight takes no more steps than this, a smooth one no more than so many radians have steps.
 MOST_STEPS, MOST_RADIANS = 100_000, 1_000.0
 # What a step does to the attitude, and to the angular velocity.
 SMOOTH, QUATERNION, EXPONENTIAL, MATRIX = 0, 1, 2, 3
-EXPLICIT, MOMENTUM, IMPLICIT = 0, 1, 2
+EXPLICIT, MOMENTUM, IMPLICIT, WORLD = 0, 1, 2, 3
+# Which angular velocity a program turns the attitude by: the right one; that in world axes as if it were in body axes,
+# where it keeps L, or w; that in body axes as if it were in world axes.
+UNMIXED, MIXED_MOMENTUM, MIXED_WORLD, MIXED_BODY = 0, 1, 2, 3
+# What becomes of the lever arm of a force that lasts: the torque stays as it began; the point moves with the body; the
+# point stays where it was in the world.
+TORQUE_STAYS, POINT_MOVES, POINT_STAYS = 0, 1, 2
+# When a step damps: as a force, with its others; what they have made of the velocities; or those, once it has moved.
+AS_FORCE, AFTER_FORCES, LAST = 0, 1, 2
 
 
 class Laws(NamedTuple):
     """What moves the body, as the program has it.
 
     moments [kg m2]; forces: of the scene; damping: a = -(d0 + d1 |v|) v and alpha = -(d2 + d3 |w|) w [1/s, 1/m, 1/s,
-    1]; gyroscopic: 1 right, 0 left out, -1 of the wrong sign; mixed: 1.0 where the attitude is turned by components in
-    world axes as if they were in body axes; arm: sign, share of x and a point [m], for a lever arm
-    sign (r - share x - point).
+    1]; gyroscopic: 1 right, 0 left out, -1 of the wrong sign; damps, mixed, held: of the constants above; arm: sign,
+    share of x and a point [m], for a lever arm sign (r - share x - point).
     """
 
     moments: Vector
     forces: Forces
     damping: tuple[float, float, float, float]
+    damps: int
     gyroscopic: float
-    mixed: float
+    mixed: int
     arm: tuple[float, float, float, float, float]
+    held: int
 
 
 class Scheme(NamedTuple):
     """What is done in a step: its length [s], of a smooth flight the turn in one [rad]; then the constants above.
 
-    semi: velocities first, and positions with the new ones; lengthens: q is never normalised.
+    semi: the angular velocity first, and the attitude with the new one; fall: positions with the old velocity, 0, the
+    new one, 1, or their mean; lengthens: q is never normalised.
     """
 
     step: float
     attitude: int
     spin: int
     semi: bool
+    fall: float
     lengthens: bool
 
 
 class Push(NamedTuple):
-    """A force [N] and a torque [N m] that stay as they are, world axes."""
+    """Forces that last: their sum [N], and their torque [N m] about x, world axes.
+
+    It is torque - x x drawn + (R a) x F summed over forces F with an arm a in body axes, of which rows are the sums
+    a_k F [N m].
+    """
 
     force: Vector
     torque: Vector
+    drawn: Vector
+    rows: tuple[Vector, Vector, Vector]
 
 
 class Motion(NamedTuple):
@@ -88,31 +105,46 @@ class Motion(NamedTuple):
 
 
 @inner
-def _turning(q: Quaternion, w_body: Vector, mixed: float) -> Vector:
+def _turning(q: Quaternion, w_body: Vector, mixed: int) -> Vector:
     """Return the rate at which the program turns the attitude, body axes: q' = q turning~ / 2."""
-    return rotate(q, w_body) if mixed != 0.0 else w_body
+    if mixed == UNMIXED:
+        return w_body
+    return rotate_back(q, w_body) if mixed == MIXED_BODY else rotate(q, w_body)
+
+
+@inner
+def _twist(x: Vector, q: Quaternion, push: Push) -> Vector:
+    """Return the torque of forces that last, world axes."""
+    carried = cross(rotate(q, (1.0, 0.0, 0.0)), push.rows[0])
+    carried = add(carried, cross(rotate(q, (0.0, 1.0, 0.0)), push.rows[1]))
+    carried = add(carried, cross(rotate(q, (0.0, 0.0, 1.0)), push.rows[2]))
+    return add(add(push.torque, carried), cross(push.drawn, x))
 
 
 @inner
 def _accelerations(motion: Motion, laws: Laws, push: Push) -> tuple[Vector, Vector]:
-    """Return a, world axes, and alpha without the gyroscopic term, body axes."""
+    """Return a, world axes, and alpha, body axes, without damping and the gyroscopic term."""
     force, torque = wrench(motion.x, motion.q, motion.v, motion.w_body, laws.forces)
-    torque = add(torque, rotate_back(motion.q, push.torque))
-    d0, d1, d2, d3 = laws.damping
-    slow = -(d0 + d1 * math.sqrt(dot(motion.v, motion.v)))
-    brake = -(d2 + d3 * math.sqrt(dot(motion.w_body, motion.w_body)))
+    torque = add(torque, rotate_back(motion.q, _twist(motion.x, motion.q, push)))
     a, b, c = laws.moments
-    alpha = add((torque[0] / a, torque[1] / b, torque[2] / c), scale(brake, motion.w_body))
-    return add(scale(1.0 / laws.forces.mass, add(force, push.force)), scale(slow, motion.v)), alpha
+    return scale(1.0 / laws.forces.mass, add(force, push.force)), (torque[0] / a, torque[1] / b, torque[2] / c)
+
+
+@inner
+def _damped(v: Vector, w: Vector, dt: float, old_v: Vector, old_w: Vector, laws: Laws) -> tuple[Vector, Vector]:
+    """Return v and w after damping for dt [s] by what it is at the old ones."""
+    d0, d1, d2, d3 = laws.damping
+    slow, brake = d0 + d1 * math.sqrt(dot(old_v, old_v)), d2 + d3 * math.sqrt(dot(old_w, old_w))
+    return add(v, scale(-dt * slow, old_v)), add(w, scale(-dt * brake, old_w))
 
 
 @inner
 def _gyroscopic(w_body: Vector, turning: Vector, laws: Laws) -> Vector:
-    """Return I^-1 (L x turning), or what stands in its place: with w constant in world axes, w x turning."""
-    if laws.gyroscopic == 0.0:
-        return cross(w_body, turning)
-    rate = scale(laws.gyroscopic, cross(times(laws.moments, w_body), turning))
-    return (rate[0] / laws.moments[0], rate[1] / laws.moments[1], rate[2] / laws.moments[2])
+    """Return I^-1 (L x w), and w x turning where w is kept in world axes; where L is, I^-1 (L x turning)."""
+    keeps_momentum = laws.mixed == MIXED_MOMENTUM and laws.gyroscopic != 0.0
+    rate = scale(laws.gyroscopic, cross(times(laws.moments, w_body), turning if keeps_momentum else w_body))
+    rate = (rate[0] / laws.moments[0], rate[1] / laws.moments[1], rate[2] / laws.moments[2])
+    return rate if keeps_momentum or laws.mixed == MIXED_BODY else add(rate, cross(w_body, turning))
 
 
 @inner
@@ -120,6 +152,7 @@ def _slope(motion: Motion, laws: Laws, push: Push) -> Motion:
     turning = _turning(motion.q, motion.w_body, laws.mixed)
     a, alpha = _accelerations(motion, laws, push)
     alpha = add(alpha, _gyroscopic(motion.w_body, turning, laws))
+    a, alpha = _damped(a, alpha, 1.0, motion.v, motion.w_body, laws)
     return Motion(motion.v, product_vector(motion.q, scale(0.5, turning)), a, alpha)
 
 
@@ -168,7 +201,7 @@ def _implicit_gyroscopic(w: Vector, dt: float, moments: Vector) -> Vector:
 def _spun(motion: Motion, dt: float, laws: Laws, alpha: Vector, spin: int) -> Vector:
     """Return w_body after a step's torques, the attitude standing still; with MOMENTUM the turn comes later."""
     w = motion.w_body
-    if spin == EXPLICIT:
+    if spin in (EXPLICIT, WORLD):
         w = add(w, scale(dt, _gyroscopic(w, _turning(motion.q, w, laws.mixed), laws)))
     elif spin == IMPLICIT:
         w = _implicit_gyroscopic(w, dt, laws.moments)
@@ -199,11 +232,20 @@ def _euler_step(motion: Motion, dt: float, laws: Laws, push: Push, scheme: Schem
     turning = _turning(motion.q, motion.w_body, laws.mixed)
     a, alpha = _accelerations(motion, laws, push)
     v, w = add(motion.v, scale(dt, a)), _spun(motion, dt, laws, alpha, scheme.spin)
+    if laws.damps == AS_FORCE:
+        v, w = _damped(v, w, dt, motion.v, motion.w_body, laws)
+    elif laws.damps == AFTER_FORCES:
+        v, w = _damped(v, w, dt, v, w, laws)
+    x = add(motion.x, scale(dt, add(motion.v, scale(scheme.fall, add(v, scale(-1.0, motion.v))))))
     turn = scale(dt, _turning(motion.q, w, laws.mixed) if scheme.semi else turning)
     q, growth = _turned(motion.q, turn, scheme.attitude)
     if scheme.spin == MOMENTUM:
         w = _carried(motion.q, q, w, laws)
-    return Motion(add(motion.x, scale(dt, v if scheme.semi else motion.v)), q, v, w), growth
+    elif scheme.spin == WORLD:
+        w = rotate_back(q, rotate(motion.q, w))
+    if laws.damps == LAST:
+        v, w = _damped(v, w, dt, v, w, laws)
+    return Motion(x, q, v, w), growth
 
 
 @inner
@@ -225,12 +267,19 @@ def _matrix_step(columns: Array, dt: float, momentum: Vector, moments: Vector) -
 
 @inner
 def _smooth_count(motion: Motion, interval: float, laws: Laws, push: Push, spring_rate: float, turn: float) -> float:
-    """Return in how many steps the body turns, and the stiffest spring swings, by no more than so many radians each."""
-    a, b, c = laws.moments
+    """Return in how many steps the body turns, and the stiffest spring swings, by no more than so many radians each.
+
+    L and, but where frames are mixed up, the energy say how fast a free body can come to turn.
+    """
+    least = min(laws.moments)
     momentum = times(laws.moments, motion.w_body)
-    size = math.sqrt(dot(momentum, momentum)) + math.sqrt(dot(push.torque, push.torque)) * interval
+    rate = math.sqrt(dot(momentum, momentum)) / least
+    if laws.mixed == UNMIXED:
+        rate = min(rate, math.sqrt(dot(momentum, motion.w_body) / least))
+    twist = _twist(motion.x, motion.q, push)
+    rate += math.sqrt(dot(twist, twist)) / least * interval
     d0, d1, d2, d3 = laws.damping
-    return (size / min(a, b, c) + spring_rate + d0 + d1 + d2 + d3) * interval / turn
+    return (rate + spring_rate + d0 + d1 + d2 + d3) * interval / turn
 
 
 @inner
@@ -260,13 +309,31 @@ def _happen(motion: Motion, push: Push, events: Array, number: int, laws: Laws) 
     nothing = (0.0, 0.0, 0.0)
     if event[1] == END:
         begun = events[int(event[15])]
-        torque = (begun[12], begun[13], begun[14])
-        return motion, Push(add(push.force, scale(-1.0, moves)), add(push.torque, scale(-1.0, torque))), nothing
-    twist = cross(_lever(motion, event, laws), turns)
+        return motion, _pushed(push, -1.0, moves, turns, (begun[12], begun[13], begun[14]), laws), nothing
+    lever = _lever(motion, event, laws)
     if event[1] == JUMP:
+        twist = cross(lever, turns)
         return _struck(motion, laws, moves, twist), push, twist
-    event[12], event[13], event[14] = twist
-    return motion, Push(add(push.force, moves), add(push.torque, twist)), nothing
+    if laws.held == POINT_MOVES:
+        lever = rotate_back(motion.q, lever)
+    elif laws.held == POINT_STAYS:
+        lever = add(lever, scale(laws.arm[0] * laws.arm[1], motion.x))
+    event[12], event[13], event[14] = lever
+    return motion, _pushed(push, 1.0, moves, turns, lever, laws), nothing
+
+
+@inner
+def _pushed(push: Push, sign: float, moves: Vector, turns: Vector, lever: Vector, laws: Laws) -> Push:
+    """Return what lasts once a force that moves, the same that turns and its lever begin, or with sign -1 end."""
+    force, turns = add(push.force, scale(sign, moves)), scale(sign, turns)
+    if laws.held == POINT_MOVES:
+        first, second, third = push.rows
+        a, b, c = lever
+        rows = add(first, scale(a, turns)), add(second, scale(b, turns)), add(third, scale(c, turns))
+        return Push(force, push.torque, push.drawn, rows)
+    torque = add(push.torque, cross(lever, turns))
+    share = laws.arm[0] * laws.arm[1] if laws.held == POINT_STAYS else 0.0
+    return Push(force, torque, add(push.drawn, scale(share, turns)), push.rows)
 
 
 @inner
@@ -305,7 +372,8 @@ def fly(
     columns[0, 0], columns[0, 1], columns[0, 2] = rotate(q, (1.0, 0.0, 0.0))
     columns[1, 0], columns[1, 1], columns[1, 2] = rotate(q, (0.0, 1.0, 0.0))
     columns[2, 0], columns[2, 1], columns[2, 2] = rotate(q, (0.0, 0.0, 1.0))
-    push = Push((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    nothing = (0.0, 0.0, 0.0)
+    push = Push(nothing, nothing, nothing, (nothing, nothing, nothing))
     length, now, number, row = 1.0, 0.0, 0, 0
     while row < len(times_s):
         happens = number < len(events) and events[number, 0] <= times_s[row]
@@ -326,7 +394,7 @@ def fly(
                 motion, growth = _euler_step(motion, dt, laws, push, scheme)
                 length *= growth
                 if scheme.attitude == MATRIX:
-                    momentum = add(momentum, scale(dt, push.torque))
+                    momentum = add(momentum, scale(dt, _twist(motion.x, motion.q, push)))
                     w_matrix = _matrix_step(columns, dt, momentum, laws.moments)
             now = stop
         if happens:

@@ -10,10 +10,11 @@ import numpy as np
 from compare.grade.account import truthful
 from compare.grade.columns import Shown
 from compare.grade.diagnosis import Diagnosis, Search
+from compare.grade.flights import Flights
 from compare.grade.foreign import Trajectory
 from compare.grade.hypotheses import Question
 from compare.grade.mistakes import hypotheses
-from compare.grade.noise import ALIKE, EXPLAINED, FLIGHT, Scale, independent, is_noise
+from compare.grade.noise import ALIKE, FLIGHT, Scale, independent
 from compare.grade.reference import Reference
 from compare.grade.residual import Kept, Measured, measure
 from compare.grade.spin import spin_mistake
@@ -49,7 +50,7 @@ class Grade:
     measured: Measured
     diagnosis: Diagnosis | None
     spin: str
-    floor_m: float
+    scale: Scale
 
     @cached_property
     def verdict(self) -> str:
@@ -60,29 +61,17 @@ class Grade:
         if measured.excess_m <= 0:
             return CORRECT_TO_DIGITS
         if diagnosis is None:
-            return TOO_FEW
-        if diagnosis.nothing.rms_m <= EXPLAINED * self.floor_m:
+            return TOO_FEW if len(measured.kept) < 2 else CORRECT_TO_SINGLE
+        if diagnosis.nothing.nothing:
             return CORRECT_TO_DIGITS if measured.excess_m <= measured.half_m else TOO_LITTLE
         best = diagnosis.best
         if not best.mistakes or best.weight > diagnosis.nothing.weight - ALIKE:
-            if measured.single and measured.worst_m <= self.single_m:
-                return CORRECT_TO_SINGLE
-            if is_noise(measured.relation, measured.pairs):
+            if self.scale.is_noise(measured.rms_m, measured.relation, measured.pairs):
                 return CORRECT_TO_NOISE
-            return TOO_LITTLE if measured.worst_m <= LITTLE * self.size_m else UNEXPLAINED
-        if best.rms_m <= EXPLAINED * self.floor_m or best.leaves_noise():
+            return TOO_LITTLE if measured.worst_m <= LITTLE * self.scale.size_m else UNEXPLAINED
+        if best.is_whole:
             return EXPLAINED_WHOLLY
         return EXPLAINED_PARTLY if best.rms_m <= MOST_LEFT * diagnosis.nothing.rms_m else UNEXPLAINED
-
-    @property
-    def size_m(self) -> float:
-        """The longest edge of the box around the body [m]."""
-        return float(np.ptp(self.scene.body.points, axis=0).max())
-
-    @property
-    def single_m(self) -> float:
-        """What single precision leaves at the coordinates there are [m]."""
-        return SINGLES * HALF_SINGLE * float(np.abs(self.measured.kept.true).max())
 
     @cached_property
     def strain(self) -> float:
@@ -101,26 +90,32 @@ def grade(path: Path, scene: Scene, mapping: Mapping[str, str], by: str | None =
     trajectory = Trajectory(path, scene, mapping, by, decimal)
     measured = measure(trajectory, scene)
     kept, throw = measured.kept, measured.throw
-    floor_m = floor(kept, scene, measured.limit_m)
+    scale = scale_of(kept, scene, measured.limit_m)
     diagnosis = None
-    if measured.excess_m > 0 and len(kept) > 1:
-        diagnosis = diagnose(scene, throw, measured.shown, kept, floor_m)
+    # What single precision leaves at the coordinates there are is no mistake of the program's to look for.
+    single_m = SINGLES * HALF_SINGLE * float(np.abs(kept.true).max())
+    single = measured.single and measured.worst_m <= single_m
+    if measured.excess_m > 0 and len(kept) > 1 and not single:
+        diagnosis = diagnose(scene, throw, measured.shown, kept, scale)
     account = diagnosis.account if diagnosis else truthful(scene, throw)
-    return Grade(trajectory.name, scene, measured, diagnosis, spin_mistake(kept, account), floor_m)
+    return Grade(trajectory.name, scene, measured, diagnosis, spin_mistake(kept, account), scale)
 
 
-def floor(kept: Kept, scene: Scene, limit_m: float) -> float:
-    """Return what the printed digits, the truth and compiled flights cannot tell from nothing [m], root mean square."""
-    size = float(np.ptp(scene.body.points, axis=0).max())
-    return float(np.sqrt(np.mean(kept.half**2) / 3 + limit_m**2 + (FLIGHT * size) ** 2))
+def scale_of(kept: Kept, scene: Scene, limit_m: float) -> Scale:
+    """Return what residuals of the rows kept are held against.
+
+    The floor is of printed digits, of the truth and of compiled flights, root mean square.
+    """
+    size_m = float(np.ptp(scene.body.points, axis=0).max())
+    floor_m = float(np.sqrt(np.mean(kept.half**2) / 3 + limit_m**2 + (FLIGHT * size_m) ** 2))
+    return Scale(independent(len(kept), kept.vertices.shape[1]), floor_m, size_m)
 
 
-def diagnose(scene: Scene, throw: int, shown: Shown, kept: Kept, floor_m: float) -> Diagnosis:
+def diagnose(scene: Scene, throw: int, shown: Shown, kept: Kept, scale: Scale) -> Diagnosis:
     """Look for what explains the rows kept of one throw."""
     points = scene.body.points[list(shown.vertices)]
     duration = float(kept.times[-1])
     rate = float(np.linalg.norm(Reference(scene).states(throw, kept.times)[:, 10:13], axis=1).max())
     turn_s = min(1 / rate, duration) if rate else duration
     question = Question(scene, truthful(scene, throw), shown.kind, len(kept), duration, turn_s)
-    scale = Scale(independent(len(kept), len(points)), floor_m)
-    return Search(question, hypotheses(question), kept, points, scale).diagnose()
+    return Search(Flights(question, hypotheses(question), kept, points, scale)).diagnose()

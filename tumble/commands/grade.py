@@ -1,11 +1,15 @@
 """`tumble grade`: how far off a trajectory is that some other program wrote, and what is most likely wrong with it."""
 
+import os
+import shlex
 from argparse import Namespace
 from pathlib import Path
 
-from compare.grade.columns import mapping_file, mapping_of
-from compare.grade.rows import write_grade
+from compare.grade.columns import BadTrajectory
+from compare.grade.mapping import mapping_file, mapping_of
+from compare.grade.rows import grade_tables
 from compare.grade.verdict import grade
+from compare.results import write_tables
 from reports.grade import grade_text
 from reports.terminal import console
 from scenarios.read import read_scene
@@ -17,17 +21,22 @@ def main(options: Namespace) -> int:
     scene, path = read_scene(options.scene), Path(options.file)
     beside = Path(f"{options.file}.toml")
     mapping: dict[str, str] = {}
-    if options.map_file or beside.is_file():
-        chosen = Path(options.map_file) if options.map_file else beside
-        mapping = mapping_file(chosen)
-        note(f"columns named as {chosen} says")
+    named = ""
+    if options.map_file or os.path.isfile(beside):
+        beside = Path(options.map_file or beside)
+        mapping, named = mapping_file(beside), f"columns named as {beside} says"
     mapping |= mapping_of(options.map)
-    found = grade(path, scene, mapping, options.by, options.decimal)
+    try:
+        found = grade(path, scene, mapping, options.by, options.decimal)
+    except BadTrajectory as error:
+        raise BadTrajectory(f"{error} ({named})" if named else str(error)) from None
+    if named:
+        note(named)
     out = console()
     for piece in grade_text(found):
         out.print(piece)
     if options.output:
-        write_grade(Path(options.output), found)
+        write_tables(Path(options.output), grade_tables(found, shlex.join(options.words)))
         note(f"tables written to {options.output}")
     if options.tolerance is not None and found.measured.worst_m > options.tolerance:
         note(f"{path}: off by {found.measured.worst_m:.3g} m, more than the {options.tolerance:g} m allowed")

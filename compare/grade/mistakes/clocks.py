@@ -2,11 +2,13 @@
 
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
-from compare.grade.account import Account
+from compare.grade.account import Account, in_ticks
 from compare.grade.hypotheses import STEPS, Hypothesis, Question, grid
+from scenarios.frames import Array
 
 # An offset of up to this share of the duration, a rate of up to this ratio.
 FURTHEST, FASTEST = 0.2, 1.3
@@ -14,6 +16,10 @@ FURTHEST, FASTEST = 0.2, 1.3
 TURN = 0.4
 # A tick that nobody uses is believed where so many rows show it; fewer could be met by chance.
 ROWS_FOR_A_TICK = 10
+# More ticks of a flight than this are not sought, only tried where they have a name.
+MOST_TICKS = 2000
+# How far from the best tick others are tried, in turn, of what they were apart.
+CLOSER = (1.0, 0.04)
 LAGS = (
     (0.0, "physics moves in whole steps of {} s, up to one behind the clock"),
     (0.5, "physics moves in whole steps of {} s, half a step to one and a half behind the clock"),
@@ -60,8 +66,27 @@ def _ticks(question: Question) -> Iterator[Hypothesis]:
             values,
             known=used,
             only_known=few,
-            spacing=lambda tick: tick * tick / (2 * question.duration),
+            sought=partial(_tick, max(min(values), question.duration / MOST_TICKS), max(values), lag),
         )
+
+
+def _tick(shortest: float, longest: float, lag: float, written: Array, reached: Array) -> float:
+    """Return the tick [s] whose whole steps are nearest to the instants reached, given those written [s], (S,).
+
+    The last row's count of ticks changes by one where 1/tick does by 1/duration: ticks are tried four times as densely,
+    then more densely about the best.  By the mean of lengths, not of squares: near the right tick most rows fit, and a
+    few are off by all of it.
+    """
+    apart = 1 / (4 * written[-1])
+
+    def best(frequencies: Array) -> float:
+        off = np.abs(in_ticks(written, 1 / frequencies[:, None], lag).clip(min=0.0) - reached).mean(axis=1)
+        return float(frequencies[np.argmin(off)])
+
+    found = best(np.arange(1 / longest, 1 / shortest + apart, apart))
+    for closer in CLOSER:
+        found = best(found + apart * closer * np.linspace(-1, 1, 81))
+    return float(np.clip(1 / found, shortest, longest))
 
 
 def _clocked(account: Account, **changes: float) -> Account:

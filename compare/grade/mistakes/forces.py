@@ -7,6 +7,7 @@ import numpy as np
 
 from compare.grade.account import Account
 from compare.grade.hypotheses import Hypothesis, Question, choice, grid
+from compare.grade.stepping import AFTER_FORCES, AS_FORCE, LAST
 
 STANDARD = 9.81  # m/s2
 SIZES = {9.8: "9.8 m/s2", 9.80665: "9.80665 m/s2", 10.0: "10 m/s2"}
@@ -16,6 +17,8 @@ DIRECTIONS = tuple(sign * axis for axis in np.eye(3) for sign in (1.0, -1.0))
 LINEAR = {0.04: "as PyBullet, but without its quadratic part", 0.05: "Jolt's default", 0.1: "Godot's default"}
 ANGULAR = {**LINEAR, 0.05: "PhysX's, Unity's and Jolt's default"}
 BULLET = 0.04
+# When a step damps, which makes no difference to a smooth flight.
+DAMPS = {AS_FORCE: "", AFTER_FORCES: ", after the forces of a step", LAST: ", after a step has moved the body"}
 
 
 def forces(question: Question) -> Iterator[Hypothesis]:
@@ -67,33 +70,37 @@ def _gravity(question: Question) -> Iterator[Hypothesis]:
 
 def _damping(question: Question) -> Iterator[Hypothesis]:
     rates = grid(1e-3 / question.duration, 4 / question.duration, 11)
-    yield Hypothesis(
-        "linear damping",
-        "linear damping",
-        "linear damping: velocity decays at {} /s",
-        lambda account, rate: _damped(account, {0: rate}),
-        rates,
-        known=LINEAR,
-    )
-    yield Hypothesis(
-        "angular damping",
-        "angular damping",
-        "angular damping: angular velocity decays at {} /s",
-        lambda account, rate: _damped(account, {2: rate}),
-        rates,
-        known=ANGULAR,
-    )
-    yield Hypothesis(
-        "damping as PyBullet's default",
-        "linear damping",
-        f"PyBullet's default damping: a = -{BULLET} (1 + |v|) v, and the same for w",
-        lambda account, _: _damped(account, dict.fromkeys(range(4), BULLET)),
-    )
+    for damps, when in DAMPS.items():
+        yield Hypothesis(
+            "linear damping",
+            "linear damping",
+            f"linear damping: velocity decays at {{}} /s{when}",
+            lambda account, rate, damps=damps: _damped(account, {0: rate}, damps),
+            rates,
+            known=LINEAR,
+            variant=damps != AS_FORCE,
+        )
+        yield Hypothesis(
+            "angular damping",
+            "angular damping",
+            f"angular damping: angular velocity decays at {{}} /s{when}",
+            lambda account, rate, damps=damps: _damped(account, {2: rate}, damps),
+            rates,
+            known=ANGULAR,
+            variant=damps != AS_FORCE,
+        )
+        yield Hypothesis(
+            "damping as PyBullet's default",
+            "linear damping",
+            f"PyBullet's default damping: a = -{BULLET} (1 + |v|) v, and the same for w{when}",
+            lambda account, _, damps=damps: _damped(account, dict.fromkeys(range(4), BULLET), damps),
+            variant=damps != AS_FORCE,
+        )
 
 
-def _damped(account: Account, rates: dict[int, float]) -> Account:
+def _damped(account: Account, rates: dict[int, float], damps: int) -> Account:
     d0, d1, d2, d3 = (rates.get(place, rate) for place, rate in enumerate(account.damping))
-    return replace(account, damping=(d0, d1, d2, d3))
+    return replace(account, damping=(d0, d1, d2, d3), damps=damps)
 
 
 def _left_out(question: Question) -> Iterator[Hypothesis]:

@@ -3,13 +3,18 @@
 from collections.abc import Iterator
 from dataclasses import replace
 
+import numpy as np
+
 from compare.grade.account import Account
 from compare.grade.hypotheses import STEPS, Hypothesis, Question, choice, grid
+from compare.grade.stepping import POINT_MOVES, POINT_STAYS, TORQUE_STAYS
 from scenarios.frames import Array
 
 # Bodies of more vertices than this are meshes, whose vertices nobody takes for one another.
 MOST_VERTICES = 27
 N_S_AS_N = {1.0: "N s read as N"}
+# What becomes of the place where a force acts that lasts.
+HELD = {POINT_MOVES: "", POINT_STAYS: " at a point that stays in the world", TORQUE_STAYS: " with a constant torque"}
 
 
 def impulses(question: Question) -> Iterator[Hypothesis]:
@@ -40,28 +45,31 @@ def _lasting(question: Question) -> Iterator[Hypothesis]:
     if flight <= 0:
         return
     short, long = 0.002 * flight, 0.1 * flight
-    yield Hypothesis(
-        "impulse as force",
-        "impulse",
-        "impulse used as a constant force over {} s",
-        lambda account, seconds: _stroke(account, lasts=seconds),
-        grid(long, 2 * flight, 13),
-        known=N_S_AS_N,
-    )
-    yield Hypothesis(
-        "impulse as force over a step",
-        "impulse",
-        "impulse used as a force over a first step of {} s: what follows lags by half of it",
-        lambda account, seconds: _stroke(account, lasts=seconds),
-        grid(short, long, 9),
-        known=STEPS,
-    )
-    yield Hypothesis(
-        "impulse as force without end",
-        "impulse",
-        "impulse used as a constant force of as many N as it has N s, without end",
-        lambda account, _: _stroke(account, lasts=1.0, ends=False),
-    )
+    for held, where in HELD.items():
+        yield Hypothesis(
+            "impulse as force",
+            "impulse",
+            f"impulse used as a constant force over {{}} s{where}",
+            lambda account, seconds, held=held: _stroke(account, lasts=seconds, held=held),
+            grid(long, 2 * flight, 13),
+            known=N_S_AS_N,
+        )
+        yield Hypothesis(
+            "impulse as force without end",
+            "impulse",
+            f"impulse used as a constant force of as many N as it has N s, without end{where}",
+            lambda account, _, held=held: _stroke(account, lasts=1.0, ends=False, held=held),
+        )
+    for held, where in HELD.items():
+        yield Hypothesis(
+            "impulse as force over a step",
+            "impulse",
+            f"impulse used as a force over a first step of {{}} s{where}: what follows lags by half of it",
+            lambda account, seconds, held=held: _stroke(account, lasts=seconds, held=held),
+            grid(short, long, 9),
+            known=STEPS,
+            variant=held != POINT_MOVES,
+        )
     yield Hypothesis(
         "impulse moves as force",
         "impulse",
@@ -88,15 +96,21 @@ def _landing(question: Question) -> Iterator[Hypothesis]:
             "point of the impulse taken from where the centre of mass was at the start",
             lambda account, _: _stroke(account, arm=(1.0, 0.0, *account.start[0:3].tolist())),
         )
+    others = [number for number, point in enumerate(points) if not _all_at(account, point)]
     if len(points) <= MOST_VERTICES:
         yield Hypothesis(
             "impulse at another vertex",
             "lever",
             "impulse applied at {}",
-            lambda account, vertex: _at(account, points[int(vertex)]),
-            choice(len(points)),
-            tuple(f"vertex {number}" for number in range(len(points))),
+            lambda account, number: _at(account, points[others[int(number)]]),
+            choice(len(others)),
+            tuple(f"vertex {number}" for number in others),
         )
+
+
+def _all_at(account: Account, point_body: Array) -> bool:
+    places = (impulse.point_body for impulse in account.impulses)
+    return all(place is not None and np.array_equal(place, point_body) for place in places)
 
 
 def _at(account: Account, point_body: Array) -> Account:

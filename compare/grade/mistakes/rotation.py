@@ -8,6 +8,7 @@ import numpy as np
 
 from compare.grade.account import Account
 from compare.grade.hypotheses import Hypothesis, Question, choice, grid
+from compare.grade.stepping import MIXED_BODY, MIXED_MOMENTUM, MIXED_WORLD
 from scenarios.frames import rotation_matrix
 
 DEGREE = np.pi / 180
@@ -20,35 +21,37 @@ def rotation(question: Question) -> Iterator[Hypothesis]:
         yield from _inertia_size()
     if np.ptp(account.moments) > 0:
         yield from _unequal_moments(question)
-    yield Hypothesis(
-        "angular velocity in the wrong frame",
-        "frame",
-        "attitude turned with Q w~ where w is in world axes: it must be w~ Q",
-        lambda account, _: replace(account, mixed=1.0),
-    )
+    yield from _frames(question)
     if account.start[10:13].any():
-        yield from _start_spin()
+        yield from _start_spin(account)
 
 
 def _inertia_size() -> Iterator[Hypothesis]:
     """Yield what shows only where something strikes the body: free rotation does not depend on the size of inertia."""
-    for name, says, factor in (
-        ("half edges as edges", "half edges taken for edges: a quarter of the inertia", 0.25),
-        ("edges as half edges", "edges taken for half edges: four times the inertia", 4.0),
-    ):
-        yield Hypothesis(
-            name,
-            "inertia size",
-            says,
-            lambda account, _, factor=factor: replace(account, moments=factor * account.moments),
-        )
     yield Hypothesis(
         "another inertia",
         "inertia size",
         "inertia {} times what it is",
         lambda account, factor: replace(account, moments=factor * account.moments),
         grid(0.1, 10, 31),
+        known={0.25: "half edges taken for edges", 4.0: "edges taken for half edges"},
     )
+
+
+def _frames(question: Question) -> Iterator[Hypothesis]:
+    """Yield that w is in other axes than those the attitude is turned in; what is kept, w or L, makes a difference."""
+    world = "attitude turned with Q w~ where w is in world axes: it must be w~ Q"
+    body = "attitude turned with w~ Q where w is in body axes: it must be Q w~"
+    variants = [(world, MIXED_MOMENTUM), (body, MIXED_BODY)]
+    if np.ptp(question.account.moments) > 0:
+        variants.append((f"{world} (w by Euler's equations)", MIXED_WORLD))
+    for says, mixed in variants:
+        yield Hypothesis(
+            "angular velocity in the wrong frame",
+            "frame",
+            says,
+            lambda account, _, mixed=mixed: replace(account, mixed=mixed),
+        )
 
 
 def _unequal_moments(question: Question) -> Iterator[Hypothesis]:
@@ -82,8 +85,11 @@ def _unequal_moments(question: Question) -> Iterator[Hypothesis]:
     )
 
 
-def _start_spin() -> Iterator[Hypothesis]:
-    yield Hypothesis("start's spin in body axes", "spin", "angular velocity of the start taken in body axes", _in_body)
+def _start_spin(account: Account) -> Iterator[Hypothesis]:
+    if (_in_body(account, 0.0).start != account.start).any():
+        yield Hypothesis(
+            "start's spin in body axes", "spin", "angular velocity of the start taken in body axes", _in_body
+        )
     for name, says, factor in (
         ("degrees for radians", "angular velocity of the start, in rad/s, taken for degrees", DEGREE),
         ("radians for degrees", "angular velocity of the start turned into degrees: 57 times too fast", 1 / DEGREE),

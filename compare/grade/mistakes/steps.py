@@ -6,44 +6,89 @@ from dataclasses import replace
 import numpy as np
 
 from compare.grade.hypotheses import STEPS, Hypothesis, Question, grid
-from compare.grade.stepping import EXPLICIT, EXPONENTIAL, IMPLICIT, MATRIX, MOMENTUM, QUATERNION, Scheme
+from compare.grade.stepping import (
+    EXPLICIT,
+    EXPONENTIAL,
+    IMPLICIT,
+    MATRIX,
+    MOMENTUM,
+    QUATERNION,
+    WORLD,
+    Scheme,
+)
 
-# A flight of more steps than this takes longer than it is worth.
-MOST_STEPS = 10_000
+# A flight of more steps than this takes longer than it is worth, and of more than this where its step has a name.
+MOST_STEPS, MOST_KNOWN_STEPS = 5_000, 10_000
 # Values tried first, and how much shorter than the longest the shortest is.
 TRIED, RANGE = 7, 200
-PLAIN, KEPT, IMPLICITLY = "", ", the angular momentum kept", ", the gyroscopic term implicit"
+BODY, KEPT, IMPLICITLY = ", w in body axes", ", the angular momentum kept", ", the gyroscopic term implicit"
+TURNED, FIRST_ORDER = ", turned by rotations", ", q to first order"
 
 
 def steps(question: Question) -> Iterator[Hypothesis]:
     """Yield explicit and symplectic Euler as engines and students write them, and what they forget besides.
 
     With the angular momentum kept L is constant between impulses; otherwise w is stepped by Euler's equations, as in
-    PyBullet's default body and in MuJoCo's Euler, or with their implicit gyroscopic term.
+    PyBullet's default body and in MuJoCo's Euler, or with their implicit gyroscopic term.  With a symplectic step w
+    in body axes and w in world axes are the same: the body turns about it.
     """
-    equal = np.ptp(question.account.moments) == 0
     explicit, symplectic = "explicit Euler with a step of {} s", "symplectic Euler with a step of {} s"
-    yield _euler(question, "explicit Euler", explicit, QUATERNION, EXPLICIT)
-    yield _euler(question, "symplectic Euler", symplectic, EXPONENTIAL, EXPLICIT)
-    if not equal:
-        yield _euler(question, "explicit Euler", explicit + KEPT, QUATERNION, MOMENTUM)
-        yield _euler(question, "symplectic Euler", symplectic + KEPT, EXPONENTIAL, MOMENTUM)
-        yield _euler(question, "symplectic Euler", symplectic + IMPLICITLY, EXPONENTIAL, IMPLICIT)
-    never = f"{explicit}, the quaternion never normalised"
-    yield _euler(question, "not normalised", never, QUATERNION, EXPLICIT, lengthens=True)
+    equal = np.ptp(question.account.moments) == 0
+    for attitude, turns in ((QUATERNION, ""), (EXPONENTIAL, TURNED)):
+        for spin, kept in ((WORLD, ""), (EXPLICIT, BODY), (MOMENTUM, KEPT))[: 1 if equal else 3]:
+            yield _euler(question, "explicit Euler", explicit + kept + turns, attitude, spin, variant=bool(turns))
+    for attitude, turns in ((EXPONENTIAL, ""), (QUATERNION, FIRST_ORDER)):
+        for spin, kept in ((EXPLICIT, ""), (MOMENTUM, KEPT), (IMPLICIT, IMPLICITLY))[: 1 if equal else 3]:
+            yield _euler(
+                question, "symplectic Euler", symplectic + kept + turns, attitude, spin, semi=True, variant=bool(turns)
+            )
+    for spin, kept in ((WORLD, ""), (EXPLICIT, BODY), (MOMENTUM, KEPT))[: 1 if equal else 3]:
+        never = f"{explicit}{kept}, the quaternion never normalised"
+        yield _euler(question, "not normalised", never, QUATERNION, spin, lengthens=True, variant=bool(kept))
     if question.kind != "pose":
         shears = "explicit Euler on the rotation matrix with a step of {} s: the shape is not rigid"
         yield _euler(question, "matrix Euler", shears, MATRIX, MOMENTUM)
+    yield from _falls(question)
 
 
-def _euler(question: Question, name: str, says: str, attitude: int, spin: int, lengthens: bool = False) -> Hypothesis:
+def _euler(
+    question: Question,
+    name: str,
+    says: str,
+    attitude: int,
+    spin: int,
+    semi: bool = False,
+    lengthens: bool = False,
+    variant: bool = False,
+) -> Hypothesis:
     longest = min(0.1 * question.duration, 0.5 * question.turn_s)
     shortest = max(longest / RANGE, question.duration / MOST_STEPS)
     return Hypothesis(
         name,
         "steps",
         says,
-        lambda account, step: replace(account, scheme=Scheme(step, attitude, spin, attitude == EXPONENTIAL, lengthens)),
+        lambda account, step: replace(
+            account, scheme=Scheme(step, attitude, spin, semi, 1.0 if semi else 0.0, lengthens)
+        ),
         grid(min(shortest, longest / 2), longest, TRIED),
-        known={step: used for step, used in STEPS.items() if shortest < step < 2 * longest},
+        known={h: used for h, used in STEPS.items() if question.duration / MOST_KNOWN_STEPS <= h < 2 * longest},
+        variant=variant,
     )
+
+
+def _falls(question: Question) -> Iterator[Hypothesis]:
+    """Yield how else a step moves the centre of mass, where that makes a difference: where a force acts on it."""
+    if not question.account.gravity.any() and question.scene.is_free:
+        return
+    for says, fall in (
+        ("by x += v dt + a dt^2/2", lambda _: 0.5),
+        ("by the other velocity: the new one for the old, or the old for the new", lambda fall: 1.0 - fall),
+    ):
+        yield Hypothesis(
+            "another step of x",
+            "position step",
+            f"centre of mass moved in these steps {says}",
+            lambda account, _, fall=fall: replace(
+                account, scheme=account.scheme._replace(fall=fall(account.scheme.fall))
+            ),
+        )

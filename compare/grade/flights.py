@@ -1,0 +1,138 @@
+"""Flies a throw as programs with mistakes would, and says what each leaves of the rows: at a glance, or in full."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from scipy.spatial.distance import cdist
+
+from compare.grade.account import FINE, RIGHT, SEARCHING, Account, Pose
+from compare.grade.explanation import Explanation, Mistake, Mistakes
+from compare.grade.hypotheses import Hypothesis, Question
+from compare.grade.mistakes.writings import WRITTEN
+from compare.grade.noise import Scale, chosen, relation, root_mean_square
+from compare.grade.residual import Kept
+from scenarios.frames import Array
+
+# Rows that a first look takes, of those kept.
+GLANCE = 24
+# Instants of a flight that rows are sought at: so many in a radian of the body's turn, and no more than so many.
+IN_A_RADIAN, MOST_INSTANTS = 10, 2000
+
+
+class Flights:
+    """What mistakes leave of one throw.
+
+    kept: its rows; glance: some of them; points: the vertices that they show [m], (K, 3); hypotheses: in the order in
+    which a program makes them; tried: flights looked at so far.
+    """
+
+    def __init__(
+        self, question: Question, hypotheses: Sequence[Hypothesis], kept: Kept, points: Array, scale: Scale
+    ) -> None:
+        self.hypotheses, self.kept, self.scale, self.tried = list(hypotheses), kept, scale, 0
+        rows = np.unique(np.linspace(0, len(kept) - 1, GLANCE).round().astype(int))
+        self.glance = kept.some(rows)
+        self._glance_turned = np.ascontiguousarray(np.swapaxes(self.glance.vertices, 1, 2))
+        self._account, self._points = question.account, points
+        self._duration, self._turn_s = question.duration, question.turn_s
+        self._place = {hypothesis: number for number, hypothesis in enumerate(hypotheses)}
+        self._flown: dict[tuple, Pose] = {}
+
+    def explain(self, mistakes: Mistakes) -> Explanation:
+        """Return what mistakes leave of all rows, flown finely."""
+        errors = self._errors(self.changed(mistakes).written(self.kept.times, FINE))
+        rms_m = root_mean_square(errors)
+        largest = float(np.linalg.norm(errors, axis=-1).max())
+        nothing, noise = self.scale.is_nothing(rms_m), self.scale.is_noise(rms_m, relation(errors), len(errors) - 1)
+        return Explanation(mistakes, rms_m, largest, nothing, noise, self.scale.weight(rms_m, self.cost(mistakes)))
+
+    def glanced(self, mistakes: Mistakes) -> float:
+        """Return the weight of mistakes by a first look."""
+        self.tried += 1
+        flight = tuple(m for m in mistakes if m.hypothesis.part not in WRITTEN)
+        pose = self.written(self.pose(flight), [m for m in mistakes if m.hypothesis.part in WRITTEN])
+        return float(self.weights(pose)[0]) + self.cost(mistakes)
+
+    def left(self, mistakes: Mistakes, fineness: float = SEARCHING) -> float:
+        """Return the logarithm of what mistakes leave of all rows."""
+        self.tried += 1
+        errors = self._errors(self.changed(mistakes).written(self.kept.times, fineness))
+        with np.errstate(all="ignore"):
+            left = float(np.log(root_mean_square(errors) + 1e-3 * self.scale.floor_m))
+        return left if np.isfinite(left) else np.inf
+
+    def weights(self, stack: Pose) -> Array:
+        """Return the weights, without what is assumed, of flights one after the other, (n,)."""
+        rows = len(self.glance)
+        with np.errstate(all="ignore"):
+            apart = self._turned(stack).reshape(-1, rows, 3, len(self._points)) - self._glance_turned
+            rms_m = np.sqrt(np.einsum("nrik,nrik->n", apart, apart) / (rows * len(self._points)))
+            return np.where(np.isfinite(rms_m), self.scale.weights(rms_m), np.inf)
+
+    def pose(self, flight: Mistakes) -> Pose:
+        """Return what a program with these mistakes writes down, flown once."""
+        pose = self._flown.get(flight)
+        if pose is None:
+            pose = self._flown[flight] = self.changed(flight).written(self.glance.times, SEARCHING)
+        return pose
+
+    def written(self, pose: Pose, mistakes: Sequence[Mistake]) -> Pose:
+        """Return a pose as mistakes in writing leave it."""
+        if not mistakes:
+            return pose
+        with np.errstate(all="ignore"):
+            for writing in self.changed(mistakes).writings:
+                pose = writing(pose)
+        return pose
+
+    def reached(self, account: Account, rows: Kept) -> Array:
+        """Return the instants [s] at which a flight comes nearest to rows, by whatever clock, (S,)."""
+        count = int(np.clip(IN_A_RADIAN * self._duration / self._turn_s, 2 * len(rows), MOST_INSTANTS))
+        instants = np.linspace(0, self._duration, count)
+        pose = replace(account, clock=RIGHT).written(instants)
+        with np.errstate(all="ignore"):
+            apart = cdist(rows.vertices.reshape(len(rows), -1), self._places(pose).reshape(count, -1))
+            nearest = np.argmin(np.where(np.isfinite(apart), apart, np.inf), axis=1).clip(1, count - 2)
+            # Of a parabola through the squares of three distances.
+            before, at, after = (apart[np.arange(len(rows)), nearest + side] ** 2 for side in (-1, 0, 1))
+            aside = np.nan_to_num(0.5 * (before - after) / (before - 2 * at + after)).clip(-1, 1)
+        return (nearest + aside) * instants[1]
+
+    def changed(self, mistakes: Sequence[Mistake]) -> Account:
+        """Return the account of a program with these mistakes."""
+        account = self._account
+        for mistake in mistakes:
+            account = mistake.hypothesis.change(account, mistake.value)
+        return account
+
+    def cost(self, mistakes: Sequence[Mistake]) -> float:
+        """Return the weight of what mistakes assume: which ones, and their values."""
+        cost = 0.0
+        for mistake in mistakes:
+            hypothesis = mistake.hypothesis
+            cost += chosen(len(self.hypotheses))
+            if hypothesis.choices:
+                cost += chosen(len(hypothesis.choices))
+            elif mistake.is_known:
+                cost += chosen(len(hypothesis.known))
+            elif hypothesis.fitted:
+                cost += self.scale.fitted()
+        return cost
+
+    def ordered(self, mistakes: Mistakes) -> Mistakes:
+        """Return mistakes in the order in which a program makes them."""
+        return tuple(sorted(mistakes, key=lambda mistake: self._place[mistake.hypothesis]))
+
+    def _errors(self, pose: Pose) -> Array:
+        with np.errstate(all="ignore"):
+            return self.kept.vertices - self._places(pose)
+
+    def _places(self, pose: Pose) -> Array:
+        """Return where a program has the vertices [m], (S, K, 3)."""
+        return np.swapaxes(self._turned(pose), 1, 2)
+
+    def _turned(self, pose: Pose) -> Array:
+        """Return the same with the vertices last, (S, 3, K)."""
+        turned = pose.axes.reshape(-1, 3) @ self._points.T
+        return turned.reshape(-1, 3, len(self._points)) + pose.x[:, :, None]
