@@ -127,8 +127,8 @@ class Fitter:
 
 
 def _beside(value: float, hypothesis: Hypothesis) -> tuple[float, float]:
-    """Return the values beside one that a hypothesis has names for or tries first, or the value itself at an end."""
-    tried = sorted({*hypothesis.values, *hypothesis.known})
+    """Return the values beside one that a hypothesis tries first, or the value itself at an end."""
+    tried = hypothesis.values
     return max((v for v in tried if v < value), default=value), min((v for v in tried if v > value), default=value)
 
 

@@ -89,14 +89,15 @@ class Trajectory:
         times = (self._number(row[clock]) for row in first_rows if clock < len(row))
         self._first_times = [time for time in times if time is not None and abs(time) <= LARGEST]
 
+    def half_times(self, times: Array) -> Array:
+        """Return half a unit of the last printed place of instants [s], 0 where the file's do not show rounding."""
+        return self.half_digits(TIME, times) if self._rounded_times else np.zeros(len(times))
+
     @cached_property
-    def half_time(self) -> float:
-        """Half a unit of the last printed place of the times, where they show that they are rounded, else 0 [s]."""
-        column, printed = self.columns[TIME], self.digits[TIME]
+    def _rounded_times(self) -> bool:
         times = np.array(self._first_times)
         times = times[: 1 + int(np.argmax(np.append(np.diff(times) <= 0, True)))]
-        half = float(printed.half(times[-1:]).max(initial=0.0))
-        return column.factor * half if rounded_times(times, 2 * half) else 0.0
+        return rounded_times(times, 2 * float(self.digits[TIME].half(times[-1:]).max(initial=0.0)))
 
     def half_digits(self, name: str, values: Array) -> Array:
         """Return half a unit of the last printed place of a quantity's values, SI."""

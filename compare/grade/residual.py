@@ -210,7 +210,7 @@ def half_digits(trajectory: Trajectory, rows: Block, shown: Shown, scene: Scene,
 
     reach = float(np.linalg.norm(scene.body.points, axis=1).max())
     speed = np.linalg.norm(states[:, 7:10], axis=1) + reach * np.linalg.norm(states[:, 10:13], axis=1)
-    late = speed * trajectory.half_time
+    late = speed * trajectory.half_times(rows.times)
     if shown.kind == "vertices":
         places = [tuple(f"v{number}{axis}" for axis in "xyz") for number in shown.vertices]
         return late + np.max([half(place) for place in places], axis=0)

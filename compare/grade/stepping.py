@@ -83,12 +83,13 @@ class Scheme(NamedTuple):
 
 
 class Push(NamedTuple):
-    """Forces that last: their sum [N], and their torque [N m] about x, world axes.
+    """Forces that last: how many act, their sum [N], and their torque [N m] about x, world axes.
 
     It is torque - x x drawn + (R a) x F summed over forces F with an arm a in body axes, of which rows are the sums
     a_k F [N m].
     """
 
+    acting: int
     force: Vector
     torque: Vector
     drawn: Vector
@@ -125,15 +126,19 @@ def _twist(x: Vector, q: Quaternion, push: Push) -> Vector:
 def _accelerations(motion: Motion, laws: Laws, push: Push) -> tuple[Vector, Vector]:
     """Return a, world axes, and alpha, body axes, without damping and the gyroscopic term."""
     force, torque = wrench(motion.x, motion.q, motion.v, motion.w_body, laws.forces)
-    torque = add(torque, rotate_back(motion.q, _twist(motion.x, motion.q, push)))
+    if push.acting > 0:
+        force = add(force, push.force)
+        torque = add(torque, rotate_back(motion.q, _twist(motion.x, motion.q, push)))
     a, b, c = laws.moments
-    return scale(1.0 / laws.forces.mass, add(force, push.force)), (torque[0] / a, torque[1] / b, torque[2] / c)
+    return scale(1.0 / laws.forces.mass, force), (torque[0] / a, torque[1] / b, torque[2] / c)
 
 
 @inner
 def _damped(v: Vector, w: Vector, dt: float, old_v: Vector, old_w: Vector, laws: Laws) -> tuple[Vector, Vector]:
     """Return v and w after damping for dt [s] by what it is at the old ones."""
     d0, d1, d2, d3 = laws.damping
+    if d0 + d1 + d2 + d3 == 0.0:
+        return v, w
     slow, brake = d0 + d1 * math.sqrt(dot(old_v, old_v)), d2 + d3 * math.sqrt(dot(old_w, old_w))
     return add(v, scale(-dt * slow, old_v)), add(w, scale(-dt * brake, old_w))
 
@@ -309,7 +314,7 @@ def _happen(motion: Motion, push: Push, events: Array, number: int, laws: Laws) 
     nothing = (0.0, 0.0, 0.0)
     if event[1] == END:
         begun = events[int(event[15])]
-        return motion, _pushed(push, -1.0, moves, turns, (begun[12], begun[13], begun[14]), laws), nothing
+        return motion, _pushed(push, -1, moves, turns, (begun[12], begun[13], begun[14]), laws), nothing
     lever = _lever(motion, event, laws)
     if event[1] == JUMP:
         twist = cross(lever, turns)
@@ -319,21 +324,21 @@ def _happen(motion: Motion, push: Push, events: Array, number: int, laws: Laws) 
     elif laws.held == POINT_STAYS:
         lever = add(lever, scale(laws.arm[0] * laws.arm[1], motion.x))
     event[12], event[13], event[14] = lever
-    return motion, _pushed(push, 1.0, moves, turns, lever, laws), nothing
+    return motion, _pushed(push, 1, moves, turns, lever, laws), nothing
 
 
 @inner
-def _pushed(push: Push, sign: float, moves: Vector, turns: Vector, lever: Vector, laws: Laws) -> Push:
+def _pushed(push: Push, sign: int, moves: Vector, turns: Vector, lever: Vector, laws: Laws) -> Push:
     """Return what lasts once a force that moves, the same that turns and its lever begin, or with sign -1 end."""
-    force, turns = add(push.force, scale(sign, moves)), scale(sign, turns)
+    acting, force, turns = push.acting + sign, add(push.force, scale(sign, moves)), scale(sign, turns)
     if laws.held == POINT_MOVES:
         first, second, third = push.rows
         a, b, c = lever
         rows = add(first, scale(a, turns)), add(second, scale(b, turns)), add(third, scale(c, turns))
-        return Push(force, push.torque, push.drawn, rows)
+        return Push(acting, force, push.torque, push.drawn, rows)
     torque = add(push.torque, cross(lever, turns))
     share = laws.arm[0] * laws.arm[1] if laws.held == POINT_STAYS else 0.0
-    return Push(force, torque, add(push.drawn, scale(share, turns)), push.rows)
+    return Push(acting, force, torque, add(push.drawn, scale(share, turns)), push.rows)
 
 
 @inner
@@ -373,7 +378,7 @@ def fly(
     columns[1, 0], columns[1, 1], columns[1, 2] = rotate(q, (0.0, 1.0, 0.0))
     columns[2, 0], columns[2, 1], columns[2, 2] = rotate(q, (0.0, 0.0, 1.0))
     nothing = (0.0, 0.0, 0.0)
-    push = Push(nothing, nothing, nothing, (nothing, nothing, nothing))
+    push = Push(0, nothing, nothing, nothing, (nothing, nothing, nothing))
     length, now, number, row = 1.0, 0.0, 0, 0
     while row < len(times_s):
         happens = number < len(events) and events[number, 0] <= times_s[row]

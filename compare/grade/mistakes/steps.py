@@ -36,11 +36,19 @@ def steps(question: Question) -> Iterator[Hypothesis]:
     equal = np.ptp(question.account.moments) == 0
     for attitude, turns in ((QUATERNION, ""), (EXPONENTIAL, TURNED)):
         for spin, kept in ((WORLD, ""), (EXPLICIT, BODY), (MOMENTUM, KEPT))[: 1 if equal else 3]:
-            yield _euler(question, "explicit Euler", explicit + kept + turns, attitude, spin, variant=bool(turns))
+            yield _euler(
+                question, "explicit Euler", explicit + kept + turns, attitude, spin, variant=bool(kept or turns)
+            )
     for attitude, turns in ((EXPONENTIAL, ""), (QUATERNION, FIRST_ORDER)):
         for spin, kept in ((EXPLICIT, ""), (MOMENTUM, KEPT), (IMPLICIT, IMPLICITLY))[: 1 if equal else 3]:
             yield _euler(
-                question, "symplectic Euler", symplectic + kept + turns, attitude, spin, semi=True, variant=bool(turns)
+                question,
+                "symplectic Euler",
+                symplectic + kept + turns,
+                attitude,
+                spin,
+                semi=True,
+                variant=bool(kept or turns),
             )
     for spin, kept in ((WORLD, ""), (EXPLICIT, BODY), (MOMENTUM, KEPT))[: 1 if equal else 3]:
         never = f"{explicit}{kept}, the quaternion never normalised"
