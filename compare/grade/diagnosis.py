@@ -33,7 +33,7 @@ LEAST_HELP, MUCH_HELP = 1.1, 1.5
 class Diagnosis:
     """What was found: the explanation by nothing, the best, those that fit alike, and how the best comes about.
 
-    steps: explanations from nothing to the best, each with one mistake more, the most telling first.
+    steps: explanations from nothing to the best, each with one mistake more, the one that can be spared least first.
     """
 
     nothing: Explanation
@@ -70,9 +70,7 @@ class Search:
             if each.weight < best.weight + ALIKE and not each.names > best.names and each.names != best.names
         ]
         account = self._flights.changed(best.mistakes)
-        return Diagnosis(
-            nothing, best, tuple(_distinct(alike)), tuple(self._steps(nothing, best)), self._flights.tried, account
-        )
+        return Diagnosis(nothing, best, tuple(_distinct(alike)), tuple(self._steps(best)), self._flights.tried, account)
 
     def _asks_for_more(self, nothing: Explanation, best: Explanation) -> bool:
         """Whether the best mistake alone may not be all."""
@@ -190,15 +188,13 @@ class Search:
         fitted = list(map(self._fitter.fit, candidates))
         return [self._flights.explain(each) for each in dict.fromkeys((*fitted, *map(self._fitter.named, fitted)))]
 
-    def _steps(self, nothing: Explanation, best: Explanation) -> Iterator[Explanation]:
-        """Yield explanations by ever more of the best one's mistakes, each time the one that leaves least."""
-        yield nothing
-        said: Mistakes = ()
-        while len(said) < len(best.mistakes):
-            more = (self._flights.ordered((*said, m)) for m in best.mistakes if m not in said)
-            step = min(map(self._flights.explain, more), key=lambda each: each.rms_m)
-            said = step.mistakes
-            yield best if len(said) == len(best.mistakes) else step
+    def _steps(self, best: Explanation) -> list[Explanation]:
+        """Return explanations from nothing to the best: one by one it loses the mistake that it can best spare."""
+        steps = [best]
+        while mistakes := steps[0].mistakes:
+            fewer = combinations(mistakes, len(mistakes) - 1)
+            steps.insert(0, min(map(self._flights.explain, fewer), key=lambda each: each.rms_m))
+        return steps
 
 
 def _by_weight(explanation: Explanation) -> float:
