@@ -1,6 +1,7 @@
 """Files that other programs wrote, through the command: what they are held against, and which mistake is named."""
 
 import csv
+import importlib.util
 import subprocess
 import sys
 from pathlib import Path
@@ -134,7 +135,8 @@ def test_a_tolerance_makes_it_a_check(capsys, tmp_path):
     assert grade(capsys, *words, "10")[0] == 0
 
 
-PAGE = (Path(__file__).parent.parent / "docs/grade.md").read_text(encoding="utf-8")
+DOCS = Path(__file__).parent.parent / "docs"
+PAGE = (DOCS / "grade.md").read_text(encoding="utf-8")
 
 
 def table(first):
@@ -155,3 +157,33 @@ def test_the_page_has_every_unit():
     assert said["centre"] == list(UNITS["length"])
     assert said["velocity"] == list(UNITS["speed"])
     assert said["angular"] == list(UNITS["rate"])
+
+
+@pytest.fixture(scope="module")
+def confusion():
+    spec = importlib.util.spec_from_file_location("confusion", DOCS / "confusion.py")
+    script = importlib.util.module_from_spec(spec)
+    sys.modules["confusion"] = script  # dataclasses look there for their module
+    spec.loader.exec_module(script)
+    return script
+
+
+def confusion_rows():
+    with (DOCS / "confusion.csv").open(newline="") as file:
+        return list(csv.DictReader(file))
+
+
+@pytest.mark.parametrize("number", [*range(8), 200, 201])
+def test_the_confusion_table_is_what_its_script_makes(confusion, number):
+    shown = confusion_rows()[number]
+    made = confusion.confused((int(shown["mistakes"]), int(shown["scene"])))
+    values = shown["values"].removeprefix("'")  # the mark of a cell that a spreadsheet would run: it begins with -
+    assert (made.planted, made.values, made.named) == (shown["planted"], values, shown["named"])
+
+
+@pytest.mark.parametrize(("mistakes", "asked"), [(1, 0.95), (2, 0.85)])
+def test_the_confusion_table_says_what_its_rows_say(mistakes, asked):
+    seen = [row for row in confusion_rows() if row["mistakes"] == str(mistakes) and row["seen"] == "True"]
+    right = sum(row["right"] == "True" for row in seen)
+    assert right >= asked * len(seen)
+    assert f"{right} of {len(seen)} (" in (DOCS / "confusion.md").read_text(encoding="utf-8")
