@@ -23,6 +23,7 @@ from compare.check.junit import junit
 from compare.check.markdown import MOST_CHARACTERS, summary
 from compare.check.order import one_order
 from compare.check.record import FORMAT, BadRecord, CellRow, QuestionRow, Record, TimeRow, read_record, texts
+from compare.check.times import nearer
 from compare.check.tolerances import BadTolerance, Tolerances, read_tolerances
 from compare.check.words import behaviours
 from compare.results import EngineRow, write_tables
@@ -239,6 +240,20 @@ def test_times_are_compared_where_both_were_steady():
     assert told(timed, BASE).changes == ()
 
 
+def test_of_two_measurements_the_nearer_counts():
+    def row(ratio, method="m"):
+        return TimeRow("s", "e", method, "r", ratio)
+
+    before = (row(2.0), row(2.0, "n"), row(2.0, "o"))
+    found = (row(4.0), row(1.0, "n"), row(5.0, "o"), row(7.0, "p"))
+    assert list(nearer(before, found, (row(2.1), row(0.5, "n"), row(None, "o")))) == [
+        row(2.1),  # an accident of the first process
+        row(1.0, "n"),  # found twice
+        row(None, "o"),  # not steady
+        row(7.0, "p"),  # new
+    ]
+
+
 # What is measured.
 
 
@@ -325,6 +340,22 @@ def test_a_second_run_finds_nothing(recorded, tmp_path):
 SPOILED = MINE.replace("np.cross(moments * w_body, w_body)", "np.cross(w_body, moments * w_body)")
 NEW_FIRST, OLD_FIRST = "    v += dt * gravity\n    x += dt * v\n", "    x += dt * v\n    v += dt * gravity\n"
 EULER = MINE.replace(NEW_FIRST, OLD_FIRST)
+STEPS = "    for _ in range(n):\n"
+
+
+@pytest.mark.parametrize(("marker", "code"), [("seen", 0), ("never", 1)])
+def test_a_time_that_changed_is_told_only_if_it_is_found_twice(recorded, tmp_path, marker, code):
+    """An engine that is slow in its first process only, and one that is slow in every one."""
+    folder = copy(recorded, tmp_path)
+    idles = "        SLOW and sum(range(20_000))\n"
+    knows = f"\nimport pathlib\nSLOW = not pathlib.Path('seen').exists()\npathlib.Path({marker!r}).touch()\n"
+    slow = MINE.replace(STEPS, STEPS + idles) + knows
+    assert slow.count("SLOW") == 2
+    (folder / "mine.py").write_text(slow)
+    done = check(folder, "spin.toml", "-e", "./mine.py", "--baseline", "base")
+    assert "measured again" in done.stderr
+    assert done.returncode == code, done.stdout
+    assert ("run time" in done.stdout) == bool(code)
 
 
 def test_a_spoiled_engine_is_worse_in_words_and_the_command_it_names_shows_it(recorded, tmp_path):

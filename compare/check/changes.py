@@ -227,9 +227,8 @@ def order_verdict(old: float | None, new: float | None, tolerance: float) -> Ver
 
 def time_changes(baseline: Record, candidate: Record, tolerances: Tolerances) -> Iterator[Change]:
     """Yield the ratios of run time that changed, of those that were steady in both records."""
-    before = {(row.scene, row.engine, row.method, row.reference): row.time_ratio for row in baseline.times or ()}
+    before = {row.key: row.time_ratio for row in baseline.times or ()}
     for row in candidate.times or ():
-        key = row.scene, row.engine, row.method
-        old = before.get((*key, row.reference))
+        old = before.get(row.key)
         if verdict := growth(old, row.time_ratio, tolerances.time_ratio):
-            yield Change(verdict, *key, "time_ratio", old, row.time_ratio, row.reference)
+            yield Change(verdict, row.scene, row.engine, row.method, "time_ratio", old, row.time_ratio, row.reference)

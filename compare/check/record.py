@@ -83,6 +83,11 @@ class TimeRow:
     reference: str
     time_ratio: float | None
 
+    @property
+    def key(self) -> tuple[str, str, str, str]:
+        """What two rows of the same time have in common."""
+        return self.scene, self.engine, self.method, self.reference
+
 
 @dataclass(frozen=True)
 class Record:

@@ -1,7 +1,9 @@
 """Run times as ratios to one reference contestant, sampled in the same rounds: all that two machines have in common."""
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
+from dataclasses import replace
 
 from compare.check.record import TimeRow
 from compare.clock import steady_ratio
@@ -36,3 +38,17 @@ def time_rows(
             steady = unit is not None and steady_ratio(each.reading, unit.reading)
             ratio = each.flight_ns / unit.flight_ns if unit is not None and steady else None
             yield TimeRow(scene.name, run.engine, run.method, REFERENCE, ratio)
+
+
+def nearer(before: Sequence[TimeRow], found: Sequence[TimeRow], again: Sequence[TimeRow]) -> Iterator[TimeRow]:
+    """Yield the times found, each as what is nearer to the one before: itself, or what was found of it again."""
+    ratios = {row.key: row.time_ratio for row in before}
+    repeated = {row.key: row.time_ratio for row in again}
+    for row in found:
+        old, first, second = ratios.get(row.key), row.time_ratio, repeated.get(row.key, row.time_ratio)
+        if not first or not second:
+            yield replace(row, time_ratio=None)  # not steady
+        elif old and abs(math.log(second / old)) < abs(math.log(first / old)):
+            yield replace(row, time_ratio=second)
+        else:
+            yield row
