@@ -30,16 +30,17 @@ def folder(tmp_path_factory) -> Path:
     return folder
 
 
-@pytest.mark.parametrize("command", COMMANDS)
-def test_a_command_runs_as_printed(folder, command):
+@pytest.mark.parametrize("block", blocks("sh"))
+def test_the_commands_of_a_block_run_as_printed_one_after_the_other(folder, block):
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
-    done = subprocess.run(
-        command.split(), cwd=folder, env={**os.environ, "PATH": path}, capture_output=True, text=True, timeout=120
-    )
-    assert done.returncode == 0, done.stderr
-    written = re.findall(r"-o (\S+)", command)
-    assert all((folder / name).exists() for name in written)
-    assert written or done.stdout
+    for command in block.splitlines():
+        done = subprocess.run(
+            command.split(), cwd=folder, env={**os.environ, "PATH": path}, capture_output=True, text=True, timeout=120
+        )
+        assert done.returncode == 0, done.stderr
+        written = re.findall(r"-o (\S+)", command)
+        assert all((folder / name).exists() for name in written)
+        assert written or done.stdout
 
 
 def test_there_are_commands_to_run():
