@@ -57,8 +57,11 @@ class Search:
         if not nothing.nothing:
             singles = sorted((self._fitter.tuned((h,)) for h in self._flights.hypotheses), key=self._glanced)
             found += sorted(self._explained(singles[:FINALISTS]), key=_by_weight)
-            if self._asks_for_more(nothing, best=found[1]):
-                found += self._explained(self._together(found[1].mistakes, singles))
+            alone = found[1]
+            # Its mistake with each of those that help it most.
+            on_top = [] if alone.nothing or self._is_small(nothing) else self._on_top(alone.mistakes)
+            if on_top and (not alone.noise or self._glanced(on_top[0]) < self._glanced(alone.mistakes) - ALIKE):
+                found += self._explained(self._together(on_top, singles))
                 found += self._deeper(found)
             found += self._finer(min(found, key=_by_weight))
             found += self._with_one_fewer(found)
@@ -72,18 +75,15 @@ class Search:
         account = self._flights.changed(best.mistakes)
         return Diagnosis(nothing, best, tuple(_distinct(alike)), tuple(self._steps(best)), self._flights.tried, account)
 
-    def _asks_for_more(self, nothing: Explanation, best: Explanation) -> bool:
-        """Whether the best mistake alone may not be all."""
-        if best.nothing or nothing.rms_m < SMALL * self._flights.scale.size_m:
-            return False
-        with_another = map(self._glanced, self._on_top(best.mistakes))
-        return not best.noise or min(with_another, default=np.inf) < self._glanced(best.mistakes) - ALIKE
+    def _is_small(self, nothing: Explanation) -> bool:
+        """Whether so little is wrong that more than one mistake cannot be told."""
+        return nothing.rms_m < SMALL * self._flights.scale.size_m
 
-    def _together(self, best: Mistakes, singles: Sequence[Mistakes]) -> list[Mistakes]:
-        """Return the best pairs: of all, and of the best alone with any other tried with care."""
+    def _together(self, on_top: Sequence[Mistakes], singles: Sequence[Mistakes]) -> list[Mistakes]:
+        """Return the best pairs: of all, and of the best alone with any other tried with care, as on_top has them."""
         pairs = self._pairs({single[0].hypothesis: single[0].value for single in singles})
-        on_top = [more for start in (best, *singles[1:STARTS]) for more in self._on_top(start)]
-        return [*pairs, *sorted(on_top, key=self._glanced)[:FINALISTS]]
+        careful = [*on_top, *(more for start in singles[1:STARTS] for more in self._on_top(start))]
+        return [*pairs, *sorted(careful, key=self._glanced)[:FINALISTS]]
 
     def _pairs(self, alone: dict[Hypothesis, float]) -> list[Mistakes]:
         """Return the best pairs.  alone: what each hypothesis was fitted to by itself."""

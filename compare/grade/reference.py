@@ -1,4 +1,4 @@
-"""The right motion at any instants, quickly: compiled, and held against the truth at a few dozen of them.
+"""The right motion at any instants, quickly: compiled, and held against the truth at a dozen of them.
 
 A truth costs milliseconds an instant, a compiled flight a microsecond.  So rows are measured from the flight, and how
 far that is from the truth where both are known is added to what can be told from nothing.
@@ -51,7 +51,7 @@ class Reference:
     def limit(self, throw: int, times: Array) -> float:
         """Return what cannot be told from nothing [m]: the truth's own limit, and what the flight is off from it.
 
-        times: instants [s], increasing, of which a few dozen are asked of the truth.  Raises NoTruth.
+        times: instants [s], increasing, of which a dozen are asked of the truth.  Raises NoTruth.
         """
         some = np.unique(np.linspace(0, len(times) - 1, CERTIFIED).round().astype(int))
         asked = frozen_array(times[some])

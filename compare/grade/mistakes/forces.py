@@ -70,25 +70,18 @@ def _gravity(question: Question) -> Iterator[Hypothesis]:
 
 def _damping(question: Question) -> Iterator[Hypothesis]:
     rates = grid(1e-3 / question.duration, 4 / question.duration, 11)
+    kinds = ("linear damping", "velocity", 0, LINEAR), ("angular damping", "angular velocity", 2, ANGULAR)
     for damps, when in DAMPS.items():
-        yield Hypothesis(
-            "linear damping",
-            "linear damping",
-            f"linear damping: velocity decays at {{}} /s{when}",
-            lambda account, rate, damps=damps: _damped(account, {0: rate}, damps),
-            rates,
-            known=LINEAR,
-            variant=damps != AS_FORCE,
-        )
-        yield Hypothesis(
-            "angular damping",
-            "angular damping",
-            f"angular damping: angular velocity decays at {{}} /s{when}",
-            lambda account, rate, damps=damps: _damped(account, {2: rate}, damps),
-            rates,
-            known=ANGULAR,
-            variant=damps != AS_FORCE,
-        )
+        for name, what, place, known in kinds:
+            yield Hypothesis(
+                name,
+                name,
+                f"{name}: {what} decays at {{}} /s{when}",
+                lambda account, rate, place=place, damps=damps: _damped(account, {place: rate}, damps),
+                rates,
+                known=known,
+                variant=damps != AS_FORCE,
+            )
         yield Hypothesis(
             "damping as PyBullet's default",
             "linear damping",
