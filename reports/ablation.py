@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from rich.table import Table
 from rich.text import Text
 
-from compare.ablation import EVERYTHING, Ablation, AblationRow
-from compare.results import SceneRow
+from compare.ablation.ablation import EVERYTHING, Ablation, AblationRow
+from compare.comparison.results import SceneRow
 from reports.numerals import TIMES, figure, listed
 from reports.rows import Tables, contestant
 from reports.terminal import columns, plain

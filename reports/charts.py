@@ -14,9 +14,9 @@ import altair as alt
 import vl_convert
 from markupsafe import Markup
 
-from compare.frontier import ThrowsRow
-from compare.results import ErrorOverTimeRow
-from compare.tables import RunRow
+from compare.comparison.results import ErrorOverTimeRow
+from compare.sweep.frontier import ThrowsRow
+from compare.tables.rows import RunRow
 from reports.numerals import SUPERSCRIPTS, at_most, counted, figure
 from reports.rows import contestant, error_m, setting
 

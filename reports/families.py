@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from compare.agreement import AgreementRow
+from compare.judge.agreement import AgreementRow
 from reports.numerals import figure
 
 

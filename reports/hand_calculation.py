@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from markupsafe import Markup
 
+from compare.comparison.table_4_1 import BudgetRow, PublishedRow
 from compare.engines.handcalc import MENDED
-from compare.table_4_1 import BudgetRow, PublishedRow
 from reports import die
 from reports.numerals import counted, fixed, given, listed
 from reports.rows import Tables, contestant

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
 
-from compare.tables import RunRow
+from compare.tables.rows import RunRow
 from reports import ablation, charts, families, hand_calculation, stability, standings, thrown_die, work_precision
 from reports.hand_calculation import HAND
 from reports.numerals import counted, figure, listed
@@ -27,7 +27,7 @@ class AuditNote:
 def page(tables: Mapping[str, str]) -> str:
     """Return the report as HTML that needs no network.
 
-    tables: file name -> CSV text, as compare.results.tables gives them.  Raises KeyError where a table is missing.
+    tables: file name -> CSV text, as compare.comparison.results.tables gives them.  Raises KeyError.
     """
     read = Tables(tables)
     contestants = [(run.engine, contestant(run)) for run in read.runs]

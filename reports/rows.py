@@ -7,24 +7,24 @@ from typing import Any
 
 import numpy as np
 
-from compare.ablation import AblationRow
-from compare.agreement import AgreementRow
-from compare.conditions import ConditionRow
-from compare.extremes import ExtremeRow
-from compare.frontier import ClockRow, DigitRow, OrderRow, SameRow, ThrowsRow
-from compare.results import EngineRow, ErrorOverTimeRow, SceneRow
-from compare.stability import LimitRow, StabilityRow
-from compare.table_4_1 import BudgetRow, PublishedRow
-from compare.tables import Cells, Row, RunRow, VertexErrorRow, cells, typed
+from compare.ablation.ablation import AblationRow
+from compare.comparison.results import EngineRow, ErrorOverTimeRow, SceneRow
+from compare.comparison.table_4_1 import BudgetRow, PublishedRow
+from compare.judge.agreement import AgreementRow
+from compare.run.provenance import ConditionRow
+from compare.stability.extremes import ExtremeRow
+from compare.stability.stability import LimitRow, StabilityRow
+from compare.sweep.frontier import ClockRow, DigitRow, OrderRow, SameRow, ThrowsRow
+from compare.tables.rows import Cells, Row, RunRow, VertexErrorRow, cells, typed
 from reports.numerals import figure
 from scenarios.frames import Array
 
 
 @dataclass(frozen=True)
 class Tables:
-    """The tables of one comparison, file name -> CSV text, as compare.results.tables gives them.
+    """The tables of one comparison, file name -> CSV text, as compare.comparison.results.tables gives them.
 
-    Those of a sweep, as compare.results.sweep_tables gives them, have sweep- before their names, and may be absent.
+    Those of a sweep, as sweep_tables there gives them, have sweep- before their names, and may be absent.
     """
 
     texts: Mapping[str, str]

@@ -5,9 +5,9 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from compare.extremes import BEST, FLOORS, ExtremeRow, missed
-from compare.stability import LimitRow, StabilityRow
-from compare.verdict import WORDS
+from compare.judge.verdict import WORDS
+from compare.stability.extremes import BEST, FLOORS, ExtremeRow, missed
+from compare.stability.stability import LimitRow, StabilityRow
 from reports.numerals import counted, figure, given, listed
 from reports.rows import Tables, contestant
 

@@ -7,9 +7,9 @@ from collections.abc import Iterator, Sequence
 from rich.console import RenderableType
 from rich.text import Text
 
-from compare.extremes import BEST, FLOORS, ExtremeRow, missed
-from compare.stability import Piece
-from compare.verdict import WORDS
+from compare.judge.verdict import WORDS
+from compare.stability.extremes import BEST, FLOORS, ExtremeRow, missed
+from compare.stability.stability import Piece
 from reports.rows import contestant
 from reports.terminal import columns, figure, plain, reasons_text
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from compare.results import SceneRow
-from compare.tables import RunRow, VertexErrorRow
+from compare.comparison.results import SceneRow
+from compare.tables.rows import RunRow, VertexErrorRow
 from reports import families
 from reports.charts import Chart, Stroke, chart, striped
 from reports.numerals import at_most, figure, given, listed

@@ -11,8 +11,11 @@ from rich.constrain import Constrain
 from rich.table import Table
 from rich.text import Text
 
-from compare.contest import Comparison
-from compare.frontier import (
+from compare.comparison.comparison import Comparison
+from compare.comparison.results import EngineRow
+from compare.comparison.table_4_1 import BudgetRow, budget_rows, is_table_4_1, published_rows
+from compare.judge.errors import Run
+from compare.sweep.frontier import (
     TARGETS_M,
     DigitRow,
     by_contestant,
@@ -23,10 +26,7 @@ from compare.frontier import (
     reach,
     same_rows,
 )
-from compare.judge import Run
-from compare.results import EngineRow
-from compare.sweep import Sweep, Timed
-from compare.table_4_1 import BudgetRow, budget_rows, is_table_4_1, published_rows
+from compare.sweep.sweep import Sweep, Timed
 from reports.families import joined
 from scenarios.format import visible
 from scenarios.frames import Array

@@ -5,10 +5,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-from compare.clock import AGREE, SAMPLE_NS
-from compare.frontier import TARGETS_M, ClockRow, DigitRow, OrderRow, SameRow, ThrowsRow
-from compare.results import SceneRow
-from compare.tables import RunRow
+from compare.comparison.results import SceneRow
+from compare.run.timer import AGREE, SAMPLE_NS
+from compare.sweep.frontier import TARGETS_M, ClockRow, DigitRow, OrderRow, SameRow, ThrowsRow
+from compare.tables.rows import RunRow
 from reports import standings
 from reports.charts import SHAPES, CostChart, Stroke, cost_chart, striped
 from reports.families import joined

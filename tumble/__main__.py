@@ -182,9 +182,9 @@ def is_users(error: Exception) -> bool:
     """Whether the mistake is the user's: a scene, an engine, a step, a ray, a record that cannot be used."""
     from compare.check.record import BadRecord
     from compare.check.tolerances import BadTolerance
-    from compare.flight import BadStep
     from compare.grade.columns import BadTrajectory
-    from compare.roster import BadEngine
+    from compare.run.flight import BadStep
+    from compare.run.registry import BadEngine
     from scenarios.impulse import RayMissed
     from scenarios.read import BadScene
     from scenarios.truth import NoTruth

@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
-from compare import roster
 from compare.check.energy import TRENDS
 from compare.check.record import CellRow, QuestionRow, Record, TimeRow
 from compare.check.tolerances import Tolerances
+from compare.run import registry
 
 Verdict = Literal["incomparable", "worse", "gone", "better", "changed", "new"]
 VERDICTS: tuple[Verdict, ...] = ("incomparable", "worse", "gone", "better", "changed", "new")
@@ -74,7 +74,7 @@ class Outcome:
 def within(record: Record, scenes: Sequence[str], engines: Mapping[str, Sequence[str]]) -> Record:
     """Return what a record says of these scenes (names or files) and engines with these methods; empty means all."""
     names = {Path(scene).stem for scene in scenes}
-    methods = {roster.title(engine): named for engine, named in engines.items()}
+    methods = {registry.title(engine): named for engine, named in engines.items()}
 
     def asked(row: CellRow | TimeRow) -> bool:
         named = methods.get(row.engine, () if not methods else None)

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from compare import invariants
-from compare.judge import Run, quietly
+from compare.judge import mechanics
+from compare.judge.errors import Run, quietly
 from scenarios.frames import Array
 
 # What may become of it, from good to bad.
@@ -22,11 +22,11 @@ def spin_energy(run: Run) -> str:
     """
     if not run.has_errors or run.truth is None or not run.scene.is_free:
         return ""
-    true = invariants.spin_energy(run.truth.states, run.scene.body)
+    true = mechanics.spin_energy(run.truth.states, run.scene.body)
     if not true.max() > 0:
         return ""
     with quietly():
-        return trend((invariants.spin_energy(run.flight.states, run.scene.body) - true) / true.max())
+        return trend((mechanics.spin_energy(run.flight.states, run.scene.body) - true) / true.max())
 
 
 def trend(drift: Array) -> str:

@@ -14,14 +14,14 @@ from compare.check import order
 from compare.check.energy import spin_energy
 from compare.check.record import CellRow, QuestionRow, Record
 from compare.check.times import time_rows
-from compare.contest import give_up, true_answer
-from compare.contestants import Entrant
-from compare.flight import Trajectory, legs
-from compare.judge import Run
-from compare.results import engine_row
-from compare.sweep import is_own_pace
-from compare.tables import run_row, xyz
-from compare.worker import Failure
+from compare.comparison.comparison import give_up, true_answer
+from compare.comparison.results import engine_row
+from compare.judge.errors import Run
+from compare.run.flight import Trajectory, legs
+from compare.run.participants import Participant
+from compare.run.worker import Failure
+from compare.sweep.sweep import is_own_pace
+from compare.tables.rows import run_row, xyz
 from scenarios.frames import Array
 from scenarios.scene import Scene, frozen_array
 from scenarios.truth import Truth
@@ -40,14 +40,14 @@ class Flown:
 
 
 def measure(
-    entrants: Sequence[Entrant],
+    participants: Sequence[Participant],
     scenes: Sequence[Scene],
     asked: tuple[Sequence[str], Sequence[str]],
     command: str,
     timed: bool,
     tick: Callable[[str], object] = lambda what: None,
 ) -> Record:
-    """Return the record of all entrants on all scenes.
+    """Return the record of all participants on all scenes.
 
     asked: the words that scenes and contestants were asked for with; timed: whether run times are measured too, when
     all flights are over.  tick is told of every truth, cell and timed scene as it is done.
@@ -55,60 +55,67 @@ def measure(
     """
     stop = threading.Event()
     pending: list[Future] = []
-    with ThreadPoolExecutor(1) as oracle, ThreadPoolExecutor(max(1, min(len(entrants), os.cpu_count() or 1))) as pool:
+    with (
+        ThreadPoolExecutor(1) as oracle,
+        ThreadPoolExecutor(max(1, min(len(participants), os.cpu_count() or 1))) as pool,
+    ):
         pending += (truths := [oracle.submit(true_answer, scene, tick) for scene in scenes])
-        pending += (flights := [pool.submit(fly_all, each, scenes, truths, tick, stop) for each in entrants])
+        pending += (flights := [pool.submit(fly_all, each, scenes, truths, tick, stop) for each in participants])
         try:
             found = [flight.result() for flight in flights]
         except BaseException:
-            give_up(entrants, stop, pending)
+            give_up(participants, stop, pending)
             raise
     by_scene = [[flown for own in found for flown in own[number]] for number in range(len(scenes))]
     owns = [[flown.own for flown in cells] for cells in by_scene]
-    times = [time_rows(entrants, scene, own, tick) for scene, own in zip(scenes, owns, strict=True)] if timed else []
+    times = (
+        [time_rows(participants, scene, own, tick) for scene, own in zip(scenes, owns, strict=True)] if timed else []
+    )
     return Record(
         tuple(asked[0]),
         tuple(asked[1]),
         command,
         tuple(question_row(scene, *true.result()) for scene, true in zip(scenes, truths, strict=True)),
-        tuple(map(engine_row, entrants)),
+        tuple(map(engine_row, participants)),
         tuple(cell_row(flown) for cells in by_scene for flown in cells),
         tuple(chain.from_iterable(times)) if timed else None,
     )
 
 
 def fly_all(
-    entrant: Entrant,
+    participant: Participant,
     scenes: Sequence[Scene],
     truths: Sequence[Future[tuple[Truth | None, str]]],
     tick: Callable[[str], object],
     stop: threading.Event,
 ) -> list[list[Flown]]:
-    """Return what one entrant made of every scene, a list of its methods for each."""
+    """Return what one participant made of every scene, a list of its methods for each."""
     found: list[list[Flown]] = []
     for scene, true in zip(scenes, truths, strict=True):
         found.append([])
-        for method in entrant.methods_for(scene):
+        for method in participant.methods_for(scene):
             if not stop.is_set():
-                found[-1].append(fly(entrant, scene, method, true.result()[0]))
-                tick(f"{scene.name} {entrant.title}:{method}")
+                found[-1].append(fly(participant, scene, method, true.result()[0]))
+                tick(f"{scene.name} {participant.title}:{method}")
     return found
 
 
-def fly(entrant: Entrant, scene: Scene, method: str, true: Truth | None) -> Flown:
+def fly(participant: Participant, scene: Scene, method: str, true: Truth | None) -> Flown:
     """Return one contestant's run, and a ladder around it where the method has an order to be read."""
 
     def answer(scene: Scene, dt: float) -> Trajectory | Failure:
-        return entrant.barred(scene) or entrant.hire() or entrant.worker.fly(scene, method, dt)
+        return (
+            participant.unsupported(scene) or participant.ensure_running() or participant.worker.fly(scene, method, dt)
+        )
 
     def run(dt: float) -> Run:
-        return Run(scene, entrant.title, method, dt, answer(scene, dt), true)
+        return Run(scene, participant.title, method, dt, answer(scene, dt), true)
 
     own = run(scene.step)
     if not order.readable(own):
         return Flown(own, (), None)
     other = answer(replace(scene, start=nudged(scene.start)), scene.step)
-    own_pace = is_own_pace(entrant, method)
+    own_pace = is_own_pace(participant, method)
     # Every step rounds once, this way or that: n of them come to the square root of n of one.
     rounded = len(legs(scene, scene.step)) if own_pace else own.flight.steps
     ladder = () if own_pace else order.ladder(own, run)

@@ -6,9 +6,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from compare.flight import legs
-from compare.frontier import ASYMPTOTIC, FLOOR, LAST, Rung, local_orders, parts
-from compare.judge import Run
+from compare.judge.errors import Run
+from compare.run.flight import legs
+from compare.sweep.frontier import ASYMPTOTIC, FLOOR, LAST, Rung, local_orders, parts
 from scenarios.scene import Scene
 
 PAIRS = 3

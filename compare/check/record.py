@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any, get_type_hints
 
 from compare.check.energy import TRENDS
-from compare.conditions import ConditionRow, versions
-from compare.results import EngineRow
-from compare.tables import Row, reader, table_text, text_of_cell
+from compare.comparison.results import EngineRow
+from compare.run.provenance import ConditionRow, versions
+from compare.tables.rows import Row, reader, table_text, text_of_cell
 from scenarios.files import plain_bytes, why_unread
 from scenarios.format import printable, short
 

@@ -6,17 +6,16 @@ from contextlib import ExitStack
 from dataclasses import replace
 
 from compare.check.record import TimeRow
-from compare.clock import steady_ratio
-from compare.contestants import Entrant
-from compare.crew import crew
-from compare.flight import Trajectory
-from compare.judge import Run
-from compare.sweep import REFERENCE, against_the_clock
+from compare.judge.errors import Run
+from compare.run.flight import Trajectory
+from compare.run.participants import Participant, launched
+from compare.run.timer import steady_ratio
+from compare.sweep.sweep import REFERENCE, against_the_clock
 from scenarios.scene import Scene
 
 
 def time_rows(
-    entrants: Sequence[Entrant], scene: Scene, runs: Sequence[Run], tick: Callable[[str], object]
+    participants: Sequence[Participant], scene: Scene, runs: Sequence[Run], tick: Callable[[str], object]
 ) -> Iterator[TimeRow]:
     """Yield the time of every flight of one scene over the reference contestant's, which joins where it was not asked.
 
@@ -24,10 +23,10 @@ def time_rows(
     """
     flown = [run for run in runs if isinstance(run.answer, Trajectory)]
     with ExitStack() as guests:
-        present = list(entrants)
+        present = list(participants)
         if not any(run.name == REFERENCE for run in flown):
-            (guest,) = guests.enter_context(crew([REFERENCE]))
-            answer = guest.barred(scene) or guest.worker.fly(scene, guest.methods[0], scene.step)
+            (guest,) = guests.enter_context(launched([REFERENCE]))
+            answer = guest.unsupported(scene) or guest.worker.fly(scene, guest.methods[0], scene.step)
             flown.append(Run(scene, guest.title, guest.methods[0], scene.step, answer, None))
             present = [each for each in present if each.title != guest.title] + [guest]
         found = against_the_clock(present, scene, flown, tick)

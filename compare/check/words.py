@@ -6,9 +6,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from compare import roster
 from compare.check.changes import ERRORS, Change, Outcome, Verdict
 from compare.check.record import Record
+from compare.run import registry
 
 FIGURES = {
     "max_error_m": ("largest error", " m"),
@@ -138,5 +138,5 @@ def engine_words(record: Record, change: Change) -> list[str]:
     if not change.engine:
         return []
     files = (head + dot_py for head, dot_py, _ in (word.rpartition(".py") for word in record.contestants) if dot_py)
-    engine = next((file for file in files if roster.title(file) == change.engine), change.engine)
+    engine = next((file for file in files if registry.title(file) == change.engine), change.engine)
     return ["-e", f"{engine}:{change.method}" if change.method else engine]

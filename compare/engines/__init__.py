@@ -23,8 +23,8 @@ More lists where they are not empty:
                 what scripts do; METHOD evaluates it wherever the method does, or says that it cannot
     ON_REQUEST  names, not in METHODS, that take part only when asked for.  METHOD+defaults leaves every setting of the
                 engine as it ships, which is what its users have; its audit tells what those do to a flight
-    SPARES      what build leaves out where a scene has no use for it.  build(scene, method, keep) then takes the names
-                of those that shall stay: the motion is the same, and what they cost can be measured
+    OPTIONAL    what build leaves out where a scene has no use for it.  build(scene, method, keep) then takes the
+                names of those that shall stay: the motion is the same, and what they cost can be measured
 
 And three more verbs if it wishes
 

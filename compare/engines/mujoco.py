@@ -48,7 +48,7 @@ METHODS = tuple(INTEGRATORS)
 FORCED = tuple(f"{integrator}+held" for integrator in INTEGRATORS)
 ON_REQUEST = ("euler+defaults", "rk4+defaults", "implicitfast+defaults")
 FEATURES = {"gravity", "tether", "drag", "floor"}
-SPARES = (*FLAGS, "geoms")
+OPTIONAL = (*FLAGS, "geoms")
 ABOUT = {
     "version": mujoco.__version__,
     "precision": "double",
@@ -116,7 +116,7 @@ class World:
 
 
 def build(scene: "Scene", method: str, keep: Collection[str] = ()) -> World:
-    """Return a world with the scene's body once for every throw, and with those SPARES kept that are asked for."""
+    """Return a world with the scene's body once for every throw, and with those OPTIONAL kept that are asked for."""
     integrator, _, manner = method.partition("+")
     # What the model is made of, and what it must be told from outside.
     inside = replace(scene, tethers=(), drag=None, floor=None) if manner else scene
@@ -137,7 +137,7 @@ def build(scene: "Scene", method: str, keep: Collection[str] = ()) -> World:
 
 
 def bare(scene: "Scene", integrator: str, scale: float, keep: Collection[str]) -> mujoco.MjModel:
-    """Return a model that has of all SPARES only what the scene needs, and what is to be kept."""
+    """Return a model that has of all OPTIONAL only what the scene needs, and what is to be kept."""
     along = [tether for tether in scene.tethers if tether.rest_length]
     used = {
         "actuation": scene.floor or len(along) < len(scene.tethers),  # the callback for a floor is a part of it

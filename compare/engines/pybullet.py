@@ -47,7 +47,7 @@ METHODS = ("multibody", "rigidbody")
 FORCED = ("multibody+held", "rigidbody+held")
 ON_REQUEST = ("multibody+defaults", "rigidbody+defaults")
 FEATURES = {"gravity", "tether", "drag", "floor"}
-SPARES = ("collision shape",)
+OPTIONAL = ("collision shape",)
 ABOUT = {
     "version": importlib.metadata.version("pybullet"),
     "precision": "double",
@@ -91,7 +91,7 @@ class World:
 
 
 def build(scene: "Scene", method: str, keep: Collection[str] = ()) -> World:
-    """Return a world with the scene's body once for every throw, and with those SPARES kept that are asked for."""
+    """Return a world with the scene's body once for every throw, and with those OPTIONAL kept that are asked for."""
     kind, _, manner = method.partition("+")
     if not scene.is_free and not manner:
         raise NotImplementedError(f"{kind} has none of these laws itself; {kind}+held is given their force once a step")

@@ -28,7 +28,7 @@ WITHOUT_STRENGTH = {
     "drag": (0.0, 0.0),
     "floor": (-1e300, 0.0, 1.0, 0.0, 0.0, 0.0),
 }
-SPARES = (*(law.removesuffix("s") for law in WITHOUT_STRENGTH), "rotation", "gyroscopic")
+OPTIONAL = (*(law.removesuffix("s") for law in WITHOUT_STRENGTH), "rotation", "gyroscopic")
 ABOUT = {
     "version": version("tumble"),
     "precision": "double",
@@ -49,7 +49,7 @@ class World(NamedTuple):
 
 
 def build(scene, method, keep=frozenset()):
-    """Return a flight; keep: of SPARES, what is computed although the scene has not got it."""
+    """Return a flight; keep: of OPTIONAL, what is computed although the scene has not got it."""
     forces = forces_of(scene, keep)
     a, b, c = scene.body.moments.tolist()
     body = Body(scene.body.mass, (a, b, c))

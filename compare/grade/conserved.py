@@ -3,9 +3,9 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from compare import invariants
 from compare.grade.columns import CENTRE, SPIN, VELOCITY, Shown
 from compare.grade.foreign import Block, axes_of, vertices_of
+from compare.judge import mechanics
 from scenarios.frames import Array
 from scenarios.scene import Scene
 from solver.quaternion import from_matrix
@@ -54,15 +54,15 @@ class Conserved:
     def _compare(self, states: Array, true: Array) -> None:
         body, gravity = self._scene.body, self._scene.gravity
         self._any = True
-        apart = invariants.energy(states, body, gravity) - invariants.energy(true, body, gravity)
+        apart = mechanics.energy(states, body, gravity) - mechanics.energy(true, body, gravity)
         worst = float(apart[np.argmax(np.abs(apart))])
         if abs(worst) > self._largest[0]:
             self._energy = worst
-        kept = (invariants.momentum, invariants.angular_momentum)
+        kept = (mechanics.momentum, mechanics.angular_momentum)
         values = [np.linalg.norm(of(states, body) - of(true, body), axis=-1).max() for of in kept]
         scales = [np.linalg.norm(of(true, body), axis=-1).max() for of in kept]
         self._largest = np.maximum(self._largest, (abs(worst), *values))
-        self._scales = np.maximum(self._scales, (invariants.kinetic_energy(true, body).max(), *scales))
+        self._scales = np.maximum(self._scales, (mechanics.kinetic_energy(true, body).max(), *scales))
 
     def _poses(self, rows: Block) -> Array:
         """Return x and q, (n, 7), of the rows, of vertices by the rotation that fits them best."""

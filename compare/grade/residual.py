@@ -83,7 +83,7 @@ class Measured:
     that printed digits leave open; excess_m: the largest that they do not; over_time_m: the largest in each of equal
     parts of the duration, nan where there are no rows; relation: of neighbouring rows' errors, 0 for noise, 1 for a
     drift, over so many pairs; lengths: of the shortest and the longest quaternion; single: every number is one of
-    single precision; drifts: of energy, momentum and angular momentum as `compare.judge` has them, None where they
+    single precision; drifts: of energy, momentum, angular momentum as `compare.judge.errors` has them, None where they
     cannot be known, by_differences where they come from poses; limit_m: an error below it says nothing.
     """
 

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from compare.conditions import ConditionRow, conditions
 from compare.grade.residual import BINS
 from compare.grade.verdict import Grade
-from compare.tables import table_text, xyz
+from compare.run.provenance import ConditionRow, conditions
+from compare.tables.rows import table_text, xyz
 
 
 @dataclass(frozen=True)

@@ -13,8 +13,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from compare.conditions import conditions
-from compare.tables import table_text, write_whole
+from compare.run.provenance import conditions
+from compare.tables.rows import table_text, write_whole
 
 Clock = Callable[[], float]
 

@@ -2,7 +2,7 @@
 
     python tests/bench/one_throw.py [-o FILE.csv]
 
-Every figure is a ratio of times at equal error, or of steps, from one round robin of `compare.clock`; low and high are
+Every figure is a ratio of times at equal error, or of steps, from one round robin of `compare.run.timer`; low, high:
 the ratios of its two passes.  `asked` is what the project set itself to reach on a machine with 512-bit vectors.
 The error beside a method's own cost is the least that any of its steps reached.
 """
@@ -12,11 +12,11 @@ from collections.abc import Iterator
 
 from figures import FigureRow, output_option, show
 
-from compare.clock import Reading
-from compare.crew import crew
-from compare.frontier import by_contestant, error, reach
-from compare.sweep import YARDSTICK, Sweep, sweep
-from compare.worker import Failure
+from compare.run.participants import launched
+from compare.run.timer import Reading
+from compare.run.worker import Failure
+from compare.sweep.frontier import by_contestant, error, reach
+from compare.sweep.sweep import YARDSTICK, Sweep, sweep
 from scenarios.read import read_scene
 
 EXACT = ("tumble", "exact")
@@ -88,9 +88,9 @@ def native_cost(found: Sweep) -> Iterator[FigureRow]:
 def main() -> None:
     """Sweep the yardstick, print the figures and the native cost of each of our methods, and write them."""
     output = output_option(__doc__.splitlines()[0])
-    with crew(("tumble", *PEERS)) as entrants:
-        missing = [entrant.title for entrant in entrants if isinstance(entrant.card, Failure)]
-        found = sweep(entrants, read_scene(YARDSTICK), lambda what: print(what, file=sys.stderr))
+    with launched(("tumble", *PEERS)) as participants:
+        missing = [participant.title for participant in participants if isinstance(participant.info, Failure)]
+        found = sweep(participants, read_scene(YARDSTICK), lambda what: print(what, file=sys.stderr))
     if missing:
         print(f"not installed here, so not measured: {', '.join(missing)}")
     show([*figures(found), *native_cost(found)], output)

@@ -11,10 +11,10 @@ METHODS = (
     "floats",
     "alters-the-scene",
     "mixes-throws",
-    "needs-its-spares",
+    "needs-its-optional",
 )
 FEATURES = {"gravity"}
-SPARES = ("drift",)
+OPTIONAL = ("drift",)
 ABOUT = {"version": "1", "precision": "double", "switched_off": []}
 
 
@@ -29,7 +29,7 @@ def build(scene, method, keep=()):
     world = World(scene, method)
     if method == "alters-the-scene":
         object.__setattr__(scene, "step", 2 * scene.step)
-    world.drifts = method == "needs-its-spares" and "drift" in keep
+    world.drifts = method == "needs-its-optional" and "drift" in keep
     if method == "floats":
         world.gravity = np.zeros(3)
     return world

@@ -1,4 +1,4 @@
-"""An engine with SPARES: ballast only costs time; a breeze, which no scene has, moves the body; digits are a state's.
+"""An engine with OPTIONAL: ballast only costs time; a breeze, which no scene has, moves the body; digits are a state's.
 
 `careless` leaves out digits that a motion has use for; `fragile` is not built with a breeze, `brittle` with anything.
 """
@@ -7,7 +7,7 @@ import mine
 
 METHODS = ("careful", "windy", "careless", "fragile", "brittle")
 FEATURES = {"gravity"}
-SPARES = ("ballast", "breeze", "digits", "gravity")
+OPTIONAL = ("ballast", "breeze", "digits", "gravity")
 ABOUT = {"version": "1", "precision": "double", "switched_off": ["ballast", "breeze"]}
 BALLAST = 3  # flights made for nothing
 BREEZE = 1e-3  # m/s2

@@ -4,10 +4,9 @@ import shlex
 from argparse import Namespace
 from pathlib import Path
 
-from compare.ablation import SCENES, ablate
-from compare.contestants import flights
-from compare.crew import crew
-from compare.results import ablation_tables, write_tables
+from compare.ablation.ablation import SCENES, ablate
+from compare.comparison.results import ablation_tables, write_tables
+from compare.run.participants import flights, launched
 from reports.ablation import ablation_text
 from reports.terminal import console
 from scenarios.read import read_scenes
@@ -20,15 +19,15 @@ def main(options: Namespace) -> int:
     folder = Path(options.output) if options.output else None
     if folder:
         folder.mkdir(parents=True, exist_ok=True)
-    with crew(options.engine, options.time_limit) as entrants:
-        with progress(flights(entrants, scenes) + len(scenes)) as tick:
-            ablations = [ablate(entrants, scene, tick) for scene in scenes]
+    with launched(options.engine, options.time_limit) as participants:
+        with progress(flights(participants, scenes) + len(scenes)) as tick:
+            ablations = [ablate(participants, scene, tick) for scene in scenes]
         out = console()
         for ablation in ablations:
             for piece in ablation_text(ablation):
                 out.print(piece)
         if folder:
-            write_tables(folder, ablation_tables(ablations, entrants, shlex.join(options.words)))
+            write_tables(folder, ablation_tables(ablations, participants, shlex.join(options.words)))
             note(f"tables written to {folder}")
     altered = [(row, ablation.limit_m) for ablation in ablations for row in ablation.altered]
     for row, limit_m in altered:

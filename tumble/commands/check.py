@@ -13,10 +13,9 @@ from compare.check.measure import measure
 from compare.check.record import BadRecord, Record, is_record, read_record, texts
 from compare.check.times import nearer
 from compare.check.tolerances import Tolerances, read_tolerances
-from compare.contestants import flights, wanted
-from compare.crew import crew
-from compare.results import write_tables
-from compare.roster import BadEngine
+from compare.comparison.results import write_tables
+from compare.run.participants import flights, launched, wanted
+from compare.run.registry import BadEngine
 from scenarios.read import catalogue, read_scenes
 from tumble.notes import note, progress
 
@@ -75,12 +74,12 @@ def fly(options: Namespace, old: Record | None) -> Record:
     timed = not options.no_times and (old is None or old.times is not None)
     if options.output:
         Path(options.output).mkdir(parents=True, exist_ok=True)
-    with crew(asked_engines, options.time_limit) as entrants:
-        titles = [entrant.title for entrant in entrants]
+    with launched(asked_engines, options.time_limit) as participants:
+        titles = [participant.title for participant in participants]
         if twice := next((title for title in titles if titles.count(title) > 1), None):
             raise BadEngine(f"two engines are named {twice!r}: rename one of the files")
-        with progress(flights(entrants, scenes) + len(scenes) * (1 + timed)) as tick:
-            return measure(entrants, scenes, (asked_scenes, asked_engines), shlex.join(options.words), timed, tick)
+        with progress(flights(participants, scenes) + len(scenes) * (1 + timed)) as tick:
+            return measure(participants, scenes, (asked_scenes, asked_engines), shlex.join(options.words), timed, tick)
 
 
 def timed_again(options: Namespace, old: Record, new: Record, tolerances: Tolerances) -> Record:

@@ -4,11 +4,10 @@ import shlex
 from argparse import Namespace
 from pathlib import Path
 
-from compare.contest import compare
-from compare.contestants import flights
-from compare.crew import crew
-from compare.flight import check_step
-from compare.results import tables, write_tables
+from compare.comparison.comparison import compare
+from compare.comparison.results import tables, write_tables
+from compare.run.flight import check_step
+from compare.run.participants import flights, launched
 from reports.terminal import comparison_text, console
 from scenarios.read import BadScene, read_scene
 from tumble.notes import note, progress
@@ -24,13 +23,13 @@ def main(options: Namespace) -> int:
     folder = Path(options.output) if options.output else None
     if folder:
         folder.mkdir(parents=True, exist_ok=True)
-    with crew(options.engine, options.time_limit) as entrants:
-        with progress(flights(entrants, [scene]) + 1) as tick:
-            comparisons = compare(entrants, [scene], options.dt, tick)
+    with launched(options.engine, options.time_limit) as participants:
+        with progress(flights(participants, [scene]) + 1) as tick:
+            comparisons = compare(participants, [scene], options.dt, tick)
         out = console()
         for piece in comparison_text(comparisons[0], options.vertex):
             out.print(piece)
         if folder:
-            write_tables(folder, tables(comparisons, entrants, shlex.join(options.words)))
+            write_tables(folder, tables(comparisons, participants, shlex.join(options.words)))
             note(f"tables written to {folder}")
     return 0

@@ -5,11 +5,11 @@ import shlex
 from argparse import Namespace
 from pathlib import Path
 
+from compare.comparison.results import write_tables
 from compare.grade.columns import BadTrajectory
 from compare.grade.mapping import mapping_file, mapping_of
 from compare.grade.rows import grade_tables
 from compare.grade.verdict import grade
-from compare.results import write_tables
 from reports.grade import grade_text
 from reports.terminal import console
 from scenarios.read import read_scene

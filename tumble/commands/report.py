@@ -4,16 +4,15 @@ import shlex
 from argparse import Namespace
 from pathlib import Path
 
-from compare.ablation import QUICK_SPAN_S, ablate
-from compare.contest import compare
-from compare.contestants import flights
-from compare.crew import crew
-from compare.flight import check_step
-from compare.results import SWEEP_TABLES, ablation_tables, sweep_tables, tables, write_tables
-from compare.stability_contest import STIFF
-from compare.stability_store import kept_tables, quick_tables
-from compare.sweep import QUICK_BUDGET_S, REFERENCE, YARDSTICK, sweep
-from compare.tables import write_whole
+from compare.ablation.ablation import QUICK_SPAN_S, ablate
+from compare.comparison.comparison import compare
+from compare.comparison.results import SWEEP_TABLES, ablation_tables, sweep_tables, tables, write_tables
+from compare.run.flight import check_step
+from compare.run.participants import flights, launched
+from compare.stability.contest import STIFF
+from compare.stability.store import kept_tables, quick_tables
+from compare.sweep.sweep import QUICK_BUDGET_S, REFERENCE, YARDSTICK, sweep
+from compare.tables.rows import write_whole
 from reports.page import page
 from scenarios.needs import needs
 from scenarios.read import catalogue, read_scenes
@@ -30,22 +29,22 @@ def main(options: Namespace) -> int:
     # A sweep takes seconds a scene: the catalogue is judged on its yardstick, scenes asked for by name on themselves.
     swept = [scene for scene in scenes if options.scene or scene.name == YARDSTICK]
     folder.mkdir(parents=True, exist_ok=True)
-    with crew(options.engine, options.time_limit) as entrants:
-        with progress(flights(entrants, (*scenes, *swept)) + len(scenes) + len(swept) + 1) as tick:
+    with launched(options.engine, options.time_limit) as participants:
+        with progress(flights(participants, (*scenes, *swept)) + len(scenes) + len(swept) + 1) as tick:
             command = shlex.join(options.words)
-            comparisons = compare(entrants, scenes, options.dt, tick)
-            texts = tables(comparisons, entrants, command)
+            comparisons = compare(participants, scenes, options.dt, tick)
+            texts = tables(comparisons, participants, command)
             judged = [each.scene for each in comparisons if each.truth]
-            sweeps = [sweep(entrants, scene, tick, QUICK_BUDGET_S) for scene in swept if scene in judged]
-            costs = sweep_tables(sweeps, entrants, REFERENCE, command)
+            sweeps = [sweep(participants, scene, tick, QUICK_BUDGET_S) for scene in swept if scene in judged]
+            costs = sweep_tables(sweeps, participants, REFERENCE, command)
             plainest = min(scenes, key=lambda scene: len(needs(scene)))
-            ablation = ablate(entrants, plainest, tick, QUICK_SPAN_S, most_methods=1)
-            texts["ablation.csv"] = ablation_tables([ablation], entrants, command)["ablation.csv"]
+            ablation = ablate(participants, plainest, tick, QUICK_SPAN_S, most_methods=1)
+            texts["ablation.csv"] = ablation_tables([ablation], participants, command)["ablation.csv"]
             texts |= {f"sweep-{name}": costs[name] for name in SWEEP_TABLES}
             # All maps take a minute or two: those that `tumble stability -o` left there are drawn, else one row of one.
             texts |= kept_tables(folder / "stability")
             if "limits.csv" not in texts:
-                texts |= quick_tables(entrants, [scene for scene in scenes if scene.name == STIFF[0]], tick)
+                texts |= quick_tables(participants, [scene for scene in scenes if scene.name == STIFF[0]], tick)
             tick("drawing the page")
             html = page(texts)
         write_tables(folder, texts)

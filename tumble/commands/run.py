@@ -4,11 +4,11 @@ import sys
 from argparse import Namespace
 from pathlib import Path
 
-from compare.crew import crew
-from compare.flight import check_step
-from compare.roster import BadEngine
-from compare.tables import csv_text, trajectory_header, trajectory_rows, write_whole
-from compare.worker import Failure
+from compare.run.flight import check_step
+from compare.run.participants import launched
+from compare.run.registry import BadEngine
+from compare.run.worker import Failure
+from compare.tables.rows import csv_text, trajectory_header, trajectory_rows, write_whole
 from scenarios.read import read_scene
 from tumble.notes import note
 
@@ -19,10 +19,10 @@ def main(options: Namespace) -> int:
         raise BadEngine("run flies one engine; to hold several against each other use `tumble compare`")
     scene = read_scene(options.scene)
     check_step(scene, options.dt)
-    with crew(options.engine or ["tumble"], options.time_limit) as (entrant,):
-        method = entrant.methods[0]
-        flight = entrant.barred(scene) or entrant.worker.fly(scene, method, options.dt or scene.step)
-    name = f"{entrant.title}:{method}"
+    with launched(options.engine or ["tumble"], options.time_limit) as (participant,):
+        method = participant.methods[0]
+        flight = participant.unsupported(scene) or participant.worker.fly(scene, method, options.dt or scene.step)
+    name = f"{participant.title}:{method}"
     if isinstance(flight, Failure):
         raise BadEngine(f"{name} on {scene.name}: {flight.status}")
     if flight.diverged_at is not None:

@@ -4,12 +4,12 @@ import shlex
 from argparse import Namespace
 from pathlib import Path
 
-from compare.circumstances import circumstances, digest
-from compare.crew import crew
-from compare.extremes import cases
-from compare.stability_contest import STIFF, keys, stability
-from compare.stability_store import Store
-from compare.tables import write_whole
+from compare.run.circumstances import circumstances, digest
+from compare.run.participants import launched
+from compare.stability.contest import STIFF, keys, stability
+from compare.stability.extremes import cases
+from compare.stability.store import Store
+from compare.tables.rows import write_whole
 from reports.stability_text import stability_text
 from reports.terminal import console
 from scenarios.read import read_scenes
@@ -24,19 +24,19 @@ def main(options: Namespace) -> int:
     scenes = read_scenes(options.scene or STIFF)
     extreme_cases = [] if options.scene else cases()
     folder = Path(options.output) if options.output else None
-    with crew(options.engine, options.time_limit) as entrants:
+    with launched(options.engine, options.time_limit) as participants:
         asked = {
             "time limit [s]": f"{options.time_limit:g}",
             "extreme cases": digest([case.text for case in extreme_cases]),
         }
-        under = circumstances(entrants, scenes, asked, shlex.join(options.words))
-        order = keys(entrants, scenes, extreme_cases)
+        under = circumstances(participants, scenes, asked, shlex.join(options.words))
+        order = keys(participants, scenes, extreme_cases)
         store = Store(folder, order, under)
         if said := store.resume():
             note(said)
         try:
             with progress(len(order) - len(store.done)) as tick:
-                stability(entrants, scenes, extreme_cases, store.keep, tick, store.done)
+                stability(participants, scenes, extreme_cases, store.keep, tick, store.done)
         except KeyboardInterrupt:
             kept = f"what was done is in {folder}; the same command goes on from there" if folder else "what was done:"
             raise KeyboardInterrupt(f"interrupted; {kept}") from None

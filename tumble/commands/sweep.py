@@ -4,12 +4,11 @@ import shlex
 from argparse import Namespace
 from pathlib import Path
 
-from compare.circumstances import circumstances
-from compare.contestants import flights
-from compare.crew import crew
-from compare.results import sweep_tables, write_tables
-from compare.sweep import YARDSTICK, sweep
-from compare.sweep_store import SweepStore
+from compare.comparison.results import sweep_tables, write_tables
+from compare.run.circumstances import circumstances
+from compare.run.participants import flights, launched
+from compare.sweep.store import SweepStore
+from compare.sweep.sweep import YARDSTICK, sweep
 from reports.terminal import console, sweep_text
 from scenarios.read import read_scenes
 from tumble.notes import note, progress
@@ -21,22 +20,22 @@ def main(options: Namespace) -> int:
     folder = Path(options.output) if options.output else None
     if folder:
         folder.mkdir(parents=True, exist_ok=True)
-    with crew(options.engine, options.time_limit) as entrants:
+    with launched(options.engine, options.time_limit) as participants:
         asked = {"time limit [s]": f"{options.time_limit:g}", "reference": options.reference}
         store = SweepStore(
             folder,
             [scene.name for scene in scenes],
-            circumstances(entrants, scenes, asked, shlex.join(options.words)),
+            circumstances(participants, scenes, asked, shlex.join(options.words)),
         )
         if said := store.resume():
             note(said)
         left = [scene for scene in scenes if scene.name not in store.done]
         sweeps = []
         try:
-            with progress(flights(entrants, left) + len(left)) as tick:
+            with progress(flights(participants, left) + len(left)) as tick:
                 for scene in left:
-                    sweeps.append(sweep(entrants, scene, tick))
-                    made = sweep_tables(sweeps[-1:], entrants, options.reference, shlex.join(options.words))
+                    sweeps.append(sweep(participants, scene, tick))
+                    made = sweep_tables(sweeps[-1:], participants, options.reference, shlex.join(options.words))
                     store.keep(made)
         except KeyboardInterrupt:
             kept = f"{', '.join(store.done) or 'no scene'} is done"
@@ -49,6 +48,6 @@ def main(options: Namespace) -> int:
                 for piece in sweep_text(each, options.reference):
                     out.print(piece)
         if folder:
-            write_tables(folder, {"engines.csv": sweep_tables([], entrants, options.reference, "")["engines.csv"]})
+            write_tables(folder, {"engines.csv": sweep_tables([], participants, options.reference, "")["engines.csv"]})
             note(f"tables written to {folder}")
     return 0

@@ -1,0 +1,250 @@
+"""What leaving out pays: every contestant with all that it could leave out, and with only what the scene needs.
+
+A contestant is built lean, as it always is, then with one of its OPTIONAL kept after the other, and with all of them:
+`build(scene, method, keep)` of `compare.engines`.  The motion must stay the same, and one clock reads them all in the
+same rounds.
+"""
+
+import math
+import os
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from compare.comparison.comparison import give_up, true_answer
+from compare.judge.errors import quietly
+from compare.run.flight import Trajectory, legs
+from compare.run.participants import Participant
+from compare.run.timer import ROUNDS, SPAN_S, Reading, round_robin
+from compare.run.worker import Failure
+from compare.sweep.sweep import is_own_pace, pace, sampler
+from scenarios.needs import needs
+from scenarios.scene import Scene
+from scenarios.truth import Truth
+
+# A free cube, a body that never turns, and the throw on which times are compared, which has most use for it all.
+SCENES = ("table-4-1", "die-straight", "yardstick")
+EVERYTHING = "everything"
+QUICK_SPAN_S = 1.0
+# Of the rounds' own ratios: what four rounds in five say lies between.
+LOW, HIGH = 0.1, 0.9
+# Errors of one size: rounding or another choice of steps doubles an error by chance, a lost term does far worse.
+ALIKE = 2.0
+
+
+@dataclass(frozen=True)
+class AblationRow:
+    """What a feature costs a contestant in a scene that has no use for it: a step with it and one without [ns].
+
+    feature: one, or `everything` at once; where nothing was measured, why.  ratio: with over without, of the lower
+    deciles of the clock's rounds; between low and high lie the ratios of four rounds in five, and that one.
+    max_difference_m: between the vertices of both flights, 0 where no bit of them differs.
+    """
+
+    scene: str
+    engine: str
+    method: str
+    feature: str
+    wall_ns_per_step_with: float | None = None
+    wall_ns_per_step_without: float | None = None
+    ratio: float | None = None
+    ratio_low: float | None = None
+    ratio_high: float | None = None
+    max_difference_m: float | None = None
+
+
+@dataclass(frozen=True)
+class Ablation:
+    """All rows of one scene; limit_m: the least error its truth can tell from none [m], None where it has no truth.
+
+    Of the rows whose motions are further apart than that: inexact, where a method's own error explains it, as where
+    fewer terms allow for other steps; altered, where the lean flight is off by more than that.
+    """
+
+    scene: Scene
+    rows: tuple[AblationRow, ...]
+    limit_m: float | None
+    inexact: tuple[AblationRow, ...]
+    altered: tuple[AblationRow, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Build:
+    """One contestant built for a scene with some of its OPTIONAL kept, under their name; the lean one has none."""
+
+    participant: Participant
+    scene: Scene
+    method: str
+    kept: str = ""
+    keep: frozenset[str] = frozenset()
+
+    @property
+    def key(self) -> str:
+        """What its timer is called."""
+        return f"{self.participant.title}:{self.method} {self.kept}"
+
+    @property
+    def own_pace(self) -> bool:
+        """Whether the clock's unit is a flight and not a step."""
+        return is_own_pace(self.participant, self.method)
+
+    def fly(self) -> Trajectory | Failure:
+        """Return its flight."""
+        return self.participant.ensure_running() or self.participant.worker.fly(
+            self.scene, self.method, self.scene.step, self.keep
+        )
+
+    def prepare_timer(self) -> float | Failure:
+        """Make its timer ready."""
+        load = pace(self.scene, not self.own_pace)
+        return self.participant.ensure_running() or self.participant.worker.prepare_timer(
+            self.key, self.scene, self.method, load, self.keep
+        )
+
+    def ns_per_step(self, reading: Reading) -> float:
+        """Return the time of a step by what its timer said [ns]."""
+        return reading.ns / (sum(leg.n for leg in legs(self.scene, self.scene.duration)) if self.own_pace else 1)
+
+    def row(self, *figures: float, why: str = "") -> AblationRow:
+        """Return its row; why: there are no figures."""
+        feature = ": ".join(part for part in (self.kept, why) if part)
+        return AblationRow(self.scene.name, self.participant.title, self.method, feature, *figures)
+
+
+@dataclass(frozen=True, eq=False)
+class Pair:
+    """A build with something kept beside the lean one; how far apart their flights are, and each off the truth [m]."""
+
+    kept: Build
+    lean: Build
+    apart_m: float
+    kept_error_m: float
+    lean_error_m: float
+
+    @property
+    def harmless(self) -> bool:
+        """Whether the lean flight is about as near to the truth as the other, or nearer."""
+        return self.lean_error_m <= ALIKE * self.kept_error_m
+
+
+def ablate(
+    participants: Sequence[Participant],
+    scene: Scene,
+    tick: Callable[[str], object] = lambda what: None,
+    span_s: float = SPAN_S,
+    most_methods: int | None = None,
+) -> Ablation:
+    """Return what each feature that the scene has no use for would cost every contestant.
+
+    span_s: how long the clock reads at least [s]; most_methods: of each engine, None for all.
+    """
+    true, _ = true_answer(scene, lambda what: None)
+    stop = threading.Event()
+    with ThreadPoolExecutor(max(1, min(len(participants), os.cpu_count() or 1))) as pool:
+        flights = [
+            pool.submit(fly_all, participant, scene, true, most_methods, tick, stop) for participant in participants
+        ]
+        try:
+            found = [one for flight in flights for one in flight.result()]
+        except BaseException:
+            give_up(participants, stop, flights)
+            raise
+    readings = against_the_clock([one for one in found if isinstance(one, Pair)], span_s)
+    tick(f"{scene.name} timed")
+    rows = [(one, measured(one, readings) if isinstance(one, Pair) else one) for one in found]
+    limit_m = None if true is None else float(true.limit.max())
+    apart = [(one, row) for one, row in rows if isinstance(one, Pair) and one.apart_m > (limit_m or 0.0)]
+    return Ablation(
+        scene,
+        tuple(row for _, row in rows),
+        limit_m,
+        tuple(row for pair, row in apart if pair.harmless),
+        tuple(row for pair, row in apart if not pair.harmless),
+    )
+
+
+def fly_all(
+    participant: Participant,
+    scene: Scene,
+    true: Truth | None,
+    most_methods: int | None,
+    tick: Callable[[str], object],
+    stop: threading.Event,
+) -> list[Pair | AblationRow]:
+    """Return what is to be timed of one participant, and a row with the reason for what is not."""
+    methods = participant.methods_for(scene)[:most_methods]
+    optional = [] if isinstance(participant.info, Failure) else participant.info.optional
+    optional = [spare for spare in optional if spare not in needs(scene)]
+    unsupported = participant.unsupported(scene)
+    why = unsupported.status if unsupported else "nothing to leave out" if not optional else ""
+    if why:
+        return [AblationRow(scene.name, participant.title, "", why)]
+    found: list[Pair | AblationRow] = []
+    for method in methods:
+        if not stop.is_set():
+            found += pairs(participant, scene, true, method, optional)
+            tick(f"{scene.name} {participant.title}:{method}")
+    return found
+
+
+def pairs(
+    participant: Participant, scene: Scene, true: Truth | None, method: str, optional: Sequence[str]
+) -> Iterator[Pair | AblationRow]:
+    """Yield one method with everything kept that it can keep, and with one after the other."""
+    lean = Build(participant, scene, method)
+    straight = lean.fly()
+    if isinstance(straight, Failure):
+        yield lean.row(why=straight.status)
+        return
+    flown = [
+        (build, build.fly()) for build in (Build(participant, scene, method, it, frozenset({it})) for it in optional)
+    ]
+    able = frozenset(build.kept for build, flight in flown if isinstance(flight, Trajectory))
+    if able:
+        everything = Build(participant, scene, method, EVERYTHING, able)
+        flown.insert(0, (everything, everything.fly()))
+    refused: dict[str, list[str]] = {}
+    for build, flight in flown:
+        if isinstance(flight, Failure):
+            refused.setdefault(flight.status, []).append(build.kept)
+        else:
+            errors = (0.0, 0.0) if true is None else (apart_m(flight, true), apart_m(straight, true))
+            yield Pair(build, lean, apart_m(straight, flight), *errors)
+    for why, kept in refused.items():
+        yield replace(lean, kept=", ".join(kept)).row(why=why)
+
+
+def apart_m(a: Trajectory, b: Trajectory | Truth) -> float:
+    """Return how far apart the vertices of two flights are at most [m]; inf where one of them alone is lost."""
+    lost_a, lost_b = (~np.isfinite(flight.vertices).all(axis=-1) for flight in (a, b))
+    if (lost_a != lost_b).any():
+        return math.inf
+    with quietly():
+        return float(np.linalg.norm(a.vertices[~lost_a] - b.vertices[~lost_a], axis=-1).max(initial=0.0))
+
+
+def against_the_clock(pairs: Sequence[Pair], span_s: float) -> dict[str, Reading]:
+    """Return what the timers of all builds said in the same rounds, by their keys."""
+    builds = {build.key: build for pair in pairs for build in (pair.lean, pair.kept)}
+    ready = {key: build for key, build in builds.items() if not isinstance(build.prepare_timer(), Failure)}
+    return round_robin({key: sampler(build.participant, key) for key, build in ready.items()}, span_s, ROUNDS)
+
+
+def measured(pair: Pair, readings: dict[str, Reading]) -> AblationRow:
+    """Return the row of a pair."""
+    kept, lean = readings.get(pair.kept.key), readings.get(pair.lean.key)
+    if kept is None or lean is None or np.isnan([*kept.samples, *lean.samples]).any():
+        return pair.kept.row(why="crashed: its process ended while it was timed")
+    ratio = kept.ns / lean.ns
+    low, high = np.quantile(kept.samples / lean.samples, (LOW, HIGH)).tolist()
+    return pair.kept.row(
+        pair.kept.ns_per_step(kept),
+        pair.lean.ns_per_step(lean),
+        ratio,
+        min(low, ratio),
+        max(high, ratio),
+        pair.apart_m,
+    )

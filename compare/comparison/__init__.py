@@ -1,0 +1,1 @@
+"""Who is wrong on a throw, and by how much."""

@@ -1,0 +1,85 @@
+"""Table 4.1 explained: how far every contestant is from the two printed columns, and what each mended mistake buys."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from compare.comparison.comparison import Comparison
+from compare.tables.rows import xyz
+from scenarios.frames import Array
+from scenarios.published import VERTEX, table_4_1
+from scenarios.scene import Scene
+
+
+@dataclass(frozen=True)
+class PublishedRow:
+    """One contestant at one row of Table 4.1: its vertex, the printed positions, and its distance from them."""
+
+    scene: str
+    engine: str
+    method: str
+    t_clock_s: float
+    t_s: float
+    x_m: float
+    y_m: float
+    z_m: float
+    calculated_x_m: float
+    calculated_y_m: float
+    calculated_z_m: float
+    application_x_m: float
+    application_y_m: float
+    application_z_m: float
+    to_calculated_m: float
+    to_application_m: float
+
+
+@dataclass(frozen=True)
+class BudgetRow:
+    """The largest distances of one contestant from the two printed columns over the five rows."""
+
+    scene: str
+    engine: str
+    method: str
+    max_to_calculated_m: float
+    max_to_application_m: float
+
+
+def is_table_4_1(scene: Scene) -> bool:
+    """Whether the scene is looked at where Table 4.1 is, so that its rows can be held against the printed ones."""
+    return np.array_equal(scene.times, table_4_1().physics_times) and len(scene.body.points) > VERTEX
+
+
+def flown(comparison: Comparison) -> Iterator[tuple[str, str, Array]]:
+    """Yield engine, method and the printed vertex at the five instants [m], (5, 3): the exact motion first."""
+    if comparison.truth is not None:
+        yield "exact", "", comparison.truth.vertices[-5:, 0, VERTEX]
+    for run in comparison.runs:
+        if run.has_errors and np.isfinite(run.distances).all():
+            yield run.engine, run.method, run.flight.vertices[-5:, 0, VERTEX]
+
+
+def published_rows(comparison: Comparison) -> Iterator[PublishedRow]:
+    """Yield five rows a contestant."""
+    table = table_4_1()
+    for engine, method, positions in flown(comparison):
+        for row, position in enumerate(positions):
+            yield PublishedRow(
+                comparison.scene.name,
+                engine,
+                method,
+                float(table.clock[row]),
+                float(table.physics_times[row]),
+                *xyz(position),
+                *xyz(table.calculated[row]),
+                *xyz(table.application[row]),
+                float(np.linalg.norm(position - table.calculated[row])),
+                float(np.linalg.norm(position - table.application[row])),
+            )
+
+
+def budget_rows(published: Sequence[PublishedRow]) -> Iterator[BudgetRow]:
+    """Yield one row a contestant from its five."""
+    for key in dict.fromkeys((row.scene, row.engine, row.method) for row in published):
+        own = [row for row in published if (row.scene, row.engine, row.method) == key]
+        yield BudgetRow(*key, max(row.to_calculated_m for row in own), max(row.to_application_m for row in own))

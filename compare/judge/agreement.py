@@ -1,0 +1,35 @@
+"""Which contestants are the same integrator, found from the numbers: agreement is no evidence of being right."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from compare.judge.errors import Run
+
+# Two that lie this much closer to each other than either does to the truth share their mistake.
+SHARED = 1e-3
+
+
+@dataclass(frozen=True)
+class AgreementRow:
+    """Two contestants that agree with each other far better than with the truth."""
+
+    scene: str
+    contestant_a: str
+    contestant_b: str
+    apart_m: float
+    error_a_m: float
+    error_b_m: float
+
+
+def agreements(runs: Sequence[Run]) -> Iterator[AgreementRow]:
+    """Yield the pairs of one scene whose largest distance apart is below SHARED of the smaller of their errors."""
+    flown = [run for run in runs if run.has_errors and np.isfinite(run.distances).all()]
+    for a, b in combinations(flown, 2):
+        errors = float(a.distances.max()), float(b.distances.max())
+        apart = float(np.linalg.norm(a.errors - b.errors, axis=-1).max())
+        # Below the truth's limit a distance tells nothing, so errors must stand that much above it.
+        if SHARED * min(errors) > a.limits.max() and apart < SHARED * min(errors):
+            yield AgreementRow(a.scene.name, a.name, b.name, apart, *errors)

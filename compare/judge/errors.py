@@ -1,0 +1,147 @@
+"""Holds what an engine answered against the truth: errors at the vertices, drifts, and what went wrong silently."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from compare.judge import mechanics
+from compare.run.flight import Trajectory
+from compare.run.worker import Failure
+from scenarios.frames import Array
+from scenarios.needs import needs
+from scenarios.scene import Scene
+from scenarios.truth import Truth
+
+# A free body's velocity is v0 + g t in every integrator there is; single precision leaves 1e-6 of it.
+HIDDEN_FORCE = 1e-4
+# A lost torque leaves the angular velocity standing to round-off while the true one turns by far more than that.
+STOOD_STILL = 1e-9
+TURNED = 1e-3
+
+
+def quietly() -> np.errstate:
+    """Return a context in which a flight that blew up overflows squares unsaid; its figures say it."""
+    return np.errstate(over="ignore", invalid="ignore")
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """One contestant on one scene: the flight it made or why there is none, beside the truth.
+
+    truth is None where the scene has none yet; dt [s].
+    """
+
+    scene: Scene
+    engine: str
+    method: str
+    dt: float
+    answer: Trajectory | Failure
+    truth: Truth | None
+
+    @property
+    def name(self) -> str:
+        """ENGINE:METHOD."""
+        return f"{self.engine}:{self.method}" if self.method else self.engine
+
+    @property
+    def flight(self) -> Trajectory:
+        """The flight it made; asked only where there is one."""
+        assert isinstance(self.answer, Trajectory)
+        return self.answer
+
+    @property
+    def has_errors(self) -> bool:
+        """Whether there is a flight and a truth to hold it against."""
+        return isinstance(self.answer, Trajectory) and self.truth is not None
+
+    @cached_property
+    def status(self) -> str:
+        """ok, flagged: why, diverged at T s, skipped: why, missing: why, crashed: why, or timeout."""
+        if isinstance(self.answer, Failure):
+            return self.answer.status
+        if self.answer.diverged_at is not None:
+            return f"diverged at {self.answer.diverged_at:.6g} s"
+        return f"flagged: {'; '.join(self.notes)}" if self.notes else "ok"
+
+    @cached_property
+    def notes(self) -> tuple[str, ...]:
+        """What went wrong silently, by the engine's own audit and by ours."""
+        if isinstance(self.answer, Failure):
+            return ()
+        if self.truth is None or self.answer.diverged_at is not None:
+            return self.answer.notes
+        return (*self.answer.notes, *audit(self.scene, self.answer, self.truth))
+
+    @cached_property
+    def errors(self) -> Array:
+        """Vertex positions minus true ones at the samples [m], (S, N, n, 3)."""
+        assert self.truth is not None
+        return (self.flight.vertices - self.truth.vertices)[-len(self.scene.times) :]
+
+    @cached_property
+    def distances(self) -> Array:
+        """Lengths of errors [m], (S, N, n)."""
+        with quietly():
+            return np.linalg.norm(self.errors, axis=-1)
+
+    @cached_property
+    def limits(self) -> Array:
+        """max(bound, floor) of the truth at the samples [m], (S, N): an error below it says nothing more."""
+        assert self.truth is not None
+        return self.truth.limit[-len(self.scene.times) :]
+
+    @cached_property
+    def drifts(self) -> tuple[float, float, float]:
+        """Drift from the truth of energy, momentum and angular momentum, each over its true scale.
+
+        The scales are the largest true kinetic energy, momentum and angular momentum; where one is 0 the drift is SI.
+        """
+        assert self.truth is not None
+        states, true, body = self.flight.states, self.truth.states, self.scene.body
+        p_true, l_true = mechanics.momentum(true, body), mechanics.angular_momentum(true, body)
+        with quietly():
+            return (
+                mechanics.drift(
+                    mechanics.energy(states, body, self.scene.gravity),
+                    mechanics.energy(true, body, self.scene.gravity),
+                    float(mechanics.kinetic_energy(true, body).max()),
+                ),
+                mechanics.drift(mechanics.momentum(states, body), p_true, largest(p_true)),
+                mechanics.drift(mechanics.angular_momentum(states, body), l_true, largest(l_true)),
+            )
+
+
+def largest(vectors: Array) -> float:
+    """Return the largest length, vectors (..., 3)."""
+    return float(np.linalg.norm(vectors, axis=-1).max())
+
+
+@quietly()
+def audit(scene: Scene, flight: Trajectory, truth: Truth) -> list[str]:
+    """Return what went wrong silently, seen from outside: a frozen body, hidden damping or a clamp, a lost torque."""
+    moved = np.abs(truth.vertices - truth.vertices[0]).max()
+    if moved > truth.limit.max() and (flight.vertices == flight.vertices[0]).all():
+        return ["frozen: the body never moved"]
+    notes = []
+    if scene.is_free:
+        off = np.linalg.norm(flight.states[..., 7:10] - truth.states[..., 7:10], axis=-1).max(axis=1)
+        worst, speed = int(np.argmax(off)), largest(truth.states[..., 7:10])
+        if off[worst] > HIDDEN_FORCE * speed:
+            share = f"{off[worst] / speed:.2g} of it" if speed else f"{off[worst]:.2g} m/s"
+            when = f"t = {flight.times[worst]:g} s"
+            notes.append(f"velocity of the centre of mass off by {share} at {when}, as by damping or a clamp")
+        if "gyroscopic" in needs(scene) and lost_torque(scene, flight.states, truth.states):
+            notes.append("lost gyroscopic torque: the angular velocity stands still where the true one turns")
+    return notes
+
+
+def lost_torque(scene: Scene, states: Array, true_states: Array) -> bool:
+    """Whether the angular velocity stays what it was between impulses while the true one changes, (R, N, 13) each."""
+    struck_at = [impulse.time for impulse in scene.impulses]
+    turned, stood = 0.0, 0.0
+    for row in range(1, len(scene.rows)):
+        if not any(scene.rows[row - 1] < time <= scene.rows[row] for time in struck_at):
+            turned += largest(np.diff(true_states[row - 1 : row + 1, :, 10:13], axis=0))
+            stood += largest(np.diff(states[row - 1 : row + 1, :, 10:13], axis=0))
+    return turned > TURNED * largest(true_states[..., 10:13]) and stood < STOOD_STILL * turned

@@ -1,0 +1,381 @@
+"""One word for what became of a flight, from its numbers: states, truth, and what the engine's audit says.
+
+    refused        there is no flight: the engine lacks a force or a package, or raised
+    no-return      there is no flight: out of time, or its process died
+    diverged       not finite any more, or more than BLOWN_UP times the energy
+    reset          put back to some start in the middle of the flight
+    frozen         nothing moved although it should
+    clamped        a velocity sits at one number, where physics has it go on
+    lost-torque    the angular velocity stands still where it should turn
+    under-rotated  the attitude lags behind an angular velocity that is right
+    drifting       energy or angular momentum leaves its band, or the body its shape
+    damped         energy is lost that physics keeps
+    stable         none of these; how accurate it is, its error says
+
+A flight that a clamp or a reset keeps finite is not stable: those are asked before the energy is.  Without a truth
+the energy of a scene with no damping is still known, that of one with damping only not to grow; then momentum,
+lost torque and under-rotation are not judged, unless the audit names them.
+"""
+
+import math
+import re
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from compare.judge import mechanics
+from compare.judge.errors import Run, largest, lost_torque, quietly
+from compare.run.worker import Failure
+from scenarios.frames import Array, rotation_matrix, vertices
+from scenarios.needs import needs
+from scenarios.scene import Body, Scene
+
+# 5 % of the energy is 2.5 % of the speed: what a person begins to see.  Where forces act a symplectic step keeps an
+# energy that is up to w dt/2 off, and modes that pass theirs on to each other let it wander over many turns: that is
+# no growth yet.  What swings and comes back within a quarter of the flight is none either: the band is widened
+# by what the first quarter takes back of a rise, or gives back of a fall.
+BAND, PULLED_BAND = 0.05, 0.25
+# A growth that ends is not without end: from the first to the last quarter of a flight it does not come to this.
+TENFOLD = 10.0
+OUT_OF_BOUNDS, BLOWN_UP = 1e2, 1e3
+# How far a velocity that is right may be off, of itself; and how far an attitude may lag, of the whole turn.
+RIGHT, LAG = 1e-3, 1e-2
+# So often must the largest velocity be the same to rounding before that is taken for a limit.
+SITS, SAME_LENGTH = 3, 1e-12
+HIDES_NOTHING = 1e9  # times the energy: rounding can stop a velocity too, once everything else has run away
+SLOW = 0.1  # of the speed that all the energy of the scene would give
+STRETCHED = 1e-2
+AT_REST_AT_THE_ORIGIN = np.array((0.0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0))
+
+# The words with which our engines' audits name what only they can see.
+AUDITED = {
+    "reset": re.compile(r"\bstate was reset\b"),
+    "clamped": re.compile(r"\bclamped\b"),
+    "frozen": re.compile(r"\bdid not move\b|^frozen\b"),
+    "lost-torque": re.compile(r"^lost (gyroscopic )?torque\b"),
+    "under-rotated": re.compile(r"^turned .* instead of \|w\|dt"),
+}
+
+
+Law = Callable[[Array, Scene], Array]  # an energy of states, (..., 13) -> (...) [J]
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """The word, the reason in words, and the energy at the end over what physics leaves there.
+
+    energy_ratio: of the spin where the body is free and turns; where damping takes energy, what is too much is counted
+    in units of the energy at the start.  None where there is no flight.
+    """
+
+    word: str
+    why: str = ""
+    energy_ratio: float | None = None
+
+
+@quietly()
+def verdict(run: Run) -> Verdict:
+    """Return the verdict on one run; its truth may be None."""
+    if isinstance(run.answer, Failure):
+        kind, _, why = run.answer.status.partition(": ")
+        gone = kind == "timeout" or "its process" in why
+        return Verdict("no-return" if gone else "refused", why or "no answer within the time limit")
+    if run.answer.diverged_at is not None:
+        return Verdict("diverged", f"not finite from {run.answer.diverged_at:.4g} s on", np.inf)
+    balances = list(energies(run))
+    ratio = balances[0].ratio
+    for word, finder in FINDERS.items():
+        why = next((note for note in run.answer.notes if word in AUDITED and AUDITED[word].search(note)), "")
+        why = why or finder(run, balances)
+        if why:
+            return Verdict(word, why, ratio)
+    return Verdict("stable", "", ratio)
+
+
+def bounded(run: Run, said: Verdict) -> bool:
+    """Whether nothing in a flight with that verdict grows without end, as far as its length can tell."""
+    if said.word in HOLDS:
+        return True
+    if said.word != "drifting":
+        return False
+    return not deformed(run) and all(each.growth <= TENFOLD for each in energies(run))
+
+
+@dataclass(frozen=True, eq=False)
+class Balance:
+    """One energy over the rows of a flight, minus what physics leaves, over its scale [J], (R, N).
+
+    band: how much of it may be gained; decays: whether physics takes energy and nobody knows how much, so that only a
+    growth is wrong.
+    """
+
+    name: str
+    excess: Array
+    scale: float
+    band: float
+    decays: bool
+
+    @property
+    def ratio(self) -> float:
+        """The energy at the end over what physics leaves, of the throw that is furthest off."""
+        last = self.excess[-1]
+        return float(1.0 + last[np.argmax(abs(last))])
+
+    @property
+    def top(self) -> float:
+        """The largest there ever was, over the scale."""
+        return float(self.excess.max()) + 1.0
+
+    @property
+    def grows(self) -> bool:
+        """Whether the last quarter of the flight tops the first by more than the band, or stays above it."""
+        first, last = self.quarters
+        band = self.band + (np.maximum.accumulate(first, axis=0) - first).max(axis=0)
+        return bool((np.maximum(last.max(axis=0) - first.max(axis=0), last.min(axis=0)) > band).any())
+
+    @property
+    def falls(self) -> bool:
+        """Whether the last quarter of the flight stays below the band, and physics would not."""
+        first, last = self.quarters
+        band = BAND + (first - np.minimum.accumulate(first, axis=0)).max(axis=0)
+        return not self.decays and bool((last.max(axis=0) < -band).any())
+
+    @property
+    def growth(self) -> float:
+        """How many times the largest of the first quarter the largest of the last is."""
+        first, last = self.quarters
+        return float(((1.0 + last.max(axis=0)) / (1.0 + first.max(axis=0))).max())
+
+    @property
+    def quarters(self) -> tuple[Array, Array]:
+        """The first and the last quarter, of at least two rows and one."""
+        count = max(1, len(self.excess) // 4)
+        return self.excess[: count + 1], self.excess[-count:]
+
+
+def energies(run: Run) -> Iterator[Balance]:
+    """Yield the energies that are judged, the one that is quoted first.
+
+    Where forces act it is all of it.  A free body keeps that of its spin and that of its fall apart: a fast fall would
+    hide what becomes of the spin.
+    """
+    scene, states = run.scene, run.flight.states
+    true = None if run.truth is None else run.truth.states
+    if not scene.is_free:
+        yield balance("energy", mechanical_energy, moving_and_stored, scene, states, true)
+        return
+    of_spin = balance("energy of the spin", spin, spin, scene, states, true)
+    of_fall = balance("energy of the fall", fall, carried, scene, states, true)
+    turns = spin(states[:1] if true is None else true, scene).max() > 0
+    yield from (of_spin, of_fall) if turns else (of_fall, of_spin)
+
+
+def spin(states: Array, scene: Scene) -> Array:
+    """Return w.I w / 2 [J]."""
+    return mechanics.spin_energy(states, scene.body)
+
+
+def carried(states: Array, scene: Scene) -> Array:
+    """Return m v.v / 2 [J]."""
+    return mechanics.kinetic_energy(states, scene.body) - spin(states, scene)
+
+
+def fall(states: Array, scene: Scene) -> Array:
+    """Return m v.v / 2 - m g.x [J]."""
+    return mechanics.energy(states, scene.body, scene.gravity) - spin(states, scene)
+
+
+def moving_and_stored(states: Array, scene: Scene) -> Array:
+    """Return kinetic energy and what tethers and floor hold [J]."""
+    return mechanics.kinetic_energy(states, scene.body) + stored(states, scene)
+
+
+def mechanical_energy(states: Array, scene: Scene) -> Array:
+    """Return kinetic energy, that of height, and what tethers and floor hold [J], (...); states (..., 13)."""
+    return mechanics.energy(states, scene.body, scene.gravity) + stored(states, scene)
+
+
+def stored(states: Array, scene: Scene) -> Array:
+    """Return k (|d| - l0)^2 / 2 of every tether and k y^2 / 2 of every vertex below the floor [J], (...)."""
+    held = np.zeros(states.shape[:-1])
+    for tether in scene.tethers:
+        stretch = np.linalg.norm(vertices(states, tether.point_body[None])[..., 0, :] - tether.anchor, axis=-1)
+        held += tether.stiffness / 2 * (stretch - tether.rest_length) ** 2
+    if scene.floor:
+        depth = np.minimum(vertices(states, scene.body.points) @ scene.floor.normal - scene.floor.height, 0.0)
+        held += scene.floor.stiffness / 2 * (depth**2).sum(axis=-1)
+    return held
+
+
+def balance(name: str, law: Law, unit: Law, scene: Scene, states: Array, true: Array | None) -> Balance:
+    """Return one energy's balance; its scale is the largest of another in the truth, or without one at the start."""
+    known = states[:1] if true is None else true
+    scale = float(unit(known, scene).max()) or own_scale(scene)
+    dampers = [tether.damping for tether in scene.tethers] + ([scene.floor.damping] if scene.floor else [])
+    decays = true is None and bool(scene.drag or any(dampers))
+    band = BAND if scene.is_free else PULLED_BAND
+    return Balance(name, (law(states, scene) - law(known, scene)) / scale, scale, band, decays)
+
+
+def own_scale(scene: Scene) -> float:
+    """Return an energy to measure by where nothing moves at first and nothing is stored: that of a fall by its size."""
+    size = float(np.linalg.norm(scene.body.points, axis=1).max())
+    return scene.body.mass * size * float(np.linalg.norm(scene.gravity if scene.gravity is not None else 0.0)) or 1.0
+
+
+def blown_up(run: Run, balances: list[Balance]) -> str:
+    """Say so where the energy is beyond all bounds."""
+    worst = max(balances, key=lambda each: each.top)
+    return f"{worst.name} {worst.top:.2g} times that at the start" if worst.top > BLOWN_UP else ""
+
+
+def was_reset(run: Run, balances: list[Balance]) -> str:
+    """Say so where the body is back at the first state, or at rest at the origin, after it had moved."""
+    states, truth = run.flight.states, run.truth
+    blank = (states == AT_REST_AT_THE_ORIGIN).all(axis=-1)
+    first = (states == states[0]).all(axis=-1)
+    had_moved = np.logical_or.accumulate(~(blank | first), axis=0)
+    back = (blank | first) & had_moved
+    if truth is not None:
+        back &= np.abs(truth.vertices - run.flight.vertices).max(axis=(-1, -2)) > truth.limit
+    return f"back at a start at {run.flight.times[np.argmax(back.any(axis=1))]:.4g} s" if back.any() else ""
+
+
+def is_clamped(run: Run, balances: list[Balance]) -> str:
+    """Say so where the largest velocity of a flight is one number time and again, and physics has another there.
+
+    A body that has come to rest, or to a steady spin, has one velocity too: so it must not be slow, and an angular
+    velocity must be seen to change its direction.
+    A fall that drag brings to one speed is not judged.  Without a truth only the start can tell what physics keeps.
+    """
+    states, truth = run.flight.states, run.truth
+    if (run.scene.drag and run.scene.gravity is not None) or max(each.top for each in balances) > HIDES_NOTHING:
+        return ""
+    energy = max(each.scale for each in balances)
+    for name, unit, part, inertia in (
+        ("v", "m/s", slice(7, 10), run.scene.body.mass),
+        ("w", "rad/s", slice(10, 13), run.scene.body.moments.max()),
+    ):
+        slow = SLOW * math.sqrt(2 * energy / inertia)
+        for what, law in (("every component of {}", np.abs), ("|{}|", lengths)):
+            seen = law(states[1:, :, part])
+            known = law(states[:1, :, part] if truth is None else truth.states[1:, :, part])
+            limit = float(seen.max())
+            sits = (abs(seen - limit) <= SAME_LENGTH * limit) & (abs(known - limit) > RIGHT * limit)
+            where = states[1:, :, part][sits.any(axis=-1)]
+            if len(where) >= SITS and limit > slow and (name == "v" or np.ptp(where, axis=0).max() > RIGHT * limit):
+                return f"{what.format(name)} stops at {limit:.6g} {unit}"
+    return ""
+
+
+def lengths(vectors: Array) -> Array:
+    """Return the lengths of vectors (..., 3), as (..., 1)."""
+    return np.linalg.norm(vectors, axis=-1, keepdims=True)
+
+
+def is_frozen(run: Run, balances: list[Balance]) -> str:
+    """Say so where no vertex ever moved and some truly do, or the state itself has a velocity."""
+    flight = run.flight
+    if not (flight.vertices == flight.vertices[0]).all():
+        return ""
+    if run.truth is not None:
+        moved = np.abs(run.truth.vertices - run.truth.vertices[0]).max() > run.truth.limit.max()
+    else:
+        moved = bool(flight.states[0, :, 7:13].any())
+    return "the body never moved" if moved else ""
+
+
+def has_lost_torque(run: Run, balances: list[Balance]) -> str:
+    """Say so where the angular velocity stands still and the true one turns."""
+    if run.truth is None or run.scene.tethers or run.scene.floor or "gyroscopic" not in needs(run.scene):
+        return ""
+    lost = lost_torque(run.scene, run.flight.states, run.truth.states)
+    return "the angular velocity stands still where the true one turns" if lost else ""
+
+
+def is_under_rotated(run: Run, balances: list[Balance]) -> str:
+    """Say so where the attitude at the first sample lags behind while the angular velocity is right up to there."""
+    if run.truth is None or len(run.flight.times) < 2:
+        return ""
+    states, true, time = run.flight.states[1], run.truth.states[1], float(run.flight.times[1])
+    w, w_true = states[:, 10:13], true[:, 10:13]
+    rate = np.linalg.norm(w_true, axis=-1)
+    right = np.linalg.norm(w - w_true, axis=-1) <= RIGHT * rate
+    behind = np.einsum("nij,nkj->nik", rotation_matrix(true[:, 3:7]), rotation_matrix(states[:, 3:7]))
+    lag = np.einsum("ni,ni->n", rotation_vector(behind), w_true) / np.where(rate > 0, rate, 1.0)
+    lags = right & (rate > 0) & (lag > LAG * rate * time)
+    if not lags.any():
+        return ""
+    worst = int(np.argmax(np.where(lags, lag, 0.0)))
+    return f"turned {lag[worst]:.3g} rad too little of {rate[worst] * time:.3g} while w is right"
+
+
+def rotation_vector(matrices: Array) -> Array:
+    """Return axis times angle of rotation matrices (n, 3, 3) [rad], (n, 3); of a half turn, none."""
+    skew = (matrices - np.swapaxes(matrices, 1, 2)) / 2
+    axis = np.stack((skew[:, 2, 1], skew[:, 0, 2], skew[:, 1, 0]), axis=-1)
+    sine, cosine = np.linalg.norm(axis, axis=-1), (np.trace(matrices, axis1=1, axis2=2) - 1) / 2
+    return axis * (np.arctan2(sine, cosine) / np.where(sine > 0, sine, 1.0))[:, None]
+
+
+def is_drifting(run: Run, balances: list[Balance]) -> str:
+    """Say so where energy grows or, of a free body that loses none, momentum leaves its band, or the body its shape."""
+    for each in balances:
+        if each.top > OUT_OF_BOUNDS:
+            return f"{each.name} up to {each.top:.3g} times that at the start"
+        if each.grows:
+            return f"{each.name} grows: {each.ratio:.3g} times at the end"
+    if any(each.falls for each in balances):
+        return ""
+    return off_momentum(run) or deformed(run)
+
+
+def off_momentum(run: Run) -> str:
+    """Say so where a free body's angular momentum leaves its band."""
+    off = off_by(run, mechanics.angular_momentum) if run.scene.is_free else 0.0
+    return f"angular momentum off by {off:.2g} of it" if off > BAND else ""
+
+
+def off_by(run: Run, law: Callable[[Array, Body], Array]) -> float:
+    """Return how far a momentum goes from the true one, or without a truth from the first, over its size."""
+    states, body = run.flight.states, run.scene.body
+    true = law(states[:1] if run.truth is None else run.truth.states, body)
+    off, scale = largest(law(states, body) - true), largest(true)
+    return off / scale if scale else off
+
+
+def deformed(run: Run) -> str:
+    """Say so where the vertices are not where the state has them: an attitude that is no rotation any more."""
+    flight, points = run.flight, run.scene.body.points
+    size = float(np.linalg.norm(points, axis=1).max())
+    off = float(np.linalg.norm(flight.vertices - vertices(flight.states, points), axis=-1).max())
+    return (
+        f"no rigid body any more: vertices {off / size:.2g} of its size out of place" if off > STRETCHED * size else ""
+    )
+
+
+def is_damped(run: Run, balances: list[Balance]) -> str:
+    """Say so where energy is lost that physics keeps, or a free body's speed is."""
+    for each in balances:
+        if each.falls:
+            return f"{each.name} falls: {each.ratio:.3g} times at the end"
+    return ""
+
+
+Finder = Callable[[Run, list[Balance]], str]
+
+HOLDS = ("stable", "damped")
+
+# In the order in which they are asked.
+FINDERS: dict[str, Finder] = {
+    "reset": was_reset,
+    "frozen": is_frozen,
+    "clamped": is_clamped,
+    "diverged": blown_up,
+    "lost-torque": has_lost_torque,
+    "under-rotated": is_under_rotated,
+    "drifting": is_drifting,
+    "damped": is_damped,
+}
+WORDS = ("refused", "no-return", *FINDERS, "stable")

@@ -1,0 +1,1 @@
+"""Puts one question to one contestant: registry, participants, worker, flight, timer, provenance."""

@@ -1,0 +1,60 @@
+"""All that numbers depend on, as rows to be kept beside them: whether a folder is of the run that would go on in it."""
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import fields, is_dataclass
+from pathlib import Path
+
+import numpy as np
+
+from compare.comparison.results import engine_row
+from compare.run.participants import Participant
+from compare.run.provenance import ConditionRow, conditions
+from compare.run.registry import is_file
+from compare.tables.rows import cells, typed
+from scenarios.scene import Scene
+
+# Another command may ask for the same, and on how many cores moves no number.
+OF_NO_ACCOUNT = ("command", "cores")
+
+
+def circumstances(
+    participants: Sequence[Participant], scenes: Sequence[Scene], asked: dict[str, str], command: str
+) -> list[ConditionRow]:
+    """Return format, machine, versions, what else was asked for, engines with their files, and the scenes."""
+    rows = [*conditions(command), *(ConditionRow(what, value) for what, value in asked.items())]
+    for participant in participants:
+        methods = ", ".join(participant.methods) if participant.named else "all methods"
+        file = f", file {digest(Path(participant.engine).read_bytes())}" if is_file(participant.engine) else ""
+        rows.append(ConditionRow(f"engine {participant.title}", f"{engine_row(participant).version}, {methods}{file}"))
+    return [*rows, *(ConditionRow(f"scene {scene.name}", digest(scene)) for scene in scenes)]
+
+
+def changed_since(folder: Path, now: Sequence[ConditionRow]) -> str | None:
+    """Return the first circumstance that the folder's conditions.csv has otherwise, in words, '' where there is none.
+
+    None: there is no such file.  Raises ValueError or LookupError where it cannot be read.
+    """
+    path = folder / "conditions.csv"
+    if not path.exists():
+        return None
+    before = typed(ConditionRow, cells(path.read_text(encoding="utf-8")))
+    was, here = ({row.what: row.value for row in rows if row.what not in OF_NO_ACCOUNT} for rows in (before, now))
+    for what in (*here, *was):
+        if was.get(what) != here.get(what):
+            return f"{what} was {was.get(what, 'not there')}, is {here.get(what, 'not there')}"
+    return ""
+
+
+def digest(value: object) -> str:
+    """Return sixteen digits that are others for another value, of plain values, arrays and dataclasses of those."""
+    return hashlib.sha256(repr(spelled(value)).encode()).hexdigest()[:16]
+
+
+def spelled(value: object) -> object:
+    """Return a value as plain ones, with every digit of its floats."""
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    if is_dataclass(value):
+        return [(field.name, spelled(getattr(value, field.name))) for field in fields(value)]
+    return [spelled(item) for item in value] if isinstance(value, list | tuple) else value

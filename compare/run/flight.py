@@ -1,0 +1,134 @@
+"""One flight: one engine, one method, one step, from t = 0 to the end of the scene."""
+
+import math
+from dataclasses import dataclass
+from types import ModuleType
+
+import numpy as np
+
+from compare.run.registry import built
+from compare.run.timer import timed
+from scenarios.frames import Array, vertices
+from scenarios.impulse import RayMissed, jump
+from scenarios.read import MOST_STEPS
+from scenarios.scene import Scene
+
+
+class BadStep(ValueError):
+    """A step that cannot be flown; the message is the one line for the user."""
+
+
+@dataclass(frozen=True)
+class Leg:
+    """A stretch between two stops (samples, impulses, the end): n steps of dt [s] that end at `end` [s]."""
+
+    n: int
+    dt: float
+    end: float
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory:
+    """What an engine answered: one row for t = 0 and one a sample.
+
+    times [s], (R,); states (R, N, 13); vertices [m], (R, N, n, 3), world; steps in all; wall_s: their native loops [s];
+    notes: what the engine's own audit found; remark: what else it has to say.  After the state stopped being finite the
+    rows are NaN.
+    """
+
+    times: Array
+    states: Array
+    vertices: Array
+    steps: int
+    wall_s: float
+    notes: tuple[str, ...]
+    remark: str = ""
+
+    @property
+    def diverged_at(self) -> float | None:
+        """The first row's time at which the state is not finite [s], or None."""
+        lost = ~np.isfinite(self.vertices).all(axis=(1, 2, 3)) | ~np.isfinite(self.states).all(axis=(1, 2))
+        return float(self.times[np.argmax(lost)]) if lost.any() else None
+
+
+def check_step(scene: Scene, dt: float | None) -> None:
+    """Raise BadStep where a step [s] asked for instead of the scene's own makes more steps than a flight may have."""
+    if dt is not None and scene.duration / dt > MOST_STEPS:
+        raise BadStep(f"--dt = {dt:g}: must be at least {scene.duration / MOST_STEPS:g} s for {scene.name}")
+
+
+def legs(scene: Scene, dt: float) -> list[Leg]:
+    """Cut the flight at samples and impulses; each leg gets ceil(leg / dt) equal steps, and dt itself where it divides.
+
+    Whether dt divides is asked to the rounding of the two instants: 0.28 - 0.06 is 11 steps of 0.02, not 12.
+    """
+    stops = sorted({*scene.times.tolist(), *(impulse.time for impulse in scene.impulses), scene.duration} - {0.0})
+    found = []
+    for begin, end in zip([0.0, *stops], stops, strict=False):
+        ratio = (end - begin) / dt
+        whole = round(ratio)
+        if whole and abs(ratio - whole) <= 4 * (math.ulp(end) / dt + math.ulp(ratio)):
+            found.append(Leg(whole, dt, end))
+        else:
+            n = math.ceil(ratio)
+            found.append(Leg(n, (end - begin) / n, end))
+    return found
+
+
+def fly(engine: ModuleType, scene: Scene, method: str, dt: float, keep: frozenset[str] = frozenset()) -> Trajectory:
+    """Fly the scene in one engine.
+
+    dt [s]; keep: what of its OPTIONAL the engine is to build all the same.
+    Raises whatever the engine raises, and ValueError where its answer is not of shape (N, 13).
+    """
+    world = built(engine, scene, method, keep)
+    audit = getattr(engine, "audit", lambda world: [])
+    where = getattr(engine, "vertices", None)
+    notes: list[str] = []
+    rows: dict[float, tuple[Array, Array]] = {}
+
+    def look(time: float) -> Array:
+        states = np.array(engine.read(world), dtype=float)
+        if states.shape != scene.start.shape:
+            raise ValueError(f"read() returned shape {states.shape}, not {scene.start.shape}")
+        seen = where(world, scene.body.points) if where else vertices(states, scene.body.points)
+        rows[time] = states, np.array(seen, dtype=float)
+        return states
+
+    engine.write(world, struck(scene, 0.0, scene.start.copy(), notes))
+    states = look(0.0)
+    steps, wall_s = 0, 0.0
+    for leg in legs(scene, dt):
+        wall_s += timed(engine.advance, world, leg.n, leg.dt)
+        steps += leg.n
+        states = look(leg.end)
+        if not np.isfinite(states).all():
+            break
+        if any(impulse.time == leg.end for impulse in scene.impulses):
+            notes += audit(world)
+            engine.write(world, struck(scene, leg.end, states, notes))
+            look(leg.end)
+    notes += audit(world)
+
+    nowhere = np.full_like(states, np.nan), np.full((len(states), *scene.body.points.shape), np.nan)
+    seen = [rows.get(time, nowhere) for time in scene.rows]
+    return Trajectory(
+        scene.rows,
+        np.array([states for states, _ in seen]),
+        np.array([points for _, points in seen]),
+        steps,
+        wall_s,
+        tuple(dict.fromkeys(notes)),
+        engine.remark(world) if hasattr(engine, "remark") else "",
+    )
+
+
+def struck(scene: Scene, time: float, states: Array, notes: list[str]) -> Array:
+    """Return the states after the impulses of one instant, in the order listed; a ray that misses strikes nothing."""
+    for number, impulse in enumerate(scene.impulses):
+        if impulse.time == time:
+            try:
+                states = jump(impulse, states, scene.body)
+            except RayMissed as missed:
+                notes.append(f"impulse {number} at t = {time:g} s not given: {missed}")
+    return states

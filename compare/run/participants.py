@@ -1,0 +1,127 @@
+"""Who takes part: ENGINE or ENGINE:METHOD, as everywhere in Tumble."""
+
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from compare.run import registry
+from compare.run.registry import BadEngine, EngineInfo
+from compare.run.worker import Failure, Worker
+from scenarios.format import nearest
+from scenarios.needs import FORCES, needs
+from scenarios.scene import Scene
+
+TIME_LIMIT_S = 60.0
+
+
+@dataclass
+class Participant:
+    """An engine that takes part: its name or file, its methods, its info or why it has none, and its worker.
+
+    named: whether the methods were asked for by name, so that they fly whatever the scene.
+    """
+
+    engine: str
+    methods: tuple[str, ...]
+    named: bool
+    info: EngineInfo | Failure
+    worker: Worker
+
+    @property
+    def title(self) -> str:
+        """The engine's name in tables."""
+        return registry.title(self.engine)
+
+    def methods_for(self, scene: Scene) -> tuple[str, ...]:
+        """Return the methods that take part in this scene: the forced ones where another force than gravity acts."""
+        if self.named or not scene.is_free or isinstance(self.info, Failure):
+            return self.methods
+        return tuple(method for method in self.methods if method not in self.info.forced)
+
+    def unsupported(self, scene: Scene) -> Failure | None:
+        """Return why this engine cannot be put this question, or None."""
+        if isinstance(self.info, Failure):
+            return self.info
+        lacking = [need for need in needs(scene) if need in FORCES and need not in self.info.features]
+        return Failure(f"skipped: {self.title} has no {' or '.join(lacking)}") if lacking else None
+
+    def ensure_running(self) -> Failure | None:
+        """Take a new worker where the last one crashed or hung; return why it does not come up, or None."""
+        if self.worker.alive:
+            return None
+        self.worker = Worker(self.engine, self.worker.time_limit)
+        info = self.worker.describe()
+        return info if isinstance(info, Failure) else None
+
+
+def flights(participants: Iterable[Participant], scenes: Iterable[Scene]) -> int:
+    """Return how many pairs there are of a method and a scene that it takes part in."""
+    participants = list(participants)
+    return sum(len(participant.methods_for(scene)) for scene in scenes for participant in participants)
+
+
+def split(item: str) -> tuple[str, str]:
+    """Return engine and method ('' for all of them) of ENGINE[:METHOD].  Raises BadEngine for an unknown engine."""
+    head, dot_py, tail = item.rpartition(".py")
+    if dot_py and tail[:1] in ("", ":"):
+        engine, method = head + dot_py, tail[1:]
+        if not Path(engine).is_file():
+            raise BadEngine(f"{engine}: no such engine file")
+        return engine, method
+    engine, _, method = item.partition(":")
+    if engine not in registry.names():
+        raise BadEngine(f"unknown engine {engine!r}: {nearest(engine, registry.names())}")
+    return engine, method
+
+
+def wanted(asked: Iterable[str]) -> dict[str, list[str]]:
+    """Return the engines asked for with the methods named for each; nothing asked means every engine of ours."""
+    engines: dict[str, list[str]] = {}
+    for item in asked:
+        engine, method = split(item)
+        engines.setdefault(engine, [])
+        if method:
+            engines[engine].append(method)
+    return engines or {engine: [] for engine in registry.names()}
+
+
+def chosen(engine: str, asked: list[str], info: EngineInfo | Failure) -> tuple[str, ...]:
+    """Return the methods that take part; of an engine that is not here, what was asked for.  Raises BadEngine."""
+    if isinstance(info, Failure):
+        return tuple(asked) or ("",)
+    for method in asked:
+        known = (*info.methods, *info.forced, *info.on_request)
+        if method not in known and not is_tolerance(method, info):
+            raise BadEngine(f"unknown method of {registry.title(engine)} {method!r}: {nearest(method, known)}")
+    return tuple(dict.fromkeys(asked)) or (*info.methods, *info.forced)
+
+
+def is_tolerance(method: str, info: EngineInfo) -> bool:
+    """Whether this is METHOD@TOLERANCE of an adaptive method."""
+    name, at, tolerance = method.partition("@")
+    try:
+        return bool(at) and name in info.adaptive and 0 < float(tolerance) < 1
+    except ValueError:
+        return False
+
+
+@contextmanager
+def launched(asked: Iterable[str], time_limit: float = TIME_LIMIT_S) -> Iterator[list[Participant]]:
+    """Give who takes part, each with a process of its own, and end the processes afterwards, whatever happened.
+
+    asked: ENGINE[:METHOD] ..., nothing for every engine of ours; time_limit [s] for each answer of an engine.
+    Raises BadEngine with one line.
+    """
+    engines = wanted(asked)
+    # All are started before any is waited for: importing the engines takes longest.
+    workers = [Worker(engine, time_limit) for engine in engines]
+    participants: list[Participant] = []
+    try:
+        for worker, (engine, methods) in zip(workers, engines.items(), strict=True):
+            info = worker.describe()
+            participants.append(Participant(engine, chosen(engine, methods, info), bool(methods), info, worker))
+        yield participants
+    finally:
+        for worker in {*workers, *(participant.worker for participant in participants)}:
+            worker.close()

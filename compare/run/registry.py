@@ -1,0 +1,155 @@
+"""Which engines there are, and what a name on the command line means."""
+
+import importlib
+import importlib.util
+import pkgutil
+import sys
+import traceback
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import compare.engines
+from scenarios.scene import Scene
+
+VERBS = ("build", "write", "advance", "read")
+
+
+class BadEngine(ValueError):
+    """An engine name or file that cannot be used; the message is the one line for the user."""
+
+
+class Missing(ImportError):
+    """An engine of ours whose package is not installed here."""
+
+
+@dataclass(frozen=True)
+class EngineInfo:
+    """What an engine says of itself: its methods (the default first), force laws, and ABOUT.
+
+    adaptive: methods that take a tolerance; whole: methods that take a flight of any length in one step; forced: names
+    that take part only where more than gravity acts; on_request: names that take part only when asked for; optional:
+    what build leaves out of a world that has no use for it, and keeps if told to.
+    """
+
+    methods: tuple[str, ...]
+    adaptive: frozenset[str]
+    whole: frozenset[str]
+    forced: tuple[str, ...]
+    on_request: tuple[str, ...]
+    optional: tuple[str, ...]
+    features: frozenset[str]
+    version: str
+    precision: str
+    switched_off: tuple[str, ...]
+
+
+def names() -> list[str]:
+    """Return the names of our own engine files."""
+    found = {module.name for module in pkgutil.iter_modules(compare.engines.__path__)}
+    return sorted(found, key=lambda name: (name != "tumble", name))
+
+
+def is_file(engine: str) -> bool:
+    """Whether the name is that of a user's own engine file."""
+    return engine.endswith(".py")
+
+
+def title(engine: str) -> str:
+    """Return the name an engine goes by in tables: a user's file without its folder and ending, unless that is ours."""
+    if not is_file(engine):
+        return engine
+    path = Path(engine)
+    return path.name if path.stem in names() else path.stem
+
+
+def load(engine: str) -> ModuleType:
+    """Return the engine's module.  Raises BadEngine for a user's file, Missing for an engine that is not installed."""
+    if is_file(engine):
+        return load_file(engine)
+    try:
+        return importlib.import_module(f"compare.engines.{engine}")
+    except ImportError as error:
+        raise Missing(missing_reason(error)) from error
+
+
+def missing_reason(error: ImportError) -> str:
+    """Return why an engine of ours is not here."""
+    reason = f"no module named {error.name}" if error.name else str(error)
+    if error.name == "pybullet":
+        reason += f" (it has no wheel for Python {sys.version_info.major}.{sys.version_info.minor} here)"
+    return reason
+
+
+def load_file(path: str) -> ModuleType:
+    """Return a user's own engine file as a module; its folder is importable to it, as for a script."""
+    spec = importlib.util.spec_from_file_location(title(path), path)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.path.insert(0, str(Path(path).resolve().parent))
+    try:
+        spec.loader.exec_module(module)
+    except SyntaxError as error:
+        raise BadEngine(f"{error.filename}:{error.lineno}: {error.msg}") from error
+    except FileNotFoundError as error:
+        raise BadEngine(f"{path}: no such engine file") from error
+    except Exception as error:
+        raise BadEngine(f"{path}: cannot be loaded: {in_one_line(error)}") from error
+    for name in (*VERBS, "METHODS", "FEATURES", "ABOUT"):
+        if not hasattr(module, name):
+            raise BadEngine(f"{path}: has no {name}; an engine file needs METHODS, FEATURES, ABOUT, {', '.join(VERBS)}")
+    for verb in VERBS:
+        if not callable(getattr(module, verb)):
+            raise BadEngine(f"{path}: {verb} is not a function")
+    return module
+
+
+def engine_info(engine: str, module: ModuleType) -> EngineInfo:
+    """Return what the engine says of itself.  Raises BadEngine where that has the wrong shape."""
+    try:
+        methods = words(module.METHODS)
+        features = frozenset(words(module.FEATURES))
+        about = dict(module.ABOUT)
+    except (TypeError, ValueError) as error:
+        raise BadEngine(
+            f"{engine}: METHODS and FEATURES must be names, ABOUT a dict (version, precision, switched_off): {error}"
+        ) from error
+    if not methods:
+        raise BadEngine(f"{engine}: METHODS is empty; at least one name is needed")
+    return EngineInfo(
+        methods,
+        frozenset(words(getattr(module, "ADAPTIVE", ()))),
+        frozenset(words(getattr(module, "WHOLE", ()))),
+        words(getattr(module, "FORCED", ())),
+        words(getattr(module, "ON_REQUEST", ())),
+        words(getattr(module, "OPTIONAL", ())),
+        features,
+        str(about.get("version", "")),
+        str(about.get("precision", "")),
+        words(about.get("switched_off", ())),
+    )
+
+
+def built(engine: ModuleType, scene: Scene, method: str, keep: frozenset[str]) -> Any:
+    """Return the engine's world of a scene; keep, of its OPTIONAL, is for an engine that has any."""
+    return engine.build(scene, method, keep) if keep else engine.build(scene, method)
+
+
+def words(names: object) -> tuple[str, ...]:
+    """Return one name or several as a tuple."""
+    if isinstance(names, str):
+        return (names,)
+    if not isinstance(names, Iterable):
+        raise TypeError(f"{names!r} is not a list of names")
+    return tuple(str(name) for name in names)
+
+
+def in_one_line(error: BaseException) -> str:
+    """Return an exception as one line, with the place in the engine's file where it was raised."""
+    message = " ".join(str(error).split())
+    frames = traceback.extract_tb(error.__traceback__)
+    place = f" ({Path(frames[-1].filename).name}:{frames[-1].lineno})" if frames else ""
+    return f"{type(error).__name__}: {message}{place}" if message else f"{type(error).__name__}{place}"

@@ -1,0 +1,1 @@
+"""Who is stable where, and what each does with extreme cases."""

@@ -1,0 +1,441 @@
+"""Where a contestant is stable: a map over one number of the scene and the step, and how long a step it bears.
+
+A scene is asked at several values of the number that makes it stiff (`natural_parameter`), each for the same number of
+radians of its stiffest mode, so that a step is a number w dt on one scale for all.  Every cell of the map is a flight
+held against the truth.  The limit is then found at the scene's own value by bisection, by flights of PROBED steps of
+exactly one length, which no truth is needed for: up to there the energy does not grow without end (`verdict.bounded`).
+"""
+
+import math
+import threading
+from collections.abc import Sequence
+from concurrent.futures import Future
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+
+from compare.judge.errors import Run
+from compare.judge.verdict import Verdict, bounded, verdict
+from compare.run.participants import Participant
+from compare.run.worker import Failure
+from compare.stability.modes import Mode, edge, stiffest_mode, theory
+from compare.sweep.sweep import is_own_pace
+from scenarios.frames import Array
+from scenarios.read import BadScene
+from scenarios.scene import Scene
+from scenarios.truth import NoTruth, Truth, truth
+
+RADIANS = 72 * math.pi  # of the stiffest mode in a flight: 36 turns
+ROWS = 32
+# Steps of a flight, which put w dt at 57, 28, 14, ..., 0.06.  At other values than the scene's own it is at first every
+# fourth of that down to 0.22, and what lies between where the verdicts differ.
+STEPS = tuple(2**k for k in range(2, 13))
+COARSE_STEPS = STEPS[:9:2]
+FACTORS = (0.01, 0.1, 1.0, 10.0, 100.0)
+# At twice the stiffness the mode is 1.4 times as fast; less than this is no answer to a number that was doubled.
+ANSWERS = 1.1
+PROBED, PROBED_ROWS = 1000, 64
+PRECISION = 0.005
+# A limit that is one holds at half the step for four times as many steps; a growth per step as (w dt)^2, which needs
+# only time to be seen at any step, does not.
+HALF, LONGER = 0.5, 4
+ONE_PERCENT, ONE_MM = 0.01, 1e-3
+
+
+@dataclass(frozen=True)
+class StabilityRow:
+    """One cell of a map: one contestant at one value of the scene's number and one step.
+
+    energy_ratio: the energy at the end over what physics leaves there (`compare.judge.verdict.Verdict`).
+    """
+
+    scene: str
+    engine: str
+    method: str
+    dt_s: float
+    parameter: str
+    value: float
+    status: str
+    verdict: str
+    max_error_m: float | None
+    energy_ratio: float | None
+    limit_m: float | None
+
+
+@dataclass(frozen=True)
+class LimitRow:
+    """How long a step one contestant bears in one scene, at the scene's own value.
+
+    w_rad_s: the largest |eigenvalue| at the start.  w_dt_limit: up to there no energy grows without end; 0 where it
+    does at every step, infinite where at none that was tried, empty where the step is not ours.  beyond: what came
+    then.  theory_w_dt likewise, empty where we know of none.  The three steps [s] are the largest that are stable,
+    within 1 % of how far a vertex truly gets, and within 1 mm; empty where none was.
+    """
+
+    scene: str
+    engine: str
+    method: str
+    parameter: str
+    value: float
+    w_rad_s: float
+    w_dt_limit: float | None
+    beyond: str
+    theory_w_dt: float | None
+    theory: str
+    dt_stable_s: float | None
+    dt_1pct_s: float | None
+    dt_1mm_s: float | None
+    note: str
+
+
+@dataclass(frozen=True)
+class Piece:
+    """All that is said of one contestant in one scene: what is done whole or not at all."""
+
+    rows: tuple[StabilityRow, ...]
+    limit: LimitRow
+
+    @property
+    def key(self) -> tuple[str, str, str]:
+        """Scene, engine, method."""
+        return self.limit.scene, self.limit.engine, self.limit.method
+
+
+class Stopped(Exception):
+    """The command was interrupted."""
+
+
+NO_FORCES = {"tethers": (), "drag": None, "floor": None}
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A number that can make a scene stiff: its name with its unit, which part of the scene has it, and its key there.
+
+    That of all tethers is one number; the spin has no key: it is that of the start with its impulses.
+    """
+
+    name: str
+    part: str
+    key: str = ""
+
+    def value(self, scene: Scene) -> float:
+        """Return the number, the largest of several tethers, or 0 where the scene has it not."""
+        if not self.key:
+            return stiffest_mode(replace(scene, **NO_FORCES)).rate
+        return max((getattr(one, self.key) for one in self._parts(scene)), default=0.0)
+
+    def scaled(self, scene: Scene, by: float) -> Scene:
+        """Return the scene with the number times a factor."""
+        if not self.key:
+            return spun(scene, by)
+        changed = tuple(replace(one, **{self.key: by * getattr(one, self.key)}) for one in self._parts(scene))
+        return replace(scene, **{self.part: changed if self.part == "tethers" else changed[0]})
+
+    def _parts(self, scene: Scene) -> tuple:
+        part = getattr(scene, self.part)
+        return part if isinstance(part, tuple) else (part,) if part else ()
+
+
+PARAMETERS = (
+    Parameter("tether stiffness [N/m]", "tethers", "stiffness"),
+    Parameter("tether damping [N s/m]", "tethers", "damping"),
+    Parameter("floor stiffness [N/m]", "floor", "stiffness"),
+    Parameter("floor damping [N s/m]", "floor", "damping"),
+    Parameter("linear drag [N s/m]", "drag", "linear"),
+    Parameter("angular drag [N m s/rad]", "drag", "angular"),
+    Parameter("spin [rad/s]", "start"),
+)
+
+
+def spun(scene: Scene, by: float) -> Scene:
+    """Return the scene with its spin and its impulses scaled."""
+    start = scene.start.copy()
+    start[:, 10:13] *= by
+    return replace(scene, start=start, impulses=tuple(replace(blow, value=by * blow.value) for blow in scene.impulses))
+
+
+def natural_parameter(scene: Scene) -> Parameter:
+    """Return the number that, doubled, makes the stiffest mode fastest.  Raises BadScene where there is no mode."""
+    rate = stiffest_mode(scene).rate
+    there = [each for each in PARAMETERS if each.value(scene)] if rate else []
+    gains = {each: stiffest_mode(each.scaled(scene, 2.0)).rate / rate for each in there}
+    best = max(gains, key=lambda each: gains[each], default=None)
+    if best is None or gains[best] < ANSWERS:
+        raise BadScene(f"{scene.name}: nothing turns, pulls or brakes at its start, so no step is too long for it")
+    return best
+
+
+@dataclass(frozen=True, eq=False)
+class Column:
+    """A scene at one value of its number, for RADIANS of its stiffest mode; impulses after t = 0 are left out."""
+
+    scene: Scene
+    parameter: Parameter
+    factor: float
+    mode: Mode
+
+    @cached_property
+    def value(self) -> float:
+        """The number."""
+        return self.parameter.value(self.scene)
+
+    @property
+    def seconds(self) -> float:
+        """How long the flights are."""
+        return RADIANS / self.mode.rate
+
+    def flight(self, steps: int) -> Scene:
+        """Return what is flown in so many steps, a power of two: with the truth's rows, or one a step where fewer."""
+        return self._looked_at(self.seconds, np.arange(1, min(steps, ROWS) + 1) / min(steps, ROWS))
+
+    def probe(self, dt: float, steps: int) -> Scene:
+        """Return what is flown in so many steps of exactly dt [s], looked at after whole steps."""
+        return self._looked_at(steps * dt, np.linspace(0, steps, PROBED_ROWS + 1).round()[1:] / steps)
+
+    def _looked_at(self, seconds: float, shares: Array) -> Scene:
+        return replace(self.scene, duration=seconds, times=seconds * shares, step=seconds / PROBED)
+
+
+def columns(scene: Scene, factors: Sequence[float] = FACTORS) -> list[Column]:
+    """Return a scene at its own value times every factor.  Raises BadScene as natural_parameter does."""
+    alone = replace(scene, start=scene.start[:1], impulses=tuple(blow for blow in scene.impulses if blow.time == 0.0))
+    parameter = natural_parameter(alone)
+    found = []
+    for factor in factors:
+        changed = parameter.scaled(alone, factor)
+        found.append(Column(changed, parameter, factor, stiffest_mode(changed)))
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class Question:
+    """One scene at all its values, each with its truth, which may still be on its way; None where there is none."""
+
+    scene: Scene
+    columns: list[Column]
+    truths: list["Future[Truth | None]"]
+
+    @property
+    def own(self) -> int:
+        """The column of the scene as it is written."""
+        return next(place for place, column in enumerate(self.columns) if column.factor == 1.0)
+
+
+def column_truth(column: Column) -> Truth | None:
+    """Return the truth at ROWS instants, or None where the scene has none."""
+    try:
+        return truth(column.flight(ROWS))
+    except NoTruth:
+        return None
+
+
+def truth_of(flown: Scene, true: Truth | None) -> Truth | None:
+    """Return the rows of a column's truth that a flight with fewer of them is looked at in."""
+    if true is None or len(true.times) == len(flown.rows):
+        return true
+    kept = slice(None, None, (len(true.times) - 1) // (len(flown.rows) - 1))
+    rows = {name: getattr(true, name)[kept] for name in ("times", "states", "vertices", "bound", "floor")}
+    return replace(true, **rows)
+
+
+@dataclass(frozen=True, eq=False)
+class Cell:
+    """One flight, the step it was flown with [s], and its verdict."""
+
+    column: Column
+    dt: float
+    run: Run
+    verdict: Verdict
+
+    @property
+    def w_dt(self) -> float:
+        """The step in radians of the stiffest mode."""
+        return self.dt * self.column.mode.rate
+
+    @property
+    def bounded(self) -> bool:
+        """Whether nothing grows without end."""
+        return bounded(self.run, self.verdict)
+
+    @property
+    def error(self) -> float:
+        """The largest vertex error, not below what the truth can tell [m]; infinite where there is none to tell."""
+        if not self.run.has_errors or not np.isfinite(self.run.distances).all():
+            return math.inf
+        return max(float(self.run.distances.max()), float(self.run.limits.max()))
+
+    @property
+    def row(self) -> StabilityRow:
+        """What is written of it."""
+        errors = self.run.has_errors
+        return StabilityRow(
+            self.run.scene.name,
+            self.run.engine,
+            self.run.method,
+            self.dt,
+            self.column.parameter.name,
+            self.column.value,
+            self.run.status,
+            self.verdict.word,
+            float(self.run.distances.max()) if errors else None,
+            self.verdict.energy_ratio,
+            float(self.run.limits.max()) if errors else None,
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Trials:
+    """One contestant in one scene."""
+
+    participant: Participant
+    method: str
+    question: Question
+    stop: threading.Event
+
+    def cell(self, place: int, steps: int) -> Cell:
+        """Return one cell of the map."""
+        column = self.question.columns[place]
+        flown = column.flight(steps)
+        true = truth_of(flown, self.question.truths[place].result())
+        return self._judged(column, flown, column.seconds / steps, true)
+
+    def probe(self, dt: float, steps: int = PROBED) -> Cell:
+        """Return a long flight of steps of exactly dt [s], judged by its energy alone."""
+        column = self.question.columns[self.question.own]
+        return self._judged(column, column.probe(dt, steps), dt, None)
+
+    def _judged(self, column: Column, flown: Scene, dt: float, true: Truth | None) -> Cell:
+        if self.stop.is_set():
+            raise Stopped
+        answer = (
+            self.participant.unsupported(flown)
+            or self.participant.ensure_running()
+            or self.participant.worker.fly(flown, self.method, dt)
+        )
+        run = Run(flown, self.participant.title, self.method, dt, answer, true)
+        return Cell(column, dt, run, verdict(run))
+
+    def piece(self) -> Piece:
+        """Return the map and the limits."""
+        own = self.question.own
+        first = self.cell(own, ROWS)
+        if first.verdict.word == "refused":
+            return Piece((first.row,), self.limit_row(note=first.verdict.why))
+        places = range(len(self.question.columns))
+        if is_own_pace(self.participant, self.method):
+            cells = [self.cell(place, ROWS) for place in places]
+            return Piece(tuple(cell.row for cell in cells), self.limit_row(note="takes steps of its own"))
+        maps = [
+            [self.cell(place, steps) for steps in STEPS] if place == own else self.coarse_to_fine(place)
+            for place in places
+        ]
+        rows = tuple(cell.row for cells in maps for cell in cells)
+        return Piece(rows, self.limits(maps[own][::-1]))
+
+    def coarse_to_fine(self, place: int) -> list[Cell]:
+        """Return the cells of one value, the longest step first: some, and those between two verdicts."""
+        coarse = {steps: self.cell(place, steps) for steps in COARSE_STEPS}
+        between = [
+            2 * few for few, many in pairwise(COARSE_STEPS) if coarse[few].verdict.word != coarse[many].verdict.word
+        ]
+        cells = coarse | {steps: self.cell(place, steps) for steps in between}
+        return [cells[steps] for steps in sorted(cells)]
+
+    def limits(self, ladder: list[Cell]) -> LimitRow:
+        """Return the row of limits from the cells of the scene's own value, the smallest step first."""
+        w_dt, beyond = self.stable_limit(ladder)
+        rate = ladder[0].column.mode.rate
+        dt_stable = None if not w_dt else min(w_dt / rate, ladder[-1].dt)
+        farthest = self.farthest(ladder[0])
+        no_truth = ladder[0].run.truth is None
+        return self.limit_row(
+            w_dt,
+            beyond,
+            dt_stable,
+            None if no_truth else self.largest_within(ladder, ONE_PERCENT * farthest),
+            None if no_truth else self.largest_within(ladder, ONE_MM),
+            "no truth: by the balance of energy alone" if no_truth else "",
+        )
+
+    def stable_limit(self, ladder: list[Cell]) -> tuple[float, str]:
+        """Return w dt up to which nothing grows without end, and the verdict that comes then.
+
+        A bisection may step over a narrow resonance below the limit it finds; a map has no finer cells either.
+        """
+        bad = next((place for place, cell in enumerate(ladder) if not cell.bounded), len(ladder))
+        beyond = ladder[bad].verdict.word if bad < len(ladder) else ""
+        # A flight of RADIANS can be too short to tell what one of PROBED steps does.
+        while bad > 0 and not (found := self.probe(ladder[bad - 1].dt)).bounded:
+            bad, beyond = bad - 1, found.verdict.word
+        if 0 < bad < len(ladder):
+            low, high = ladder[bad - 1].dt, ladder[bad].dt
+            dt = edge(low, high, lambda dt: self.probe(dt).bounded, PRECISION)
+            if self.probe(HALF * dt, LONGER * PROBED).bounded:
+                return dt * ladder[0].column.mode.rate, beyond
+        return (math.inf if bad == len(ladder) else 0.0), beyond
+
+    @staticmethod
+    def farthest(cell: Cell) -> float:
+        """Return how far a vertex truly gets from where it started [m]."""
+        true = cell.run.truth
+        return 0.0 if true is None else float(np.linalg.norm(true.vertices - true.vertices[0], axis=-1).max())
+
+    def largest_within(self, ladder: list[Cell], target_m: float) -> float | None:
+        """Return the largest step up to which all errors are within a target [s], or None where the smallest's is not.
+
+        Between two steps of the ladder those are tried that divide the distance of two rows.
+        """
+        bad = next((place for place, cell in enumerate(ladder) if cell.error > target_m), len(ladder))
+        if bad == 0:
+            return None
+        if bad == len(ladder):
+            return ladder[-1].dt
+        seconds = ladder[0].column.seconds
+        few, many = (round(seconds / (cell.dt * ROWS)) for cell in (ladder[bad], ladder[bad - 1]))
+        while few and many - few > 1 and many > (1 + PRECISION) * few:
+            middle = round(math.sqrt(few * many))
+            if self.cell(self.question.own, middle * ROWS).error > target_m:
+                few = middle
+            else:
+                many = middle
+        return seconds / (many * ROWS) if many else ladder[bad - 1].dt
+
+    def limit_row(
+        self,
+        w_dt: float | None = None,
+        beyond: str = "",
+        dt_stable: float | None = None,
+        dt_1pct: float | None = None,
+        dt_1mm: float | None = None,
+        note: str = "",
+    ) -> LimitRow:
+        """Return the row of limits, with theory's beside it."""
+        column = self.question.columns[self.question.own]
+        known = theory(f"{self.participant.title}:{self.method}", column.scene, column.mode)
+        return LimitRow(
+            column.scene.name,
+            self.participant.title,
+            self.method,
+            column.parameter.name,
+            column.value,
+            column.mode.rate,
+            w_dt,
+            beyond,
+            None if known is None else known.w_dt,
+            "" if known is None else known.source,
+            dt_stable,
+            dt_1pct,
+            dt_1mm,
+            note,
+        )
+
+
+def contestants(participant: Participant, scene: Scene) -> tuple[str, ...]:
+    """Return the methods that are asked: those of the scene and, unless some were named, those on request too."""
+    methods = participant.methods_for(scene)
+    if participant.named or isinstance(participant.info, Failure):
+        return methods
+    return (*methods, *participant.info.on_request)

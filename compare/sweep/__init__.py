@@ -1,0 +1,1 @@
+"""What each digit costs, in run time."""

@@ -1,0 +1,303 @@
+"""What a sweep says in numbers: what each digit costs, at which step, of which order, and where steps stop paying."""
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from compare.judge.agreement import SHARED
+from compare.judge.errors import Run
+from compare.run.timer import steady_ratio
+from compare.sweep.sweep import Sweep, Timed
+from compare.tables.rows import RunRow, run_row
+from scenarios.frames import Array, rotation_matrix
+
+TARGETS_M = (1e-3, 1e-6, 1e-9, 1e-12)
+# An order is read off errors below a share of the body's size, where no higher order is seen, and above the truth's
+# limit; a ladder that ends before is read at its last pairs.
+ASYMPTOTIC, FLOOR, LAST = 1e-3, 30.0, 3
+
+
+@dataclass(frozen=True)
+class DigitRow:
+    """What it takes one contestant to reach one error: `reached`, `not reached`, or `at most` its coarsest run's time.
+
+    The time is interpolated between two measured runs of its own frontier, never beyond them.  dt_s and steps_per_s are
+    those of the nearest finer run; ratio is the time over the reference contestant's, empty where two passes of the
+    clock disagree or either did not reach the error.
+    """
+
+    scene: str
+    engine: str
+    method: str
+    target_m: float
+    verdict: str
+    flight_us: float | None
+    dt_s: float | None
+    steps_per_s: float | None
+    reference: str
+    ratio: float | None
+
+
+@dataclass(frozen=True)
+class OrderRow:
+    """One fixed-step contestant: the order its errors show (median and band), its floor and the step it bends at.
+
+    attitude_m and translation_m: the two parts of the largest error at dt_s, the run nearest to one thousandth of the
+    body; empty where nothing could be read.
+    """
+
+    scene: str
+    engine: str
+    method: str
+    order: float | None
+    order_low: float | None
+    order_high: float | None
+    best_error_m: float
+    best_dt_s: float
+    bends: bool
+    dt_s: float
+    attitude_m: float
+    translation_m: float
+
+
+@dataclass(frozen=True)
+class ClockRow:
+    """What the clock said of one contestant: native time of a step or of a flight [ns], its spread, the two passes.
+
+    call_ns: what a call from Python costs beyond that, not in any other figure.
+    """
+
+    scene: str
+    engine: str
+    method: str
+    unit: str
+    ns: float
+    median_ns: float
+    p90_ns: float
+    pass_1_ns: float
+    pass_2_ns: float
+    call_ns: float
+    rounds: int
+
+
+@dataclass(frozen=True)
+class SameRow:
+    """Two contestants that are one integrator: at every step, far closer to each other than to the truth."""
+
+    scene: str
+    contestant_a: str
+    contestant_b: str
+    steps_compared: int
+    furthest_apart_m: float
+
+
+@dataclass(frozen=True)
+class ThrowsRow:
+    """One run of many throws: the 5 %, 50 % and 95 % quantiles over the throws of the largest vertex error."""
+
+    scene: str
+    engine: str
+    method: str
+    dt_s: float
+    throws: int
+    p5_error_m: float
+    median_error_m: float
+    p95_error_m: float
+
+
+@dataclass(frozen=True)
+class Rung:
+    """What one run says of the order: its step [s], its error [m], and the truth's limit there [m]."""
+
+    dt_s: float
+    error_m: float
+    limit_m: float
+
+
+def throws_errors(run: Run) -> Array:
+    """Return each throw's largest vertex error, not below what the truth can tell [m], (N,)."""
+    return np.maximum(run.distances.max(axis=(0, 2)), run.limits.max(axis=0))
+
+
+def error(timed: Timed) -> float:
+    """Return the error a run is judged by: of one throw its own, of many their median [m]."""
+    return float(np.median(throws_errors(timed.run)))
+
+
+def throws_rows(sweep: Sweep) -> Iterator[ThrowsRow]:
+    """Yield the spread over the throws of every plain run, where there are many."""
+    if len(sweep.scene.start) > 1:
+        for each in usable(sweep.timed):
+            quantiles = np.quantile(throws_errors(each.run), (0.05, 0.5, 0.95)).tolist()
+            key = sweep.scene.name, each.run.engine, each.run.method, each.run.dt
+            yield ThrowsRow(*key, len(sweep.scene.start), *quantiles)
+
+
+def usable(timed: Sequence[Timed]) -> list[Timed]:
+    """Return the runs whose error is a plain result."""
+    return [each for each in timed if each.run.status == "ok" and np.isfinite(error(each))]
+
+
+def by_contestant(timed: Sequence[Timed]) -> dict[tuple[str, str], list[Timed]]:
+    """Return the runs of each contestant, the tolerances of an adaptive method together, the cheapest run first."""
+    found: dict[tuple[str, str], list[Timed]] = {}
+    for each in timed:
+        found.setdefault((each.run.engine, each.run.method.partition("@")[0]), []).append(each)
+    return {name: sorted(own, key=lambda each: each.flight_ns) for name, own in found.items()}
+
+
+def frontier(timed: Sequence[Timed]) -> list[Timed]:
+    """Return the runs that no cheaper run equals, the cheapest first: where error falls as time rises."""
+    kept: list[Timed] = []
+    for each in sorted(usable(timed), key=lambda each: (each.flight_ns, error(each))):
+        if not kept or error(each) < error(kept[-1]):
+            kept.append(each)
+    return kept
+
+
+def reach(timed: Sequence[Timed], target_m: float) -> tuple[str, float | None, Timed | None]:
+    """Return the verdict, the flight's time [ns] at which the error is reached, and the first run that reaches it."""
+    edge = frontier(timed)
+    fine = next((each for each in edge if error(each) <= target_m), None)
+    if fine is None:
+        return "not reached", None, None
+    place = edge.index(fine)
+    if place == 0:
+        return "at most", fine.flight_ns, fine
+    coarse = edge[place - 1]
+    share = math.log(error(coarse) / target_m) / math.log(error(coarse) / error(fine))
+    return "reached", coarse.flight_ns * (fine.flight_ns / coarse.flight_ns) ** share, fine
+
+
+def digit_rows(sweep: Sweep, reference: str) -> Iterator[DigitRow]:
+    """Yield what each digit costs each contestant, beside the reference contestant ENGINE:METHOD."""
+    contestants = by_contestant(sweep.timed)
+    own = contestants.get((reference.partition(":")[0], reference.partition(":")[2]), [])
+    for (engine, method), timed in contestants.items():
+        for target in TARGETS_M:
+            verdict, flight_ns, run = reach(timed, target)
+            _, own_ns, own_run = reach(own, target)
+            comparable = run is not None and own_run is not None and steady_ratio(run.reading, own_run.reading)
+            yield DigitRow(
+                sweep.scene.name,
+                engine,
+                method,
+                target,
+                verdict,
+                None if flight_ns is None else flight_ns / 1e3,
+                None if run is None or not run.per_step else run.run.dt,
+                None if run is None or not run.per_step else 1e9 / run.reading.ns,
+                reference,
+                flight_ns / own_ns if comparable and flight_ns is not None and own_ns else None,
+            )
+
+
+def order_rows(sweep: Sweep) -> Iterator[OrderRow]:
+    """Yield order, floor and the parts of the error of each fixed-step contestant."""
+    size = float(np.linalg.norm(sweep.scene.body.points, axis=1).max())
+    for (engine, method), timed in by_contestant(sweep.timed).items():
+        ladder = sorted((each for each in usable(timed) if each.per_step), key=lambda each: -each.run.dt)
+        if not ladder:
+            continue
+        best = min(ladder, key=error)
+        rungs = [Rung(each.run.dt, error(each), float(each.run.limits.max())) for each in ladder]
+        slopes = local_orders(rungs, ASYMPTOTIC * size) or local_orders(rungs, size)[-LAST:]
+        shown = min(ladder, key=lambda each: abs(math.log(error(each) / (ASYMPTOTIC * size))))
+        attitude, translation = parts(shown.run)
+        yield OrderRow(
+            sweep.scene.name,
+            engine,
+            method,
+            float(np.median(slopes)) if slopes else None,
+            min(slopes, default=None),
+            max(slopes, default=None),
+            error(best),
+            best.run.dt,
+            best is not ladder[-1],
+            shown.run.dt,
+            attitude,
+            translation,
+        )
+
+
+def local_orders(ladder: Sequence[Rung], largest_m: float) -> list[float]:
+    """Return the slope of each pair of neighbours, the coarsest first, from errors below largest_m down to the floor.
+
+    The floor is where an error comes near the truth's limit or stops falling; the pair before that has felt it already.
+    """
+    slopes: list[float] = []
+    for coarse, fine in pairwise(ladder):
+        if coarse.error_m >= largest_m:
+            continue
+        if fine.error_m >= coarse.error_m:
+            return slopes[:-1]
+        if fine.error_m <= FLOOR * fine.limit_m:
+            return slopes
+        slopes.append(math.log(coarse.error_m / fine.error_m) / math.log(coarse.dt_s / fine.dt_s))
+    return slopes
+
+
+def parts(run: Run) -> tuple[float, float]:
+    """Return the largest vertex error from the attitude alone and from the centre of mass alone [m]."""
+    assert run.truth is not None
+    states, true = run.flight.states, run.truth.states
+    turned = rotation_matrix(states[..., 3:7]) - rotation_matrix(true[..., 3:7])
+    attitude = np.linalg.norm(np.einsum("...ij,nj->...ni", turned, run.scene.body.points), axis=-1)
+    return float(attitude.max()), float(np.linalg.norm(states[..., 0:3] - true[..., 0:3], axis=-1).max())
+
+
+def clock_rows(sweep: Sweep) -> Iterator[ClockRow]:
+    """Yield what the clock said, once a contestant."""
+    for each in {each.run.name: each for each in sweep.timed}.values():
+        reading = each.reading
+        yield ClockRow(
+            sweep.scene.name,
+            each.run.engine,
+            each.run.method,
+            "step" if each.per_step else "flight",
+            reading.ns,
+            *reading.spread,
+            *reading.passes,
+            each.call_ns,
+            len(reading.samples),
+        )
+
+
+def same_rows(sweep: Sweep) -> Iterator[SameRow]:
+    """Yield the pairs of fixed-step contestants that are one integrator, found from the numbers."""
+    ladders = {
+        f"{engine}:{method}": {each.run.dt: each.run for each in usable(timed) if each.per_step}
+        for (engine, method), timed in by_contestant(sweep.timed).items()
+    }
+    names = list(ladders)
+    for a, b in ((a, b) for place, a in enumerate(names) for b in names[place + 1 :]):
+        shared = sorted(ladders[a].keys() & ladders[b].keys())
+        apart = [float(np.linalg.norm(ladders[a][dt].errors - ladders[b][dt].errors, axis=-1).max()) for dt in shared]
+        least = [min(float(ladders[name][dt].distances.max()) for name in (a, b)) for dt in shared]
+        telling = [limit_m < SHARED * worst for limit_m, worst in zip(limits(ladders[a], shared), least, strict=True)]
+        if any(telling) and all(
+            gap < SHARED * worst for gap, worst, tells in zip(apart, least, telling, strict=True) if tells
+        ):
+            yield SameRow(sweep.scene.name, a, b, sum(telling), max(apart))
+
+
+def limits(ladder: dict[float, Run], steps: Sequence[float]) -> list[float]:
+    """Return what the truth can tell at each of the steps [m]."""
+    return [float(ladder[dt].limits.max()) for dt in steps]
+
+
+def sweep_run_rows(sweep: Sweep) -> Iterator[RunRow]:
+    """Yield the rows of runs.csv: errors from the error runs, times from the clock, none where it was not timed."""
+    for timed in sweep.timed:
+        flight_s = timed.flight_ns * len(sweep.scene.start) / 1e9
+        yield replace(
+            run_row(timed.run),
+            wall_s=flight_s,
+            wall_ns_per_step=flight_s / timed.run.flight.steps * 1e9,
+            wall_per_sim_s=flight_s / sweep.scene.duration,
+        )
+    for run in sweep.untimed:
+        yield replace(run_row(run), wall_s=None, wall_ns_per_step=None, wall_per_sim_s=None)

@@ -1,0 +1,233 @@
+"""What leaving out pays, measured on engines that leave out what we know."""
+
+import csv
+import io
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from compare.ablation.ablation import EVERYTHING, AblationRow, ablate, apart_m
+from compare.comparison.results import SceneRow
+from compare.run.flight import Trajectory
+from compare.run.participants import launched
+from compare.run.timer import Reading
+from compare.tables.rows import table_text
+from reports.ablation import band, finding, others, section, tells, times
+from reports.numerals import TIMES
+from reports.rows import Tables
+from scenarios.needs import needs
+from scenarios.read import read_scene
+
+PLUGINS = Path(__file__).parents[2] / "plugins"
+SPARING, MINE = str(PLUGINS / "sparing.py"), str(PLUGINS / "mine.py")
+COLUMNS = (
+    "scene,engine,method,feature,wall_ns_per_step_with,wall_ns_per_step_without,"
+    "ratio,ratio_low,ratio_high,max_difference_m"
+)
+SCENE = """
+title = "Brick, barely turning"
+duration = 0.2
+times = [0.1, 0.2]
+step = 0.02
+[body]
+shape = "box"
+size = [0.4, 0.15, 0.1]
+mass = 2.4
+velocity = [0.5, 3.0, -1.0]
+angular_velocity = [0.2, -0.1, 0.4]
+"""
+FALLING = "gravity = [0.0, -9.81, 0.0]\n"
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory) -> Path:
+    found = tmp_path_factory.mktemp("scenes")
+    (found / "brick.toml").write_text(SCENE)
+    (found / "falling.toml").write_text(SCENE.replace("[body]", f"{FALLING}[body]"))
+    return found
+
+
+@pytest.fixture(scope="module")
+def ablation(folder):
+    with launched([SPARING, MINE]) as participants:
+        return ablate(participants, read_scene(str(folder / "brick.toml")), span_s=0.0)
+
+
+def rows_of(ablation, method: str) -> dict[str, AblationRow]:
+    return {row.feature: row for row in ablation.rows if row.method == method}
+
+
+def test_every_feature_left_out_has_its_row_and_all_of_them_one(ablation):
+    assert list(rows_of(ablation, "careful")) == [EVERYTHING, "ballast", "breeze", "digits", "gravity"]
+
+
+def test_what_costs_something_is_told_from_what_costs_nothing(ablation):
+    rows = rows_of(ablation, "careful")
+    # With the ballast a step is four steps' work, of which none but these costs anything worth noticing.
+    for feature in ("ballast", EVERYTHING):
+        assert 2.5 < rows[feature].ratio < 6
+        assert tells(rows[feature])
+    for feature in ("breeze", "gravity"):
+        assert 0.5 < rows[feature].ratio < 2
+    for row in rows.values():
+        assert row.ratio_low <= row.ratio <= row.ratio_high
+        assert row.ratio == pytest.approx(row.wall_ns_per_step_with / row.wall_ns_per_step_without, rel=1e-12)
+        assert row.wall_ns_per_step_without == rows[EVERYTHING].wall_ns_per_step_without, "one lean build for all"
+
+
+def test_a_motion_that_stays_is_the_same_to_the_last_bit(ablation):
+    assert {row.max_difference_m for row in rows_of(ablation, "careful").values()} == {0.0}
+
+
+def test_how_far_a_feature_moves_the_vertices(ablation):
+    rows = rows_of(ablation, "windy")
+    # A breeze of 1e-3 m/s2 along all three axes for 0.2 s; semi-implicit Euler adds one step of 0.02 s to the fall.
+    moved = np.sqrt(3) * 1e-3 * 0.2 * (0.2 + 0.02) / 2
+    for feature in ("breeze", EVERYTHING):
+        assert rows[feature].max_difference_m == pytest.approx(moved, rel=1e-9)
+    for feature in ("ballast", "digits", "gravity"):
+        assert rows[feature].max_difference_m == 0
+
+
+def test_only_what_the_flight_is_worse_without_does_harm(ablation):
+    assert ablation.limit_m < 1e-14
+    assert {(row.method, row.feature) for row in ablation.altered} == {
+        ("careless", "digits"),
+        ("careless", EVERYTHING),
+    }
+    assert {(row.method, row.feature) for row in ablation.inexact} == {("windy", "breeze"), ("windy", EVERYTHING)}
+
+
+def test_what_cannot_be_built_is_a_row_with_the_reason_and_not_in_everything(ablation):
+    fragile = rows_of(ablation, "fragile")
+    assert list(fragile) == [EVERYTHING, "ballast", "digits", "gravity", "breeze: skipped: it would break"]
+    brittle = rows_of(ablation, "brittle")
+    assert list(brittle) == ["ballast, breeze, digits, gravity: skipped: it would break"]
+    assert brittle.popitem()[1].ratio is None
+
+
+def test_an_engine_without_spares_is_one_row_that_says_so(ablation):
+    (row,) = [row for row in ablation.rows if row.engine == "mine"]
+    assert row == AblationRow("brick", "mine", "", "nothing to leave out")
+    assert "mine: nothing to leave out" in others(ablation.rows)
+
+
+def test_what_the_scene_has_is_not_left_out(folder):
+    scene = read_scene(str(folder / "falling.toml"))
+    assert "gravity" in needs(scene)
+    with launched([f"{SPARING}:careful", "handcalc"]) as participants:
+        found = ablate(participants, scene, span_s=0.0)
+    assert list(rows_of(found, "careful")) == [EVERYTHING, "ballast", "breeze", "digits"]
+    assert found.rows[-1] == AblationRow("falling", "handcalc", "", "skipped: handcalc has no gravity")
+
+
+def test_mujoco_leaves_out_a_fifth_without_moving_a_bit(folder):
+    with launched(["mujoco:rk4"]) as participants:
+        found = ablate(participants, read_scene(str(folder / "brick.toml")), span_s=1.0)
+    everything = rows_of(found, "rk4")[EVERYTHING]
+    assert tells(everything)
+    assert {row.max_difference_m for row in found.rows} == {0.0}
+
+
+def test_our_solver_pays_for_no_term_that_a_cube_has_not_got():
+    with launched(["tumble:rk4"]) as participants:
+        turning = ablate(participants, read_scene("table-4-1"), span_s=0.5)
+        straight = ablate(participants, read_scene("die-straight"), span_s=0.5)
+    assert rows_of(turning, "rk4")[EVERYTHING].ratio_low > 1.5
+    assert rows_of(straight, "rk4")[EVERYTHING].ratio_low > 5
+    assert not turning.altered
+    assert not straight.altered
+
+
+# --- apart from engines
+
+
+def trajectory(vertices) -> Trajectory:
+    vertices = np.array(vertices, dtype=float).reshape(-1, 1, 1, 3)
+    return Trajectory(np.arange(len(vertices)), np.zeros((len(vertices), 1, 13)), vertices, 1, 0.0, ())
+
+
+def test_two_flights_are_as_far_apart_as_their_vertices_ever_are():
+    here = trajectory([(0, 0, 0), (1, 1, 1)])
+    assert apart_m(here, here) == 0
+    assert apart_m(here, trajectory([(0, 0, 0), (1, 4, 5)])) == 5
+    lost = trajectory([(0, 0, 0), (np.nan, 1, 1)])
+    assert apart_m(here, lost) == apart_m(lost, here) == np.inf
+    assert apart_m(lost, lost) == 0
+
+
+def test_the_spread_is_that_of_the_rounds_own_ratios():
+    # A machine that is twice as slow by turns moves times and not ratios; nine rounds in ten say 2, one says 4.
+    pace = np.where(np.arange(40) % 2, 1.0, 2.0)
+    slower = Reading(2 * pace * np.where(np.arange(40) == 7, 2.0, 1.0))
+    assert np.quantile(slower.samples / pace, (0.1, 0.9)).tolist() == [2, 2]
+    assert slower.ns / Reading(pace).ns == 2
+
+
+def test_a_ratio_is_quoted_in_as_many_digits_as_it_has():
+    assert [times(ratio) for ratio in (None, 1.0, 37.994, 231.4)] == ["", "1.00", "37.99", "231"]
+    assert band(AblationRow("s", "e", "m", "f", 2.0, 1.0, 2.0, 1.9, 2.1, 0.0)) == "1.90-2.10"
+
+
+# --- the command, and the page's section
+
+
+def test_the_command_prints_it_and_writes_it(tumble, folder):
+    said = tumble("ablate", str(folder / "brick.toml"), "-e", f"{SPARING}:careful", "-e", MINE, "-o", "out", cwd=folder)
+    assert said.returncode == 0, said.stderr
+    assert "mine: nothing to leave out" in said.stdout
+    assert "sparing:careful" in said.stdout
+    assert "  with ballast" in said.stdout
+    assert "same bits" in said.stdout
+    text = (folder / "out" / "ablation.csv").read_text()
+    assert text.splitlines()[0] == COLUMNS
+    rows = list(csv.DictReader(io.StringIO(text)))
+    assert [row["feature"] for row in rows] == [
+        EVERYTHING, "ballast", "breeze", "digits", "gravity", "nothing to leave out",
+    ]  # fmt: skip
+    assert rows[0]["max_difference_m"] == "0"
+    assert not any(rows[-1][column] for column in COLUMNS.split(",")[4:])
+    assert {"engines.csv", "conditions.csv"} <= {path.name for path in (folder / "out").iterdir()}
+
+
+def test_a_harmful_omission_fails_the_command(tumble, folder):
+    said = tumble("ablate", str(folder / "brick.toml"), "-e", f"{SPARING}:careless", cwd=folder)
+    assert said.returncode == 1
+    assert "sparing:careless on brick: digits moves it by" in said.stderr
+
+
+@pytest.mark.parametrize("words", [("nowhere",), ("die-straight", "-e", "nobody")])
+def test_the_users_mistakes_are_one_line(tumble, words):
+    said = tumble("ablate", *words)
+    assert said.returncode == 2
+    assert said.stdout == ""
+    assert len(said.stderr.splitlines()) == 1
+
+
+ROWS = [
+    AblationRow("brick", "a", "x", EVERYTHING, 200.0, 100.0, 2.0, 1.9, 2.1, 0.0),
+    AblationRow("brick", "a", "x", "lamp", 101.0, 100.0, 1.01, 0.9, 1.1, 0.0),
+    AblationRow("brick", "a", "x", "horn", 190.0, 100.0, 1.9, 1.8, 2.0, 1e-16),
+    AblationRow("brick", "b", "", "nothing to leave out"),
+]
+
+
+def page_tables(rows) -> Tables:
+    scene = SceneRow("brick", "Brick", "", "rotation", "box", 8, 1.0, 0.1, 2, "exact", 1e-16, 1e-15)
+    return Tables({"scenes.csv": table_text(SceneRow, [scene]), "ablation.csv": table_text(AblationRow, rows)})
+
+
+def test_the_page_names_what_each_is_worth_and_not_what_chance_would_say():
+    found = section(page_tables(ROWS))
+    assert found is not None
+    (line,) = found.lines
+    assert (line.contestant, line.ratio, line.features) == ("a:x", "2.00", [f"horn {TIMES} 1.90"])
+    assert found.others == ["b: nothing to leave out"]
+    assert found.finding == "a:x saves most: with everything its step takes 2.00 times as long."
+
+
+def test_the_page_has_no_section_where_nobody_leaves_anything_out():
+    assert section(page_tables(ROWS[3:])) is None
+    assert section(Tables({})) is None
+    assert "measurably" in finding(ROWS[1:2])

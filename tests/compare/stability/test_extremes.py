@@ -1,0 +1,145 @@
+"""Extreme cases: that they are what their names say, that our best method holds them, and that nobody is waited for."""
+
+import tracemalloc
+from dataclasses import replace
+from importlib import import_module
+
+import numpy as np
+import pytest
+
+from compare.run.flight import fly, legs
+from compare.run.participants import launched
+from compare.stability.extremes import BEST, FLOORS, ExtremeRow, cases, extreme, missed, scene_text, texts, true_case
+from scenarios.frames import rotation_matrix
+from scenarios.read import catalogue, read_scene
+from scenarios.scene import Scene
+
+CASES = {case.scene.name: case for case in cases()}
+# Those whose truth and flights take a moment.
+QUICK = (
+    "spin-1e6",
+    "step-1",
+    "needle",
+    "inertia-1e6",
+    "far-1e7",
+    "separatrix",
+    "impulse-1e15",
+    "no-impulse",
+    "denormal",
+)
+
+
+@pytest.fixture(scope="module")
+def truths():
+    return {name: true_case(CASES[name]) for name in QUICK}
+
+
+def test_every_case_of_the_list_is_there():
+    assert {f"spin-1e{power}" for power in range(2, 7)} <= set(CASES)
+    assert {CASES[name].scene.step for name in CASES if name.startswith("step-")} == {1e-6, 1e-4, 1e-2, 1.0}
+    assert {CASES["mass-1e-9"].scene.body.mass, CASES["mass-1e12"].scene.body.mass} == {1e-9, 1e12}
+    assert np.ptp(CASES["micrometre"].scene.body.points) < 5e-6
+    assert np.ptp(CASES["thousand-km"].scene.body.points) >= 1e6
+    moments = CASES["inertia-1e6"].scene.body.moments
+    assert moments.max() / moments.min() == pytest.approx(1e6)
+    assert sum(leg.n for leg in legs(CASES["steps-1e8"].scene, CASES["steps-1e8"].scene.step)) == 10**8
+    assert not set(CASES) & set(catalogue())
+
+
+def test_the_cases_are_what_they_are_called():
+    turned = CASES["turns-1e5"].scene
+    w = np.linalg.norm(turned.start[0, 10:13])
+    assert w * turned.duration / (2 * np.pi) == pytest.approx(1e5, rel=0.05)
+    axis = CASES["middle-axis"].scene
+    middle = int(np.argsort(axis.body.moments)[1])
+    assert np.flatnonzero(axis.start[0, 10:13]).tolist() == [middle]
+    edge = CASES["separatrix"].scene
+    b = sorted(edge.body.moments)[1]
+    w_body = rotation_matrix(edge.start[0, 3:7]).T @ edge.start[0, 10:13]
+    moments = edge.body.moments
+    off = (moments * w_body) @ (moments * w_body) / (b * (moments * w_body) @ w_body) - 1
+    assert 1e-13 < abs(off) < 1e-11
+    assert np.linalg.norm(CASES["impulse-1e15"].scene.impulses[0].value) == pytest.approx(1e15, rel=0.02)
+    blows = CASES["ten-impulses"].scene.impulses
+    assert len(blows) == 10
+    assert len({blow.time for blow in blows}) == 1
+    assert not CASES["no-impulse"].scene.start[0, 7:13].any()
+    assert 5e-324 in CASES["denormal"].scene.start
+
+
+def test_a_case_reads_back_from_its_text(tmp_path):
+    for name, text in texts():
+        path = tmp_path / f"{name}.toml"
+        path.write_text(text, encoding="utf-8")
+        again = read_scene(str(path))
+        np.testing.assert_array_equal(again.start, CASES[name].scene.start)
+    assert 'title = "T"' in scene_text("T", 1.0, 0.1, {"shape": "box"})
+
+
+def test_our_best_method_holds_every_quick_case(truths):
+    engine, _, method = BEST.partition(":")
+    with launched([BEST], 60.0) as (participant,):
+        rows = [extreme(participant, method, CASES[name], truths[name]) for name in QUICK]
+    assert {row.engine for row in rows} == {engine}
+    assert missed(rows) == [], [(row.scene, row.times_limit) for row in rows]
+    assert {row.verdict for row in rows} == {"stable"}
+
+
+def test_a_miss_is_told():
+    row = ExtremeRow("c", "C", *BEST.split(":"), 0.1, 1, "ok", "stable", 1.0, 0.01, FLOORS * 1.01, 1.0, "")
+    assert missed([row]) == [row]
+    assert missed([replace(row, times_limit=FLOORS)]) == []
+    assert missed([replace(row, times_limit=None)]), "no flight is no success"
+    assert missed([replace(row, engine="mine")]) == [], "others may miss"
+
+
+def test_one_row_a_contestant_with_its_reason(truths):
+    with launched(["tumble:rk4", "mujoco:implicitfast", "handcalc:all-mended"], 60.0) as participants:
+        rows = {
+            (name, participant.title): extreme(participant, participant.methods[0], CASES[name], truths[name])
+            for name in ("spin-1e6", "no-impulse")
+            for participant in participants
+        }
+    assert rows["spin-1e6", "tumble"].verdict == "diverged"
+    assert rows["spin-1e6", "mujoco"].verdict == "damped"
+    assert "energy of the spin falls" in rows["spin-1e6", "mujoco"].why
+    assert rows["no-impulse", "mujoco"].verdict == rows["no-impulse", "tumble"].verdict == "stable"
+    assert rows["no-impulse", "mujoco"].times_limit < FLOORS
+    refused = rows["spin-1e6", "handcalc"]
+    assert (refused.verdict, refused.max_error_m) == ("refused", None)
+    assert "Table 4.1" in refused.why
+
+
+def test_what_does_not_fit_the_budget_is_told_from_its_first_steps():
+    case = CASES["steps-1e8"]
+    near = replace(case, scene=replace(case.scene, duration=10.0, times=np.array([10.0]), step=1e-6))
+    true = true_case(near)
+    with launched(["mujoco:rk4", "scipy", "tumble:exact"], 60.0) as participants:
+        rk4, dop853, exact = (
+            extreme(participant, participant.methods[0], near, true, budget_s=1e-3) for participant in participants
+        )
+    for row in (rk4, dop853):
+        assert row.verdict == "no-return"
+        assert "of 0.001" in row.why
+    assert "1e+07 steps" in rk4.why
+    assert exact.verdict == "stable", "one step for all"
+
+
+def test_a_long_flight_takes_no_more_memory():
+    engine = import_module("compare.engines.tumble")
+    scene = CASES["steps-1e8"].scene
+
+    def flight(steps: int) -> Scene:
+        seconds = steps * scene.step
+        return replace(scene, duration=seconds, times=np.linspace(0, seconds, 17)[1:])
+
+    def peak(steps: int) -> int:
+        flown = flight(steps)
+        tracemalloc.start()
+        fly(engine, flown, "rk4", scene.step)
+        _, most = tracemalloc.get_traced_memory()
+        tracemalloc.stop()
+        return most
+
+    fly(engine, flight(1600), "rk4", scene.step)  # compiles, which takes memory once
+    assert peak(1_600_000) < 1.5 * peak(1600)

@@ -1,0 +1,324 @@
+"""Maps, limits and their theory, on a hand-written engine with a known limit and on the real ones; and going on."""
+
+import csv
+import io
+import math
+import signal
+import subprocess
+import sys
+import threading
+import time
+from concurrent.futures import Future
+from contextlib import suppress
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from compare.run.circumstances import circumstances
+from compare.run.participants import Participant, launched
+from compare.stability.contest import STIFF, keys, stability
+from compare.stability.modes import (
+    Mode,
+    damping_implicit_euler,
+    held_parabola,
+    limit_of,
+    runge_kutta_4,
+    semi_implicit_euler,
+    stiffest_mode,
+    theory,
+)
+from compare.stability.stability import (
+    FACTORS,
+    PROBED,
+    RADIANS,
+    ROWS,
+    STEPS,
+    Column,
+    Piece,
+    Question,
+    Trials,
+    columns,
+    natural_parameter,
+    truth_of,
+)
+from compare.stability.store import Store
+from scenarios.read import BadScene, read_scene
+from scenarios.scene import Scene
+from scenarios.truth import truth
+
+SPRINGS = str(Path(__file__).parents[2] / "plugins" / "springs.py")
+TETHER = read_scene("tether-undamped")
+SPIN = read_scene("spin-fast")
+
+CELL_COLUMNS = "scene,engine,method,dt_s,parameter,value,status,verdict,max_error_m,energy_ratio,limit_m"
+
+
+def known(answer) -> Future:
+    future: Future = Future()
+    future.set_result(answer)
+    return future
+
+
+def ask(scene: Scene, *contestants: str, factors=(1.0,), true: bool = False) -> dict[str, Piece]:
+    """Return the pieces of some contestants, held against a truth or against the energy alone."""
+    own = columns(scene, factors)
+    truths = [known(truth(column.flight(ROWS)) if true else None) for column in own]
+    found = {}
+    with launched(contestants, 60.0) as participants:
+        for participant in participants:
+            for method in participant.methods:
+                piece = Trials(participant, method, Question(scene, own, truths), threading.Event()).piece()
+                found[f"{participant.title}:{method}"] = piece
+    return found
+
+
+# Modes and theory.
+
+
+def test_the_stiffest_mode_of_the_tethered_cube_is_the_known_one():
+    """1/m + |r x e|^2/I = 1 + 4.5 for a pull across the diagonal of a unit cube: w = sqrt(5.5 k) (m = 1, I = 1/6)."""
+    mode = stiffest_mode(TETHER)
+    # The stretch of 12 mm adds its tension to the stiffness: 0.012 m |r| 6 / 5.5 = 1 %, half of that in w.
+    assert mode.rate == pytest.approx(math.sqrt(5.5e6), rel=6e-3)
+    assert mode.damping == 0.0
+    critical = stiffest_mode(read_scene("tether-critical"))
+    assert critical.damping / (2 * math.sqrt(critical.stiffness)) == pytest.approx(1.0, rel=6e-3)
+
+
+def test_the_mode_of_a_free_body_is_its_spin():
+    assert stiffest_mode(SPIN).rate == pytest.approx(np.linalg.norm(SPIN.start[0, 10:13]))
+    assert stiffest_mode(read_scene("die-vertex")).rate > 0, "an impulse at t = 0 spins it"
+
+
+def test_the_mode_of_a_hanging_body_and_of_drag():
+    assert stiffest_mode(read_scene("rod-stiff")).rate == pytest.approx(math.sqrt(1e6 / 2.4), rel=1e-4)
+    drag = read_scene("drag-stiff")
+    assert stiffest_mode(drag).rate == pytest.approx(drag.drag.angular / drag.body.moments.min(), rel=5e-3)
+
+
+@pytest.mark.parametrize("zeta", [0.0, 0.3, 1.0, 5.0])
+def test_limits_of_schemes_are_the_closed_ones(zeta):
+    """Jury's conditions for u'' + 2 z w u' + w^2 u = 0, worked out by hand for each scheme."""
+    w = 7.0
+    mode = Mode(w, 2 * zeta * w, w * w)
+    assert limit_of(semi_implicit_euler, mode) == pytest.approx(2 * (math.sqrt(zeta**2 + 1) - zeta), rel=1e-5)
+    assert limit_of(damping_implicit_euler, mode) == pytest.approx(2 * (math.sqrt(zeta**2 + 1) + zeta), rel=1e-5)
+    held = min(4 * zeta, 1 / zeta) if zeta else 0.0
+    assert limit_of(held_parabola, mode) == pytest.approx(held, rel=1e-5)
+    if zeta == 0.0:
+        assert limit_of(runge_kutta_4, mode) == pytest.approx(2 * math.sqrt(2), rel=1e-5)
+    if zeta == 1.0:
+        assert limit_of(runge_kutta_4, mode) == pytest.approx(2.7852935634, rel=1e-4)  # a double root: slower to see
+
+
+def test_theory_knows_bullet_and_says_nothing_of_strangers():
+    mode = stiffest_mode(SPIN)
+    assert theory("pybullet:rigidbody", SPIN, mode).w_dt == math.pi / 4
+    assert theory("pybullet:multibody", SPIN, mode).w_dt == 0.0
+    assert theory("tumble:splitting", SPIN, mode).w_dt == math.inf
+    assert theory("mine:own", SPIN, mode) is None
+    assert theory("mine:own", TETHER, stiffest_mode(TETHER)) is None
+
+
+# Which number, and which flights.
+
+
+@pytest.mark.parametrize(
+    ("name", "parameter"),
+    [
+        ("tether-undamped", "tether stiffness [N/m]"),
+        ("tether-overdamped", "tether damping [N s/m]"),
+        ("rod-stiff", "tether stiffness [N/m]"),
+        ("drag-stiff", "angular drag [N m s/rad]"),
+        ("floor-stiff", "floor stiffness [N/m]"),
+        ("spin-fast", "spin [rad/s]"),
+    ],
+)
+def test_the_natural_parameter_is_what_makes_a_scene_stiff(name, parameter):
+    scene = read_scene(name)
+    assert name in STIFF
+    found = natural_parameter(scene)
+    assert found.name == parameter
+    assert found.value(found.scaled(scene, 3.0)) == pytest.approx(3.0 * found.value(scene))
+
+
+def test_a_body_at_rest_has_nothing_to_be_stable_in():
+    with pytest.raises(BadScene, match="nothing turns, pulls or brakes"):
+        columns(read_scene("die-straight"))
+
+
+def test_every_column_turns_as_far_and_steps_divide_its_rows():
+    for column in columns(TETHER):
+        assert column.seconds * column.mode.rate == pytest.approx(RADIANS)
+        for steps in STEPS:
+            flown = column.flight(steps)
+            assert len(flown.times) == min(steps, ROWS)
+            assert flown.times[-1] == flown.duration
+            assert set(flown.times) <= set(column.flight(ROWS).times)
+        probe = column.probe(1e-3 / 3, PROBED)
+        np.testing.assert_allclose(probe.times / (1e-3 / 3), np.round(probe.times / (1e-3 / 3)), rtol=0, atol=1e-9)
+
+
+def test_the_truth_of_few_rows_is_that_of_the_same_instants():
+    (column,) = columns(SPIN, [1.0])
+    whole = truth(column.flight(ROWS))
+    few = truth_of(column.flight(4), whole)
+    np.testing.assert_array_equal(few.times, column.flight(4).rows)
+    np.testing.assert_array_equal(few.states[2], whole.states[ROWS // 2])
+
+
+# Limits, measured.
+
+
+def test_bisection_finds_the_limit_of_a_hand_written_engine():
+    piece = ask(TETHER, f"{SPRINGS}:symplectic")["springs:symplectic"]
+    assert piece.limit.w_dt_limit == pytest.approx(2.0, rel=0.03)
+    assert piece.limit.beyond in ("diverged", "drifting")
+    assert piece.limit.dt_stable_s == pytest.approx(2.0 / math.sqrt(5.5e6), rel=0.03)
+    assert [row.verdict for row in piece.rows[:3]] == ["diverged"] * 3, "the longest steps come first"
+    assert piece.rows[-1].verdict == "stable"
+    assert piece.limit.theory_w_dt is None
+
+
+# In w = sqrt(5.5 k), each found before by a bisection of its own: 2500 steps, energy below 1000 times the start's.
+KNOWN = {
+    "tether-undamped": {
+        "mujoco:euler": 2.0,
+        "mujoco:rk4": 2.83,
+        "mujoco:rk4+held": 0.0,
+        "mujoco:implicitfast": 2.0,
+        "mujoco:discrete": math.inf,
+        "pybullet:multibody+defaults": 2.0,
+        "tumble:rk4": 2.83,
+        "tumble:symplectic-euler": 2.0,
+    },
+    "tether-critical": {
+        "mujoco:euler": 0.84,
+        "mujoco:rk4+held": 1.0,
+        "mujoco:implicitfast": 4.8,
+        "mujoco:discrete": math.inf,
+        "pybullet:rigidbody+held": 0.84,
+    },
+}
+
+
+@pytest.mark.parametrize("name", list(KNOWN))
+def test_the_known_limits_come_out(name):
+    for contestant, piece in ask(read_scene(name), *KNOWN[name]).items():
+        w_dt, w = piece.limit.w_dt_limit, piece.limit.w_rad_s / math.sqrt(5.5e6)
+        assert w_dt / w == pytest.approx(KNOWN[name][contestant], rel=0.03), contestant
+        if piece.limit.theory_w_dt is not None:
+            assert w_dt == pytest.approx(piece.limit.theory_w_dt, rel=0.03), contestant
+        assert piece.limit.beyond == ("clamped" if "defaults" in contestant else piece.limit.beyond)
+
+
+def test_a_free_spin_is_held_against_the_truth():
+    pieces = ask(SPIN, "tumble:rk4", "tumble:exact", "pybullet:rigidbody", true=True)
+    rk4, exact, bullet = pieces.values()
+    size = float(np.linalg.norm(SPIN.body.points, axis=1).max())
+    assert rk4.limit.dt_1mm_s < rk4.limit.dt_1pct_s or 0.01 * 2 * size < 1e-3
+    errors = {row.dt_s: row.max_error_m for row in rk4.rows}
+    inside = [dt for dt, error in errors.items() if error <= 1e-3]
+    assert max(inside) <= rk4.limit.dt_1mm_s < 2 * max(inside)
+    assert exact.limit.note == "takes steps of its own"
+    assert all(row.max_error_m <= 10 * row.limit_m for row in exact.rows)
+    turned = {row.verdict for row in bullet.rows if row.dt_s * bullet.limit.w_rad_s > 1.0}
+    assert turned == {"under-rotated"}
+    assert bullet.limit.w_dt_limit == pytest.approx(math.pi / 4, rel=0.1)
+
+
+# Keeping what is done, and going on.
+
+
+def store(folder: Path, participants: list[Participant], scenes: list[Scene]) -> Store:
+    return Store(folder, keys(participants, scenes, []), circumstances(participants, scenes, {}, "tumble stability"))
+
+
+def finish(folder: Path, participants: list[Participant], scenes: list[Scene], stop_after: int | None = None) -> str:
+    """Do all that is not done, or stop as Ctrl-C does after so many pieces; return what was said of the folder."""
+    kept = store(folder, participants, scenes)
+    said = kept.resume()
+    pieces = 0
+
+    def keep(piece):
+        nonlocal pieces
+        kept.keep(piece)
+        pieces += 1
+        if pieces == stop_after:
+            raise KeyboardInterrupt
+
+    with suppress(KeyboardInterrupt):
+        stability(participants, scenes, [], keep, done=kept.done)
+    kept.write()
+    return said
+
+
+def files(folder: Path) -> dict[str, str]:
+    return {path.name: path.read_text(encoding="utf-8") for path in folder.iterdir()}
+
+
+CONTESTANTS = ("tumble:splitting", "tumble:magnus6", "tumble:exact")
+
+
+def test_an_interrupted_run_goes_on_to_the_same_rows(tmp_path):
+    with launched(CONTESTANTS, 60.0) as participants:
+        finish(tmp_path / "parts", participants, [SPIN], stop_after=1)
+    assert len(files(tmp_path / "parts")["limits.csv"].splitlines()) == 1 + 1
+    with launched(CONTESTANTS, 60.0) as participants:
+        said = finish(tmp_path / "parts", participants, [SPIN])
+        assert "has 1 of 3 pieces" in said
+        finish(tmp_path / "whole", participants, [SPIN])
+        assert files(tmp_path / "parts") == files(tmp_path / "whole")
+        (header, *_) = files(tmp_path / "whole")["stability.csv"].splitlines()
+        assert header == CELL_COLUMNS
+        assert "has 3 of 3 pieces" in store(tmp_path / "whole", participants, [SPIN]).resume()
+
+
+def test_what_was_measured_under_other_conditions_does_not_count(tmp_path):
+    other = replace(SPIN, body=replace(SPIN.body, mass=3.0))
+    with launched(["tumble:exact"], 60.0) as participants:
+        finish(tmp_path, participants, [SPIN])
+        assert "begun anew: scene spin-fast was" in store(tmp_path, participants, [other]).resume()
+        with (tmp_path / "limits.csv").open("a") as file:
+            file.write("half a row")
+        damaged = store(tmp_path, participants, [SPIN])
+        assert "cannot be read" in damaged.resume()
+        assert damaged.done == frozenset()
+    with launched(["tumble:exact", "tumble:rk4"], 60.0) as participants:
+        assert "begun anew: engine tumble was" in store(tmp_path, participants, [SPIN]).resume()
+
+
+def test_ctrl_c_keeps_what_was_done(tmp_path):
+    words = ["stability", "spin-fast", "-e", "tumble", "-o", "kept"]
+    run = subprocess.Popen(
+        [sys.executable, "-P", "-m", "tumble", *words], cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    )
+    limits = tmp_path / "kept" / "limits.csv"
+    for _ in range(600):
+        if limits.exists() and len(limits.read_text().splitlines()) > 1:
+            break
+        time.sleep(0.1)
+    run.send_signal(signal.SIGINT)
+    out, err = run.communicate(timeout=60)
+    assert run.returncode == 130
+    assert b"the same command goes on from there" in err
+    assert b"Traceback" not in err
+    assert b"spin-fast" in out
+    names = {row["method"] for row in csv.DictReader(io.StringIO(limits.read_text()))}
+    cells = {row["method"] for row in csv.DictReader(io.StringIO((limits.parent / "stability.csv").read_text()))}
+    assert names == cells
+    assert names
+
+
+def test_a_user_s_mistake_is_one_line(tumble):
+    done = tumble("stability", "die-straight", "-e", "tumble:rk4")
+    assert done.returncode == 2
+    assert done.stderr.count("\n") == 1
+    assert "nothing turns, pulls or brakes" in done.stderr
+
+
+def test_columns_are_given_for_every_factor():
+    assert [column.factor for column in columns(SPIN)] == list(FACTORS)
+    assert isinstance(columns(SPIN)[0], Column)

@@ -1,0 +1,190 @@
+"""The ladder, the clock and what is read off them: on planted runs with known answers, and on a real sweep."""
+
+from dataclasses import replace
+from itertools import pairwise
+from time import thread_time_ns
+from types import ModuleType
+
+import numpy as np
+import pytest
+
+from compare.judge.errors import Run
+from compare.run.flight import Trajectory
+from compare.run.participants import launched
+from compare.run.timer import Pace, Reading, Timer, round_robin, steady_ratio
+from compare.sweep.frontier import (
+    by_contestant,
+    digit_rows,
+    error,
+    frontier,
+    order_rows,
+    reach,
+    same_rows,
+    sweep_run_rows,
+)
+from compare.sweep.sweep import Sweep, Timed, at_floor, rungs, sweep
+from scenarios.frames import vertices
+from scenarios.read import read_scene
+from scenarios.truth import truth
+
+SCENE = replace(read_scene("two-hits"), impulses=(), times=np.array([1.0]), duration=1.0)
+TRUTH = truth(SCENE)
+
+
+def planted(dt: float, off_m: float, flight_ns: float, method="planted", notes=(), factors=(1.0, 1.0)) -> Timed:
+    """Return a run that is off by a known distance and took a known time, with the two passes a known factor apart."""
+    states = TRUTH.states.copy()
+    states[1:, :, 0] += off_m
+    flight = Trajectory(SCENE.rows, states, vertices(states, SCENE.body.points), round(1 / dt), 1e-3, notes)
+    samples = np.repeat(factors, 10) * flight_ns * dt
+    return Timed(Run(SCENE, "mine", method, dt, flight, TRUTH), flight_ns, Reading(samples), True, 0.0)
+
+
+def ladder(order: float, constant: float, count=12, method="planted", speed=1.0) -> list[Timed]:
+    steps = [2.0**-k for k in range(count)]
+    return [planted(dt, constant * dt**order, 100.0 / dt / speed, method) for dt in steps]
+
+
+def of(timed: list[Timed]) -> Sweep:
+    return Sweep(SCENE, tuple(timed), ())
+
+
+@pytest.mark.parametrize("order", [1, 2, 4])
+def test_the_order_is_read_off_the_errors(order):
+    (row,) = order_rows(of(ladder(order, 1e-2)))
+    # The planted position is rounded to 1e-16 m.
+    assert row.order == pytest.approx(order, abs=1e-3)
+    assert row.order_high - row.order_low < 0.01
+    assert row.translation_m == pytest.approx(1e-2 * row.dt_s**order)
+    assert row.attitude_m == 0
+
+
+def test_where_smaller_steps_stop_paying():
+    errors = [1e-3 * 2.0 ** (-4 * k) if k < 6 else 1e-10 * 2.0 ** (k - 6) for k in range(12)]
+    (row,) = order_rows(of([planted(2.0**-k, off, 100.0 * 2**k) for k, off in enumerate(errors)]))
+    assert row.bends
+    assert row.best_dt_s == 2.0**-6
+    assert row.order == pytest.approx(4, abs=0.2)
+
+
+def test_what_a_digit_costs_is_interpolated_on_the_frontier():
+    # error = 1e-2 dt, time = 100/dt ns: 1e-3 m at dt = 0.1 takes 1000 ns, between the measured 1/8 and 1/16.
+    verdict, flight_ns, run = reach(ladder(1, 1e-2), 1e-3)
+    assert (verdict, run.run.dt) == ("reached", 1 / 16)
+    assert flight_ns == pytest.approx(1000.0)
+
+
+def test_nothing_is_extrapolated():
+    coarse_enough = ladder(1, 1e-4)
+    assert reach(coarse_enough, 1e-3)[0] == "at most"
+    assert reach(coarse_enough, 1e-12) == ("not reached", None, None)
+
+
+def test_a_flagged_run_never_counts():
+    flagged = planted(0.5, 1e-9, 1.0, notes=("clamped",))
+    assert reach([flagged, *ladder(1, 1e-2)], 1e-9) == ("not reached", None, None)
+    assert flagged not in frontier([flagged, *ladder(1, 1e-2)])
+
+
+def test_a_costlier_run_with_no_smaller_error_is_not_on_the_frontier():
+    good, bad = planted(0.5, 1e-3, 10.0), planted(0.25, 1e-3, 20.0)
+    assert frontier([bad, good]) == [good]
+
+
+def test_errors_below_the_limit_are_the_limit():
+    assert error(planted(0.5, 0.0, 1.0)) == TRUTH.limit.max()
+
+
+def test_ratios_are_quoted_against_one_contestant_and_only_where_two_passes_agree():
+    slow, fast = ladder(1, 1e-2, method="slow"), ladder(1, 1e-2, method="fast", speed=4.0)
+    ratios = {(row.method, row.target_m): row.ratio for row in digit_rows(of(slow + fast), "mine:fast")}
+    assert ratios["slow", 1e-3] == pytest.approx(4.0)
+    assert ratios["fast", 1e-3] == pytest.approx(1.0)
+    assert ratios["slow", 1e-12] is None
+    unsteady = [planted(each.run.dt, 1e-2 * each.run.dt, each.flight_ns, "slow", (), (1.0, 1.1)) for each in slow]
+    assert {row.ratio for row in digit_rows(of(unsteady + fast), "mine:fast") if row.method == "slow"} == {None}
+
+
+def test_steady_is_within_five_percent():
+    calm, wild = Reading(np.ones(20)), Reading(np.repeat([1.0, 1.06], 10))
+    assert steady_ratio(calm, calm)
+    assert steady_ratio(wild, wild), "both slowed down together: their ratio is what it was"
+    assert not steady_ratio(calm, wild)
+
+
+def test_one_integrator_under_two_names_is_found():
+    a, b, c = (ladder(1, 1e-2, method=name) for name in "abc")
+    b = [planted(each.run.dt, 1e-2 * each.run.dt + 1e-9, each.flight_ns, "b") for each in b]
+    c = [planted(each.run.dt, -1e-2 * each.run.dt, each.flight_ns, "c") for each in c]
+    (row,) = same_rows(of(a + b + c))
+    assert (row.contestant_a, row.contestant_b) == ("mine:a", "mine:b")
+
+
+def test_the_ladder_ends_at_the_floor_and_not_before():
+    falling = [each.run for each in ladder(1, 1e-2)]
+    assert not at_floor(falling)
+    flat = [planted(2.0**-k, 1e-8, 1.0).run for k in range(4)]
+    assert at_floor(falling[:3] + flat)
+    rough = [planted(2.0**-k, 1.0, 1.0).run for k in range(6)]
+    assert not at_floor(rough), "errors as large as the body say nothing about small steps"
+
+
+def burner(ns_per_step: int) -> ModuleType:
+    """Return an engine whose step takes a known thread CPU time."""
+    engine = ModuleType("burner")
+
+    def advance(world, n, dt):
+        end = thread_time_ns() + n * ns_per_step
+        while thread_time_ns() < end:
+            pass
+
+    engine.build = lambda scene, method: {}  # type: ignore[attr-defined]
+    engine.write = lambda world, states: None  # type: ignore[attr-defined]
+    engine.advance = advance  # type: ignore[attr-defined]
+    return engine
+
+
+def test_the_clock_reads_a_known_ratio():
+    pace = Pace(((1, 0.01),), by_step=True)
+    slow, fast = (Timer(burner(ns), SCENE, "", pace) for ns in (30_000, 10_000))
+    readings = round_robin({"slow": slow.sample, "fast": fast.sample}, span_s=0.0, rounds=10)
+    # Each step ends up to one reading of the clock, 1 us, late.
+    assert readings["slow"].ns / readings["fast"].ns == pytest.approx(3.0, rel=0.15)
+    assert readings["fast"].ns == pytest.approx(10_000, rel=0.15)
+
+
+@pytest.fixture(scope="module")
+def real() -> Sweep:
+    with launched(["tumble:rk4", "mujoco:euler", "mujoco:rk4", "pybullet:multibody"]) as participants:
+        assert next(rungs(participants[0], SCENE, "rk4")) == ("rk4", 1.0)
+        return sweep(participants, SCENE)
+
+
+def test_a_real_ladder_has_four_rungs_a_decade(real):
+    for timed in by_contestant(real.timed).values():
+        # From two steps a flight on: one and two are an octave apart.
+        steps = sorted(each.run.dt for each in timed if each.run.dt < SCENE.duration)
+        assert all(finer / coarser < 10**0.25 for coarser, finer in pairwise(steps))
+
+
+def test_real_orders_and_equals_are_found(real):
+    orders = {f"{row.engine}:{row.method}": row.order for row in order_rows(real)}
+    assert orders["tumble:rk4"] == pytest.approx(4, abs=0.2)
+    assert orders["mujoco:rk4"] == pytest.approx(4, abs=0.2)
+    assert orders["mujoco:euler"] == pytest.approx(1, abs=0.2)
+    assert {(row.contestant_a, row.contestant_b) for row in same_rows(real)} == {("mujoco:euler", "pybullet:multibody")}
+
+
+def test_every_real_run_has_its_row_with_the_clocks_time(real):
+    rows = list(sweep_run_rows(real))
+    assert len(rows) == len(real.timed) + len(real.untimed)
+    assert all(row.wall_s is not None and row.wall_s > 0 for row in rows if row.status == "ok")
+    per_step = {(row.engine, row.method): set() for row in rows}
+    for row in rows:
+        per_step[row.engine, row.method].add(round(row.wall_ns_per_step, 6))
+    assert all(len(times) == 1 for times in per_step.values()), "one clock reading serves a whole ladder"
+
+
+def test_our_rk4_reaches_a_millionth_sooner_than_mujocos(real):
+    own, theirs = (reach(by_contestant(real.timed)[name, "rk4"], 1e-6)[1] for name in ("tumble", "mujoco"))
+    assert own < theirs

@@ -1,0 +1,379 @@
+"""Parsers against damaged files: whatever is in one, an object comes back or one line, and soon.
+
+The tests give each parser a few; `python tests/support/fuzz.py 100000 [PARSER ...]` gives each that many.
+"""
+
+import os
+import random
+import re
+import signal
+import sys
+import tempfile
+import time
+import warnings
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, redirect_stderr, redirect_stdout
+from dataclasses import dataclass, replace
+from io import StringIO
+from pathlib import Path
+from unittest.mock import patch
+from xml.etree import ElementTree
+
+import numpy as np
+
+from compare.check.changes import hold_against
+from compare.check.junit import junit
+from compare.check.markdown import summary
+from compare.check.record import BadRecord, CellRow, QuestionRow, Record, TimeRow, read_record, texts
+from compare.check.tolerances import BadTolerance, Tolerances, read_tolerances
+from compare.comparison.results import EngineRow, write_tables
+from compare.grade.columns import BadTrajectory
+from compare.grade.foreign import Trajectory
+from compare.grade.mapping import mapping_file, mapping_of
+from compare.grade.reference import Reference
+from compare.grade.residual import measure
+from scenarios.frames import rotation_matrix, vertices
+from scenarios.read import BadScene, read_scene
+from tumble.__main__ import main as tumble
+
+ROOT = Path(__file__).parents[2]
+# What takes longer hangs: a parser takes milliseconds, but a search for what is wrong many seconds where others work.
+LONGEST_S = 60
+TOKENS = (
+    b"nan", b"-inf", b"1e400", b"-0.0", b"0", b"-1", b"5e-324", b"9" * 400, b"0x" + b"f" * 60, b"true", b"[", b"]]",
+    b"{", b"}", b'"', b"'''", b"=", b",", b"\n", b"\r", b"\t", b"\x00", b"\x1b[31m", b"\xff", b"\xef\xbb\xbf",
+    "\u202e".encode(), b"#", b".", b"a.b.c", b"[[impulse]]", b"[floor]", b"kept", b"ok", b"flagged: x",
+    b"skipped: ", b"=1+1", b"-",
+)  # fmt: skip
+
+
+def damaged(rng: random.Random, seeds: list[bytes], others: list[bytes]) -> bytes:
+    """Return one of the seeds with other numbers in it, or pieces cut out, put in, doubled, or taken from others."""
+    text = rng.choice(seeds)
+    for _ in range(rng.randint(1, 3)):
+        numbers = [match.span() for match in re.finditer(rb"\d[\d.]*", text)]
+        if numbers and rng.random() < 0.5:
+            begin, end = rng.choice(numbers)
+            piece = rng.choice((number(rng), rng.choice(TOKENS[:8])))
+        else:
+            begin = rng.randint(0, len(text))
+            end = min(len(text), begin + rng.choice((0, 1, 2, 5, 40)))
+            other = rng.choice(others)
+            cut = rng.randint(0, len(other))
+            own = text[begin:end] * 2
+            piece = rng.choice((b"", rng.choice(TOKENS), bytes([rng.randrange(256)]), own, other[cut : cut + 40]))
+        text = text[:begin] + piece + text[end:]
+    return text
+
+
+def number(rng: random.Random) -> bytes:
+    """Return a number of any size, more often of a person's."""
+    size = rng.choice((rng.uniform(-3, 3), rng.uniform(-320, 300)))
+    return f"{rng.choice((1, 1, -1)) * 10.0**size:.{rng.randint(1, 17)}g}".encode()
+
+
+class HangsError(BaseException):
+    """What no parser may catch: a TimeoutError is an OSError, and those are the user's."""
+
+
+@contextmanager
+def in_time() -> Iterator[None]:
+    """Raise HangsError where what is done inside does not end."""
+
+    def too_long(*_: object) -> None:
+        raise HangsError(f"took more than {LONGEST_S} s")
+
+    before = signal.signal(signal.SIGALRM, too_long)
+    signal.alarm(LONGEST_S)
+    try:
+        yield
+    finally:
+        signal.alarm(0)
+        signal.signal(signal.SIGALRM, before)
+
+
+def outcomes(read: Callable[[], object], refusal: type[Exception], count: int) -> tuple[int, int]:
+    """Return how many of so many files were read and how many refused.  Raises whatever else happens."""
+    found, refused = 0, 0
+    for _ in range(count):
+        with in_time(), warnings.catch_warnings():
+            warnings.simplefilter("error")
+            try:
+                read()
+                found += 1
+            except refusal as error:
+                refused += 1
+                if not str(error).isprintable():
+                    raise AssertionError(f"not one line: {error!r}") from error
+    return found, refused
+
+
+def scenes(folder: Path, count: int) -> tuple[int, int]:
+    """Fuzz scene files."""
+    rng, file = random.Random(1), folder / "scene.toml"
+    seeds, bad = (
+        [path.read_bytes() for path in sorted((ROOT / where).glob("*.toml"))]
+        for where in ("scenarios/catalogue", "tests/bad")
+    )
+
+    def read() -> None:
+        file.write_bytes(damaged(rng, seeds, bad))
+        read_scene(str(file))
+
+    return outcomes(read, BadScene, count)
+
+
+def tolerances(folder: Path, count: int) -> tuple[int, int]:
+    """Fuzz tolerance files."""
+    rng, file = random.Random(2), folder / "tolerances.toml"
+    seeds = [b"max_error_m = 0.1\ntime_ratio = 2\n", b"energy_drift = 1e-3 # a word\nattitude_order = 0.5\n"]
+
+    def read() -> None:
+        file.write_bytes(damaged(rng, seeds, seeds))
+        read_tolerances(str(file))
+
+    return outcomes(read, BadTolerance, count)
+
+
+BASE = Record(
+    ("s", "./t.toml"),
+    ("e", "./mine.py:m"),
+    "tumble check",
+    (
+        QuestionRow("s", 0.5, 5, "exact", 1e-15, 0.3, 1.0, 2.0, 3.0),
+        QuestionRow("t", 0.5, 5, "none", None, 1.0, None, None, None),
+    ),
+    (EngineRow("e", "ok", "1", "double", "m", "", "nothing"), EngineRow("mine", "ok", "1", "double", "m", "", "")),
+    (
+        CellRow("s", "e", "m", 99, "ok", 1e-3, 5e-4, 9e-4, 1e-15, 1e-13, -1e-3, 1e-14, 2e-3, 2.0, 1.0, "decays"),
+        CellRow("s", "mine", "m", 99, "flagged: off by 3 m", 1e-3, 5e-4, 9e-4, 1e-15, 1e-13, 0.0, 0.0, 0.0),
+        CellRow("t", "e", "m", None, "skipped: has no floor"),
+    ),
+    (TimeRow("s", "e", "m", "tumble:rk4", 1.5), TimeRow("s", "mine", "m", "tumble:rk4", None)),
+)  # fmt: skip
+
+
+def records(folder: Path, count: int) -> tuple[int, int]:
+    """Fuzz baselines; what is read is held against the undamaged one both ways, and all that is said of it is made."""
+    rng = random.Random(3)
+    whole = {name: text.encode() for name, text in texts(BASE).items()}
+    write_tables(folder, texts(BASE))
+
+    def read() -> None:
+        name = rng.choice(list(whole))
+        (folder / name).write_bytes(damaged(rng, [whole[name]], list(whole.values())))
+        try:
+            record = read_record(folder)
+        finally:
+            (folder / name).write_bytes(whole[name])
+        for old, new in ((BASE, record), (record, BASE)):
+            outcome = hold_against(old, new, Tolerances())
+            assert summary(outcome, ("--baseline", "b")).startswith("## tumble check: ")
+            ElementTree.fromstring(junit(outcome, ("--baseline", "b")))
+        # What was read is what is written: no cell is taken for something else.
+        assert texts(replace(record, command=BASE.command)).keys() == whole.keys()
+
+    return outcomes(read, BadRecord, count)
+
+
+@dataclass(frozen=True)
+class Foreign:
+    """A trajectory of some program, and how its user has it graded."""
+
+    scene: str
+    header: list[str]
+    rows: list[list[str]]
+    separator: str = ","
+    end: str = "\n"
+    mark: bytes = b""
+    map_file: bytes = b""
+    options: tuple[str, ...] = ()
+
+    def text(self) -> bytes:
+        """Return the file."""
+        lines = (self.separator.join(cells) + self.end for cells in (self.header, *self.rows))
+        return self.mark + "".join(lines).encode()
+
+
+def foreign() -> list[Foreign]:
+    """Return one good file of every kind that is read."""
+    scene = read_scene("two-hits")
+    times = np.linspace(0, scene.duration, 12)
+    states = Reference(scene).states(0, times)
+    x, q = states[:, 0:3], states[:, 3:7]
+    points = vertices(states, scene.body.points).reshape(len(times), -1)
+    pose = ["t_s", "x_m", "y_m", "z_m", "qw", "qx", "qy", "qz"]
+    swift = [*pose, "vx_m_s", "vy_m_s", "vz_m_s", "wx_rad_s", "wy_rad_s", "wz_rad_s"]
+    matrix = [*pose[:4], *(f"r{row}{column}" for row in "123" for column in "123")]
+    corners = ["t_s", *(f"v{number}{axis}_m" for number in range(8) for axis in "xyz")]
+
+    def rows(*columns: np.ndarray, form: str = ".9g") -> list[list[str]]:
+        return [[f"{value:{form}}" for value in row] for row in np.column_stack((times, *columns))]
+
+    posed = rows(x, q)
+    comma = [[cell.replace(".", ",") for cell in row] for row in posed]
+    spoken = [[row[0], '"a, ""b"""', *row[1:], "text"] for row in posed]
+    throws = [[throw, *row] for throw in "01" for row in posed]
+    named = ["Time (ms)", "Pos X", "Pos Y", "Pos Z", "q0", "q1", "q2", "q3"]
+    names = ["t_ms", "x_cm", "y_cm", "z_cm", "qx", "qy", "qz", "qw"]
+    said = dict(zip(named, names, strict=True))
+    toml = "[columns]\n" + "".join(f"{column!r} = {name!r}\n" for column, name in said.items())
+    maps = tuple(word for column, name in said.items() for word in ("--map", f"{column}={name}"))
+    other = rows(x * 100, q[:, [1, 2, 3, 0]])
+    other = [[f"{float(row[0]) * 1000:g}", *row[1:]] for row in other]
+    return [
+        Foreign("two-hits", pose, posed),
+        Foreign("two-hits", swift, rows(x, q, states[:, 7:13], form=".17g")),
+        Foreign("two-hits", matrix, rows(x, rotation_matrix(q).reshape(-1, 9))),
+        Foreign("two-hits", corners, rows(points)),
+        Foreign("two-hits", corners[:4], rows(points[:, :3], form=".4f"), "\t", "\r\n", b"\xef\xbb\xbf"),
+        Foreign("two-hits", [*pose, *corners[1:]], rows(x, q, points), options=("--by", "pose")),
+        Foreign("two-hits", pose, comma, ";", options=("--decimal", ",")),
+        Foreign("two-hits", [pose[0], "note", *pose[1:], "x"], spoken, options=("--map", "x=ignore")),
+        Foreign("two-hits", named, other, options=maps),
+        Foreign("two-hits", named, other, map_file=toml.encode()),
+        Foreign("many-throws", ["throw", *pose], throws),
+    ]
+
+
+NAMES = (
+    "t_s", "t_ms", "t", "Time", "x_m", "x_cm", "x_in", "qw", "q0", "r11", "r00", "v0x_m", "v7z_mm", "v8x_m", "v00x_m",
+    "v999999x_m", "vx_m_s", "wz_rpm", "wx", "throw", "roll", "ignore", "", "Pos X (cm)", "omega.z [deg/s]", "a=b", "-x",
+    "nan", "'", "q\u0301", "x" * 300,
+)  # fmt: skip
+CELLS = (
+    "", " ", "nan", "inf", "-inf", "1e400", "1e308", "-1e99", "0e400", "1e-400", "5e-324", "9" * 400, "1_0", "0x1p3",
+    "1,5", "1.5.2", '"1"', '"', '""', "1e" + "9" * 5000, "1d5", "-0", "--1", "\u0661", "\x1b[31m", "\x00", "true",
+    "None", "=1+1", "\ufeff1", "\u20281", "1\r", "1\n",
+)  # fmt: skip
+
+
+def mishandled(rng: random.Random, good: Foreign) -> Foreign:
+    """Return a file as somebody else's program, spreadsheet or hand might have left it."""
+    header, rows = list(good.header), [list(row) for row in good.rows if row]
+    if not header or not rows:
+        return good
+    match rng.randrange(12):
+        case 0:
+            header[rng.randrange(len(header))] = rng.choice((*NAMES, *good.header))
+        case 1:
+            order = rng.sample(range(len(header)), rng.randint(1, len(header)))
+            header, *rows = ([row[place] for place in order if place < len(row)] for row in (header, *rows))
+        case 2:
+            for _ in range(rng.randint(1, 3)):
+                row = rng.choice(rows)
+                row[rng.randrange(len(row))] = rng.choice(CELLS)
+        case 3:
+            row = rng.choice(rows)
+            row[rng.randrange(len(row))] = number(rng).decode()
+        case 4:
+            place = rng.randrange(len(header))
+            factor = 10 ** rng.uniform(-3, 3)
+            for row in rows:
+                row[place : place + 1] = [scaled(cell, factor) for cell in row[place : place + 1]]
+        case 5:
+            rng.shuffle(rows)
+        case 6:
+            rows.insert(rng.randint(0, len(rows)), rng.choice((list(rng.choice(rows)), [], [""] * len(header))))
+        case 7:
+            rows = rows[: rng.randint(0, 3)]
+        case 8:
+            row = rng.choice((header, *rows))
+            row[rng.randrange(len(row)) :] = rng.choice(([], ["1", "2"], [*row, ""]))
+        case 9:
+            return replace(good, separator=rng.choice((",", ";", "\t", " ", "|", ", ", ",\t", ",,")))
+        case 10:
+            return replace(good, end=rng.choice(("\r", "\r\n", "\n\n", "", ",\n", ";\r\n", "\u2028", "\x0b\n", " \n")))
+        case _:
+            return replace(good, options=(*good.options, *rng.choice(OPTIONS)))
+    return replace(good, header=header, rows=rows)
+
+
+def scaled(cell: str, factor: float) -> str:
+    """Return a cell in some other unit."""
+    try:
+        return f"{float(cell.replace(',', '.')) * factor:.6g}"
+    except ValueError:
+        return cell
+
+
+OPTIONS = (
+    ("--by", "vertices"), ("--by", "matrix"), ("--decimal", ","), ("--map", "x_m=y_m"), ("--map", "qw=qx"),
+    ("--map", "t_s=t_ms"), ("--map", "=t_s"), ("--map", "t_s"), ("--map", "nothing=t_s"), ("--map", "x_m=ignore"),
+    ("--map", "t_s=t_s", "--map", "t_s=t_s"), ("--map-file", "/nowhere.toml"), ("--map", "x_m=v0x_km"),
+)  # fmt: skip
+# Of the trajectories that are read one in so many goes through the whole command: its search takes many seconds.
+WHOLLY = 4000
+
+
+def trajectories(folder: Path, count: int) -> tuple[int, int]:
+    """Fuzz trajectories of other programs, with what their users say of them; each that is read is measured too."""
+    rng, file, beside, tables = random.Random(4), folder / "f.csv", folder / "f.csv.toml", folder / "tables"
+    seeds = foreign()
+    texts = [seed.text() for seed in seeds]
+    scenes = {name: read_scene(name) for name in ("two-hits", "many-throws")}
+    read_so_far = 0
+    # Compiles what a search takes, before the clock runs.
+    wrong = replace(seeds[0], header=[*seeds[0].header[:4], "qx", "qy", "qz", "qw"])
+    file.write_bytes(wrong.text())
+    graded(file, wrong, tables)
+
+    def read() -> None:
+        nonlocal read_so_far
+        each = rng.choice(seeds)
+        for _ in range(rng.randint(0, 2)):
+            each = mishandled(rng, each)
+        text = each.text()
+        if rng.random() < 0.4:
+            text = damaged(rng, [text], texts)
+        if rng.random() < 0.02:
+            text = text.decode(errors="replace").encode(rng.choice(("utf-16", "utf-8-sig", "utf-32")))
+        file.write_bytes(text)
+        beside.unlink(missing_ok=True)
+        if each.map_file:
+            beside.write_bytes(damaged(rng, [each.map_file], [each.map_file]) if rng.random() < 0.5 else each.map_file)
+        pairs = [word for option, word in zip(each.options[::2], each.options[1::2], strict=True) if option == "--map"]
+        chosen = dict(zip(each.options[::2], each.options[1::2], strict=True))
+        by, decimal = chosen.get("--by"), chosen.get("--decimal", ".")
+        mapping = mapping_file(beside) if each.map_file else {}
+        scene = scenes[each.scene]
+        # The truth takes 0.2 s and knows nothing of a file but its times: it is left to the whole command.
+        with patch.object(Reference, "limit", lambda *_: 1e-12):
+            found = measure(Trajectory(file, scene, mapping | mapping_of(pairs), by, decimal), scene)
+        assert np.isfinite((found.worst_m, found.rms_m, found.final_m, found.half_m)).all(), found
+        read_so_far += 1
+        if read_so_far % WHOLLY == 0:
+            graded(file, each, tables)
+
+    return outcomes(read, BadTrajectory, count)
+
+
+def graded(file: Path, each: Foreign, tables: Path) -> None:
+    """Have the command grade a file; whatever it says, its tables are there whole or not at all."""
+    said, told = StringIO(), StringIO()
+    with redirect_stdout(said), redirect_stderr(told):
+        code = tumble(["grade", str(file), "--scene", each.scene, *each.options, "-o", str(tables)])
+    assert code in (0, 2), told.getvalue()
+    left = sorted(os.listdir(tables)) if tables.exists() else []
+    assert left in (
+        [],
+        ["conditions.csv", "error-over-time.csv", "explanations.csv", "grade.csv", "vertex-errors.csv"],
+    ), left
+    assert code == 2 or "error: largest" in said.getvalue(), said.getvalue()
+
+
+PARSERS = {"scenes": scenes, "tolerances": tolerances, "records": records, "trajectories": trajectories}
+
+
+def main(count: int, names: Sequence[str]) -> None:
+    """Give each parser, or those named, so many damaged files and say what became of them."""
+    for name in names or PARSERS:
+        fuzz = PARSERS[name]
+        begin = time.monotonic()
+        with tempfile.TemporaryDirectory() as folder:
+            found, refused = fuzz(Path(folder), count)
+        print(f"{name}: {found} read, {refused} refused in one line, {time.monotonic() - begin:.0f} s")
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]), sys.argv[2:])

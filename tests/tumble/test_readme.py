@@ -1,0 +1,63 @@
+"""The README stays true: its commands run as printed, its scene is read, its links lead somewhere."""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+
+
+def blocks(language: str) -> list[str]:
+    return re.findall(rf"^```{language}\n(.*?)^```", README, re.MULTILINE | re.DOTALL)
+
+
+COMMANDS = [line for block in blocks("sh") for line in block.splitlines()]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory) -> Path:
+    """A user's folder: the engine file and the scene that the README shows."""
+    folder = tmp_path_factory.mktemp("readme")
+    shutil.copy(ROOT / "tests/plugins/mine.py", folder)
+    (scene,) = blocks("toml")
+    (folder / "brick.toml").write_text(scene, encoding="utf-8")
+    return folder
+
+
+@pytest.mark.parametrize("block", blocks("sh"))
+def test_the_commands_of_a_block_run_as_printed_one_after_the_other(folder, block):
+    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    for command in block.splitlines():
+        done = subprocess.run(
+            command.split(), cwd=folder, env={**os.environ, "PATH": path}, capture_output=True, text=True, timeout=120
+        )
+        assert done.returncode == 0, done.stderr
+        written = re.findall(r"-o (\S+)", command)
+        assert all((folder / name).exists() for name in written)
+        assert written or done.stdout
+
+
+def test_there_are_commands_to_run():
+    assert len(COMMANDS) >= 7
+
+
+@pytest.mark.parametrize("page", ["README.md", "CONTRIBUTING.md"])
+def test_files_named_are_there(page):
+    text = (ROOT / page).read_text(encoding="utf-8")
+    links = re.findall(r"\]\(([^)#:]+)\)", text)
+    paths = re.findall(r"`((?:solver|scenarios|compare|reports|tumble|tests|docs)/[\w./-]*)`", text)
+    missing = [name for name in (*links, *paths) if not (ROOT / name).exists()]
+    assert missing == []
+
+
+def test_the_two_commands_are_doors_of_the_makefile():
+    doors = re.findall(r"^    make (\w+)", README, re.MULTILINE)
+    assert doors == ["report", "test"]
+    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
+    assert all(re.search(rf"^{door}:", makefile, re.MULTILINE) for door in doors)
