@@ -23,7 +23,8 @@ from compare.grade.mistakes import hypotheses
 from compare.grade.noise import root_mean_square
 from compare.grade.residual import Kept
 from compare.grade.verdict import diagnose, scale_of
-from compare.tables.rows import table_text, write_whole
+from compare.tables.files import write_whole
+from compare.tables.rows import table_text
 from scenarios.frames import Array
 from scenarios.mass import BOX_FACES, box, box_corners
 from scenarios.scene import Body, Impulse, Scene, frozen_array

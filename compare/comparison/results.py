@@ -26,7 +26,8 @@ from compare.sweep.frontier import (
     throws_rows,
 )
 from compare.sweep.sweep import Sweep
-from compare.tables.rows import RunRow, VertexErrorRow, run_row, table_text, vertex_error_rows, write_together
+from compare.tables.files import write_together
+from compare.tables.rows import RunRow, VertexErrorRow, run_row, table_text, vertex_error_rows
 from scenarios.needs import needs
 
 

@@ -16,7 +16,8 @@ from compare.run.provenance import ConditionRow
 from compare.stability.contest import Done, Key, keys, stability
 from compare.stability.extremes import ExtremeRow
 from compare.stability.stability import LimitRow, Piece, StabilityRow
-from compare.tables.rows import Row, cells, table_text, typed, write_whole
+from compare.tables.files import write_whole
+from compare.tables.rows import Row, cells, table_text, typed
 from scenarios.scene import Scene
 
 TABLES = ("stability.csv", "limits.csv", "extremes.csv")

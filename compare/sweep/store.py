@@ -12,7 +12,8 @@ from compare.comparison.results import SWEEP_TABLES
 from compare.run.circumstances import changed_since
 from compare.run.provenance import ConditionRow
 from compare.sweep.frontier import ClockRow, DigitRow, OrderRow, SameRow, ThrowsRow
-from compare.tables.rows import RunRow, cells, table_text, typed, write_whole
+from compare.tables.files import write_whole
+from compare.tables.rows import RunRow, cells, table_text, typed
 
 ROW_TYPES = dict(zip(SWEEP_TABLES, (RunRow, DigitRow, OrderRow, ThrowsRow, SameRow, ClockRow), strict=True))
 RUNS = "runs.csv"  # written last: a scene that has runs is done

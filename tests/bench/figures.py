@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from compare.run.provenance import conditions
-from compare.tables.rows import table_text, write_whole
+from compare.tables.files import write_whole
+from compare.tables.rows import table_text
 
 Clock = Callable[[], float]
 

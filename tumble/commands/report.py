@@ -12,7 +12,7 @@ from compare.run.participants import flights, launched
 from compare.stability.contest import STIFF
 from compare.stability.store import kept_tables, quick_tables
 from compare.sweep.sweep import QUICK_BUDGET_S, REFERENCE, YARDSTICK, sweep
-from compare.tables.rows import write_whole
+from compare.tables.files import write_whole
 from reports.page import page
 from scenarios.needs import needs
 from scenarios.read import catalogue, read_scenes

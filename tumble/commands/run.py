@@ -8,7 +8,8 @@ from compare.run.flight import check_step
 from compare.run.participants import launched
 from compare.run.registry import BadEngine
 from compare.run.worker import Failure
-from compare.tables.rows import csv_text, trajectory_header, trajectory_rows, write_whole
+from compare.tables.files import write_whole
+from compare.tables.rows import csv_text, trajectory_header, trajectory_rows
 from scenarios.read import read_scene
 from tumble.notes import note
 

@@ -9,7 +9,7 @@ from compare.run.participants import launched
 from compare.stability.contest import STIFF, keys, stability
 from compare.stability.extremes import cases
 from compare.stability.store import Store
-from compare.tables.rows import write_whole
+from compare.tables.files import write_whole
 from reports.stability_text import stability_text
 from reports.terminal import console
 from scenarios.read import read_scenes

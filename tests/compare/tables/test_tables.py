@@ -8,7 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from compare.tables.rows import csv_text, trajectory_header, write_whole
+from compare.tables.files import write_whole
+from compare.tables.rows import csv_text, trajectory_header
 
 
 @settings(derandomize=True, deadline=None)

@@ -1,0 +1,125 @@
+"""Tables as DataFrames: made from rows or columns, written as CSV, and read back or refused in one line."""
+
+import csv
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import astuple
+from io import StringIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from compare.tables.cells import float_cells, lines_text, text_cell, text_of_cell
+from compare.tables.known import schema
+from compare.tables.schema import Column, Table
+from scenarios.files import plain_bytes
+from scenarios.format import short
+
+
+class BadTable(ValueError):
+    """A file that is not the table it should be; the message is the one line for the user."""
+
+
+def frame(table: Table, rows: Iterable[Any]) -> pd.DataFrame:
+    """Return rows of a table's class, in order, as a DataFrame."""
+    return typed(table, dict(zip(table.names, zip(*map(astuple, rows), strict=True), strict=False)))
+
+
+def typed(table: Table, columns: Mapping[str, Any]) -> pd.DataFrame:
+    """Return columns, by name, as a DataFrame with the table's dtypes; those that are not given are empty."""
+    return pd.DataFrame(
+        {each.name: pd.Series(columns.get(each.name, ()), dtype=each.dtype) for each in table.columns}  # type: ignore
+    )
+
+
+def csv_text(frame: pd.DataFrame) -> str:
+    """Return a table as CSV, first line the header, an empty cell for what is not there."""
+    return lines_text(list(frame.columns), (cells(column) for _, column in frame.items()))
+
+
+def cells(column: pd.Series) -> list[str]:
+    """Return the cells of one column."""
+    # What stands in many rows, a name or a true position, is spelled once.
+    if column.dtype == np.float64:
+        codes, values = pd.factorize(column.to_numpy().view(np.int64))  # -0.0 is not 0.0
+        ready = float_cells(np.asarray(values).view(np.float64))
+        return [ready[code] for code in codes]
+    codes, values = pd.factorize(column)
+    if pd.api.types.is_integer_dtype(column.dtype) or column.dtype == bool:
+        ready = [str(value) for value in values]
+    else:
+        ready = [text_cell(str(value)) for value in values]
+    ready.append("")  # code -1: nothing
+    return [ready[code] for code in codes]
+
+
+def read_tables(source: Path | Mapping[str, str]) -> dict[str, pd.DataFrame]:
+    """Return every table of a folder, or of file name -> CSV text, by file name.  Raises BadTable, OSError.
+
+    Files that are no table of ours are left alone.
+    """
+    names = [path.name for path in sorted(source.glob("*.csv"))] if isinstance(source, Path) else list(source)
+    found = {}
+    for name in names:
+        if table := schema(name):
+            found[name] = (
+                read_file(source / name, table) if isinstance(source, Path) else read_text(name, source[name], table)
+            )
+    return found
+
+
+def read_file(path: Path, table: Table) -> pd.DataFrame:
+    """Return the table in a file.  Raises BadTable, OSError."""
+    try:
+        text = plain_bytes(path).decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise BadTable(f"{path}: not CSV: {error}") from None
+    return read_text(str(path), text, table)
+
+
+def read_text(name: str, text: str, table: Table) -> pd.DataFrame:
+    """Return the table in a CSV text.  Raises BadTable unless it has the table's columns, each of its kind.
+
+    pandas.read_csv is not used: it fills up short lines, drops blank ones and cannot name the line of a bad cell.
+    """
+    lines = csv.reader(StringIO(text, newline=""), strict=True)
+    try:
+        header = next(lines, [])
+        if header != table.names:
+            raise BadTable(f"{name}: columns {short(','.join(header))}: must be {','.join(table.names)}")
+        numbers, rows = [], []
+        for line in lines:
+            if len(line) != len(header):
+                raise BadTable(f"{name}: line {lines.line_num}: {len(line)} cells: must be {len(header)}")
+            numbers.append(lines.line_num)
+            rows.append(line)
+    except csv.Error as error:
+        raise BadTable(f"{name}: not CSV: {error}") from None
+    columns = zip(*rows, strict=True) if rows else ((),) * len(header)
+    return typed(
+        table,
+        {
+            column.name: list(values(name, numbers, column, own))
+            for column, own in zip(table.columns, columns, strict=True)
+        },
+    )
+
+
+def values(name: str, numbers: Sequence[int], column: Column, cells: Sequence[str]) -> Iterator[Any]:
+    """Yield the values of one column; numbers: those of the lines.  Raises BadTable."""
+    if column.kind is str:
+        yield from map(text_of_cell, cells)
+        return
+    if column.kind is bool:
+        what, read = "True or False", {"True": True, "False": False}.__getitem__
+    else:
+        what, read = ("whole " * (column.kind is int)) + "number", column.kind
+        what = f"a {what}"
+    empty = None if column.kind is int else math.nan
+    for number, cell in zip(numbers, cells, strict=True):
+        try:
+            yield empty if column.optional and not cell else read(cell)
+        except (ValueError, KeyError):
+            raise BadTable(f"{name}: line {number}: {column.name} = {short(cell)}: must be {what}") from None

@@ -1,0 +1,25 @@
+"""Every table there is: the shared ones, and those that each study states in its `schemas.py`, found by its folder."""
+
+from functools import cache
+from importlib import import_module
+from importlib.util import find_spec
+from pkgutil import iter_modules
+
+import compare
+from compare.tables import shared
+from compare.tables.schema import Table
+
+SWEEP = "sweep-"  # before the name of a sweep's table where it lies beside those of a comparison
+
+
+@cache
+def tables() -> dict[str, Table]:
+    """Return every table by the name of its file."""
+    studies = [f"compare.{found.name}.schemas" for found in iter_modules(compare.__path__)]
+    stated = [each for study in studies if find_spec(study) for each in import_module(study).TABLES]
+    return {table.file: table for table in (*shared.TABLES, *stated)}
+
+
+def schema(file: str) -> Table | None:
+    """Return the table of that file name, None where there is none."""
+    return tables().get(file.removeprefix(SWEEP)) if file.startswith(SWEEP) else tables().get(file)
