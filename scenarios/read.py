@@ -63,8 +63,16 @@ def read_scene(name_or_path: str) -> Scene:
 
     Raises BadScene.
     """
-    path, shown = _locate(name_or_path), printable(name_or_path)
-    document = _document(path, shown)
+    path, shown = scene_path(name_or_path), printable(name_or_path)
+    return scene_of(scene_text(path, shown), path, shown)
+
+
+def scene_of(text: str, path: Path, shown: str) -> Scene:
+    """Return the scene that is written in a text, its name and where its mesh lies told by the path.
+
+    shown: how refusals name the file.  Raises BadScene.
+    """
+    document = _document(text, shown)
     try:
         # What overflows is refused by its result, not by a warning on the way.
         with np.errstate(all="ignore"):
@@ -83,7 +91,8 @@ def read_scenes(names_or_paths: Iterable[str]) -> list[Scene]:
     return scenes
 
 
-def _locate(name_or_path: str) -> Path:
+def scene_path(name_or_path: str) -> Path:
+    """Return the file of a scene of the catalogue, or that path.  Raises BadScene for a name that is unknown."""
     if name_or_path.endswith(".toml") or any(sep in name_or_path for sep in (os.sep, os.altsep) if sep):
         return Path(name_or_path)
     names = catalogue()
@@ -92,14 +101,20 @@ def _locate(name_or_path: str) -> Path:
     return CATALOGUE / f"{name_or_path}.toml"
 
 
-def _document(path: Path, shown: str) -> dict:
+def scene_text(path: Path, shown: str) -> str:
+    """Return what is written in a scene file; refusals name it as shown.  Raises BadScene."""
     try:
-        return tomllib.loads(plain_bytes(path).decode("utf-8-sig"))
+        return plain_bytes(path).decode("utf-8-sig")
     except OSError as error:
         raise BadScene(f"{shown}: {why_unread(error)}") from None
     except UnicodeDecodeError as error:
         line = error.object.count(b"\n", 0, error.start) + 1
         raise BadScene(f"{shown}: not UTF-8 text (at line {line})") from None
+
+
+def _document(text: str, shown: str) -> dict:
+    try:
+        return tomllib.loads(text)
     except RecursionError:
         raise BadScene(f"{shown}: not TOML: nested too deeply") from None
     except ValueError as error:  # besides TOMLDecodeError: an integer of thousands of digits
