@@ -4,7 +4,9 @@ import argparse
 import importlib
 import math
 import os
+import signal
 import sys
+import threading
 from typing import NoReturn
 
 EXIT_DONE, EXIT_FAILED, EXIT_USER, EXIT_BUG, EXIT_INTERRUPTED = 0, 1, 2, 3, 130
@@ -144,6 +146,7 @@ def main(words: list[str] | None = None) -> int:
     """Run one command and return its exit code: 0 done, 1 a check failed, 2 the user's mistake, 3 a bug of ours."""
     # The matrices here are 3 x 3: waking a BLAS's threads would take longer than all that it does.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    end_as_by_ctrl_c()
     top = parser()
     options = top.parse_args(words)
     if options.version:
@@ -171,6 +174,13 @@ def main(words: list[str] | None = None) -> int:
         sys.excepthook(type(error), error, error.__traceback__)
         return refuse(f"a bug of ours: {type(error).__name__}: {error}", EXIT_BUG)
     return code
+
+
+def end_as_by_ctrl_c() -> None:
+    """Let the signals that ask to end do what Ctrl-C does, but for those that somebody has set, `nohup` for one."""
+    for number in (signal.SIGTERM, signal.SIGHUP):
+        if signal.getsignal(number) == signal.SIG_DFL and threading.current_thread() is threading.main_thread():
+            signal.signal(number, signal.default_int_handler)
 
 
 def drop_output() -> None:

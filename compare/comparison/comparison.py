@@ -100,4 +100,4 @@ def give_up(participants: Sequence[Participant], stop: threading.Event, flights:
     for flight in flights:
         flight.cancel()
     for participant in participants:
-        participant.worker.process.kill()
+        participant.worker.kill()

@@ -10,7 +10,6 @@ from compare.run.registry import built
 from compare.run.timer import timed
 from scenarios.frames import Array, vertices
 from scenarios.impulse import RayMissed, jump
-from scenarios.read import MOST_STEPS
 from scenarios.scene import Scene
 
 
@@ -53,6 +52,8 @@ class Trajectory:
 
 def check_step(scene: Scene, dt: float | None) -> None:
     """Raise BadStep where a step [s] asked for instead of the scene's own makes more steps than a flight may have."""
+    from scenarios.read import MOST_STEPS  # by the one who asks: who flies may have nothing but numpy
+
     if dt is not None and scene.duration / dt > MOST_STEPS:
         raise BadStep(f"--dt = {dt:g}: must be at least {scene.duration / MOST_STEPS:g} s for {scene.name}")
 

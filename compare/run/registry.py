@@ -113,6 +113,7 @@ def engine_info(engine: str, module: ModuleType) -> EngineInfo:
         methods = words(module.METHODS)
         features = frozenset(words(module.FEATURES))
         about = dict(module.ABOUT)
+        switched_off = words(about.get("switched_off", ()))
     except (TypeError, ValueError) as error:
         raise BadEngine(
             f"{engine}: METHODS and FEATURES must be names, ABOUT a dict (version, precision, switched_off): {error}"
@@ -129,7 +130,7 @@ def engine_info(engine: str, module: ModuleType) -> EngineInfo:
         features,
         str(about.get("version", "")),
         str(about.get("precision", "")),
-        words(about.get("switched_off", ())),
+        switched_off,
     )
 
 

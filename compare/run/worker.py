@@ -1,41 +1,51 @@
-"""One engine in a process of its own: a crash or a hang there is an answer here."""
+"""One engine in a process of its own: a crash or a hang there is an answer here, and what it answers is data."""
 
-import multiprocessing
-import os
+import math
 import signal
 import sys
-from dataclasses import dataclass, replace
-from multiprocessing.connection import Connection
-from types import ModuleType
-from typing import Self
+import threading
+from pathlib import Path
+from time import monotonic
+from typing import Any, Self
 
-from compare.run.flight import Trajectory, fly, struck
-from compare.run.registry import BadEngine, EngineInfo, Missing, engine_info, in_one_line, is_file, load
-from compare.run.timer import Pace, Timer
+import numpy as np
+
+from compare.run.flight import Trajectory
+from compare.run.message import Malformed
+from compare.run.process import Died, Process
+from compare.run.questions import Failure, Fly, PrepareTimer, Question, Refusal, TakeSample, more_than
+from compare.run.registry import BadEngine, EngineInfo, is_file
+from compare.run.timer import Pace
 from scenarios.scene import Scene
 
-
-@dataclass(frozen=True)
-class Failure:
-    """Why there is no trajectory, as a run's status: `missing: why`, `skipped: why`, `crashed: why` or `timeout`."""
-
-    status: str
+MEMORY_LIMIT = 4 << 30
+# A process that has closed its line has so long to end [s].
+TO_END_S = 5.0
+# What a process may write to and never has: nearer its limit than this [B], it ended for want of memory.
+UNTOUCHED = 128 << 20
+FLOAT = np.dtype(float)
 
 
 class Worker:
     """A process that has one engine loaded and flies what it is sent.
 
-    engine: a name of ours or the path of a user's file; time_limit [s] for each answer.
+    engine: a name of ours or the path of a user's file; time_limit [s] for each answer; memory_limit [B]; python: the
+    interpreter that runs it, which needs nothing but numpy and what the engine imports.
     """
 
-    def __init__(self, engine: str, time_limit: float) -> None:
-        self.engine = engine
-        self.time_limit = time_limit
-        spawn = multiprocessing.get_context("spawn")
-        self.connection, far_end = spawn.Pipe()
-        self.process = spawn.Process(target=serve, args=(far_end, engine), daemon=True)
-        self.process.start()
-        far_end.close()
+    def __init__(
+        self, engine: str, time_limit: float, memory_limit: int = MEMORY_LIMIT, python: str = sys.executable
+    ) -> None:
+        self.engine, self.time_limit, self.memory_limit, self.python = engine, time_limit, memory_limit, python
+        self._turn = threading.Lock()
+        self._process: Process | None = None
+        self._why_gone = "crashed: its process was ended"
+        serve = str(Path(__file__).with_name("serve.py"))
+        try:
+            # Files in the working directory are the user's, and run only when he names one.
+            self._process = Process([python, "-P", serve, engine, str(memory_limit)])
+        except OSError as error:
+            self._why_gone = f"crashed: its process cannot be started: {error.strerror or error}"
 
     def __enter__(self) -> Self:
         return self
@@ -45,116 +55,97 @@ class Worker:
 
     def describe(self) -> EngineInfo | Failure:
         """Return the engine's info, or why it has none.  Raises BadEngine for a user's file that cannot be used."""
-        answer = self._answer()
-        if isinstance(answer, BadEngine):
-            raise answer
+        answer = self._ask(None, EngineInfo | Failure | Refusal)
+        if isinstance(answer, Refusal):
+            raise BadEngine(answer.line)
         if isinstance(answer, Failure) and is_file(self.engine):
             raise BadEngine(f"{self.engine}: cannot be loaded: {answer.status}")
-        assert isinstance(answer, EngineInfo | Failure)
         return answer
 
     def fly(self, scene: Scene, method: str, dt: float, keep: frozenset[str] = frozenset()) -> Trajectory | Failure:
-        """Return the flight, or why there is none; after `crashed` or `timeout` the process is gone."""
-        answer = self._ask("fly", scene, method, dt, keep)
-        assert isinstance(answer, Trajectory | Failure)
+        """Return the flight, or why there is none; after `crashed` or `timeout` the process may be gone."""
+        numbers = len(scene.rows) * (1 + len(scene.start) * (13 + scene.body.points.size))
+        answer = self._ask(Fly(scene, method, dt, keep), Trajectory | Failure, numbers * FLOAT.itemsize)
+        if isinstance(answer, Trajectory) and not is_flight_of(answer, scene):
+            return self._gone("crashed: what it sent is no flight of this scene")
         return answer
 
     def prepare_timer(
         self, key: str, scene: Scene, method: str, pace: Pace, keep: frozenset[str] = frozenset()
     ) -> float | Failure:
         """Make a timer ready under that key; return what a call from Python costs [ns], or why it cannot be."""
-        answer = self._ask("prepare_timer", key, scene, method, pace, keep)
-        assert isinstance(answer, float | Failure)
-        return answer
+        return self._ask(PrepareTimer(key, scene, method, pace, keep), float | Failure)
 
     def sample(self, key: str) -> float | Failure:
         """Return one sample of that timer [ns]."""
-        answer = self._ask("sample", key)
-        assert isinstance(answer, float | Failure)
-        return answer
+        return self._ask(TakeSample(key), float | Failure)
 
     @property
     def alive(self) -> bool:
         """Whether it can still be asked."""
-        return not self.connection.closed
+        return self._process is not None
 
     def close(self) -> None:
-        """End the process, whatever it is doing."""
-        self.connection.close()
-        self.process.kill()
-        self.process.join()
+        """End the process and all it has started, whatever they are doing."""
+        self.kill()
+        with self._turn:
+            self._end()
 
-    def _ask(self, task: str, *arguments: object) -> object:
-        try:
-            self.connection.send((task, arguments))
-        except OSError:
-            return self._died()
-        return self._answer()
+    def kill(self) -> None:
+        """Kill the process and all it has started, from any thread; who waits for its answer gets a Failure."""
+        if process := self._process:
+            process.kill()
 
-    def _answer(self) -> object:
-        try:
-            if self.connection.poll(self.time_limit):
-                return self.connection.recv()
-        except (EOFError, OSError):
-            return self._died()
-        self.close()
-        return Failure("timeout")
+    def _ask(self, question: Question | None, hint: Any, most_bytes: int = 0) -> Any:
+        """Put a question, or none, and return the answer, or the Failure that it is none; then the process is gone."""
+        by = monotonic() + self.time_limit
+        with self._turn:
+            if self._process is None:
+                return Failure(self._why_gone)
+            try:
+                if question is not None:
+                    self._process.send(question, by)
+                return self._process.receive(hint, most_bytes, by)
+            except TimeoutError:
+                return self._gone("timeout")
+            except Malformed as error:
+                return self._gone(f"crashed: {error}")
+            except Died:
+                return self._died(self._process)
 
-    def _died(self) -> Failure:
-        self.process.join()
-        code = self.process.exitcode or 0
-        self.close()
-        if code < 0:
-            return Failure(f"crashed: its process was killed by {signal.Signals(-code).name}")
-        return Failure(f"crashed: its process ended with code {code}")
+    def _died(self, process: Process) -> Failure:
+        code = self._end(TO_END_S)
+        if process.peak_bytes > self.memory_limit - UNTOUCHED:
+            return self._gone(f"crashed: {more_than(self.memory_limit)}")
+        if code is None:
+            return self._gone("crashed: its process closed its line")
+        if code >= 0:
+            return self._gone(f"crashed: its process ended with code {code}")
+        return self._gone(f"crashed: its process was killed by {signal_name(-code)}")
 
+    def _gone(self, why: str) -> Failure:
+        self._end()
+        self._why_gone = why
+        return Failure(why)
 
-class Tasks:
-    """What the process can be asked to do with its engine."""
-
-    def __init__(self, engine: ModuleType) -> None:
-        self._engine = engine
-        self._stopwatches: dict[str, Timer] = {}
-
-    def fly(self, scene: Scene, method: str, dt: float, keep: frozenset[str]) -> Trajectory:
-        """Fly the scene."""
-        return fly(self._engine, scene, method, dt, keep)
-
-    def prepare_timer(self, key: str, scene: Scene, method: str, pace: Pace, keep: frozenset[str]) -> float:
-        """Make a timer ready and return what a call costs [ns]."""
-        # As it flies: what an impulse at the start sets in motion is part of the load.
-        moving = replace(scene, start=struck(scene, 0.0, scene.start, []))
-        self._stopwatches[key] = Timer(self._engine, moving, method, pace, keep)
-        return self._stopwatches[key].call()
-
-    def sample(self, key: str) -> float:
-        """Read a timer [ns]."""
-        return self._stopwatches[key].sample()
+    def _end(self, patience: float = 0.0) -> int | None:
+        process, self._process = self._process, None
+        return process.end(patience) if process else None
 
 
-def serve(connection: Connection, engine: str) -> None:
-    """The process: load the engine, say what it is, then fly until told no more."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's to handle; it ends this process
-    os.dup2(2, 1)  # whatever an engine prints goes to standard error: standard output is for results
-    sys.stdout = sys.stderr  # where it is not kept back in a buffer that dies with the process
-    try:
-        module = load(engine)
-        connection.send(engine_info(engine, module))
-    except BadEngine as error:
-        connection.send(error)
-        return
-    except Missing as error:
-        connection.send(Failure(f"missing: {error}"))
-        return
-    tasks = Tasks(module)
-    while True:
-        try:
-            task, arguments = connection.recv()
-        except EOFError:
-            return
-        try:
-            connection.send(getattr(tasks, task)(*arguments))
-        except NotImplementedError as error:
-            connection.send(Failure(f"skipped: {error}"))
-        except Exception as error:
-            connection.send(Failure(f"crashed: {in_one_line(error)}"))
+def is_flight_of(answer: Trajectory, scene: Scene) -> bool:
+    """Whether the arrays are those of this scene: its instants, throws and vertices."""
+    rows, throws = len(scene.rows), len(scene.start)
+    return (
+        np.array_equal(answer.times, scene.rows)
+        and answer.states.shape == (rows, throws, 13)
+        and answer.vertices.shape == (rows, throws, *scene.body.points.shape)
+        and all(array.dtype == FLOAT for array in (answer.times, answer.states, answer.vertices))
+        and answer.steps > 0
+        and 0.0 <= answer.wall_s < math.inf
+    )
+
+
+def signal_name(number: int) -> str:
+    """Return what a signal is called, its number where it has no name."""
+    return signal.Signals(number).name if number in set(signal.Signals) else f"signal {number}"

@@ -1,0 +1,136 @@
+"""What the process of an engine can be asked, and how it answers; it needs nothing but numpy."""
+
+import socket
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from types import ModuleType
+from typing import BinaryIO
+
+from compare.run.flight import Trajectory, fly, struck
+from compare.run.message import PREFIX, frame, lengths, unpacked
+from compare.run.registry import BadEngine, EngineInfo, Missing, engine_info, in_one_line, load
+from compare.run.timer import Pace, Timer
+from scenarios.scene import Scene
+
+
+@dataclass(frozen=True)
+class Failure:
+    """Why there is no trajectory, as a run's status: `missing: why`, `skipped: why`, `crashed: why` or `timeout`."""
+
+    status: str
+
+
+@dataclass(frozen=True)
+class Refusal:
+    """The line for the user about an engine file that cannot be used."""
+
+    line: str
+
+
+class Loaded:
+    """An engine, and the timers that were made ready for it."""
+
+    def __init__(self, module: ModuleType) -> None:
+        self.module = module
+        self.timers: dict[str, Timer] = {}
+
+
+@dataclass(frozen=True)
+class Fly:
+    """Fly the scene with steps of dt [s]."""
+
+    scene: Scene
+    method: str
+    dt: float
+    keep: frozenset[str]
+
+    def answer(self, engine: Loaded) -> Trajectory:
+        """Return the flight."""
+        return fly(engine.module, self.scene, self.method, self.dt, self.keep)
+
+
+@dataclass(frozen=True)
+class PrepareTimer:
+    """Make a timer ready under that key."""
+
+    key: str
+    scene: Scene
+    method: str
+    pace: Pace
+    keep: frozenset[str]
+
+    def answer(self, engine: Loaded) -> float:
+        """Return what a call from Python costs [ns]."""
+        # As it flies: what an impulse at the start sets in motion is part of the load.
+        moving = replace(self.scene, start=struck(self.scene, 0.0, self.scene.start, []))
+        engine.timers[self.key] = Timer(engine.module, moving, self.method, self.pace, self.keep)
+        return engine.timers[self.key].call()
+
+
+@dataclass(frozen=True)
+class TakeSample:
+    """Read the timer of that key."""
+
+    key: str
+
+    def answer(self, engine: Loaded) -> float:
+        """Return one sample [ns]."""
+        return engine.timers[self.key].sample()
+
+
+Question = Fly | PrepareTimer | TakeSample
+
+
+def answer_all(line: socket.socket, engine: str, memory_limit: int) -> None:
+    """Load the engine and say what it is, then answer until nobody asks any more."""
+    too_much = Failure(f"crashed: {more_than(memory_limit)}")
+    try:
+        if not (loaded := introduce(line, engine)):
+            return
+        for question in questions(line.makefile("rb")):
+            try:
+                send(line, question.answer(loaded))
+            except NotImplementedError as error:
+                send(line, Failure(f"skipped: {error}"))
+            except MemoryError:
+                send(line, too_much)
+            except Exception as error:
+                send(line, Failure(f"crashed: {in_one_line(error)}"))
+    except MemoryError:
+        send(line, too_much)
+    except SystemExit as error:
+        if isinstance(error.code, str):  # otherwise the code says it
+            send(line, Failure(f"crashed: its process ended: {' '.join(error.code.split())}"))
+        raise
+
+
+def introduce(line: socket.socket, engine: str) -> Loaded | None:
+    """Send what the engine says of itself, or why it cannot be used, and return it loaded."""
+    try:
+        module = load(engine)
+        send(line, engine_info(engine, module))
+    except BadEngine as error:
+        send(line, Refusal(str(error)))
+        return None
+    except Missing as error:
+        send(line, Failure(f"missing: {error}"))
+        return None
+    return Loaded(module)
+
+
+def questions(stream: BinaryIO) -> Iterator[Question]:
+    """Yield what is asked, until the other end is closed."""
+    while prefix := stream.read(PREFIX.size):
+        head, body = lengths(prefix)
+        yield unpacked(Question, stream.read(head), stream.read(body))
+
+
+def send(line: socket.socket, answer: EngineInfo | Trajectory | Failure | Refusal | float) -> None:
+    """Send an answer.  Raises TypeError where it holds what is no plain value."""
+    for part in frame(answer):
+        line.sendall(part)
+
+
+def more_than(memory_limit: int) -> str:
+    """Say that an engine wanted more memory [B] than it may have."""
+    return f"more than {memory_limit / 2**30:.3g} GiB of memory (--memory-limit)"

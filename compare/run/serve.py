@@ -1,0 +1,52 @@
+"""The process of an engine: loads it, says what it is, then does what it is asked until nobody asks any more.
+
+Run as a program by any interpreter that has numpy: `serve.py ENGINE MEMORY_LIMIT LINE LIFELINE`.  Its working directory
+is no place to import from, and of ours it finds compare, scenarios and solver alone, wherever they lie.
+"""
+
+import importlib.machinery
+import os
+import resource
+import socket
+import sys
+from importlib.abc import MetaPathFinder
+from pathlib import Path
+
+OURS = ("compare", "scenarios", "solver")
+ROOT = str(Path(__file__).resolve().parents[2])
+
+
+class FindOurs(MetaPathFinder):
+    """Finds our top-level packages where this file lies, before any others of their names."""
+
+    def find_spec(self, fullname, path=None, target=None):
+        """Return where a package of ours is, None for all else."""
+        return importlib.machinery.PathFinder.find_spec(fullname, [ROOT]) if fullname in OURS else None
+
+
+def main(engine: str, memory_limit: str, line: str, lifeline: str) -> None:
+    """Serve one engine."""
+    sys.meta_path.insert(0, FindOurs())
+    from compare.run.process import end_with_parent
+
+    end_with_parent(int(lifeline))
+    os.dup2(2, 1)  # whatever an engine prints goes to standard error: standard output is for results
+    sys.stdout = sys.stderr  # where it is not kept back in a buffer that dies with the process
+    limit_memory(int(memory_limit))
+    os.set_inheritable(int(line), False)
+
+    from compare.run.questions import answer_all
+
+    with socket.socket(fileno=int(line)) as connection:
+        answer_all(connection, engine, int(memory_limit))
+
+
+def limit_memory(most: int) -> None:
+    """Let this process, and each that it starts, have so much memory of its own [B]; macOS takes no notice."""
+    _, hard = resource.getrlimit(resource.RLIMIT_DATA)
+    most = most if hard == resource.RLIM_INFINITY else min(most, hard)
+    resource.setrlimit(resource.RLIMIT_DATA, (most, most))
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

@@ -1,0 +1,262 @@
+"""An engine's process: what it sends is data, it ends with its parent, and all it started ends with it."""
+
+import os
+import pickle
+import signal
+import struct
+import subprocess
+import sys
+import time
+import venv
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from compare.run.message import PREFIX, Malformed, frame, lengths, unpacked
+from compare.run.questions import Failure, Fly, Question
+from compare.run.worker import Worker
+from scenarios.read import read_scene
+from scenarios.scene import Scene
+
+ENGINE = """
+import os, signal, sys, time
+import numpy as np
+METHODS = ("still",)
+FEATURES = {"gravity"}
+ABOUT = {"version": "1", "precision": "double", "switched_off": []}
+def build(scene, method): return {}
+def write(world, states): world["states"] = states
+def read(world): return world["states"]
+def advance(world, n, dt):
+"""
+SCENE = read_scene("brick-tumble")
+
+
+def engine(folder: Path, advance: str) -> str:
+    path = folder / "mine.py"
+    path.write_text(ENGINE + "".join(f"    {line}\n" for line in advance.splitlines()))
+    return str(path)
+
+
+def flown(path: str, **limits) -> str:
+    with Worker(path, **{"time_limit": 30.0, **limits}) as worker:
+        worker.describe()
+        answer = worker.fly(SCENE, "still", SCENE.step)
+    return answer.status if isinstance(answer, Failure) else "ok"
+
+
+def running(marker: Path) -> list[int]:
+    """The processes that were started with this file among their words, and what those have forked."""
+    found = []
+    for each in Path("/proc").glob("[0-9]*"):
+        try:
+            words, state = (each / "cmdline").read_bytes(), (each / "stat").read_text().rpartition(")")[2].split()[0]
+        except (FileNotFoundError, ProcessLookupError):
+            continue
+        if os.fsencode(marker) in words.split(b"\0") and state != "Z" and b"serve.py" in words:
+            found.append(int(each.name))
+    return found
+
+
+def until(happened, seconds: float = 20.0) -> None:
+    end = time.monotonic() + seconds
+    while not happened():
+        assert time.monotonic() < end, "it never happened"
+        time.sleep(0.02)
+
+
+# Each holds a core and would for ever; none lets a thread of Python run.
+LOOPS = {
+    "python": "while True: pass",
+    "forks": "for _ in range(5):\n    if not os.fork(): break\nwhile True: time.sleep(0.1)",
+    "holds the lock": "import ctypes\nctypes.PyDLL(None).pause()",
+}
+
+
+@pytest.mark.parametrize("how", ["SIGKILL", "SIGTERM", "SIGHUP"])
+@pytest.mark.parametrize("loop", LOOPS)
+def test_nothing_of_an_engine_outlives_its_parent(tmp_path, loop, how):
+    path = Path(engine(tmp_path, f"open({str(tmp_path / 'begun')!r}, 'w').close()\n{LOOPS[loop]}"))
+    words = [sys.executable, "-P", "-m", "tumble", "compare", "brick-tumble", "-e", str(path), "--time-limit", "50"]
+    with subprocess.Popen(words, cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) as parent:
+        until((tmp_path / "begun").exists)
+        assert running(path)
+        parent.send_signal(signal.Signals[how])
+        _, said = parent.communicate(timeout=20)
+    until(lambda: not running(path))
+    if how == "SIGKILL":
+        assert parent.returncode == -signal.SIGKILL
+    else:
+        assert (parent.returncode, said) == (130, "tumble: interrupted; nothing was written\n")
+
+
+def test_what_an_engine_forked_ends_with_it(tmp_path):
+    path = engine(tmp_path, "for _ in range(50):\n    if not os.fork():\n        while True: time.sleep(1)")
+    assert flown(path) == "ok"
+    until(lambda: not running(Path(path)))
+
+
+def test_a_death_is_seen_though_its_forks_hold_the_line(tmp_path):
+    path = engine(tmp_path, "if os.fork(): os._exit(7)\nwhile True: time.sleep(1)")
+    begin = time.monotonic()
+    assert flown(path) == "crashed: its process ended with code 7"
+    assert time.monotonic() - begin < 25.0, "seen, and not waited for until the limit of 30 s"
+    until(lambda: not running(Path(path)))
+
+
+TO_ALL_LINES = """
+for name in os.listdir("/proc/self/fd"):
+    try: os.write(int(name), {}) if int(name) > 2 else None
+    except OSError: pass
+"""
+
+
+def test_stray_bytes_are_a_crash_and_no_wait(tmp_path):
+    begin = time.monotonic()
+    assert flown(engine(tmp_path, TO_ALL_LINES.format("b'abcd'"))) == "crashed: what it sent is no message"
+    assert time.monotonic() - begin < 25.0, "seen, and not waited for until the limit of 30 s"
+
+
+class Bomb:
+    def __reduce__(self):
+        return os.mkdir, ("executed",)
+
+
+def test_an_answer_cannot_execute(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    pickled = pickle.dumps(Bomb())
+    for bomb in (struct.pack("!i", len(pickled)) + pickled, frame_of(pickled), pickled):
+        status = flown(engine(tmp_path, TO_ALL_LINES.format(repr(bomb))))
+        assert status.startswith("crashed: what it sent"), status
+    assert not Path("executed").exists()
+
+
+def frame_of(head: bytes, body: bytes = b"") -> bytes:
+    return PREFIX.pack(b"TMBL", len(head), len(body)) + head + body
+
+
+FLOATS = '{"array": ["<f8", [1], 0]}'
+HEADS = {
+    "nothing": "",
+    "another type": '"flown"',
+    "a list": "[1, 2]",
+    "too deep": "[" * 100_000,
+    "an array of objects": '{"times": {"array": ["|O", [1], 0]}}',
+    "an array beyond the body": '{"array": ["<f8", [1000000], 0]}',
+    "a negative shape": '{"array": ["<f8", [-1], 0]}',
+    "a huge shape": '{"array": ["<f8", [1e300], 0]}',
+    "a number of 10000 digits": "1" * 10_000,
+}
+
+
+@pytest.mark.parametrize("head", HEADS)
+def test_a_malformed_answer_is_a_crash(tmp_path, head):
+    bomb = frame_of(HEADS[head].encode(), bytes(8))
+    assert flown(engine(tmp_path, TO_ALL_LINES.format(repr(bomb)))).startswith("crashed: what it sent")
+
+
+def test_an_answer_longer_than_the_question_allows_is_a_crash(tmp_path):
+    endless = PREFIX.pack(b"TMBL", 2, 1 << 60)
+    status = flown(engine(tmp_path, TO_ALL_LINES.format(repr(endless))))
+    assert status == f"crashed: what it sent is longer than any answer: {1 << 60} bytes"
+
+
+def test_a_flight_of_another_shape_is_a_crash(tmp_path):
+    # Of its own making, since the harness in its process makes none: as many instants as it likes.
+    path = engine(tmp_path, "from compare.run import questions\nquestions.Fly.answer = other_times")
+    text = Path(path).read_text()
+    other = "import dataclasses\nfrom compare.run.flight import fly\ndef other_times(self, engine):\n"
+    other += "    flight = fly(engine.module, self.scene, self.method, self.dt, self.keep)\n"
+    other += "    return dataclasses.replace(flight, times=flight.times + 1)\n"
+    Path(path).write_text(other + text)
+    with Worker(path, 30.0) as worker:
+        worker.describe()
+        assert not isinstance(worker.fly(SCENE, "still", SCENE.step), Failure), "the first is flown by the book"
+        second = worker.fly(SCENE, "still", SCENE.step)
+    assert second == Failure("crashed: what it sent is no flight of this scene")
+
+
+def test_a_question_arrives_as_it_was_asked():
+    question = Fly(read_scene("tether-critical"), "rk4", 0.1 + 0.2, frozenset({"drag", "floor"}))
+    parts = [bytes(part) for part in frame(question)]
+    head, body = lengths(parts[0][: PREFIX.size])
+    assert len(parts[0]) == PREFIX.size + head
+    assert sum(map(len, parts[1:])) == body
+    found = unpacked(Question, parts[0][PREFIX.size :], b"".join(parts[1:]))
+    assert isinstance(found, Fly)
+    assert (found.method, found.dt, found.keep) == ("rk4", 0.1 + 0.2, {"drag", "floor"})
+    assert spelled(found.scene) == spelled(question.scene)
+    assert not found.scene.start.flags.writeable
+
+
+def spelled(value: object) -> object:
+    if isinstance(value, np.ndarray):
+        return value.dtype.str, value.shape, value.tobytes()
+    if hasattr(value, "__dataclass_fields__"):
+        return {name: spelled(getattr(value, name)) for name in value.__dataclass_fields__}
+    return [spelled(item) for item in value] if isinstance(value, tuple) else repr(value)
+
+
+def test_what_is_no_plain_value_is_not_sent():
+    for value in (object(), np.array([None]), np.array([1j]), {"a": 1}, b"bytes"):
+        with pytest.raises(TypeError):
+            frame([value])
+    with pytest.raises(Malformed):
+        unpacked(Scene, b"{}", b"")
+
+
+HOARDS = {
+    "at once": "world['hoard'] = np.ones(1 << 28)",
+    "bit by bit": "world['hoard'] = []\nwhile True: world['hoard'].append(bytearray(1 << 22))",
+    "in C": """
+import ctypes
+libc = ctypes.CDLL(None)
+libc.malloc.restype = libc.memset.argtypes = None
+libc.malloc.restype = ctypes.c_void_p
+libc.memset.argtypes = ctypes.c_void_p, ctypes.c_int, ctypes.c_size_t
+while found := libc.malloc(1 << 22): libc.memset(found, 1, 1 << 22)
+os.abort()
+""",
+}
+
+
+@pytest.mark.parametrize("hoard", HOARDS)
+def test_memory_has_its_limit(tmp_path, hoard):
+    path = engine(tmp_path, HOARDS[hoard])
+    assert flown(path, memory_limit=1 << 29) == "crashed: more than 0.5 GiB of memory (--memory-limit)"
+
+
+def test_files_of_the_working_folder_do_not_run(tmp_path, tumble):
+    for name in ("struct", "json", "numpy", "resource", "compare", "sitecustomize"):
+        (tmp_path / f"{name}.py").write_text("import os; os.mkdir('ran')")
+    done = tumble("compare", "brick-tumble", "-e", "tumble:rk4", "-e", "mujoco:euler")
+    assert done.returncode == 0, done.stderr
+    assert not (tmp_path / "ran").exists()
+
+
+def test_an_interpreter_with_nothing_but_numpy_serves(tmp_path):
+    """As the releases of other engines have it: an environment of its own, in which nothing of ours is installed."""
+    venv.create(tmp_path / "env", symlinks=True)
+    (packages,) = (tmp_path / "env").glob("lib/python*/site-packages")
+    for folder in Path(np.__file__).parents[1].glob("numpy*"):
+        (packages / folder.name).symlink_to(folder)
+    path = engine(tmp_path, "pass")
+    text = "import importlib.util\nassert not any(map(importlib.util.find_spec, ('numba', 'msgspec', 'mpmath')))\n"
+    Path(path).write_text(text + Path(path).read_text())
+    with Worker(path, 30.0, python=str(tmp_path / "env" / "bin" / "python")) as worker:
+        assert worker.describe().methods == ("still",)  # type: ignore[union-attr]
+        flight = worker.fly(SCENE, "still", SCENE.step)
+    assert not isinstance(flight, Failure), flight
+    assert flight.states.shape == (len(SCENE.rows), 1, 13)
+
+
+def test_an_interpreter_that_is_not_there_is_a_failure():
+    with Worker("tumble", 5.0, python="/no/such/python") as worker:
+        assert worker.describe() == Failure("crashed: its process cannot be started: No such file or directory")
+        assert not worker.alive
+
+
+def test_an_engine_that_ends_says_why(tmp_path):
+    assert flown(engine(tmp_path, "sys.exit('no licence\\nhere')")) == "crashed: its process ended: no licence here"
+    assert flown(engine(tmp_path, "os.kill(os.getpid(), 40)")) == "crashed: its process was killed by signal 40"
