@@ -44,6 +44,11 @@ class Forces(NamedTuple):
 LAWS = tuple(name for name in Forces._fields if name not in ("mass", "points"))
 
 
+def only_gravity(forces: Forces) -> bool:
+    """Return whether nothing acts but gravity, if that."""
+    return all(getattr(forces, law) is None for law in LAWS if law != "gravity")
+
+
 def gives_torque(forces: Forces, turning: bool) -> bool:
     """Return whether forces can turn the body, or depend on how it is turned; turning: whether it spins as it is.
 

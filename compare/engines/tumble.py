@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from solver.body import Body
-from solver.flight import Flight, ForcedFlight
-from solver.forces import LAWS, Forces
+from solver.flight import Flight
+from solver.forces import LAWS, Forces, only_gravity
 from solver.registry import METHODS as REGISTRY
 from solver.registry import find
 from solver.stiffness import fastest
@@ -28,12 +28,13 @@ WITHOUT_STRENGTH = {
     "drag": (0.0, 0.0),
     "floor": (-1e300, 0.0, 1.0, 0.0, 0.0, 0.0),
 }
-OPTIONAL = (*(law.removesuffix("s") for law in WITHOUT_STRENGTH), "rotation", "gyroscopic")
+OPTIONAL = (*(law.removesuffix("s") for law in WITHOUT_STRENGTH), "rotation", "gyroscopic", "translation")
 ABOUT = {
     "version": version("tumble"),
     "precision": "double",
     "switched_off": [
-        "nothing: forces, rotation and the gyroscopic term of unequal moments are there only where a scene has them"
+        "nothing: forces, rotation and the gyroscopic term of unequal moments are there only where a scene has them",
+        "steps of the translation where only gravity acts: it is taken in closed form, which the engines step",
     ],
 }
 
@@ -59,9 +60,7 @@ def build(scene, method, keep=frozenset()):
     least = find(name).least_throws
     if len(scene.start) < least:
         raise NotImplementedError(f"{name} is for {least} throws or more")
-    if is_free(forces):
-        return World(Flight(body, name, forces.gravity, keep), took)
-    return World(ForcedFlight(body, name, forces, keep), took)
+    return World(Flight(body, name, forces, keep), took)
 
 
 def forces_of(scene, keep=frozenset()):
@@ -87,11 +86,6 @@ def numbers(law):
     return tuple(np.hstack(parts).tolist())
 
 
-def is_free(forces):
-    """Whether nothing acts but gravity."""
-    return all(getattr(forces, law) is None for law in LAWS if law != "gravity")
-
-
 # A step of radau5 takes as long as adaptive's steps do while the fastest mode turns, or decays, by so much.
 STIFF = 45.0
 # More radians of a flight than that no steps should follow.
@@ -100,7 +94,7 @@ ENDLESS = 1e6
 
 def choice(body, forces, scene):
     """Return the method that `auto` takes, and why."""
-    if is_free(forces):
+    if only_gravity(forces):
         return "exact", "took exact: a free flight has a closed form, and nothing is cheaper at any error"
     frequency, decay = fastest(body, forces)
     stiffness = f"w dt = {max(frequency, decay) * scene.step:.3g} in the stiffest mode at the scene's step"
@@ -141,9 +135,8 @@ def remark(world):
 def audit(world):
     """Return what a state does not show: steps not found or beyond the stable one, a matrix that is no rotation."""
     flight, findings = world.flight, []
-    unsolved = flight.unsolved if isinstance(flight, ForcedFlight) else 0
-    if unsolved:
-        findings.append(f"Newton did not converge in {unsolved} steps")
+    if flight.unsolved:
+        findings.append(f"Newton did not converge in {flight.unsolved} steps")
     turn = np.max(np.linalg.norm(flight.read()[:, 10:13], axis=1)) * flight.dt
     if turn > flight.method.stable_turn:
         findings.append(f"beyond its stability limit: |w| dt = {turn:.3g} > {flight.method.stable_turn:.3g}")

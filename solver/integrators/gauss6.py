@@ -3,8 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from solver.collocation.scheme import scheme
+from solver.collocation.steps import fly, turn
 from solver.forces import Forces
-from solver.integrators.collocation import fly, scheme, turn
 from solver.vectors import Vector
 
 

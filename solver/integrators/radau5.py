@@ -5,8 +5,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from solver.collocation.scheme import scheme
+from solver.collocation.steps import fly, turn
 from solver.forces import Forces
-from solver.integrators.collocation import fly, scheme, turn
 from solver.vectors import Vector
 
 _NODES = np.array([(4.0 - math.sqrt(6.0)) / 10.0, (4.0 + math.sqrt(6.0)) / 10.0, 1.0])

@@ -9,9 +9,9 @@ from numba import njit
 from scipy.integrate import solve_ivp
 
 from solver.body import Body
+from solver.collocation import equations
 from solver.compilation import OPTIONS
 from solver.forces import Forces
-from solver.integrators import collocation
 from solver.integrators.gauss6 import GAUSS, gauss6, gauss6_forced
 from solver.integrators.radau5 import RADAU, radau5, radau5_forced
 from solver.motion import load, slope, store
@@ -328,7 +328,7 @@ def test_gauss_comes_back():
 @njit(**OPTIONS)
 def jacobian_of(state, columns, inverse_moments, gyroscopic, forces):
     found = np.empty((len(columns), len(columns)))
-    collocation._put_jacobian(state, columns, inverse_moments, gyroscopic, forces, found)
+    equations.put_jacobian(state, columns, inverse_moments, gyroscopic, forces, found)
     return found
 
 

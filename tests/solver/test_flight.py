@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from scenarios.frames import vertices
 from solver.body import Body, angular_acceleration, point_acceleration, point_position, point_velocity
 from solver.flight import Flight
+from solver.forces import Forces
 from solver.registry import METHODS
 
 EPS = np.finfo(float).eps
@@ -29,7 +30,7 @@ def throws(count, seed=3):
 
 
 def flight_of(method, body, states, gravity=None):
-    flight = Flight(body, method, gravity)
+    flight = Flight(body, method, Forces(body.mass, gravity))
     flight.write(states)
     return flight
 

@@ -21,7 +21,7 @@ from scenarios.frames import rotation_matrix, vertices
 from scenarios.read import read_scene
 from scenarios.scene import Drag, Floor, Tether
 from solver.body import Body
-from solver.flight import Flight, ForcedFlight
+from solver.flight import Flight
 from solver.forces import LAWS, Forces, wrench
 from solver.integrators.rk4 import rk4_forced
 from solver.motion import slope
@@ -116,7 +116,7 @@ def quaternion(axes):
 
 
 def flown(method, body, forces, states, steps, duration):
-    flight = ForcedFlight(body, method, forces)
+    flight = Flight(body, method, forces)
     flight.write(states)
     flight.advance(steps, duration / steps)
     return flight
@@ -328,7 +328,7 @@ class TestFlightLaws:
     @every_forced_method
     def test_what_is_written_is_read(self, method):
         states = throws(5)
-        flight = ForcedFlight(BODY, method, ALL)
+        flight = Flight(BODY, method, ALL)
         flight.write(states)
         read = flight.read()
         np.testing.assert_array_equal(read[:, [0, 1, 2, 7, 8, 9]], states[:, [0, 1, 2, 7, 8, 9]])
@@ -337,7 +337,7 @@ class TestFlightLaws:
     @pytest.mark.parametrize("forces", [ALL, SEPARATELY["linear drag"]], ids=["all", "linear drag"])
     @every_forced_method
     def test_two_advances_are_one(self, method, forces):
-        at_once, in_two = (ForcedFlight(BODY, method, forces) for _ in range(2))
+        at_once, in_two = (Flight(BODY, method, forces) for _ in range(2))
         for flight in (at_once, in_two):
             flight.write(throws(2))
         at_once.advance(100, 0.003)
@@ -359,7 +359,7 @@ class TestFlightLaws:
 
     def test_a_method_without_forces_says_so(self):
         with pytest.raises(NotImplementedError, match=r"^magnus6 carries no forces$"):
-            ForcedFlight(BODY, "magnus6", ALL)
+            Flight(BODY, "magnus6", ALL)
 
     @pytest.mark.parametrize("method", ["rk4", "symplectic-euler", "adaptive"])
     def test_blown_up_rows_are_left_for_the_judge_and_the_others_fly_on(self, method):
@@ -374,8 +374,9 @@ class TestWhatIsNotThere:
     def test_a_throw_that_never_turns_has_no_rotation_to_step(self):
         states = throws(3)
         states[:, 10:13] = 0.0
-        for flight in (Flight(BODY, "rk4", GRAVITY), ForcedFlight(BODY, "rk4", SEPARATELY["drag"])):
-            flight.method = dataclasses.replace(flight.method, steps=None)
+        for forces in (Forces(BODY.mass, GRAVITY), SEPARATELY["drag"]):
+            flight = Flight(BODY, "rk4", forces)
+            flight._rotation._method = dataclasses.replace(flight.method, steps=None)
             flight.write(states)
             flight.advance(100, 0.01)
             np.testing.assert_allclose(flight.read()[:, 3:7], states[:, 3:7], rtol=0, atol=2 * EPS)
@@ -384,7 +385,7 @@ class TestWhatIsNotThere:
     def test_a_throw_without_spin_is_left_alone_among_others(self):
         states = throws(3)
         states[1, 10:13] = 0.0
-        flight = Flight(BODY, "quaternion-euler", GRAVITY)
+        flight = Flight(BODY, "quaternion-euler", Forces(BODY.mass, GRAVITY))
         flight.write(states)
         before = flight.read()
         flight.advance(1000, 0.001)
@@ -486,7 +487,7 @@ class TestEngine:
             assert [name for name in LAWS if getattr(kept, name) is not None] == [law]
             for state in throws(3):
                 np.testing.assert_array_equal(wrench(*tuples(state), kept), np.zeros((2, 3)))
-        assert engine.build(free, "rk4", frozenset(("rotation",))).flight._always_turning
+        assert engine.build(free, "rk4", frozenset(("rotation",))).flight._rotation._always_turning
         with pytest.raises(NotImplementedError, match="carries no forces"):
             engine.build(free, "magnus6", frozenset(("tether",)))
         with pytest.raises(NotImplementedError, match="not a sum of terms"):

@@ -365,7 +365,7 @@ def test_the_matrix_grows_as_the_step_says():
 def test_the_length_of_the_quaternion_after_a_million_steps(method, shortest, longest, equal):
     body = Body(1.0, (0.3, 0.3, 0.3)) if equal else box(BOXES[BRICK][0])
     flight = fly(method, body, start(BOXES[BRICK][1]), 1_000_000, 1e-3)
-    assert shortest <= np.linalg.norm(flight._spins[0, :4]) <= longest
+    assert shortest <= np.linalg.norm(flight._rotation.rows[0, :4]) <= longest
 
 
 def test_rk4_survives_the_step_that_halves_its_quaternion():

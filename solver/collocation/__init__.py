@@ -1,0 +1,7 @@
+"""Collocation in three stages: all of gauss6 and radau5 but their numbers.
+
+Over a step the slope of the state is a parabola in time, right at three instants, the stages.  `scheme` has a method as
+numbers, `equations` what the equations of motion ask of the slopes, `newton` finds the slopes, `steps` takes the steps.
+
+Source: Hairer & Wanner, "Solving Ordinary Differential Equations II" (1996), sections IV.5 and IV.8.
+"""

@@ -1,0 +1,208 @@
+"""Newton's method for the slopes at the stages of one step.
+
+Its Jacobian is that of the equations of motion at the middle stage, by the complex step through the very force terms,
+renewed where it serves badly; that decides how soon the slopes are found, not what is found.
+Source: Hairer & Wanner, "Solving Ordinary Differential Equations II" (1996), section IV.8.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solver.collocation.equations import energy, put_jacobian, put_wanted, weighted
+from solver.collocation.scheme import Scheme
+from solver.compilation import inner
+from solver.forces import Forces
+from solver.linear import factorise, substitute
+from solver.vectors import Vector, dot, times
+
+Array = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+Columns = NDArray[np.int64]
+
+# A Jacobian serves badly where a correction is more than POOR of the one before.  Between 0.1 and 0.9 a step of the stiff
+# scenes costs the same within a third; where Newton's method converges it takes 3 to 7 corrections, and with 8 or 50 of
+# them allowed, instead of 20, as many steps are taken in halves or twice as many.
+MOST_CORRECTIONS, POOR = 20, 0.3
+# A correction that shrinks no more with a new Jacobian leads nowhere; with an old one it may be the Jacobian's fault.
+MOST_GROWTH_NEW, MOST_GROWTH_OLD = 1.0, 2.0
+# Newton's method has ended where the next correction would be less than a rounding of what it corrects ...
+LEAST_CHANGE = 2.0**-55
+# ... or where rounding keeps the corrections from halving: so small, relative to the body's place and size.
+HALVING, ROUNDING = 0.5, 1e-12
+# The most that a step's forces may do of unclear work, in parts of the body's energy of motion: ten times less doubles
+# the cost of a long step on a spring that comes and goes, ten times more halves it, and nothing else feels it.
+UNCLEAR = 1e-3
+# The furthest turn in a step that is not taken in halves [rad]: there the parabola of dq/dt is off by about turn^4/4! in
+# its next term, a few percent; at half of it or twice no scene's step costs more than a tenth more or less.
+FURTHEST_TURN = 1.0
+
+
+class Factors(NamedTuple):
+    """The equations of a correction in their LU factors: one real and one complex, of the size of a state.
+
+    The stages' equations, (3 m, 3 m), fall into these by the eigenvectors of the method's coefficients.
+    """
+
+    real: Array
+    real_order: Columns
+    pair: ComplexArray
+    pair_order: Columns
+
+
+@inner
+def found(
+    state: Array,
+    slopes: Array,
+    dt: float,
+    columns: Columns,
+    method: Scheme,
+    reach: float,
+    inverse_moments: Vector | None,
+    gyroscopic: Vector | None,
+    forces: Forces,
+) -> bool:
+    """Put the slopes at the stages of one step into slopes, (3, 13), and return whether they could be found.
+
+    columns: what of a state is stepped; reach [m]: the body's size, as its radius of gyration has it.
+    """
+    m = len(columns)
+    stages, wanted, corrections = np.empty((3, 13)), np.empty((3, 13)), np.zeros((3, 13))
+    factors = Factors(np.empty((m, m)), np.empty(m, np.int64), np.empty((m, m), np.complex128), np.empty(m, np.int64))
+    _predict(slopes, columns)
+    previous, stale = math.inf, True
+    for _ in range(MOST_CORRECTIONS):
+        _put_stages(stages, state, slopes, dt, method)
+        if not _turn(stages, dt, inverse_moments) <= FURTHEST_TURN:
+            return False
+        if stale:
+            _put_factors(factors, stages[1], dt, columns, method, inverse_moments, gyroscopic, forces)
+        roughness = put_wanted(state, slopes, stages, dt, method, inverse_moments, gyroscopic, forces, wanted)
+        _correct(slopes, corrections, wanted, dt, columns, method, factors)
+        change, shift = _sizes(corrections, stages, reach)
+        shrinking = change / previous if previous < math.inf else POOR
+        if change * shrinking <= LEAST_CHANGE or (shrinking > HALVING and shift < ROUNDING):
+            return _is_clear(dt * roughness, stages, dt, reach, forces.mass, inverse_moments)
+        if not shrinking < (MOST_GROWTH_NEW if stale else MOST_GROWTH_OLD):
+            return False
+        previous, stale = change, shrinking > POOR
+    return False
+
+
+@inner
+def _predict(slopes: Array, columns: Columns) -> None:
+    """Begin from a state that stands still.
+
+    The slopes of the step before would serve better, but then a step would depend on more than the state it begins
+    from, and two advances would not be one long one to the last bit.
+    """
+    for i in range(3):
+        for a in columns:
+            slopes[i, a] = 0.0
+
+
+@inner
+def _put_stages(stages: Array, state: Array, slopes: Array, dt: float, method: Scheme) -> None:
+    """Put the states at the stages, (3, 13), from the slopes there: y_i = y + dt sum_j a_ij y'_j."""
+    for i in range(3):
+        for a in range(13):
+            stages[i, a] = state[a] + dt * weighted(method.coefficients[i], slopes, a)
+
+
+@inner
+def _put_factors(
+    factors: Factors,
+    middle: Array,
+    dt: float,
+    columns: Columns,
+    method: Scheme,
+    inverse_moments: Vector | None,
+    gyroscopic: Vector | None,
+    forces: Forces,
+) -> None:
+    """Factorise 1 - dt rate J, J the Jacobian at the middle stage, for the real rate and for one of the pair."""
+    real, pair = factors.real, factors.pair
+    put_jacobian(middle, columns, inverse_moments, gyroscopic, forces, real)
+    for r in range(len(columns)):
+        for c in range(len(columns)):
+            pair[r, c] = -dt * method.pair_rate * real[r, c]
+            real[r, c] = -dt * method.real_rate * real[r, c]
+        pair[r, r] += 1.0
+        real[r, r] += 1.0
+    factorise(real, factors.real_order)
+    factorise(pair, factors.pair_order)
+
+
+@inner
+def _correct(
+    slopes: Array, corrections: Array, wanted: Array, dt: float, columns: Columns, method: Scheme, factors: Factors
+) -> None:
+    """Correct the slopes by what Newton's method makes of what they miss; corrections, (3, 13): dt times that.
+
+    Source: Hairer & Wanner (1996), eq. IV.8.13.
+    """
+    m = len(columns)
+    real_part, pair_part = np.empty(m), np.empty(m, np.complex128)
+    for r in range(m):
+        real_part[r], pair_part[r] = 0.0, 0.0
+        for i in range(3):
+            missing = wanted[i, columns[r]] - slopes[i, columns[r]]
+            real_part[r] += method.to_real[i] * missing
+            pair_part[r] += method.to_pair[i] * missing
+    substitute(factors.real, factors.real_order, real_part)
+    substitute(factors.pair, factors.pair_order, pair_part)
+    for i in range(3):
+        for r in range(m):
+            correction = method.from_real[i] * real_part[r] + 2.0 * (method.from_pair[i] * pair_part[r]).real
+            slopes[i, columns[r]] += correction
+            corrections[i, columns[r]] = dt * correction
+
+
+@inner
+def _is_clear(work: float, stages: Array, dt: float, reach: float, mass: float, inverse_moments: Vector | None) -> bool:
+    """Return whether the work [J] that the instants do not show clearly is little beside the energy of motion."""
+    least = mass * (ROUNDING * reach / dt) ** 2
+    return abs(work) <= UNCLEAR * (energy(stages, mass, inverse_moments) + least)
+
+
+@inner
+def _turn(stages: Array, dt: float, inverse_moments: Vector | None) -> float:
+    """Return how far the body turns in a step [rad]."""
+    if inverse_moments is None:
+        return 0.0
+    furthest = 0.0
+    for i in range(3):
+        w_body = times(inverse_moments, (stages[i, 10], stages[i, 11], stages[i, 12]))
+        furthest = max(furthest, dot(w_body, w_body))
+    return abs(dt) * math.sqrt(furthest)
+
+
+@inner
+def _sizes(corrections: Array, stages: Array, reach: float) -> tuple[float, float]:
+    """Return how large corrections of the stages are: of what they correct, and of the body's place and size."""
+    dx, dq, dv, dl = _squares(corrections)
+    x, _, v, l_body = _squares(stages)
+    shift = max(dx / (x + reach * reach), dq)
+    return math.sqrt(max(shift, max(_part(dv, v), _part(dl, l_body)))), math.sqrt(shift)
+
+
+@inner
+def _squares(states: Array) -> tuple[float, float, float, float]:
+    """Return the mean |x|^2, |q|^2, |v|^2 and |L|^2 of three states."""
+    x, q, v, l_body = 0.0, 0.0, 0.0, 0.0
+    for i in range(3):
+        for a in range(3):
+            x += states[i, a] ** 2 / 3.0
+            v += states[i, 7 + a] ** 2 / 3.0
+            l_body += states[i, 10 + a] ** 2 / 3.0
+        for a in range(3, 7):
+            q += states[i, a] ** 2 / 3.0
+    return x, q, v, l_body
+
+
+@inner
+def _part(part: float, whole: float) -> float:
+    """Return part / whole, and nothing for no part of nothing."""
+    return part / whole if part != 0.0 else 0.0

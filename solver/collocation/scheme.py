@@ -1,0 +1,82 @@
+"""A collocation method as numbers, made from the instants of its stages."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.polynomial import Polynomial
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+# The power of a linear spring in a step is a polynomial of this degree, which nobody need call unclear.
+SPRING_DEGREE = 5
+
+
+class Scheme(NamedTuple):
+    """A method as numbers, for a step from 0 to 1.
+
+    coefficients, (3, 3), and weights, (3,): the integrals of a parabola, given at the stages, up to the stages and 1.
+    integrals and values, (k, 3): its integrals up to the instants at which forces are looked at, and its values there;
+    means, (3, k): the force that counts for a stage, from the forces at the instants; roughness, (k,): the part of a
+    curve that is beyond the fifth degree and so no linear spring's power, as far as the instants show one.
+    real_rate, to_real, from_real: the real eigenvalue of the coefficients, its left and its right eigenvector;
+    pair_rate, to_pair, from_pair: the same of one eigenvalue of the conjugate pair.
+    """
+
+    coefficients: Array
+    weights: Array
+    integrals: Array
+    values: Array
+    means: Array
+    roughness: Array
+    real_rate: float
+    to_real: Array
+    from_real: Array
+    pair_rate: complex
+    to_pair: ComplexArray
+    from_pair: ComplexArray
+
+
+def scheme(stages: Array, instants: Array) -> Scheme:
+    """Return the method with these three stages, which looks at forces at these instants, all in [0, 1].
+
+    The force that counts for a stage is its mean over the step, weighed with the stage's own parabola, by the
+    quadrature of the instants; where they are the stages themselves, it is the force there.
+    Source of the mean: Hairer, "Energy-preserving variant of collocation methods" (2010), definition 1.
+    """
+    parabolas = _lagrange(stages)
+    integrals = [parabola.integ() for parabola in parabolas]
+    coefficients = _at(integrals, stages)
+    weights = _at(integrals, np.ones(1))[0]
+    values = _at(parabolas, instants)
+    # What makes Legendre's coefficients of a curve from its values at the instants: first its mean, last its roughness.
+    legendre = np.linalg.inv(np.polynomial.legendre.legvander(2.0 * instants - 1.0, len(instants) - 1))
+    rates, right = np.linalg.eig(coefficients)
+    left = np.linalg.inv(right)
+    real, pair = np.argmin(np.abs(np.imag(rates))), np.argmax(np.imag(rates))
+    return Scheme(
+        coefficients=coefficients,
+        weights=weights,
+        integrals=_at(integrals, instants),
+        values=values,
+        means=np.ascontiguousarray((legendre[0][:, None] * values / weights).T),
+        roughness=legendre[-1].copy() if len(instants) > SPRING_DEGREE + 1 else np.zeros(len(instants)),
+        real_rate=float(rates[real].real),
+        to_real=np.ascontiguousarray(np.real(left[real])),
+        from_real=np.ascontiguousarray(np.real(right[:, real])),
+        pair_rate=complex(rates[pair]),
+        to_pair=np.ascontiguousarray(left[pair]),
+        from_pair=np.ascontiguousarray(right[:, pair]),
+    )
+
+
+def _lagrange(points: Array) -> list[Polynomial]:
+    """Return the polynomials that are 1 at one of the points and 0 at the others."""
+    others = [np.delete(points, number) for number in range(len(points))]
+    return [Polynomial.fromroots(roots) / np.prod(own - roots) for own, roots in zip(points, others, strict=True)]
+
+
+def _at(polynomials: list[Polynomial], points: Array) -> Array:
+    """Return the values of polynomials, the columns, at points, the rows."""
+    return np.ascontiguousarray(np.stack([polynomial(points) for polynomial in polynomials], axis=-1))

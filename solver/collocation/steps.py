@@ -1,0 +1,121 @@
+"""Steps of a collocation method, taken in parts where one is not found.
+
+A step is taken in halves, and those again, where Newton's method does not find it; where it turns the body too far for
+a parabola; and where the instants at which forces are looked at do not show clearly what work they do, as at the touch
+of a floor.  At that kink Newton's method can also jump between the two sides for ever: until the part of the step is so
+short that either side is as good, to rounding.  Where no part is short enough, or too many are needed, the state
+becomes nan.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solver.collocation.equations import weighted
+from solver.collocation.newton import found
+from solver.collocation.scheme import Scheme
+from solver.compilation import inner, kernel
+from solver.forces import Forces
+from solver.quaternion import normalise
+from solver.vectors import Vector
+
+Array = NDArray[np.float64]
+Columns = NDArray[np.int64]
+
+# What is stepped of a state x, q, v, L_body: all of it, or only what moves, or only what turns.
+WHOLE = np.arange(13)
+PLACE = np.array([0, 1, 2, 7, 8, 9])
+SPIN = np.array([3, 4, 5, 6, 10, 11, 12])
+
+# The least part of a step, and how many may be tried.
+LEAST_PART, MOST_PARTS = 2.0**-40, 2**14
+
+
+def turn(spins: Array, n: int, dt: float, method: Scheme, inverse_moments: Vector, gyroscopic: Vector | None) -> None:
+    """Take n steps of dt [s] of the rotation alone, with no torque.
+
+    spins: q, then L in body axes, (N, 7), altered in place; nan where a step was not found.
+    """
+    rows = np.zeros((len(spins), 14))
+    rows[:, SPIN] = spins
+    _collocate(rows, n, dt, SPIN, method, 1.0, inverse_moments, gyroscopic, Forces(1.0))
+    spins[:] = rows[:, SPIN]
+
+
+def fly(
+    rows: Array,
+    n: int,
+    dt: float,
+    method: Scheme,
+    moments: Vector,
+    inverse_moments: Vector | None,
+    gyroscopic: Vector | None,
+    forces: Forces,
+) -> None:
+    """Take n steps of dt [s] of whole states, or of position and velocity where inverse_moments is None.
+
+    rows: x, q, v, L in body axes and the count of steps that were not found, (N, 14), altered in place.
+    """
+    columns = PLACE if inverse_moments is None else WHOLE
+    reach = math.sqrt(max(moments) / forces.mass)
+    _collocate(rows, n, dt, columns, method, reach, inverse_moments, gyroscopic, forces)
+
+
+@kernel
+def _collocate(
+    rows: Array,
+    n: int,
+    dt: float,
+    columns: Columns,
+    method: Scheme,
+    reach: float,
+    inverse_moments: Vector | None,
+    gyroscopic: Vector | None,
+    forces: Forces,
+) -> None:
+    """Take n steps of these columns of rows; reach [m]: the body's size, as its radius of gyration has it."""
+    state, slopes = np.empty(13), np.zeros((3, 13))
+    for row in rows:
+        for a in range(13):
+            state[a] = row[a]
+        for step in range(n):
+            if not _advance(state, slopes, dt, columns, method, reach, inverse_moments, gyroscopic, forces):
+                row[13] += n - step
+                break
+        for a in columns:
+            row[a] = state[a]
+
+
+@inner
+def _advance(
+    state: Array,
+    slopes: Array,
+    dt: float,
+    columns: Columns,
+    method: Scheme,
+    reach: float,
+    inverse_moments: Vector | None,
+    gyroscopic: Vector | None,
+    forces: Forces,
+) -> bool:
+    """Take one step, in halves where it must be, and return whether all of it was found; if not the state is nan."""
+    done, part = 0.0, 1.0
+    for _ in range(MOST_PARTS):
+        if found(state, slopes, part * dt, columns, method, reach, inverse_moments, gyroscopic, forces):
+            for a in columns:
+                state[a] += part * dt * weighted(method.weights, slopes, a)
+            state[3], state[4], state[5], state[6] = normalise((state[3], state[4], state[5], state[6]))
+            done += part
+            if done == 1.0:
+                return True
+            # Back to the longest part that begins here.
+            while part < 1.0 and done % (2.0 * part) == 0.0:
+                part *= 2.0
+        elif part > LEAST_PART:
+            part /= 2.0
+        else:
+            break
+    for a in columns:
+        state[a] = math.nan
+    return False
