@@ -24,7 +24,7 @@ Columns = NDArray[np.int64]
 
 # A Jacobian serves badly where a correction is more than POOR of the one before.  Measured on the stiff scenes of the
 # catalogue, at their own steps and at 30 times those: with 0.1 to 0.9 a step costs the same within a third.  50
-# corrections instead of 20 change nothing; 8 cost 1.6 times as much on a spring, for steps that are then taken in halves.
+# corrections for 20 change nothing; 8 cost 1.6 times as much on a spring, for steps are then taken in halves.
 MOST_CORRECTIONS, POOR = 20, 0.3
 # A correction that shrinks no more with a new Jacobian leads nowhere; with an old one it may be the Jacobian's fault.
 MOST_GROWTH_NEW, MOST_GROWTH_OLD = 1.0, 2.0
