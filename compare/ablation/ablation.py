@@ -6,21 +6,19 @@ same rounds.
 """
 
 import math
-import os
-import threading
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from compare.comparison.comparison import give_up, true_answer
 from compare.judge.errors import quietly
 from compare.run.flight import Trajectory, legs
 from compare.run.participants import Participant
-from compare.run.timer import ROUNDS, SPAN_S, Reading, round_robin
+from compare.run.tasks import Task, run
+from compare.run.timer import SPAN_S, Reading
+from compare.run.timing import Load, costs
+from compare.run.truths import true_answer
 from compare.run.worker import Failure
-from compare.sweep.sweep import is_own_pace, pace, sampler
 from scenarios.needs import needs
 from scenarios.scene import Scene
 from scenarios.truth import Truth
@@ -87,26 +85,17 @@ class Build:
         return f"{self.participant.title}:{self.method} {self.kept}"
 
     @property
-    def own_pace(self) -> bool:
-        """Whether the clock's unit is a flight and not a step."""
-        return is_own_pace(self.participant, self.method)
+    def load(self) -> Load:
+        """What the clock reads."""
+        return Load(self.participant, self.scene, self.method, self.keep)
 
     def fly(self) -> Trajectory | Failure:
         """Return its flight."""
-        return self.participant.ensure_running() or self.participant.worker.fly(
-            self.scene, self.method, self.scene.step, self.keep
-        )
-
-    def prepare_timer(self) -> float | Failure:
-        """Make its timer ready."""
-        load = pace(self.scene, not self.own_pace)
-        return self.participant.ensure_running() or self.participant.worker.prepare_timer(
-            self.key, self.scene, self.method, load, self.keep
-        )
+        return self.participant.fly(self.scene, self.method, self.scene.step, self.keep)
 
     def ns_per_step(self, reading: Reading) -> float:
         """Return the time of a step by what its timer said [ns]."""
-        return reading.ns / (sum(leg.n for leg in legs(self.scene, self.scene.duration)) if self.own_pace else 1)
+        return reading.ns / (1 if self.load.by_step else sum(leg.n for leg in legs(self.scene, self.scene.duration)))
 
     def row(self, *figures: float, why: str = "") -> AblationRow:
         """Return its row; why: there are no figures."""
@@ -141,17 +130,10 @@ def ablate(
 
     span_s: how long the clock reads at least [s]; most_methods: of each engine, None for all.
     """
-    true, _ = true_answer(scene, lambda what: None)
-    stop = threading.Event()
-    with ThreadPoolExecutor(max(1, min(len(participants), os.cpu_count() or 1))) as pool:
-        flights = [
-            pool.submit(fly_all, participant, scene, true, most_methods, tick, stop) for participant in participants
-        ]
-        try:
-            found = [one for flight in flights for one in flight.result()]
-        except BaseException:
-            give_up(participants, stop, flights)
-            raise
+    true, _ = true_answer(scene)
+    asked = [ask for each in participants for ask in questions(each, scene, true, most_methods)]
+    answers = iter(run([one for one in asked if isinstance(one, Task)], tick=tick))
+    found = [one for ask in asked for one in (next(answers) if isinstance(ask, Task) else [ask])]
     readings = against_the_clock([one for one in found if isinstance(one, Pair)], span_s)
     tick(f"{scene.name} timed")
     rows = [(one, measured(one, readings) if isinstance(one, Pair) else one) for one in found]
@@ -166,28 +148,22 @@ def ablate(
     )
 
 
-def fly_all(
-    participant: Participant,
-    scene: Scene,
-    true: Truth | None,
-    most_methods: int | None,
-    tick: Callable[[str], object],
-    stop: threading.Event,
-) -> list[Pair | AblationRow]:
-    """Return what is to be timed of one participant, and a row with the reason for what is not."""
-    methods = participant.methods_for(scene)[:most_methods]
+def questions(
+    participant: Participant, scene: Scene, true: Truth | None, most_methods: int | None
+) -> list[Task[list[Pair | AblationRow]] | AblationRow]:
+    """Return a task a method of one participant, or a row with the reason why there is none."""
     optional = [] if isinstance(participant.info, Failure) else participant.info.optional
-    optional = [spare for spare in optional if spare not in needs(scene)]
+    optional = [each for each in optional if each not in needs(scene)]
     unsupported = participant.unsupported(scene)
     why = unsupported.status if unsupported else "nothing to leave out" if not optional else ""
     if why:
         return [AblationRow(scene.name, participant.title, "", why)]
-    found: list[Pair | AblationRow] = []
-    for method in methods:
-        if not stop.is_set():
-            found += pairs(participant, scene, true, method, optional)
-            tick(f"{scene.name} {participant.title}:{method}")
-    return found
+
+    def task(method: str) -> Task[list[Pair | AblationRow]]:
+        key = scene.name, participant.title, method
+        return Task(key, participant, lambda able: list(pairs(able, scene, true, method, optional)))
+
+    return [task(method) for method in participant.methods_for(scene)[:most_methods]]
 
 
 def pairs(
@@ -228,9 +204,8 @@ def apart_m(a: Trajectory, b: Trajectory | Truth) -> float:
 
 def against_the_clock(pairs: Sequence[Pair], span_s: float) -> dict[str, Reading]:
     """Return what the timers of all builds said in the same rounds, by their keys."""
-    builds = {build.key: build for pair in pairs for build in (pair.lean, pair.kept)}
-    ready = {key: build for key, build in builds.items() if not isinstance(build.prepare_timer(), Failure)}
-    return round_robin({key: sampler(build.participant, key) for key, build in ready.items()}, span_s, ROUNDS)
+    loads = {build.key: build.load for pair in pairs for build in (pair.lean, pair.kept)}
+    return {key: cost.reading for key, cost in costs(loads, span_s).items()}
 
 
 def measured(pair: Pair, readings: dict[str, Reading]) -> AblationRow:

@@ -1,10 +1,8 @@
 """Makes a record: every contestant on every scene, at the scene's own step and down a short ladder around it."""
 
 import math
-import os
-import threading
 from collections.abc import Callable, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Future
 from dataclasses import dataclass, replace
 from itertools import chain
 
@@ -14,13 +12,13 @@ from compare.check import order
 from compare.check.energy import spin_energy
 from compare.check.record import CellRow, QuestionRow, Record
 from compare.check.times import time_rows
-from compare.comparison.comparison import give_up, true_answer
 from compare.comparison.results import engine_row
 from compare.judge.errors import Run
 from compare.run.flight import Trajectory, legs
 from compare.run.participants import Participant
+from compare.run.tasks import Task, run
+from compare.run.truths import Answer, Truths
 from compare.run.worker import Failure
-from compare.sweep.sweep import is_own_pace
 from compare.tables.rows import run_row, xyz
 from scenarios.frames import Array
 from scenarios.scene import Scene, frozen_array
@@ -53,20 +51,14 @@ def measure(
     all flights are over.  tick is told of every truth, cell and timed scene as it is done.
     Raises RayMissed where the true body is not in the way of a later ray.
     """
-    stop = threading.Event()
-    pending: list[Future] = []
-    with (
-        ThreadPoolExecutor(1) as oracle,
-        ThreadPoolExecutor(max(1, min(len(participants), os.cpu_count() or 1))) as pool,
-    ):
-        pending += (truths := [oracle.submit(true_answer, scene, tick) for scene in scenes])
-        pending += (flights := [pool.submit(fly_all, each, scenes, truths, tick, stop) for each in participants])
-        try:
-            found = [flight.result() for flight in flights]
-        except BaseException:
-            give_up(participants, stop, pending)
-            raise
-    by_scene = [[flown for own in found for flown in own[number]] for number in range(len(scenes))]
+    with Truths(scenes, tick) as truths:
+        tasks = [
+            [task(scene, true, each, method) for each in participants for method in each.methods_for(scene)]
+            for scene, true in zip(scenes, truths.futures, strict=True)
+        ]
+        found = iter(run(list(chain.from_iterable(tasks)), truths, tick=tick))
+        answers = [future.result() for future in truths.futures]
+    by_scene = [[next(found) for _ in own] for own in tasks]
     owns = [[flown.own for flown in cells] for cells in by_scene]
     times = (
         [time_rows(participants, scene, own, tick) for scene, own in zip(scenes, owns, strict=True)] if timed else []
@@ -75,50 +67,33 @@ def measure(
         tuple(asked[0]),
         tuple(asked[1]),
         command,
-        tuple(question_row(scene, *true.result()) for scene, true in zip(scenes, truths, strict=True)),
+        tuple(question_row(scene, *answer) for scene, answer in zip(scenes, answers, strict=True)),
         tuple(map(engine_row, participants)),
         tuple(cell_row(flown) for cells in by_scene for flown in cells),
         tuple(chain.from_iterable(times)) if timed else None,
     )
 
 
-def fly_all(
-    participant: Participant,
-    scenes: Sequence[Scene],
-    truths: Sequence[Future[tuple[Truth | None, str]]],
-    tick: Callable[[str], object],
-    stop: threading.Event,
-) -> list[list[Flown]]:
-    """Return what one participant made of every scene, a list of its methods for each."""
-    found: list[list[Flown]] = []
-    for scene, true in zip(scenes, truths, strict=True):
-        found.append([])
-        for method in participant.methods_for(scene):
-            if not stop.is_set():
-                found[-1].append(fly(participant, scene, method, true.result()[0]))
-                tick(f"{scene.name} {participant.title}:{method}")
-    return found
+def task(scene: Scene, true: Future[Answer], participant: Participant, method: str) -> Task[Flown]:
+    """Return the task of one contestant on one scene."""
+    key = scene.name, participant.title, method
+    return Task(key, participant, lambda able: fly(able, scene, method, true.result().truth))
 
 
 def fly(participant: Participant, scene: Scene, method: str, true: Truth | None) -> Flown:
     """Return one contestant's run, and a ladder around it where the method has an order to be read."""
 
-    def answer(scene: Scene, dt: float) -> Trajectory | Failure:
-        return (
-            participant.unsupported(scene) or participant.ensure_running() or participant.worker.fly(scene, method, dt)
-        )
+    def at(dt: float) -> Run:
+        return Run(scene, participant.title, method, dt, participant.fly(scene, method, dt), true)
 
-    def run(dt: float) -> Run:
-        return Run(scene, participant.title, method, dt, answer(scene, dt), true)
-
-    own = run(scene.step)
+    own = at(scene.step)
     if not order.readable(own):
         return Flown(own, (), None)
-    other = answer(replace(scene, start=nudged(scene.start)), scene.step)
-    own_pace = is_own_pace(participant, method)
+    other = participant.fly(replace(scene, start=nudged(scene.start)), method, scene.step)
+    own_steps = participant.takes_own_steps(method)
     # Every step rounds once, this way or that: n of them come to the square root of n of one.
-    rounded = len(legs(scene, scene.step)) if own_pace else own.flight.steps
-    ladder = () if own_pace else order.ladder(own, run)
+    rounded = len(legs(scene, scene.step)) if own_steps else own.flight.steps
+    ladder = () if own_steps else order.ladder(own, at)
     return Flown(own, ladder, math.sqrt(rounded) * apart(own.flight, other))
 
 

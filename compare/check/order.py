@@ -7,8 +7,8 @@ from itertools import pairwise
 import numpy as np
 
 from compare.judge.errors import Run
+from compare.judge.orders import ASYMPTOTIC, FLOOR, LAST, Rung, local_orders, parts
 from compare.run.flight import legs
-from compare.sweep.frontier import ASYMPTOTIC, FLOOR, LAST, Rung, local_orders, parts
 from scenarios.scene import Scene
 
 PAIRS = 3

@@ -6,11 +6,11 @@ from contextlib import ExitStack
 from dataclasses import replace
 
 from compare.check.record import TimeRow
+from compare.judge.cost import REFERENCE, time_runs
 from compare.judge.errors import Run
 from compare.run.flight import Trajectory
 from compare.run.participants import Participant, launched
 from compare.run.timer import steady_ratio
-from compare.sweep.sweep import REFERENCE, against_the_clock
 from scenarios.scene import Scene
 
 
@@ -26,11 +26,12 @@ def time_rows(
         present = list(participants)
         if not any(run.name == REFERENCE for run in flown):
             (guest,) = guests.enter_context(launched([REFERENCE]))
-            answer = guest.unsupported(scene) or guest.worker.fly(scene, guest.methods[0], scene.step)
+            answer = guest.fly(scene, guest.methods[0], scene.step)
             flown.append(Run(scene, guest.title, guest.methods[0], scene.step, answer, None))
             present = [each for each in present if each.title != guest.title] + [guest]
-        found = against_the_clock(present, scene, flown, tick)
-    timed = {each.run.name: each for each in found.timed}
+        found = time_runs(present, scene, flown)
+    tick("timed")
+    timed = {each.run.name: each for each in found}
     unit = timed.get(REFERENCE)
     for run in runs:
         if each := timed.get(run.name):

@@ -1,18 +1,16 @@
-"""One loop over scene x contestant: every engine in a process of its own, side by side."""
+"""Every contestant on every scene, held against the truth."""
 
-import os
-import threading
 from collections.abc import Callable, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 
 from compare.judge.errors import Run
 from compare.run.flight import Trajectory
 from compare.run.participants import Participant
+from compare.run.tasks import Task, run
+from compare.run.truths import Truths
 from compare.run.worker import Failure
-from scenarios.impulse import RayMissed
 from scenarios.scene import Scene
-from scenarios.truth import NoTruth, Truth, truth
+from scenarios.truth import Truth
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,68 +34,26 @@ def compare(
     dt: step [s], by default each scene's own; tick is told of every flight and truth as it is done.
     Raises RayMissed where the true body is not in the way of a later ray.
     """
-    stop = threading.Event()
-    flights: list[Future] = []
-    with ThreadPoolExecutor(max(1, min(len(participants), os.cpu_count() or 1))) as pool:
-        try:
-            flights += [pool.submit(fly_all, participant, scenes, dt, tick, stop) for participant in participants]
-            truths = [true_answer(scene, tick) for scene in scenes]
-            answers = [flight.result() for flight in flights]
-        except BaseException:
-            give_up(participants, stop, flights)
-            raise
+
+    def task(scene: Scene, participant: Participant, method: str) -> Task[Trajectory | Failure]:
+        key = scene.name, participant.title, method
+        return Task(key, participant, lambda able: able.fly(scene, method, dt or scene.step))
+
+    tasks = [
+        [task(scene, participant, method) for participant in participants for method in participant.methods_for(scene)]
+        for scene in scenes
+    ]
+    with Truths(scenes, tick) as truths:
+        answers = iter(run([one for own in tasks for one in own], truths, tick=tick))
+        true = [future.result() for future in truths.futures]
     return [
         Comparison(
             scene,
-            *true,
+            *answer,
             tuple(
-                Run(scene, participant.title, method, dt or scene.step, answer[number, method], true[0])
-                for participant, answer in zip(participants, answers, strict=True)
-                for method in participant.methods_for(scene)
+                Run(scene, one.participant.title, one.key[-1], dt or scene.step, next(answers), answer.truth)
+                for one in own
             ),
         )
-        for number, (scene, true) in enumerate(zip(scenes, truths, strict=True))
+        for scene, answer, own in zip(scenes, true, tasks, strict=True)
     ]
-
-
-def fly_all(
-    participant: Participant,
-    scenes: Sequence[Scene],
-    dt: float | None,
-    tick: Callable[[str], object],
-    stop: threading.Event,
-) -> dict[tuple[int, str], Trajectory | Failure]:
-    """Return one participant's answers by scene number and method; a dead worker is replaced for the next question."""
-    answers: dict[tuple[int, str], Trajectory | Failure] = {}
-    for number, scene in enumerate(scenes):
-        for method in participant.methods_for(scene):
-            if stop.is_set():
-                return answers
-            answers[number, method] = (
-                participant.unsupported(scene)
-                or participant.ensure_running()
-                or participant.worker.fly(scene, method, dt or scene.step)
-            )
-            tick(f"{scene.name} {participant.title}:{method}")
-    return answers
-
-
-def true_answer(scene: Scene, tick: Callable[[str], object]) -> tuple[Truth | None, str]:
-    """Return the truth, or None and the reason there is none."""
-    try:
-        return truth(scene), ""
-    except NoTruth as reason:
-        return None, str(reason)
-    except RayMissed as missed:
-        raise RayMissed(f"{scene.name}: {missed}") from missed
-    finally:
-        tick(f"{scene.name} truth")
-
-
-def give_up(participants: Sequence[Participant], stop: threading.Event, flights: Sequence[Future]) -> None:
-    """Let the threads that wait for engines end at once."""
-    stop.set()
-    for flight in flights:
-        flight.cancel()
-    for participant in participants:
-        participant.worker.kill()

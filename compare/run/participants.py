@@ -1,12 +1,16 @@
 """Who takes part: ENGINE or ENGINE:METHOD, as everywhere in Tumble."""
 
+import math
+import threading
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from compare.run import registry
+from compare.run.flight import Trajectory
 from compare.run.registry import BadEngine, EngineInfo
+from compare.run.timer import Pace
 from compare.run.worker import Failure, Worker
 from scenarios.format import nearest
 from scenarios.needs import FORCES, needs
@@ -15,7 +19,11 @@ from scenarios.scene import Scene
 TIME_LIMIT_S = 60.0
 
 
-@dataclass
+class Halted(Exception):
+    """The command was interrupted, or another task failed: no more flights."""
+
+
+@dataclass(eq=False)
 class Participant:
     """An engine that takes part: its name or file, its methods, its info or why it has none, and its worker.
 
@@ -27,6 +35,8 @@ class Participant:
     named: bool
     info: EngineInfo | Failure
     worker: Worker
+    _halted: bool = field(default=False, init=False)
+    _lock: threading.Lock = field(default_factory=threading.Lock, init=False)
 
     @property
     def title(self) -> str:
@@ -46,13 +56,58 @@ class Participant:
         lacking = [need for need in needs(scene) if need in FORCES and need not in self.info.features]
         return Failure(f"skipped: {self.title} has no {' or '.join(lacking)}") if lacking else None
 
+    def takes_own_steps(self, method: str) -> bool:
+        """Whether the method's steps are its own, so that a flight is the unit of its time."""
+        info = self.info
+        return not isinstance(info, Failure) and method.partition("@")[0] in info.adaptive | info.whole
+
+    def fly(self, scene: Scene, method: str, dt: float, keep: frozenset[str] = frozenset()) -> Trajectory | Failure:
+        """Return the flight, dt [s], or why there is none; keep: what of its OPTIONAL the engine is to build.
+
+        Raises Halted.
+        """
+        return self.unsupported(scene) or self.ensure_running() or self.worker.fly(scene, method, dt, keep)
+
+    def prepare_timer(
+        self, key: str, scene: Scene, method: str, pace: Pace, keep: frozenset[str] = frozenset()
+    ) -> float | Failure:
+        """Make a timer ready under that key; return what a call from Python costs [ns], or why it cannot be."""
+        return self.ensure_running() or self.worker.prepare_timer(key, scene, method, pace, keep)
+
+    def sample(self, key: str) -> float:
+        """Return one sample of that timer [ns], not a number where its process is gone."""
+        answer = self.worker.sample(key) if self.worker.alive else Failure("gone")
+        return math.nan if isinstance(answer, Failure) else answer
+
     def ensure_running(self) -> Failure | None:
-        """Take a new worker where the last one crashed or hung; return why it does not come up, or None."""
+        """Take a new worker where the last one crashed or hung; return why it does not come up, or None.
+
+        Raises Halted.
+        """
         if self.worker.alive:
             return None
-        self.worker = Worker(self.engine, self.worker.time_limit)
+        with self._lock:
+            self.refuse_halted()
+            self.worker = Worker(self.engine, self.worker.time_limit)
         info = self.worker.describe()
         return info if isinstance(info, Failure) else None
+
+    def halt(self) -> None:
+        """Kill the process, from any thread; who waits for its answer gets a failure, and who asks again, Halted."""
+        with self._lock:
+            self._halted = True
+            self.worker.kill()
+
+    def resume(self) -> None:
+        """Take flights again after `halt`."""
+        if self._halted:
+            self.worker.close()
+            self._halted = False
+
+    def refuse_halted(self) -> None:
+        """Raise Halted where this participant was halted."""
+        if self._halted:
+            raise Halted
 
 
 def flights(participants: Iterable[Participant], scenes: Iterable[Scene]) -> int:

@@ -3,16 +3,17 @@
 What one contestant makes of one scene is a piece, done whole or not at all, and handed over as soon as it is done.
 """
 
-import os
-import threading
 from collections.abc import Callable, Collection, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Future
+from functools import partial
 
-from compare.comparison.comparison import give_up
 from compare.run.participants import Participant
-from compare.stability.extremes import Case, ExtremeRow, extreme, true_case
-from compare.stability.stability import FACTORS, Piece, Question, Stopped, Trials, column_truth, columns, contestants
+from compare.run.tasks import Task, run
+from compare.run.truths import Answer, Truths
+from compare.stability.extremes import Case, ExtremeRow, extreme
+from compare.stability.stability import FACTORS, ROWS, Piece, Question, Trials, columns, contestants
 from scenarios.scene import Scene
+from scenarios.truth import NoTruth
 
 # Mapped where no scene is named.
 STIFF = (
@@ -53,45 +54,34 @@ def stability(
     keep: called from several threads, one at a time; tick is told what was done; factors: of the scenes' own values.
     Raises BadScene for a scene in which nothing can be stiff, RayMissed as truth does.
     """
-    stop, one_at_a_time = threading.Event(), threading.Lock()
     told = [columns(scene, factors) for scene in scenes]
-    tasks: list[Future] = []
-    truths = ThreadPoolExecutor(1)
-    pool = ThreadPoolExecutor(max(1, min(len(participants), os.cpu_count() or 1)))
-    try:
-        questions = [
-            Question(scene, own, [truths.submit(column_truth, column) for column in own])
-            for scene, own in zip(scenes, told, strict=True)
+    flown = [column.flight(ROWS) for own in told for column in own]
+    with Truths([*flown, *(case.scene for case in cases)]) as truths:
+        true = iter(truths.futures)
+        questions = [Question(scene, own, [next(true) for _ in own]) for scene, own in zip(scenes, told, strict=True)]
+        tasks = [
+            Task((question.scene.name, each.title, method), each, partial(piece, method, question))
+            for question in questions
+            for each in participants
+            for method in contestants(each, question.scene)
         ]
-        answers = [truths.submit(true_case, case) for case in cases]
-
-        def hand_over(piece: Done) -> None:
-            with one_at_a_time:
-                keep(piece)
-                tick(" ".join((piece.key[0], ":".join(piece.key[1:]))))
-
-        def ask(participant: Participant) -> None:
-            for question in questions:
-                for method in contestants(participant, question.scene):
-                    if (question.scene.name, participant.title, method) not in done:
-                        hand_over(Trials(participant, method, question, stop).piece())
-            for case, answer in zip(cases, answers, strict=True):
-                for method in contestants(participant, case.scene):
-                    if (case.scene.name, participant.title, method) not in done:
-                        if stop.is_set():
-                            raise Stopped
-                        hand_over(extreme(participant, method, case, answer.result()))
-
-        # The engine with most methods is what the others are waited for with at the end, so it begins.
         tasks += [
-            pool.submit(ask, participant) for participant in sorted(participants, key=lambda each: -len(each.methods))
+            Task((case.scene.name, each.title, method), each, partial(extreme_row, method, case, answer))
+            for case, answer in zip(cases, true, strict=True)
+            for each in participants
+            for method in contestants(each, case.scene)
         ]
-        for task in tasks:
-            task.result()
-    except BaseException:
-        truths.shutdown(wait=False, cancel_futures=True)
-        give_up(participants, stop, tasks)
-        raise
-    finally:
-        pool.shutdown()
-        truths.shutdown(cancel_futures=True)
+        run(tasks, truths, done, lambda key, result: keep(result), tick)
+
+
+def piece(method: str, question: Question, participant: Participant) -> Piece:
+    """Return what one contestant makes of one scene."""
+    return Trials(participant, method, question).piece()
+
+
+def extreme_row(method: str, case: Case, true: Future[Answer], participant: Participant) -> ExtremeRow:
+    """Return what one contestant makes of one extreme case."""
+    found = true.result()
+    if found.truth is None:
+        raise NoTruth(f"{case.scene.name} has no truth to be held against: {found.why}")
+    return extreme(participant, method, case, found.truth)

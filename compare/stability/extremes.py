@@ -16,10 +16,9 @@ from compare.judge.verdict import verdict
 from compare.run.flight import Trajectory, legs
 from compare.run.participants import Participant
 from compare.run.worker import Failure
-from compare.sweep.sweep import is_own_pace
 from scenarios.read import read_scene
 from scenarios.scene import Scene
-from scenarios.truth import Truth, truth
+from scenarios.truth import Truth
 
 BEST, FLOORS = "tumble:exact", 10.0
 BUDGET_S = 4.0  # of native loop in a flight
@@ -160,18 +159,10 @@ def toml(value: object) -> str:
     return repr(value)
 
 
-def true_case(case: Case) -> Truth:
-    """Return the truth of a case."""
-    return truth(case.scene)
-
-
 def extreme(participant: Participant, method: str, case: Case, true: Truth, budget_s: float = BUDGET_S) -> ExtremeRow:
     """Return what one contestant makes of one case, in a native loop of at most budget_s [s]."""
     scene = case.scene
-    answer = (
-        participant.unsupported(scene) or participant.ensure_running() or too_long(participant, method, scene, budget_s)
-    )
-    answer = answer or participant.worker.fly(scene, method, scene.step)
+    answer = too_long(participant, method, scene, budget_s) or participant.fly(scene, method, scene.step)
     run = Run(scene, participant.title, method, scene.step, answer, true)
     said = verdict(run)
     key = scene.name, scene.title, participant.title, method, scene.step
@@ -195,18 +186,18 @@ def extreme(participant: Participant, method: str, case: Case, true: Truth, budg
 def too_long(participant: Participant, method: str, scene: Scene, budget_s: float) -> Failure | None:
     """Return that a flight would not fit into the budget, told from a small share of it, or None."""
     steps = sum(leg.n for leg in legs(scene, scene.step))
-    if is_own_pace(participant, method):
+    if participant.takes_own_steps(method):
         share = 0.0 if is_whole(participant, method) else SHARE
     else:
         share = TRIED / steps if steps >= MANY else 0.0
     if not share:
         return None
     seconds = share * scene.duration
-    first = participant.worker.fly(replace(scene, duration=seconds, times=np.array([seconds])), method, scene.step)
+    first = participant.fly(replace(scene, duration=seconds, times=np.array([seconds])), method, scene.step)
     if not isinstance(first, Trajectory):
         return first
     needed = first.wall_s / share
-    asked = f"{scene.duration:g} s of flight" if is_own_pace(participant, method) else f"{steps:.0e} steps"
+    asked = f"{scene.duration:g} s of flight" if participant.takes_own_steps(method) else f"{steps:.0e} steps"
     return Failure(f"timeout: {asked} would take {needed:.2g} s of {budget_s:g}") if needed > budget_s else None
 
 

@@ -7,7 +7,6 @@ exactly one length, which no truth is needed for: up to there the energy does no
 """
 
 import math
-import threading
 from collections.abc import Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass, replace
@@ -19,13 +18,13 @@ import numpy as np
 from compare.judge.errors import Run
 from compare.judge.verdict import Verdict, bounded, verdict
 from compare.run.participants import Participant
+from compare.run.truths import Answer
 from compare.run.worker import Failure
 from compare.stability.modes import Mode, edge, stiffest_mode, theory
-from compare.sweep.sweep import is_own_pace
 from scenarios.frames import Array
 from scenarios.read import BadScene
 from scenarios.scene import Scene
-from scenarios.truth import NoTruth, Truth, truth
+from scenarios.truth import Truth
 
 RADIANS = 72 * math.pi  # of the stiffest mode in a flight: 36 turns
 ROWS = 32
@@ -101,10 +100,6 @@ class Piece:
     def key(self) -> tuple[str, str, str]:
         """Scene, engine, method."""
         return self.limit.scene, self.limit.engine, self.limit.method
-
-
-class Stopped(Exception):
-    """The command was interrupted."""
 
 
 NO_FORCES = {"tethers": (), "drag": None, "floor": None}
@@ -212,24 +207,16 @@ def columns(scene: Scene, factors: Sequence[float] = FACTORS) -> list[Column]:
 
 @dataclass(frozen=True, eq=False)
 class Question:
-    """One scene at all its values, each with its truth, which may still be on its way; None where there is none."""
+    """One scene at all its values, each with its truth, which may still be on its way."""
 
     scene: Scene
     columns: list[Column]
-    truths: list["Future[Truth | None]"]
+    truths: list[Future[Answer]]
 
     @property
     def own(self) -> int:
         """The column of the scene as it is written."""
         return next(place for place, column in enumerate(self.columns) if column.factor == 1.0)
-
-
-def column_truth(column: Column) -> Truth | None:
-    """Return the truth at ROWS instants, or None where the scene has none."""
-    try:
-        return truth(column.flight(ROWS))
-    except NoTruth:
-        return None
 
 
 def truth_of(flown: Scene, true: Truth | None) -> Truth | None:
@@ -293,13 +280,12 @@ class Trials:
     participant: Participant
     method: str
     question: Question
-    stop: threading.Event
 
     def cell(self, place: int, steps: int) -> Cell:
         """Return one cell of the map."""
         column = self.question.columns[place]
         flown = column.flight(steps)
-        true = truth_of(flown, self.question.truths[place].result())
+        true = truth_of(flown, self.question.truths[place].result().truth)
         return self._judged(column, flown, column.seconds / steps, true)
 
     def probe(self, dt: float, steps: int = PROBED) -> Cell:
@@ -308,13 +294,7 @@ class Trials:
         return self._judged(column, column.probe(dt, steps), dt, None)
 
     def _judged(self, column: Column, flown: Scene, dt: float, true: Truth | None) -> Cell:
-        if self.stop.is_set():
-            raise Stopped
-        answer = (
-            self.participant.unsupported(flown)
-            or self.participant.ensure_running()
-            or self.participant.worker.fly(flown, self.method, dt)
-        )
+        answer = self.participant.fly(flown, self.method, dt)
         run = Run(flown, self.participant.title, self.method, dt, answer, true)
         return Cell(column, dt, run, verdict(run))
 
@@ -325,7 +305,7 @@ class Trials:
         if first.verdict.word == "refused":
             return Piece((first.row,), self.limit_row(note=first.verdict.why))
         places = range(len(self.question.columns))
-        if is_own_pace(self.participant, self.method):
+        if self.participant.takes_own_steps(self.method):
             cells = [self.cell(place, ROWS) for place in places]
             return Piece(tuple(cell.row for cell in cells), self.limit_row(note="takes steps of its own"))
         maps = [

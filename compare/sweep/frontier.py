@@ -3,21 +3,19 @@
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import numpy as np
 
 from compare.judge.agreement import SHARED
+from compare.judge.cost import Timed
 from compare.judge.errors import Run
+from compare.judge.orders import ASYMPTOTIC, LAST, Rung, local_orders, parts
 from compare.run.timer import steady_ratio
-from compare.sweep.sweep import Sweep, Timed
+from compare.sweep.sweep import Sweep
 from compare.tables.rows import RunRow, run_row
-from scenarios.frames import Array, rotation_matrix
+from scenarios.frames import Array
 
 TARGETS_M = (1e-3, 1e-6, 1e-9, 1e-12)
-# An order is read off errors below a share of the body's size, where no higher order is seen, and above the truth's
-# limit; a ladder that ends before is read at its last pairs.
-ASYMPTOTIC, FLOOR, LAST = 1e-3, 30.0, 3
 
 
 @dataclass(frozen=True)
@@ -106,15 +104,6 @@ class ThrowsRow:
     p5_error_m: float
     median_error_m: float
     p95_error_m: float
-
-
-@dataclass(frozen=True)
-class Rung:
-    """What one run says of the order: its step [s], its error [m], and the truth's limit there [m]."""
-
-    dt_s: float
-    error_m: float
-    limit_m: float
 
 
 def throws_errors(run: Run) -> Array:
@@ -221,32 +210,6 @@ def order_rows(sweep: Sweep) -> Iterator[OrderRow]:
             attitude,
             translation,
         )
-
-
-def local_orders(ladder: Sequence[Rung], largest_m: float) -> list[float]:
-    """Return the slope of each pair of neighbours, the coarsest first, from errors below largest_m down to the floor.
-
-    The floor is where an error comes near the truth's limit or stops falling; the pair before that has felt it already.
-    """
-    slopes: list[float] = []
-    for coarse, fine in pairwise(ladder):
-        if coarse.error_m >= largest_m:
-            continue
-        if fine.error_m >= coarse.error_m:
-            return slopes[:-1]
-        if fine.error_m <= FLOOR * fine.limit_m:
-            return slopes
-        slopes.append(math.log(coarse.error_m / fine.error_m) / math.log(coarse.dt_s / fine.dt_s))
-    return slopes
-
-
-def parts(run: Run) -> tuple[float, float]:
-    """Return the largest vertex error from the attitude alone and from the centre of mass alone [m]."""
-    assert run.truth is not None
-    states, true = run.flight.states, run.truth.states
-    turned = rotation_matrix(states[..., 3:7]) - rotation_matrix(true[..., 3:7])
-    attitude = np.linalg.norm(np.einsum("...ij,nj->...ni", turned, run.scene.body.points), axis=-1)
-    return float(attitude.max()), float(np.linalg.norm(states[..., 0:3] - true[..., 0:3], axis=-1).max())
 
 
 def clock_rows(sweep: Sweep) -> Iterator[ClockRow]:

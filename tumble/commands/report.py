@@ -7,11 +7,12 @@ from pathlib import Path
 from compare.ablation.ablation import QUICK_SPAN_S, ablate
 from compare.comparison.comparison import compare
 from compare.comparison.results import SWEEP_TABLES, ablation_tables, sweep_tables, tables, write_tables
+from compare.judge.cost import REFERENCE
 from compare.run.flight import check_step
 from compare.run.participants import flights, launched
 from compare.stability.contest import STIFF
 from compare.stability.store import kept_tables, quick_tables
-from compare.sweep.sweep import QUICK_BUDGET_S, REFERENCE, YARDSTICK, sweep
+from compare.sweep.sweep import QUICK_BUDGET_S, YARDSTICK, sweep
 from compare.tables.files import write_whole
 from reports.page import page
 from scenarios.needs import needs

@@ -22,7 +22,7 @@ def main(options: Namespace) -> int:
     check_step(scene, options.dt)
     with launched(options.engine or ["tumble"], options.time_limit) as (participant,):
         method = participant.methods[0]
-        flight = participant.unsupported(scene) or participant.worker.fly(scene, method, options.dt or scene.step)
+        flight = participant.fly(scene, method, options.dt or scene.step)
     name = f"{participant.title}:{method}"
     if isinstance(flight, Failure):
         raise BadEngine(f"{name} on {scene.name}: {flight.status}")

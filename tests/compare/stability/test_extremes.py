@@ -9,10 +9,11 @@ import pytest
 
 from compare.run.flight import fly, legs
 from compare.run.participants import launched
-from compare.stability.extremes import BEST, FLOORS, ExtremeRow, cases, extreme, missed, scene_text, texts, true_case
+from compare.stability.extremes import BEST, FLOORS, ExtremeRow, cases, extreme, missed, scene_text, texts
 from scenarios.frames import rotation_matrix
 from scenarios.read import catalogue, read_scene
 from scenarios.scene import Scene
+from scenarios.truth import truth
 
 CASES = {case.scene.name: case for case in cases()}
 # Those whose truth and flights take a moment.
@@ -31,7 +32,7 @@ QUICK = (
 
 @pytest.fixture(scope="module")
 def truths():
-    return {name: true_case(CASES[name]) for name in QUICK}
+    return {name: truth(CASES[name].scene) for name in QUICK}
 
 
 def test_every_case_of_the_list_is_there():
@@ -113,7 +114,7 @@ def test_one_row_a_contestant_with_its_reason(truths):
 def test_what_does_not_fit_the_budget_is_told_from_its_first_steps():
     case = CASES["steps-1e8"]
     near = replace(case, scene=replace(case.scene, duration=10.0, times=np.array([10.0]), step=1e-6))
-    true = true_case(near)
+    true = truth(near.scene)
     with launched(["mujoco:rk4", "scipy", "tumble:exact"], 60.0) as participants:
         rk4, dop853, exact = (
             extreme(participant, participant.methods[0], near, true, budget_s=1e-3) for participant in participants

@@ -6,7 +6,6 @@ import math
 import signal
 import subprocess
 import sys
-import threading
 import time
 from concurrent.futures import Future
 from contextlib import suppress
@@ -18,6 +17,7 @@ import pytest
 
 from compare.run.circumstances import circumstances
 from compare.run.participants import Participant, launched
+from compare.run.truths import Answer
 from compare.stability.contest import STIFF, keys, stability
 from compare.stability.modes import (
     Mode,
@@ -64,12 +64,12 @@ def known(answer) -> Future:
 def ask(scene: Scene, *contestants: str, factors=(1.0,), true: bool = False) -> dict[str, Piece]:
     """Return the pieces of some contestants, held against a truth or against the energy alone."""
     own = columns(scene, factors)
-    truths = [known(truth(column.flight(ROWS)) if true else None) for column in own]
+    truths = [known(Answer(truth(column.flight(ROWS)) if true else None, "")) for column in own]
     found = {}
     with launched(contestants, 60.0) as participants:
         for participant in participants:
             for method in participant.methods:
-                piece = Trials(participant, method, Question(scene, own, truths), threading.Event()).piece()
+                piece = Trials(participant, method, Question(scene, own, truths)).piece()
                 found[f"{participant.title}:{method}"] = piece
     return found
 

@@ -1,0 +1,91 @@
+"""The one runner: a study is a list of tasks, scene x contestant x step, and here is where they are run.
+
+A task is a question put to one contestant, as a function of the participant that flies it: one flight, a ladder that
+stops at its floor, the bisection of a limit.  Every engine has one process and does its tasks one after the other;
+engines work side by side, as many as there are cores.  A process that crashed or hung is replaced for the next flight
+(`Participant.fly`), each answer has its time limit, and when the command is interrupted, or a task fails, all processes
+are killed at once.  Finished tasks are handed over one at a time, so that a study can keep them and be run again with
+the keys of those that it has.
+
+Another executor, of many machines, goes in here and nowhere else: a task holds all that it needs but for the truths
+that it waits for, and whoever runs it needs only a participant of that engine to hand to it.
+"""
+
+import os
+import threading
+from collections.abc import Callable, Collection, Sequence
+from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
+from dataclasses import dataclass
+from typing import Generic, TypeVar
+
+from compare.run.participants import Participant
+from compare.run.truths import Truths
+
+Result = TypeVar("Result", covariant=True)
+Key = tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Task(Generic[Result]):
+    """One question to one contestant.
+
+    key: scene, engine and method, and what else tells it from the study's other tasks; ask: puts the question.
+    """
+
+    key: Key
+    participant: Participant
+    ask: Callable[[Participant], Result]
+
+    def __str__(self) -> str:
+        scene, *contestant = self.key
+        return f"{scene} {':'.join(contestant)}"
+
+
+def run(
+    tasks: Sequence[Task[Result]],
+    truths: Truths | None = None,
+    done: Collection[Key] = (),
+    finished: Callable[[Key, Result], object] = lambda key, result: None,
+    tick: Callable[[str], object] = lambda what: None,
+) -> list[Result]:
+    """Return the results of all tasks but those that are done already, in the order of the tasks.
+
+    truths: what tasks wait for, which ends with them; finished: called with each result as it comes, one at a time;
+    tick is told what was finished.  Raises what a task or a truth raises; then, as on Ctrl-C, everything is
+    stopped first.
+    """
+    left = [task for task in tasks if task.key not in done]
+    own: dict[Participant, list[Task[Result]]] = {}
+    for task in left:
+        own.setdefault(task.participant, []).append(task)
+    results: dict[Task[Result], Result] = {}
+    one_at_a_time = threading.Lock()
+
+    def work_through(mine: Sequence[Task[Result]]) -> None:
+        for task in mine:
+            result = task.ask(task.participant)
+            with one_at_a_time:
+                # A flight that ended because its process was killed is no answer.
+                task.participant.refuse_halted()
+                results[task] = result
+                finished(task.key, result)
+                tick(str(task))
+
+    for participant in own:
+        participant.resume()
+    futures: list[Future] = []
+    with ThreadPoolExecutor(max(1, min(len(own), os.cpu_count() or 1))) as threads:
+        try:
+            # The engine with most tasks is what the others are waited for with at the end, so it begins.
+            futures += [threads.submit(work_through, mine) for mine in sorted(own.values(), key=len, reverse=True)]
+            for future in wait([*futures, *(truths.futures if truths else ())], return_when=FIRST_EXCEPTION).done:
+                future.result()
+        except BaseException:
+            for future in futures:
+                future.cancel()
+            for participant in own:
+                participant.halt()
+            if truths:
+                truths.stop()
+            raise
+    return [results[task] for task in left]

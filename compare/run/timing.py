@@ -1,0 +1,55 @@
+"""What is timed together: the parent's side of the timers that stand in the workers."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import partial
+
+from compare.run.flight import legs
+from compare.run.participants import Participant
+from compare.run.timer import ROUNDS, SPAN_S, Pace, Reading, round_robin
+from compare.run.worker import Failure
+from scenarios.scene import Scene
+
+
+@dataclass(frozen=True, eq=False)
+class Load:
+    """A contestant as it is built for a scene, with what of its OPTIONAL is kept."""
+
+    participant: Participant
+    scene: Scene
+    method: str
+    keep: frozenset[str] = frozenset()
+
+    @property
+    def by_step(self) -> bool:
+        """Whether the clock's unit is a step and not a flight."""
+        return not self.participant.takes_own_steps(self.method)
+
+    @property
+    def pace(self) -> Pace:
+        """What a sample asks for: steps of the scene's own length, or the legs of a flight."""
+        if self.by_step:
+            return Pace(((1, self.scene.step),), True)
+        return Pace(tuple((leg.n, leg.dt) for leg in legs(self.scene, self.scene.duration)), False)
+
+
+@dataclass(frozen=True, eq=False)
+class Cost:
+    """What the clock said: of a step or of a flight, and what a call from Python costs beyond that [ns]."""
+
+    reading: Reading
+    call_ns: float
+
+
+def costs(loads: Mapping[str, Load], span_s: float = SPAN_S, rounds: int = ROUNDS) -> dict[str, Cost]:
+    """Return what each load costs, all sampled in the same rounds; those that cannot be timed are left out.
+
+    One whose process ends in the middle has samples that are not a number.
+    """
+    ready = {
+        key: load.participant.prepare_timer(key, load.scene, load.method, load.pace, load.keep)
+        for key, load in loads.items()
+    }
+    calls = {key: call for key, call in ready.items() if not isinstance(call, Failure)}
+    readings = round_robin({key: partial(loads[key].participant.sample, key) for key in calls}, span_s, rounds)
+    return {key: Cost(reading, calls[key]) for key, reading in readings.items()}

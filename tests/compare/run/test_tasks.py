@@ -1,0 +1,199 @@
+"""The one runner: order, what is done already, dead and hanging engines, and that nothing is left of it."""
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+import uuid
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from compare.run.flight import Trajectory
+from compare.run.participants import Participant, launched
+from compare.run.tasks import Task, run
+from compare.run.truths import Truths
+from scenarios.read import read_scene
+
+# It dies where the scene is called `die`, hangs where it is called `hang`, and leaves its number in a file beside it.
+ENGINE = """
+import os, pathlib, time
+METHODS = ("still",)
+OPTIONAL = ("gyroscopic",)
+FEATURES = {"gravity"}
+ABOUT = {"version": "1", "precision": "double", "switched_off": []}
+def build(scene, method, keep=()):
+    pathlib.Path(__file__).with_suffix(".pid").write_text(str(os.getpid()))
+    if scene.title == "die": os._exit(3)
+    if scene.title == "hang": time.sleep(1000)
+    return {}
+def write(world, states): world["states"] = states
+def advance(world, n, dt): world["states"][:, 0:3] += n * dt * world["states"][:, 7:10]
+def read(world): return world["states"]
+"""
+SCENE = read_scene("die-straight")
+
+
+def engine_file(folder: Path, name: str) -> str:
+    path = folder / f"{name}.py"
+    path.write_text(ENGINE)
+    return str(path)
+
+
+def flight(number: int, participant: Participant, title: str = "") -> Task:
+    scene = replace(SCENE, title=title)
+    key = f"{number}", participant.title, "still"
+    return Task(key, participant, lambda able: (number, able.fly(scene, "still", scene.step)))
+
+
+def statuses(results) -> list[str]:
+    return ["ok" if isinstance(answer, Trajectory) else answer.status for _, answer in results]
+
+
+def test_results_are_in_the_order_of_the_tasks_whoever_is_first(tmp_path):
+    finished = []
+    slow = threading.Event()
+    with launched([engine_file(tmp_path, "a"), engine_file(tmp_path, "b")]) as (a, b):
+        b_is_done = Task(("b", "last"), b, lambda able: slow.set())
+        tasks = [
+            Task(("a", "first"), a, lambda able: slow.wait(60)),  # goes on when all of the other's are done
+            *(flight(number, (a, b)[number % 2]) for number in range(6)),
+        ]
+        results = run([*tasks, b_is_done], finished=lambda key, result: finished.append(key))
+    assert results[0] is True
+    assert [number for number, _ in results[1:-1]] == list(range(6))
+    assert finished.index(("b", "last")) < finished.index(("a", "first")), "they were not side by side"
+
+
+def test_what_is_done_already_is_not_flown_again(tmp_path):
+    asked: list[int] = []
+    with launched([engine_file(tmp_path, "a")]) as (a,):
+
+        def counted(number: int) -> Task:
+            return Task((str(number),), a, lambda able: asked.append(number) or number)
+
+        tasks = [counted(number) for number in range(5)]
+        kept = {}
+
+        def keep(key, result):
+            kept[key] = result
+            if len(kept) == 2:
+                raise KeyboardInterrupt
+
+        with pytest.raises(KeyboardInterrupt):
+            run(tasks, finished=keep)
+        assert asked == [0, 1]
+        assert run(tasks, done=kept) == [2, 3, 4]
+        assert asked == [0, 1, 2, 3, 4]
+        assert statuses(run([flight(9, a)])) == ["ok"], "it flies again after it was stopped"
+
+
+def test_an_engine_that_dies_or_hangs_is_replaced_for_the_next_task(tmp_path):
+    with launched([engine_file(tmp_path, "a")], time_limit=3.0) as (a,):
+        titles = ["", "die", "", "hang", "", "die", "die", ""]
+        found = statuses(run([flight(number, a, title) for number, title in enumerate(titles)]))
+    dead = "crashed: its process ended with code 3"
+    assert found == ["ok", dead, "ok", "timeout", "ok", dead, dead, "ok"]
+
+
+def test_a_task_that_fails_stops_the_others_at_once(tmp_path):
+    with launched([engine_file(tmp_path, "a"), engine_file(tmp_path, "b")], time_limit=900.0) as (a, b):
+        hanging = tmp_path / "b.pid"
+
+        def fail(able):
+            while not hanging.exists():
+                time.sleep(0.01)
+            raise ValueError("lost")
+
+        kept = []
+        begin = time.monotonic()
+        with pytest.raises(ValueError, match="lost"):
+            run(
+                [Task(("a",), a, fail), flight(0, b, "hang"), flight(1, b)],
+                finished=lambda key, result: kept.append(key),
+            )
+        assert time.monotonic() - begin < 60, "it waited for an engine that hangs"
+        assert kept == [], "a flight that was killed is no result"
+        assert not Path(f"/proc/{hanging.read_text()}").exists()
+
+
+def test_truths_end_when_they_are_stopped_and_who_waits_is_told():
+    scenes = [read_scene("brick-tumble"), read_scene("many-throws"), read_scene("dzhanibekov")]
+    truths = Truths(scenes)
+    waiting = threading.Thread(target=lambda: [future.exception() for future in truths.futures[:1]], daemon=True)
+    waiting.start()
+    truths.stop()
+    assert all(future.done() for future in truths.futures)
+    waiting.join(10)
+    assert not waiting.is_alive()
+
+
+def test_truths_of_several_scenes_are_those_of_each_alone():
+    scenes = [SCENE, read_scene("table-4-1")]
+    ticks = []
+    with Truths(scenes, ticks.append) as several:
+        together = [future.result().truth for future in several.futures]
+    assert sorted(ticks) == ["die-straight truth", "table-4-1 truth"]
+    for scene, one in zip(scenes, together, strict=True):
+        with Truths([scene]) as alone:
+            assert alone.futures[0].result().truth.vertices.tolist() == one.vertices.tolist()
+
+
+def carrying(mark: str) -> list[int]:
+    """Return the processes, also those of other sessions, whose environment carries a mark."""
+    found = []
+    for folder in Path("/proc").glob("[0-9]*"):
+        try:
+            if mark.encode() in (folder / "environ").read_bytes():
+                found.append(int(folder.name))
+        except OSError:
+            continue
+    return found
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("compare", "brick-tumble"),
+        ("sweep", "die-straight"),
+        ("ablate", "die-straight"),
+        ("stability", "spin-fast"),
+        ("check", "many-throws", "brick-tumble", "dzhanibekov", "--accept", "-o", "record"),
+        ("report", "many-throws", "brick-tumble", "dzhanibekov", "-o", "page.html"),
+    ],
+    ids=lambda words: words[0],
+)
+def test_ctrl_c_leaves_no_process(tmp_path, words):
+    path = Path(engine_file(tmp_path, "hanging"))
+    hanging = ENGINE.replace('scene.title == "hang"', "True")
+    path.write_text(hanging)
+    mark = f"TUMBLE_TEST={uuid.uuid4()}"
+    command = subprocess.Popen(
+        [sys.executable, "-P", "-m", "tumble", *words, "-e", "tumble:rk4", "-e", str(path), "--time-limit", "900"],
+        cwd=tmp_path,
+        env=os.environ | dict([mark.split("=")]),
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+    )
+    try:
+        for _ in range(1200):
+            if path.with_suffix(".pid").exists():
+                break
+            time.sleep(0.05)
+        assert len(carrying(mark)) >= 3, "command and two engines"
+        command.send_signal(signal.SIGINT)
+        _, err = command.communicate(timeout=30)
+        assert command.returncode == 130
+        assert b"Traceback" not in err
+        for _ in range(200):
+            if not carrying(mark):
+                break
+            time.sleep(0.05)
+        assert carrying(mark) == []
+    finally:
+        command.kill()
+        for left in carrying(mark):
+            os.kill(left, signal.SIGKILL)
