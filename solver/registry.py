@@ -3,7 +3,10 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from typing import Any, Literal
+
+import numpy as np
 
 from solver.ensemble.blocks import LANES
 from solver.ensemble.exact import exact as exact_lanes
@@ -39,7 +42,8 @@ class Method:
     order: the error of a finished flight falls as dt^order; None where it does not depend on dt.
     rigid: the attitude stays a rotation.  keeps_momentum, keeps_energy: in free flight, to rounding, at any dt.
     reversible: at steps of up to a radian a flight with v and w turned round comes back, to rounding.
-    stable_turn: |w| dt [rad] beyond which the rotation can blow up, although every number stays finite for a while.
+    stable_turn: |w| dt [rad] beyond which a steady turn can grow into another; infinite where it never does; None where
+    no such limit is claimed, because a small tilt grows at any step, or a resonance may make it grow.
     dense: it goes to an instant and not by steps; its rows remember where their count began.
     least_throws: fewer fly right too, but leave lanes of the processor empty.
     tolerance: for an adaptive method, of one step of its own, relative to |q| and |L|, unless another is asked for.
@@ -56,7 +60,7 @@ class Method:
     keeps_momentum: bool = False
     keeps_energy: bool = False
     reversible: bool = False
-    stable_turn: float = math.inf
+    stable_turn: float | None = None
     dense: bool = False
     least_throws: int = 1
     tolerance: float | None = None
@@ -80,28 +84,64 @@ def _body(kernel: Callable, order: int, **claims: Any) -> Method:
     return Method(kernel, "quaternion", "body", lag=0, order=order, **claims)
 
 
+def taylor_limit(order: int) -> float:
+    """Return the largest y up to which |p(iy)| <= 1 for p the Taylor polynomial of exp, infinite where there is none.
+
+    A steady turn multiplies by exp(i |w| dt) a step, and these methods by their polynomial: beyond, it grows.
+    Source: Hairer & Wanner, "Solving Ordinary Differential Equations II" (1996), section IV.2.
+    """
+    terms = [Fraction(1, math.factorial(k)) for k in range(order + 1)]
+    real = [0 if k % 2 else (-1) ** (k // 2) * term for k, term in enumerate(terms)]
+    imaginary = [(-1) ** (k // 2) * term if k % 2 else 0 for k, term in enumerate(terms)]
+    square = [
+        sum(part[i] * part[k - i] for part in (real, imaginary) for i in range(max(0, k - order), min(k, order) + 1))
+        for k in range(2 * order + 1)
+    ]
+    # All powers up to the order cancel, but for the 1; of what is left the first decides near 0.
+    left = [(k, float(value)) for k, value in enumerate(square) if k and value]
+    if left[0][1] > 0.0:
+        return 0.0
+    roots = np.roots([dict(left).get(k, 0.0) for k in range(2 * order, left[0][0] - 1, -1)])
+    return float(min((root.real for root in roots if root.real > 0.0 and abs(root.imag) < 1e-9), default=math.inf))
+
+
 METHODS = {
-    "rk4": _body(rk4, order=4, stable_turn=2.0 * math.sqrt(2.0), forced=rk4_forced),
-    "exact": _dense(exact, keeps_momentum=True, keeps_energy=True, reversible=True),
-    "exact-lanes": _dense(exact_lanes, keeps_momentum=True, keeps_energy=True, reversible=True, least_throws=LANES),
-    "adaptive": _dense(adaptive, tolerance=1e-9, forced=adaptive_forced, forced_width=28),
-    "rkmk4": _body(rkmk4, order=4, stable_turn=2.0 * math.sqrt(2.0)),
-    "rkmk4-lanes": _body(rkmk4_lanes, order=4, stable_turn=2.0 * math.sqrt(2.0), least_throws=LANES),
-    "magnus6": _body(magnus6, order=6, stable_turn=3.395),
-    "taylor8": _body(taylor8, order=8, stable_turn=3.395),
-    "taylor12": _body(taylor12, order=12, stable_turn=3.379),
+    "rk4": _body(rk4, order=4, stable_turn=taylor_limit(4), forced=rk4_forced),
+    "exact": _dense(exact, stable_turn=math.inf, keeps_momentum=True, keeps_energy=True, reversible=True),
+    "exact-lanes": _dense(
+        exact_lanes,
+        stable_turn=math.inf,
+        keeps_momentum=True,
+        keeps_energy=True,
+        reversible=True,
+        least_throws=LANES,
+    ),
+    "adaptive": _dense(adaptive, stable_turn=math.inf, tolerance=1e-9, forced=adaptive_forced, forced_width=28),
+    "rkmk4": _body(rkmk4, order=4, stable_turn=taylor_limit(4)),
+    "rkmk4-lanes": _body(rkmk4_lanes, order=4, stable_turn=taylor_limit(4), least_throws=LANES),
+    "magnus6": _body(magnus6, order=6, stable_turn=taylor_limit(8)),
+    "taylor8": _body(taylor8, order=8, stable_turn=taylor_limit(8)),
+    "taylor12": _body(taylor12, order=12, stable_turn=taylor_limit(12)),
     "splitting": _body(splitting, order=2, keeps_momentum=True, reversible=True),
     "splitting8": _body(splitting8, order=8, keeps_momentum=True, reversible=True),
-    "implicit-midpoint": _body(implicit_midpoint, order=2, keeps_momentum=True, keeps_energy=True, reversible=True),
+    "implicit-midpoint": _body(
+        implicit_midpoint,
+        order=2,
+        stable_turn=math.inf,
+        keeps_momentum=True,
+        keeps_energy=True,
+        reversible=True,
+    ),
     "gauss6": _body(
         gauss6,
         order=6,
+        stable_turn=math.inf,
         keeps_energy=True,
         forced=gauss6_forced,
         forced_width=14,
         counts_unsolved=True,
     ),
-    "radau5": _body(radau5, order=5, forced=radau5_forced, forced_width=14, counts_unsolved=True),
+    "radau5": _body(radau5, order=5, stable_turn=math.inf, forced=radau5_forced, forced_width=14, counts_unsolved=True),
     "symplectic-euler": Method(
         symplectic_euler, "quaternion", "world", lag=+1, order=1, keeps_momentum=True, forced=symplectic_euler_forced
     ),

@@ -137,9 +137,9 @@ def audit(world):
     flight, findings = world.flight, []
     if flight.unsolved:
         findings.append(f"Newton did not converge in {flight.unsolved} steps")
-    turn = np.max(np.linalg.norm(flight.read()[:, 10:13], axis=1)) * flight.dt
-    if turn > flight.method.stable_turn:
-        findings.append(f"beyond its stability limit: |w| dt = {turn:.3g} > {flight.method.stable_turn:.3g}")
+    turn, stable = np.max(np.linalg.norm(flight.read()[:, 10:13], axis=1)) * flight.dt, flight.method.stable_turn
+    if stable is not None and turn > stable:
+        findings.append(f"beyond its stability limit: |w| dt = {turn:.3g} > {stable:.3g}")
     matrices = flight.matrices()
     strain = np.max(np.abs(np.swapaxes(matrices, 1, 2) @ matrices - np.eye(3)))
     if strain > LARGEST_STRAIN:

@@ -11,7 +11,7 @@ import pytest
 from solver.body import Body
 from solver.flight import Flight
 from solver.quaternion import to_matrix
-from solver.registry import METHODS
+from solver.registry import METHODS, taylor_limit
 
 EPS = np.finfo(float).eps
 
@@ -279,22 +279,62 @@ def test_rounding_stays_below_a_picometre(method):
     assert np.linalg.norm(points[0] - points[1], axis=1).max() < 1e-12
 
 
-@pytest.mark.parametrize("method", [name for name, method in METHODS.items() if math.isfinite(method.stable_turn)])
+TILT = 1e-6
+
+
+def tilt_after(method, turn, steps):
+    """The tilt of a flat disc that spins about its axis, after steps of a turn [rad] each; it began at TILT.
+
+    A little momentum across the axis turns in the body at the full |w|, the fastest that any body allows, and grows or
+    dies with the method's gain at that frequency.
+    """
+    disc = Body(1.0, (1.0, 1.0, 2.0))
+    states = np.array([[0.0] * 3 + [1.0, 0.0, 0.0, 0.0] + [0.0] * 3 + [TILT, 0.0, 1.0]])
+    after = fly(method, disc, states, steps, turn).read()[0]
+    w_body = to_matrix(after[3:7]).T @ after[10:13]
+    return np.hypot(*w_body[:2])
+
+
+def having(claim):
+    """The methods for one throw whose stable_turn is of one kind."""
+    return [name for name, method in METHODS.items() if method.least_throws == 1 and claim(method.stable_turn)]
+
+
+@pytest.mark.parametrize("method", having(lambda turn: turn is not None and math.isfinite(turn)))
 def test_stable_turn(method):
-    # A flat disc spinning about its axis: a little momentum across it turns in the body at the full |w|, the fastest
-    # that any body allows, and grows or dies with the method's gain at that frequency.
-    disc, spin, tilt = Body(1.0, (1.0, 1.0, 2.0)), 1.0, 1e-6
-    states = np.array([[0.0] * 3 + [1.0, 0.0, 0.0, 0.0] + [0.0] * 3 + [tilt, 0.0, spin]])
+    # So many steps because of taylor12, whose gain at 0.97 is 1 - 7e-5.
+    limit = METHODS[method].stable_turn
+    assert tilt_after(method, 0.97 * limit, 20_000) < TILT / 2
+    assert not tilt_after(method, 1.03 * limit, 20_000) < TILT * 2, "it may be nan by now"
 
-    # So many because of taylor12, whose gain at 0.97 is 1 - 7e-5.
-    def tilt_after(factor):
-        dt = factor * METHODS[method].stable_turn / spin
-        after = fly(method, disc, states, 20_000, dt).read()[0]
-        w_body = to_matrix(after[3:7]).T @ after[10:13]
-        return np.hypot(*w_body[:2])
 
-    assert tilt_after(0.97) < tilt / 2
-    assert not tilt_after(1.03) < tilt * 2, "it may be nan by now"
+@pytest.mark.parametrize("turn", [0.3, 2.0, 3.5, 30.0])
+@pytest.mark.parametrize("method", having(lambda turn: turn == math.inf))
+def test_what_is_stable_at_any_turn(method, turn):
+    # A thousand steps of some roundings each, of a spin a million times the tilt.
+    # The adaptive one may be off by its tolerance, relative to the spin, at each of its own steps.
+    tolerance = METHODS[method].tolerance or EPS
+    assert tilt_after(method, turn, 1000) < TILT + 1000 * max(1.0, turn) * 10 * tolerance
+
+
+@pytest.mark.parametrize("method", having(lambda turn: turn is None))
+def test_what_claims_no_stable_turn_has_none(method):
+    assert not tilt_after(method, 2.0, 1000) < TILT * 10, "it may be nan by now"
+
+
+def test_the_limits_are_those_of_the_exponentials_polynomials():
+    # On the imaginary axis: Hairer & Wanner (1996), table IV.2.1, and sqrt(8) for order 4.
+    assert taylor_limit(4) == pytest.approx(math.sqrt(8.0), abs=1e-12)
+    assert taylor_limit(3) == pytest.approx(math.sqrt(3.0), abs=1e-12)
+    assert taylor_limit(1) == taylor_limit(2) == 0.0
+    for order in (8, 12):
+        limit = taylor_limit(order)
+        gains = [
+            abs(sum((1j * y) ** k / math.factorial(k) for k in range(order + 1)))
+            for y in (0.5, limit - 1e-3, limit + 1e-3)
+        ]
+        assert gains[0] < 1.0 + EPS
+        assert gains[1] < 1.0 < gains[2]
 
 
 def test_negative_control_a_missing_gyroscopic_term_is_seen():
