@@ -120,6 +120,7 @@ def parser() -> Parser:
     check.add_argument("scene", nargs="*", metavar="SCENE", help=SCENE_HELP + "; default: the record's, or all")
     check.add_argument("-e", "--engine", action="append", default=[], metavar="ENGINE[:METHOD]", help=ENGINE_HELP)
     check.add_argument("--accept", action="store_true", help="record into -o DIR; exit 1 where that changes a record")
+    check.add_argument("--accept-failures", action="store_true", help="record what crashed, hung or is missing, too")
     check.add_argument("--baseline", metavar="DIR", help="the record to compare with")
     check.add_argument("--candidate", metavar="DIR", help="another record to hold against it; nothing is flown")
     check.add_argument("-o", "--output", metavar="DIR", help="write the new record, summary.md and junit.xml into DIR")

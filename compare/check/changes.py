@@ -21,6 +21,7 @@ DRIFTS = ("energy_drift", "momentum_drift", "angular_momentum_drift")
 ORDERS = ("attitude_order", "translation_order")
 # From good to bad: a flight that was flagged is better than one that diverged, and that than none.
 STATUSES = {"ok": 0, "flagged": 1, "diverged": 2, "skipped": 3, "missing": 4, "timeout": 4, "crashed": 4}
+NO_ANSWER = 4
 # What the rounding of one step may add to a drift.
 ROUNDING = 2.0**-52
 # A true answer that moved by more than this share of the body, beyond the truth's limit, is that to another question.
@@ -125,6 +126,16 @@ def cells(record: Record) -> dict[Key, CellRow]:
     return {(cell.scene, cell.engine, cell.method): cell for cell in record.cells}
 
 
+def failures(record: Record) -> dict[str, str]:
+    """Return the status of each contestant that crashed, hung or is missing, by its name and its scenes."""
+    scenes: dict[tuple[str, str], list[str]] = {}
+    for cell in record.cells:
+        if rank(cell.status) == NO_ANSWER:
+            name = f"{cell.engine}:{cell.method}" if cell.method else cell.engine
+            scenes.setdefault((name, cell.status), []).append(cell.scene)
+    return {f"{name} on {', '.join(its)}": status for (name, status), its in scenes.items()}
+
+
 def counterpart(key: Key, new: Mapping[Key, CellRow]) -> CellRow | None:
     """Return the candidate's cell; an engine that is missing has one cell, which stands for all of its methods."""
     return new.get(key) or new.get((*key[:2], ""))
@@ -184,10 +195,15 @@ def status_verdict(old: str, new: str) -> Verdict | None:
     """Return how a status changed in kind, or in the reasons it was flagged for; their numbers do not count."""
     before, now = (re.match(r"\w*", status)[0] for status in (old, new))  # type: ignore[index]
     if before != now:
-        return ranked(STATUSES.get(before, 4), STATUSES.get(now, 4))
+        return ranked(rank(old), rank(new))
     if now == "flagged" and reasons(old) != reasons(new):
         return "worse" if reasons(new) - reasons(old) else "better"
     return None
+
+
+def rank(status: str) -> int:
+    """Return the place of a status from good to bad."""
+    return STATUSES.get(re.match(r"\w*", status)[0], NO_ANSWER)  # type: ignore[index]
 
 
 def reasons(status: str) -> set[str]:

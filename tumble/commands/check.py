@@ -6,7 +6,7 @@ from argparse import Namespace
 from dataclasses import replace
 from pathlib import Path
 
-from compare.check.changes import Outcome, hold_against, time_changes, within
+from compare.check.changes import Outcome, failures, hold_against, time_changes, within
 from compare.check.junit import junit
 from compare.check.markdown import summary
 from compare.check.measure import measure
@@ -37,7 +37,7 @@ def main(options: Namespace) -> int:
         outcome = hold_against(old, new, tolerances)
         sys.stdout.write(summary(outcome, against(options)))
     if options.accept:
-        return accept(Path(known), new, outcome)
+        return accept(Path(known), new, outcome, options.accept_failures)
     assert outcome is not None
     if options.output:
         folder = Path(options.output)
@@ -53,6 +53,8 @@ def refuse_odd(options: Namespace) -> None:
         raise BadRecord("--accept records what is flown; with --candidate nothing is")
     if options.accept and options.baseline and options.output not in (None, options.baseline):
         raise BadRecord("--accept writes one record: give -o DIR or --baseline DIR")
+    if options.accept_failures and not options.accept:
+        raise BadRecord("--accept-failures goes with --accept")
     if not options.accept and not options.baseline:
         raise BadRecord("give --baseline DIR to compare with a record, or --accept -o DIR to make one")
     if options.accept and not (options.baseline or options.output):
@@ -97,8 +99,13 @@ def timed_again(options: Namespace, old: Record, new: Record, tolerances: Tolera
     return replace(new, times=tuple(nearer(old.times or (), new.times, again.times or ())))
 
 
-def accept(folder: Path, new: Record, outcome: Outcome | None) -> int:
-    """Write a record; return 1 where it changes the one that was there."""
+def accept(folder: Path, new: Record, outcome: Outcome | None, with_failures: bool) -> int:
+    """Write a record; return 1 where it changes the one that was there, or where failures keep it from being one."""
+    if (failed := failures(new)) and not with_failures:
+        for contestant, status in failed.items():
+            note(f"{contestant}: {status}")
+        note("nothing is recorded: a record of these would call them unchanged; to record them, --accept-failures")
+        return 1
     write_tables(folder, texts(new))
     if new.times is None:
         (folder / "times.csv").unlink(missing_ok=True)

@@ -401,6 +401,48 @@ def test_blessing_shows_the_change_fails_once_and_then_holds(recorded, tmp_path)
     assert check(folder, "--baseline", "own").returncode == 0
 
 
+FAILING = {
+    "raise ValueError('lost')": "mine:semi-implicit-euler on spin: crashed: ValueError: lost",
+    "import time; time.sleep(1000)": "mine:semi-implicit-euler on spin: timeout",
+}
+
+
+@pytest.mark.parametrize("body", FAILING)
+def test_what_gives_no_answer_is_no_record(recorded, tmp_path, body):
+    folder = copy(recorded, tmp_path)
+    (folder / "mine.py").write_text(
+        MINE.replace("def advance(world, n, dt):", f"def advance(world, n, dt):\n    {body}")
+    )
+    words = ("spin.toml", "-e", "./mine.py", "-e", "tumble:rk4", "--no-times", "--time-limit", "3", "--accept")
+    for output in ("fresh", "base"):
+        before = tables(folder / output)
+        refused = check(folder, *words, "-o", output)
+        assert refused.returncode == 1
+        assert FAILING[body] in refused.stderr
+        assert "tumble:rk4" not in refused.stderr
+        assert "nothing is recorded" in refused.stderr
+        assert tables(folder / output) == before
+    assert check(folder, *words, "-o", "fresh", "--accept-failures").returncode == 0
+    assert len(read_record(folder / "fresh").cells) == 2
+
+
+def tables(folder: Path) -> dict[str, bytes]:
+    """Return the bytes of every file of a folder."""
+    return {path.name: path.read_bytes() for path in folder.glob("*")}
+
+
+def test_what_is_missing_is_no_record_either(tmp_path):
+    (tmp_path / "spin.toml").write_text(SPIN)
+    (tmp_path / "away" / "mujoco").mkdir(parents=True)
+    (tmp_path / "away" / "mujoco" / "__init__.py").write_text("raise ImportError('gone', name='mujoco')")
+    command = [sys.executable, "-P", "-m", "tumble", "check", "spin.toml", "-e", "mujoco", "--no-times", "--accept"]
+    away = os.environ | {"PYTHONPATH": str(tmp_path / "away")}
+    done = subprocess.run([*command, "-o", "base"], cwd=tmp_path, env=away, capture_output=True, text=True, timeout=60)
+    assert (done.returncode, done.stdout) == (1, "")
+    assert "mujoco on spin: missing: no module named mujoco" in done.stderr
+    assert not list((tmp_path / "base").glob("*"))
+
+
 def test_two_records_are_compared_and_nothing_is_flown(recorded, tmp_path):
     folder = copy(recorded, tmp_path)
     new = read_record(folder / "base")
@@ -492,6 +534,7 @@ def test_what_is_no_record_is_refused_in_one_line(tumble, tmp_path):
         ("--baseline", "empty"): "empty: is no record of `tumble check`: it has no conditions.csv",
         ("--baseline", "bytes"): "conditions.csv: not CSV",
         (): "give --baseline DIR to compare with a record, or --accept -o DIR to make one",
+        ("--baseline", "a", "--accept-failures"): "--accept-failures goes with --accept",
         ("--accept",): "--accept: give -o DIR to record into",
         ("--accept", "--baseline", "a", "-o", "b"): "--accept writes one record",
         ("--accept", "--candidate", "a", "-o", "b"): "--accept records what is flown",
