@@ -46,103 +46,116 @@ class _Table(msgspec.Struct, forbid_unknown_fields=True):
     pass
 
 
-class BodyTable(_Table, tag_field="shape"):
-    """[body]: what every shape has."""
+def _key(unit: str, meaning: str) -> Meta:
+    """Return what docs/scene.md and editors say of a key; unit: empty for a number without one and for what is none."""
+    return Meta(extra_json_schema={"unit": unit, "meaning": meaning})
 
-    mass: Positive
-    position: Vector = ORIGIN
-    orientation: Quaternion = (1.0, 0.0, 0.0, 0.0)
-    velocity: Vector = ORIGIN
-    angular_velocity: Vector = ORIGIN
+
+class BodyTable(_Table, tag_field="shape"):
+    """The body: what every shape has."""
+
+    mass: Annotated[Positive, _key("kg", "mass")]
+    position: Annotated[Vector, _key("m", "centre of mass at t = 0")] = ORIGIN
+    orientation: Annotated[Quaternion, _key("", "w x y z, body to world (Hamilton); scaled to length 1")] = (
+        1.0,
+        0.0,
+        0.0,
+        0.0,
+    )
+    velocity: Annotated[Vector, _key("m/s", "of the centre of mass at t = 0")] = ORIGIN
+    angular_velocity: Annotated[Vector, _key("rad/s", "at t = 0, world axes")] = ORIGIN
 
 
 class BoxTable(BodyTable, tag="box", kw_only=True):
-    """A box, by its full edges [m]."""
+    """A box, shape = "box"."""
 
-    size: Size
+    size: Annotated[Size, _key("m", "full edges along x, y, z of the body")]
 
 
 class MeshTable(BodyTable, tag="mesh", kw_only=True):
-    """A closed mesh in a file beside the scene."""
+    """A closed mesh of even density, shape = "mesh"."""
 
-    file: Text
+    file: Annotated[Text, _key("", "path of an STL, OBJ, PLY or OFF file in metres, from the scene file's folder")]
 
 
 class RigidTable(BodyTable, tag="rigid", kw_only=True):
-    """A body given by its tensor [kg m2] and points [m]."""
+    """A body given by its tensor, shape = "rigid"."""
 
-    inertia: Tensor
-    points: Points
+    inertia: Annotated[Tensor, _key("kg m2", "tensor about the centre of mass, A + B >= C")]
+    points: Annotated[Points, _key("m", "what is compared as vertices, from the centre of mass")]
 
 
 class RayTable(_Table):
-    """A click."""
+    """A click: the impulse acts where the ray first meets the body."""
 
-    origin: Vector
-    direction: Vector
+    origin: Annotated[Vector, _key("m", "where the ray begins, outside the body")]
+    direction: Annotated[Vector, _key("", "of any length; the impulse's too, unless it has its own")]
 
 
 class ImpulseTable(_Table):
-    """[[impulse]]."""
+    """A blow: v += J/m, w += I^-1 (r - x) x J.  One of value, magnitude; one of point, vertex, point_body, ray."""
 
-    time: NotNegative = 0.0
-    value: Vector | None = None
-    magnitude: NotNegative | None = None
-    direction: Vector | None = None
-    point: Vector | None = None
-    vertex: Index | None = None
-    point_body: Vector | None = None
+    time: Annotated[NotNegative, _key("s", "when")] = 0.0
+    value: Annotated[Vector, _key("N s", "J, world axes")] | None = None
+    magnitude: Annotated[NotNegative, _key("N s", "|J|, with a direction")] | None = None
+    direction: Annotated[Vector, _key("", "of J, world axes, of any length")] | None = None
+    point: Annotated[Vector, _key("m", "where it acts, world axes, wherever the body is then")] | None = None
+    vertex: Annotated[Index, _key("", "where it acts: a vertex of the body")] | None = None
+    point_body: Annotated[Vector, _key("m", "where it acts, body axes from the centre of mass")] | None = None
     ray: RayTable | None = None
 
 
 class TetherTable(_Table):
-    """[[tether]]."""
+    """A spring and damper from a vertex p to an anchor a.
 
-    vertex: Index
-    anchor: Vector
-    stiffness: NotNegative
-    damping: NotNegative = 0.0
-    rest_length: NotNegative = 0.0
+    F = -k (p - a) - c p' where rest_length is 0, otherwise along the line only: F = -(k (|d| - l0) + c d'.u) u.
+    """
+
+    vertex: Annotated[Index, _key("", "of the body")]
+    anchor: Annotated[Vector, _key("m", "fixed point, world axes")]
+    stiffness: Annotated[NotNegative, _key("N/m", "k")]
+    damping: Annotated[NotNegative, _key("N s/m", "c")] = 0.0
+    rest_length: Annotated[NotNegative, _key("m", "l0; it pulls and, when shorter than that, pushes")] = 0.0
 
 
 class DragTable(_Table):
-    """[drag]."""
+    """Resistance: F = -linear v, tau_body = -angular w."""
 
-    linear: NotNegative = 0.0
-    angular: NotNegative = 0.0
+    linear: Annotated[NotNegative, _key("N s/m", "of the centre of mass")] = 0.0
+    angular: Annotated[NotNegative, _key("N m s/rad", "of the spin, the same about every axis")] = 0.0
 
 
 class FloorTable(_Table):
-    """[floor]."""
+    """A penalty floor at every vertex below height: N = max(0, -k y - c y') where y < 0, no friction."""
 
-    stiffness: NotNegative
-    height: Number = 0.0
-    normal: Vector = (0.0, 1.0, 0.0)
-    damping: NotNegative = 0.0
+    stiffness: Annotated[NotNegative, _key("N/m", "k")]
+    height: Annotated[Number, _key("m", "along the normal")] = 0.0
+    normal: Annotated[Vector, _key("", "of any length, world axes")] = (0.0, 1.0, 0.0)
+    damping: Annotated[NotNegative, _key("N s/m", "c")] = 0.0
 
 
 class EnsembleTable(_Table):
-    """[ensemble]: many throws, and how far they are spread."""
+    """Many throws of the one body around the one that is written, which is throw 0."""
 
-    throws: Throws
-    seed: Index = 0
-    magnitude: Share = 0.0
-    cone: HalfTurn = 0.0
-    point: NotNegative = 0.0
-    orientation: HalfTurn = 0.0
+    throws: Annotated[Throws, _key("", "how many")]
+    seed: Annotated[Index, _key("", "the same seed draws the same throws")] = 0
+    magnitude: Annotated[Share, _key("", "share by which |J| varies, evenly")] = 0.0
+    cone: Annotated[HalfTurn, _key("rad", "half angle of the cone around the direction of J")] = 0.0
+    point: Annotated[NotNegative, _key("m", "radius around the point that is struck")] = 0.0
+    orientation: Annotated[HalfTurn, _key("rad", "largest turn of the start's attitude")] = 0.0
 
 
 class File(_Table):
     """The whole file."""
 
-    title: Text
-    duration: Positive
-    step: Positive
+    title: Annotated[Text, _key("", "one line")]
+    duration: Annotated[Positive, _key("s", "of the flight")]
+    step: Annotated[Positive, _key("s", "the step that is flown where no other is asked for")]
     body: BoxTable | MeshTable | RigidTable
-    source: Text = ""
-    times: Times | None = None
-    samples: Count | None = None
-    gravity: Vector = ORIGIN
+    source: Annotated[Text, _key("", "where the case comes from")] = ""
+    times: Annotated[Times, _key("s", "when the flight is looked at; or samples")] | None = None
+    samples: Annotated[Count, _key("", "so many equal intervals instead of times")] | None = None
+    gravity: Annotated[Vector, _key("m/s2", "world axes; none where it is left out")] = ORIGIN
     impulse: Annotated[list[ImpulseTable], Meta(description="tables headed [[impulse]]")] = []
     tether: Annotated[list[TetherTable], Meta(description="tables headed [[tether]]")] = []
     drag: DragTable | None = None
@@ -241,11 +254,11 @@ def value_at(document: Any, keys: Keys) -> Any:
 
 def dotted(keys: Keys) -> str:
     """Return the path as a person writes it: impulse[0].value."""
-    parts = (f"[{key}]" if isinstance(key, int) else f".{_key(key)}" for key in keys)
+    parts = (f"[{key}]" if isinstance(key, int) else f".{_shown_key(key)}" for key in keys)
     return "".join(parts).removeprefix(".")
 
 
-def _key(key: str) -> str:
+def _shown_key(key: str) -> str:
     return key if re.fullmatch(r"[\w-]{1,60}", key) else short(key)
 
 
