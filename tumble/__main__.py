@@ -9,14 +9,24 @@ import sys
 import threading
 from typing import NoReturn
 
+from tumble.examples import epilog
+
 EXIT_DONE, EXIT_FAILED, EXIT_USER, EXIT_BUG, EXIT_INTERRUPTED = 0, 1, 2, 3, 130
 
+SHELLS = ("bash", "zsh", "fish")
 SCENE_HELP = "a scene of the catalogue (see `tumble scenes`) or the path of a TOML file"
 ENGINE_HELP = "ENGINE, ENGINE:METHOD or the path of an engine file of your own, ./mine.py[:METHOD]; may be repeated"
 
 
 class Parser(argparse.ArgumentParser):
     """Refuses in one line."""
+
+    def _check_value(self, action: argparse.Action, value: object) -> None:
+        """Refuse a word that is none of those there are, and offer the nearest."""
+        if action.choices is not None and value not in action.choices:
+            from scenarios.format import nearest
+
+            raise argparse.ArgumentError(action, f"{value!r}: {nearest(str(value), [*map(str, action.choices)])}")
 
     def error(self, message: str) -> NoReturn:
         """End with exit code 2."""
@@ -52,17 +62,25 @@ def parser() -> Parser:
         description="Throw the same die in every engine; know which one is wrong, by how much, and why.",
     )
     top.add_argument("--version", action="store_true", help="print the version and end")
+    top.add_argument("--completion", choices=SHELLS, help="print what makes this shell complete tumble's words")
     commands = top.add_subparsers(dest="command", metavar="COMMAND", parser_class=Parser)
 
     def command(name: str, what: str) -> argparse.ArgumentParser:
-        return commands.add_parser(name, help=what, description=what)
+        return commands.add_parser(
+            name,
+            help=what,
+            description=what,
+            epilog=epilog(name),
+            formatter_class=argparse.RawDescriptionHelpFormatter,
+        )
 
     def contest_options(to: argparse.ArgumentParser) -> None:
         to.add_argument("-e", "--engine", action="append", default=[], metavar="ENGINE[:METHOD]", help=ENGINE_HELP)
         to.add_argument("--dt", type=seconds, metavar="S", help="step [s]; default: the scene's own")
         to.add_argument("--time-limit", type=seconds, default=60.0, metavar="S", help="for each flight [s]; default 60")
 
-    command("scenes", "list the catalogue with what each scene needs")
+    scenes = command("scenes", "list the catalogue with what each scene needs, or print a scene of it")
+    scenes.add_argument("scene", nargs="?", metavar="NAME", help="print this scene's TOML, to copy and change")
     engines = command("engines", "list the engines: versions, methods, precision, what is missing and why")
     engines.add_argument("-e", "--engine", action="append", default=[], metavar="ENGINE", help=ENGINE_HELP)
 
@@ -149,16 +167,12 @@ def main(words: list[str] | None = None) -> int:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     end_as_by_ctrl_c()
     top = parser()
+    if "_ARGCOMPLETE" in os.environ:
+        complete(top)
     options = top.parse_args(words)
-    if options.version:
-        print(importlib.import_module("importlib.metadata").version("tumble"))  # noqa: T201
-        return EXIT_DONE
-    if options.command is None:
-        top.print_help()
-        return EXIT_DONE
     options.words = ["tumble", *(sys.argv[1:] if words is None else words)]
     try:
-        code = importlib.import_module(f"tumble.commands.{options.command}").main(options)
+        code = answer(top, options)
         sys.stdout.flush()
     except KeyboardInterrupt as stop:
         return refuse(str(stop) or "interrupted; nothing was written", EXIT_INTERRUPTED)
@@ -175,6 +189,35 @@ def main(words: list[str] | None = None) -> int:
         sys.excepthook(type(error), error, error.__traceback__)
         return refuse(f"a bug of ours: {type(error).__name__}: {error}", EXIT_BUG)
     return code
+
+
+def answer(top: Parser, options: argparse.Namespace) -> int:
+    """Run the command, or answer what is asked of the program itself; return the exit code."""
+    if options.version:
+        print(importlib.import_module("importlib.metadata").version("tumble"))  # noqa: T201
+    elif options.completion:
+        # A few lines by which the shell asks tumble itself for the words that fit.
+        print(importlib.import_module("argcomplete").shellcode(["tumble"], shell=options.completion))  # noqa: T201
+    elif options.command is None:
+        top.print_help()
+    else:
+        return importlib.import_module(f"tumble.commands.{options.command}").main(options)
+    return EXIT_DONE
+
+
+def complete(top: Parser) -> None:
+    """Answer a shell that asks for the words that fit, and end."""
+    import argcomplete
+
+    from scenarios.read import catalogue
+
+    for command in next(
+        action for action in top._actions if isinstance(action, argparse._SubParsersAction)
+    ).choices.values():
+        for action in command._actions:
+            if action.metavar in ("SCENE", "NAME"):
+                action.completer = lambda prefix, **_: [*catalogue(), *argcomplete.FilesCompleter(["toml"])(prefix)]
+    argcomplete.autocomplete(top)
 
 
 def end_as_by_ctrl_c() -> None:

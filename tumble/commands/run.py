@@ -18,6 +18,10 @@ def main(options: Namespace) -> int:
     """Fly one scene in one engine; the trajectory goes to standard output or to a file, notes to standard error."""
     if len(options.engine) > 1:
         raise BadEngine("run flies one engine; to hold several against each other use `tumble compare`")
+    if options.output and Path(options.output).is_dir():
+        raise BadEngine(
+            f"-o {options.output}: is a folder; run writes one file, e.g. -o {Path(options.output) / 'trajectory.csv'}"
+        )
     scene = read_scene(options.scene)
     check_step(scene, options.dt)
     with launched(options.engine or ["tumble"], options.time_limit) as (participant,):

@@ -1,0 +1,34 @@
+"""What `--help` of each command ends with: commands to copy, and the units that go in and come out."""
+
+EXAMPLES: dict[str, tuple[str, ...]] = {
+    "scenes": ("tumble scenes", "tumble scenes brick-tumble > mine.toml"),
+    "engines": ("tumble engines", "tumble engines -e ./mine.py"),
+    "run": ("tumble run brick-tumble -e mujoco:rk4 --dt 0.002 -o brick.csv",),
+    "compare": (
+        "tumble compare table-4-1",
+        "tumble compare brick-tumble -e mujoco:rk4 -e pybullet --dt 0.002 -o brick",
+    ),
+    "sweep": ("tumble sweep yardstick -e tumble:rk4 -e mujoco:rk4 -o cost",),
+    "advise": ("tumble advise two-hits --tolerance 1e-3 -e tumble:rk4 -e mujoco",),
+    "stability": ("tumble stability tether-undamped -e mujoco:rk4 -e mujoco:rk4+held -o stiff",),
+    "grade": (
+        "tumble grade mine.csv --scene table-4-1",
+        "tumble grade mine.csv --scene brick-tumble --map Time=t_s --map pos_x=x_cm",
+    ),
+    "check": (
+        "tumble check two-hits -e ./mine.py --no-times --accept -o baseline",
+        "tumble check --baseline baseline -o checked",
+    ),
+    "ablate": ("tumble ablate die-straight -e tumble:rk4 -e mujoco:rk4",),
+    "report": ("tumble report dzhanibekov ./brick.toml -o dzhanibekov.html",),
+}
+UNITS = """\
+Units are SI: m, s, kg, rad; N s for impulses.  Results go to standard output,
+notes and progress to standard error."""
+
+
+def epilog(command: str) -> str:
+    """Return what stands under a command's options."""
+    examples = EXAMPLES.get(command, ())
+    head = [f"example{'s' * (len(examples) > 1)}:"] if examples else []
+    return "\n".join((*head, *(f"  {line}" for line in examples), *[""] * bool(examples), UNITS))
