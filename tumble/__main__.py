@@ -6,6 +6,7 @@ import math
 import os
 import signal
 import sys
+import textwrap
 import threading
 from typing import NoReturn
 
@@ -69,7 +70,7 @@ def parser() -> Parser:
         return commands.add_parser(
             name,
             help=what,
-            description=what,
+            description=textwrap.fill(what, 80),
             epilog=epilog(name),
             formatter_class=argparse.RawDescriptionHelpFormatter,
         )
@@ -208,6 +209,7 @@ def answer(top: Parser, options: argparse.Namespace) -> int:
 def complete(top: Parser) -> None:
     """Answer a shell that asks for the words that fit, and end."""
     import argcomplete
+    from argcomplete.completers import FilesCompleter
 
     from scenarios.read import catalogue
 
@@ -216,7 +218,7 @@ def complete(top: Parser) -> None:
     ).choices.values():
         for action in command._actions:
             if action.metavar in ("SCENE", "NAME"):
-                action.completer = lambda prefix, **_: [*catalogue(), *argcomplete.FilesCompleter(["toml"])(prefix)]
+                action.completer = lambda prefix, **_: [*catalogue(), *FilesCompleter(["toml"])(prefix)]
     argcomplete.autocomplete(top)
 
 

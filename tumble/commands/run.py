@@ -19,9 +19,8 @@ def main(options: Namespace) -> int:
     if len(options.engine) > 1:
         raise BadEngine("run flies one engine; to hold several against each other use `tumble compare`")
     if options.output and Path(options.output).is_dir():
-        raise BadEngine(
-            f"-o {options.output}: is a folder; run writes one file, e.g. -o {Path(options.output) / 'trajectory.csv'}"
-        )
+        example = Path(options.output) / "trajectory.csv"
+        raise BadEngine(f"-o {options.output}: is a folder; run writes one file, e.g. -o {example}")
     scene = read_scene(options.scene)
     check_step(scene, options.dt)
     with launched(options.engine or ["tumble"], options.time_limit) as (participant,):
