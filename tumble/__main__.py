@@ -153,6 +153,15 @@ def parser() -> Parser:
     ablate.add_argument("--time-limit", type=seconds, default=60.0, metavar="S", help="for each flight [s]; default 60")
     ablate.add_argument("-o", "--output", metavar="DIR", help="also write the tables as CSV into DIR")
 
+    lab = command("lab", "click the die in a browser, and watch all engines fly against the truth")
+    lab.add_argument(
+        "scene", nargs="?", default="two-hits", metavar="SCENE", help=SCENE_HELP + "; default: %(default)s"
+    )
+    lab.add_argument("-e", "--engine", action="append", default=[], metavar="ENGINE[:METHOD]", help=ENGINE_HELP)
+    lab.add_argument("--port", type=int, default=8080, metavar="N", help="another is taken where it is; default 8080")
+    lab.add_argument("--no-open", dest="open", action="store_false", help="do not open the browser")
+    lab.add_argument("--time-limit", type=seconds, default=60.0, metavar="S", help="for each flight [s]; default 60")
+
     report = command("report", "make one self-contained HTML page of it all")
     report.add_argument("scene", nargs="*", metavar="SCENE", help=SCENE_HELP + "; default: the whole catalogue")
     contest_options(report)
