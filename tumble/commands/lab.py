@@ -5,6 +5,7 @@ import sys
 import threading
 import webbrowser
 from argparse import Namespace
+from pathlib import Path
 
 from tumble.notes import note
 
@@ -27,7 +28,7 @@ def main(options: Namespace) -> int:
     draft = Draft.opened(options.scene)
     with Crew(options.time_limit) as crew:
         contestants = crew.ready(options.engine or USUAL)
-        with serving(draft, contestants, crew, options.port) as address:
+        with serving(draft, contestants, crew, Path.cwd(), options.port) as address:
             sys.stdout.write(f"{address}\n")
             sys.stdout.flush()
             note("Ctrl-C ends the lab")

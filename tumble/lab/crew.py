@@ -5,21 +5,19 @@ when its throw is over, because it hangs or is slow, is ended, so that nobody ev
 """
 
 import multiprocessing
-import os
-import signal
 import threading
 from collections.abc import Callable, Iterable
 from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import ExitStack
 from dataclasses import dataclass
-from multiprocessing.connection import Connection
 from typing import Any, Self
 
 from compare.run import registry
 from compare.run.flight import Trajectory
 from compare.run.participants import Participant, chosen, launched, wanted
 from compare.run.registry import BadEngine, EngineInfo
+from compare.run.truths import end_with
 from compare.run.worker import Failure
 from scenarios.scene import Scene
 
@@ -43,16 +41,17 @@ class Loan:
     """An engine's process while it flies for one throw."""
 
     def __init__(self, engine: str, time_limit: float) -> None:
-        self._stack = ExitStack()
+        self._stack, self.is_over = ExitStack(), False
         self.participant: Participant = self._stack.enter_context(launched([engine], time_limit))[0]
 
     def fly(self, scene: Scene, method: str) -> Trajectory | Failure:
-        """Return the flight, or why there is none."""
-        return self.participant.unsupported(scene) or self.participant.worker.fly(scene, method, scene.step)
+        """Return the flight, or why there is none.  Raises Halted after `halt`."""
+        return self.participant.fly(scene, method, scene.step)
 
-    def kill(self) -> None:
-        """Kill the process, from any thread; its flight, if there is one, is a failure."""
-        self.participant.worker.process.kill()
+    def halt(self) -> None:
+        """Kill the process, from any thread; who waits for its flight gets a failure."""
+        self.participant.halt()
+        self.is_over = True
 
     def close(self) -> None:
         """End the process."""
@@ -121,7 +120,7 @@ class Crew:
     def take_back(self, loan: Loan) -> None:
         """Keep a process for the next throw, if it still answers."""
         with self._lock:
-            if loan.participant.worker.alive and not self._closed:
+            if loan.participant.worker.alive and not loan.is_over and not self._closed:
                 self._idle.setdefault(loan.participant.engine, []).append(loan)
                 return
         loan.close()
@@ -134,16 +133,3 @@ class Crew:
             except BrokenProcessPool:  # one of them died, of memory or by somebody's hand
                 self._pool = self._aside_pool()
                 return self._pool.submit(function, *arguments)
-
-
-def end_with(lifeline: Connection) -> None:
-    """Let this process end when the other end of the lifeline does; Ctrl-C is for that process to handle."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-
-    def watch() -> None:
-        try:
-            lifeline.recv_bytes()
-        except (EOFError, OSError):
-            os._exit(1)
-
-    threading.Thread(target=watch, daemon=True).start()

@@ -6,9 +6,10 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from markupsafe import Markup
 
-from reports.numerals import at_most, figure, fixed, given
+from reports.numerals import TIMES_TEN, at_most, figure, fixed, given, superscript
 from scenarios.format import visible
 from tumble.lab.crew import Contestant
+from tumble.lab.foreign import Foreign
 from tumble.lab.readings import ErrorRow, Reading
 
 STYLE = Markup("font-size:12px;line-height:1.45;font-variant-numeric:tabular-nums;padding:2px 10px 6px")
@@ -39,6 +40,14 @@ def readings_table(readings: Sequence[Reading], size: float) -> str:
     return str(table.format(STYLE, rows))
 
 
+def grade_box(foreign: Foreign) -> str:
+    """Return what `tumble grade` says of a trajectory that was loaded."""
+    first, *others = foreign.sentences
+    rest = Markup("").join(Markup("<div>{}</div>").format(visible(line)) for line in others)
+    box = Markup('<div style="{}" data-lab="grade"><b>{}</b>: {}<div style="{}">{}</div></div>')
+    return str(box.format(STYLE, visible(foreign.name), visible(first), FAINT, rest))
+
+
 def cells(reading: Reading, decimals: int) -> Markup:
     """Return a reading's numbers, in three columns."""
     right = Markup("text-align:right;white-space:nowrap;padding-left:4px")
@@ -55,8 +64,8 @@ def cells(reading: Reading, decimals: int) -> Markup:
 
 
 def places(size: float) -> int:
-    """Return how many decimals show a thousandth of that size [m]."""
-    return min(max(3 - math.floor(math.log10(size)), 0), 12)
+    """Return how many decimals show some hundredths of that size [m]: two for the coursework's cube, as printed."""
+    return min(max(2 - math.floor(math.log10(size)), 0), 12)
 
 
 def error_table(
@@ -77,12 +86,15 @@ def error_row(row: ErrorRow, colour: str, decimals: int) -> Markup:
     """Return one contestant: how far off, where its vertex is and by what it is off; or why there is nothing."""
     name = Markup('<span style="color:{}">\N{BLACK SQUARE}</span> {}').format(colour, visible(row.contestant.name))
     if row.position is None or row.error is None:
-        return Markup('<tr><td>{}</td></tr><tr><td style="{}">{}</td></tr>').format(name, FAINT, visible(row.status))
-    told = Markup(' <span style="{}">{}</span>').format(BAD, visible(row.status)) if row.status else ""
+        return Markup('<tr><td>{}</td></tr><tr><td colspan="2" style="{}" data-lab="status">{}</td></tr>').format(
+            name, FAINT, visible(row.status)
+        )
+    told = Markup('<div style="{}" data-lab="status">{}</div>').format(BAD, visible(row.status)) if row.status else ""
     return Markup(
         '<tr data-contestant="{}"><td>{}</td>'
         '<td style="text-align:right;white-space:nowrap"><b data-lab="off">{}</b></td></tr>'
-        '<tr><td colspan="2" style="{};white-space:nowrap">({}) \N{GREEK CAPITAL LETTER DELTA} ({}){}</td></tr>'
+        '<tr><td colspan="2" style="{};font-size:11px"><span>({})</span>'
+        '<span style="float:right">{}</span>{}</td></tr>'
     ).format(row.contestant.name, name, distance(row), FAINT, numbers(row.position, decimals), errors(row), told)
 
 
@@ -99,7 +111,9 @@ def numbers(vector: Sequence[float] | np.ndarray, decimals: int) -> str:
 
 
 def errors(row: ErrorRow) -> str:
-    """Return the error vector in two digits, nothing where it is not known or not told from none."""
-    if np.isnan(row.off_m) or row.off_m <= row.limit_m or row.error is None:
-        return "\N{EN DASH}"
-    return ", ".join(figure(float(value), 2) for value in row.error)
+    """Return the error vector over a common power of ten, nothing where it is not known or not told from none."""
+    if not row.off_m > row.limit_m or row.error is None or not np.isfinite(row.error).all():
+        return ""
+    power = math.floor(math.log10(row.off_m))
+    scaled = numbers(row.error / 10.0**power, 2)
+    return f"\N{GREEK CAPITAL LETTER DELTA} ({scaled}){TIMES_TEN}{superscript(power)}"

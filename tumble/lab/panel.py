@@ -8,6 +8,7 @@ import numpy as np
 import viser
 
 from scenarios.frames import Array
+from scenarios.published import table_4_1
 from scenarios.scene import Scene
 from tumble.lab.crew import Contestant
 from tumble.lab.markup import said
@@ -16,6 +17,7 @@ from tumble.lab.session import SPEEDS
 WORST = "worst of each"
 MAGNIFIED = ("1", "10", "100", "1000")
 PLAY, PAUSE = "Play", "Pause"
+PRINTED_S = table_4_1().physics_times.tolist()
 CHART_HEIGHT = 190
 
 
@@ -25,9 +27,8 @@ class Actions:
 
     throwing: Callable[[str], object]
     play: Callable[[], object]
-    go_to: Callable[[int], object]
+    go_to: Callable[[float], object]
     pace: Callable[[float], object]
-    look: Callable[[], object]
     redraw: Callable[[], object]
     open: Callable[[str], object]
     edit: Callable[[tuple[str, ...], Any], object]
@@ -46,7 +47,7 @@ class Panel:
         gui.configure_theme(show_logo=False, show_share_button=False, control_width="medium")
         gui.set_panel_label("Tumble lab")
         gui.main_panel.dock_right()
-        gui.main_panel.set_width(350)
+        gui.main_panel.set_width(360)
         state = gui.add_panel()
         with state.add_tab("The body", viser.Icon.RULER_MEASURE):
             self.readings = gui.add_html("")
@@ -56,7 +57,7 @@ class Panel:
         self._add_throwing(gui)
         self._add_time(gui)
         self.errors = gui.add_html("")
-        self._chart_folder = gui.add_folder("Error over time [m]")
+        self._chart_folder = gui.add_folder("Largest error over time: log10 of metres")
         self._chart: Any = None
         with gui.add_folder("Who flies", expand_by_default=False):
             self._add_contestants(gui)
@@ -81,8 +82,10 @@ class Panel:
     def _add_time(self, gui: viser.GuiApi) -> None:
         self.play = gui.add_button(PLAY, icon=viser.Icon.PLAYER_PLAY)
         self._asks(self.play, lambda _: self._actions.play())
-        self.frame = gui.add_slider("Frame", 0, 1, 1, 0)
-        self._asks(self.frame, lambda value: self._actions.go_to(int(value)))
+        self.time = gui.add_slider("Time [s]", 0.0, 1.0, 0.5, 0.0)
+        self._asks(self.time, lambda value: self._actions.go_to(float(value)))
+        self.marked = gui.add_button_group("Table 4.1 at", [f"{at:g}" for at in PRINTED_S], visible=False)
+        self._asks(self.marked, lambda value: self._actions.go_to(float(value)))
         self.speed = gui.add_dropdown("Speed", tuple(speed_name(speed) for speed in SPEEDS))
         self._asks(self.speed, lambda value: self._actions.pace(SPEEDS[list(map(speed_name, SPEEDS)).index(value)]))
         self.magnified = gui.add_dropdown("Errors drawn times", MAGNIFIED)
@@ -157,16 +160,17 @@ class Panel:
         self.step.value, self.duration.value = scene.step, scene.duration
         self.vertex.options = (WORST, *map(str, range(len(body.points))))
         self.contestant.options = tuple(contestants)
-        self.frame.max = len(scene.rows) - 1
+        self.time.max, self.time.step = scene.duration, scene.duration / (len(scene.rows) - 1)
+        self.time.precision = 4 if scene.duration >= 0.1 else 6
         self.follow.value = flies_far(scene)
         top = 4 * magnitude
         self.magnitude.max, self.magnitude.step = top, top / 200
         self.magnitude.value = magnitude
 
-    def show_time(self, frame: int, is_running: bool, speed: float) -> None:
+    def show_time(self, time: float, is_running: bool, speed: float) -> None:
         """Show where the time is."""
-        if self.frame.value != frame:
-            self.frame.value = frame
+        if self.time.value != time:
+            self.time.value = time
         label = PAUSE if is_running else PLAY
         if self.play.label != label:
             self.play.label = label
@@ -182,6 +186,9 @@ class Panel:
         if not curves:
             return
         data = (times[1:], limit[1:], *(values[1:] for values, _ in curves.values()))
+        # Of a logarithm, and not a logarithmic scale: that one's labels are all 0 below a thousandth.
+        with np.errstate(divide="ignore"):
+            data = (data[0], *(np.where(values > 0, np.log10(values), np.nan) for values in data[1:]))
         if not any(np.isfinite(values).any() for values in data[1:]):
             return
         lines: list[Any] = [{"label": one.name, "stroke": ink, "width": 2} for one, (_, ink) in curves.items()]
@@ -189,8 +196,8 @@ class Panel:
             self._chart = self._gui.add_uplot(
                 data,
                 ({"label": "t [s]"}, {"label": "limit of truth", "stroke": "#9ca3af", "dash": (4.0, 4.0)}, *lines),
-                scales={"x": {"time": False}, "y": {"distr": 3}},
-                axes=({}, {"size": 64}),
+                scales={"x": {"time": False}},
+                axes=({}, {"size": 40}),
                 legend={"show": False},
                 height=CHART_HEIGHT,
             )

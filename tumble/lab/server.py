@@ -5,6 +5,7 @@ import io
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 import viser
 
@@ -23,8 +24,8 @@ class LocalServer(viser.ViserServer):
 
 
 @contextmanager
-def serving(draft: Draft, contestants: list[Contestant], crew: Crew, port: int) -> Iterator[str]:
-    """Serve the lab and give its address; another port is taken where that one is."""
+def serving(draft: Draft, contestants: list[Contestant], crew: Crew, folder: Path, port: int) -> Iterator[str]:
+    """Serve the lab and give its address; another port is taken where that one is.  folder: where throws are kept."""
     with contextlib.redirect_stdout(io.StringIO()):  # viser greets there, and standard output is for results
         server = LocalServer(host=HOST, port=port, label="Tumble lab", verbose=False)
     pages: dict[int, Page] = {}
@@ -32,7 +33,7 @@ def serving(draft: Draft, contestants: list[Contestant], crew: Crew, port: int) 
 
     @server.on_client_connect
     def _(client: viser.ClientHandle) -> None:
-        page = Page(client, draft, contestants, crew)
+        page = Page(client, draft, contestants, crew, folder)
         with lock:
             pages[client.client_id] = page
 

@@ -3,7 +3,9 @@
 import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Future
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,6 +18,8 @@ from tumble.lab.click import hit_point, impulse_table
 from tumble.lab.clock import Clock
 from tumble.lab.crew import Contestant, Crew
 from tumble.lab.draft import Draft
+from tumble.lab.foreign import Foreign, loading
+from tumble.lab.keep import Kept
 from tumble.lab.throw import Throw
 
 WATCHED_S = 4.0  # a flight is shown in about this time, at one of the speeds
@@ -41,13 +45,19 @@ class Shown:
 class Session:
     """The lab of one browser.
 
-    changed: called, from any thread, when there is something new to show.  Its methods may be called from any thread,
-    one at a time: `lock` is held by who calls several.
+    folder: where what is kept goes; changed: called, from any thread, when there is something new to show.  Its methods
+    may be called from any thread, by one that holds `lock`.
     """
 
     def __init__(
-        self, draft: Draft, contestants: Sequence[Contestant], crew: Crew, changed: Callable[[], object]
+        self,
+        draft: Draft,
+        contestants: Sequence[Contestant],
+        crew: Crew,
+        folder: Path,
+        changed: Callable[[], object],
     ) -> None:
+        self.folder = folder
         self.lock = threading.RLock()
         self.contestants = list(contestants)
         self.at_defaults = False
@@ -55,6 +65,8 @@ class Session:
         self.draft = draft
         self.thrown: Draft | None = None
         self.throw: Throw | None = None
+        self.kept: Kept | None = None
+        self.foreign: Foreign | None = None
         self._crew, self._changed = crew, changed
         self.clock = self._stopped_clock()
 
@@ -72,7 +84,11 @@ class Session:
 
     def edit(self, values: Mapping[tuple[str, ...], Any]) -> None:
         """Change values of the scene; what was thrown is thrown again.  Raises BadScene, and nothing is changed."""
-        draft = self.draft.edited(values)
+        try:
+            draft = self.draft.edited(values)
+        except BadScene:
+            # The file's own throw may be what does not fit; without it the body can still be clicked.
+            draft = self.draft.without_impulses().edited(values)
         if self.thrown is None:
             self.draft = draft
             self.reset()
@@ -135,6 +151,7 @@ class Session:
         """Put the body where it starts, ready for the next throw."""
         self.close()
         self.throw, self.thrown, self.aiming = None, None, False
+        self.kept, self.foreign = None, None
         self.clock = self._stopped_clock()
         self._changed()
 
@@ -157,6 +174,7 @@ class Session:
         self.close()
         self.thrown, self.aiming = draft, False
         self.throw = Throw(draft.scene, self.flying(), self._crew, self._changed)
+        self.kept, self.foreign = None, None
         self.clock = self._stopped_clock().put(frame).started(time.monotonic())
         self._changed()
 
@@ -169,6 +187,35 @@ class Session:
             has = self.at_defaults and info is not None and shipped in info.on_request
             found.append(Contestant(one.engine, shipped) if has else one)
         return list(dict.fromkeys(found))
+
+    # What is kept, and what is brought along
+
+    def files(self) -> Kept:
+        """Return where this throw is kept.  Raises Refused."""
+        if self.thrown is None:
+            raise Refused("nothing is thrown yet: there is nothing to keep")
+        if self.kept is None:
+            self.kept = Kept(self.thrown, self.folder)
+        return self.kept
+
+    def load(self, name: str, content: bytes, done: Callable[[str], object]) -> None:
+        """Grade a trajectory that some other program made of this throw and let it fly along; done: told why not.
+
+        Raises Refused, OSError.
+        """
+        if self.thrown is None or self.throw is None:
+            raise Refused("nothing is thrown yet: there is nothing to hold a trajectory against")
+        throw = self.throw
+
+        def take(future: "Future[Foreign]") -> None:
+            error = None if future.cancelled() else future.exception()
+            with self.lock:
+                if self.throw is throw and not future.cancelled() and error is None:
+                    self.foreign = future.result()
+            done(str(error) if error else "")
+            self._changed()
+
+        loading(self._crew, self.folder, name, content, throw.scene).add_done_callback(take)
 
     # The time shown
 
@@ -191,9 +238,9 @@ class Session:
         self.clock = self.clock.stopped(time.monotonic())
         self._changed()
 
-    def go_to(self, frame: int) -> None:
-        """Stop the time at a frame."""
-        self.clock = self.clock.put(min(max(frame, 0), len(self.clock.instants) - 1))
+    def go_to(self, at: float) -> None:
+        """Stop the time at the instant nearest to one [s]."""
+        self.clock = self.clock.put(int(np.argmin(np.abs(np.array(self.clock.instants) - at))))
         self._changed()
 
     def pace(self, speed: float) -> None:

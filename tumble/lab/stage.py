@@ -1,6 +1,6 @@
 """The scene in three dimensions, in viser: the true body solid, every contestant a ghost of its own colour."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -10,7 +10,6 @@ from scenarios import frames
 from scenarios.frames import Array
 from scenarios.scene import Impulse, Scene
 from tumble.lab import outline
-from tumble.lab.crew import Contestant
 
 # Okabe & Ito (2008): tellable apart by all eyes.
 PALETTE = (
@@ -26,7 +25,7 @@ PALETTE = (
 TRUE, UNPROVEN = (250, 238, 208), (150, 156, 166)
 RAY, HIT, BLOW = (90, 90, 90), (220, 38, 38), (220, 38, 38)
 APPLICATION, CALCULATED = (16, 120, 60), (150, 40, 150)
-GHOST_OPACITY = 0.22
+GHOST_OPACITY, APART = 0.22, 0.01
 FIELD_OF_VIEW = np.deg2rad(45.0)
 
 
@@ -41,7 +40,7 @@ class Stage:
     ) -> None:
         self._client, self._api, self._on_click = client, client.scene, on_click
         self._parts: list[Any] = []
-        self._ghosts: dict[Contestant, tuple[Any, Any]] = {}
+        self._ghosts: dict[Hashable, tuple[Any, Any]] = {}
         self._blows: list[Any] = []
         self._offset = np.zeros(3)
         self._api.configure_default_lights(cast_shadow=False)
@@ -80,14 +79,15 @@ class Stage:
     def show_body(self, state: Array, vertices: Array, is_true: bool) -> None:
         """Put the solid body into a state, (13,), with its vertices [m], (n, 3)."""
         self._body.position, self._body.wxyz = tuple(state[0:3]), tuple(state[3:7])
+        self._vertices = vertices
         colour = TRUE if is_true else UNPROVEN
         if self._solid is not None and tuple(self._solid.color) != colour:
             self._solid.color = colour
         if self._tethers is not None:
             self._tethers.points = self._tether_lines(vertices)
 
-    def show_ghosts(self, ghosts: Mapping[Contestant, tuple[Array, tuple[int, int, int]]]) -> None:
-        """Draw every contestant by its vertices [m], (n, 3), in its colour, and no others."""
+    def show_ghosts(self, ghosts: Mapping[Hashable, tuple[Array, tuple[int, int, int]]]) -> None:
+        """Draw everybody there is by vertices [m], (n, 3), in a colour, and nobody else."""
         for gone in set(self._ghosts) - set(ghosts):
             for part in self._ghosts.pop(gone):
                 part.visible = False
@@ -101,12 +101,16 @@ class Stage:
                 )
                 faces = self._api.add_mesh_simple(
                     f"{name}/faces", vertices, self._faces, color=colour, opacity=GHOST_OPACITY, side="double",
-                    flat_shading=True, cast_shadow=False, receive_shadow=False,
+                    flat_shading=True, cast_shadow=False, receive_shadow=False, visible=False,
                 )  # fmt: skip
                 self._ghosts[contestant] = edges, faces
             else:
                 edges, faces = self._ghosts[contestant]
                 edges.points, faces.vertices = lines, vertices.astype(np.float32)
+            # Faces that lie in those of the solid body would flicker through them.
+            apart = float(np.abs(vertices - self._vertices).max()) > APART * self._radius
+            if faces.visible != apart:
+                faces.visible = apart
 
     def show_blows(self, blows: Sequence[tuple[Impulse, Array]]) -> None:
         """Draw each impulse as an arrow that ends where it hits [m], (3,), and a click's ray behind it."""

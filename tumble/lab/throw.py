@@ -12,6 +12,7 @@ from compare.comparison.comparison import Comparison
 from compare.judge.errors import Run
 from compare.run import registry
 from compare.run.flight import Trajectory
+from compare.run.participants import Halted
 from compare.run.registry import BadEngine
 from compare.run.worker import Failure
 from scenarios.frames import Array
@@ -57,7 +58,7 @@ class Throw:
         with self._lock:
             self._stopped = True
             for loan in self._loans:
-                loan.kill()
+                loan.halt()
         for future in self._futures:
             future.cancel()
 
@@ -125,38 +126,34 @@ class Throw:
         self._changed()
 
     def _fly(self, engine: str) -> None:
-        """Fly every method of one engine, one after the other; a process that died is replaced for the next."""
-        loan = None
-        for contestant in (one for one in self.contestants if one.engine == engine):
-            try:
-                loan = loan or self._borrowed(engine)
-                if loan is None:
+        """Fly every method of one engine, one after the other, in one process."""
+        own = [one for one in self.contestants if one.engine == engine]
+        try:
+            loan = self._crew.lend(engine)
+        except BadEngine as error:
+            for contestant in own:
+                self._take(contestant, Failure(f"crashed: {error}"))
+            return
+        with self._lock:
+            self._loans.add(loan)
+        try:
+            for contestant in own:
+                if self._stopped:
                     return
-                answer = loan.fly(self.scene, contestant.method)
-            except BadEngine as error:
-                answer = Failure(f"crashed: {error}")
+                self._take(contestant, loan.fly(self.scene, contestant.method))
+        except Halted:
+            pass
+        finally:
             with self._lock:
-                if not self._stopped:
-                    self.answers[contestant] = answer
-            self._changed()
-            if loan and not loan.participant.worker.alive:
-                loan = self._given_back(loan)
-        if loan:
-            self._given_back(loan)
+                self._loans.discard(loan)
+            self._crew.take_back(loan)
 
-    def _borrowed(self, engine: str) -> Loan | None:
-        loan = self._crew.lend(engine)
+    def _take(self, contestant: Contestant, answer: Trajectory | Failure) -> None:
         with self._lock:
-            if not self._stopped:
-                self._loans.add(loan)
-                return loan
-        self._crew.take_back(loan)
-        return None
-
-    def _given_back(self, loan: Loan) -> None:
-        with self._lock:
-            self._loans.discard(loan)
-        self._crew.take_back(loan)
+            if self._stopped:
+                return
+            self.answers[contestant] = answer
+        self._changed()
 
 
 def parts(count: int) -> list[slice]:
