@@ -84,6 +84,8 @@ def parser() -> Parser:
     scenes.add_argument("scene", nargs="?", metavar="NAME", help="print this scene's TOML, to copy and change")
     engines = command("engines", "list the engines: versions, methods, precision, what is missing and why")
     engines.add_argument("-e", "--engine", action="append", default=[], metavar="ENGINE", help=ENGINE_HELP)
+    engines.add_argument("--check", nargs="+", metavar="ENGINE", help="put every law of engines to these")
+    engines.add_argument("--time-limit", type=seconds, default=60.0, metavar="S", help="for each law [s]; default 60")
 
     run = command("run", "fly one scene in one engine and give its trajectory as CSV")
     run.add_argument("scene", metavar="SCENE", help=SCENE_HELP)

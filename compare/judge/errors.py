@@ -66,7 +66,7 @@ class Run:
 
     @cached_property
     def notes(self) -> tuple[str, ...]:
-        """What went wrong silently, by the engine's own audit and by ours."""
+        """What went wrong silently, by the engine's own audit and by ours, in words."""
         if isinstance(self.answer, Failure):
             return ()
         if self.truth is None or self.answer.diverged_at is not None:
