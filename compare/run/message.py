@@ -74,8 +74,8 @@ def _plain(value: object, arrays: list[np.ndarray]) -> object:
         return {field.name: _plain(getattr(value, field.name), arrays) for field in fields(value)}
     if isinstance(value, list | tuple):
         return [_plain(item, arrays) for item in value]
-    if isinstance(value, dict):
-        return {str(key): _plain(item, arrays) for key, item in value.items()}
+    if isinstance(value, dict) and all(isinstance(key, str) for key in value):
+        return {key: _plain(item, arrays) for key, item in value.items()}
     if isinstance(value, set | frozenset):
         return sorted(_plain(item, arrays) for item in value)  # type: ignore[type-var]
     raise TypeError(f"a {type(value).__name__} is no plain value")
