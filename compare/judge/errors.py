@@ -26,6 +26,19 @@ def quietly() -> np.errstate:
 
 
 @dataclass(frozen=True, eq=False)
+class Flown:
+    """What one method answered at one step dt [s], apart from the scene and the truth."""
+
+    method: str
+    dt: float
+    answer: Trajectory | Failure
+
+    def run(self, scene: Scene, engine: str, truth: Truth | None) -> "Run":
+        """Return it beside the truth."""
+        return Run(scene, engine, self.method, self.dt, self.answer, truth)
+
+
+@dataclass(frozen=True, eq=False)
 class Run:
     """One contestant on one scene: the flight it made or why there is none, beside the truth.
 

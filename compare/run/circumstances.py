@@ -46,6 +46,11 @@ def changed_since(folder: Path, now: Sequence[ConditionRow]) -> str | None:
     return ""
 
 
+def binding(rows: Sequence[ConditionRow]) -> list[tuple[str, str]]:
+    """Return what must be the same for an answer to be taken up again."""
+    return [(row.what, row.value) for row in rows if row.what not in OF_NO_ACCOUNT]
+
+
 def digest(value: object) -> str:
     """Return sixteen digits that are others for another value, of plain values, arrays and dataclasses of those."""
     return hashlib.sha256(repr(spelled(value)).encode()).hexdigest()[:16]

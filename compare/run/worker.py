@@ -64,6 +64,10 @@ class Worker:
     def __exit__(self, *_: object) -> None:
         self.close()
 
+    def renewed(self) -> Self:
+        """Return a new process in place of one that is gone, under the same limits."""
+        return type(self)(self.engine, self.time_limit, self.memory_limit, self.python)
+
     def describe(self) -> EngineInfo | Failure:
         """Return the engine's info, or why it has none.  Raises BadEngine for a user's file that cannot be used."""
         answer = self._ask(None, EngineInfo | Failure | Refusal)
