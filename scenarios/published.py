@@ -35,7 +35,7 @@ class Table41:
 @cache
 def table_4_1() -> Table41:
     """Return the published table."""
-    text = files("scenarios").joinpath("table_4_1.csv").read_text(encoding="utf-8")
+    text = files(__package__).joinpath("table_4_1.csv").read_text(encoding="utf-8")
     rows = list(csv.DictReader(text.splitlines()))
 
     def columns(name: str) -> Array:

@@ -1,11 +1,17 @@
 """The command line: words in, exit code out.  Heavy imports happen in the command that needs them."""
 
+import os
+import sys
+from os.path import dirname, realpath
+
+# `python -m tumble` puts the working directory first: what lies there is the user's, and none of our modules.
+if __name__ == "__main__" and not sys.flags.safe_path and sys.path[0] != dirname(dirname(realpath(__file__))):
+    del sys.path[0]
+
 import argparse
 import importlib
 import math
-import os
 import signal
-import sys
 import textwrap
 import threading
 from typing import NoReturn

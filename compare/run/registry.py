@@ -13,7 +13,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-import compare.engines
+from compare import engines
 from compare.engines import FINDINGS, GYROSCOPIC_NAMES, LAWS, OWN, SCHEME_NAMES
 from scenarios.scene import Scene
 
@@ -80,14 +80,14 @@ class EngineInfo:
 
 def names() -> list[str]:
     """Return the names of our own engine files; a folder beside them is none."""
-    found = {module.name for module in pkgutil.iter_modules(compare.engines.__path__) if not module.ispkg}
+    found = {module.name for module in pkgutil.iter_modules(engines.__path__) if not module.ispkg}
     return sorted(found, key=lambda name: (name != OWN, name))
 
 
 @cache
 def package(engine: str) -> Package:
     """Return what brings one of our own engines."""
-    tree = ast.parse((Path(compare.engines.__path__[0]) / f"{engine}.py").read_bytes())
+    tree = ast.parse((Path(engines.__path__[0]) / f"{engine}.py").read_bytes())
     stated = {
         target.id: ast.literal_eval(line.value)
         for line in tree.body
@@ -115,7 +115,7 @@ def load(engine: str) -> ModuleType:
     if is_file(engine):
         return load_file(engine)
     try:
-        return importlib.import_module(f"compare.engines.{engine}")
+        return importlib.import_module(f"{engines.__name__}.{engine}")
     except ImportError as error:
         raise Missing(missing_reason(engine, error)) from error
 
