@@ -56,8 +56,8 @@ def line(row: AblationRow, rows: Sequence[AblationRow]) -> Line:
     told = sorted((each for each in own if tells(each)), key=lambda each: -(each.ratio or 0.0))
     return Line(
         contestant(row),
-        figure(row.wall_ns_per_step_with or 0.0),
-        figure(row.wall_ns_per_step_without or 0.0),
+        figure(row.cpu_ns_per_step_with or 0.0),
+        figure(row.cpu_ns_per_step_without or 0.0),
         times(row.ratio),
         band(row),
         motion(row),
@@ -84,7 +84,7 @@ def others(rows: Sequence[AblationRow]) -> list[str]:
     reasons: dict[str, list[str]] = {}
     for row in rows:
         if row.ratio is None:
-            reasons.setdefault(row.feature, []).append(contestant(row))
+            reasons.setdefault(": ".join(filter(None, (row.feature, row.why))), []).append(contestant(row))
     return [f"{listed(names)}: {why}" for why, names in reasons.items()]
 
 
@@ -117,8 +117,8 @@ def ablation_text(ablation: Ablation) -> Iterator[Table | Text]:
         if row.ratio is not None:
             table.add_row(
                 plain(contestant(row) if row.feature == EVERYTHING else f"  with {row.feature}"),
-                step_ns(row.wall_ns_per_step_with),
-                step_ns(row.wall_ns_per_step_without),
+                step_ns(row.cpu_ns_per_step_with),
+                step_ns(row.cpu_ns_per_step_without),
                 times(row.ratio),
                 band(row),
                 motion(row),

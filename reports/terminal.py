@@ -12,12 +12,10 @@ from rich.table import Table
 from rich.text import Text
 
 from compare.comparison.comparison import Comparison
-from compare.comparison.results import EngineRow
 from compare.comparison.table_4_1 import BudgetRow, budget_rows, is_table_4_1, published_rows
 from compare.judge.errors import Run
 from compare.sweep.frontier import (
     TARGETS_M,
-    DigitRow,
     by_contestant,
     digit_rows,
     error,
@@ -26,7 +24,9 @@ from compare.sweep.frontier import (
     reach,
     same_rows,
 )
+from compare.sweep.schemas import DigitRow
 from compare.sweep.sweep import Sweep, Timed
+from compare.tables.shared import EngineRow
 from reports.families import joined
 from scenarios.format import visible
 from scenarios.frames import Array
@@ -77,7 +77,7 @@ def engine_list(rows: Sequence[EngineRow]) -> Table:
         if row.status == "ok":
             table.add_row(*map(plain, (row.engine, row.version, row.precision, row.methods, row.switched_off)))
         else:
-            table.add_row(plain(row.engine), "", "", plain(row.methods), plain(row.status))
+            table.add_row(plain(row.engine), "", "", plain(row.methods), plain(row.told))
     return table
 
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from compare.ablation.schemas import EVERYTHING, AblationRow
 from compare.judge.errors import quietly
 from compare.run.flight import Trajectory, legs
 from compare.run.participants import Participant
@@ -25,33 +26,11 @@ from scenarios.truth import Truth
 
 # A free cube, a body that never turns, and the throw on which times are compared, which has most use for it all.
 SCENES = ("table-4-1", "die-straight", "yardstick")
-EVERYTHING = "everything"
 QUICK_SPAN_S = 1.0
 # Of the rounds' own ratios: what four rounds in five say lies between.
 LOW, HIGH = 0.1, 0.9
 # Errors of one size: rounding or another choice of steps doubles an error by chance, a lost term does far worse.
 ALIKE = 2.0
-
-
-@dataclass(frozen=True)
-class AblationRow:
-    """What a feature costs a contestant in a scene that has no use for it: a step with it and one without [ns].
-
-    feature: one, or `everything` at once; where nothing was measured, why.  ratio: with over without, of the lower
-    deciles of the clock's rounds; between low and high lie the ratios of four rounds in five, and that one.
-    max_difference_m: between the vertices of both flights, 0 where no bit of them differs.
-    """
-
-    scene: str
-    engine: str
-    method: str
-    feature: str
-    wall_ns_per_step_with: float | None = None
-    wall_ns_per_step_without: float | None = None
-    ratio: float | None = None
-    ratio_low: float | None = None
-    ratio_high: float | None = None
-    max_difference_m: float | None = None
 
 
 @dataclass(frozen=True)
@@ -99,8 +78,7 @@ class Build:
 
     def row(self, *figures: float, why: str = "") -> AblationRow:
         """Return its row; why: there are no figures."""
-        feature = ": ".join(part for part in (self.kept, why) if part)
-        return AblationRow(self.scene.name, self.participant.title, self.method, feature, *figures)
+        return AblationRow(self.scene.name, self.participant.title, self.method, self.kept, why, *figures)
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,7 +135,7 @@ def questions(
     unsupported = participant.unsupported(scene)
     why = unsupported.status if unsupported else "nothing to leave out" if not optional else ""
     if why:
-        return [AblationRow(scene.name, participant.title, "", why)]
+        return [AblationRow(scene.name, participant.title, "", "", why)]
 
     def task(method: str) -> Task[list[Pair | AblationRow]]:
         key = scene.name, participant.title, method

@@ -1,8 +1,30 @@
-"""The table of an ablation."""
+"""The table of an ablation: one line a column."""
 
-from compare.ablation.ablation import AblationRow
+from dataclasses import dataclass
+from typing import Annotated
+
 from compare.tables.schema import Table
-from compare.tables.shared import CONTESTANT
+from compare.tables.shared import CONTESTANT, Engine, Method, SceneName
+
+EVERYTHING = "everything"
+
+
+@dataclass(frozen=True)
+class AblationRow:
+    """What a feature costs a contestant in a scene that has no use for it."""
+
+    scene: SceneName
+    engine: Engine
+    method: Method
+    feature: Annotated[str, "one that was kept, or `everything` at once; empty where there is none"]
+    why: Annotated[str, "why there are no figures"] = ""
+    cpu_ns_per_step_with: Annotated[float | None, "thread CPU time of a step with it"] = None
+    cpu_ns_per_step_without: Annotated[float | None, "and of one without"] = None
+    ratio: Annotated[float | None, "with over without, of the lower deciles of the clock's rounds"] = None
+    ratio_low: Annotated[float | None, "between this"] = None
+    ratio_high: Annotated[float | None, "and this lie the ratios of four rounds in five"] = None
+    max_difference_m: Annotated[float | None, "between the vertices of both flights, 0 where no bit differs"] = None
+
 
 ABLATION = Table("ablation.csv", AblationRow, (*CONTESTANT, "feature"))
 TABLES = (ABLATION,)

@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import Literal
 
 from compare.check.energy import TRENDS
-from compare.check.record import CellRow, QuestionRow, Record, TimeRow
+from compare.check.record import Record
+from compare.check.schemas import CellRow, QuestionRow, TimeRow
 from compare.check.tolerances import Tolerances
 from compare.run import registry
 
@@ -105,11 +106,11 @@ def hold_against(baseline: Record, candidate: Record, tolerances: Tolerances) ->
         now = counterpart(key, new)
         if now is None:
             if not any(other[:2] == key[:2] for other in new if not key[2]):
-                found.append(Change("gone", *key, "status", cell.status, None))
+                found.append(Change("gone", *key, "status", cell.told, None))
         elif key[0] not in incomparable:
             found += cell_changes(cell, now, sizes[cell.scene], tolerances)
     found += [
-        Change("new", *key, "status", None, cell.status)
+        Change("new", *key, "status", None, cell.told)
         for key, cell in new.items()
         if key not in old and (key[2] or not any(other[:2] == key[:2] for other in old))
     ]
@@ -132,7 +133,7 @@ def failures(record: Record) -> dict[str, str]:
     for cell in record.cells:
         if rank(cell.status) == NO_ANSWER:
             name = f"{cell.engine}:{cell.method}" if cell.method else cell.engine
-            scenes.setdefault((name, cell.status), []).append(cell.scene)
+            scenes.setdefault((name, cell.told), []).append(cell.scene)
     return {f"{name} on {', '.join(its)}": status for (name, status), its in scenes.items()}
 
 
@@ -170,8 +171,8 @@ def answer(question: QuestionRow) -> tuple[float, float, float] | None:
 def cell_changes(old: CellRow, new: CellRow, size_m: float, tolerances: Tolerances) -> Iterator[Change]:
     """Yield what differs beyond the tolerances between two cells; size_m: the body's."""
     key = old.scene, old.engine, old.method
-    if verdict := status_verdict(old.status, new.status):
-        yield Change(verdict, *key, "status", old.status, new.status)
+    if verdict := status_verdict(old, new):
+        yield Change(verdict, *key, "status", old.told, new.told)
     if old.max_error_m is None or new.max_error_m is None:
         return
     rounding_m = max(old.rounding_m or 0.0, new.rounding_m or 0.0)
@@ -191,24 +192,23 @@ def cell_changes(old: CellRow, new: CellRow, size_m: float, tolerances: Toleranc
         yield Change(verdict, *key, "spin_energy", old.spin_energy, new.spin_energy)
 
 
-def status_verdict(old: str, new: str) -> Verdict | None:
+def status_verdict(old: CellRow, new: CellRow) -> Verdict | None:
     """Return how a status changed in kind, or in the reasons it was flagged for; their numbers do not count."""
-    before, now = (re.match(r"\w*", status)[0] for status in (old, new))  # type: ignore[index]
-    if before != now:
-        return ranked(rank(old), rank(new))
-    if now == "flagged" and reasons(old) != reasons(new):
-        return "worse" if reasons(new) - reasons(old) else "better"
+    if old.status != new.status:
+        return ranked(rank(old.status), rank(new.status))
+    if new.status == "flagged" and reasons(old.why) != reasons(new.why):
+        return "worse" if reasons(new.why) - reasons(old.why) else "better"
     return None
 
 
 def rank(status: str) -> int:
     """Return the place of a status from good to bad."""
-    return STATUSES.get(re.match(r"\w*", status)[0], NO_ANSWER)  # type: ignore[index]
+    return STATUSES.get(status, NO_ANSWER)
 
 
-def reasons(status: str) -> set[str]:
-    """Return what a status was flagged for, without the numbers."""
-    return set(re.sub(r"[-+]?\d[\d.e+-]*", "#", status.partition(": ")[2]).split("; "))
+def reasons(why: str) -> set[str]:
+    """Return what a flight was flagged for, without the numbers."""
+    return set(re.sub(r"[-+]?\d[\d.e+-]*", "#", why).split("; "))
 
 
 def ranked(old: int, new: int) -> Verdict:

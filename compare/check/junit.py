@@ -11,7 +11,7 @@ from scenarios.format import visible
 def junit(outcome: Outcome, against: Sequence[str]) -> str:
     """Return the XML; against: the words that name baseline and tolerances in the command that reruns a cell."""
     changes = by_cell(outcome.changes)
-    statuses = {(row.scene, row.engine, row.method): row.status for row in outcome.candidate.cells}
+    statuses = {(row.scene, row.engine, row.method): row.told for row in outcome.candidate.cells}
     top = ElementTree.Element("testsuites", name="tumble check")
     for scene in dict.fromkeys(key[0] for key in (*changes, *statuses)):
         suite = ElementTree.SubElement(top, "testsuite", name=visible(scene))

@@ -10,17 +10,17 @@ import numpy as np
 
 from compare.check import order
 from compare.check.energy import spin_energy
-from compare.check.record import CellRow, QuestionRow, Record
+from compare.check.record import Record
+from compare.check.schemas import CellRow, QuestionRow
 from compare.check.times import time_rows
-from compare.comparison.results import engine_row
-from compare.judge.errors import Flown, Run
+from compare.judge.errors import Run
 from compare.run.flight import Trajectory, legs
-from compare.run.kept import Kept
 from compare.run.participants import Participant
 from compare.run.tasks import Task, run
 from compare.run.truths import Answer, Truths
 from compare.run.worker import Failure
-from compare.tables.rows import run_row, xyz
+from compare.tables.engines import engine_row
+from compare.tables.runs import run_row
 from scenarios.frames import Array
 from scenarios.scene import Scene, frozen_array
 from scenarios.truth import Truth
@@ -30,11 +30,11 @@ NUDGE = 2.0**-53 * np.resize((1.0, -1.0, -1.0, 1.0, 1.0), 13)
 
 
 @dataclass(frozen=True, eq=False)
-class Cell:
-    """One contestant on one scene: its flight, the ladder around it, and what its roundings may come to [m]."""
+class Flown:
+    """One contestant on one scene: its run, the ladder around it, and what its roundings may come to [m]."""
 
-    own: Flown
-    ladder: list[Flown]
+    own: Run
+    ladder: Sequence[Run]
     rounding_m: float | None
 
 
@@ -45,13 +45,11 @@ def measure(
     command: str,
     timed: bool,
     tick: Callable[[str], object] = lambda what: None,
-    kept: Kept | None = None,
 ) -> Record:
     """Return the record of all participants on all scenes.
 
     asked: the words that scenes and contestants were asked for with; timed: whether run times are measured too, when
-    all flights are over; tick is told of every truth, cell and timed scene as it is done; kept: cells that are done
-    already, and where those are kept that get done.
+    all flights are over.  tick is told of every truth, cell and timed scene as it is done.
     Raises RayMissed where the true body is not in the way of a later ray.
     """
     with Truths(scenes, tick) as truths:
@@ -59,33 +57,31 @@ def measure(
             [task(scene, true, each, method) for each in participants for method in each.methods_for(scene)]
             for scene, true in zip(scenes, truths.futures, strict=True)
         ]
-        found = iter(run(list(chain.from_iterable(tasks)), truths, tick=tick, kept=kept))
+        found = iter(run(list(chain.from_iterable(tasks)), truths, tick=tick))
         answers = [future.result() for future in truths.futures]
-    rows, times = [], []
-    for scene, answer, own in zip(scenes, answers, tasks, strict=True):
-        cells = [(one.participant.title, next(found)) for one in own]
-        rows += [cell_row(scene, answer.truth, title, cell) for title, cell in cells]
-        if timed:
-            runs = [cell.own.run(scene, title, answer.truth) for title, cell in cells]
-            times += time_rows(participants, scene, runs, tick)
+    by_scene = [[next(found) for _ in own] for own in tasks]
+    owns = [[flown.own for flown in cells] for cells in by_scene]
+    times = (
+        [time_rows(participants, scene, own, tick) for scene, own in zip(scenes, owns, strict=True)] if timed else []
+    )
     return Record(
         tuple(asked[0]),
         tuple(asked[1]),
         command,
         tuple(question_row(scene, *answer) for scene, answer in zip(scenes, answers, strict=True)),
         tuple(map(engine_row, participants)),
-        tuple(rows),
-        tuple(times) if timed else None,
+        tuple(cell_row(flown) for cells in by_scene for flown in cells),
+        tuple(chain.from_iterable(times)) if timed else None,
     )
 
 
-def task(scene: Scene, true: Future[Answer], participant: Participant, method: str) -> Task[Cell]:
+def task(scene: Scene, true: Future[Answer], participant: Participant, method: str) -> Task[Flown]:
     """Return the task of one contestant on one scene."""
     key = scene.name, participant.title, method
-    return Task(key, participant, lambda able: fly(able, scene, method, true.result().truth), Cell)
+    return Task(key, participant, lambda able: fly(able, scene, method, true.result().truth))
 
 
-def fly(participant: Participant, scene: Scene, method: str, true: Truth | None) -> Cell:
+def fly(participant: Participant, scene: Scene, method: str, true: Truth | None) -> Flown:
     """Return one contestant's run, and a ladder around it where the method has an order to be read."""
 
     def at(dt: float) -> Run:
@@ -93,18 +89,13 @@ def fly(participant: Participant, scene: Scene, method: str, true: Truth | None)
 
     own = at(scene.step)
     if not order.readable(own):
-        return Cell(plain(own), [], None)
+        return Flown(own, (), None)
     other = participant.fly(replace(scene, start=nudged(scene.start)), method, scene.step)
     own_steps = participant.takes_own_steps(method)
     # Every step rounds once, this way or that: n of them come to the square root of n of one.
     rounded = len(legs(scene, scene.step)) if own_steps else own.flight.steps
     ladder = () if own_steps else order.ladder(own, at)
-    return Cell(plain(own), [plain(each) for each in ladder], math.sqrt(rounded) * apart(own.flight, other))
-
-
-def plain(run: Run) -> Flown:
-    """Return a run without its scene and truth."""
-    return Flown(run.method, run.dt, run.answer)
+    return Flown(own, ladder, math.sqrt(rounded) * apart(own.flight, other))
 
 
 def nudged(start: Array) -> Array:
@@ -123,30 +114,30 @@ def apart(one: Trajectory, other: Trajectory | Failure) -> float:
 
 def question_row(scene: Scene, true: Truth | None, why_no_truth: str) -> QuestionRow:
     """Return the row of one scene."""
-    limit, last = (None, (None,) * 3) if true is None else (float(true.limit.max()), xyz(true.vertices[-1, 0, -1]))
+    limit, last = (None, (None,) * 3) if true is None else (float(true.limit.max()), true.vertices[-1, 0, -1].tolist())
     return QuestionRow(
         scene.name, scene.step, len(scene.times), why_no_truth or "exact", limit, order.reach(scene), *last
     )
 
 
-def cell_row(scene: Scene, true: Truth | None, engine: str, cell: Cell) -> CellRow:
+def cell_row(flown: Flown) -> CellRow:
     """Return the row of one contestant on one scene."""
-    own = cell.own.run(scene, engine, true)
-    row = run_row(own)
+    row = run_row(flown.own)
     return CellRow(
         row.scene,
         row.engine,
         row.method,
         row.steps,
         row.status,
+        row.why,
         row.max_error_m,
         row.rms_error_m,
         row.final_error_m,
         row.limit_m,
-        cell.rounding_m,
+        flown.rounding_m,
         row.energy_drift,
         row.momentum_drift,
         row.angular_momentum_drift,
-        *order.orders([each.run(scene, engine, true) for each in cell.ladder]),
-        spin_energy(own),
+        *order.orders(flown.ladder),
+        spin_energy(flown.own),
     )

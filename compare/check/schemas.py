@@ -1,8 +1,79 @@
-"""The tables of a record."""
+"""The tables of a record, beside its engines and conditions: one line a column."""
 
-from compare.check.record import CellRow, QuestionRow, TimeRow
+from dataclasses import dataclass
+from typing import Annotated
+
+from compare.check.energy import TRENDS
 from compare.tables.schema import Table
-from compare.tables.shared import CONTESTANT
+from compare.tables.shared import CONTESTANT, Engine, Limit, Method, SceneName, Status, Why, told
+
+
+@dataclass(frozen=True)
+class QuestionRow:
+    """One scene as it was asked: its step and samples, and where its last vertex truly is at the last sample.
+
+    A scene file that was changed asks another question, and its errors are not comparable: the true answer shows it.
+    """
+
+    scene: SceneName
+    step_s: Annotated[float, "the scene's own step"]
+    samples: Annotated[int, "number of instants at which errors are measured"]
+    truth: Annotated[str, "`exact`, or why there is none"]
+    limit_m: Limit
+    size_m: Annotated[float, "how far the furthest vertex is from the centre of mass"]
+    x_m: Annotated[float | None, "where the last vertex truly is at the last sample, world axes"]
+    y_m: Annotated[float | None, "the same"]
+    z_m: Annotated[float | None, "the same"]
+
+
+@dataclass(frozen=True)
+class CellRow:
+    """One contestant on one scene at the scene's own step: errors, drifts from the truth, orders, energy of the spin.
+
+    The columns of runs.csv mean the same here.
+    """
+
+    scene: SceneName
+    engine: Engine
+    method: Method
+    steps: Annotated[int | None, "steps of the whole flight; empty where none flew, or the method chose them"]
+    status: Status
+    why: Why = ""
+    max_error_m: Annotated[float | None, "largest error of any vertex, sample and throw; inf of one that diverged"] = (
+        None
+    )
+    rms_error_m: Annotated[float | None, "root mean square over all vertices, samples and throws"] = None
+    final_error_m: Annotated[float | None, "largest error of any vertex and throw at the last sample"] = None
+    limit_m: Limit = None
+    rounding_m: Annotated[float | None, "what the roundings of all steps may come to on another processor"] = None
+    energy_drift: Annotated[float | None, "largest difference from the true energy, over the largest kinetic"] = None
+    momentum_drift: Annotated[float | None, "largest difference from the true momentum, over the largest"] = None
+    angular_momentum_drift: Annotated[float | None, "the same of the angular momentum"] = None
+    attitude_order: Annotated[float | None, "order of the attitude's error; empty where it cannot be read"] = None
+    translation_order: Annotated[float | None, "order of the centre of mass's error; likewise"] = None
+    spin_energy: Annotated[str, f"{', '.join(TRENDS)}: the energy of the spin; empty where nothing turns freely"] = ""
+
+    @property
+    def told(self) -> str:
+        """The status with its reason."""
+        return told(self.status, self.why)
+
+
+@dataclass(frozen=True)
+class TimeRow:
+    """The run time of one contestant's flight over the reference contestant's."""
+
+    scene: SceneName
+    engine: Engine
+    method: Method
+    reference: Annotated[str, "ENGINE:METHOD that the ratio is over"]
+    time_ratio: Annotated[float | None, "ratio of thread CPU times; empty where the clock was not steady"]
+
+    @property
+    def key(self) -> tuple[str, str, str, str]:
+        """What two rows of the same time have in common."""
+        return self.scene, self.engine, self.method, self.reference
+
 
 QUESTIONS = Table("questions.csv", QuestionRow, ("scene",))
 CELLS = Table("cells.csv", CellRow, CONTESTANT)

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
 
-from compare.check.record import TimeRow
+from compare.check.schemas import TimeRow
 from compare.judge.cost import REFERENCE, time_runs
 from compare.judge.errors import Run
 from compare.run.flight import Trajectory

@@ -116,9 +116,9 @@ def by_cell(changes: Sequence[Change]) -> dict[tuple[str, str, str], list[Change
 
 def versions(outcome: Outcome) -> Iterator[str]:
     """Yield the engines whose version is another one, or that are not installed in one of the two."""
-    old = {row.engine: row.version or row.status for row in outcome.baseline.engines}
+    old = {row.engine: row.version or row.told for row in outcome.baseline.engines}
     for row in outcome.candidate.engines:
-        new = row.version or row.status
+        new = row.version or row.told
         if row.engine in old and old[row.engine] != new:
             yield f"{row.engine} {old[row.engine]} -> {new}"
 

@@ -2,11 +2,13 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
 from compare.comparison.comparison import Comparison
-from compare.tables.rows import xyz
+from compare.tables.runs import xyz
+from compare.tables.shared import Engine, Method, SceneName
 from scenarios.frames import Array
 from scenarios.published import VERTEX, table_4_1
 from scenarios.scene import Scene
@@ -16,33 +18,33 @@ from scenarios.scene import Scene
 class PublishedRow:
     """One contestant at one row of Table 4.1: its vertex, the printed positions, and its distance from them."""
 
-    scene: str
-    engine: str
-    method: str
-    t_clock_s: float
-    t_s: float
-    x_m: float
-    y_m: float
-    z_m: float
-    calculated_x_m: float
-    calculated_y_m: float
-    calculated_z_m: float
-    application_x_m: float
-    application_y_m: float
-    application_z_m: float
-    to_calculated_m: float
-    to_application_m: float
+    scene: SceneName
+    engine: Engine
+    method: Method
+    t_clock_s: Annotated[float, "time on the clock of the printed table"]
+    t_s: Annotated[float, "time since the impulse"]
+    x_m: Annotated[float, "where the contestant has the printed vertex, world axes"]
+    y_m: Annotated[float, "the same"]
+    z_m: Annotated[float, "the same"]
+    calculated_x_m: Annotated[float, "the column printed as calculated"]
+    calculated_y_m: Annotated[float, "the same"]
+    calculated_z_m: Annotated[float, "the same"]
+    application_x_m: Annotated[float, "the column printed as of the application"]
+    application_y_m: Annotated[float, "the same"]
+    application_z_m: Annotated[float, "the same"]
+    to_calculated_m: Annotated[float, "distance from the first"]
+    to_application_m: Annotated[float, "distance from the second"]
 
 
 @dataclass(frozen=True)
 class BudgetRow:
     """The largest distances of one contestant from the two printed columns over the five rows."""
 
-    scene: str
-    engine: str
-    method: str
-    max_to_calculated_m: float
-    max_to_application_m: float
+    scene: SceneName
+    engine: Engine
+    method: Method
+    max_to_calculated_m: Annotated[float, "largest distance from the column printed as calculated"]
+    max_to_application_m: Annotated[float, "largest distance from the column printed as of the application"]
 
 
 def is_table_4_1(scene: Scene) -> bool:

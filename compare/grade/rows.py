@@ -1,81 +1,17 @@
-"""The tables of a grade, one row type a table: what `tumble grade -o` writes."""
+"""The tables of a grade: what `tumble grade -o` writes."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
+import pandas as pd
 
 from compare.grade.residual import BINS
+from compare.grade.schemas import EXPLANATIONS, GRADE, PARTS, VERTICES, ExplanationRow, GradeRow, KeptRow, PartRow
 from compare.grade.verdict import Grade
-from compare.run.provenance import ConditionRow, conditions
-from compare.tables.rows import table_text, xyz
-
-
-@dataclass(frozen=True)
-class GradeRow:
-    """One file: errors over all rows and vertices, what they are held against, drifts where known, and the verdict."""
-
-    file: str
-    scene: str
-    read_as: str
-    rows: int
-    throws: int
-    verdict: str
-    max_error_m: float
-    at_t_s: float
-    at_vertex: int
-    rms_error_m: float
-    final_error_m: float
-    limit_m: float
-    digits_m: float
-    energy_drift: float | None
-    momentum_drift: float | None
-    angular_momentum_drift: float | None
-    by_differences: bool
-
-
-@dataclass(frozen=True)
-class ExplanationRow:
-    """One explanation: `best` by so many of its mistakes, or one that fits alike; what it leaves of the rows kept."""
-
-    file: str
-    explanation: str
-    mistakes: int
-    what: str
-    max_left_m: float
-    rms_left_m: float
-    weight: float
-
-
-@dataclass(frozen=True)
-class PartRow:
-    """The largest error in one of equal parts of the duration, over all rows, throws and vertices."""
-
-    file: str
-    from_s: float
-    to_s: float
-    max_error_m: float
-
-
-@dataclass(frozen=True)
-class KeptRow:
-    """One vertex at one of the rows kept of the throw that is diagnosed."""
-
-    file: str
-    scene: str
-    throw: int
-    t_s: float
-    vertex: int
-    true_x_m: float
-    true_y_m: float
-    true_z_m: float
-    x_m: float
-    y_m: float
-    z_m: float
-    error_x_m: float
-    error_y_m: float
-    error_z_m: float
-    error_m: float
+from compare.run.provenance import conditions
+from compare.tables.frames import frame
+from compare.tables.runs import xyz
+from compare.tables.shared import CONDITIONS
 
 
 def grade_row(grade: Grade) -> GradeRow:
@@ -127,12 +63,12 @@ def kept_rows(grade: Grade) -> Iterator[KeptRow]:
         yield KeptRow(*key, *xyz(true), *xyz(seen), *xyz(seen - true), float(distance))
 
 
-def grade_tables(grade: Grade, command: str) -> dict[str, str]:
-    """Return file name -> CSV text of every table of a grade."""
+def grade_tables(grade: Grade, command: str) -> dict[str, pd.DataFrame]:
+    """Return every table of a grade by file name."""
     return {
-        "grade.csv": table_text(GradeRow, [grade_row(grade)]),
-        "explanations.csv": table_text(ExplanationRow, explanation_rows(grade)),
-        "error-over-time.csv": table_text(PartRow, part_rows(grade)),
-        "vertex-errors.csv": table_text(KeptRow, kept_rows(grade)),
-        "conditions.csv": table_text(ConditionRow, conditions(command)),
+        "grade.csv": frame(GRADE, [grade_row(grade)]),
+        "explanations.csv": frame(EXPLANATIONS, explanation_rows(grade)),
+        "grade-parts.csv": frame(PARTS, part_rows(grade)),
+        "grade-vertices.csv": frame(VERTICES, kept_rows(grade)),
+        "conditions.csv": frame(CONDITIONS, conditions(command)),
     }

@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations
+from typing import Annotated
 
 import numpy as np
 
@@ -16,12 +17,24 @@ SHARED = 1e-3
 class AgreementRow:
     """Two contestants that agree with each other far better than with the truth."""
 
-    scene: str
-    contestant_a: str
-    contestant_b: str
-    apart_m: float
-    error_a_m: float
-    error_b_m: float
+    scene: Annotated[str, "name of the scene"]
+    engine_a: Annotated[str, "engine of the one"]
+    method_a: Annotated[str, "and its METHOD[@TOLERANCE]"]
+    engine_b: Annotated[str, "engine of the other"]
+    method_b: Annotated[str, "and its METHOD[@TOLERANCE]"]
+    apart_m: Annotated[float, "largest distance between their vertices"]
+    error_a_m: Annotated[float, "largest vertex error of the one"]
+    error_b_m: Annotated[float, "largest vertex error of the other"]
+
+    @property
+    def contestant_a(self) -> str:
+        """ENGINE:METHOD of the one."""
+        return f"{self.engine_a}:{self.method_a}"
+
+    @property
+    def contestant_b(self) -> str:
+        """ENGINE:METHOD of the other."""
+        return f"{self.engine_b}:{self.method_b}"
 
 
 def agreements(runs: Sequence[Run]) -> Iterator[AgreementRow]:
@@ -32,4 +45,4 @@ def agreements(runs: Sequence[Run]) -> Iterator[AgreementRow]:
         apart = float(np.linalg.norm(a.errors - b.errors, axis=-1).max())
         # Below the truth's limit a distance tells nothing, so errors must stand that much above it.
         if SHARED * min(errors) > a.limits.max() and apart < SHARED * min(errors):
-            yield AgreementRow(a.scene.name, a.name, b.name, apart, *errors)
+            yield AgreementRow(a.scene.name, a.engine, a.method, b.engine, b.method, apart, *errors)

@@ -6,7 +6,7 @@ from types import ModuleType
 
 import numpy as np
 
-from compare.run.registry import Finding, built, findings
+from compare.run.registry import built
 from compare.run.timer import timed
 from scenarios.frames import Array, vertices
 from scenarios.impulse import RayMissed, jump
@@ -31,8 +31,8 @@ class Trajectory:
     """What an engine answered: one row for t = 0 and one a sample.
 
     times [s], (R,); states (R, N, 13); vertices [m], (R, N, n, 3), world; steps in all; wall_s: their native loops [s];
-    findings: those of the engine's own audit; remark: what else it has to say.  After the state stopped being finite
-    the rows are NaN.
+    notes: what the engine's own audit found; remark: what else it has to say.  After the state stopped being finite the
+    rows are NaN.
     """
 
     times: Array
@@ -40,13 +40,8 @@ class Trajectory:
     vertices: Array
     steps: int
     wall_s: float
-    findings: tuple[Finding, ...]
+    notes: tuple[str, ...]
     remark: str = ""
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """The findings in words."""
-        return tuple(found.text for found in self.findings)
 
     @property
     def diverged_at(self) -> float | None:
@@ -85,12 +80,12 @@ def fly(engine: ModuleType, scene: Scene, method: str, dt: float, keep: frozense
     """Fly the scene in one engine.
 
     dt [s]; keep: what of its OPTIONAL the engine is to build all the same.
-    Raises whatever the engine raises, and ValueError where read or audit answers what the contract has not.
+    Raises whatever the engine raises, and ValueError where its answer is not of shape (N, 13).
     """
     world = built(engine, scene, method, keep)
     audit = getattr(engine, "audit", lambda world: [])
     where = getattr(engine, "vertices", None)
-    found: list[Finding] = []
+    notes: list[str] = []
     rows: dict[float, tuple[Array, Array]] = {}
 
     def look(time: float) -> Array:
@@ -101,21 +96,20 @@ def fly(engine: ModuleType, scene: Scene, method: str, dt: float, keep: frozense
         rows[time] = states, np.array(seen, dtype=float)
         return states
 
-    engine.write(world, struck(scene, 0.0, scene.start.copy(), found))
+    engine.write(world, struck(scene, 0.0, scene.start.copy(), notes))
     states = look(0.0)
     steps, wall_s = 0, 0.0
     for leg in legs(scene, dt):
-        prepare(engine, world, leg.dt)
         wall_s += timed(engine.advance, world, leg.n, leg.dt)
         steps += leg.n
         states = look(leg.end)
         if not np.isfinite(states).all():
             break
         if any(impulse.time == leg.end for impulse in scene.impulses):
-            found += findings(audit(world))
-            engine.write(world, struck(scene, leg.end, states, found))
+            notes += audit(world)
+            engine.write(world, struck(scene, leg.end, states, notes))
             look(leg.end)
-    found += findings(audit(world))
+    notes += audit(world)
 
     nowhere = np.full_like(states, np.nan), np.full((len(states), *scene.body.points.shape), np.nan)
     seen = [rows.get(time, nowhere) for time in scene.rows]
@@ -125,23 +119,17 @@ def fly(engine: ModuleType, scene: Scene, method: str, dt: float, keep: frozense
         np.array([points for _, points in seen]),
         steps,
         wall_s,
-        tuple(dict.fromkeys(found)),
+        tuple(dict.fromkeys(notes)),
         engine.remark(world) if hasattr(engine, "remark") else "",
     )
 
 
-def prepare(engine: ModuleType, world: object, dt: float) -> None:
-    """Let an engine that fixes its step when built fix it to dt [s], before it is asked for such steps."""
-    if hasattr(engine, "prepare"):
-        engine.prepare(world, dt)
-
-
-def struck(scene: Scene, time: float, states: Array, found: list[Finding]) -> Array:
+def struck(scene: Scene, time: float, states: Array, notes: list[str]) -> Array:
     """Return the states after the impulses of one instant, in the order listed; a ray that misses strikes nothing."""
     for number, impulse in enumerate(scene.impulses):
         if impulse.time == time:
             try:
                 states = jump(impulse, states, scene.body)
             except RayMissed as missed:
-                found.append(Finding("other", f"impulse {number} at t = {time:g} s not given: {missed}"))
+                notes.append(f"impulse {number} at t = {time:g} s not given: {missed}")
     return states

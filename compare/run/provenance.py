@@ -4,23 +4,21 @@ import importlib.metadata
 import os
 import platform
 from collections.abc import Iterator
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-
-from compare.run import registry
+from typing import Annotated
 
 # What the tables of a comparison or a sweep are called; to be counted up when a column changes its name or meaning.
-FORMAT = "tumble tables 1"
-PACKAGES = ("tumble", "numpy", "numba", "mpmath")
+FORMAT = "tumble tables 2"
+PACKAGES = ("tumble", "numpy", "numba", "mpmath", "mujoco-core", "pybullet")
 
 
 @dataclass(frozen=True)
 class ConditionRow:
     """One condition the numbers carry."""
 
-    what: str
-    value: str
+    what: Annotated[str, "what it is: format, command, machine, a package, ..."]
+    value: Annotated[str, "its value or version"]
 
 
 def conditions(command: str) -> Iterator[ConditionRow]:
@@ -34,12 +32,13 @@ def conditions(command: str) -> Iterator[ConditionRow]:
 
 
 def versions() -> Iterator[ConditionRow]:
-    """Yield the version of Python, and of the packages installed that figures depend on: ours and every engine's."""
+    """Yield the version of Python and of the packages that figures depend on."""
     yield ConditionRow("python", platform.python_version())
-    engines = sorted(package for engine in registry.names() for package in registry.package(engine).packages)
-    for package in dict.fromkeys((*PACKAGES, *engines)):
-        with suppress(importlib.metadata.PackageNotFoundError):
+    for package in PACKAGES:
+        try:
             yield ConditionRow(package, importlib.metadata.version(package))
+        except importlib.metadata.PackageNotFoundError:
+            yield ConditionRow(package, "not installed")
 
 
 def processor() -> str:

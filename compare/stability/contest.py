@@ -12,6 +12,7 @@ from compare.run.tasks import Task, run
 from compare.run.truths import Answer, Truths
 from compare.stability.extremes import Case, ExtremeRow, extreme
 from compare.stability.stability import FACTORS, ROWS, Piece, Question, Trials, columns, contestants
+from compare.tables.store import Key
 from scenarios.scene import Scene
 from scenarios.truth import NoTruth
 
@@ -25,7 +26,6 @@ STIFF = (
     "floor-stiff",
     "spin-fast",
 )
-Key = tuple[str, str, str]
 Done = Piece | ExtremeRow
 
 

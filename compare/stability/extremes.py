@@ -11,48 +11,23 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from compare.engines import OWN
 from compare.judge.errors import Run
 from compare.judge.verdict import verdict
 from compare.run.flight import Trajectory, legs
 from compare.run.participants import Participant
 from compare.run.worker import Failure
+from compare.stability.schemas import ExtremeRow
+from compare.tables.runs import boundless
+from compare.tables.shared import worded
 from scenarios.read import read_scene
 from scenarios.scene import Scene
 from scenarios.truth import Truth
 
-BEST, FLOORS = f"{OWN}:exact", 10.0
+BEST, FLOORS = "tumble:exact", 10.0
 BUDGET_S = 4.0  # of native loop in a flight
 # So many steps, or of an adaptive method such a share of the flight, are flown to see whether all of it fits into the
 # budget; of steps only where there are many times more.
 TRIED, MANY, SHARE = 2_000, 100_000, 1 / 256
-
-
-@dataclass(frozen=True)
-class ExtremeRow:
-    """One contestant in one extreme case.
-
-    times_limit: the largest error over samples, in units of what the truth can tell there; why: the reason in words.
-    """
-
-    scene: str
-    title: str
-    engine: str
-    method: str
-    dt_s: float
-    steps: int | None
-    status: str
-    verdict: str
-    max_error_m: float | None
-    limit_m: float | None
-    times_limit: float | None
-    energy_ratio: float | None
-    why: str
-
-    @property
-    def key(self) -> tuple[str, str, str]:
-        """Scene, engine, method."""
-        return self.scene, self.engine, self.method
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,15 +143,15 @@ def extreme(participant: Participant, method: str, case: Case, true: Truth, budg
     said = verdict(run)
     key = scene.name, scene.title, participant.title, method, scene.step
     if isinstance(answer, Failure):
-        return ExtremeRow(*key, None, run.status, said.word, None, None, None, None, said.why)
+        return ExtremeRow(*key, None, worded(run.status)[0], said.word, None, None, None, None, said.why)
     worst = run.distances.max(axis=(1, 2))
     ratio = float(np.max(worst / run.limits.max(axis=1))) if np.isfinite(worst).all() else math.inf
     return ExtremeRow(
         *key,
         answer.steps,
-        run.status,
+        worded(run.status)[0],
         said.word,
-        float(worst.max()),
+        boundless(worst.max()),
         float(run.limits.max()),
         ratio,
         said.energy_ratio,

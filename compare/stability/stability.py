@@ -7,7 +7,7 @@ exactly one length, which no truth is needed for: up to there the energy does no
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -20,8 +20,10 @@ from compare.judge.verdict import Verdict, bounded, verdict
 from compare.run.participants import Participant
 from compare.run.truths import Answer
 from compare.run.worker import Failure
-from compare.stability.modes import Mode, stiffest_mode
-from compare.stability.theory import theory
+from compare.stability.modes import Mode, edge, stiffest_mode, theory
+from compare.stability.schemas import LimitRow, StabilityRow
+from compare.tables.runs import boundless
+from compare.tables.shared import worded
 from scenarios.frames import Array
 from scenarios.read import BadScene
 from scenarios.scene import Scene
@@ -42,52 +44,6 @@ PRECISION = 0.005
 # only time to be seen at any step, does not.
 HALF, LONGER = 0.5, 4
 ONE_PERCENT, ONE_MM = 0.01, 1e-3
-
-
-@dataclass(frozen=True)
-class StabilityRow:
-    """One cell of a map: one contestant at one value of the scene's number and one step.
-
-    energy_ratio: the energy at the end over what physics leaves there (`compare.judge.verdict.Verdict`).
-    """
-
-    scene: str
-    engine: str
-    method: str
-    dt_s: float
-    parameter: str
-    value: float
-    status: str
-    verdict: str
-    max_error_m: float | None
-    energy_ratio: float | None
-    limit_m: float | None
-
-
-@dataclass(frozen=True)
-class LimitRow:
-    """How long a step one contestant bears in one scene, at the scene's own value.
-
-    w_rad_s: the largest |eigenvalue| at the start.  w_dt_limit: up to there no energy grows without end; 0 where it
-    does at every step, infinite where at none that was tried, empty where the step is not ours.  beyond: what came
-    then.  theory_w_dt likewise, empty where we know of none.  The three steps [s] are the largest that are stable,
-    within 1 % of how far a vertex truly gets, and within 1 mm; empty where none was.
-    """
-
-    scene: str
-    engine: str
-    method: str
-    parameter: str
-    value: float
-    w_rad_s: float
-    w_dt_limit: float | None
-    beyond: str
-    theory_w_dt: float | None
-    theory: str
-    dt_stable_s: float | None
-    dt_1pct_s: float | None
-    dt_1mm_s: float | None
-    note: str
 
 
 @dataclass(frozen=True)
@@ -266,9 +222,9 @@ class Cell:
             self.dt,
             self.column.parameter.name,
             self.column.value,
-            self.run.status,
+            *worded(self.run.status),
             self.verdict.word,
-            float(self.run.distances.max()) if errors else None,
+            boundless(self.run.distances.max()) if errors else None,
             self.verdict.energy_ratio,
             float(self.run.limits.max()) if errors else None,
         )
@@ -395,7 +351,7 @@ class Trials:
     ) -> LimitRow:
         """Return the row of limits, with theory's beside it."""
         column = self.question.columns[self.question.own]
-        known = theory(self.participant, self.method, column.scene, column.mode)
+        known = theory(f"{self.participant.title}:{self.method}", column.scene, column.mode)
         return LimitRow(
             column.scene.name,
             self.participant.title,
@@ -412,14 +368,6 @@ class Trials:
             dt_1mm,
             note,
         )
-
-
-def edge(low: float, high: float, holds: Callable[[float], bool], within: float) -> float:
-    """Return the last number at which something holds that does at low and not at high, to a relative precision."""
-    while high > (1 + within) * low:
-        middle = math.sqrt(low * high)
-        low, high = (middle, high) if holds(middle) else (low, middle)
-    return float(low)
 
 
 def contestants(participant: Participant, scene: Scene) -> tuple[str, ...]:

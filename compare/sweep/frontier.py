@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -11,99 +11,13 @@ from compare.judge.cost import Timed
 from compare.judge.errors import Run
 from compare.judge.orders import ASYMPTOTIC, LAST, Rung, local_orders, parts
 from compare.run.timer import steady_ratio
+from compare.sweep.schemas import ClockRow, DigitRow, OrderRow, SameRow, ThrowsRow
 from compare.sweep.sweep import Sweep
-from compare.tables.rows import RunRow, run_row
+from compare.tables.runs import run_row, step_of
+from compare.tables.shared import RunRow
 from scenarios.frames import Array
 
 TARGETS_M = (1e-3, 1e-6, 1e-9, 1e-12)
-
-
-@dataclass(frozen=True)
-class DigitRow:
-    """What it takes one contestant to reach one error: `reached`, `not reached`, or `at most` its coarsest run's time.
-
-    The time is interpolated between two measured runs of its own frontier, never beyond them.  dt_s and steps_per_s are
-    those of the nearest finer run; ratio is the time over the reference contestant's, empty where two passes of the
-    clock disagree or either did not reach the error.
-    """
-
-    scene: str
-    engine: str
-    method: str
-    target_m: float
-    verdict: str
-    flight_us: float | None
-    dt_s: float | None
-    steps_per_s: float | None
-    reference: str
-    ratio: float | None
-
-
-@dataclass(frozen=True)
-class OrderRow:
-    """One fixed-step contestant: the order its errors show (median and band), its floor and the step it bends at.
-
-    attitude_m and translation_m: the two parts of the largest error at dt_s, the run nearest to one thousandth of the
-    body; empty where nothing could be read.
-    """
-
-    scene: str
-    engine: str
-    method: str
-    order: float | None
-    order_low: float | None
-    order_high: float | None
-    best_error_m: float
-    best_dt_s: float
-    bends: bool
-    dt_s: float
-    attitude_m: float
-    translation_m: float
-
-
-@dataclass(frozen=True)
-class ClockRow:
-    """What the clock said of one contestant: native time of a step or of a flight [ns], its spread, the two passes.
-
-    call_ns: what a call from Python costs beyond that, not in any other figure.
-    """
-
-    scene: str
-    engine: str
-    method: str
-    unit: str
-    ns: float
-    median_ns: float
-    p90_ns: float
-    pass_1_ns: float
-    pass_2_ns: float
-    call_ns: float
-    rounds: int
-
-
-@dataclass(frozen=True)
-class SameRow:
-    """Two contestants that are one integrator: at every step, far closer to each other than to the truth."""
-
-    scene: str
-    contestant_a: str
-    contestant_b: str
-    steps_compared: int
-    furthest_apart_m: float
-
-
-@dataclass(frozen=True)
-class ThrowsRow:
-    """One run of many throws: the 5 %, 50 % and 95 % quantiles over the throws of the largest vertex error."""
-
-    scene: str
-    engine: str
-    method: str
-    dt_s: float
-    throws: int
-    p5_error_m: float
-    median_error_m: float
-    p95_error_m: float
 
 
 def throws_errors(run: Run) -> Array:
@@ -121,8 +35,8 @@ def throws_rows(sweep: Sweep) -> Iterator[ThrowsRow]:
     if len(sweep.scene.start) > 1:
         for each in usable(sweep.timed):
             quantiles = np.quantile(throws_errors(each.run), (0.05, 0.5, 0.95)).tolist()
-            key = sweep.scene.name, each.run.engine, each.run.method, each.run.dt
-            yield ThrowsRow(*key, len(sweep.scene.start), *quantiles)
+            key = sweep.scene.name, each.run.engine, each.run.method
+            yield ThrowsRow(*key, *step_of(each.run), len(sweep.scene.start), *quantiles)
 
 
 def usable(timed: Sequence[Timed]) -> list[Timed]:
@@ -177,11 +91,18 @@ def digit_rows(sweep: Sweep, reference: str) -> Iterator[DigitRow]:
                 target,
                 verdict,
                 None if flight_ns is None else flight_ns / 1e3,
-                None if run is None or not run.per_step else run.run.dt,
+                *step_reached(run),
                 None if run is None or not run.per_step else 1e9 / run.reading.ns,
                 reference,
                 flight_ns / own_ns if comparable and flight_ns is not None and own_ns else None,
             )
+
+
+def step_reached(timed: Timed | None) -> tuple[float | None, float | None]:
+    """Return step and tolerance of a run: it has the one or the other, or takes a flight of any length at once."""
+    if timed is None:
+        return None, None
+    return timed.run.dt if timed.per_step else None, step_of(timed.run)[1]
 
 
 def order_rows(sweep: Sweep) -> Iterator[OrderRow]:
@@ -220,6 +141,7 @@ def clock_rows(sweep: Sweep) -> Iterator[ClockRow]:
             sweep.scene.name,
             each.run.engine,
             each.run.method,
+            step_of(each.run)[1],
             "step" if each.per_step else "flight",
             reading.ns,
             *reading.spread,
@@ -232,7 +154,7 @@ def clock_rows(sweep: Sweep) -> Iterator[ClockRow]:
 def same_rows(sweep: Sweep) -> Iterator[SameRow]:
     """Yield the pairs of fixed-step contestants that are one integrator, found from the numbers."""
     ladders = {
-        f"{engine}:{method}": {each.run.dt: each.run for each in usable(timed) if each.per_step}
+        (engine, method): {each.run.dt: each.run for each in usable(timed) if each.per_step}
         for (engine, method), timed in by_contestant(sweep.timed).items()
     }
     names = list(ladders)
@@ -244,7 +166,7 @@ def same_rows(sweep: Sweep) -> Iterator[SameRow]:
         if any(telling) and all(
             gap < SHARED * worst for gap, worst, tells in zip(apart, least, telling, strict=True) if tells
         ):
-            yield SameRow(sweep.scene.name, a, b, sum(telling), max(apart))
+            yield SameRow(sweep.scene.name, *a, *b, sum(telling), max(apart))
 
 
 def limits(ladder: dict[float, Run], steps: Sequence[float]) -> list[float]:

@@ -1,12 +1,113 @@
-"""The tables of a sweep, beside its runs."""
+"""The tables of a sweep, beside its runs: one line a column."""
 
-from compare.sweep.frontier import ClockRow, DigitRow, OrderRow, SameRow, ThrowsRow
+from dataclasses import dataclass
+from typing import Annotated
+
 from compare.tables.schema import Table
-from compare.tables.shared import CONTESTANT
+from compare.tables.shared import CONTESTANT, Engine, Method, SceneName, Step, Tolerance
+
+
+@dataclass(frozen=True)
+class DigitRow:
+    """What it takes one contestant to reach one error.
+
+    The time is interpolated between two measured runs of its own frontier, never beyond them; the step and what follows
+    are those of the nearest finer run.
+    """
+
+    scene: SceneName
+    engine: Engine
+    method: Annotated[str, "method; the tolerances of an adaptive one together"]
+    target_m: Annotated[float, "largest vertex error to reach"]
+    verdict: Annotated[str, "reached, not reached, or at most: the coarsest run is as good already"]
+    flight_us: Annotated[float | None, "thread CPU time of the native loop of one throw's flight"]
+    dt_s: Annotated[float | None, "step; empty where the method chose its own, or nothing was reached"]
+    tolerance: Tolerance
+    steps_per_s: Annotated[float | None, "steps in one second of CPU time; empty where a flight is the unit"]
+    reference: Annotated[str, "ENGINE:METHOD that the ratio is over"]
+    ratio: Annotated[float | None, "time over the reference's; empty where passes disagree or either did not reach it"]
+
+
+@dataclass(frozen=True)
+class OrderRow:
+    """One fixed-step contestant: the order its errors show, its floor and the step it bends at.
+
+    The parts of the error are read at the run nearest to one thousandth of the body.
+    """
+
+    scene: SceneName
+    engine: Engine
+    method: Method
+    order: Annotated[float | None, "median of the orders between neighbouring steps; empty where none can be read"]
+    order_low: Annotated[float | None, "the least of them"]
+    order_high: Annotated[float | None, "the largest of them"]
+    best_error_m: Annotated[float, "least error of all runs"]
+    best_dt_s: Annotated[float, "its step"]
+    bends: Annotated[bool, "whether smaller steps were worse"]
+    dt_s: Annotated[float, "step at which the parts are read"]
+    attitude_m: Annotated[float, "largest vertex error from the attitude alone"]
+    translation_m: Annotated[float, "largest error of the centre of mass"]
+
+
+@dataclass(frozen=True)
+class ClockRow:
+    """What the clock said of one contestant: thread CPU time of its native loop, its spread, the two passes."""
+
+    scene: SceneName
+    engine: Engine
+    method: Method
+    tolerance: Tolerance
+    unit: Annotated[str, "what the times are of: a step, or a flight of a method that takes its own steps"]
+    ns: Annotated[float, "lower decile of the rounds"]
+    median_ns: Annotated[float, "median of the rounds"]
+    p90_ns: Annotated[float, "upper decile of the rounds"]
+    pass_1_ns: Annotated[float, "lower decile of the first half of the rounds"]
+    pass_2_ns: Annotated[float, "lower decile of the second half of the rounds"]
+    call_ns: Annotated[float, "what a call from Python costs beyond that, not in any other figure"]
+    rounds: Annotated[int, "number of rounds"]
+
+
+@dataclass(frozen=True)
+class SameRow:
+    """Two contestants that are one integrator: at every step, far closer to each other than to the truth."""
+
+    scene: SceneName
+    engine_a: Annotated[str, "engine of the one"]
+    method_a: Annotated[str, "and its method"]
+    engine_b: Annotated[str, "engine of the other"]
+    method_b: Annotated[str, "and its method"]
+    steps_compared: Annotated[int, "number of steps at which both errors stand clear of the truth's limit"]
+    furthest_apart_m: Annotated[float, "largest distance between their vertices at any step"]
+
+    @property
+    def contestant_a(self) -> str:
+        """ENGINE:METHOD of the one."""
+        return f"{self.engine_a}:{self.method_a}"
+
+    @property
+    def contestant_b(self) -> str:
+        """ENGINE:METHOD of the other."""
+        return f"{self.engine_b}:{self.method_b}"
+
+
+@dataclass(frozen=True)
+class ThrowsRow:
+    """One run of many throws: quantiles over the throws of the largest vertex error."""
+
+    scene: SceneName
+    engine: Engine
+    method: Method
+    dt_s: Step
+    tolerance: Tolerance
+    throws: Annotated[int, "number of throws"]
+    p5_error_m: Annotated[float, "5 % quantile"]
+    median_error_m: Annotated[float, "median"]
+    p95_error_m: Annotated[float, "95 % quantile"]
+
 
 DIGITS = Table("digits.csv", DigitRow, (*CONTESTANT, "target_m"))
 ORDERS = Table("orders.csv", OrderRow, CONTESTANT)
-THROWS = Table("throws.csv", ThrowsRow, (*CONTESTANT, "dt_s"))
-SAME = Table("same.csv", SameRow)
+THROWS = Table("throws.csv", ThrowsRow, (*CONTESTANT, "dt_s", "tolerance"))
+SAME = Table("same.csv", SameRow, ("scene", "engine_a", "method_a", "engine_b", "method_b"))
 CLOCK = Table("clock.csv", ClockRow, CONTESTANT)
 TABLES = (DIGITS, ORDERS, THROWS, SAME, CLOCK)

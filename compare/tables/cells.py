@@ -11,8 +11,8 @@ from scenarios.frames import Array
 # Text that a spreadsheet takes for a formula, or what is written here in its place.
 FORMULA = re.compile(r"['\s]*[=+\-@]")
 QUOTED = re.compile(r'[,"\r\n]')
-# What a terminal obeys when somebody looks at the file there; ends of lines and tabs it may.
-CONTROL = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f]")
+# What a terminal obeys, or shows other text for, when somebody looks at the file there; ends of lines and tabs it may.
+CONTROL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]")
 ONE_DIGIT = re.compile(r"e-(\d)$")
 
 
@@ -21,17 +21,17 @@ def lines_text(header: Sequence[str], columns: Iterable[Sequence[str]]) -> str:
     return "\n".join([",".join(map(text_cell, header)), *map(",".join, zip(*columns, strict=True)), ""])
 
 
-def float_cells(values: Array) -> list[str]:
-    """Return the shortest digits that round-trip, spelled as repr does, of floats (n,); nothing for NaN."""
+def float_cells(values: Array, absent: str = "") -> list[str]:
+    """Return the shortest digits that round-trip, spelled as repr does, of floats (n,); absent: what NaN is."""
     # msgspec finds the digits of repr in an eighth of its time, and spells some exponents otherwise.
     found = msgspec.json.encode(values.tolist()).decode()[1:-1].split(",") if len(values) else []
     size = np.abs(values)
+    for place in np.flatnonzero(~np.isfinite(values)):
+        found[place] = absent if np.isnan(values[place]) else repr(float(values[place]))
     for place in np.flatnonzero((size < 1e-5) & (size >= 1e-9)):
         found[place] = ONE_DIGIT.sub(r"e-0\1", found[place])
     for place in np.flatnonzero(((size < 1e-4) & (size >= 1e-5)) | (size >= 1e16)):
         found[place] = repr(float(values[place]))
-    for place in np.flatnonzero(np.isnan(values)):
-        found[place] = ""
     return found
 
 

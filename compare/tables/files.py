@@ -1,12 +1,21 @@
-"""Files written whole or not at all, and through what is no plain file: a device, a pipe, a link."""
+"""Files written whole or not at all, and through what is no plain file; folders of tables that are all of one run.
+
+A folder's new files are made in a folder of drafts inside it, which is then renamed to READY: from that moment the
+folder has them, wherever they still lie.  Whoever reads asks `place` where; who writes next puts them where they
+belong, and removes the drafts of runs that are dead.
+"""
 
 import errno
 import os
+import shutil
 import stat
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import suppress
+from glob import escape
 from pathlib import Path
+
+READY, DRAFTS = ".tables-ready", ".tables-draft-"
 
 
 def write_whole(path: Path, text: str) -> None:
@@ -28,7 +37,9 @@ def write_together(texts: Mapping[Path, str]) -> None:
             if before is None or (stat.S_ISREG(before.st_mode) and standard_stream(before) is None):
                 target = Path(os.path.realpath(path))
                 target.parent.mkdir(parents=True, exist_ok=True)
-                handle, draft = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
+                for left in left_behind(target.parent, f".{target.name}."):
+                    left.unlink(missing_ok=True)
+                handle, draft = tempfile.mkstemp(prefix=f".{target.name}.{os.getpid()}-", dir=target.parent)
                 drafts[target] = Path(draft)
                 write(handle, text)
                 if before is None:
@@ -46,6 +57,82 @@ def write_together(texts: Mapping[Path, str]) -> None:
         for draft in drafts.values():
             draft.unlink(missing_ok=True)
         raise
+
+
+def write_folder(folder: Path, texts: Mapping[str, str], without: Collection[str] = ()) -> None:
+    """Write files, by name, into a folder so that it has all of them or none, whenever it is stopped.  Raises OSError.
+
+    without: files of an earlier run that these do not stand beside.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    settle(folder)
+    for name in texts:
+        if (found := existing(folder / name)) and stat.S_ISDIR(found.st_mode):
+            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(folder / name))
+    drafts = Path(tempfile.mkdtemp(prefix=f"{DRAFTS}{os.getpid()}-", dir=folder))
+    try:
+        for name, text in texts.items():
+            fill(drafts / name, text)
+        for name in without:
+            (folder / name).unlink(missing_ok=True)
+        drafts.rename(folder / READY)
+    except BaseException:
+        shutil.rmtree(drafts, ignore_errors=True)
+        raise
+    settle(folder)
+
+
+def settle(folder: Path) -> None:
+    """Put what a run left READY where it belongs, and remove the drafts of dead ones.  Raises OSError."""
+    for drafts in left_behind(folder, DRAFTS):
+        shutil.rmtree(drafts, ignore_errors=True)
+    ready = folder / READY
+    if ready.is_dir():
+        for draft in sorted(ready.iterdir()):
+            put(draft, folder / draft.name)
+        ready.rmdir()
+
+
+def place(folder: Path, name: str) -> Path:
+    """Return where a file of a folder lies, which may have been stopped while it was written."""
+    ready = folder / READY / name
+    return ready if ready.exists() else folder / name
+
+
+def left_behind(folder: Path, prefix: str) -> Iterator[Path]:
+    """Yield what was begun in a folder under names PREFIX + PID-... by processes that are no more."""
+    for path in folder.glob(f"{escape(prefix)}[0-9]*-*"):
+        pid = path.name.removeprefix(prefix).partition("-")[0]
+        if pid.isdecimal() and not lives(int(pid)):
+            yield path
+
+
+def lives(pid: int) -> bool:
+    """Whether there is a process of that number."""
+    try:
+        os.kill(pid, 0)
+    except (ProcessLookupError, OverflowError):
+        return False
+    except PermissionError:
+        return True
+    return True
+
+
+def fill(path: Path, text: str) -> None:
+    """Write a draft of a file that is not there yet."""
+    write(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL), text)
+    os.chmod(path, 0o666 & ~umask())
+
+
+def put(draft: Path, path: Path) -> None:
+    """Give a draft its name, or where that is a link, a pipe or a device, write it there."""
+    if path.is_symlink() or (path.exists() and not path.is_file()):
+        write_whole(path, draft.read_text(encoding="utf-8"))
+        draft.unlink()
+        return
+    if path.exists():
+        take_after(path.stat(), str(draft))
+    os.replace(draft, path)
 
 
 def existing(path: Path) -> os.stat_result | None:

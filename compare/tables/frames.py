@@ -3,8 +3,9 @@
 import csv
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import astuple
 from io import StringIO
+from itertools import starmap
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +25,13 @@ class BadTable(ValueError):
 
 def frame(table: Table, rows: Iterable[Any]) -> pd.DataFrame:
     """Return rows of a table's class, in order, as a DataFrame."""
-    return typed(table, dict(zip(table.names, zip(*map(astuple, rows), strict=True), strict=False)))
+    return typed(table, dict(zip(table.names, zip(*map(attrgetter(*table.names), rows), strict=True), strict=False)))
+
+
+def rows(table: Table, frame: pd.DataFrame) -> list[Any]:
+    """Return the rows of a DataFrame as a table's class states them, None for what is not there."""
+    found = frame[table.names].astype(object)
+    return list(starmap(table.row, found.where(found.notna(), None).itertuples(index=False, name=None)))
 
 
 def typed(table: Table, columns: Mapping[str, Any]) -> pd.DataFrame:
@@ -37,6 +44,11 @@ def typed(table: Table, columns: Mapping[str, Any]) -> pd.DataFrame:
 def csv_text(frame: pd.DataFrame) -> str:
     """Return a table as CSV, first line the header, an empty cell for what is not there."""
     return lines_text(list(frame.columns), (cells(column) for _, column in frame.items()))
+
+
+def csv_texts(frames: Mapping[str, pd.DataFrame]) -> dict[str, str]:
+    """Return tables as CSV, by file name."""
+    return {name: csv_text(frame) for name, frame in frames.items()}
 
 
 def cells(column: pd.Series) -> list[str]:
@@ -120,6 +132,9 @@ def values(name: str, numbers: Sequence[int], column: Column, cells: Sequence[st
     empty = None if column.kind is int else math.nan
     for number, cell in zip(numbers, cells, strict=True):
         try:
-            yield empty if column.optional and not cell else read(cell)
+            value = empty if column.optional and not cell else read(cell)
+            if column.kind is int and value is not None and abs(value) >= 2**63:
+                raise ValueError
         except (ValueError, KeyError):
             raise BadTable(f"{name}: line {number}: {column.name} = {short(cell)}: must be {what}") from None
+        yield value

@@ -22,6 +22,7 @@ UNITS = {
     "_s": "s",
     "_m": "m",
 }
+EMPTY = "may be empty"  # said of a column of floats, in which NaN then is an empty cell
 DTYPES = {str: "str", int: "int64", float: "float64", bool: "bool"}
 
 
@@ -77,8 +78,8 @@ class Table:
 def columns(row: type) -> Iterator[Column]:
     """Yield the columns that a class states."""
     for name, hint in get_type_hints(row, include_extras=True).items():
-        said, meaning = (get_args(hint) if get_origin(hint) is Annotated else (hint, ""))[:2]
-        yield Column(name, kind(said), NoneType in get_args(said), meaning)
+        said, meaning, *more = get_args(hint) if get_origin(hint) is Annotated else (hint, "")
+        yield Column(name, kind(said), NoneType in get_args(said) or EMPTY in more, meaning)
 
 
 def kind(hint: Any) -> type:

@@ -1,11 +1,144 @@
-"""The tables that several studies write."""
+"""The tables that several studies write, each stated once: one line a column."""
+
+from dataclasses import dataclass
+from typing import Annotated
 
 from compare.run.provenance import ConditionRow
-from compare.tables.rows import RunRow, VertexErrorRow
-from compare.tables.schema import Table
+from compare.tables.schema import EMPTY, Table
+
+SceneName = Annotated[str, "name of the scene"]
+Engine = Annotated[str, "name of the engine"]
+Method = Annotated[str, "METHOD[@TOLERANCE] of the engine; empty where the engine is missing"]
+Step = Annotated[float, "step; empty where the method chose its own under a tolerance", EMPTY]
+Tolerance = Annotated[float | None, "tolerance of an adaptive method; empty where there is a step"]
+Instant = Annotated[float, "time of the sample"]
+Vertex = Annotated[int, "number of the vertex"]
+Status = Annotated[str, "ok, flagged, diverged, skipped, missing, crashed or timeout"]
+Why = Annotated[str, "the reason of a status that is not ok"]
+Limit = Annotated[float | None, "what the truth can tell: an error below it says nothing more"]
+
+
+@dataclass(frozen=True)
+class VertexErrorRow:
+    """One vertex of one run at one sample; of many throws the first, which is the scene as written."""
+
+    scene: SceneName
+    engine: Engine
+    method: Method
+    dt_s: Step
+    tolerance: Tolerance
+    t_s: Instant
+    vertex: Vertex
+    true_x_m: Annotated[float, "where the vertex truly is, world axes"]
+    true_y_m: Annotated[float, "the same"]
+    true_z_m: Annotated[float, "the same"]
+    x_m: Annotated[float, "where the engine has it; empty once it diverged", EMPTY]
+    y_m: Annotated[float, "the same", EMPTY]
+    z_m: Annotated[float, "the same", EMPTY]
+    error_x_m: Annotated[float, "the engine's less the true one", EMPTY]
+    error_y_m: Annotated[float, "the same", EMPTY]
+    error_z_m: Annotated[float, "the same", EMPTY]
+    error_m: Annotated[float, "length of the error", EMPTY]
+
+
+@dataclass(frozen=True)
+class ErrorOverTimeRow:
+    """The largest vertex error of one run at one sample, over all throws, and the truth's limit there."""
+
+    scene: SceneName
+    engine: Engine
+    method: Method
+    dt_s: Step
+    tolerance: Tolerance
+    t_s: Instant
+    error_m: Annotated[float, "largest error of any vertex and throw; empty once the run diverged", EMPTY]
+    limit_m: Annotated[float, "what the truth can tell: an error below it says nothing more"]
+
+
+@dataclass(frozen=True)
+class RunRow:
+    """One run: errors over all vertices and samples, drifts from the truth, and what its native loop took.
+
+    Where there is no flight or no truth the figures are empty and the status says why.
+    """
+
+    scene: SceneName
+    engine: Engine
+    method: Method
+    dt_s: Step
+    tolerance: Tolerance
+    steps: Annotated[int | None, "steps of the whole flight; empty where none flew, or the method chose them"]
+    status: Status
+    why: Why = ""
+    max_error_m: Annotated[float | None, "largest error of any vertex, sample and throw; inf of one that diverged"] = (
+        None
+    )
+    rms_error_m: Annotated[float | None, "root mean square over all vertices, samples and throws"] = None
+    final_error_m: Annotated[float | None, "largest error of any vertex and throw at the last sample"] = None
+    limit_m: Limit = None
+    energy_drift: Annotated[float | None, "largest difference from the true energy, over the largest kinetic"] = None
+    momentum_drift: Annotated[float | None, "largest difference from the true momentum, over the largest"] = None
+    angular_momentum_drift: Annotated[float | None, "the same of the angular momentum"] = None
+    wall_s: Annotated[float | None, "wall time of the native loop over the whole flight, one pass"] = None
+    wall_ns_per_step: Annotated[float | None, "the same for one step of all throws"] = None
+    wall_per_sim_s: Annotated[float | None, "the same for one second of flight"] = None
+
+
+@dataclass(frozen=True)
+class SceneRow:
+    """One scene: what it needs, and how exact its truth is."""
+
+    scene: SceneName
+    title: Annotated[str, "its title"]
+    source: Annotated[str, "where the case comes from"]
+    needs: Annotated[str, "what an engine must have for it"]
+    shape: Annotated[str, "box, mesh or rigid"]
+    vertices: Annotated[int, "number of vertices"]
+    duration_s: Annotated[float, "how long the flight is"]
+    step_s: Annotated[float, "the scene's own step"]
+    samples: Annotated[int, "number of instants at which errors are measured"]
+    truth: Annotated[str, "how the truth is made, or why there is none"]
+    bound_m: Annotated[float | None, "the truth's own error, largest over the samples"]
+    floor_m: Annotated[float | None, "what rounding the scene's numbers moves, largest over the samples"]
+
+
+@dataclass(frozen=True)
+class EngineRow:
+    """One engine: version, precision, methods, force laws, what was switched off to be fair; or why it is missing."""
+
+    engine: Engine
+    status: Annotated[str, "ok, missing or crashed"]
+    why: Why
+    version: Annotated[str, "its version"]
+    precision: Annotated[str, "single or double"]
+    methods: Annotated[str, "its methods, the default first"]
+    features: Annotated[str, "the force laws it has"]
+    switched_off: Annotated[str, "what was switched off to be fair"]
+
+    @property
+    def told(self) -> str:
+        """The status with its reason."""
+        return told(self.status, self.why)
+
 
 CONTESTANT = ("scene", "engine", "method")
 RUNS = Table("runs.csv", RunRow, (*CONTESTANT, "dt_s"))
 VERTEX_ERRORS = Table("vertex-errors.csv", VertexErrorRow, (*CONTESTANT, "dt_s", "t_s", "vertex"))
+ERROR_OVER_TIME = Table("error-over-time.csv", ErrorOverTimeRow, (*CONTESTANT, "dt_s", "t_s"))
+SCENES = Table("scenes.csv", SceneRow, ("scene",))
+ENGINES = Table("engines.csv", EngineRow, ("engine",))
 CONDITIONS = Table("conditions.csv", ConditionRow, ("what",))
-TABLES = (RUNS, VERTEX_ERRORS, CONDITIONS)
+TABLES = (RUNS, VERTEX_ERRORS, ERROR_OVER_TIME, SCENES, ENGINES, CONDITIONS)
+
+
+def told(status: str, why: str) -> str:
+    """Return a status with its reason."""
+    return f"{status}: {why}" if why else status
+
+
+def worded(status: str) -> tuple[str, str]:
+    """Return the word and the reason of a status: `diverged at 2 s` is `diverged`, `at 2 s`."""
+    word, colon, why = status.partition(": ")
+    if not colon:
+        word, _, why = status.partition(" ")
+    return word, why

@@ -41,13 +41,15 @@ def piece(engine: str, method: str, limit: float | None, then: str, note: str = 
     key = "springy", engine, method
     row = LimitRow(*key, "stiffness [N/m]", 1e6, W, limit, then, 2.0, "semi-implicit Euler", 2e-3, 1e-4, None, note)
     if note:
-        return Piece((StabilityRow(*key, 1e-3, "stiffness [N/m]", 1e6, note, "refused", None, None, None),), row)
+        return Piece(
+            (StabilityRow(*key, 1e-3, "stiffness [N/m]", 1e6, "skipped", note, "refused", None, None, None),), row
+        )
     cells = []
     for value in (1e6, 1e8):
         rate = W * math.sqrt(value / 1e6)
         for w_dt in (8.0, 4.0, 2.0, 1.0):
             word = "stable" if limit is None or w_dt < limit else then
-            cells.append(StabilityRow(*key, w_dt / rate, "stiffness [N/m]", value, "ok", word, 1e-3, 1.0, 1e-15))
+            cells.append(StabilityRow(*key, w_dt / rate, "stiffness [N/m]", value, "ok", "", word, 1e-3, 1.0, 1e-15))
     return Piece(tuple(cells), row)
 
 

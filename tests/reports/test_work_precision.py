@@ -12,10 +12,12 @@ from markupsafe import escape
 from test_report import EVIL, Tables, changed, plain, read
 
 from compare.comparison.comparison import compare
-from compare.comparison.results import SWEEP_TABLES, sweep_tables, tables
+from compare.comparison.results import comparison_tables
 from compare.run.participants import launched
 from compare.sweep.frontier import TARGETS_M, ThrowsRow
+from compare.sweep.results import MEASURED, measured
 from compare.sweep.sweep import sweep
+from compare.tables.frames import csv_texts
 from compare.tables.rows import table_text
 from reports.numerals import figure, fixed
 from reports.page import page
@@ -44,9 +46,9 @@ REFERENCE = "tumble:rk4"
 @pytest.fixture(scope="session")
 def real() -> Tables:
     with launched(ENGINES) as participants:
-        whole = tables(compare(participants, [SCENE]), participants, "tumble report")
-        costs = sweep_tables([sweep(participants, SCENE, budget_s=BUDGET_S)], participants, REFERENCE, "tumble report")
-        return whole | {f"sweep-{name}": costs[name] for name in SWEEP_TABLES}
+        whole = comparison_tables(compare(participants, [SCENE]), participants, "tumble report")
+        costs = measured([sweep(participants, SCENE, budget_s=BUDGET_S)], REFERENCE)
+        return csv_texts(whole | {f"sweep-{name}": table for name, table in costs.items()})
 
 
 @pytest.fixture(scope="session")
@@ -86,7 +88,9 @@ def test_without_a_sweep_there_is_no_section_and_no_way_to_it(real, html):
     assert 'id="cost"' in html
     assert 'href="#cost"' in html
     absent = {file: text for file, text in real.items() if not file.startswith("sweep-")}
-    empty = real | {f"sweep-{file}": real[f"sweep-{file}"].partition("\n")[0] + "\n" for file in SWEEP_TABLES}
+    empty = real | {
+        f"sweep-{file}": real[f"sweep-{file}"].partition("\n")[0] + "\n" for file in (table.file for table in MEASURED)
+    }
     for texts in (absent, empty):
         bare = page(texts)
         assert "#cost" not in bare
@@ -176,7 +180,10 @@ def test_who_does_not_step_stands_aside_once(real):
 
 def test_contestants_that_are_one_integrator_are_said_with_their_distance_and_counted(real, html):
     (pair,) = read(real["sweep-same.csv"])
-    assert {pair["contestant_a"], pair["contestant_b"]} == {"mujoco:euler", "pybullet:multibody"}
+    assert {f"{pair['engine_a']}:{pair['method_a']}", f"{pair['engine_b']}:{pair['method_b']}"} == {
+        "mujoco:euler",
+        "pybullet:multibody",
+    }
     words = plain(html)
     assert "mujoco:euler and pybullet:multibody are one integrator" in words
     assert f"to {figure(float(pair['furthest_apart_m']))} m at each of the {pair['steps_compared']} steps" in words
@@ -228,7 +235,17 @@ def test_who_could_not_fly_and_what_is_no_plain_result_keep_their_reasons(real, 
 
 def test_of_many_throws_the_median_is_drawn_with_its_band_at_the_time_of_one(real):
     spread = [
-        ThrowsRow("yardstick", row["engine"], row["method"], float(row["dt_s"]), 4, 1e-3, 2e-2, 3e-1)
+        ThrowsRow(
+            "yardstick",
+            row["engine"],
+            row["method"],
+            float(row["dt_s"] or "nan"),
+            float(row["tolerance"]) if row["tolerance"] else None,
+            4,
+            1e-3,
+            2e-2,
+            3e-1,
+        )
         for row in joined(real)
     ]
     html = page(real | {"sweep-throws.csv": table_text(ThrowsRow, spread)})
@@ -291,7 +308,7 @@ def test_whatever_a_sweeps_table_says_stays_text(real, opened):
         evil = changed(evil, file, lambda row: row.update(method=EVIL) if row["engine"] == "mujoco" else None)
         evil = changed(evil, file, lambda row: row.update(scene=EVIL))
     evil = changed(evil, "sweep-runs.csv", lambda row: row["status"] == "ok" or row.update(status=f"flagged: {EVIL}"))
-    evil = changed(evil, "sweep-same.csv", lambda row: row.update(scene=EVIL, contestant_a=EVIL))
+    evil = changed(evil, "sweep-same.csv", lambda row: row.update(scene=EVIL, engine_a=EVIL))
     html = page(evil)
     assert EVIL not in html
     tab = opened(html)

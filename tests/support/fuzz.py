@@ -24,14 +24,16 @@ import numpy as np
 from compare.check.changes import hold_against
 from compare.check.junit import junit
 from compare.check.markdown import summary
-from compare.check.record import BadRecord, CellRow, QuestionRow, Record, TimeRow, read_record, texts
+from compare.check.record import BadRecord, Record, read_record, texts
+from compare.check.schemas import CellRow, QuestionRow, TimeRow
 from compare.check.tolerances import BadTolerance, Tolerances, read_tolerances
-from compare.comparison.results import EngineRow, write_tables
 from compare.grade.columns import BadTrajectory
 from compare.grade.foreign import Trajectory
 from compare.grade.mapping import mapping_file, mapping_of
 from compare.grade.reference import Reference
 from compare.grade.residual import measure
+from compare.tables.files import write_folder
+from compare.tables.shared import EngineRow
 from scenarios.frames import rotation_matrix, vertices
 from scenarios.read import BadScene, read_scene
 from tumble.__main__ import main as tumble
@@ -143,11 +145,14 @@ BASE = Record(
         QuestionRow("s", 0.5, 5, "exact", 1e-15, 0.3, 1.0, 2.0, 3.0),
         QuestionRow("t", 0.5, 5, "none", None, 1.0, None, None, None),
     ),
-    (EngineRow("e", "ok", "1", "double", "m", "", "nothing"), EngineRow("mine", "ok", "1", "double", "m", "", "")),
     (
-        CellRow("s", "e", "m", 99, "ok", 1e-3, 5e-4, 9e-4, 1e-15, 1e-13, -1e-3, 1e-14, 2e-3, 2.0, 1.0, "decays"),
-        CellRow("s", "mine", "m", 99, "flagged: off by 3 m", 1e-3, 5e-4, 9e-4, 1e-15, 1e-13, 0.0, 0.0, 0.0),
-        CellRow("t", "e", "m", None, "skipped: has no floor"),
+        EngineRow("e", "ok", "", "1", "double", "m", "", "nothing"),
+        EngineRow("mine", "ok", "", "1", "double", "m", "", ""),
+    ),
+    (
+        CellRow("s", "e", "m", 99, "ok", "", 1e-3, 5e-4, 9e-4, 1e-15, 1e-13, -1e-3, 1e-14, 2e-3, 2.0, 1.0, "decays"),
+        CellRow("s", "mine", "m", 99, "flagged", "off by 3 m", 1e-3, 5e-4, 9e-4, 1e-15, 1e-13, 0.0, 0.0, 0.0),
+        CellRow("t", "e", "m", None, "skipped", "has no floor"),
     ),
     (TimeRow("s", "e", "m", "tumble:rk4", 1.5), TimeRow("s", "mine", "m", "tumble:rk4", None)),
 )  # fmt: skip
@@ -157,7 +162,7 @@ def records(folder: Path, count: int) -> tuple[int, int]:
     """Fuzz baselines; what is read is held against the undamaged one both ways, and all that is said of it is made."""
     rng = random.Random(3)
     whole = {name: text.encode() for name, text in texts(BASE).items()}
-    write_tables(folder, texts(BASE))
+    write_folder(folder, texts(BASE))
 
     def read() -> None:
         name = rng.choice(list(whole))

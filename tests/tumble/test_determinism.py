@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from compare.check.record import read_record, texts
-from compare.comparison.results import write_tables
+from compare.tables.files import write_folder
 
 # What a clock says, and what is named after the machine's speed.
 TIMES = ("wall_s", "wall_ns_per_step", "wall_per_sim_s")
@@ -54,7 +54,7 @@ def folder(tmp_path_factory) -> Path:
     tumble(folder, "check", "spin.toml", "-e", "tumble:rk4", "-e", "mujoco", "--no-times", "--accept", "-o", "base")
     record = read_record(folder / "base")
     better = tuple(replace(cell, max_error_m=1e-9, attitude_order=8.0, spin_energy="kept") for cell in record.cells)
-    write_tables(folder / "base", texts(replace(record, cells=better)))
+    write_folder(folder / "base", texts(replace(record, cells=better)))
     return folder
 
 

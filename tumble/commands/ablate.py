@@ -5,8 +5,8 @@ from argparse import Namespace
 from pathlib import Path
 
 from compare.ablation.ablation import SCENES, ablate
-from compare.comparison.results import ablation_tables, write_tables
 from compare.run.participants import flights, launched
+from compare.tables.files import write_folder
 from reports.ablation import ablation_text
 from reports.terminal import console
 from scenarios.read import read_scenes
@@ -27,7 +27,10 @@ def main(options: Namespace) -> int:
             for piece in ablation_text(ablation):
                 out.print(piece)
         if folder:
-            write_tables(folder, ablation_tables(ablations, participants, shlex.join(options.words)))
+            from compare.ablation.results import ablation_tables  # pandas is slow to load
+            from compare.tables.frames import csv_texts
+
+            write_folder(folder, csv_texts(ablation_tables(ablations, participants, shlex.join(options.words))))
             note(f"tables written to {folder}")
     altered = [(row, ablation.limit_m) for ablation in ablations for row in ablation.altered]
     for row, limit_m in altered:

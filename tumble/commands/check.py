@@ -11,12 +11,12 @@ from compare.check.junit import junit
 from compare.check.markdown import summary
 from compare.check.measure import measure
 from compare.check.record import BadRecord, Record, is_record, read_record, texts
+from compare.check.schemas import TIMES
 from compare.check.times import nearer
 from compare.check.tolerances import Tolerances, read_tolerances
-from compare.comparison.results import write_tables
-from compare.run.circumstances import binding, circumstances
-from compare.run.kept import Kept
 from compare.run.participants import flights, launched, wanted
+from compare.run.registry import BadEngine
+from compare.tables.files import write_folder
 from scenarios.read import catalogue, read_scenes
 from tumble.notes import note, progress
 
@@ -43,7 +43,7 @@ def main(options: Namespace) -> int:
     if options.output:
         folder = Path(options.output)
         reports = {"summary.md": summary(outcome, against(options)), "junit.xml": junit(outcome, against(options))}
-        write_tables(folder, reports | ({} if options.candidate else texts(new)))
+        write_folder(folder, reports | ({} if options.candidate else texts(new)))
         note(f"{'reports' if options.candidate else 'record and reports'} written to {folder}")
     return int(outcome.failed)
 
@@ -78,19 +78,11 @@ def fly(options: Namespace, old: Record | None) -> Record:
     if options.output:
         Path(options.output).mkdir(parents=True, exist_ok=True)
     with launched(asked_engines, options.time_limit) as participants:
-        command, kept = shlex.join(options.words), None
-        if options.output:
-            asked = {"time limit [s]": f"{options.time_limit:g}"}
-            kept = Kept(Path(options.output), binding(circumstances(participants, scenes, asked, command)))
-        try:
-            with progress(flights(participants, scenes) + len(scenes) * (1 + timed)) as tick:
-                record = measure(participants, scenes, (asked_scenes, asked_engines), command, timed, tick, kept)
-        except KeyboardInterrupt:
-            where = f"the flights that are done are kept in {options.output}; the same command goes on from there"
-            raise KeyboardInterrupt(f"interrupted; {where if kept else 'nothing was written'}") from None
-        if kept:
-            kept.forget()
-        return record
+        titles = [participant.title for participant in participants]
+        if twice := next((title for title in titles if titles.count(title) > 1), None):
+            raise BadEngine(f"two engines are named {twice!r}: rename one of the files")
+        with progress(flights(participants, scenes) + len(scenes) * (1 + timed)) as tick:
+            return measure(participants, scenes, (asked_scenes, asked_engines), shlex.join(options.words), timed, tick)
 
 
 def timed_again(options: Namespace, old: Record, new: Record, tolerances: Tolerances) -> Record:
@@ -115,9 +107,7 @@ def accept(folder: Path, new: Record, outcome: Outcome | None, with_failures: bo
             note(f"{contestant}: {status}")
         note("nothing is recorded: a record of these would call them unchanged; to record them, --accept-failures")
         return 1
-    write_tables(folder, texts(new))
-    if new.times is None:
-        (folder / "times.csv").unlink(missing_ok=True)
+    write_folder(folder, texts(new), without=(TIMES.file,) if new.times is None else ())
     note(f"{len(new.cells)} cells recorded in {folder}")
     if outcome is None or not outcome.changes:
         return 0

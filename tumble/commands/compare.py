@@ -5,9 +5,9 @@ from argparse import Namespace
 from pathlib import Path
 
 from compare.comparison.comparison import compare
-from compare.comparison.results import tables, write_tables
 from compare.run.flight import check_step
 from compare.run.participants import flights, launched
+from compare.tables.files import write_folder
 from reports.terminal import comparison_text, console
 from scenarios.read import BadScene, read_scene
 from tumble.notes import note, progress
@@ -30,6 +30,9 @@ def main(options: Namespace) -> int:
         for piece in comparison_text(comparisons[0], options.vertex):
             out.print(piece)
         if folder:
-            write_tables(folder, tables(comparisons, participants, shlex.join(options.words)))
+            from compare.comparison.results import comparison_tables  # pandas is slow to load
+            from compare.tables.frames import csv_texts
+
+            write_folder(folder, csv_texts(comparison_tables(comparisons, participants, shlex.join(options.words))))
             note(f"tables written to {folder}")
     return 0

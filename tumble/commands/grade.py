@@ -5,11 +5,10 @@ import shlex
 from argparse import Namespace
 from pathlib import Path
 
-from compare.comparison.results import write_tables
 from compare.grade.columns import BadTrajectory
 from compare.grade.mapping import mapping_file, mapping_of
-from compare.grade.rows import grade_tables
 from compare.grade.verdict import grade
+from compare.tables.files import write_folder
 from reports.grade import grade_text
 from reports.terminal import console
 from scenarios.read import read_scene
@@ -36,7 +35,10 @@ def main(options: Namespace) -> int:
     for piece in grade_text(found):
         out.print(piece)
     if options.output:
-        write_tables(Path(options.output), grade_tables(found, shlex.join(options.words)))
+        from compare.grade.rows import grade_tables  # pandas is slow to load
+        from compare.tables.frames import csv_texts
+
+        write_folder(Path(options.output), csv_texts(grade_tables(found, shlex.join(options.words))))
         note(f"tables written to {options.output}")
     if options.tolerance is not None and found.measured.worst_m > options.tolerance:
         note(f"{path}: off by {found.measured.worst_m:.3g} m, more than the {options.tolerance:g} m allowed")

@@ -5,15 +5,18 @@ from argparse import Namespace
 from pathlib import Path
 
 from compare.ablation.ablation import QUICK_SPAN_S, ablate
+from compare.ablation.results import ablation_tables
 from compare.comparison.comparison import compare
-from compare.comparison.results import SWEEP_TABLES, ablation_tables, sweep_tables, tables, write_tables
+from compare.comparison.results import comparison_tables
 from compare.judge.cost import REFERENCE
 from compare.run.flight import check_step
 from compare.run.participants import flights, launched
 from compare.stability.contest import STIFF
 from compare.stability.store import kept_tables, quick_tables
+from compare.sweep.results import measured
 from compare.sweep.sweep import QUICK_BUDGET_S, YARDSTICK, sweep
-from compare.tables.files import write_whole
+from compare.tables.files import write_folder, write_whole
+from compare.tables.frames import csv_texts
 from reports.page import page
 from scenarios.needs import needs
 from scenarios.read import catalogue, read_scenes
@@ -34,21 +37,21 @@ def main(options: Namespace) -> int:
         with progress(flights(participants, (*scenes, *swept)) + len(scenes) + len(swept) + 1) as tick:
             command = shlex.join(options.words)
             comparisons = compare(participants, scenes, options.dt, tick)
-            texts = tables(comparisons, participants, command)
+            frames = comparison_tables(comparisons, participants, command)
             judged = [each.scene for each in comparisons if each.truth]
             sweeps = [sweep(participants, scene, tick, QUICK_BUDGET_S) for scene in swept if scene in judged]
-            costs = sweep_tables(sweeps, participants, REFERENCE, command)
             plainest = min(scenes, key=lambda scene: len(needs(scene)))
             ablation = ablate(participants, plainest, tick, QUICK_SPAN_S, most_methods=1)
-            texts["ablation.csv"] = ablation_tables([ablation], participants, command)["ablation.csv"]
-            texts |= {f"sweep-{name}": costs[name] for name in SWEEP_TABLES}
+            frames["ablation.csv"] = ablation_tables([ablation], participants, command)["ablation.csv"]
+            frames |= {f"sweep-{name}": table for name, table in measured(sweeps, REFERENCE).items()}
             # All maps take a minute or two: those that `tumble stability -o` left there are drawn, else one row of one.
-            texts |= kept_tables(folder / "stability")
-            if "limits.csv" not in texts:
-                texts |= quick_tables(participants, [scene for scene in scenes if scene.name == STIFF[0]], tick)
+            frames |= kept_tables(folder / "stability")
+            if "limits.csv" not in frames:
+                frames |= quick_tables(participants, [scene for scene in scenes if scene.name == STIFF[0]], tick)
             tick("drawing the page")
+            texts = csv_texts(frames)
             html = page(texts)
-        write_tables(folder, texts)
+        write_folder(folder, texts)
         write_whole(file, html)
         note(f"page written to {file}, its tables to {folder}")
     return 0

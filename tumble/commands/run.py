@@ -4,13 +4,12 @@ import sys
 from argparse import Namespace
 from pathlib import Path
 
-from compare.engines import OWN
 from compare.run.flight import check_step
 from compare.run.participants import launched
 from compare.run.registry import BadEngine
 from compare.run.worker import Failure
 from compare.tables.files import write_whole
-from compare.tables.rows import csv_text, trajectory_header, trajectory_rows
+from compare.tables.trajectory import trajectory_text
 from scenarios.read import read_scene
 from tumble.notes import note
 
@@ -24,7 +23,7 @@ def main(options: Namespace) -> int:
         raise BadEngine(f"-o {options.output}: is a folder; run writes one file, e.g. -o {example}")
     scene = read_scene(options.scene)
     check_step(scene, options.dt)
-    with launched(options.engine or [OWN], options.time_limit) as (participant,):
+    with launched(options.engine or ["tumble"], options.time_limit) as (participant,):
         method = participant.methods[0]
         flight = participant.fly(scene, method, options.dt or scene.step)
     name = f"{participant.title}:{method}"
@@ -36,8 +35,7 @@ def main(options: Namespace) -> int:
         note(f"{name} {flight.remark}")
     for found in flight.notes:
         note(f"{name} flagged: {found}")
-    throws = flight.states.shape[1]
-    text = csv_text(trajectory_header(len(scene.body.points), throws), trajectory_rows(flight, scene.body))
+    text = trajectory_text(flight, scene.body)
     if options.output:
         write_whole(Path(options.output), text)
     else:

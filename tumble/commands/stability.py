@@ -4,12 +4,14 @@ import shlex
 from argparse import Namespace
 from pathlib import Path
 
-from compare.run.circumstances import circumstances, digest
 from compare.run.participants import launched
 from compare.stability.contest import STIFF, keys, stability
 from compare.stability.extremes import cases
-from compare.stability.store import Store
+from compare.stability.schemas import EXTREMES
+from compare.stability.store import pieces, store, tables_of
+from compare.tables.circumstances import circumstances, digest
 from compare.tables.files import write_whole
+from compare.tables.frames import rows
 from reports.stability_text import stability_text
 from reports.terminal import console
 from scenarios.read import read_scenes
@@ -31,18 +33,25 @@ def main(options: Namespace) -> int:
         }
         under = circumstances(participants, scenes, asked, shlex.join(options.words))
         order = keys(participants, scenes, extreme_cases)
-        store = Store(folder, order, under)
-        if said := store.resume():
+        kept = store(folder, order, under)
+        if said := kept.resume():
             note(said)
         try:
-            with progress(len(order) - len(store.done)) as tick:
-                stability(participants, scenes, extreme_cases, store.keep, tick, store.done)
+            with progress(len(order) - len(kept.done)) as tick:
+                stability(
+                    participants,
+                    scenes,
+                    extreme_cases,
+                    lambda piece: kept.keep(piece.key, tables_of(piece)),
+                    tick,
+                    kept.done,
+                )
         except KeyboardInterrupt:
-            kept = f"what was done is in {folder}; the same command goes on from there" if folder else "what was done:"
-            raise KeyboardInterrupt(f"interrupted; {kept}") from None
+            left = f"what was done is in {folder}; the same command goes on from there" if folder else "what was done:"
+            raise KeyboardInterrupt(f"interrupted; {left}") from None
         finally:
-            store.write()
-            for piece in stability_text(store.pieces, store.extremes):
+            kept.write()
+            for piece in stability_text(pieces(kept.tables), rows(EXTREMES, kept.tables[EXTREMES.file])):
                 console().print(piece)
     if folder:
         for case in extreme_cases:

@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 
 from compare.ablation.ablation import EVERYTHING, AblationRow, ablate, apart_m
-from compare.comparison.results import SceneRow
+from compare.ablation.schemas import ABLATION
 from compare.run.flight import Trajectory
 from compare.run.participants import launched
 from compare.run.timer import Reading
-from compare.tables.rows import table_text
+from compare.tables.frames import csv_text, frame
+from compare.tables.shared import SCENES, SceneRow
 from reports.ablation import band, finding, others, section, tells, times
 from reports.numerals import TIMES
 from reports.rows import Tables
@@ -22,7 +23,7 @@ from scenarios.read import read_scene
 PLUGINS = Path(__file__).parents[2] / "plugins"
 SPARING, MINE = str(PLUGINS / "sparing.py"), str(PLUGINS / "mine.py")
 COLUMNS = (
-    "scene,engine,method,feature,wall_ns_per_step_with,wall_ns_per_step_without,"
+    "scene,engine,method,feature,why,cpu_ns_per_step_with,cpu_ns_per_step_without,"
     "ratio,ratio_low,ratio_high,max_difference_m"
 )
 SCENE = """
@@ -72,8 +73,8 @@ def test_what_costs_something_is_told_from_what_costs_nothing(ablation):
         assert 0.5 < rows[feature].ratio < 2
     for row in rows.values():
         assert row.ratio_low <= row.ratio <= row.ratio_high
-        assert row.ratio == pytest.approx(row.wall_ns_per_step_with / row.wall_ns_per_step_without, rel=1e-12)
-        assert row.wall_ns_per_step_without == rows[EVERYTHING].wall_ns_per_step_without, "one lean build for all"
+        assert row.ratio == pytest.approx(row.cpu_ns_per_step_with / row.cpu_ns_per_step_without, rel=1e-12)
+        assert row.cpu_ns_per_step_without == rows[EVERYTHING].cpu_ns_per_step_without, "one lean build for all"
 
 
 def test_a_motion_that_stays_is_the_same_to_the_last_bit(ablation):
@@ -101,15 +102,16 @@ def test_only_what_the_flight_is_worse_without_does_harm(ablation):
 
 def test_what_cannot_be_built_is_a_row_with_the_reason_and_not_in_everything(ablation):
     fragile = rows_of(ablation, "fragile")
-    assert list(fragile) == [EVERYTHING, "ballast", "digits", "gravity", "breeze: skipped: it would break"]
+    assert list(fragile) == [EVERYTHING, "ballast", "digits", "gravity", "breeze"]
+    assert fragile["breeze"].why == "skipped: it would break"
     brittle = rows_of(ablation, "brittle")
-    assert list(brittle) == ["ballast, breeze, digits, gravity: skipped: it would break"]
+    assert list(brittle) == ["ballast, breeze, digits, gravity"]
     assert brittle.popitem()[1].ratio is None
 
 
 def test_an_engine_without_spares_is_one_row_that_says_so(ablation):
     (row,) = [row for row in ablation.rows if row.engine == "mine"]
-    assert row == AblationRow("brick", "mine", "", "nothing to leave out")
+    assert row == AblationRow("brick", "mine", "", "", "nothing to leave out")
     assert "mine: nothing to leave out" in others(ablation.rows)
 
 
@@ -119,7 +121,7 @@ def test_what_the_scene_has_is_not_left_out(folder):
     with launched([f"{SPARING}:careful", "handcalc"]) as participants:
         found = ablate(participants, scene, span_s=0.0)
     assert list(rows_of(found, "careful")) == [EVERYTHING, "ballast", "breeze", "digits"]
-    assert found.rows[-1] == AblationRow("falling", "handcalc", "", "skipped: handcalc has no gravity")
+    assert found.rows[-1] == AblationRow("falling", "handcalc", "", "", "skipped: handcalc has no gravity")
 
 
 def test_mujoco_leaves_out_a_fifth_without_moving_a_bit(folder):
@@ -167,7 +169,7 @@ def test_the_spread_is_that_of_the_rounds_own_ratios():
 
 def test_a_ratio_is_quoted_in_as_many_digits_as_it_has():
     assert [times(ratio) for ratio in (None, 1.0, 37.994, 231.4)] == ["", "1.00", "37.99", "231"]
-    assert band(AblationRow("s", "e", "m", "f", 2.0, 1.0, 2.0, 1.9, 2.1, 0.0)) == "1.90-2.10"
+    assert band(AblationRow("s", "e", "m", "f", "", 2.0, 1.0, 2.0, 1.9, 2.1, 0.0)) == "1.90-2.10"
 
 
 # --- the command, and the page's section
@@ -184,10 +186,11 @@ def test_the_command_prints_it_and_writes_it(tumble, folder):
     assert text.splitlines()[0] == COLUMNS
     rows = list(csv.DictReader(io.StringIO(text)))
     assert [row["feature"] for row in rows] == [
-        EVERYTHING, "ballast", "breeze", "digits", "gravity", "nothing to leave out",
+        EVERYTHING, "ballast", "breeze", "digits", "gravity", "",
     ]  # fmt: skip
-    assert rows[0]["max_difference_m"] == "0"
-    assert not any(rows[-1][column] for column in COLUMNS.split(",")[4:])
+    assert rows[-1]["why"] == "nothing to leave out"
+    assert rows[0]["max_difference_m"] == "0.0"
+    assert not any(rows[-1][column] for column in COLUMNS.split(",")[5:])
     assert {"engines.csv", "conditions.csv"} <= {path.name for path in (folder / "out").iterdir()}
 
 
@@ -206,16 +209,17 @@ def test_the_users_mistakes_are_one_line(tumble, words):
 
 
 ROWS = [
-    AblationRow("brick", "a", "x", EVERYTHING, 200.0, 100.0, 2.0, 1.9, 2.1, 0.0),
-    AblationRow("brick", "a", "x", "lamp", 101.0, 100.0, 1.01, 0.9, 1.1, 0.0),
-    AblationRow("brick", "a", "x", "horn", 190.0, 100.0, 1.9, 1.8, 2.0, 1e-16),
-    AblationRow("brick", "b", "", "nothing to leave out"),
+    AblationRow("brick", "a", "x", EVERYTHING, "", 200.0, 100.0, 2.0, 1.9, 2.1, 0.0),
+    AblationRow("brick", "a", "x", "lamp", "", 101.0, 100.0, 1.01, 0.9, 1.1, 0.0),
+    AblationRow("brick", "a", "x", "horn", "", 190.0, 100.0, 1.9, 1.8, 2.0, 1e-16),
+    AblationRow("brick", "b", "", "", "nothing to leave out"),
 ]
 
 
 def page_tables(rows) -> Tables:
     scene = SceneRow("brick", "Brick", "", "rotation", "box", 8, 1.0, 0.1, 2, "exact", 1e-16, 1e-15)
-    return Tables({"scenes.csv": table_text(SceneRow, [scene]), "ablation.csv": table_text(AblationRow, rows)})
+    frames = {"scenes.csv": frame(SCENES, [scene]), "ablation.csv": frame(ABLATION, rows)}
+    return Tables({name: csv_text(table) for name, table in frames.items()})
 
 
 def test_the_page_names_what_each_is_worth_and_not_what_chance_would_say():

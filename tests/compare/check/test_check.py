@@ -23,11 +23,13 @@ from compare.check.energy import trend
 from compare.check.junit import junit
 from compare.check.markdown import MOST_CHARACTERS, summary
 from compare.check.order import one_order
-from compare.check.record import FORMAT, BadRecord, CellRow, QuestionRow, Record, TimeRow, read_record, texts
+from compare.check.record import FORMAT, BadRecord, Record, read_record, texts
+from compare.check.schemas import CellRow, QuestionRow, TimeRow
 from compare.check.times import nearer
 from compare.check.tolerances import BadTolerance, Tolerances, read_tolerances
 from compare.check.words import behaviours
-from compare.comparison.results import EngineRow, write_tables
+from compare.tables.files import write_folder
+from compare.tables.shared import EngineRow, worded
 from solver.registry import METHODS
 from tumble.commands import check as check_command
 
@@ -52,7 +54,7 @@ vertex = 0
 """
 
 CELL = CellRow(
-    "s", "e", "m", 100, "ok", 1e-3, 5e-4, 9e-4, 1e-15, 1e-13, -1e-3, 1e-14, 2e-3, attitude_order=2.0,
+    "s", "e", "m", 100, "ok", "", 1e-3, 5e-4, 9e-4, 1e-15, 1e-13, -1e-3, 1e-14, 2e-3, attitude_order=2.0,
     translation_order=1.0, spin_energy="decays",
 )  # fmt: skip
 BASE = Record(
@@ -60,7 +62,7 @@ BASE = Record(
     ("e",),
     "tumble check s -e e --accept -o base",
     (QuestionRow("s", 0.5, 5, "exact", 1e-15, 0.3, 1.0, 2.0, 3.0),),
-    (EngineRow("e", "ok", "1.0", "double", "m", "gravity", ""),),
+    (EngineRow("e", "ok", "", "1.0", "double", "m", "gravity", ""),),
     (CELL,),
 )
 
@@ -118,7 +120,7 @@ def test_what_rounding_explains_is_no_change():
 
 
 def test_not_a_number_is_worse_than_any():
-    lost = replace(CELL, status="diverged at 1 s", max_error_m=math.nan, final_error_m=math.inf)
+    lost = replace(CELL, status="diverged", why="at 1 s", max_error_m=math.nan, final_error_m=math.inf)
     assert verdicts(CELL, lost) == {"status": "worse", "max_error_m": "worse", "final_error_m": "worse"}
     assert verdicts(lost, lost) == {}
     assert verdicts(lost, CELL) == {"status": "better", "max_error_m": "better", "final_error_m": "better"}
@@ -142,12 +144,12 @@ def test_not_a_number_is_worse_than_any():
     ],
 )
 def test_statuses_have_an_order(old, new, verdict):
-    found = verdicts(replace(CELL, status=old), replace(CELL, status=new))
+    found = verdicts(*(replace(CELL, **dict(zip(("status", "why"), worded(each), strict=True))) for each in (old, new)))
     assert found.get("status") == verdict
 
 
 def test_a_cell_without_a_flight_says_so_and_no_more():
-    crashed = CellRow("s", "e", "m", None, "crashed: SIGSEGV")
+    crashed = CellRow("s", "e", "m", None, "crashed", "SIGSEGV")
     assert verdicts(CELL, crashed) == {"status": "worse"}
     assert verdicts(crashed, CELL) == {"status": "better"}
 
@@ -192,7 +194,7 @@ def test_gone_fails_and_new_does_not():
 
 
 def test_a_missing_engine_is_missing_by_every_method():
-    missing = CellRow("s", "e", "", None, "missing: no module named e")
+    missing = CellRow("s", "e", "", None, "missing", "no module named e")
     two = replace(BASE, cells=(CELL, replace(CELL, method="n")))
     lost = told(two, missing)
     assert [(change.method, change.verdict, change.column) for change in lost.changes] == [
@@ -448,7 +450,7 @@ def test_two_records_are_compared_and_nothing_is_flown(recorded, tmp_path):
     new = read_record(folder / "base")
     slower = replace(new, cells=tuple(replace(cell, attitude_order=2.0) for cell in new.cells if cell.method == "rk4"))
     engines = tuple(replace(row, version=row.version + "x") for row in new.engines)
-    write_tables(folder / "new", texts(replace(slower, engines=engines)))
+    write_folder(folder / "new", texts(replace(slower, engines=engines)))
     (folder / "mine.py").unlink()
     (folder / "spin.toml").unlink()
     done = check(folder, "spin.toml", "-e", "mujoco:rk4", "--baseline", "base", "--candidate", "new", "-o", "out")
@@ -464,7 +466,13 @@ def test_two_records_are_compared_and_nothing_is_flown(recorded, tmp_path):
 
 def test_a_record_comes_back(tmp_path):
     hostile = replace(
-        CELL, scene="=1+1", engine="'=x", method='a,"b"\nc`|<i>', status="flagged: \u202e\x1b[31m", energy_drift=-1e-3
+        CELL,
+        scene="=1+1",
+        engine="'=x",
+        method='a,"b"\nc`|<i>',
+        status="flagged",
+        why="\\u202e\\x1b[31m",
+        energy_drift=-1e-3,
     )
     record = Record(
         ("./a b.toml", "it's"),
@@ -475,9 +483,9 @@ def test_a_record_comes_back(tmp_path):
         (hostile, replace(hostile, method="'''", max_error_m=math.inf)),
         (TimeRow("=1+1", "'=x", "m", "r", None),),
     )
-    write_tables(tmp_path, texts(record))
+    write_folder(tmp_path, texts(record))
     assert read_record(tmp_path) == record
-    write_tables(tmp_path, texts(replace(record, times=())))
+    write_folder(tmp_path, texts(replace(record, times=())))
     assert read_record(tmp_path).times == ()
 
 
@@ -487,18 +495,18 @@ def test_conditions_come_last_so_that_half_a_record_is_none():
 
 CELLS = ",".join(field.name for field in fields(CellRow))
 BROKEN = {
-    ("conditions.csv", FORMAT, "tumble check 2"): "is in format 'tumble check 2'; this Tumble reads",
+    ("conditions.csv", FORMAT, "tumble check 1"): "is in format 'tumble check 1'; this Tumble reads",
     ("conditions.csv", FORMAT, "tumble tables 1"): "is in format 'tumble tables 1'; this Tumble reads",
     ("conditions.csv", "format,", "formt,"): "names no format; this Tumble reads",
     ("conditions.csv", "what,value", "what;value"): "conditions.csv: columns 'what;value': must be what,value",
     ("conditions.csv", "scenes,s", "scenes,'s"): "conditions.csv: scenes cannot be read",
     ("cells.csv", "scene,engine", "scene,machine"): f"must be {CELLS}",
     ("cells.csv", "s,e,m,100,", "s,e,m,1x,"): "cells.csv: line 2: steps = '1x': must be a whole number",
-    ("cells.csv", "s,e,m,100,", "s,e,m,-1,"): "line 2: steps = -1: must be a whole number from 0 to 10",
-    ("cells.csv", ",2,1,decays", ",2,one,decays"): "line 2: translation_order = 'one': must be a number",
-    ("cells.csv", ",2,1,decays", ",2,inf,decays"): "line 2: translation_order = inf: must be finite",
-    ("cells.csv", ",2,1,decays", ",2,1,rises"): "spin_energy = 'rises': must be one of kept, wavers, grows, decays",
-    ("cells.csv", ",2,1,decays", ",2,1"): "cells.csv: line 2: 15 cells: must be 16",
+    ("cells.csv", "s,e,m,100,", "s,e,m,-1,"): "row 1: steps = -1: must be a whole number from 0 to 10",
+    ("cells.csv", ",2.0,1.0,decays", ",2.0,one,decays"): "line 2: translation_order = 'one': must be a number",
+    ("cells.csv", ",2.0,1.0,decays", ",2.0,inf,decays"): "row 1: translation_order = inf: must be finite",
+    ("cells.csv", ",2.0,1.0,decays", ",2.0,1.0,rises"): "spin_energy = 'rises': must be one of kept, wavers",
+    ("cells.csv", ",2.0,1.0,decays", ",2.0,1.0"): "cells.csv: line 2: 16 cells: must be 17",
     ("cells.csv", "\ns,", "\nt,"): "cells.csv has scene 't', and questions.csv has not",
     ("cells.csv", "decays", "dec\"ays\nx"): "cells.csv:",
     ("questions.csv", "s,0.5,", "s,,"): "questions.csv: line 2: step_s = '': must be a number",
@@ -508,7 +516,7 @@ BROKEN = {
 @pytest.mark.parametrize("damage", BROKEN, ids=lambda damage: f"{damage[0]}:{damage[2]!r}")
 def test_a_broken_or_foreign_record_is_refused_in_one_line(tmp_path, damage):
     name, old, new = damage
-    write_tables(tmp_path, texts(BASE))
+    write_folder(tmp_path, texts(BASE))
     text = (tmp_path / name).read_text(encoding="utf-8")
     assert old in text
     (tmp_path / name).write_text(text.replace(old, new), encoding="utf-8")
@@ -520,7 +528,7 @@ def test_a_broken_or_foreign_record_is_refused_in_one_line(tmp_path, damage):
 
 
 def test_a_row_that_is_there_twice_is_refused(tmp_path):
-    write_tables(tmp_path, texts(replace(BASE, cells=(CELL, CELL))))
+    write_folder(tmp_path, texts(replace(BASE, cells=(CELL, CELL))))
     with pytest.raises(BadRecord, match="two rows for 's e m'"):
         read_record(tmp_path)
 
@@ -595,7 +603,7 @@ def test_a_summary_fits_a_comment_and_says_what_it_left_out():
 
 
 def test_junit_counts_what_it_holds():
-    new = replace(BASE, cells=(replace(CELL, max_error_m=1.0), CellRow("s", "e", "n", None, "skipped: no floor")))
+    new = replace(BASE, cells=(replace(CELL, max_error_m=1.0), CellRow("s", "e", "n", None, "skipped", "no floor")))
     root = ElementTree.fromstring(junit(told(BASE, new), AGAINST))
     (suite,) = root
     assert (suite.get("tests"), suite.get("failures"), suite.get("skipped")) == ("2", "1", "0"), (

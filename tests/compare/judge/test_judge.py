@@ -8,9 +8,8 @@ import pytest
 from compare.judge.agreement import agreements
 from compare.judge.errors import Run
 from compare.run.flight import Trajectory
-from compare.run.registry import Finding
 from compare.run.worker import Failure
-from compare.tables.rows import run_row
+from compare.tables.runs import run_row
 from scenarios.frames import vertices
 from scenarios.read import read_scene
 from scenarios.truth import truth
@@ -110,8 +109,7 @@ def test_hidden_damping_is_said():
 
 def test_the_engines_own_audit_comes_first():
     assert (
-        planted(frozen, (Finding("clamped", "clamped at 100 m/s"),)).status
-        == "flagged: clamped at 100 m/s; frozen: the body never moved"
+        planted(frozen, ("clamped at 100 m/s",)).status == "flagged: clamped at 100 m/s; frozen: the body never moved"
     )
 
 

@@ -15,11 +15,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from compare.run.circumstances import circumstances
 from compare.run.participants import Participant, launched
 from compare.run.truths import Answer
 from compare.stability.contest import STIFF, keys, stability
-from compare.stability.modes import Mode, stiffest_mode
+from compare.stability.modes import (
+    Mode,
+    damping_implicit_euler,
+    held_parabola,
+    limit_of,
+    runge_kutta_4,
+    semi_implicit_euler,
+    stiffest_mode,
+    theory,
+)
 from compare.stability.stability import (
     FACTORS,
     PROBED,
@@ -34,15 +42,9 @@ from compare.stability.stability import (
     natural_parameter,
     truth_of,
 )
-from compare.stability.store import Store
-from compare.stability.theory import (
-    damping_implicit_euler,
-    held_parabola,
-    limit_of,
-    runge_kutta_4,
-    semi_implicit_euler,
-    theory,
-)
+from compare.stability.store import store, tables_of
+from compare.tables.circumstances import circumstances
+from compare.tables.store import Store
 from scenarios.read import BadScene, read_scene
 from scenarios.scene import Scene
 from scenarios.truth import truth
@@ -51,7 +53,7 @@ SPRINGS = str(Path(__file__).parents[2] / "plugins" / "springs.py")
 TETHER = read_scene("tether-undamped")
 SPIN = read_scene("spin-fast")
 
-CELL_COLUMNS = "scene,engine,method,dt_s,parameter,value,status,verdict,max_error_m,energy_ratio,limit_m"
+CELL_COLUMNS = "scene,engine,method,dt_s,parameter,value,status,why,verdict,max_error_m,energy_ratio,limit_m"
 
 
 def known(answer) -> Future:
@@ -114,16 +116,11 @@ def test_limits_of_schemes_are_the_closed_ones(zeta):
 
 def test_theory_knows_bullet_and_says_nothing_of_strangers():
     mode = stiffest_mode(SPIN)
-    with launched(["pybullet", "tumble", SPRINGS]) as (bullet, ours, springs):
-        assert theory(bullet, "rigidbody", SPIN, mode).w_dt == math.pi / 4
-        assert theory(bullet, "rigidbody+defaults", SPIN, mode).w_dt == math.pi / 4
-        assert theory(bullet, "multibody", SPIN, mode).w_dt == 0.0
-        cube = replace(SPIN, body=replace(SPIN.body, moments=np.ones(3)))
-        assert theory(bullet, "multibody", cube, mode).w_dt == math.pi / 4
-        assert theory(ours, "splitting", SPIN, mode).w_dt == math.inf
-        assert theory(ours, "rk4", SPIN, mode) is None
-        assert theory(springs, "symplectic", SPIN, mode) is None
-        assert theory(springs, "symplectic", TETHER, stiffest_mode(TETHER)) is None
+    assert theory("pybullet:rigidbody", SPIN, mode).w_dt == math.pi / 4
+    assert theory("pybullet:multibody", SPIN, mode).w_dt == 0.0
+    assert theory("tumble:splitting", SPIN, mode).w_dt == math.inf
+    assert theory("mine:own", SPIN, mode) is None
+    assert theory("mine:own", TETHER, stiffest_mode(TETHER)) is None
 
 
 # Which number, and which flights.
@@ -236,19 +233,19 @@ def test_a_free_spin_is_held_against_the_truth():
 # Keeping what is done, and going on.
 
 
-def store(folder: Path, participants: list[Participant], scenes: list[Scene]) -> Store:
-    return Store(folder, keys(participants, scenes, []), circumstances(participants, scenes, {}, "tumble stability"))
+def kept_in(folder: Path, participants: list[Participant], scenes: list[Scene]) -> Store:
+    return store(folder, keys(participants, scenes, []), circumstances(participants, scenes, {}, "tumble stability"))
 
 
 def finish(folder: Path, participants: list[Participant], scenes: list[Scene], stop_after: int | None = None) -> str:
     """Do all that is not done, or stop as Ctrl-C does after so many pieces; return what was said of the folder."""
-    kept = store(folder, participants, scenes)
+    kept = kept_in(folder, participants, scenes)
     said = kept.resume()
     pieces = 0
 
     def keep(piece):
         nonlocal pieces
-        kept.keep(piece)
+        kept.keep(piece.key, tables_of(piece))
         pieces += 1
         if pieces == stop_after:
             raise KeyboardInterrupt
@@ -272,26 +269,26 @@ def test_an_interrupted_run_goes_on_to_the_same_rows(tmp_path):
     assert len(files(tmp_path / "parts")["limits.csv"].splitlines()) == 1 + 1
     with launched(CONTESTANTS, 60.0) as participants:
         said = finish(tmp_path / "parts", participants, [SPIN])
-        assert "has 1 of 3 pieces" in said
+        assert "has 1 of 3 already" in said
         finish(tmp_path / "whole", participants, [SPIN])
         assert files(tmp_path / "parts") == files(tmp_path / "whole")
         (header, *_) = files(tmp_path / "whole")["stability.csv"].splitlines()
         assert header == CELL_COLUMNS
-        assert "has 3 of 3 pieces" in store(tmp_path / "whole", participants, [SPIN]).resume()
+        assert "has 3 of 3 already" in kept_in(tmp_path / "whole", participants, [SPIN]).resume()
 
 
 def test_what_was_measured_under_other_conditions_does_not_count(tmp_path):
     other = replace(SPIN, body=replace(SPIN.body, mass=3.0))
     with launched(["tumble:exact"], 60.0) as participants:
         finish(tmp_path, participants, [SPIN])
-        assert "begun anew: scene spin-fast was" in store(tmp_path, participants, [other]).resume()
+        assert "begun anew: scene spin-fast was" in kept_in(tmp_path, participants, [other]).resume()
         with (tmp_path / "limits.csv").open("a") as file:
             file.write("half a row")
-        damaged = store(tmp_path, participants, [SPIN])
-        assert "cannot be read" in damaged.resume()
+        damaged = kept_in(tmp_path, participants, [SPIN])
+        assert "is damaged, and is begun anew: limits.csv: line 3" in damaged.resume()
         assert damaged.done == frozenset()
     with launched(["tumble:exact", "tumble:rk4"], 60.0) as participants:
-        assert "begun anew: engine tumble was" in store(tmp_path, participants, [SPIN]).resume()
+        assert "begun anew: engine tumble was" in kept_in(tmp_path, participants, [SPIN]).resume()
 
 
 def test_ctrl_c_keeps_what_was_done(tmp_path):

@@ -1,31 +1,11 @@
 """Tables as others script against them: exact digits, whole files."""
 
-import csv
-import io
 import os
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from compare.tables.files import write_whole
-from compare.tables.rows import csv_text, trajectory_header
-
-
-@settings(derandomize=True, deadline=None)
-@given(st.lists(st.floats(allow_nan=False), min_size=1))
-def test_floats_come_back_to_the_bit(values):
-    text = csv_text(["value"], ([value] for value in values))
-    assert [float(row["value"]) for row in csv.DictReader(io.StringIO(text))] == values
-
-
-def test_text_with_commas_quotes_and_newlines_comes_back():
-    text = 'a,"b"\nc'
-    assert next(csv.DictReader(io.StringIO(csv_text(["text"], [[text]]))))["text"] == text
-
-
-def test_nothing_is_an_empty_cell():
-    assert csv_text(["a", "b"], [[None, 0.1]]) == "a,b\n,0.10000000000000001\n"
+from compare.tables.trajectory import trajectory_header
 
 
 def test_many_throws_have_a_first_column():

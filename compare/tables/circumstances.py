@@ -1,54 +1,58 @@
 """All that numbers depend on, as rows to be kept beside them: whether a folder is of the run that would go on in it."""
 
 import hashlib
+import os
 from collections.abc import Sequence
 from dataclasses import fields, is_dataclass
 from pathlib import Path
 
 import numpy as np
 
-from compare.comparison.results import engine_row
 from compare.run.participants import Participant
 from compare.run.provenance import ConditionRow, conditions
 from compare.run.registry import is_file
-from compare.tables.rows import cells, typed
+from compare.tables.engines import engine_row
+from compare.tables.files import place
+from compare.tables.frames import read_file, rows
+from compare.tables.shared import CONDITIONS
 from scenarios.scene import Scene
 
 # Another command may ask for the same, and on how many cores moves no number.
 OF_NO_ACCOUNT = ("command", "cores")
+TABLE = "table "  # before the name of a table that a digest is of
 
 
 def circumstances(
     participants: Sequence[Participant], scenes: Sequence[Scene], asked: dict[str, str], command: str
 ) -> list[ConditionRow]:
     """Return format, machine, versions, what else was asked for, engines with their files, and the scenes."""
-    rows = [*conditions(command), *(ConditionRow(what, value) for what, value in asked.items())]
+    found = [*conditions(command), *(ConditionRow(what, value) for what, value in asked.items())]
     for participant in participants:
         methods = ", ".join(participant.methods) if participant.named else "all methods"
         file = f", file {digest(Path(participant.engine).read_bytes())}" if is_file(participant.engine) else ""
-        rows.append(ConditionRow(f"engine {participant.title}", f"{engine_row(participant).version}, {methods}{file}"))
-    return [*rows, *(ConditionRow(f"scene {scene.name}", digest(scene)) for scene in scenes)]
+        found.append(ConditionRow(f"engine {participant.title}", f"{engine_row(participant).version}, {methods}{file}"))
+    return [*found, *(ConditionRow(f"scene {scene.name}", digest(scene)) for scene in scenes)]
 
 
 def changed_since(folder: Path, now: Sequence[ConditionRow]) -> str | None:
     """Return the first circumstance that the folder's conditions.csv has otherwise, in words, '' where there is none.
 
-    None: there is no such file.  Raises ValueError or LookupError where it cannot be read.
+    None: there is no such file.  Raises BadTable, OSError.
     """
-    path = folder / "conditions.csv"
-    if not path.exists():
+    path = place(folder, CONDITIONS.file)
+    if not os.path.lexists(path):
         return None
-    before = typed(ConditionRow, cells(path.read_text(encoding="utf-8")))
-    was, here = ({row.what: row.value for row in rows if row.what not in OF_NO_ACCOUNT} for rows in (before, now))
+    before = rows(CONDITIONS, read_file(path, CONDITIONS))
+    was, here = ({row.what: row.value for row in own if is_of_account(row.what)} for own in (before, now))
     for what in (*here, *was):
         if was.get(what) != here.get(what):
             return f"{what} was {was.get(what, 'not there')}, is {here.get(what, 'not there')}"
     return ""
 
 
-def binding(rows: Sequence[ConditionRow]) -> list[tuple[str, str]]:
-    """Return what must be the same for an answer to be taken up again."""
-    return [(row.what, row.value) for row in rows if row.what not in OF_NO_ACCOUNT]
+def is_of_account(what: str) -> bool:
+    """Whether numbers may depend on it."""
+    return what not in OF_NO_ACCOUNT and not what.startswith(TABLE)
 
 
 def digest(value: object) -> str:

@@ -1,0 +1,24 @@
+"""All tables of an ablation, by file name."""
+
+from collections.abc import Sequence
+
+import pandas as pd
+
+from compare.ablation.ablation import Ablation
+from compare.ablation.schemas import ABLATION
+from compare.run.participants import Participant
+from compare.run.provenance import conditions
+from compare.tables.engines import engine_row
+from compare.tables.frames import frame
+from compare.tables.shared import CONDITIONS, ENGINES
+
+
+def ablation_tables(
+    ablations: Sequence[Ablation], participants: Sequence[Participant], command: str
+) -> dict[str, pd.DataFrame]:
+    """Return every table by file name; command reruns them."""
+    return {
+        "ablation.csv": frame(ABLATION, (row for ablation in ablations for row in ablation.rows)),
+        "engines.csv": frame(ENGINES, map(engine_row, participants)),
+        "conditions.csv": frame(CONDITIONS, conditions(command)),
+    }

@@ -1,0 +1,83 @@
+"""The tables of a grade: one line a column."""
+
+from dataclasses import dataclass
+from typing import Annotated
+
+from compare.tables.schema import Table
+from compare.tables.shared import SceneName
+
+File = Annotated[str, "the file that was graded"]
+
+
+@dataclass(frozen=True)
+class GradeRow:
+    """One file: errors over all rows and vertices, what they are held against, drifts where known, and the verdict."""
+
+    file: File
+    scene: SceneName
+    read_as: Annotated[str, "what was graded: pose, matrix or vertices"]
+    rows: Annotated[int, "rows that were graded"]
+    throws: Annotated[int, "number of throws"]
+    verdict: Annotated[str, "what was found"]
+    max_error_m: Annotated[float, "largest vertex error"]
+    at_t_s: Annotated[float, "when that is"]
+    at_vertex: Annotated[int, "at which vertex"]
+    rms_error_m: Annotated[float, "root mean square over all rows and vertices"]
+    final_error_m: Annotated[float, "largest vertex error of the last row"]
+    limit_m: Annotated[float, "what the truth can tell"]
+    digits_m: Annotated[float, "what the digits of the file can tell"]
+    energy_drift: Annotated[float | None, "largest difference from the true energy, over the largest kinetic"]
+    momentum_drift: Annotated[float | None, "largest difference from the true momentum, over the largest"]
+    angular_momentum_drift: Annotated[float | None, "the same of the angular momentum"]
+    by_differences: Annotated[bool, "whether velocities were taken from differences of positions"]
+
+
+@dataclass(frozen=True)
+class ExplanationRow:
+    """One explanation: `best` by so many of its mistakes, or one that fits alike; what it leaves of the rows kept."""
+
+    file: File
+    explanation: Annotated[str, "best or alike"]
+    mistakes: Annotated[int, "number of mistakes in it"]
+    what: Annotated[str, "what they are"]
+    max_left_m: Annotated[float, "largest vertex error that it leaves"]
+    rms_left_m: Annotated[float, "root mean square of what it leaves"]
+    weight: Annotated[float, "how much it is worth beside the others"]
+
+
+@dataclass(frozen=True)
+class PartRow:
+    """The largest error in one of equal parts of the duration, over all rows, throws and vertices."""
+
+    file: File
+    from_s: Annotated[float, "begin of the part"]
+    to_s: Annotated[float, "its end"]
+    max_error_m: Annotated[float, "largest vertex error in it"]
+
+
+@dataclass(frozen=True)
+class KeptRow:
+    """One vertex at one of the rows kept of the throw that is diagnosed."""
+
+    file: File
+    scene: SceneName
+    throw: Annotated[int, "number of the throw"]
+    t_s: Annotated[float, "time of the row"]
+    vertex: Annotated[int, "number of the vertex"]
+    true_x_m: Annotated[float, "where the vertex truly is, world axes"]
+    true_y_m: Annotated[float, "the same"]
+    true_z_m: Annotated[float, "the same"]
+    x_m: Annotated[float, "where the file has it"]
+    y_m: Annotated[float, "the same"]
+    z_m: Annotated[float, "the same"]
+    error_x_m: Annotated[float, "the file's less the true one"]
+    error_y_m: Annotated[float, "the same"]
+    error_z_m: Annotated[float, "the same"]
+    error_m: Annotated[float, "length of the error"]
+
+
+GRADE = Table("grade.csv", GradeRow, ("file",))
+EXPLANATIONS = Table("explanations.csv", ExplanationRow)
+PARTS = Table("grade-parts.csv", PartRow, ("file", "from_s"))
+VERTICES = Table("grade-vertices.csv", KeptRow, ("file", "throw", "t_s", "vertex"))
+TABLES = (GRADE, EXPLANATIONS, PARTS, VERTICES)

@@ -1,0 +1,39 @@
+"""All tables of a sweep, by file name."""
+
+from collections.abc import Sequence
+
+import pandas as pd
+
+from compare.run.participants import Participant
+from compare.run.provenance import conditions
+from compare.sweep.frontier import clock_rows, digit_rows, order_rows, same_rows, sweep_run_rows, throws_rows
+from compare.sweep.schemas import CLOCK, DIGITS, ORDERS, SAME, THROWS
+from compare.sweep.sweep import Sweep
+from compare.tables.engines import engine_row
+from compare.tables.frames import frame
+from compare.tables.shared import CONDITIONS, ENGINES, RUNS
+
+MEASURED = (RUNS, DIGITS, ORDERS, THROWS, SAME, CLOCK)
+
+
+def measured(sweeps: Sequence[Sweep], reference: str) -> dict[str, pd.DataFrame]:
+    """Return what was measured; ratios are over the reference contestant's times."""
+    return {
+        "runs.csv": frame(RUNS, (row for sweep in sweeps for row in sweep_run_rows(sweep))),
+        "digits.csv": frame(DIGITS, (row for sweep in sweeps for row in digit_rows(sweep, reference))),
+        "orders.csv": frame(ORDERS, (row for sweep in sweeps for row in order_rows(sweep))),
+        "throws.csv": frame(THROWS, (row for sweep in sweeps for row in throws_rows(sweep))),
+        "same.csv": frame(SAME, (row for sweep in sweeps for row in same_rows(sweep))),
+        "clock.csv": frame(CLOCK, (row for sweep in sweeps for row in clock_rows(sweep))),
+    }
+
+
+def sweep_tables(
+    sweeps: Sequence[Sweep], participants: Sequence[Participant], reference: str, command: str
+) -> dict[str, pd.DataFrame]:
+    """Return every table: what was measured, the engines, and on what machine."""
+    return {
+        **measured(sweeps, reference),
+        "engines.csv": frame(ENGINES, map(engine_row, participants)),
+        "conditions.csv": frame(CONDITIONS, conditions(command)),
+    }

@@ -1,0 +1,42 @@
+"""A trajectory as CSV: one row a sample and throw, with as many vertices as the body has."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from compare.run.flight import Trajectory
+from compare.tables.cells import float_cells, lines_text
+from scenarios.frames import Array, quaternion_product
+from scenarios.scene import Body
+
+STATE_COLUMNS = [
+    "t_s", "x_m", "y_m", "z_m", "qw", "qx", "qy", "qz",
+    "vx_m_s", "vy_m_s", "vz_m_s", "wx_rad_s", "wy_rad_s", "wz_rad_s",
+]  # fmt: skip
+
+
+def trajectory_header(vertices: int, throws: int) -> list[str]:
+    """Return the column names of a trajectory; with many throws the first says which."""
+    points = [f"v{vertex}{axis}_m" for vertex in range(vertices) for axis in "xyz"]
+    return ["throw"] * (throws > 1) + STATE_COLUMNS + points
+
+
+def trajectory_text(flight: Trajectory, body: Body) -> str:
+    """Return a trajectory, throw after throw; the quaternion is that of the scene file's axes."""
+    samples, throws = flight.states.shape[:2]
+    header = trajectory_header(len(body.points), throws)
+    numbers = [str(throw) for throw in range(throws) for _ in range(samples)] if throws > 1 else None
+    return lines_text(
+        header, ([numbers] if numbers else []) + [float_cells(each, "nan") for each in columns(flight, body)]
+    )
+
+
+def columns(flight: Trajectory, body: Body) -> Iterator[Array]:
+    """Yield time, the thirteen numbers of the states and the vertices, each (throws * samples,)."""
+    samples, throws = flight.states.shape[:2]
+    states = flight.states.swapaxes(0, 1).reshape(-1, 13).copy()
+    if body.file_axes[0] != 1.0:
+        states[:, 3:7] = quaternion_product(states[:, 3:7], body.file_axes)
+    yield np.tile(flight.times, throws)
+    yield from states.T
+    yield from flight.vertices.swapaxes(0, 1).reshape(throws * samples, -1).T
