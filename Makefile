@@ -3,10 +3,13 @@
 PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
 
-.PHONY: report test check bench venv venv-test
+.PHONY: report lab test check bench venv venv-lab venv-test
 
 report: venv
 	$(BIN)/tumble report -o report/tumble.html
+
+lab: venv-lab
+	$(BIN)/tumble lab
 
 test: venv-test
 	$(BIN)/pytest -n auto
@@ -30,7 +33,12 @@ venv:
 	  $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation --no-deps -e . && \
 	  cp requirements.txt .venv/requirements.txt; }
 
-venv-test: venv
+venv-lab: venv
+	@cmp -s requirements-lab.txt .venv/requirements-lab.txt || { \
+	  $(BIN)/python -m pip install --quiet --disable-pip-version-check -r requirements-lab.txt && \
+	  cp requirements-lab.txt .venv/requirements-lab.txt; }
+
+venv-test: venv-lab
 	@cmp -s requirements-test.txt .venv/requirements-test.txt || { \
 	  $(BIN)/python -m pip install --quiet --disable-pip-version-check -r requirements-test.txt && \
 	  cp requirements-test.txt .venv/requirements-test.txt; }

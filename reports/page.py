@@ -64,7 +64,7 @@ def page(tables: Mapping[str, str]) -> str:
 def environment() -> Environment:
     """Return the templates; what comes from the tables is data and is escaped."""
     found = Environment(
-        loader=PackageLoader("reports"),
+        loader=PackageLoader(__package__ or "reports"),
         autoescape=select_autoescape(("html",)),
         undefined=StrictUndefined,
         trim_blocks=True,

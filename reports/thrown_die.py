@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from markupsafe import Markup
 
+from compare.engines import OWN
 from reports import die
 from reports.numerals import figure, fixed, given
 from reports.rows import Tables, poses
@@ -12,8 +13,8 @@ from scenarios.frames import Array
 
 STRAIGHT, AT_VERTEX = "die-straight", "die-vertex"
 FIGURES = {
-    "Figure 2: the matrix, R += dt ω* R (tumble:matrix-euler)": ("tumble", "matrix-euler"),
-    "Figure 3: the quaternion, normalised (tumble:quaternion-euler)": ("tumble", "quaternion-euler"),
+    "Figure 2: the matrix, R += dt ω* R (tumble:matrix-euler)": (OWN, "matrix-euler"),
+    "Figure 3: the quaternion, normalised (tumble:quaternion-euler)": (OWN, "quaternion-euler"),
 }
 SHOWN = 6
 # Edges that keep their length to this part of it: a rigid body.

@@ -4,7 +4,7 @@ import csv
 import math
 from dataclasses import dataclass
 from functools import cache
-from importlib.resources import files
+from pathlib import Path
 
 import numpy as np
 
@@ -35,7 +35,7 @@ class Table41:
 @cache
 def table_4_1() -> Table41:
     """Return the published table."""
-    text = files("scenarios").joinpath("table_4_1.csv").read_text(encoding="utf-8")
+    text = Path(__file__).with_name("table_4_1.csv").read_text(encoding="utf-8")
     rows = list(csv.DictReader(text.splitlines()))
 
     def columns(name: str) -> Array:

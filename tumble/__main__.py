@@ -1,11 +1,17 @@
 """The command line: words in, exit code out.  Heavy imports happen in the command that needs them."""
 
+import os
+import sys
+from os.path import dirname, realpath
+
+# `python -m tumble` puts the working directory first: what lies there is the user's, and none of our modules.
+if __name__ == "__main__" and not sys.flags.safe_path and sys.path[0] != dirname(dirname(realpath(__file__))):
+    del sys.path[0]
+
 import argparse
 import importlib
 import math
-import os
 import signal
-import sys
 import textwrap
 import threading
 from typing import NoReturn
@@ -84,6 +90,8 @@ def parser() -> Parser:
     scenes.add_argument("scene", nargs="?", metavar="NAME", help="print this scene's TOML, to copy and change")
     engines = command("engines", "list the engines: versions, methods, precision, what is missing and why")
     engines.add_argument("-e", "--engine", action="append", default=[], metavar="ENGINE", help=ENGINE_HELP)
+    engines.add_argument("--check", nargs="+", metavar="ENGINE", help="put every law of engines to these")
+    engines.add_argument("--time-limit", type=seconds, default=60.0, metavar="S", help="for each law [s]; default 60")
 
     run = command("run", "fly one scene in one engine and give its trajectory as CSV")
     run.add_argument("scene", metavar="SCENE", help=SCENE_HELP)
@@ -152,6 +160,15 @@ def parser() -> Parser:
     ablate.add_argument("-e", "--engine", action="append", default=[], metavar="ENGINE[:METHOD]", help=ENGINE_HELP)
     ablate.add_argument("--time-limit", type=seconds, default=60.0, metavar="S", help="for each flight [s]; default 60")
     ablate.add_argument("-o", "--output", metavar="DIR", help="also write the tables as CSV into DIR")
+
+    lab = command("lab", "click the die in a browser, and watch all engines fly against the truth")
+    lab.add_argument(
+        "scene", nargs="?", default="two-hits", metavar="SCENE", help=SCENE_HELP + "; default: %(default)s"
+    )
+    lab.add_argument("-e", "--engine", action="append", default=[], metavar="ENGINE[:METHOD]", help=ENGINE_HELP)
+    lab.add_argument("--port", type=int, default=8080, metavar="N", help="another is taken where it is; default 8080")
+    lab.add_argument("--no-open", dest="open", action="store_false", help="do not open the browser")
+    lab.add_argument("--time-limit", type=seconds, default=60.0, metavar="S", help="for each flight [s]; default 60")
 
     report = command("report", "make one self-contained HTML page of it all")
     report.add_argument("scene", nargs="*", metavar="SCENE", help=SCENE_HELP + "; default: the whole catalogue")

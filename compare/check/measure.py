@@ -13,8 +13,9 @@ from compare.check.energy import spin_energy
 from compare.check.record import Record
 from compare.check.schemas import CellRow, QuestionRow
 from compare.check.times import time_rows
-from compare.judge.errors import Run
+from compare.judge.errors import Flown, Run
 from compare.run.flight import Trajectory, legs
+from compare.run.kept import Kept
 from compare.run.participants import Participant
 from compare.run.tasks import Task, run
 from compare.run.truths import Answer, Truths
@@ -30,11 +31,11 @@ NUDGE = 2.0**-53 * np.resize((1.0, -1.0, -1.0, 1.0, 1.0), 13)
 
 
 @dataclass(frozen=True, eq=False)
-class Flown:
-    """One contestant on one scene: its run, the ladder around it, and what its roundings may come to [m]."""
+class Cell:
+    """One contestant on one scene: its flight, the ladder around it, and what its roundings may come to [m]."""
 
-    own: Run
-    ladder: Sequence[Run]
+    own: Flown
+    ladder: list[Flown]
     rounding_m: float | None
 
 
@@ -45,11 +46,13 @@ def measure(
     command: str,
     timed: bool,
     tick: Callable[[str], object] = lambda what: None,
+    kept: Kept | None = None,
 ) -> Record:
     """Return the record of all participants on all scenes.
 
     asked: the words that scenes and contestants were asked for with; timed: whether run times are measured too, when
-    all flights are over.  tick is told of every truth, cell and timed scene as it is done.
+    all flights are over; tick is told of every truth, cell and timed scene as it is done; kept: cells that are done
+    already, and where those are kept that get done.
     Raises RayMissed where the true body is not in the way of a later ray.
     """
     with Truths(scenes, tick) as truths:
@@ -57,31 +60,33 @@ def measure(
             [task(scene, true, each, method) for each in participants for method in each.methods_for(scene)]
             for scene, true in zip(scenes, truths.futures, strict=True)
         ]
-        found = iter(run(list(chain.from_iterable(tasks)), truths, tick=tick))
+        found = iter(run(list(chain.from_iterable(tasks)), truths, tick=tick, kept=kept))
         answers = [future.result() for future in truths.futures]
-    by_scene = [[next(found) for _ in own] for own in tasks]
-    owns = [[flown.own for flown in cells] for cells in by_scene]
-    times = (
-        [time_rows(participants, scene, own, tick) for scene, own in zip(scenes, owns, strict=True)] if timed else []
-    )
+    rows, times = [], []
+    for scene, answer, own in zip(scenes, answers, tasks, strict=True):
+        cells = [(one.participant.title, next(found)) for one in own]
+        rows += [cell_row(scene, answer.truth, title, cell) for title, cell in cells]
+        if timed:
+            runs = [cell.own.run(scene, title, answer.truth) for title, cell in cells]
+            times += time_rows(participants, scene, runs, tick)
     return Record(
         tuple(asked[0]),
         tuple(asked[1]),
         command,
         tuple(question_row(scene, *answer) for scene, answer in zip(scenes, answers, strict=True)),
         tuple(map(engine_row, participants)),
-        tuple(cell_row(flown) for cells in by_scene for flown in cells),
-        tuple(chain.from_iterable(times)) if timed else None,
+        tuple(rows),
+        tuple(times) if timed else None,
     )
 
 
-def task(scene: Scene, true: Future[Answer], participant: Participant, method: str) -> Task[Flown]:
+def task(scene: Scene, true: Future[Answer], participant: Participant, method: str) -> Task[Cell]:
     """Return the task of one contestant on one scene."""
     key = scene.name, participant.title, method
-    return Task(key, participant, lambda able: fly(able, scene, method, true.result().truth))
+    return Task(key, participant, lambda able: fly(able, scene, method, true.result().truth), Cell)
 
 
-def fly(participant: Participant, scene: Scene, method: str, true: Truth | None) -> Flown:
+def fly(participant: Participant, scene: Scene, method: str, true: Truth | None) -> Cell:
     """Return one contestant's run, and a ladder around it where the method has an order to be read."""
 
     def at(dt: float) -> Run:
@@ -89,13 +94,18 @@ def fly(participant: Participant, scene: Scene, method: str, true: Truth | None)
 
     own = at(scene.step)
     if not order.readable(own):
-        return Flown(own, (), None)
+        return Cell(plain(own), [], None)
     other = participant.fly(replace(scene, start=nudged(scene.start)), method, scene.step)
     own_steps = participant.takes_own_steps(method)
     # Every step rounds once, this way or that: n of them come to the square root of n of one.
     rounded = len(legs(scene, scene.step)) if own_steps else own.flight.steps
     ladder = () if own_steps else order.ladder(own, at)
-    return Flown(own, ladder, math.sqrt(rounded) * apart(own.flight, other))
+    return Cell(plain(own), [plain(each) for each in ladder], math.sqrt(rounded) * apart(own.flight, other))
+
+
+def plain(run: Run) -> Flown:
+    """Return a run without its scene and truth."""
+    return Flown(run.method, run.dt, run.answer)
 
 
 def nudged(start: Array) -> Array:
@@ -120,9 +130,10 @@ def question_row(scene: Scene, true: Truth | None, why_no_truth: str) -> Questio
     )
 
 
-def cell_row(flown: Flown) -> CellRow:
+def cell_row(scene: Scene, true: Truth | None, engine: str, cell: Cell) -> CellRow:
     """Return the row of one contestant on one scene."""
-    row = run_row(flown.own)
+    own = cell.own.run(scene, engine, true)
+    row = run_row(own)
     return CellRow(
         row.scene,
         row.engine,
@@ -134,10 +145,10 @@ def cell_row(flown: Flown) -> CellRow:
         row.rms_error_m,
         row.final_error_m,
         row.limit_m,
-        flown.rounding_m,
+        cell.rounding_m,
         row.energy_drift,
         row.momentum_drift,
         row.angular_momentum_drift,
-        *order.orders(flown.ladder),
-        spin_energy(flown.own),
+        *order.orders([each.run(scene, engine, true) for each in cell.ladder]),
+        spin_energy(own),
     )

@@ -1,20 +1,23 @@
-"""One file per engine; the file is the engine.
+"""One file per engine; the file is the engine.  This page is the contract, for our files and for a user's own.
 
-An engine file, ours or a user's, has at module level
+An engine file has at module level
 
     METHODS   the names of its integrators, the default first
     FEATURES  the force laws it can express exactly, of: gravity, tether, drag, floor
-    ABOUT     a dict: version, precision, switched_off (a list of what was switched off to be fair)
+    ABOUT     a dict: version, precision ("single" or "double"), switched_off (a list of what was switched off to be
+              fair) and, where it has any, defaults (a list of what a user gets who sets nothing)
 
-and four verbs on whole states (N, 13) of design.md, section 3:
+and four verbs on whole states (N, 13): x [m], q (w x y z, body to world), v [m/s], w [rad/s], all in world axes
 
     build(scene, method) -> world    untimed; switches off all that the scene has not got;
                                      NotImplementedError(why) where the engine cannot do this scene
     write(world, states)             the states into the world; forgets all history
-    advance(world, n, dt)            n steps of dt in the engine's native loop: the only timed call
+    advance(world, n, dt)            n steps of dt [s] in the engine's native loop: the only timed call
     read(world) -> states            (N, 13)
 
-More lists where they are not empty:
+The laws, LAWS below, are put to a file by `tumble engines --check ./mine.py` (compare/run/laws.py).
+
+More names where they are not empty:
 
     ADAPTIVE    methods that choose their own steps, named METHOD@TOLERANCE; METHOD alone takes its own default
     WHOLE       methods that take a flight of any length in one step
@@ -25,15 +28,77 @@ More lists where they are not empty:
                 engine as it ships, which is what its users have; its audit tells what those do to a flight
     OPTIONAL    what build leaves out where a scene has no use for it.  build(scene, method, keep) then takes the
                 names of those that shall stay: the motion is the same, and what they cost can be measured
+    SCHEMES     {method: scheme}: what one step makes of u'' + c u' + s u = 0, for the limit of a step: a name of
+                SCHEME_NAMES, or a function (stiffness s, damping c, step h) -> 2x2 matrix on (u, u')
+    GYROSCOPIC  {method: how}: how it takes the torque (I w) x w of a free body, a name of GYROSCOPIC_NAMES
+    LARGEST_TURN  rad: no step turns a body further
+    EXEMPT      {law: why}: laws that the engine is there to break
 
-And three more verbs if it wishes
+An engine of ours says, as literals, which are read where the engine itself is not installed:
 
-    audit(world) -> list[str]        what went wrong silently since write
+    PACKAGES    the packages that bring it, the one to install first; their releases stand beside all numbers
+    PINS        what an environment of its own gets (`tumble engines --install`), as pip reads it
+    PYTHON      the release of Python that its wheels are for, where they are not for all
+
+And verbs if it wishes
+
+    prepare(world, dt)               untimed, before the first `advance` of steps of dt [s] and whenever dt changes, for
+                                     an engine that fixes its step when built; the states stay
+    audit(world) -> findings         what went wrong silently since write: pairs (kind, text), the kind of FINDINGS.
+                                     A plain string is a finding of the kind `other`: it flags a run and decides no
+                                     verdict
     vertices(world, points)          where body points (n, 3) of a body that is no longer rigid are: (N, n, 3);
                                      without it the harness computes them from the state
     remark(world) -> str             what the user should know and is no fault: which method was chosen, and why
 
 An engine file imports nothing of ours that a user's own could not: it reads the attributes of the scene it is given
-(`scenarios/scene.py`), except that our own solver's file imports `solver`.  Where an engine must be told the force, it
-is `scenarios/wrench.py`'s, so that all who hold a force hold the same; a user would write those few lines himself.
+(`scenarios/scene.py`), except that our own solver's file imports `solver`, and that ours share `parts/`, which is a
+folder, and so no engine.  Where an engine must be told the force, it is `scenarios/wrench.py`'s, so that all who hold a
+force hold the same; a user would write those few lines himself.
 """
+
+OWN = "tumble"  # our own solver's file: the first in every list, and what flies where no engine is named
+
+LAWS = {
+    "read after write": "read(write(s)) = s to rounding, q up to its sign",
+    "steps add up": "advance(a) then advance(b) = advance(a + b), bit by bit",
+    "write forgets": "a flight after write is that of a new world, bit by bit",
+    "throws are apart": "a throw flies as it would alone, bit by bit",
+    "straight": "with no force and no spin x + v t, to rounding",
+    "gravity": "with gravity v + g t, to rounding",
+    "the scene": "is not altered",
+    "optional": "what OPTIONAL keeps changes no motion",
+}
+
+FINDINGS = {
+    "reset": "the state was put back to some start",
+    "frozen": "nothing moved although it should",
+    "clamped": "a velocity was cut to a limit",
+    "lost-torque": "a torque was left out",
+    "under-rotated": "the body turned by less than its angular velocity says",
+    "damped": "a setting of the engine's takes energy that physics keeps",
+    "another-body": "mass or moments are not those asked for",
+    "bad-number": "the engine counted numbers that are not finite or too large",
+    "unsolved": "an equation of a step was not solved",
+    "unstable": "the step is beyond what the method bears",
+    "deformed": "the attitude is no rotation any more",
+    "tolerance": "the tolerance is not the one asked for",
+    "other": "anything else",
+}
+
+SCHEME_NAMES = {
+    "semi-implicit-euler": "the velocity by the force at the start of the step, then the position by the new velocity",
+    "damping-implicit-euler": "the same with the damper's force at the end of the step",
+    "drag-implicit-euler": "semi-implicit Euler; of dampers only drag is taken at the end of the step",
+    "held-parabola": "the force at the start of the step held over it, and the motion under that exact",
+    "rk4": "any Runge-Kutta method of order 4 with four stages",
+    "a-stable": "bounded at every step",
+}
+
+GYROSCOPIC_NAMES = {
+    "explicit": "by explicit Euler, which adds energy at every step",
+    "implicit": "by implicit Euler, which takes energy at every step",
+    "rescaled": "explicitly, and the angular momentum set back to its length",
+    "midpoint": "by the implicit midpoint rule",
+    "keeps-momentum": "so that the angular momentum is kept at every step",
+}

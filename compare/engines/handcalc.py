@@ -31,6 +31,7 @@ MENDED: dict[str, frozenset[str]] = {
 
 METHODS = tuple(MENDED)
 FEATURES: frozenset[str] = frozenset()
+EXEMPT = {"straight": "v is taken for an acceleration and the body turns about the world's origin, as in the report"}
 ABOUT = {"version": "CE1051A, eq. 4.1", "precision": "double", "switched_off": []}
 
 FORCE_LASTED_S = 1.0  # reading f N s as f N gives the impulse one second to act

@@ -15,6 +15,8 @@ import heyoka
 import numpy as np
 from numpy.typing import NDArray
 
+from compare.engines.parts.turn import turned, turned_back
+
 if TYPE_CHECKING:
     from scenarios.scene import Scene
 
@@ -23,6 +25,8 @@ Array = NDArray[np.float64]
 METHODS = ("taylor",)
 ADAPTIVE = METHODS
 FEATURES = {"gravity"}
+PACKAGES = ("heyoka",)
+PINS = ("heyoka==7.13.2",)
 ABOUT = {
     "version": version("heyoka"),
     "precision": "double",
@@ -33,6 +37,7 @@ ABOUT = {
         "dense output: a sample is where propagate_until to that instant ends",
         "nothing else: TOLERANCE is heyoka's tol",
     ],
+    "defaults": ["tol 2.2e-16, the rounding of a double"],
 }
 
 DEFAULT_TOLERANCE = 1e-9
@@ -109,7 +114,7 @@ def write(world: World, states: Array) -> None:
     """Put the throws into these states, (N, 13)."""
     world.start = states.copy()
     q = states[:, 3:7] / np.linalg.norm(states[:, 3:7], axis=1, keepdims=True)
-    w_body = turned(states[:, 10:13], q * (1, -1, -1, -1))
+    w_body = turned_back(states[:, 10:13], q)
     speeds = np.linalg.norm(w_body, axis=1)
     speeds[(speeds == 0.0) | ~np.isfinite(speeds)] = 1.0
     world.spins = np.hstack((q, w_body / speeds[:, np.newaxis]))
@@ -153,9 +158,3 @@ def read(world: World) -> Array:
     fallen = x + t * (v + t / 2.0 * world.gravity)
     w_body = world.spins[:, 4:7] * [[anchor.speed] for anchor in world.anchors]
     return np.hstack((fallen, q, v + t * world.gravity, turned(w_body, q)))
-
-
-def turned(vectors: Array, q: Array) -> Array:
-    """Return vectors, (N, 3), turned by unit quaternions w x y z, (N, 4): v + 2 (w n + n x n) x v, n = (x, y, z)."""
-    across = 2.0 * np.cross(q[:, 1:4], vectors)
-    return vectors + q[:, 0:1] * across + np.cross(q[:, 1:4], across)

@@ -15,7 +15,6 @@ A free joint's angular velocity is in body axes there, everything else in world 
 # MuJoCo's wheel has no type stubs.
 # pyright: reportAttributeAccessIssue=false
 
-import math
 import sys
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
@@ -25,6 +24,8 @@ from typing import TYPE_CHECKING
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
+
+from compare.engines.parts.scale import scale_to_one
 
 if TYPE_CHECKING:
     from scenarios.scene import Scene
@@ -49,6 +50,18 @@ FORCED = tuple(f"{integrator}+held" for integrator in INTEGRATORS)
 ON_REQUEST = ("euler+defaults", "rk4+defaults", "implicitfast+defaults")
 FEATURES = {"gravity", "tether", "drag", "floor"}
 OPTIONAL = (*FLAGS, "geoms")
+PACKAGES = ("mujoco", "mujoco-core")
+PINS = ("mujoco==4.0.0",)
+# Read in engine_forward.c; Euler takes the damping of joints implicitly ("eulerdamp"), which is what drag is here.
+SCHEMES = {
+    "euler": "drag-implicit-euler",
+    "rk4": "rk4",
+    "implicit": "damping-implicit-euler",
+    "implicitfast": "damping-implicit-euler",
+    **dict.fromkeys((*FORCED, *ON_REQUEST), "semi-implicit-euler"),
+    **dict.fromkeys(("rk4+held", "rk4+defaults"), "held-parabola"),
+}
+GYROSCOPIC = {"euler": "explicit"} | dict.fromkeys(("implicit", "implicitfast", "discrete"), "implicit")
 ABOUT = {
     "version": mujoco.__version__,
     "precision": "double",
@@ -59,6 +72,7 @@ ABOUT = {
         "the compiler's limits on mass and inertia",
         "errors of discrete's solver: its tolerance is 1e-15 instead of 1e-8, which costs nothing here",
     ],
+    "defaults": ["integrator Euler", "a state beyond 1e10 is put back to the start (auto-reset)"],
 }
 
 MODEL = """
@@ -124,6 +138,7 @@ def build(scene: "Scene", method: str, keep: Collection[str] = ()) -> World:
     if manner == "defaults":
         model, scale = as_shipped(inside, integrator), 1.0
     else:
+        # MuJoCo takes a pivot below 1e-15 for singular and carries on with another.
         scale = scale_to_one(scene.body.mass, *scene.body.moments)
         model = bare(inside, integrator, scale, keep)
     model.opt.gravity[:] = 0.0 if scene.gravity is None else scene.gravity
@@ -210,15 +225,6 @@ def words(numbers: NDArray[np.float64]) -> str:
     return " ".join(map(repr, numbers.tolist()))
 
 
-def scale_to_one(*masses_and_moments: float) -> float:
-    """Return the power of two that takes the smallest to about one.
-
-    MuJoCo takes a pivot below 1e-15 for singular and carries on with another.  Motion depends on ratios only, of
-    masses, moments and forces, and a power of two changes no bit of it.
-    """
-    return math.ldexp(1.0, -math.frexp(min(masses_and_moments))[1])
-
-
 def write(world: World, states: NDArray[np.float64]) -> None:
     """Put the throws into these states, (N, 13), with no trace of any earlier flight."""
     mujoco.mj_resetData(world.model, world.data)
@@ -269,19 +275,20 @@ def read(world: World) -> NDArray[np.float64]:
     return states
 
 
-def audit(world: World) -> list[str]:
+def audit(world: World) -> list[tuple[str, str]]:
     """Return what went wrong without a word since `write`."""
     resets = not world.model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_AUTORESET
-    notes = [
-        f"{warning.number} times: {mujoco.mju_warningText(kind, warning.lastinfo)}"
-        + (" The state was reset." if resets and kind in BAD_STATES else "")
-        for kind, warning in enumerate(world.data.warning)
-        if warning.number
-    ]
+    found = []
+    for kind, warning in enumerate(world.data.warning):
+        if warning.number:
+            was_reset = resets and kind in BAD_STATES
+            text = f"{warning.number} times: {mujoco.mju_warningText(kind, warning.lastinfo)}"
+            found.append(("reset", f"{text} The state was reset.") if was_reset else ("bad-number", text))
     # MuJoCo adds up its time, which costs up to half an ulp of the total a step; anything more is a reset.
     if abs(world.data.time - world.elapsed) > world.steps * sys.float_info.epsilon * world.elapsed:
-        notes.append(f"time is {world.data.time:.17g} s after {world.elapsed:.17g} s of steps: the state was reset")
-    return notes
+        how = f"time is {world.data.time:.17g} s after {world.elapsed:.17g} s of steps: the state was reset"
+        found.append(("reset", how))
+    return found
 
 
 def coordinates(world: World) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -290,7 +297,7 @@ def coordinates(world: World) -> tuple[NDArray[np.float64], NDArray[np.float64]]
 
 
 def turned(vectors: NDArray[np.float64], q: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return vectors, (N, 3), turned by quaternions w x y z, (N, 4)."""
+    """Return vectors, (N, 3), turned by quaternions w x y z, (N, 4), as MuJoCo turns them."""
     result = np.empty((len(vectors), 3))
     for row, vector, turn in zip(result, vectors, q, strict=True):
         mujoco.mju_rotVecQuat(row, vector, turn)

@@ -20,6 +20,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from compare.engines.parts.scale import scale_to_one
+
 if TYPE_CHECKING:
     from scenarios.scene import Scene
     from scenarios.wrench import Wrench
@@ -48,6 +50,13 @@ FORCED = ("multibody+held", "rigidbody+held")
 ON_REQUEST = ("multibody+defaults", "rigidbody+defaults")
 FEATURES = {"gravity", "tether", "drag", "floor"}
 OPTIONAL = ("collision shape",)
+PACKAGES = ("pybullet",)
+PINS = ("pybullet==3.2.7", "numpy==2.4.6")
+PYTHON = "3.11"
+# Read in btMultiBody.cpp and btRigidBody.cpp; a force of a script's is held over a step by both.
+SCHEMES = dict.fromkeys((*FORCED, *ON_REQUEST), "semi-implicit-euler")
+GYROSCOPIC = {"multibody": "explicit", "rigidbody": "implicit"}
+LARGEST_TURN = math.pi / 4  # rad a step; ANGULAR_MOTION_THRESHOLD in Bullet's btTransformUtil.h
 ABOUT = {
     "version": importlib.metadata.version("pybullet"),
     "precision": "double",
@@ -56,11 +65,14 @@ ABOUT = {
         "multibody's limit of 100 m/s and 100 rad/s on every velocity component",
         "collision shapes and collision pairs",
     ],
+    "defaults": [
+        "multibody: linear and angular damping 0.04, velocity components cut at 100",
+        "rigidbody: none",
+    ],
 }
 
 NO_SHAPE = -1
 BASE = -1  # PyBullet's link index of the body itself
-LARGEST_TURN = math.pi / 4  # rad a step; ANGULAR_MOTION_THRESHOLD in Bullet's btTransformUtil.h
 LEAST_PIVOT = sys.float_info.epsilon  # kg m2, or its cube: SIMD_EPSILON, below which Bullet inverts nothing
 # What multibody does unless told otherwise.
 DAMPING, LIMIT = 0.04, 100.0
@@ -95,6 +107,8 @@ def build(scene: "Scene", method: str, keep: Collection[str] = ()) -> World:
     kind, _, manner = method.partition("+")
     if not scene.is_free and not manner:
         raise NotImplementedError(f"{kind} has none of these laws itself; {kind}+held is given their force once a step")
+    # Multibody ignores a torque about an axis with a moment below 2.2e-16 kg m2, and rigidbody drops the gyroscopic
+    # torque where the product of the three is below that.
     scale = 1.0 if manner == "defaults" else scale_to_one(scene.body.mass, *scene.body.moments)
     client = pybullet.connect(pybullet.DIRECT)
     mass, moments = scale * scene.body.mass, tuple(scale * scene.body.moments)
@@ -109,16 +123,6 @@ def build(scene: "Scene", method: str, keep: Collection[str] = ()) -> World:
     shape = collision_shape(world, scene) if "collision shape" in keep else NO_SHAPE
     world.bodies = [add_body(world, shape) for _ in scene.start]
     return world
-
-
-def scale_to_one(*masses_and_moments: float) -> float:
-    """Return the power of two that takes the smallest to about one.
-
-    Multibody ignores a torque about an axis with a moment below 2.2e-16 kg m2, and rigidbody drops the gyroscopic
-    torque where the product of the three is below that.  Motion depends on ratios only, of masses, moments and forces,
-    and a power of two changes no bit of it.
-    """
-    return math.ldexp(1.0, -math.frexp(min(masses_and_moments))[1])
 
 
 def collision_shape(world: World, scene: "Scene") -> int:
@@ -211,22 +215,26 @@ def read(world: World) -> NDArray[np.float64]:
     return states
 
 
-def audit(world: World) -> list[str]:
+Found = Iterator[tuple[str, str]]
+
+
+def audit(world: World) -> list[tuple[str, str]]:
     """Return what went wrong without a word since `write`; |w| is known where the state was written or read."""
     states = read(world)
     findings = [*turned_too_little(world), *another_body(world), *stood_still(world, states), *lost_torque(world)]
     return [*findings, *damped_and_clamped(world)] if world.defaults and world.kind == "multibody" else findings
 
 
-def turned_too_little(world: World) -> Iterator[str]:
+def turned_too_little(world: World) -> Found:
     """Say so where a step was too long for the angular velocity (Bullet, btTransformUtil::integrateTransform)."""
     asked = world.fastest * world.longest_step
     if asked > LARGEST_TURN:
         turned = 2 * math.atan(asked / LARGEST_TURN * math.tan(LARGEST_TURN / 2))
-        yield f"turned 2 atan(4 |w|dt/pi tan(pi/8)) = {turned:.3g} rad a step instead of |w|dt = {asked:.3g} rad"
+        how = f"turned 2 atan(4 |w|dt/pi tan(pi/8)) = {turned:.3g} rad a step instead of |w|dt = {asked:.3g} rad"
+        yield "under-rotated", how
 
 
-def another_body(world: World) -> Iterator[str]:
+def another_body(world: World) -> Found:
     """Say so where mass or moments are not those asked for."""
     asked = np.array([world.mass, *world.moments])
     for throw, body in enumerate(world.bodies):
@@ -234,37 +242,40 @@ def another_body(world: World) -> Iterator[str]:
         got = np.array([info[0], *info[2]])
         # Bullet keeps inverses, which costs an ulp.
         if not np.allclose(got, asked, rtol=1e-15, atol=0.0):
-            yield f"throw {throw} has mass and moments {got / asked} times those asked for"
+            yield "another-body", f"throw {throw} has mass and moments {got / asked} times those asked for"
 
 
-def stood_still(world: World, states: NDArray[np.float64]) -> Iterator[str]:
+def stood_still(world: World, states: NDArray[np.float64]) -> Found:
     """Say so where a body kept a velocity and went nowhere."""
     if not world.longest_step:
         return
     same = (states == world.written)[:, [0, 1, 2, 7, 8, 9]].all(axis=1)
     moving = world.written[:, 7:10].any(axis=1)
     for throw in np.flatnonzero(same & moving):
-        yield f"throw {throw} did not move at all although v = {world.written[throw, 7:10]} m/s"
+        yield "frozen", f"throw {throw} did not move at all although v = {world.written[throw, 7:10]} m/s"
 
 
-def lost_torque(world: World) -> Iterator[str]:
+def lost_torque(world: World) -> Found:
     """Say so where the moments are too small for Bullet to invert."""
     if world.kind == "rigidbody" and math.prod(world.moments) < LEAST_PIVOT and len(set(world.moments)) > 1:
         product = math.prod(world.moments)
-        yield f"lost gyroscopic torque: det(I) = {product:.3g} kg3 m6 is below {LEAST_PIVOT:.2g}"
+        yield "lost-torque", f"lost gyroscopic torque: det(I) = {product:.3g} kg3 m6 is below {LEAST_PIVOT:.2g}"
     if world.kind == "multibody" and min(world.moments) < LEAST_PIVOT:
-        yield f"lost torque about an axis: its moment of {min(world.moments):.3g} kg m2 is below {LEAST_PIVOT:.2g}"
+        how = f"lost torque about an axis: its moment of {min(world.moments):.3g} kg m2 is below {LEAST_PIVOT:.2g}"
+        yield "lost-torque", how
 
 
-def damped_and_clamped(world: World) -> Iterator[str]:
+def damped_and_clamped(world: World) -> Found:
     """Say what multibody's default settings did."""
     if not world.longest_step:
         return
     speed = np.linalg.norm(world.written[:, 7:10], axis=1).max()
     spin = np.linalg.norm(world.written[:, 10:13], axis=1).max()
     yield (
+        "damped",
         f"damped: its default takes {DAMPING:g} (1 + |v|) of v and {DAMPING:g} (1 + |w|) of w a second, "
-        f"{DAMPING * (1 + speed):.2g} at {speed:.3g} m/s and {DAMPING * (1 + spin):.2g} at {spin:.3g} rad/s"
+        f"{DAMPING * (1 + speed):.2g} at {speed:.3g} m/s and {DAMPING * (1 + spin):.2g} at {spin:.3g} rad/s",
     )
     if world.peak >= LIMIT:
-        yield f"clamped: a velocity component reached {world.peak:.4g}; its default limit is {LIMIT:g} m/s and rad/s"
+        how = f"clamped: a velocity component reached {world.peak:.4g}; its default limit is {LIMIT:g} m/s and rad/s"
+        yield "clamped", how

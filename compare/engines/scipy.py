@@ -19,6 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import DOP853
 
+from compare.engines.parts.turn import turned as rotated
+from compare.engines.parts.turn import turned_back
 from scenarios.wrench import net_wrenches, numbers, turned
 
 if TYPE_CHECKING:
@@ -30,6 +32,7 @@ Slope = Callable[[float, Array], Array]
 METHODS = ("dop853",)
 ADAPTIVE = METHODS
 FEATURES = {"gravity", "tether", "drag", "floor"}
+PACKAGES = ("scipy",)
 ABOUT = {
     "version": version("scipy"),
     "precision": "double",
@@ -40,6 +43,7 @@ ABOUT = {
         "nothing else: rtol is TOLERANCE; atol is TOLERANCE for q, TOLERANCE times the initial spin for w, and with "
         "forces TOLERANCE times the body's radius for x, the rate the motion begins with being the spin of w and v",
     ],
+    "defaults": ["rtol 1e-3 and atol 1e-6: a user of solve_ivp who sets nothing gets those, and method RK45"],
 }
 
 DEFAULT_TOLERANCE = 1e-9
@@ -145,7 +149,7 @@ def write(world: World, states: Array) -> None:
     """Put the throws into these states, (N, 13), each with a solver that has not stepped yet."""
     world.start = states.copy()
     q = states[:, 3:7] / np.linalg.norm(states[:, 3:7], axis=1, keepdims=True)
-    spins = np.hstack((q, rotated(states[:, 10:13], q * (1, -1, -1, -1))))
+    spins = np.hstack((q, turned_back(states[:, 10:13], q)))
     world.motions = spins if world.radius is None else np.hstack((spins, states[:, 0:3], states[:, 7:10]))
     world.solvers = [solver_from(world, y) for y in world.motions.copy()]
     world.begin, world.steps, world.dt = 0.0, 0, 0.0
@@ -207,14 +211,8 @@ def read(world: World) -> Array:
     return np.hstack((x + t * (v + t / 2.0 * world.gravity), q, v + t * world.gravity, w))
 
 
-def audit(world: World) -> list[str]:
+def audit(world: World) -> list[tuple[str, str]]:
     """Return that the tolerance was not the one asked for, where SciPy has none so small."""
     if world.asked >= LEAST_TOLERANCE:
         return []
-    return [f"tolerance {world.asked:g} raised to {LEAST_TOLERANCE:g}, the least SciPy takes"]
-
-
-def rotated(vectors: Array, q: Array) -> Array:
-    """Return vectors, (N, 3), turned by unit quaternions w x y z, (N, 4): v + 2 (w n + n x n) x v, n = (x, y, z)."""
-    across = 2.0 * np.cross(q[:, 1:4], vectors)
-    return vectors + q[:, 0:1] * across + np.cross(q[:, 1:4], across)
+    return [("tolerance", f"tolerance {world.asked:g} raised to {LEAST_TOLERANCE:g}, the least SciPy takes")]

@@ -21,6 +21,14 @@ WHOLE = tuple(name for name, method in REGISTRY.items() if method.order is None 
 ON_REQUEST = ("auto",)
 # Every law of the solver, by the name that a scene has it under: the key of one of its kind.
 FEATURES = {law.removesuffix("s") for law in LAWS}
+PACKAGES = ("tumble",)
+SCHEMES = {
+    "rk4": "rk4",
+    "symplectic-euler": "semi-implicit-euler",
+    "gauss6": "a-stable",
+    "radau5": "a-stable",
+}
+GYROSCOPIC = {name: "keeps-momentum" for name, method in REGISTRY.items() if method.keeps_momentum}
 # Laws without strength, to keep where a scene has none: a slack tether off the centre, a floor out of reach.
 WITHOUT_STRENGTH = {
     "gravity": (0.0, 0.0, 0.0),
@@ -136,12 +144,12 @@ def audit(world):
     """Return what a state does not show: steps not found or beyond the stable one, a matrix that is no rotation."""
     flight, findings = world.flight, []
     if flight.unsolved:
-        findings.append(f"Newton did not converge in {flight.unsolved} steps")
+        findings.append(("unsolved", f"Newton did not converge in {flight.unsolved} steps"))
     turn, stable = np.max(np.linalg.norm(flight.read()[:, 10:13], axis=1)) * flight.dt, flight.method.stable_turn
     if stable is not None and turn > stable:
-        findings.append(f"beyond its stability limit: |w| dt = {turn:.3g} > {stable:.3g}")
+        findings.append(("unstable", f"beyond its stability limit: |w| dt = {turn:.3g} > {stable:.3g}"))
     matrices = flight.matrices()
     strain = np.max(np.abs(np.swapaxes(matrices, 1, 2) @ matrices - np.eye(3)))
     if strain > LARGEST_STRAIN:
-        findings.append(f"the matrix is no rotation any more: |R^T R - 1| = {strain:.3g}")
+        findings.append(("deformed", f"the matrix is no rotation any more: |R^T R - 1| = {strain:.3g}"))
     return findings

@@ -26,6 +26,19 @@ def quietly() -> np.errstate:
 
 
 @dataclass(frozen=True, eq=False)
+class Flown:
+    """What one method answered at one step dt [s], apart from the scene and the truth."""
+
+    method: str
+    dt: float
+    answer: Trajectory | Failure
+
+    def run(self, scene: Scene, engine: str, truth: Truth | None) -> "Run":
+        """Return it beside the truth."""
+        return Run(scene, engine, self.method, self.dt, self.answer, truth)
+
+
+@dataclass(frozen=True, eq=False)
 class Run:
     """One contestant on one scene: the flight it made or why there is none, beside the truth.
 
@@ -66,7 +79,7 @@ class Run:
 
     @cached_property
     def notes(self) -> tuple[str, ...]:
-        """What went wrong silently, by the engine's own audit and by ours."""
+        """What went wrong silently, by the engine's own audit and by ours, in words."""
         if isinstance(self.answer, Failure):
             return ()
         if self.truth is None or self.answer.diverged_at is not None:

@@ -18,7 +18,6 @@ lost torque and under-rotation are not judged, unless the audit names them.
 """
 
 import math
-import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
@@ -46,17 +45,9 @@ SITS, SAME_LENGTH = 3, 1e-12
 HIDES_NOTHING = 1e9  # times the energy: rounding can stop a velocity too, once everything else has run away
 SLOW = 0.1  # of the speed that all the energy of the scene would give
 STRETCHED = 1e-2
+# What an engine's audit may decide: only it can see them.  How much a damping takes, the numbers show.
+AUDITED = ("reset", "clamped", "frozen", "lost-torque", "under-rotated")
 AT_REST_AT_THE_ORIGIN = np.array((0.0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0))
-
-# The words with which our engines' audits name what only they can see.
-AUDITED = {
-    "reset": re.compile(r"\bstate was reset\b"),
-    "clamped": re.compile(r"\bclamped\b"),
-    "frozen": re.compile(r"\bdid not move\b|^frozen\b"),
-    "lost-torque": re.compile(r"^lost (gyroscopic )?torque\b"),
-    "under-rotated": re.compile(r"^turned .* instead of \|w\|dt"),
-}
-
 
 Law = Callable[[Array, Scene], Array]  # an energy of states, (..., 13) -> (...) [J]
 
@@ -86,7 +77,7 @@ def verdict(run: Run) -> Verdict:
     balances = list(energies(run))
     ratio = balances[0].ratio
     for word, finder in FINDERS.items():
-        why = next((note for note in run.answer.notes if word in AUDITED and AUDITED[word].search(note)), "")
+        why = next((found.text for found in run.answer.findings if found.kind == word and word in AUDITED), "")
         why = why or finder(run, balances)
         if why:
             return Verdict(word, why, ratio)

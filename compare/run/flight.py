@@ -6,7 +6,7 @@ from types import ModuleType
 
 import numpy as np
 
-from compare.run.registry import built
+from compare.run.registry import Finding, built, findings
 from compare.run.timer import timed
 from scenarios.frames import Array, vertices
 from scenarios.impulse import RayMissed, jump
@@ -31,8 +31,8 @@ class Trajectory:
     """What an engine answered: one row for t = 0 and one a sample.
 
     times [s], (R,); states (R, N, 13); vertices [m], (R, N, n, 3), world; steps in all; wall_s: their native loops [s];
-    notes: what the engine's own audit found; remark: what else it has to say.  After the state stopped being finite the
-    rows are NaN.
+    findings: those of the engine's own audit; remark: what else it has to say.  After the state stopped being finite
+    the rows are NaN.
     """
 
     times: Array
@@ -40,8 +40,13 @@ class Trajectory:
     vertices: Array
     steps: int
     wall_s: float
-    notes: tuple[str, ...]
+    findings: tuple[Finding, ...]
     remark: str = ""
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """The findings in words."""
+        return tuple(found.text for found in self.findings)
 
     @property
     def diverged_at(self) -> float | None:
@@ -80,12 +85,12 @@ def fly(engine: ModuleType, scene: Scene, method: str, dt: float, keep: frozense
     """Fly the scene in one engine.
 
     dt [s]; keep: what of its OPTIONAL the engine is to build all the same.
-    Raises whatever the engine raises, and ValueError where its answer is not of shape (N, 13).
+    Raises whatever the engine raises, and ValueError where read or audit answers what the contract has not.
     """
     world = built(engine, scene, method, keep)
     audit = getattr(engine, "audit", lambda world: [])
     where = getattr(engine, "vertices", None)
-    notes: list[str] = []
+    found: list[Finding] = []
     rows: dict[float, tuple[Array, Array]] = {}
 
     def look(time: float) -> Array:
@@ -96,20 +101,21 @@ def fly(engine: ModuleType, scene: Scene, method: str, dt: float, keep: frozense
         rows[time] = states, np.array(seen, dtype=float)
         return states
 
-    engine.write(world, struck(scene, 0.0, scene.start.copy(), notes))
+    engine.write(world, struck(scene, 0.0, scene.start.copy(), found))
     states = look(0.0)
     steps, wall_s = 0, 0.0
     for leg in legs(scene, dt):
+        prepare(engine, world, leg.dt)
         wall_s += timed(engine.advance, world, leg.n, leg.dt)
         steps += leg.n
         states = look(leg.end)
         if not np.isfinite(states).all():
             break
         if any(impulse.time == leg.end for impulse in scene.impulses):
-            notes += audit(world)
-            engine.write(world, struck(scene, leg.end, states, notes))
+            found += findings(audit(world))
+            engine.write(world, struck(scene, leg.end, states, found))
             look(leg.end)
-    notes += audit(world)
+    found += findings(audit(world))
 
     nowhere = np.full_like(states, np.nan), np.full((len(states), *scene.body.points.shape), np.nan)
     seen = [rows.get(time, nowhere) for time in scene.rows]
@@ -119,17 +125,23 @@ def fly(engine: ModuleType, scene: Scene, method: str, dt: float, keep: frozense
         np.array([points for _, points in seen]),
         steps,
         wall_s,
-        tuple(dict.fromkeys(notes)),
+        tuple(dict.fromkeys(found)),
         engine.remark(world) if hasattr(engine, "remark") else "",
     )
 
 
-def struck(scene: Scene, time: float, states: Array, notes: list[str]) -> Array:
+def prepare(engine: ModuleType, world: object, dt: float) -> None:
+    """Let an engine that fixes its step when built fix it to dt [s], before it is asked for such steps."""
+    if hasattr(engine, "prepare"):
+        engine.prepare(world, dt)
+
+
+def struck(scene: Scene, time: float, states: Array, found: list[Finding]) -> Array:
     """Return the states after the impulses of one instant, in the order listed; a ray that misses strikes nothing."""
     for number, impulse in enumerate(scene.impulses):
         if impulse.time == time:
             try:
                 states = jump(impulse, states, scene.body)
             except RayMissed as missed:
-                notes.append(f"impulse {number} at t = {time:g} s not given: {missed}")
+                found.append(Finding("other", f"impulse {number} at t = {time:g} s not given: {missed}"))
     return states

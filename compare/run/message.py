@@ -30,7 +30,8 @@ class Malformed(ValueError):
 def frame(value: object) -> list[bytes | memoryview]:
     """Return the parts of a frame: prefix and head, then each array.
 
-    value: None, booleans, numbers, texts, arrays, and lists, sets and dataclasses of those.  Raises TypeError.
+    value: None, booleans, numbers, texts, arrays, and lists, sets, dicts by text and dataclasses of those.
+    Raises TypeError.
     """
     arrays: list[np.ndarray] = []
     head = json.dumps(_plain(value, arrays)).encode()
@@ -73,6 +74,8 @@ def _plain(value: object, arrays: list[np.ndarray]) -> object:
         return {field.name: _plain(getattr(value, field.name), arrays) for field in fields(value)}
     if isinstance(value, list | tuple):
         return [_plain(item, arrays) for item in value]
+    if isinstance(value, dict) and all(isinstance(key, str) for key in value):
+        return {key: _plain(item, arrays) for key, item in value.items()}
     if isinstance(value, set | frozenset):
         return sorted(_plain(item, arrays) for item in value)  # type: ignore[type-var]
     raise TypeError(f"a {type(value).__name__} is no plain value")
@@ -90,6 +93,10 @@ def _built(hint: Any, plain: Any, body: memoryview) -> Any:
         if not isinstance(plain, dict) or set(plain) != set(names):
             raise Malformed(f"what it sent is no {name_of(hint)}")
         return hint(**{name: _built(hints[name], plain[name], body) for name in names})  # type: ignore[operator]
+    if origin is dict:
+        if not isinstance(plain, dict):
+            raise Malformed(f"what it sent has a {type(plain).__name__} where names and values belong")
+        return {name: _built(arguments[1], value, body) for name, value in plain.items()}
     if origin in (tuple, list, frozenset):
         if not isinstance(plain, list):
             raise Malformed(f"what it sent has a {type(plain).__name__} where a list belongs")

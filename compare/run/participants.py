@@ -88,7 +88,7 @@ class Participant:
             return None
         with self._lock:
             self.refuse_halted()
-            self.worker = Worker(self.engine, self.worker.time_limit)
+            self.worker = self.worker.renewed()
         info = self.worker.describe()
         return info if isinstance(info, Failure) else None
 
@@ -169,6 +169,9 @@ def launched(asked: Iterable[str], time_limit: float = TIME_LIMIT_S) -> Iterator
     Raises BadEngine with one line.
     """
     engines = wanted(asked)
+    titles = [registry.title(engine) for engine in engines]
+    if twice := next((title for title in titles if titles.count(title) > 1), None):
+        raise BadEngine(f"two engines are named {twice!r}: rename one of the files")
     # All are started before any is waited for: importing the engines takes longest.
     workers = [Worker(engine, time_limit) for engine in engines]
     participants: list[Participant] = []

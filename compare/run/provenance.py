@@ -4,13 +4,16 @@ import importlib.metadata
 import os
 import platform
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
+from compare.run import registry
+
 # What the tables of a comparison or a sweep are called; to be counted up when a column changes its name or meaning.
 FORMAT = "tumble tables 2"
-PACKAGES = ("tumble", "numpy", "numba", "mpmath", "mujoco-core", "pybullet")
+PACKAGES = ("tumble", "numpy", "numba", "mpmath")
 
 
 @dataclass(frozen=True)
@@ -32,13 +35,12 @@ def conditions(command: str) -> Iterator[ConditionRow]:
 
 
 def versions() -> Iterator[ConditionRow]:
-    """Yield the version of Python and of the packages that figures depend on."""
+    """Yield the version of Python, and of the packages installed that figures depend on: ours and every engine's."""
     yield ConditionRow("python", platform.python_version())
-    for package in PACKAGES:
-        try:
+    engines = sorted(package for engine in registry.names() for package in registry.package(engine).packages)
+    for package in dict.fromkeys((*PACKAGES, *engines)):
+        with suppress(importlib.metadata.PackageNotFoundError):
             yield ConditionRow(package, importlib.metadata.version(package))
-        except importlib.metadata.PackageNotFoundError:
-            yield ConditionRow(package, "not installed")
 
 
 def processor() -> str:

@@ -6,10 +6,13 @@ from dataclasses import dataclass, replace
 from types import ModuleType
 from typing import BinaryIO
 
+import numpy as np
+
 from compare.run.flight import Trajectory, fly, struck
 from compare.run.message import PREFIX, frame, lengths, unpacked
 from compare.run.registry import BadEngine, EngineInfo, Missing, engine_info, in_one_line, load
 from compare.run.timer import Pace, Timer
+from scenarios.frames import Array
 from scenarios.scene import Scene
 
 
@@ -78,7 +81,36 @@ class TakeSample:
         return engine.timers[self.key].sample()
 
 
-Question = Fly | PrepareTimer | TakeSample
+@dataclass(frozen=True)
+class StepMatrices:
+    """Say what a scheme of the engine's own makes of u'' + c u' + s u = 0 in steps h [s], (n,)."""
+
+    method: str
+    s: float
+    c: float
+    h: Array
+
+    def answer(self, engine: Loaded) -> Array:
+        """Return the matrices on (u, u'), (n, 2, 2)."""
+        scheme = engine.module.SCHEMES[self.method]
+        return np.array([scheme(self.s, self.c, step) for step in self.h.tolist()], dtype=float).reshape(-1, 2, 2)
+
+
+@dataclass(frozen=True)
+class PutLaw:
+    """Put a law of compare.engines to a method."""
+
+    law: str
+    method: str
+
+    def answer(self, engine: Loaded) -> str:
+        """Return how it does not hold, '' where it does."""
+        from compare.run.laws import law_broken  # it brings a scene of its own, which no flight has a use for
+
+        return law_broken(engine.module, self.law, self.method)
+
+
+Question = Fly | PrepareTimer | TakeSample | StepMatrices | PutLaw
 
 
 def answer_all(line: socket.socket, engine: str, memory_limit: int) -> None:
@@ -125,7 +157,7 @@ def questions(stream: BinaryIO) -> Iterator[Question]:
         yield unpacked(Question, stream.read(head), stream.read(body))
 
 
-def send(line: socket.socket, answer: EngineInfo | Trajectory | Failure | Refusal | float) -> None:
+def send(line: socket.socket, answer: EngineInfo | Trajectory | Failure | Refusal | Array | float | str) -> None:
     """Send an answer.  Raises TypeError where it holds what is no plain value."""
     for part in frame(answer):
         line.sendall(part)

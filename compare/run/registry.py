@@ -1,20 +1,24 @@
 """Which engines there are, and what a name on the command line means."""
 
+import ast
 import importlib
 import importlib.util
 import pkgutil
 import sys
 import traceback
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-import compare.engines
+from compare import engines
+from compare.engines import FINDINGS, GYROSCOPIC_NAMES, LAWS, OWN, SCHEME_NAMES
 from scenarios.scene import Scene
 
 VERBS = ("build", "write", "advance", "read")
+OWN_SCHEME = "its own"  # in place of a name, for a scheme that an engine states as a function
 
 
 class BadEngine(ValueError):
@@ -26,12 +30,35 @@ class Missing(ImportError):
 
 
 @dataclass(frozen=True)
+class Finding:
+    """What an audit found: a kind of compare.engines.FINDINGS, and words."""
+
+    kind: str
+    text: str
+
+
+@dataclass(frozen=True)
+class Package:
+    """What brings an engine, read from its file without running it: all that is known of one that is not installed.
+
+    packages: the one to install first; pins: what an environment of its own gets; python: the only release of Python
+    that it has wheels for, empty where it has them for all.
+    """
+
+    packages: tuple[str, ...] = ()
+    pins: tuple[str, ...] = ()
+    python: str = ""
+
+
+@dataclass(frozen=True)
 class EngineInfo:
     """What an engine says of itself: its methods (the default first), force laws, and ABOUT.
 
     adaptive: methods that take a tolerance; whole: methods that take a flight of any length in one step; forced: names
     that take part only where more than gravity acts; on_request: names that take part only when asked for; optional:
-    what build leaves out of a world that has no use for it, and keeps if told to.
+    what build leaves out of a world that has no use for it, and keeps if told to; schemes and gyroscopic: names by
+    method, as in compare.engines, OWN_SCHEME for a function; largest_turn [rad] of a step; exempt: laws that it is
+    there to break, and why; defaults: what a user gets who sets nothing.
     """
 
     methods: tuple[str, ...]
@@ -44,12 +71,30 @@ class EngineInfo:
     version: str
     precision: str
     switched_off: tuple[str, ...]
+    defaults: tuple[str, ...]
+    schemes: dict[str, str]
+    gyroscopic: dict[str, str]
+    largest_turn: float | None
+    exempt: dict[str, str]
 
 
 def names() -> list[str]:
-    """Return the names of our own engine files."""
-    found = {module.name for module in pkgutil.iter_modules(compare.engines.__path__)}
-    return sorted(found, key=lambda name: (name != "tumble", name))
+    """Return the names of our own engine files; a folder beside them is none."""
+    found = {module.name for module in pkgutil.iter_modules(engines.__path__) if not module.ispkg}
+    return sorted(found, key=lambda name: (name != OWN, name))
+
+
+@cache
+def package(engine: str) -> Package:
+    """Return what brings one of our own engines."""
+    tree = ast.parse((Path(engines.__path__[0]) / f"{engine}.py").read_bytes())
+    stated = {
+        target.id: ast.literal_eval(line.value)
+        for line in tree.body
+        if isinstance(line, ast.Assign) and isinstance(target := line.targets[0], ast.Name)
+        if target.id in ("PACKAGES", "PINS", "PYTHON")
+    }
+    return Package(stated.get("PACKAGES", ()), stated.get("PINS", ()), stated.get("PYTHON", ""))
 
 
 def is_file(engine: str) -> bool:
@@ -70,17 +115,16 @@ def load(engine: str) -> ModuleType:
     if is_file(engine):
         return load_file(engine)
     try:
-        return importlib.import_module(f"compare.engines.{engine}")
+        return importlib.import_module(f"{engines.__name__}.{engine}")
     except ImportError as error:
-        raise Missing(missing_reason(error)) from error
+        raise Missing(missing_reason(engine, error)) from error
 
 
-def missing_reason(error: ImportError) -> str:
+def missing_reason(engine: str, error: ImportError) -> str:
     """Return why an engine of ours is not here."""
     reason = f"no module named {error.name}" if error.name else str(error)
-    if error.name == "pybullet":
-        reason += f" (it has no wheel for Python {sys.version_info.major}.{sys.version_info.minor} here)"
-    return reason
+    here, needed = f"{sys.version_info.major}.{sys.version_info.minor}", package(engine).python
+    return f"{reason} (it has wheels for Python {needed}, this is {here})" if needed not in ("", here) else reason
 
 
 def load_file(path: str) -> ModuleType:
@@ -120,6 +164,13 @@ def engine_info(engine: str, module: ModuleType) -> EngineInfo:
         ) from error
     if not methods:
         raise BadEngine(f"{engine}: METHODS is empty; at least one name is needed")
+    schemes = names_by_method(engine, module, "SCHEMES", SCHEME_NAMES)
+    gyroscopic = names_by_method(engine, module, "GYROSCOPIC", GYROSCOPIC_NAMES)
+    largest_turn = getattr(module, "LARGEST_TURN", None)
+    exempt = dict(getattr(module, "EXEMPT", {}))
+    for law in exempt:
+        if law not in LAWS:
+            raise BadEngine(f"{engine}: EXEMPT: no law {law!r}: there are {', '.join(LAWS)}")
     return EngineInfo(
         methods,
         frozenset(words(getattr(module, "ADAPTIVE", ()))),
@@ -131,7 +182,35 @@ def engine_info(engine: str, module: ModuleType) -> EngineInfo:
         str(about.get("version", "")),
         str(about.get("precision", "")),
         switched_off,
+        words(about.get("defaults", ())),
+        schemes,
+        gyroscopic,
+        None if largest_turn is None else float(largest_turn),
+        {law: str(why) for law, why in exempt.items()},
     )
+
+
+def names_by_method(engine: str, module: ModuleType, table: str, known: Collection[str]) -> dict[str, str]:
+    """Return one of the engine's tables by method, a function in it as OWN_SCHEME.  Raises BadEngine."""
+    stated = getattr(module, table, {})
+    if not isinstance(stated, Mapping):
+        raise BadEngine(f"{engine}: {table} must be a dict by method, is {stated!r}")
+    for method, name in stated.items():
+        own = callable(name) and table == "SCHEMES"
+        if not own and name not in known:
+            raise BadEngine(f"{engine}: {table}: {method}: no {name!r}: there are {', '.join(known)}")
+    return {str(method): OWN_SCHEME if callable(name) else str(name) for method, name in stated.items()}
+
+
+def findings(raw: Iterable[str | tuple[str, str]]) -> list[Finding]:
+    """Return what an audit returned; a plain string is of the kind `other`.  Raises ValueError for an unknown kind."""
+    found = []
+    for one in (raw,) if isinstance(raw, str) else raw:
+        kind, text = ("other", one) if isinstance(one, str) else one
+        if kind not in FINDINGS:
+            raise ValueError(f"audit() found {kind!r}; there are {', '.join(FINDINGS)}")
+        found.append(Finding(kind, str(text)))
+    return found
 
 
 def built(engine: ModuleType, scene: Scene, method: str, keep: frozenset[str]) -> Any:

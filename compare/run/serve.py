@@ -12,8 +12,10 @@ import sys
 from importlib.abc import MetaPathFinder
 from pathlib import Path
 
-OURS = ("compare", "scenarios", "solver")
-ROOT = str(Path(__file__).resolve().parents[2])
+ROOT = Path(__file__).resolve().parents[2]
+# In a wheel the rooms lie inside one package; see setup.py.
+OURS = ("tumble",) if (ROOT / "__init__.py").exists() else ("compare", "scenarios", "solver", "reports", "tumble")
+HOME = str(ROOT.parent if OURS == ("tumble",) else ROOT)
 
 
 class FindOurs(MetaPathFinder):
@@ -21,7 +23,20 @@ class FindOurs(MetaPathFinder):
 
     def find_spec(self, fullname, path=None, target=None):
         """Return where a package of ours is, None for all else."""
-        return importlib.machinery.PathFinder.find_spec(fullname, [ROOT]) if fullname in OURS else None
+        return importlib.machinery.PathFinder.find_spec(fullname, [HOME]) if fullname in OURS else None
+
+
+class FindTheirs(MetaPathFinder):
+    """Finds what the user calls by one of our names: his own, or nothing."""
+
+    def find_spec(self, fullname, path=None, target=None):
+        """Return where it is, None for all other names.  Raises ModuleNotFoundError where the user has none."""
+        if fullname not in OURS:
+            return None
+        spec = importlib.machinery.PathFinder.find_spec(fullname, [place for place in sys.path if place != HOME])
+        if spec is None:
+            raise ModuleNotFoundError(f"No module named {fullname!r}", name=fullname)
+        return spec
 
 
 def main(engine: str, memory_limit: str, line: str, lifeline: str) -> None:
@@ -37,8 +52,21 @@ def main(engine: str, memory_limit: str, line: str, lifeline: str) -> None:
 
     from compare.run.questions import answer_all
 
+    if engine.endswith(".py"):
+        forget_ours()
     with socket.socket(fileno=int(line)) as connection:
         answer_all(connection, engine, int(memory_limit))
+
+
+def forget_ours() -> None:
+    """Leave our names to the user: what he calls `compare` or `solver` is his own, and ours is none of his business.
+
+    What is loaded goes on working, for it knows its modules without asking for them again.
+    """
+    sys.meta_path[0] = FindTheirs()
+    for name in [*sys.modules]:
+        if name.partition(".")[0] in OURS:
+            del sys.modules[name]
 
 
 def limit_memory(most: int) -> None:

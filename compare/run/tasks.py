@@ -4,8 +4,8 @@ A task is a question put to one contestant, as a function of the participant tha
 stops at its floor, the bisection of a limit.  Every engine has one process and does its tasks one after the other;
 engines work side by side, as many as there are cores.  A process that crashed or hung is replaced for the next flight
 (`Participant.fly`), each answer has its time limit, and when the command is interrupted, or a task fails, all processes
-are killed at once.  Finished tasks are handed over one at a time, so that a study can keep them and be run again with
-the keys of those that it has.
+are killed at once.  What is finished is handed over one task at a time, so that a study can keep its rows and be run
+again without those tasks, or it is kept as it was answered (`Kept`) and found again.
 
 Another executor, of many machines, goes in here and nowhere else: a task holds all that it needs but for the truths
 that it waits for, and whoever runs it needs only a participant of that engine to hand to it.
@@ -16,8 +16,9 @@ import threading
 from collections.abc import Callable, Collection, Sequence
 from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
+from compare.run.kept import Kept
 from compare.run.participants import Participant
 from compare.run.truths import Truths
 
@@ -29,12 +30,14 @@ Key = tuple[str, ...]
 class Task(Generic[Result]):
     """One question to one contestant.
 
-    key: scene, engine and method, and what else tells it from the study's other tasks; ask: puts the question.
+    key: scene, engine and method, and what else tells it from the study's other tasks; ask: puts the question; kind:
+    the type of the result, where it is of plain values, arrays and dataclasses, so that it can be kept.
     """
 
     key: Key
     participant: Participant
     ask: Callable[[Participant], Result]
+    kind: Any = None
 
     def __str__(self) -> str:
         scene, *contestant = self.key
@@ -47,18 +50,24 @@ def run(
     done: Collection[Key] = (),
     finished: Callable[[Key, Result], object] = lambda key, result: None,
     tick: Callable[[str], object] = lambda what: None,
+    kept: Kept | None = None,
 ) -> list[Result]:
     """Return the results of all tasks but those that are done already, in the order of the tasks.
 
     truths: what tasks wait for, which ends with them; finished: called with each result as it comes, one at a time;
-    tick is told what was finished.  Raises what a task or a truth raises; then, as on Ctrl-C, everything is
-    stopped first.
+    tick: told what was finished; kept: where finished tasks are kept, and found if they were finished before.
+    Raises what a task or a truth raises; then, as on Ctrl-C, everything is stopped first.
     """
     left = [task for task in tasks if task.key not in done]
     own: dict[Participant, list[Task[Result]]] = {}
-    for task in left:
-        own.setdefault(task.participant, []).append(task)
     results: dict[Task[Result], Result] = {}
+    for task in left:
+        if kept is not None and (before := kept.find(task.key, task.kind)) is not None:
+            results[task] = before
+            tick(str(task))
+    for task in left:
+        if task not in results:
+            own.setdefault(task.participant, []).append(task)
     one_at_a_time = threading.Lock()
 
     def work_through(mine: Sequence[Task[Result]]) -> None:
@@ -68,6 +77,8 @@ def run(
                 # A flight that ended because its process was killed is no answer.
                 task.participant.refuse_halted()
                 results[task] = result
+                if kept is not None:
+                    kept.keep(task.key, result)
                 finished(task.key, result)
                 tick(str(task))
 

@@ -13,9 +13,20 @@ import numpy as np
 from compare.run.flight import Trajectory
 from compare.run.message import Malformed
 from compare.run.process import Died, Process
-from compare.run.questions import Failure, Fly, PrepareTimer, Question, Refusal, TakeSample, more_than
+from compare.run.questions import (
+    Failure,
+    Fly,
+    PrepareTimer,
+    PutLaw,
+    Question,
+    Refusal,
+    StepMatrices,
+    TakeSample,
+    more_than,
+)
 from compare.run.registry import BadEngine, EngineInfo, is_file
 from compare.run.timer import Pace
+from scenarios.frames import Array
 from scenarios.scene import Scene
 
 MEMORY_LIMIT = 4 << 30
@@ -53,6 +64,10 @@ class Worker:
     def __exit__(self, *_: object) -> None:
         self.close()
 
+    def renewed(self) -> Self:
+        """Return a new process in place of one that is gone, under the same limits."""
+        return type(self)(self.engine, self.time_limit, self.memory_limit, self.python)
+
     def describe(self) -> EngineInfo | Failure:
         """Return the engine's info, or why it has none.  Raises BadEngine for a user's file that cannot be used."""
         answer = self._ask(None, EngineInfo | Failure | Refusal)
@@ -79,6 +94,14 @@ class Worker:
     def sample(self, key: str) -> float | Failure:
         """Return one sample of that timer [ns]."""
         return self._ask(TakeSample(key), float | Failure)
+
+    def step_matrices(self, method: str, s: float, c: float, h: Array) -> Array | Failure:
+        """Return what the engine's own scheme makes of u'' + c u' + s u = 0 in steps h [s], (n,) -> (n, 2, 2)."""
+        return self._ask(StepMatrices(method, s, c, h), np.ndarray | Failure, 4 * h.nbytes)
+
+    def law_broken(self, law: str, method: str) -> str | Failure:
+        """Return how a law of compare.engines does not hold for a method, '' where it does, or why it was not asked."""
+        return self._ask(PutLaw(law, method), str | Failure)
 
     @property
     def alive(self) -> bool:

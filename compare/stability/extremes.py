@@ -11,6 +11,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
+from compare.engines import OWN
 from compare.judge.errors import Run
 from compare.judge.verdict import verdict
 from compare.run.flight import Trajectory, legs
@@ -23,7 +24,7 @@ from scenarios.read import read_scene
 from scenarios.scene import Scene
 from scenarios.truth import Truth
 
-BEST, FLOORS = "tumble:exact", 10.0
+BEST, FLOORS = f"{OWN}:exact", 10.0
 BUDGET_S = 4.0  # of native loop in a flight
 # So many steps, or of an adaptive method such a share of the flight, are flown to see whether all of it fits into the
 # budget; of steps only where there are many times more.

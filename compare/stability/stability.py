@@ -7,7 +7,7 @@ exactly one length, which no truth is needed for: up to there the energy does no
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -20,8 +20,9 @@ from compare.judge.verdict import Verdict, bounded, verdict
 from compare.run.participants import Participant
 from compare.run.truths import Answer
 from compare.run.worker import Failure
-from compare.stability.modes import Mode, edge, stiffest_mode, theory
+from compare.stability.modes import Mode, stiffest_mode
 from compare.stability.schemas import LimitRow, StabilityRow
+from compare.stability.theory import theory
 from compare.tables.runs import boundless
 from compare.tables.shared import worded
 from scenarios.frames import Array
@@ -351,7 +352,7 @@ class Trials:
     ) -> LimitRow:
         """Return the row of limits, with theory's beside it."""
         column = self.question.columns[self.question.own]
-        known = theory(f"{self.participant.title}:{self.method}", column.scene, column.mode)
+        known = theory(self.participant, self.method, column.scene, column.mode)
         return LimitRow(
             column.scene.name,
             self.participant.title,
@@ -368,6 +369,14 @@ class Trials:
             dt_1mm,
             note,
         )
+
+
+def edge(low: float, high: float, holds: Callable[[float], bool], within: float) -> float:
+    """Return the last number at which something holds that does at low and not at high, to a relative precision."""
+    while high > (1 + within) * low:
+        middle = math.sqrt(low * high)
+        low, high = (middle, high) if holds(middle) else (low, middle)
+    return float(low)
 
 
 def contestants(participant: Participant, scene: Scene) -> tuple[str, ...]:

@@ -10,8 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from compare.judge.cost import Timed, time_runs
-from compare.judge.errors import Run
+from compare.judge.errors import Flown, Run
 from compare.run.flight import Trajectory, legs
+from compare.run.kept import Kept
 from compare.run.participants import Participant
 from compare.run.tasks import Task, run
 from compare.run.truths import true_answer
@@ -42,41 +43,47 @@ def sweep(
     scene: Scene,
     tick: Callable[[str], object] = lambda what: None,
     budget_s: float = BUDGET_S,
+    kept: Kept | None = None,
 ) -> Sweep:
     """Return one scene's error and time for every contestant and every rung of its ladder.
 
-    budget_s: native loop that one flight may take [s]; a ladder ends above it.
+    budget_s: native loop that one flight may take [s]; a ladder ends above it; kept: ladders that are done already, and
+    where those are kept that get done.  Times are always taken anew: they are worth something only beside each other.
     Raises NoTruth where there is nothing to measure errors against, RayMissed as compare does.
     """
     true, why = true_answer(scene)
     if true is None:
         raise NoTruth(f"{scene.name} has no truth to be held against: {why}")
 
-    def task(participant: Participant, method: str) -> Task[list[Run]]:
-        return Task(
-            (scene.name, participant.title, method),
-            participant,
-            lambda able: climb(able, scene, true, method, budget_s),
-        )
+    def task(participant: Participant, method: str) -> Task[list[Flown]]:
+        key = scene.name, participant.title, method
+        return Task(key, participant, lambda able: climb(able, scene, true, method, budget_s), list[Flown])
 
-    climbs = run([task(each, method) for each in participants for method in each.methods_for(scene)], tick=tick)
-    runs = [one for climbed in climbs for one in climbed]
+    tasks = [task(each, method) for each in participants for method in each.methods_for(scene)]
+    ladders = run(tasks, tick=tick, kept=kept)
+    runs = [
+        flown.run(scene, one.participant.title, true)
+        for one, ladder in zip(tasks, ladders, strict=True)
+        for flown in ladder
+    ]
     timed = time_runs(participants, scene, runs)
     tick("timed")
     clocked = {id(each.run) for each in timed}
     return Sweep(scene, tuple(timed), tuple(one for one in runs if id(one) not in clocked))
 
 
-def climb(participant: Participant, scene: Scene, true: Truth, method: str, budget_s: float) -> list[Run]:
-    """Return the runs of one method from its longest step to its floor, or to the end of the budget."""
+def climb(participant: Participant, scene: Scene, true: Truth, method: str, budget_s: float) -> list[Flown]:
+    """Return the ladder of one method from its longest step to its floor, or to the end of the budget."""
+    ladder: list[Flown] = []
     runs: list[Run] = []
     for name, dt in rungs(participant, scene, method):
         answer = participant.fly(scene, name, dt)
-        runs.append(Run(scene, participant.title, name, dt, answer, true))
+        ladder.append(Flown(name, dt, answer))
+        runs.append(ladder[-1].run(scene, participant.title, true))
         # An adaptive method's error falls by fits and starts, and its tolerances are few: they are all tried.
         if isinstance(answer, Failure) or over_budget(answer, budget_s) or (name == method and at_floor(runs)):
             break
-    return runs
+    return ladder
 
 
 def rungs(participant: Participant, scene: Scene, method: str) -> Iterator[tuple[str, float]]:

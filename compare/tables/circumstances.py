@@ -50,6 +50,11 @@ def changed_since(folder: Path, now: Sequence[ConditionRow]) -> str | None:
     return ""
 
 
+def binding(rows: Sequence[ConditionRow]) -> list[tuple[str, str]]:
+    """Return what must be the same for an answer to be taken up again."""
+    return [(row.what, row.value) for row in rows if is_of_account(row.what)]
+
+
 def is_of_account(what: str) -> bool:
     """Whether numbers may depend on it."""
     return what not in OF_NO_ACCOUNT and not what.startswith(TABLE)

@@ -5,7 +5,7 @@ from importlib import import_module
 from importlib.util import find_spec
 from pkgutil import iter_modules
 
-import compare
+from compare import tables as home
 from compare.tables import shared
 from compare.tables.schema import Table
 
@@ -15,7 +15,8 @@ SWEEP = "sweep-"  # before the name of a sweep's table where it lies beside thos
 @cache
 def tables() -> dict[str, Table]:
     """Return every table by the name of its file."""
-    studies = [f"compare.{found.name}.schemas" for found in iter_modules(compare.__path__)]
+    compare = import_module(home.__name__.rpartition(".")[0])
+    studies = [f"{compare.__name__}.{found.name}.schemas" for found in iter_modules(compare.__path__)]
     stated = [each for study in studies if find_spec(study) for each in import_module(study).TABLES]
     return {table.file: table for table in (*shared.TABLES, *stated)}
 

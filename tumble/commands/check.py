@@ -14,8 +14,9 @@ from compare.check.record import BadRecord, Record, is_record, read_record, text
 from compare.check.schemas import TIMES
 from compare.check.times import nearer
 from compare.check.tolerances import Tolerances, read_tolerances
+from compare.run.kept import Kept
 from compare.run.participants import flights, launched, wanted
-from compare.run.registry import BadEngine
+from compare.tables.circumstances import binding, circumstances
 from compare.tables.files import write_folder
 from scenarios.read import catalogue, read_scenes
 from tumble.notes import note, progress
@@ -78,11 +79,19 @@ def fly(options: Namespace, old: Record | None) -> Record:
     if options.output:
         Path(options.output).mkdir(parents=True, exist_ok=True)
     with launched(asked_engines, options.time_limit) as participants:
-        titles = [participant.title for participant in participants]
-        if twice := next((title for title in titles if titles.count(title) > 1), None):
-            raise BadEngine(f"two engines are named {twice!r}: rename one of the files")
-        with progress(flights(participants, scenes) + len(scenes) * (1 + timed)) as tick:
-            return measure(participants, scenes, (asked_scenes, asked_engines), shlex.join(options.words), timed, tick)
+        command, kept = shlex.join(options.words), None
+        if options.output:
+            asked = {"time limit [s]": f"{options.time_limit:g}"}
+            kept = Kept(Path(options.output), binding(circumstances(participants, scenes, asked, command)))
+        try:
+            with progress(flights(participants, scenes) + len(scenes) * (1 + timed)) as tick:
+                record = measure(participants, scenes, (asked_scenes, asked_engines), command, timed, tick, kept)
+        except KeyboardInterrupt:
+            where = f"the flights that are done are kept in {options.output}; the same command goes on from there"
+            raise KeyboardInterrupt(f"interrupted; {where if kept else 'nothing was written'}") from None
+        if kept:
+            kept.forget()
+        return record
 
 
 def timed_again(options: Namespace, old: Record, new: Record, tolerances: Tolerances) -> Record:

@@ -4,10 +4,11 @@ import shlex
 from argparse import Namespace
 from pathlib import Path
 
+from compare.run.kept import Kept
 from compare.run.participants import flights, launched
 from compare.sweep.results import MEASURED, measured
 from compare.sweep.sweep import YARDSTICK, sweep
-from compare.tables.circumstances import circumstances
+from compare.tables.circumstances import binding, circumstances
 from compare.tables.engines import engine_row
 from compare.tables.files import write_whole
 from compare.tables.frames import csv_text, frame
@@ -26,31 +27,32 @@ def main(options: Namespace) -> int:
         folder.mkdir(parents=True, exist_ok=True)
     with launched(options.engine, options.time_limit) as participants:
         asked = {"time limit [s]": f"{options.time_limit:g}", "reference": options.reference}
-        # A task is a scene: its times are worth something only beside each other, taken in the same rounds.
+        # A task of the store is a scene: its times are worth something only beside each other, of the same rounds.
         order = [(scene.name,) for scene in scenes]
         under = circumstances(participants, scenes, asked, shlex.join(options.words))
         store = Store(folder, MEASURED, ["scene"], order, under)
         if said := store.resume():
             note(said)
+        kept = Kept(folder, binding(under)) if folder else None
         left = [scene for scene in scenes if (scene.name,) not in store.done]
         sweeps = []
         try:
             with progress(flights(participants, left) + len(left)) as tick:
                 for scene in left:
-                    sweeps.append(sweep(participants, scene, tick))
+                    sweeps.append(sweep(participants, scene, tick, kept=kept))
                     store.keep((scene.name,), measured(sweeps[-1:], options.reference))
         except KeyboardInterrupt:
-            kept = f"{', '.join(name for (name,) in order if (name,) in store.done) or 'no scene'} is done"
-            raise KeyboardInterrupt(
-                f"interrupted; {kept}, and kept in {folder}" if folder else f"interrupted; {kept}"
-            ) from None
+            done = f"{', '.join(name for (name,) in order if (name,) in store.done) or 'no scene'} is done"
+            more = f", and with the ladders of the next kept in {folder}; the same command goes on from there"
+            raise KeyboardInterrupt(f"interrupted; {done}{more if folder else ''}") from None
         finally:
             store.write()
             out = console()
             for each in sweeps:
                 for piece in sweep_text(each, options.reference):
                     out.print(piece)
-        if folder:
+        if folder and kept:
+            kept.forget()
             write_whole(folder / "engines.csv", csv_text(frame(ENGINES, map(engine_row, participants))))
             note(f"tables written to {folder}")
     return 0

@@ -130,7 +130,8 @@ def test_mass_is_set_with_the_moments():
         world = thrown(method, THROWS, (1, 0.01))
         assert engine.audit(world) == []
         pybullet.changeDynamics(world.bodies[1], -1, mass=2 * world.mass, physicsClientId=world.client)
-        (note,) = engine.audit(world)
+        ((kind, note),) = engine.audit(world)
+        assert kind == "another-body"
         assert note.startswith("throw 1 has mass and moments [2. ")
 
 
@@ -190,7 +191,7 @@ def test_turning_too_little_is_flagged(method):
             assert notes == []
         else:
             assert turned < rate
-            assert f"= {turned:.3g} rad a step instead of |w|dt = {rate:.3g} rad" in notes[0]
+            assert f"= {turned:.3g} rad a step instead of |w|dt = {rate:.3g} rad" in notes[0][1]
 
 
 @METHODS
@@ -218,7 +219,8 @@ def test_standing_still_is_flagged(method):
     assert engine.audit(thrown(method, throw(v=(1, 0, 0)))) == []  # has not been asked to move
     assert engine.audit(thrown(method, throw(), (5, 0.01))) == []  # has no velocity
     # At 1e17 m a hundredth of a metre is below an ulp.
-    (note,) = engine.audit(thrown(method, throw(v=(1, 0, 0), x=(1e17, 0, 0)), (5, 0.01)))
+    ((kind, note),) = engine.audit(thrown(method, throw(v=(1, 0, 0), x=(1e17, 0, 0)), (5, 0.01)))
+    assert kind == "frozen"
     assert note == "throw 0 did not move at all although v = [1. 0. 0.] m/s"
 
 

@@ -88,7 +88,8 @@ def test_a_tolerance_that_scipy_has_not_is_flagged():
     least = f"dop853@{engine.LEAST_TOLERANCE!r}"
     assert engine.audit(thrown(least, THROWS)) == []
     below = thrown("dop853@1e-15", THROWS, (1, 1.0))
-    (note,) = engine.audit(below)
+    ((kind, note),) = engine.audit(below)
+    assert kind == "tolerance"
     assert "1e-15 raised to 2.3e-14" in note
     np.testing.assert_array_equal(engine.read(below), engine.read(thrown(least, THROWS, (1, 1.0))))
 

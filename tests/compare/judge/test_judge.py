@@ -8,6 +8,7 @@ import pytest
 from compare.judge.agreement import agreements
 from compare.judge.errors import Run
 from compare.run.flight import Trajectory
+from compare.run.registry import Finding
 from compare.run.worker import Failure
 from compare.tables.runs import run_row
 from scenarios.frames import vertices
@@ -109,7 +110,8 @@ def test_hidden_damping_is_said():
 
 def test_the_engines_own_audit_comes_first():
     assert (
-        planted(frozen, ("clamped at 100 m/s",)).status == "flagged: clamped at 100 m/s; frozen: the body never moved"
+        planted(frozen, (Finding("clamped", "clamped at 100 m/s"),)).status
+        == "flagged: clamped at 100 m/s; frozen: the body never moved"
     )
 
 

@@ -199,7 +199,7 @@ def spelled(value: object) -> object:
 
 
 def test_what_is_no_plain_value_is_not_sent():
-    for value in (object(), np.array([None]), np.array([1j]), {"a": 1}, b"bytes"):
+    for value in (object(), np.array([None]), np.array([1j]), {1: 1}, b"bytes"):
         with pytest.raises(TypeError):
             frame([value])
     with pytest.raises(Malformed):

@@ -8,11 +8,14 @@ import threading
 import time
 import uuid
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import pytest
 
+from compare.judge.errors import Flown
 from compare.run.flight import Trajectory
+from compare.run.kept import FOLDER, Kept
 from compare.run.participants import Participant, launched
 from compare.run.tasks import Task, run
 from compare.run.truths import Truths
@@ -197,3 +200,79 @@ def test_ctrl_c_leaves_no_process(tmp_path, words):
         command.kill()
         for left in carrying(mark):
             os.kill(left, signal.SIGKILL)
+
+
+def counting(able: Participant, scene, counted: list) -> list[Flown]:
+    counted.append(scene.title)
+    return [Flown("still", dt, able.fly(scene, "still", dt)) for dt in (scene.step, scene.step / 2)]
+
+
+def test_a_kept_task_is_found_again_bit_for_bit_and_under_the_same_circumstances_only(tmp_path):
+    counted: list[str] = []
+    scenes = [replace(SCENE, title=title) for title in ("one", "die", "three")]
+    with launched([engine_file(tmp_path, "a")]) as (a,):
+
+        def flown(under: object, most: int | None = None) -> list[list[Flown]]:
+            counted.clear()
+            tasks = [
+                Task((scene.title, "a"), a, partial(counting, scene=scene, counted=counted), list[Flown])
+                for scene in scenes[:most]
+            ]
+            return run(tasks, kept=Kept(tmp_path / "out", under))
+
+        first = flown("then", 2)
+        assert counted == ["one", "die"]
+        again = flown("then")
+        assert counted == ["three"], "what was done is flown again"
+        assert [[each.answer for each in ladder] for ladder in again][1] == [each.answer for each in first[1]]
+        for before, after in zip(first[0], again[0], strict=True):
+            assert before.dt == after.dt
+            assert before.answer.vertices.tobytes() == after.answer.vertices.tobytes()
+            assert before.answer.wall_s == after.answer.wall_s
+        flown("now")
+        assert counted == ["one", "die", "three"]
+        for file in (tmp_path / "out" / FOLDER).iterdir():
+            file.write_bytes(file.read_bytes()[:-1])
+        flown("then")
+        assert counted == ["one", "die", "three"], "a file that was cut short is taken for an answer"
+        Kept(tmp_path / "out", "then").forget()
+        assert list((tmp_path / "out").iterdir()) == []
+
+
+@pytest.mark.parametrize("words", [("sweep", "die-straight"), ("check", "die-straight", "--accept", "--no-times")])
+def test_an_interrupted_study_flies_only_what_is_missing(tmp_path, tumble, words):
+    path = Path(engine_file(tmp_path, "slow"))
+    # Its second method hangs until a file is there, and every build leaves a line.
+    slow = ENGINE.replace('("still",)', '("still", "later")', 1).replace(
+        "    if scene.title",
+        "    with open(str(pathlib.Path(__file__).with_name('log')), 'a') as log: log.write(method + '\\n')\n"
+        "    while method == 'later' and not pathlib.Path(__file__).with_name('go').exists(): time.sleep(0.05)\n"
+        "    if scene.title",
+        1,
+    )
+    path.write_text(slow)
+    words = (*words, "-e", str(path), "-o", "out", "--time-limit", "900")
+    command = subprocess.Popen([sys.executable, "-P", "-m", "tumble", *words], cwd=tmp_path, stderr=subprocess.PIPE)
+    log = tmp_path / "log"
+    try:
+        for _ in range(1200):
+            if log.exists() and "later" in log.read_text():
+                break
+            time.sleep(0.05)
+        command.send_signal(signal.SIGINT)
+        _, err = command.communicate(timeout=30)
+    finally:
+        command.kill()
+    assert command.returncode == 130
+    assert b"the same command goes on from there" in err
+    before = log.read_text().split().count("still")
+    assert before >= 1
+    log.unlink()
+    (tmp_path / "go").touch()
+    done = tumble(*words)
+    assert done.returncode == 0, done.stderr
+    flown = log.read_text().split()
+    # The clock builds each method once, in a sweep.
+    assert flown.count("still") <= (1 if words[0] == "sweep" else 0), "what was done is flown again"
+    assert flown.count("later") >= before
+    assert not (tmp_path / "out" / FOLDER).exists()

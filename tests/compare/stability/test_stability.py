@@ -18,16 +18,7 @@ import pytest
 from compare.run.participants import Participant, launched
 from compare.run.truths import Answer
 from compare.stability.contest import STIFF, keys, stability
-from compare.stability.modes import (
-    Mode,
-    damping_implicit_euler,
-    held_parabola,
-    limit_of,
-    runge_kutta_4,
-    semi_implicit_euler,
-    stiffest_mode,
-    theory,
-)
+from compare.stability.modes import Mode, stiffest_mode
 from compare.stability.stability import (
     FACTORS,
     PROBED,
@@ -43,6 +34,14 @@ from compare.stability.stability import (
     truth_of,
 )
 from compare.stability.store import store, tables_of
+from compare.stability.theory import (
+    damping_implicit_euler,
+    held_parabola,
+    limit_of,
+    runge_kutta_4,
+    semi_implicit_euler,
+    theory,
+)
 from compare.tables.circumstances import circumstances
 from compare.tables.store import Store
 from scenarios.read import BadScene, read_scene
@@ -116,11 +115,16 @@ def test_limits_of_schemes_are_the_closed_ones(zeta):
 
 def test_theory_knows_bullet_and_says_nothing_of_strangers():
     mode = stiffest_mode(SPIN)
-    assert theory("pybullet:rigidbody", SPIN, mode).w_dt == math.pi / 4
-    assert theory("pybullet:multibody", SPIN, mode).w_dt == 0.0
-    assert theory("tumble:splitting", SPIN, mode).w_dt == math.inf
-    assert theory("mine:own", SPIN, mode) is None
-    assert theory("mine:own", TETHER, stiffest_mode(TETHER)) is None
+    with launched(["pybullet", "tumble", SPRINGS]) as (bullet, ours, springs):
+        assert theory(bullet, "rigidbody", SPIN, mode).w_dt == math.pi / 4
+        assert theory(bullet, "rigidbody+defaults", SPIN, mode).w_dt == math.pi / 4
+        assert theory(bullet, "multibody", SPIN, mode).w_dt == 0.0
+        cube = replace(SPIN, body=replace(SPIN.body, moments=np.ones(3)))
+        assert theory(bullet, "multibody", cube, mode).w_dt == math.pi / 4
+        assert theory(ours, "splitting", SPIN, mode).w_dt == math.inf
+        assert theory(ours, "rk4", SPIN, mode) is None
+        assert theory(springs, "symplectic", SPIN, mode) is None
+        assert theory(springs, "symplectic", TETHER, stiffest_mode(TETHER)) is None
 
 
 # Which number, and which flights.

@@ -11,6 +11,7 @@ import pytest
 from compare.judge.errors import Run
 from compare.run.flight import Trajectory
 from compare.run.participants import launched
+from compare.run.registry import Finding
 from compare.run.timer import Pace, Reading, Timer, round_robin, steady_ratio
 from compare.sweep.frontier import (
     by_contestant,
@@ -81,7 +82,7 @@ def test_nothing_is_extrapolated():
 
 
 def test_a_flagged_run_never_counts():
-    flagged = planted(0.5, 1e-9, 1.0, notes=("clamped",))
+    flagged = planted(0.5, 1e-9, 1.0, notes=(Finding("clamped", "clamped"),))
     assert reach([flagged, *ladder(1, 1e-2)], 1e-9) == ("not reached", None, None)
     assert flagged not in frontier([flagged, *ladder(1, 1e-2)])
 

@@ -1,0 +1,215 @@
+"""The laws of compare.engines, put to an engine: what `tumble engines --check` and the tests of engines ask.
+
+Each throws the same triaxial box three times, once near its middle axis, once near its third, once near none: a cube
+cannot show a wrong gyroscopic term.  A rounding is one of the engine's precision.
+"""
+
+import pickle
+from collections.abc import Callable, Iterable
+from types import ModuleType
+
+import numpy as np
+
+from compare.engines import LAWS
+from compare.run.flight import prepare
+from scenarios.frames import Array
+from scenarios.mass import BOX_FACES, box_corners
+from scenarios.published import table_4_1
+from scenarios.scene import Body, Scene, frozen_array
+
+SIZE = (0.4, 0.15, 0.1)
+MASS = 2.4
+MOMENTS = MASS / 12 * np.array([0.15**2 + 0.1**2, 0.4**2 + 0.1**2, 0.4**2 + 0.15**2])
+GRAVITY = (0.3, -9.81, 0.1)
+
+# Position, attitude (of unit length below), velocity, angular velocity.
+THROWS = np.array(
+    [
+        [0.3, -1.2, 0.7, 0.8, 0.2, -0.4, 0.4, 0.5, 3.0, -1.0, 0.2, 3.1, 0.4],
+        [-7.0, 0.0, 0.1, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 2.0, 0.1, 0.2, -2.0],
+        [0.0, 40.0, 2.0, -0.1, 0.7, 0.7, -0.1, -3.0, 1.0, 0.3, 1.5, 1.2, 1.0],
+    ]
+)
+THROWS[:, 3:7] /= np.linalg.norm(THROWS[:, 3:7], axis=1, keepdims=True)
+
+PARTS = ("x", "x", "x", "q", "q", "q", "q", "v", "v", "v", "w", "w", "w")
+
+
+class Broken(Exception):
+    """A law that does not hold; the message says how."""
+
+
+def scene(
+    start: Array = THROWS,
+    gravity: tuple[float, float, float] | None = None,
+    mass: float = MASS,
+    moments: Array | tuple[float, float, float] = tuple(MOMENTS),
+) -> Scene:
+    """Return a scene with no impulse; its times are those of Table 4.1, for the hand calculation flies no others."""
+    times = frozen_array(table_4_1().physics_times)
+    body = Body("box", mass, frozen_array(moments), frozen_array(box_corners(np.array(SIZE))), BOX_FACES)
+    field = None if gravity is None else frozen_array(gravity)
+    return Scene("triaxial", "Triaxial box", "", times[-1], times, 0.001, body, frozen_array(start), field)
+
+
+def step(engine: ModuleType, world: object, *steps: tuple[int, float]) -> None:
+    """Make the steps (n, dt)."""
+    for n, dt in steps:
+        prepare(engine, world, dt)
+        engine.advance(world, n, dt)
+
+
+def flown(engine: ModuleType, method: str, states: Array, *steps: tuple[int, float], gravity=None) -> Array:
+    """Return the states after the steps (n, dt), in a world of its own."""
+    world = engine.build(scene(states, gravity), method)
+    engine.write(world, states)
+    step(engine, world, *steps)
+    return np.array(engine.read(world))
+
+
+def rounding(engine: ModuleType) -> float:
+    """Return the spacing of the engine's numbers at one."""
+    return float(np.finfo(np.float32 if engine.ABOUT.get("precision") == "single" else np.float64).eps)
+
+
+def with_signs_of(reference: Array, states: Array) -> Array:
+    """Return the states with q or -q, which are one attitude, whichever is nearer to the reference's."""
+    alike = states.copy()
+    alike[:, 3:7] *= np.where(np.sum(states[:, 3:7] * reference[:, 3:7], axis=1, keepdims=True) < 0, -1.0, 1.0)
+    return alike
+
+
+def demand(states: Array, expected: Array, within: Array | float, what: str) -> None:
+    """Raise Broken where states are not those expected, to `within`; 0 is bit by bit."""
+    if states.shape != expected.shape:
+        raise Broken(f"{what}: shape {states.shape}, not {expected.shape}")
+    off = np.abs(states - expected)
+    wrong = ~(off <= within)
+    if wrong.any():
+        throw, column = np.unravel_index(int(np.argmax(np.where(np.isnan(off), np.inf, off * wrong))), off.shape)
+        part = PARTS[column] if off.shape[1] == len(PARTS) else f"component {column}"
+        raise Broken(
+            f"{what}: {part} of throw {throw} is {states[throw, column]:.17g}, not {expected[throw, column]:.17g}"
+        )
+
+
+def reads_what_was_written(engine: ModuleType, method: str) -> None:
+    """read(write(s)) = s."""
+    states = with_signs_of(THROWS, flown(engine, method, THROWS))
+    # Turning w into body axes and back, or normalising q, costs a few roundings of numbers up to 40.
+    eps = rounding(engine)
+    demand(states, THROWS, 16 * eps + 8 * eps * np.abs(THROWS), "read after write")
+
+
+def steps_add_up(engine: ModuleType, method: str) -> None:
+    """advance(a) then advance(b) = advance(a + b)."""
+    at_once = flown(engine, method, THROWS, (11, 0.1 / 11), (28, 0.003))
+    in_parts = flown(engine, method, THROWS, (3, 0.1 / 11), (8, 0.1 / 11), (1, 0.003), (27, 0.003))
+    demand(in_parts, at_once, 0.0, "3 + 8 and 1 + 27 steps instead of 11 and 28")
+
+
+def forgets(engine: ModuleType, method: str) -> None:
+    """A flight after write is that of a new world."""
+    fresh = flown(engine, method, THROWS, (50, 0.01))
+    world = engine.build(scene(), method)
+    engine.write(world, THROWS[::-1].copy())
+    step(engine, world, (37, 0.07))
+    engine.write(world, THROWS)
+    step(engine, world, (50, 0.01))
+    demand(np.array(engine.read(world)), fresh, 0.0, "after another flight")
+
+
+def goes_straight(engine: ModuleType, method: str) -> None:
+    """With no force and no spin x + v t."""
+    start = THROWS.copy()
+    start[:, 10:13] = 0.0
+    states = flown(engine, method, start, (150, 0.01), (50, 0.02))
+    expected = start.copy()
+    expected[:, 0:3] += 2.5 * start[:, 7:10]
+    # One rounding a step of the largest number in hand.  It leaves room for MuJoCo's angular velocity too, where the
+    # rounding of v x m v over the moment of inertia makes 2e-13 rad/s of nothing.
+    within = 200 * rounding(engine) * float(np.abs(expected).max())
+    demand(with_signs_of(start, states), expected, within, "after 2.5 s with no force and no spin")
+
+
+def falls_by_gravity(engine: ModuleType, method: str) -> None:
+    """With gravity v + g t, and x to the order of the method."""
+    states = flown(engine, method, THROWS, (100, 0.01), gravity=GRAVITY)
+    pull = np.broadcast_to(GRAVITY, (3, 3))
+    eps = rounding(engine)
+    demand(states[:, 7:10], THROWS[:, 7:10] + pull, 1000 * eps, "v after 1 s of gravity")
+    # A method of order one is off by g t dt / 2, and so is x by 1 % of what gravity gives.
+    fallen = THROWS[:, 0:3] + THROWS[:, 7:10] + pull / 2
+    demand(states[:, 0:3], fallen, 0.0101 * abs(pull) / 2 + 4000 * eps, "x after 1 s of gravity")
+
+
+def leaves_the_scene_alone(engine: ModuleType, method: str) -> None:
+    """The scene is not altered."""
+    question = scene()
+    before = pickle.dumps(question)
+    world = engine.build(question, method)
+    engine.write(world, question.start)
+    step(engine, world, (5, 0.01))
+    engine.read(world)
+    if pickle.dumps(question) != before:
+        raise Broken("the scene is another after a flight")
+
+
+def throws_are_apart(engine: ModuleType, method: str) -> None:
+    """A throw flies as it would alone."""
+    together = flown(engine, method, THROWS, (100, 0.01))
+    for number, start in enumerate(THROWS):
+        alone = flown(engine, method, start[np.newaxis].copy(), (100, 0.01))
+        demand(together[number : number + 1], alone, 0.0, f"throw {number} beside the others")
+
+
+def optional_is_optional(engine: ModuleType, method: str) -> None:
+    """What OPTIONAL keeps changes no motion."""
+    bare = flown(engine, method, THROWS, (50, 0.01))
+    plain, _, tolerance = method.partition("@")
+    # A term that is nothing may be added, and round another way; or one's own steps be other ones.
+    adaptive = plain in getattr(engine, "ADAPTIVE", ())
+    off = 100 * float(tolerance or 1e-9) if adaptive else 450 * rounding(engine)
+    for keep in [*((name,) for name in engine.OPTIONAL), engine.OPTIONAL]:
+        try:
+            world = engine.build(scene(), method, keep)
+        except NotImplementedError:
+            continue
+        engine.write(world, THROWS)
+        step(engine, world, (50, 0.01))
+        demand(np.array(engine.read(world)), bare, off, f"with {', '.join(keep)}")
+
+
+Law = Callable[[ModuleType, str], None]
+
+ASKED: dict[str, Law] = dict(
+    zip(
+        LAWS,
+        (
+            reads_what_was_written,
+            steps_add_up,
+            forgets,
+            throws_are_apart,
+            goes_straight,
+            falls_by_gravity,
+            leaves_the_scene_alone,
+            optional_is_optional,
+        ),
+        strict=True,
+    )
+)
+
+
+def laws_for(features: Iterable[str], optional: Iterable[str], exempt: Iterable[str]) -> list[str]:
+    """Return the laws that bind an engine with those FEATURES, OPTIONAL and EXEMPT."""
+    free = {*exempt, *(() if "gravity" in features else ("gravity",)), *(() if tuple(optional) else ("optional",))}
+    return [law for law in LAWS if law not in free]
+
+
+def law_broken(engine: ModuleType, law: str, method: str) -> str:
+    """Return how a law does not hold for a method, '' where it does.  Raises what the engine raises."""
+    try:
+        ASKED[law](engine, method)
+    except Broken as broken:
+        return str(broken)
+    return ""

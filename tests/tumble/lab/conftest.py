@@ -1,0 +1,41 @@
+"""Who flies in the lab's tests: real engines, started once."""
+
+import threading
+import time
+from collections.abc import Callable, Iterator
+
+import pytest
+
+from tumble.lab.crew import Crew
+from tumble.lab.draft import Draft
+from tumble.lab.session import Session
+
+WHO = ("tumble:rk4", "mujoco:euler", "pybullet:multibody")
+PATIENCE_S = 60.0
+
+
+@pytest.fixture(scope="session")
+def crew() -> Iterator[Crew]:
+    with Crew(time_limit=60.0) as crew:
+        yield crew
+
+
+@pytest.fixture
+def session(crew, tmp_path) -> Iterator[Session]:
+    """A session of its own on the coursework's cube, clicked by nobody yet."""
+    session = Session(Draft.opened("table-4-1-ray"), crew.ready(WHO), crew, tmp_path, lambda: None)
+    yield session
+    session.close()
+
+
+@pytest.fixture
+def until() -> Callable[[Callable[[], bool]], None]:
+    """Wait until something holds."""
+
+    def wait(holds: Callable[[], object]) -> None:
+        end = time.monotonic() + PATIENCE_S
+        while not holds():
+            assert time.monotonic() < end, "it never came"
+            threading.Event().wait(0.02)
+
+    return wait

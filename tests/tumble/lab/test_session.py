@@ -1,0 +1,252 @@
+"""What a person does in the lab, without a browser, with real engines."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from compare.run.flight import Trajectory
+from compare.run.worker import Failure
+from scenarios.frames import rotation_matrix
+from scenarios.read import BadScene, read_scene
+from tumble.lab.crew import Contestant
+from tumble.lab.draft import Draft
+from tumble.lab.readings import error_rows, errors_over_time, readings
+from tumble.lab.session import Refused, Session
+
+EYE = np.array([3.0, 6.0, 20.0])
+HUNG = """
+METHODS, FEATURES, ABOUT = ("forever",), {"gravity"}, {"version": "1"}
+
+
+def build(scene, method): return scene
+def write(world, states): pass
+def read(world): return world.start
+def advance(world, n, dt):
+    while True: pass
+"""
+
+
+def click(session: Session, at=(0.7, 3.1, 2.5), magnitude: float = 5.0) -> None:
+    """Click a place of the cube, [m], world."""
+    session.click(EYE.tolist(), (np.array(at) - EYE).tolist(), magnitude)
+
+
+def test_the_first_click_throws_and_the_second_does_not(session):
+    click(session)
+    thrown = session.thrown
+    with pytest.raises(Refused, match="Reset"):
+        click(session)
+    assert session.thrown is thrown
+    session.reset()
+    click(session)
+    assert session.thrown is not thrown
+
+
+def test_a_click_beside_the_body_throws_nothing(session):
+    with pytest.raises(Refused, match="misses"):
+        click(session, at=(4.0, 2.5, 0.0))
+    assert session.throw is None
+
+
+def test_an_impulse_of_nothing_is_refused(session):
+    with pytest.raises(Refused):
+        click(session, magnitude=0.0)
+    assert session.throw is None
+
+
+def test_the_impulse_acts_along_the_ray_where_it_hits(session, until):
+    click(session)
+    until(lambda: session.throw.is_complete)
+    ((impulse, place),) = session.impulses_until(0.0)
+    assert place == pytest.approx((0.7, 3.1, 2.5), abs=1e-12)
+    moments = session.draft.scene.body.moments
+    spin = np.cross(place - session.draft.scene.start[0, 0:3], impulse.value) / moments
+    assert session.throw.true_states[0, 7:10] == pytest.approx(impulse.value / 1.0)
+    assert session.throw.true_states[0, 10:13] == pytest.approx(spin)
+
+
+@pytest.mark.parametrize("contestant", ["tumble:rk4", "mujoco:euler", "pybullet:multibody"])
+def test_run_of_the_saved_scene_is_the_same_trajectory_to_the_last_bit(session, until, tmp_path, contestant):
+    session.edit({("body", "size"): [5.0, 3.0, 5.0]})  # too low for the ray of the file's own throw
+    session.click([3.0, 6.0, 20.0], [-0.115, -0.145, -0.875], 5.0)
+    until(lambda: session.throw.is_complete)
+    folder = session.files().tables(session.throw)
+    scene = session.files().scene_file
+    done = subprocess.run(
+        [sys.executable, "-P", "-m", "tumble", "run", scene.name, "-e", contestant],
+        cwd=tmp_path, capture_output=True, text=True, timeout=120,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    kept = folder / f"trajectory-{contestant.replace(':', '-')}.csv"
+    assert kept.read_text(encoding="utf-8") == done.stdout
+
+
+def test_again_is_a_second_impulse_at_the_time_shown(session, until):
+    click(session)
+    until(lambda: session.throw.is_complete)
+    session.go_to(0.2)
+    session.again()
+    state = session.shown().state
+    face = state[0:3] + rotation_matrix(state[3:7]) @ np.array([0.3, 0.2, 2.5])
+    session.click(EYE.tolist(), (face - EYE).tolist(), 3.0)
+    first, second = session.throw.scene.impulses
+    assert (first.time, second.time) == (0.0, session.shown().time)
+    until(lambda: session.throw.is_complete)
+    row = int(np.searchsorted(session.throw.scene.rows, second.time))
+    for flight in session.throw.flights().values():
+        assert flight.vertices[:, 0] == pytest.approx(session.throw.true_vertices, abs=1e-9)
+        jumped = flight.states[row, 0, 7:10] - flight.states[row - 1, 0, 7:10]
+        assert jumped == pytest.approx(second.value)
+
+
+def test_again_is_refused_where_there_is_nothing_to_strike(session, until):
+    with pytest.raises(Refused):
+        session.again()
+    click(session)
+    until(lambda: session.throw.is_complete)
+    session.go_to(0.5)
+    with pytest.raises(Refused, match="over"):
+        session.again()
+
+
+def test_an_edit_throws_again_and_a_bad_one_changes_nothing(session, until):
+    click(session)
+    session.edit({("body", "mass"): 2.0})
+    until(lambda: session.throw.is_complete)
+    assert session.throw.true_states[0, 7:10] == pytest.approx(session.throw.scene.impulses[0].value / 2.0)
+    before = session.thrown, session.draft
+    with pytest.raises(BadScene):
+        session.edit({("body", "mass"): -1.0})
+    with pytest.raises(BadScene):
+        session.edit({("body", "size"): [0.1, 0.1, 0.1]})  # too small for the ray of the click
+    assert (session.thrown, session.draft) == before
+
+
+def test_at_its_defaults_pybullet_is_slowed_and_in_fair_settings_it_is_not(session, until):
+    pybullet = Contestant("pybullet", "multibody")
+    session.engage([pybullet])
+    session.use_defaults(True)
+    click(session)
+    until(lambda: session.throw.is_complete)
+    (row,) = error_rows(session.throw, len(session.throw.scene.times), None)
+    assert row.contestant.method == "multibody+defaults"
+    assert row.off_m > 0.1
+    session.use_defaults(False)
+    until(lambda: session.throw.is_complete)
+    (row,) = error_rows(session.throw, len(session.throw.scene.times), None)
+    assert row.contestant == pybullet
+    assert row.off_m < 1e-9
+
+
+def test_a_hung_engine_is_a_line_and_the_others_fly(crew, tmp_path, until):
+    (tmp_path / "hung.py").write_text(HUNG, encoding="utf-8")
+    hung, right = crew.ready([str(tmp_path / "hung.py"), "tumble:rk4"])
+    session = Session(Draft.opened("table-4-1-ray"), [hung, right], crew, tmp_path, lambda: None)
+    click(session)
+    until(lambda: right in session.throw.answers and session.throw.truth_is_told)
+    rows = {row.contestant: row for row in error_rows(session.throw, 5, None)}
+    assert rows[hung].status == "flying"
+    assert rows[right].off_m < 1e-9
+    hanging = session.throw
+    session.reset()  # ends it: nobody waits for the time limit
+    click(session)
+    assert hung not in hanging.answers
+    until(lambda: right in session.throw.answers)
+    session.close()
+
+
+def test_the_whole_truth_in_parts_is_the_truth(session, until):
+    session.open("two-hits")
+    session.fly_as_written()
+    until(lambda: session.throw.is_complete)
+    from scenarios.truth import truth
+
+    whole, found = truth(session.throw.scene), session.throw.comparison().truth
+    assert np.array_equal(found.times, whole.times)
+    assert np.abs(found.vertices - whole.vertices).max() <= 2 * np.spacing(np.abs(whole.vertices).max())
+    assert session.throw.known == len(whole.times)
+
+
+def test_the_numbers_are_those_of_the_coursework(session, until):
+    click(session)
+    until(lambda: session.throw.is_complete)
+    session.go_to(0.3)
+    shown = session.shown()
+    ((impulse, place),) = session.impulses_until(shown.time)
+    told = {one.name: one for one in readings(1.0, shown.time, shown.state, shown.vertices, impulse, place)}
+    assert told["centre of mass"].values == pytest.approx(np.array([0.0, 2.5, 0.0]) + 0.3 * impulse.value)
+    assert told["impulse"].values == pytest.approx((5.0,))
+    assert told["hit point"].values == pytest.approx(tuple(place))
+    assert (told["mass"].unit, told["angular velocity"].unit, told["time"].unit) == ("kg", "rad/s", "s")
+    corners = np.array([told[f"vertex {number}"].values for number in range(8)])
+    assert np.linalg.norm(corners - told["centre of mass"].values, axis=1) == pytest.approx(np.full(8, 2.5 * 3**0.5))
+
+
+def test_the_curves_end_with_the_errors_of_the_table(session, until):
+    session.open("brick-tumble")
+    session.fly_as_written()
+    until(lambda: session.throw.is_complete)
+    _, curves = errors_over_time(session.throw)
+    for row in error_rows(session.throw, len(session.throw.scene.times), None):
+        assert curves[row.contestant][-1] == max(row.off_m, row.limit_m)
+
+
+def test_a_rigid_body_has_no_surface_to_click_but_flies_as_written(session, until):
+    session.open("dzhanibekov")
+    with pytest.raises(Refused):
+        click(session)
+    session.fly_as_written()
+    until(lambda: session.throw.flights())
+
+
+def test_two_sessions_have_a_throw_each(session, crew, tmp_path, until):
+    other = Session(Draft.opened("two-hits"), session.contestants, crew, tmp_path, lambda: None)
+    click(session)
+    other.fly_as_written()
+    until(lambda: session.throw.is_complete and other.throw.is_complete)
+    assert session.throw.scene.name == "table-4-1-ray"
+    assert all(
+        isinstance(answer, Trajectory) for answer in (*session.throw.answers.values(), *other.throw.answers.values())
+    )
+    other.close()
+    assert not isinstance(session.throw.answers[session.contestants[0]], Failure)
+
+
+def test_a_loaded_trajectory_flies_along_and_is_graded(session, until, tmp_path):
+    session.engage([Contestant("pybullet", "multibody+defaults")])
+    click(session)
+    until(lambda: session.throw.is_complete)
+    kept = session.files().tables(session.throw) / "trajectory-pybullet-multibody+defaults.csv"
+    told: list[str] = []
+    session.load("<b>mine</b>.csv", kept.read_bytes(), told.append)
+    until(lambda: told)
+    assert told == [""]
+    assert "damping" in " ".join(session.foreign.sentences)
+    shown = session.shown()
+    assert session.foreign.at(0.0) == pytest.approx(session.throw.true_vertices[0])
+    assert session.foreign.at(shown.time).shape == shown.vertices.shape
+    assert not list(tmp_path.glob(".lab-*"))
+
+
+def test_a_file_that_is_no_trajectory_is_refused_by_its_own_name(session, until, tmp_path):
+    click(session)
+    told: list[str] = []
+    session.load("mine.csv", b"a,b\n1,2\n", told.append)
+    until(lambda: told)
+    assert told[0].startswith("mine.csv")
+    assert str(tmp_path) not in told[0]
+    assert session.foreign is None
+
+
+def test_what_is_kept_never_goes_over_what_is_there(session, until, tmp_path):
+    (tmp_path / "table-4-1-ray-1.toml").write_text("mine")
+    click(session)
+    first = session.files().scene_file
+    session.reset()
+    click(session)
+    second = session.files().scene_file
+    assert (first.name, second.name) == ("table-4-1-ray-2.toml", "table-4-1-ray-3.toml")
+    assert (tmp_path / "table-4-1-ray-1.toml").read_text() == "mine"
+    assert len(read_scene(str(first)).impulses) == 1

@@ -1,0 +1,57 @@
+"""The time shown: it runs, stands, is set, and goes slower; only instants that were flown are ever shown."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Self
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Clock:
+    """instants [s] that can be shown, ascending from 0; speed: seconds of flight a second of watching.
+
+    at: the flight's time [s] when the clock was last touched; since: the watch [s] then, None while it stands.
+    """
+
+    instants: Sequence[float]
+    speed: float
+    at: float = 0.0
+    since: float | None = None
+
+    @property
+    def is_running(self) -> bool:
+        """Whether time goes on."""
+        return self.since is not None
+
+    def time(self, watch: float) -> float:
+        """Return the flight's time [s] when the watch [s] shows so much; it stays at the end."""
+        ran = 0.0 if self.since is None else (watch - self.since) * self.speed
+        return min(self.at + ran, self.instants[-1])
+
+    def frame(self, watch: float) -> int:
+        """Return the number of the last instant that is not later than the time; nothing is interpolated."""
+        return int(np.searchsorted(self.instants, self.time(watch), side="right")) - 1
+
+    def started(self, watch: float) -> Self:
+        """Return the clock running, from the start again if it was at the end."""
+        at = self.time(watch)
+        return replace(self, at=0.0 if at >= self.instants[-1] else at, since=watch)
+
+    def stopped(self, watch: float) -> Self:
+        """Return the clock standing at the instant shown."""
+        return self.put(self.frame(watch))
+
+    def put(self, frame: int) -> Self:
+        """Return the clock standing at an instant."""
+        return replace(self, at=self.instants[frame], since=None)
+
+    def paced(self, watch: float, speed: float) -> Self:
+        """Return the clock at another speed."""
+        return replace(self, at=self.time(watch), since=None if self.since is None else watch, speed=speed)
+
+    def kept_at(self, watch: float, most: float) -> Self:
+        """Return the clock, which goes no further than that time [s] and loses the watch's time while it waits."""
+        if self.since is None or self.time(watch) <= most:
+            return self
+        return replace(self, at=most, since=watch)

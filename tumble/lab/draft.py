@@ -1,0 +1,139 @@
+"""The scene as it is being asked: a scene file's tables, what was edited in them, and the scene that they make.
+
+A throw flies the scene that is read back from the very text that *Save scene* writes, so that both are one.
+"""
+
+import copy
+import math
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Self
+
+import tomlkit
+
+from scenarios.format import visible
+from scenarios.read import scene_of, scene_path, scene_text
+from scenarios.scene import Scene
+
+# Frames of a flight: so many a second of it, but at least and at most so many in all.
+FRAMES_A_SECOND, FEWEST, MOST = 30, 60, 300
+
+
+@dataclass(frozen=True, eq=False)
+class Draft:
+    """The tables of a scene file, which may have been edited, and the file that they came from."""
+
+    document: Mapping[str, Any]
+    path: Path
+
+    @classmethod
+    def opened(cls, name_or_path: str) -> Self:
+        """Return the scene of that name or in that file, looked at once a frame.  Raises BadScene.
+
+        Of an ensemble only the throw as written is taken.
+        """
+        path = scene_path(name_or_path)
+        text = scene_text(path, visible(name_or_path))
+        scene_of(text, path, visible(name_or_path))
+        document = {key: value for key, value in tomllib.loads(text).items() if key != "ensemble"}
+        return cls(document, path)._with_frames()
+
+    @cached_property
+    def text(self) -> str:
+        """The scene file."""
+        file = tomlkit.document()
+        for key, value in self.document.items():
+            file.add(key, _item(value))
+        return tomlkit.dumps(file)
+
+    @cached_property
+    def scene(self) -> Scene:
+        """The scene that the text makes.  Raises BadScene."""
+        return scene_of(self.text, self.path, self.path.stem)
+
+    @property
+    def brings_a_throw(self) -> bool:
+        """Whether its file has impulses of its own, or a body that moves without one."""
+        return bool(self.scene.impulses) or bool(self.scene.start[0, 7:].any())
+
+    def edited(self, values: Mapping[tuple[str, ...], Any]) -> Self:
+        """Return the draft with values set at paths of keys, ("body", "mass") one of them.  Raises BadScene."""
+        document = copy.deepcopy(dict(self.document))
+        for (*tables, key), value in values.items():
+            table = document
+            for name in tables:
+                table = table.setdefault(name, {})
+            table[key] = value
+        return replace(self, document=document)._with_frames()
+
+    def without_impulses(self) -> Self:
+        """Return the draft with a body that nothing has struck yet."""
+        return replace(self, document={key: value for key, value in self.document.items() if key != "impulse"})
+
+    def struck(self, impulse: Mapping[str, Any]) -> Self:
+        """Return the draft with one more impulse, the last to act.  Raises BadScene."""
+        draft = replace(self, document={**self.document, "impulse": [*self.document.get("impulse", []), impulse]})
+        _ = draft.scene
+        return draft
+
+    def named(self, path: Path, mesh: str | None = None) -> Self:
+        """Return the draft as the file at that path, whose mesh, if it has one, is the file of that name beside it."""
+        document = copy.deepcopy(dict(self.document))
+        if mesh is not None:
+            document["body"]["file"] = mesh
+        return replace(self, document=document, path=path)
+
+    @property
+    def mesh(self) -> Path | None:
+        """The file of the body's mesh, if it has one."""
+        file = self.document["body"].get("file")
+        return None if file is None else self.path.parent / file
+
+    def _with_frames(self) -> Self:
+        """Return the draft looked at once a frame instead of at its own instants."""
+        scene = self.scene
+        later = {impulse.time for impulse in scene.impulses} - {0.0}
+        document = {key: value for key, value in self.document.items() if key not in ("times", "samples")}
+        count = frames(scene.duration, scene.step)
+        draft = replace(self, document={**document, "samples": count})
+        if later <= set(draft.scene.times.tolist()):
+            return draft
+        # Impulses of the file's own that fall between frames are instants too.
+        times = sorted({*draft.scene.times.tolist(), *later})
+        return replace(self, document={**document, "times": times})
+
+
+def frames(duration: float, step: float) -> int:
+    """Return how many frames a flight is shown in: a whole number of steps [s] apart where that can be.
+
+    Where no such number is near, steps are cut at the frames, as at any sample.
+    """
+    steps = round(duration / step)
+    wanted = min(max(FRAMES_A_SECOND * duration, FEWEST), MOST)
+    if steps <= wanted:
+        return max(steps, 1)
+    near = [count for count in range(round(wanted / 2), round(1.5 * wanted) + 1) if steps % count == 0]
+    return min(near, key=lambda count: abs(math.log(count / wanted)), default=round(wanted))
+
+
+def _item(value: Any) -> Any:
+    """Return a value as a person writes it: tables by their heads, a ray on one line."""
+    if isinstance(value, Mapping):
+        table = tomlkit.table()
+        for key, member in value.items():
+            if isinstance(member, Mapping):
+                inline = tomlkit.inline_table()
+                inline.update(member)
+                table.add(key, inline)
+            else:
+                table.add(key, member)
+        return table
+    if isinstance(value, list) and value and isinstance(value[0], Mapping):
+        tables = tomlkit.aot()
+        for member in value:
+            tables.append(_item(member))
+        return tables
+    return value

@@ -1,0 +1,116 @@
+"""What is kept of a throw: files beside one another in the folder that the lab was started in, never over others."""
+
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from compare.comparison.comparison import Comparison
+from compare.tables.files import write_folder, write_whole
+from compare.tables.frames import csv_text, frame
+from compare.tables.runs import run_row
+from compare.tables.shared import RUNS
+from compare.tables.trajectory import trajectory_text
+from compare.tables.vertices import vertex_error_table
+from scenarios.read import read_scene
+from tumble.lab.crew import Contestant
+from tumble.lab.draft import Draft
+from tumble.lab.throw import Throw
+
+
+class Kept:
+    """The files of one throw.  Whatever is kept of it, its scene file is: the rest is named after that.
+
+    folder: where.  Its methods raise OSError.
+    """
+
+    def __init__(self, draft: Draft, folder: Path) -> None:
+        self._draft, self._folder = draft, folder
+        self._scene_file: Path | None = None
+
+    @property
+    def scene_file(self) -> Path:
+        """The scene file, written when it is first asked for, and with it the mesh of its body."""
+        if self._scene_file is None:
+            path = unused(self._folder, self._draft.path.stem)
+            mesh = self._draft.mesh
+            beside = None if mesh is None else path.with_suffix(mesh.suffix)
+            if mesh is not None and beside is not None:
+                shutil.copyfile(mesh, beside)
+            write_whole(path, self._draft.named(path, beside.name if beside else None).text)
+            self._scene_file = path
+        return self._scene_file
+
+    def tables(self, throw: Throw) -> Path:
+        """Write every flight as `tumble run` writes it and the errors as `tumble compare` does; return their folder."""
+        scene = read_scene(str(self.scene_file))
+        comparison = throw.comparison(scene)
+        texts = {
+            f"trajectory-{plain_name(one)}.csv": trajectory_text(flight, scene.body)
+            for one, flight in throw.flights().items()
+        }
+        folder = self.scene_file.with_suffix("")
+        write_folder(folder, texts | error_tables(comparison))
+        return folder
+
+    def report(self, contestants: Sequence[Contestant]) -> subprocess.Popen[str]:
+        """Let `tumble report` make the page of this scene, beside it; return the command at work."""
+        engines = [word for one in contestants for word in ("-e", f"{one.engine}:{one.method}")]
+        words = ["report", self.scene_file.name, *engines, "-o", self.report_file.name]
+        return subprocess.Popen(
+            [sys.executable, "-P", "-m", "tumble", *words],
+            cwd=self._folder,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.PIPE,
+            text=True,
+            start_new_session=True,
+        )
+
+    @property
+    def report_file(self) -> Path:
+        """Where the report goes."""
+        return self.scene_file.with_suffix(".html")
+
+    def picture(self, png: bytes) -> Path:
+        """Write a picture; several of one throw are numbered."""
+        number = 1
+        while (path := self.scene_file.with_name(f"{self.scene_file.stem}-picture-{number}.png")).exists():
+            number += 1
+        path.write_bytes(png)
+        return path
+
+
+def unused(folder: Path, stem: str) -> Path:
+    """Reserve NAME-1.toml, or the next number of which nothing is there yet, and return it."""
+    number = 1
+    while True:
+        path = folder / f"{stem}-{number}.toml"
+        if not any(folder.glob(f"{glob_escape(path.stem)}*")):
+            try:
+                path.open("x").close()
+            except FileExistsError:
+                pass
+            else:
+                return path
+        number += 1
+
+
+def glob_escape(text: str) -> str:
+    """Return a text that a pattern takes as it is."""
+    return re.sub(r"([*?[])", r"[\1]", text)
+
+
+def plain_name(contestant: Contestant) -> str:
+    """Return a contestant's name as a part of a file's name."""
+    return re.sub(r"[^\w.+@-]", "-", contestant.name)
+
+
+def error_tables(comparison: Comparison) -> dict[str, str]:
+    """Return the tables of errors, file name -> CSV."""
+    return {
+        "vertex-errors.csv": csv_text(vertex_error_table(comparison.runs)),
+        "runs.csv": csv_text(frame(RUNS, map(run_row, comparison.runs))),
+    }

@@ -1,0 +1,119 @@
+"""The screen's numbers as HTML.  All text that comes from a file is text: it is escaped by the template."""
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from markupsafe import Markup
+
+from reports.numerals import TIMES_TEN, at_most, figure, fixed, given, superscript
+from scenarios.format import visible
+from tumble.lab.crew import Contestant
+from tumble.lab.foreign import Foreign
+from tumble.lab.readings import ErrorRow, Reading
+
+STYLE = Markup("font-size:12px;line-height:1.45;font-variant-numeric:tabular-nums;padding:2px 10px 6px")
+FAINT = Markup("color:#6b7280")
+BAD = Markup("color:#b42318")
+
+
+def said(line: str, *, is_refusal: bool = False) -> str:
+    """Return one line of the lab's own, with what it quotes as text."""
+    colour = BAD if is_refusal else Markup("color:inherit")
+    return str(
+        Markup('<div style="{};font-size:13px;{}" data-lab="said">{}</div>').format(STYLE, colour, visible(line))
+    )
+
+
+def readings_table(readings: Sequence[Reading], size: float) -> str:
+    """Return the coursework's screen; size of the body [m] says how many decimals of a place are worth showing."""
+    decimals = places(size)
+    rows = Markup("").join(
+        Markup('<tr><td style="{}">{}</td>{}<td style="{};padding-left:4px">{}</td></tr>').format(
+            FAINT, one.name, cells(one, decimals), FAINT, one.unit
+        )
+        for one in readings
+    )
+    table = Markup(
+        '<div style="{}" data-lab="readings"><table style="border-collapse:collapse;width:100%">{}</table></div>'
+    )
+    return str(table.format(STYLE, rows))
+
+
+def grade_box(foreign: Foreign) -> str:
+    """Return what `tumble grade` says of a trajectory that was loaded."""
+    first, *others = foreign.sentences
+    rest = Markup("").join(Markup("<div>{}</div>").format(visible(line)) for line in others)
+    box = Markup('<div style="{}" data-lab="grade"><b>{}</b>: {}<div style="{}">{}</div></div>')
+    return str(box.format(STYLE, visible(foreign.name), visible(first), FAINT, rest))
+
+
+def cells(reading: Reading, decimals: int) -> Markup:
+    """Return a reading's numbers, in three columns."""
+    right = Markup("text-align:right;white-space:nowrap;padding-left:4px")
+    if not reading.values:
+        return Markup('<td colspan="3" style="{}">\N{EN DASH}</td>').format(right)
+    if len(reading.values) == 1:
+        (value,) = reading.values
+        text = given(float(f"{value:.6g}")) if reading.name in ("mass", "time", "impulse") else fixed(value, decimals)
+        return Markup('<td colspan="3" style="{}">{}</td>').format(right, text)
+    digits = decimals if reading.unit == "m" else 3
+    return Markup("").join(
+        Markup('<td style="{}">{}</td>').format(right, fixed(value, digits)) for value in reading.values
+    )
+
+
+def places(size: float) -> int:
+    """Return how many decimals show some hundredths of that size [m]: two for the coursework's cube, as printed."""
+    return min(max(2 - math.floor(math.log10(size)), 0), 12)
+
+
+def error_table(
+    rows: Sequence[ErrorRow], colours: Mapping[Contestant, str], size: float, vertex: int | None, time: float
+) -> str:
+    """Return the table of Table 4.1's kind at the time shown [s]: position, error and distance of each contestant."""
+    decimals = places(size)
+    which = "worst vertex of each" if vertex is None else f"vertex {vertex}"
+    body = Markup("").join(error_row(row, colours[row.contestant], decimals) for row in rows)
+    table = Markup(
+        '<div style="{}" data-lab="errors"><div style="{}">error at t = <span data-lab="time">{}</span> s, {} [m]</div>'
+        '<table style="border-collapse:collapse;width:100%">{}</table></div>'
+    )
+    return str(table.format(STYLE, FAINT, given(float(f"{time:.9g}")), which, body))
+
+
+def error_row(row: ErrorRow, colour: str, decimals: int) -> Markup:
+    """Return one contestant: how far off, where its vertex is and by what it is off; or why there is nothing."""
+    name = Markup('<span style="color:{}">\N{BLACK SQUARE}</span> {}').format(colour, visible(row.contestant.name))
+    if row.position is None or row.error is None:
+        return Markup('<tr><td>{}</td></tr><tr><td colspan="2" style="{}" data-lab="status">{}</td></tr>').format(
+            name, FAINT, visible(row.status)
+        )
+    told = Markup('<div style="{}" data-lab="status">{}</div>').format(BAD, visible(row.status)) if row.status else ""
+    return Markup(
+        '<tr data-contestant="{}"><td>{}</td>'
+        '<td style="text-align:right;white-space:nowrap"><b data-lab="off">{}</b></td></tr>'
+        '<tr><td colspan="2" style="{};font-size:11px"><span>({})</span>'
+        '<span style="float:right">{}</span>{}</td></tr>'
+    ).format(row.contestant.name, name, distance(row), FAINT, numbers(row.position, decimals), errors(row), told)
+
+
+def distance(row: ErrorRow) -> str:
+    """Return how far off, or the limit where that says nothing more."""
+    if np.isnan(row.off_m):
+        return "\N{EN DASH}"
+    return at_most(row.limit_m) if row.off_m <= row.limit_m else figure(row.off_m)
+
+
+def numbers(vector: Sequence[float] | np.ndarray, decimals: int) -> str:
+    """Return x, y, z."""
+    return ", ".join(fixed(float(value), decimals) for value in vector)
+
+
+def errors(row: ErrorRow) -> str:
+    """Return the error vector over a common power of ten, nothing where it is not known or not told from none."""
+    if not row.off_m > row.limit_m or row.error is None or not np.isfinite(row.error).all():
+        return ""
+    power = math.floor(math.log10(row.off_m))
+    scaled = numbers(row.error / 10.0**power, 2)
+    return f"\N{GREEK CAPITAL LETTER DELTA} ({scaled}){TIMES_TEN}{superscript(power)}"

@@ -1,0 +1,329 @@
+"""One browser: its session, and what viser shows of it, kept up by a thread of its own."""
+
+import os
+import signal
+import subprocess
+import threading
+import time
+from collections.abc import Callable, Hashable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import viser
+
+from compare.run.registry import BadEngine
+from reports.numerals import figure
+from scenarios.frames import Array
+from scenarios.impulse import RayMissed
+from scenarios.published import VERTEX, table_4_1
+from scenarios.read import BadScene, catalogue
+from scenarios.scene import Scene
+from tumble.lab.crew import Contestant, Crew
+from tumble.lab.draft import Draft
+from tumble.lab.keep import Kept
+from tumble.lab.magnified import magnified
+from tumble.lab.markup import error_table, grade_box, places, readings_table
+from tumble.lab.panel import WORST, Actions, Panel
+from tumble.lab.picture import captioned
+from tumble.lab.readings import ErrorRow, Reading, error_rows, errors_over_time, readings, wrong
+from tumble.lab.session import Refused, Session, Shown
+from tumble.lab.stage import PALETTE, Stage
+from tumble.lab.throw import Throw
+
+FRAME_S, NUMBERS_S, CHART_S, PICTURE_S = 1 / 40, 0.12, 0.4, 20.0
+TABLE_4_1 = "table-4-1-ray"
+FOREIGN = (60, 60, 60)
+
+
+class Page:
+    """What one browser sees and asks."""
+
+    def __init__(
+        self, client: viser.ClientHandle, draft: Draft, contestants: Sequence[Contestant], crew: Crew, folder: Path
+    ) -> None:
+        self._client, self._crew = client, crew
+        self._news = threading.Event()
+        self._closed = False
+        self._refused = self._said = ""
+        self._report: subprocess.Popen[str] | None = None
+        self._colours: dict[Contestant, int] = {}
+        self.session = Session(draft, contestants, crew, folder, self._news.set)
+        actions = Actions(
+            throwing=self._asked(self._throwing),
+            play=self._asked(self._play_or_pause),
+            go_to=self._asked(self.session.go_to),
+            pace=self._asked(self.session.pace),
+            redraw=self._asked(lambda: None),
+            open=self._asked(self._open),
+            edit=self._asked(self._edit),
+            defaults=self._asked(self.session.use_defaults),
+            contestant=self._asked(self._add_or_drop),
+            keep=self._asked(self._keep),
+            load=self._asked(self._load),
+        )
+        self._panel = Panel(client, actions, catalogue())
+        self._stage = Stage(client, self._asked(self._click))
+        self._drawn: Any = None
+        self._charted: Any = None
+        self._numbers_at = self._chart_at = 0.0
+        self._is_asked = self._is_behind = True
+        self._set_up()
+        threading.Thread(target=self._keep_up, daemon=True, name="page").start()
+
+    def close(self) -> None:
+        """End what it does."""
+        self._closed = True
+        self.session.close()
+        if self._report is not None and self._report.poll() is None:
+            os.killpg(self._report.pid, signal.SIGKILL)
+        self._news.set()
+
+    # What is asked: called by viser from threads of its own
+
+    def _asked(self, action: Callable[..., object]) -> Callable[..., None]:
+        """Return a function that does it alone, and says why not where it is refused."""
+
+        def do(*arguments: Any) -> None:
+            with self.session.lock:
+                if self._closed:
+                    return
+                self._refused = self._said = ""
+                try:
+                    action(*arguments)
+                except (Refused, BadScene, BadEngine, RayMissed, OSError) as error:
+                    self._refused = str(error)
+                self._is_asked = True
+            self._news.set()
+
+        return do
+
+    def _click(self, origin: Sequence[float], direction: Sequence[float]) -> None:
+        self.session.click(origin, direction, float(self._panel.magnitude.value))
+
+    def _throwing(self, what: str) -> None:
+        match what:
+            case "Reset":
+                self.session.reset()
+                self._set_up()
+            case "Again":
+                self.session.again()
+            case "As written":
+                self.session.fly_as_written()
+            case _:
+                self._fly_table_4_1()
+
+    def _fly_table_4_1(self) -> None:
+        self._open(TABLE_4_1)
+        self.session.fly_as_written()
+        self._panel.marked.visible = True
+        self._panel.vertex.value = str(VERTEX)
+        printed = table_4_1()
+        self._stage.show_printed(printed.calculated, printed.application)
+
+    def _play_or_pause(self) -> None:
+        if self.session.clock.is_running:
+            self.session.pause()
+        else:
+            self.session.play()
+
+    def _open(self, name: str) -> None:
+        self.session.open(name)
+        self._set_up()
+
+    def _edit(self, path: tuple[str, ...], value: Any) -> None:
+        try:
+            self.session.edit({path: list(value) if isinstance(value, tuple) else float(value)})
+        finally:
+            self._set_up()
+
+    def _keep(self, what: str) -> None:
+        files = self.session.files()
+        throw = self.session.throw
+        assert throw is not None
+        match what:
+            case "Scene":
+                self._said = f"Written: {files.scene_file.name}"
+            case "CSV":
+                self._said = f"Written: {files.tables(throw).name}/"
+            case "Report":
+                self._make_report(files, throw)
+            case "Screenshot":
+                threading.Thread(target=self._take_picture, args=(files,), daemon=True).start()
+
+    def _make_report(self, files: Kept, throw: Throw) -> None:
+        if self._report is not None and self._report.poll() is None:
+            raise Refused("a report is being made already")
+        report = self._report = files.report(throw.contestants)
+        self._said = f"Making {files.report_file.name}: half a minute or so."
+
+        def wait() -> None:
+            _, errors = report.communicate()
+            last = (errors.strip().splitlines() or ["it was ended"])[-1]
+            self._tell(f"Written: {files.report_file.name}" if report.returncode == 0 else f"No report: {last}")
+
+        threading.Thread(target=wait, daemon=True).start()
+
+    def _take_picture(self, files: Kept) -> None:
+        """Keep what the browser sees; outside the lock, for it is the browser that draws it."""
+        try:
+            camera = self._client.camera
+            pixels = self._client.get_render(
+                camera.image_height, camera.image_width, transport_format="png", timeout=PICTURE_S
+            )
+            with self.session.lock:
+                told, size = self._readings(self.session.shown())
+                path = files.picture(captioned(pixels, told, places(size)))
+            self._tell(f"Written: {path.name}")
+        except (RuntimeError, TimeoutError, OSError) as error:
+            self._tell(f"No picture: {error}")
+
+    def _load(self, name: str, content: bytes) -> None:
+        self.session.load(name, content, lambda refused: self._tell(refused or "Graded: see Keep."))
+        self._said = "Reading and grading it."
+
+    def _tell(self, line: str) -> None:
+        """Say something that was not asked for just now."""
+        self._said = line
+        self._is_asked = True
+        self._news.set()
+
+    def _add_or_drop(self, name: str) -> None:
+        method = name.partition(":")[2]
+        one = next(Contestant(known, method) for known in self._crew.engines if Contestant(known, method).name == name)
+        others = [each for each in self.session.contestants if each != one]
+        self.session.engage(others if one in self.session.contestants else [*others, one])
+
+    def _set_up(self) -> None:
+        scene = (self.session.thrown or self.session.draft).scene
+        self._stage.set_up(scene)
+        self._panel.marked.visible = False
+        self._panel.show_question(scene, self.session.draft.path.stem, usual_magnitude(scene), self._all_contestants())
+        self._is_asked = True
+
+    def _all_contestants(self) -> list[str]:
+        return [
+            Contestant(engine, method).name
+            for engine, info in self._crew.engines.items()
+            for method in (*info.methods, *info.forced, *info.on_request)
+        ]
+
+    # What is shown: by the page's own thread
+
+    def _keep_up(self) -> None:
+        while not self._closed:
+            running = self.session.clock.is_running
+            self._news.wait(FRAME_S if running else NUMBERS_S if self._is_behind else None)
+            self._news.clear()
+            with self.session.lock:
+                if not self._closed:
+                    self._show()
+
+    def _show(self) -> None:
+        """Bring the browser up to what the session is; numbers and chart less often than the picture."""
+        session, panel, now = self.session, self._panel, time.monotonic()
+        shown, throw = session.shown(), session.throw
+        news = None if throw is None else (throw, len(throw.answers), throw.known, throw.why_no_truth)
+        view = (
+            news,
+            shown.frame,
+            panel.magnified.value,
+            panel.follow.value,
+            panel.vertex.value,
+            self._refused,
+            self._said,
+            session.foreign,
+        )
+        if view != self._drawn or self._is_asked:
+            self._is_asked = False
+            with self._client.atomic():
+                self._show_picture(shown)
+                panel.show_time(shown.time, session.clock.is_running, session.clock.speed)
+            self._drawn, self._is_behind = view, True
+        if self._is_behind and (now - self._numbers_at >= NUMBERS_S):
+            self._numbers_at = now
+            self._show_numbers(shown)
+            self._is_behind = False
+        if news != self._charted and now - self._chart_at >= CHART_S:
+            self._charted, self._chart_at = news, now
+            self._show_chart()
+        self._is_behind = self._is_behind or news != self._charted
+
+    def _show_picture(self, shown: Shown) -> None:
+        session, stage, throw = self.session, self._stage, self.session.throw
+        stage.follow(shown.state[0:3] if self._panel.follow.value else None)
+        stage.show_body(shown.state, shown.vertices, shown.is_true)
+        factor = float(self._panel.magnified.value)
+        ghosts: dict[Hashable, tuple[Array, tuple[int, int, int]]] = {}
+        for contestant, flight in ({} if throw is None else throw.flights()).items():
+            seen = flight.vertices[shown.frame, 0]
+            if np.isfinite(seen).all():
+                ghosts[contestant] = magnified(shown.vertices, seen, factor), self._colour(contestant)
+        foreign = None if session.foreign is None else session.foreign.at(shown.time)
+        if session.foreign is not None and foreign is not None and foreign.shape == shown.vertices.shape:
+            ghosts[session.foreign.name] = magnified(shown.vertices, foreign, factor), FOREIGN
+        stage.show_ghosts(ghosts)
+        stage.show_blows(session.impulses_until(shown.time))
+
+    def _show_numbers(self, shown: Shown) -> None:
+        session, panel, throw = self.session, self._panel, self.session.throw
+        told, size = self._readings(shown)
+        panel.readings.content = readings_table(told, size)
+        vertex = None if panel.vertex.value == WORST else int(panel.vertex.value)
+        rows = [] if throw is None else error_rows(throw, shown.frame, vertex)
+        colours = {row.contestant: css(self._colour(row.contestant)) for row in rows}
+        panel.errors.content = error_table(rows, colours, size, vertex, shown.time) if rows else ""
+        panel.say(self._refused or self._said or self._sentence(rows), is_refusal=bool(self._refused))
+        panel.grade.content = grade_box(session.foreign) if session.foreign else ""
+
+    def _readings(self, shown: Shown) -> tuple[list[Reading], float]:
+        """Return the coursework's screen and the size of the body [m]."""
+        scene = (self.session.thrown or self.session.draft).scene
+        blows = self.session.impulses_until(shown.time)
+        impulse, hit = blows[-1] if blows else (None, None)
+        told = readings(scene.body.mass, shown.time, shown.state, shown.vertices, impulse, hit)
+        return told, float(np.ptp(scene.body.points, axis=0).max())
+
+    def _show_chart(self) -> None:
+        throw = self.session.throw
+        if throw is None:
+            self._panel.show_chart(np.empty(0), {}, np.empty(0))
+            return
+        times, curves = errors_over_time(throw)
+        self._panel.show_chart(
+            times, {one: (errors, css(self._colour(one))) for one, errors in curves.items()}, throw.true_limit
+        )
+
+    def _sentence(self, rows: Sequence[ErrorRow]) -> str:
+        """Return in one line what is seen, and what can be done now."""
+        session, throw = self.session, self.session.throw
+        if session.aiming:
+            return "Click the body: another impulse at this instant."
+        if throw is None:
+            if not len(session.draft.scene.body.faces):
+                return "This body is points without a surface to click: As written flies it."
+            own = " As written flies the scene's own throw." if session.draft.brings_a_throw else ""
+            return f"Click the body to throw it.{own}"
+        if throw.why_no_truth:
+            return f"No truth here: {throw.why_no_truth}"
+        furthest = wrong(rows)
+        if furthest is None:
+            return "Nobody is off by more than the truth's own limit." if throw.is_complete else "Flying."
+        return f"Furthest off now: {furthest.contestant.name}, {figure(furthest.off_m)} m."
+
+    def _colour(self, contestant: Contestant) -> tuple[int, int, int]:
+        """Return a contestant's colour, the same as long as the page is open."""
+        return PALETTE[self._colours.setdefault(contestant, len(self._colours)) % len(PALETTE)]
+
+
+def usual_magnitude(scene: Scene) -> float:
+    """Return an impulse [N s] that suits a scene: its own throw's, or what moves the body by its size in a second."""
+    if scene.impulses:
+        return float(f"{np.linalg.norm(scene.impulses[0].value):.2g}")
+    size = float(np.ptp(scene.body.points, axis=0).max())
+    return float(f"{scene.body.mass * size:.1g}")
+
+
+def css(colour: tuple[int, int, int]) -> str:
+    """Return a colour as a page writes it."""
+    return f"rgb({', '.join(map(str, colour))})"

@@ -1,0 +1,220 @@
+"""The controls and numbers beside the scene; viser's side of them.  Every control calls one function of the page."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import viser
+
+from scenarios.frames import Array
+from scenarios.published import table_4_1
+from scenarios.scene import Scene
+from tumble.lab.crew import Contestant
+from tumble.lab.markup import said
+from tumble.lab.session import SPEEDS
+
+WORST = "worst of each"
+MAGNIFIED = ("1", "10", "100", "1000")
+PLAY, PAUSE = "Play", "Pause"
+PRINTED_S = table_4_1().physics_times.tolist()
+CHART_HEIGHT = 190
+
+
+@dataclass(frozen=True)
+class Actions:
+    """What a person can ask for: each is called with what the control holds."""
+
+    throwing: Callable[[str], object]
+    play: Callable[[], object]
+    go_to: Callable[[float], object]
+    pace: Callable[[float], object]
+    redraw: Callable[[], object]
+    open: Callable[[str], object]
+    edit: Callable[[tuple[str, ...], Any], object]
+    defaults: Callable[[bool], object]
+    contestant: Callable[[str], object]
+    keep: Callable[[str], object]
+    load: Callable[[str, bytes], object]
+
+
+class Panel:
+    """All of one browser's controls."""
+
+    def __init__(self, client: viser.ClientHandle, actions: Actions, scenes: Sequence[str]) -> None:
+        gui = client.gui
+        self._gui, self._actions = gui, actions
+        gui.configure_theme(show_logo=False, show_share_button=False, control_width="medium")
+        gui.set_panel_label("Tumble lab")
+        gui.main_panel.dock_right()
+        gui.main_panel.set_width(360)
+        state = gui.add_panel()
+        with state.add_tab("The body", viser.Icon.RULER_MEASURE):
+            self.readings = gui.add_html("")
+        state.dock_left()
+        state.set_width(272)
+        self.said = gui.add_html("")
+        self._add_throwing(gui)
+        self._add_time(gui)
+        self.errors = gui.add_html("")
+        self._chart_folder = gui.add_folder("Largest error over time: log10 of metres")
+        self._chart: Any = None
+        with gui.add_folder("Who flies", expand_by_default=False):
+            self._add_contestants(gui)
+        with gui.add_folder("The question", expand_by_default=False):
+            self._add_question(gui, scenes)
+        with gui.add_folder("Keep", expand_by_default=False):
+            self._add_keep(gui)
+
+    def say(self, line: str, *, is_refusal: bool = False) -> None:
+        """Show one line."""
+        text = said(line, is_refusal=is_refusal)
+        if self.said.content != text:
+            self.said.content = text
+
+    # The parts
+
+    def _add_throwing(self, gui: viser.GuiApi) -> None:
+        self.magnitude = gui.add_slider("Impulse [N s]", 0.0, 1.0, 0.01, 0.5)
+        throwing = gui.add_button_group("Throw", ("Reset", "Again", "As written"))
+        self._asks(throwing, lambda value: self._actions.throwing(value))
+
+    def _add_time(self, gui: viser.GuiApi) -> None:
+        self.play = gui.add_button(PLAY, icon=viser.Icon.PLAYER_PLAY)
+        self._asks(self.play, lambda _: self._actions.play())
+        self.time = gui.add_slider("Time [s]", 0.0, 1.0, 0.5, 0.0)
+        self._asks(self.time, lambda value: self._actions.go_to(float(value)))
+        self.marked = gui.add_button_group("Table 4.1 at", [f"{at:g}" for at in PRINTED_S], visible=False)
+        self._asks(self.marked, lambda value: self._actions.go_to(float(value)))
+        self.speed = gui.add_dropdown("Speed", tuple(speed_name(speed) for speed in SPEEDS))
+        self._asks(self.speed, lambda value: self._actions.pace(SPEEDS[list(map(speed_name, SPEEDS)).index(value)]))
+        self.magnified = gui.add_dropdown("Errors drawn times", MAGNIFIED)
+        self._asks(self.magnified, lambda _: self._actions.redraw())
+        self.follow = gui.add_checkbox("Follow the body", initial_value=False)
+        self._asks(self.follow, lambda _: self._actions.redraw())
+
+    def _add_contestants(self, gui: viser.GuiApi) -> None:
+        self.defaults = gui.add_checkbox(
+            "Engine defaults", initial_value=False, hint="Engines as they ship, or in fair settings"
+        )
+        self._asks(self.defaults, lambda value: self._actions.defaults(bool(value)))
+        self.contestant = gui.add_dropdown("Contestant", list_of(""))
+        change = gui.add_button("Add or drop it")
+        self._asks(change, lambda _: self._actions.contestant(str(self.contestant.value)))
+        self.vertex = gui.add_dropdown("Vertex", list_of(WORST))
+        self._asks(self.vertex, lambda _: self._actions.redraw())
+
+    def _add_question(self, gui: viser.GuiApi, scenes: Sequence[str]) -> None:
+        self.scene = gui.add_dropdown("Scene", tuple(scenes), initial_value=scenes[0])
+        self._asks(self.scene, lambda value: self._actions.open(str(value)))
+        self.preset = gui.add_button("Table 4.1", hint="The coursework's throw, with its printed positions")
+        self._asks(self.preset, lambda _: self._actions.throwing("Table 4.1"))
+        self.size = gui.add_vector3("Size [m]", (1.0, 1.0, 1.0))
+        self.mass = gui.add_number("Mass [kg]", 1.0, step=None)
+        self.gravity = gui.add_vector3("Gravity [m/s²]", (0.0, 0.0, 0.0))
+        self.step = gui.add_number("Step [s]", 0.01, step=None)
+        self.duration = gui.add_number("Duration [s]", 1.0, step=None)
+        for control, path in (
+            (self.size, ("body", "size")),
+            (self.mass, ("body", "mass")),
+            (self.gravity, ("gravity",)),
+            (self.step, ("step",)),
+            (self.duration, ("duration",)),
+        ):
+            self._asks(control, lambda value, path=path: self._actions.edit(path, value))
+
+    def _add_keep(self, gui: viser.GuiApi) -> None:
+        keep = gui.add_button_group("Save", ("Scene", "CSV", "Report", "Screenshot"))
+        self._asks(keep, lambda value: self._actions.keep(value))
+        load = gui.add_upload_button("Load trajectory (CSV)", icon=viser.Icon.UPLOAD)
+
+        @load.on_upload
+        def _(event: Any) -> None:
+            self._actions.load(event.target.value.name, event.target.value.content)
+
+        self.grade = gui.add_html("")
+
+    def _asks(self, control: Any, action: Callable[[Any], object]) -> None:
+        """Call an action when a person, not we ourselves, changes a control."""
+
+        def asked(event: Any) -> None:
+            if event.client is not None:
+                action(event.target.value)
+
+        (control.on_click if hasattr(control, "on_click") else control.on_update)(asked)
+
+    # What is shown in them
+
+    def show_question(self, scene: Scene, name: str, magnitude: float, contestants: Sequence[str]) -> None:
+        """Set the controls to a scene that was chosen or edited."""
+        scenes = self.scene.options
+        if name not in scenes:
+            self.scene.options = (*scenes, name)
+        self.scene.value = name
+        body = scene.body
+        self.size.visible = body.size is not None
+        if body.size is not None:
+            self.size.value = tuple(body.size.tolist())
+        self.mass.value = body.mass
+        self.gravity.value = (0.0, 0.0, 0.0) if scene.gravity is None else tuple(scene.gravity.tolist())
+        self.step.value, self.duration.value = scene.step, scene.duration
+        self.vertex.options = (WORST, *map(str, range(len(body.points))))
+        self.contestant.options = tuple(contestants)
+        self.time.max, self.time.step = scene.duration, scene.duration / (len(scene.rows) - 1)
+        self.time.precision = 4 if scene.duration >= 0.1 else 6
+        self.follow.value = flies_far(scene)
+        top = 4 * magnitude
+        self.magnitude.max, self.magnitude.step = top, top / 200
+        self.magnitude.value = magnitude
+
+    def show_time(self, time: float, is_running: bool, speed: float) -> None:
+        """Show where the time is."""
+        if self.time.value != time:
+            self.time.value = time
+        label = PAUSE if is_running else PLAY
+        if self.play.label != label:
+            self.play.label = label
+            self.play.icon = viser.Icon.PLAYER_PAUSE if is_running else viser.Icon.PLAYER_PLAY
+        if self.speed.value != speed_name(speed):
+            self.speed.value = speed_name(speed)
+
+    def show_chart(self, times: Array, curves: Mapping[Contestant, tuple[Array, str]], limit: Array) -> None:
+        """Draw the largest error of each contestant over time, [m], on a log scale, and the truth's limit."""
+        if self._chart is not None:
+            self._chart.remove()
+            self._chart = None
+        if not curves:
+            return
+        data = (times[1:], limit[1:], *(values[1:] for values, _ in curves.values()))
+        # Of a logarithm, and not a logarithmic scale: that one's labels are all 0 below a thousandth.
+        with np.errstate(divide="ignore"):
+            data = (data[0], *(np.where(values > 0, np.log10(values), np.nan) for values in data[1:]))
+        if not any(np.isfinite(values).any() for values in data[1:]):
+            return
+        lines: list[Any] = [{"label": one.name, "stroke": ink, "width": 2} for one, (_, ink) in curves.items()]
+        with self._chart_folder:
+            self._chart = self._gui.add_uplot(
+                data,
+                ({"label": "t [s]"}, {"label": "limit of truth", "stroke": "#9ca3af", "dash": (4.0, 4.0)}, *lines),
+                scales={"x": {"time": False}},
+                axes=({}, {"size": 40}),
+                legend={"show": False},
+                height=CHART_HEIGHT,
+            )
+
+
+def speed_name(speed: float) -> str:
+    """Return a speed as a person says it."""
+    return "real time" if speed == 1.0 else f"{1 / speed:.0f} times slower"
+
+
+def flies_far(scene: Scene) -> bool:
+    """Whether the body leaves the picture by itself, by its velocity and gravity."""
+    fall = 0.0 if scene.gravity is None else float(np.linalg.norm(scene.gravity)) * scene.duration**2 / 2
+    run = float(np.linalg.norm(scene.start[0, 7:10])) * scene.duration
+    return fall + run > 3.0 * float(np.ptp(scene.body.points, axis=0).max())
+
+
+def list_of(*options: str) -> tuple[str, ...]:
+    """Return options of a dropdown that others will replace: to a type checker a literal tuple is for ever."""
+    return options

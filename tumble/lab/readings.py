@@ -1,0 +1,99 @@
+"""The numbers on the screen at the time shown: those of the coursework's screen, and the error table."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from compare.run.worker import Failure
+from scenarios.frames import Array
+from scenarios.scene import Impulse
+from tumble.lab.crew import Contestant
+from tumble.lab.throw import Throw
+
+
+@dataclass(frozen=True)
+class Reading:
+    """One line of the coursework's screen: what it is, in which unit, and its numbers; none are not there yet."""
+
+    name: str
+    unit: str
+    values: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class ErrorRow:
+    """One contestant at the time shown, as a row of Table 4.1: one vertex, its error, and how far off.
+
+    position and error [m], (3,); off_m: their distance, limit_m: the least that can be told from none; status: why
+    there is nothing to show, or what is wrong with what is shown.
+    """
+
+    contestant: Contestant
+    position: Array | None
+    error: Array | None
+    off_m: float
+    limit_m: float
+    status: str
+
+
+def readings(
+    mass: float, time: float, state: Array, vertices: Array, impulse: Impulse | None, hit: Array | None
+) -> list[Reading]:
+    """Return the coursework's screen: state (13,) and vertices [m], (n, 3), at a time [s], and the last impulse."""
+    force = 0.0 if impulse is None else float(np.linalg.norm(impulse.value))
+    direction = () if impulse is None else tuple((impulse.value / force).tolist())
+    return [
+        Reading("time", "s", (time,)),
+        Reading("centre of mass", "m", tuple(state[0:3].tolist())),
+        *(Reading(f"vertex {number}", "m", tuple(place.tolist())) for number, place in enumerate(vertices)),
+        Reading("velocity", "m/s", tuple(state[7:10].tolist())),
+        Reading("angular velocity", "rad/s", tuple(state[10:13].tolist())),
+        Reading("hit point", "m", () if hit is None else tuple(hit.tolist())),
+        Reading("impulse", "N s", () if impulse is None else (force,)),
+        Reading("direction", "", direction),
+        Reading("mass", "kg", (mass,)),
+    ]
+
+
+def error_rows(throw: Throw, frame: int, vertex: int | None) -> list[ErrorRow]:
+    """Return who is how far off at a frame, at one vertex or, for None, each at the one where it is worst."""
+    flights, answers = throw.flights(), dict(throw.answers)
+    rows = []
+    for contestant in throw.contestants:
+        answer = answers.get(contestant)
+        if contestant not in flights:
+            status = answer.status if isinstance(answer, Failure) else "flying"
+            rows.append(ErrorRow(contestant, None, None, np.nan, np.nan, status))
+            continue
+        flight = flights[contestant]
+        seen, true = flight.vertices[frame, 0], throw.true_vertices[frame]
+        with np.errstate(over="ignore", invalid="ignore"):
+            errors = seen - true
+            off = np.linalg.norm(errors, axis=-1)
+        lost = flight.diverged_at
+        notes = f"diverged at {lost:.6g} s" if lost is not None else "; ".join(map(str, flight.notes))
+        worst = int(np.argmax(np.where(np.isnan(off), -1.0, off))) if vertex is None else vertex
+        rows.append(
+            ErrorRow(contestant, seen[worst], errors[worst], float(off[worst]), float(throw.true_limit[frame]), notes)
+        )
+    return rows
+
+
+def errors_over_time(throw: Throw) -> tuple[Array, dict[Contestant, Array]]:
+    """Return the instants [s] and each contestant's largest vertex error there [m], NaN where it is not known.
+
+    An error below the truth's limit is shown as that limit.
+    """
+    curves = {}
+    for contestant, flight in throw.flights().items():
+        with np.errstate(over="ignore", invalid="ignore"):
+            off = np.linalg.norm(flight.vertices[:, 0] - throw.true_vertices, axis=-1).max(axis=1)
+        curves[contestant] = np.maximum(off, throw.true_limit)
+    return throw.scene.rows, curves
+
+
+def wrong(rows: Sequence[ErrorRow]) -> ErrorRow | None:
+    """Return who is furthest off, if anybody is further off than the limit."""
+    off = [row for row in rows if row.off_m > row.limit_m]
+    return max(off, key=lambda row: row.off_m, default=None)

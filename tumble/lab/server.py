@@ -1,0 +1,52 @@
+"""The lab's server: on this machine alone, one page a browser, nothing left when it ends."""
+
+import contextlib
+import io
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import viser
+
+from tumble.lab.crew import Contestant, Crew
+from tumble.lab.draft import Draft
+from tumble.lab.page import Page
+
+HOST = "127.0.0.1"
+
+
+class LocalServer(viser.ViserServer):
+    """A server that a browser cannot ask to share what it shows with another machine."""
+
+    def request_share_url(self, verbose: bool = True) -> None:
+        """Share nothing."""
+
+
+@contextmanager
+def serving(draft: Draft, contestants: list[Contestant], crew: Crew, folder: Path, port: int) -> Iterator[str]:
+    """Serve the lab and give its address; another port is taken where that one is.  folder: where throws are kept."""
+    with contextlib.redirect_stdout(io.StringIO()):  # viser greets there, and standard output is for results
+        server = LocalServer(host=HOST, port=port, label="Tumble lab", verbose=False)
+    pages: dict[int, Page] = {}
+    lock = threading.Lock()
+
+    @server.on_client_connect
+    def _(client: viser.ClientHandle) -> None:
+        page = Page(client, draft, contestants, crew, folder)
+        with lock:
+            pages[client.client_id] = page
+
+    @server.on_client_disconnect
+    def _(client: viser.ClientHandle) -> None:
+        with lock:
+            page = pages.pop(client.client_id, None)
+        if page:
+            page.close()
+
+    try:
+        yield f"http://{HOST}:{server.get_port()}"
+    finally:
+        for page in list(pages.values()):
+            page.close()
+        server.stop()

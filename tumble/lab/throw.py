@@ -1,0 +1,165 @@
+"""One throw: the truth and every contestant at once, each there as soon as it is worked out."""
+
+import threading
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+
+from compare.comparison.comparison import Comparison
+from compare.judge.errors import Run
+from compare.run import registry
+from compare.run.flight import Trajectory
+from compare.run.participants import Halted
+from compare.run.registry import BadEngine
+from compare.run.worker import Failure
+from scenarios.frames import Array
+from scenarios.scene import Scene
+from scenarios.truth import NoTruth, Truth, truth
+from tumble.lab.crew import Contestant, Crew, Loan
+
+# Instants of a free flight's truth that are asked for at once: few at first, so that the body can begin to move.
+FIRST, MOST = 5, 40
+
+
+class Throw:
+    """The answers to one scene as they come in, the first row of each at t = 0.
+
+    answers: contestant -> its flight, or why there is none; it is not there while it flies.  true_states (R, 13) and
+    true_vertices (R, n, 3) [m] are NaN where the truth is not there yet; why_no_truth says that it will not be.
+    changed: called, from any thread, when something came in.
+    """
+
+    def __init__(
+        self, scene: Scene, contestants: Sequence[Contestant], crew: Crew, changed: Callable[[], object]
+    ) -> None:
+        self.scene, self.contestants = scene, tuple(contestants)
+        self.answers: dict[Contestant, Trajectory | Failure] = {}
+        self.true_states = np.full((len(scene.rows), 13), np.nan)
+        self.true_vertices = np.full((len(scene.rows), *scene.body.points.shape), np.nan)
+        self.true_limit = np.full(len(scene.rows), np.nan)
+        self.why_no_truth = ""
+        self._crew, self._changed = crew, changed
+        self._lock = threading.Lock()
+        self._loans: set[Loan] = set()
+        self._stopped = False
+        self._parts = parts(len(scene.times)) if scene.is_free else [slice(0, len(scene.times))]
+        self._pieces: dict[int, Truth] = {}
+        for engine in dict.fromkeys(contestant.engine for contestant in contestants):
+            threading.Thread(target=self._fly, args=(engine,), daemon=True).start()
+        self._futures = [crew.aside(truth, replace(scene, times=scene.times[part])) for part in self._parts]
+        for number, future in enumerate(self._futures):
+            future.add_done_callback(partial(self._take_truth, number))
+
+    def stop(self) -> None:
+        """End what is still at work; what comes in afterwards is dropped."""
+        with self._lock:
+            self._stopped = True
+            for loan in self._loans:
+                loan.halt()
+        for future in self._futures:
+            future.cancel()
+
+    @property
+    def known(self) -> int:
+        """How many rows have a truth: those before the first that has none."""
+        missing = np.isnan(self.true_states[:, 0])
+        return int(np.argmax(missing)) if missing.any() else len(missing)
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether nothing more will come in."""
+        return self.truth_is_told and len(self.answers) == len(self.contestants)
+
+    @property
+    def truth_is_told(self) -> bool:
+        """Whether the whole truth is there, or why there is none."""
+        return bool(self.why_no_truth) or len(self._pieces) == len(self._parts)
+
+    def flights(self) -> dict[Contestant, Trajectory]:
+        """Return the flights that are there."""
+        answers = dict(self.answers)
+        return {one: answers[one] for one in self.contestants if isinstance(answers.get(one), Trajectory)}  # type: ignore[misc]
+
+    def comparison(self, scene: Scene | None = None) -> Comparison:
+        """Return what `tumble compare` makes of what is there; scene: the same under the name it was saved by."""
+        scene = scene or self.scene
+        whole = None if self.why_no_truth or not self.truth_is_told else self._whole_truth()
+        waiting = Failure("timeout: still flying when this was saved")
+        runs = (
+            Run(scene, registry.title(one.engine), one.method, scene.step, self.answers.get(one, waiting), whole)
+            for one in self.contestants
+        )
+        return Comparison(scene, whole, self.why_no_truth or "still being worked out", tuple(runs))
+
+    def _whole_truth(self) -> Truth:
+        pieces = [self._pieces[number] for number in range(len(self._parts))]
+
+        def rows(name: str) -> Array:
+            first, *others = (getattr(piece, name) for piece in pieces)
+            # Every piece begins with a row for t = 0.
+            return np.concatenate([first, *(other[1:] for other in others)])
+
+        how = " / ".join(dict.fromkeys(piece.how for piece in pieces))
+        return Truth(rows("times"), rows("states"), rows("vertices"), rows("bound"), rows("floor"), how)
+
+    def _take_truth(self, number: int, future: "Future[Truth]") -> None:
+        """Take in a part of the truth; a callback of its future."""
+        if future.cancelled():
+            return
+        error = future.exception()
+        with self._lock:
+            if self._stopped:
+                return
+            if error is not None:
+                self.why_no_truth = str(error) if isinstance(error, NoTruth) else f"{type(error).__name__}: {error}"
+            else:
+                piece, part = future.result(), self._parts[number]
+                self._pieces[number] = piece
+                rows = slice(0 if number == 0 else part.start + 1, part.stop + 1)
+                count = rows.stop - rows.start
+                self.true_states[rows] = piece.states[-count:, 0]
+                self.true_vertices[rows] = piece.vertices[-count:, 0]
+                self.true_limit[rows] = piece.limit[-count:, 0]
+        self._changed()
+
+    def _fly(self, engine: str) -> None:
+        """Fly every method of one engine, one after the other, in one process."""
+        own = [one for one in self.contestants if one.engine == engine]
+        try:
+            loan = self._crew.lend(engine)
+        except BadEngine as error:
+            for contestant in own:
+                self._take(contestant, Failure(f"crashed: {error}"))
+            return
+        with self._lock:
+            self._loans.add(loan)
+        try:
+            for contestant in own:
+                if self._stopped:
+                    return
+                self._take(contestant, loan.fly(self.scene, contestant.method))
+        except Halted:
+            pass
+        finally:
+            with self._lock:
+                self._loans.discard(loan)
+            self._crew.take_back(loan)
+
+    def _take(self, contestant: Contestant, answer: Trajectory | Failure) -> None:
+        with self._lock:
+            if self._stopped:
+                return
+            self.answers[contestant] = answer
+        self._changed()
+
+
+def parts(count: int) -> list[slice]:
+    """Return how the instants of a truth are asked for: few first, then more at once."""
+    found, start, length = [], 0, FIRST
+    while start < count:
+        found.append(slice(start, min(start + length, count)))
+        start, length = start + length, min(2 * length, MOST)
+    return found
