@@ -22,7 +22,7 @@ EXIT_DONE, EXIT_FAILED, EXIT_USER, EXIT_BUG, EXIT_INTERRUPTED = 0, 1, 2, 3, 130
 
 SHELLS = ("bash", "zsh", "fish")
 SCENE_HELP = "a scene of the catalogue (see `tumble scenes`) or the path of a TOML file"
-ENGINE_HELP = "ENGINE, ENGINE:METHOD or the path of an engine file of your own, ./mine.py[:METHOD]; may be repeated"
+ENGINE_HELP = "ENGINE[@RELEASE][:METHOD] or the path of an engine file of your own, ./mine.py[:METHOD]; may be repeated"
 
 
 class Parser(argparse.ArgumentParser):
@@ -90,6 +90,8 @@ def parser() -> Parser:
     scenes.add_argument("scene", nargs="?", metavar="NAME", help="print this scene's TOML, to copy and change")
     engines = command("engines", "list the engines: versions, methods, precision, what is missing and why")
     engines.add_argument("-e", "--engine", action="append", default=[], metavar="ENGINE", help=ENGINE_HELP)
+    engines.add_argument("--install", nargs="+", default=[], metavar="ENGINE[@RELEASE]", help="in an environment each")
+    engines.add_argument("--remove", nargs="+", default=[], metavar="ENGINE[@RELEASE]", help="such environments")
     engines.add_argument("--check", nargs="+", metavar="ENGINE", help="put every law of engines to these")
     engines.add_argument("--time-limit", type=seconds, default=60.0, metavar="S", help="for each law [s]; default 60")
 

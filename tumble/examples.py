@@ -2,7 +2,7 @@
 
 EXAMPLES: dict[str, tuple[str, ...]] = {
     "scenes": ("tumble scenes", "tumble scenes brick-tumble > mine.toml"),
-    "engines": ("tumble engines", "tumble engines -e ./mine.py"),
+    "engines": ("tumble engines", "tumble engines --install drake mujoco@3.10.0", "tumble engines --check ./mine.py"),
     "run": ("tumble run brick-tumble -e mujoco:rk4 --dt 0.002 -o brick.csv",),
     "compare": (
         "tumble compare table-4-1",

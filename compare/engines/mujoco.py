@@ -34,12 +34,17 @@ if TYPE_CHECKING:
 # Those that put the whole state back to the model's start where auto-reset is on.
 BAD_STATES = (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC)
 
-INTEGRATORS = {  # as a method here: as MuJoCo spells it
-    "euler": "Euler",
-    "rk4": "RK4",
-    "implicit": "implicit",
-    "implicitfast": "implicitfast",
-    "discrete": "discrete",
+RELEASE = tuple(int(part) for part in mujoco.__version__.split(".")[:2])
+INTEGRATORS = {  # as a method here: as MuJoCo spells it; `discrete` came with 4.0
+    method: spelled
+    for method, spelled in (
+        ("euler", "Euler"),
+        ("rk4", "RK4"),
+        ("implicit", "implicit"),
+        ("implicitfast", "implicitfast"),
+        ("discrete", "discrete"),
+    )
+    if hasattr(mujoco.mjtIntegrator, f"mjINT_{spelled.upper()}")
 }
 # None of them moves a bit of a flight that has no use for it, but most cost time, and autoreset throws a state beyond
 # 1e10 away.
@@ -61,7 +66,10 @@ SCHEMES = {
     **dict.fromkeys((*FORCED, *ON_REQUEST), "semi-implicit-euler"),
     **dict.fromkeys(("rk4+held", "rk4+defaults"), "held-parabola"),
 }
-GYROSCOPIC = {"euler": "explicit"} | dict.fromkeys(("implicit", "implicitfast", "discrete"), "implicit")
+GYROSCOPIC = {"euler": "explicit"} | {method: "implicit" for method in INTEGRATORS if method not in ("euler", "rk4")}
+# Its changelog has it so for 3.7 to 3.10.
+if (3, 7) <= RELEASE < (3, 11):
+    GYROSCOPIC["implicitfast"] = "midpoint"
 ABOUT = {
     "version": mujoco.__version__,
     "precision": "double",

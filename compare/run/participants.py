@@ -1,4 +1,4 @@
-"""Who takes part: ENGINE or ENGINE:METHOD, as everywhere in Tumble."""
+"""Who takes part: ENGINE[@RELEASE][:METHOD], as everywhere in Tumble."""
 
 import math
 import threading
@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from compare.run import registry
+from compare.run.environments import split_release
 from compare.run.flight import Trajectory
 from compare.run.registry import BadEngine, EngineInfo
 from compare.run.timer import Pace
@@ -117,7 +118,7 @@ def flights(participants: Iterable[Participant], scenes: Iterable[Scene]) -> int
 
 
 def split(item: str) -> tuple[str, str]:
-    """Return engine and method ('' for all of them) of ENGINE[:METHOD].  Raises BadEngine for an unknown engine."""
+    """Return ENGINE[@RELEASE] and method, '' for all of them.  Raises BadEngine for an unknown engine."""
     head, dot_py, tail = item.rpartition(".py")
     if dot_py and tail[:1] in ("", ":"):
         engine, method = head + dot_py, tail[1:]
@@ -125,20 +126,22 @@ def split(item: str) -> tuple[str, str]:
             raise BadEngine(f"{engine}: no such engine file")
         return engine, method
     engine, _, method = item.partition(":")
-    if engine not in registry.names():
-        raise BadEngine(f"unknown engine {engine!r}: {nearest(engine, registry.names())}")
+    name = engine.partition("@")[0]
+    if name not in registry.names():
+        raise BadEngine(f"unknown engine {name!r}: {nearest(name, registry.names())}")
+    split_release(engine)
     return engine, method
 
 
 def wanted(asked: Iterable[str]) -> dict[str, list[str]]:
-    """Return the engines asked for with the methods named for each; nothing asked means every engine of ours."""
+    """Return the engines asked for with the methods named for each; nothing asked means the usual ones of ours."""
     engines: dict[str, list[str]] = {}
     for item in asked:
         engine, method = split(item)
         engines.setdefault(engine, [])
         if method:
             engines[engine].append(method)
-    return engines or {engine: [] for engine in registry.names()}
+    return engines or {engine: [] for engine in registry.usual()}
 
 
 def chosen(engine: str, asked: list[str], info: EngineInfo | Failure) -> tuple[str, ...]:

@@ -41,13 +41,16 @@ class Finding:
 class Package:
     """What brings an engine, read from its file without running it: all that is known of one that is not installed.
 
-    packages: the one to install first; pins: what an environment of its own gets; python: the only release of Python
-    that it has wheels for, empty where it has them for all.
+    packages: the one to install first; pins: what an environment of its own gets, that package first; python: the only
+    release of Python that it has wheels for, empty where it has them for all; apart: whether it has an environment of
+    its own everywhere, and takes part only when asked for; megabytes: what such an environment takes.
     """
 
     packages: tuple[str, ...] = ()
     pins: tuple[str, ...] = ()
     python: str = ""
+    apart: bool = False
+    megabytes: int = 0
 
 
 @dataclass(frozen=True)
@@ -91,10 +94,15 @@ def package(engine: str) -> Package:
     stated = {
         target.id: ast.literal_eval(line.value)
         for line in tree.body
-        if isinstance(line, ast.Assign) and isinstance(target := line.targets[0], ast.Name)
-        if target.id in ("PACKAGES", "PINS", "PYTHON")
+        if isinstance(line, ast.Assign) and isinstance(target := line.targets[0], ast.Name) and target.id.isupper()
+        if target.id.lower() in Package.__dataclass_fields__
     }
-    return Package(stated.get("PACKAGES", ()), stated.get("PINS", ()), stated.get("PYTHON", ""))
+    return Package(**{name.lower(): value for name, value in stated.items()})
+
+
+def usual() -> list[str]:
+    """Return the names of the engines that take part where none is named."""
+    return [name for name in names() if not package(name).apart]
 
 
 def is_file(engine: str) -> bool:

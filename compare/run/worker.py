@@ -10,6 +10,7 @@ from typing import Any, Self
 
 import numpy as np
 
+from compare.run.environments import located
 from compare.run.flight import Trajectory
 from compare.run.message import Malformed
 from compare.run.process import Died, Process
@@ -40,21 +41,28 @@ FLOAT = np.dtype(float)
 class Worker:
     """A process that has one engine loaded and flies what it is sent.
 
-    engine: a name of ours or the path of a user's file; time_limit [s] for each answer; memory_limit [B]; python: the
-    interpreter that runs it, which needs nothing but numpy and what the engine imports.
+    engine: ENGINE[@RELEASE] of ours or the path of a user's file; time_limit [s] for each answer; memory_limit [B];
+    python: the interpreter that runs it, which needs nothing but numpy and what the engine imports; without one that
+    of the engine's environment, or ours.
     """
 
     def __init__(
-        self, engine: str, time_limit: float, memory_limit: int = MEMORY_LIMIT, python: str = sys.executable
+        self, engine: str, time_limit: float, memory_limit: int = MEMORY_LIMIT, python: str | None = None
     ) -> None:
-        self.engine, self.time_limit, self.memory_limit, self.python = engine, time_limit, memory_limit, python
+        self.engine, self.time_limit, self.memory_limit = engine, time_limit, memory_limit
         self._turn = threading.Lock()
         self._process: Process | None = None
         self._why_gone = "crashed: its process was ended"
+        name, why = engine, ""
+        if python is None:
+            name, python, why = (engine, sys.executable, "") if is_file(engine) else located(engine)
+        if python is None:
+            self._why_gone = f"missing: {why}"
+            return
         serve = str(Path(__file__).with_name("serve.py"))
         try:
             # Files in the working directory are the user's, and run only when he names one.
-            self._process = Process([python, "-P", serve, engine, str(memory_limit)])
+            self._process = Process([python, "-P", serve, name, str(memory_limit)])
         except OSError as error:
             self._why_gone = f"crashed: its process cannot be started: {error.strerror or error}"
 

@@ -1,41 +1,85 @@
-"""`tumble engines`: who can take part here, and whether an engine keeps the laws of engines."""
+"""`tumble engines`: who can take part here, environments for those that need one, and the laws put to an engine."""
 
 from argparse import Namespace
 from collections.abc import Iterator
 
 from compare.engines import LAWS
+from compare.run import environments, registry
 from compare.run.examine import Examined, examined
-from compare.run.participants import launched
+from compare.run.participants import launched, split
+from compare.run.registry import BadEngine
 from compare.run.worker import Failure
 from compare.tables.engines import engine_row
 from reports.terminal import console, engine_list, plain
+from tumble.notes import note
 
 FAILED, DONE = 1, 0
 
 
 def main(options: Namespace) -> int:
-    """List every engine with its version, methods and precision, or why it is missing; or check some."""
+    """List every engine with its version, methods and precision, or why it is missing; or install or check some."""
+    for engine in options.remove:
+        for gone in environments.remove(known(engine)):
+            print_line(f"removed {described(gone)}")
+    for engine in options.install:
+        note(f"making an environment for {known(engine)}")
+        print_line(described(environments.install(engine)))
     if options.check:
         return check(options.check, options.time_limit)
-    with launched(options.engine) as participants:
-        console().print(engine_list([engine_row(participant) for participant in participants]))
+    if not (options.install or options.remove):
+        listing(options.engine)
     return DONE
+
+
+def listing(asked: list[str]) -> None:
+    """Print who can take part, the environments there are, and those that could be."""
+    with launched(asked or registry.names()) as participants:
+        console().print(engine_list([engine_row(participant) for participant in participants]))
+    if asked:
+        return
+    there = environments.environments()
+    for environment in there:
+        print_line(described(environment))
+    for name in registry.names():
+        package = registry.package(name)
+        if package.apart and not any(environment.engine == name for environment in there):
+            print_line(
+                f"{name} needs an environment of its own, {package.megabytes} MB: tumble engines --install {name}"
+            )
+
+
+def described(environment: environments.Environment) -> str:
+    """Return what an environment is, in one line."""
+    size = f"{environment.size / 1e6:.0f} MB"
+    return f"{environment.name}: Python {environment.python}, {', '.join(environment.packages)}, {size}"
+
+
+def known(engine: str) -> str:
+    """Return ENGINE[@RELEASE] of ours.  Raises BadEngine for another, and for one with a method."""
+    name, method = split(engine)
+    if method or registry.is_file(name):
+        raise BadEngine(f"{engine}: what is installed is ENGINE or ENGINE@RELEASE")
+    return engine
+
+
+def print_line(text: str) -> None:
+    """Print a line of results, however long."""
+    console().print(plain(text), soft_wrap=True)
 
 
 def check(engines: list[str], time_limit: float) -> int:
     """Say in one line each which laws hold; 1 where one does not, or where an engine cannot be asked."""
     code = DONE
-    screen = console()
     with launched(engines, time_limit) as participants:
         for participant in participants:
             if isinstance(participant.info, Failure):
-                screen.print(plain(f"{participant.title}: {participant.info.status}"), soft_wrap=True)
+                print_line(f"{participant.title}: {participant.info.status}")
                 code = FAILED
                 continue
-            screen.print(plain(f"{participant.title}: {', '.join(participant.methods)}"), soft_wrap=True)
+            print_line(f"{participant.title}: {', '.join(participant.methods)}")
             for one in examined(participant):
                 for line in lines(one):
-                    screen.print(plain(f"  {line}"), soft_wrap=True)
+                    print_line(f"  {line}")
                 code = FAILED if one.broken else code
     return code
 

@@ -101,14 +101,14 @@ def test_what_brings_an_engine_is_read_without_running_it(monkeypatch, tmp_path)
     monkeypatch.setattr(contract, "__path__", [str(tmp_path)])
     registry.package.cache_clear()
     assert registry.names() == ["none"]
-    assert registry.package("none") == registry.Package(("none-such",), ("none-such==1",), "")
+    assert registry.package("none") == registry.Package(("none-such",), ("none-such==1",))
     registry.package.cache_clear()
 
 
 def test_nobody_outside_names_an_engine():
-    """Nor inside: whoever adds or removes an engine touches its file alone.
+    """Whoever adds or removes an engine touches its file alone.
 
-    The hand calculation is Table 4.1's, and has a page of its own.
+    The hand calculation is Table 4.1's, and has a page of its own; the lab opens with four contestants of its choice.
     """
     names = {*registry.names()} - {contract.OWN}
     found = []
@@ -117,7 +117,11 @@ def test_nobody_outside_names_an_engine():
             for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
                 if isinstance(node, ast.Constant) and isinstance(node.value, str):
                     engine = node.value.partition(":")[0]
-                    if engine in names and (path.name, engine) != ("hand_calculation.py", "handcalc"):
+                    if (
+                        engine in names
+                        and (path.name, engine) != ("hand_calculation.py", "handcalc")
+                        and path.name != "lab.py"
+                    ):
                         found.append(f"{path.relative_to(ROOT)}:{node.lineno}: {node.value}")
     assert not found
 

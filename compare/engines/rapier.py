@@ -1,0 +1,161 @@
+"""Rapier, by its official Python package: single precision, the gyroscopic torque taken explicitly and |L| restored.
+
+A step of its own defaults is four substeps; here it is one, so that dt is the step.  It has none of a scene's forces
+but gravity: `+held` is given them once a step.  Every vector is in world axes; its quaternions are x y z w.
+"""
+
+# Its wheel is in an environment of its own.
+# pyright: reportMissingImports=false
+
+import importlib.metadata
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import rapier3d
+from numpy.typing import NDArray
+
+from compare.engines.parts.audits import beyond, stood_still
+from compare.engines.parts.scale import scale_to_one
+
+if TYPE_CHECKING:
+    from scenarios.scene import Scene
+    from scenarios.wrench import Wrench
+
+METHODS = ("tgs",)
+FORCED = ("tgs+held",)
+ON_REQUEST = ("tgs+defaults",)
+FEATURES = {"gravity", "tether", "drag", "floor"}
+PACKAGES = ("rapier3d",)
+PINS = ("rapier3d==0.36.1", "numpy==2.4.6")
+APART = True
+MEGABYTES = 110
+SCHEMES = dict.fromkeys((*FORCED, *ON_REQUEST), "semi-implicit-euler")
+GYROSCOPIC = {"tgs": "rescaled"}
+SUBSTEPS = 4  # of a step, unless told otherwise
+LARGEST_SPEED = 400.0  # m/s, unless told otherwise
+LARGEST_SUBTURN = math.pi / 4  # rad a substep, unless allow_fast_rotation
+ABOUT = {
+    "version": importlib.metadata.version("rapier3d"),
+    "precision": "single",
+    "switched_off": [
+        "three of four substeps: a step is dt",
+        "the limit of 400 m/s on a velocity and of pi/4 a substep on a rotation",
+        "sleeping",
+        "colliders",
+    ],
+    "defaults": ["4 substeps a step", "400 m/s and pi/4 rad a substep at most", "bodies fall asleep"],
+}
+
+
+@dataclass(eq=False)
+class World:
+    """A world with one body a throw, and what `audit` needs to know of the flight since `write`.
+
+    scale: how many times the scene's masses and forces are what Rapier got; held: what gives the wrench of a step.
+    written: the states as Rapier has them, (N, 13); fastest [m/s] and spinning [rad/s]: the largest seen; longest [s].
+    """
+
+    world: Any
+    bodies: list[Any]
+    defaults: bool
+    scale: float
+    held: "Wrench | None" = None
+    written: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 13)))
+    steps: int = 0
+    longest: float = 0.0
+    fastest: float = 0.0
+    spinning: float = 0.0
+    neutralised: int = 0
+
+
+def build(scene: "Scene", method: str) -> World:
+    """Return a world with the scene's body once for every throw."""
+    kind, _, manner = method.partition("+")
+    if not scene.is_free and not manner:
+        raise NotImplementedError(f"{kind} has none of these laws itself; {kind}+held is given their force once a step")
+    defaults = manner == "defaults"
+    scale = 1.0 if defaults else scale_to_one(scene.body.mass, *scene.body.moments)
+    world = rapier3d.PhysicsWorld(gravity=(0.0, 0.0, 0.0) if scene.gravity is None else tuple(scene.gravity.tolist()))
+    if not defaults:
+        world.integration_parameters.num_solver_iterations = 1
+        world.integration_parameters.normalized_max_linear_velocity = math.inf
+    moments = tuple((scale * scene.body.moments).tolist())
+    mass = rapier3d.MassProperties((0.0, 0.0, 0.0), scale * scene.body.mass, moments, rapier3d.Rotation3.identity())
+    handles = [world.add_body(body_of(mass, defaults)) for _ in scene.start]
+    bodies = [world.rigid_bodies[handle] for handle in handles]
+    found = World(world, bodies, defaults, scale)
+    if not scene.is_free:
+        from scenarios.wrench import wrench  # it may bring a compiler, which a free flight has no use for
+
+        found.held = wrench(scene)
+    return found
+
+
+def body_of(mass: Any, defaults: bool) -> Any:
+    """Return a body without a shape, which can collide with nothing."""
+    body = rapier3d.RigidBody.dynamic().additional_mass_properties(mass).gyroscopic_forces(True)
+    return body if defaults else body.can_sleep(False).allow_fast_rotation(True)
+
+
+def write(world: World, states: NDArray[np.float64]) -> None:
+    """Put the throws into these states, (N, 13)."""
+    for body, state in zip(world.bodies, states.tolist(), strict=True):
+        w, x, y, z = state[3:7]
+        body.position = rapier3d.Isometry3(tuple(state[0:3]), rapier3d.Rotation3(w, x, y, z))
+        body.linvel, body.angvel = tuple(state[7:10]), tuple(state[10:13])
+        body.reset_forces()
+        body.reset_torques()
+        body.wake_up()
+    world.steps, world.longest, world.fastest, world.spinning, world.neutralised = 0, 0.0, 0.0, 0.0, 0
+    world.written = read(world)
+
+
+def advance(world: World, n: int, dt: float) -> None:
+    """Make n steps of dt [s]."""
+    world.steps += n
+    world.longest = max(world.longest, dt)
+    world.world.integration_parameters.dt = dt
+    step = world.world.step
+    if world.held is None:
+        for _ in range(n):
+            step()
+    else:
+        for _ in range(n):
+            hold(world, world.held)
+            step()
+    world.neutralised += len(world.world.quarantine.bodies)
+
+
+def hold(world: World, held: "Wrench") -> None:
+    """Apply the forces of the states as they are."""
+    wrenches = world.scale * held(read(world))
+    for body, total in zip(world.bodies, wrenches.tolist(), strict=True):
+        body.reset_forces()
+        body.reset_torques()
+        body.add_force(tuple(total[0:3]))
+        body.add_torque(tuple(total[3:6]))
+
+
+def read(world: World) -> NDArray[np.float64]:
+    """Return the states of the throws, (N, 13)."""
+    states = np.empty((len(world.bodies), 13))
+    for state, body in zip(states, world.bodies, strict=True):
+        q, x, v, spin = body.rotation, body.translation, body.linvel, body.angvel
+        state[:] = x.x, x.y, x.z, q.w, q.i, q.j, q.k, v.x, v.y, v.z, spin.x, spin.y, spin.z
+    world.fastest = max(world.fastest, float(np.linalg.norm(states[:, 7:10], axis=1).max(initial=0.0)))
+    world.spinning = max(world.spinning, float(np.linalg.norm(states[:, 10:13], axis=1).max(initial=0.0)))
+    return states
+
+
+def audit(world: World) -> Iterator[tuple[str, str]]:
+    """Yield what went wrong without a word since `write`; speeds are known where the state was written or read."""
+    states = read(world)
+    yield from stood_still(world.written, states, world.steps)
+    if world.neutralised:
+        yield "bad-number", f"{world.neutralised} times a body that was not finite any more was neutralised"
+    if world.defaults and world.longest:
+        yield from beyond("|v|", "m/s", world.fastest, LARGEST_SPEED)
+        yield from beyond("|w|", "rad/s", world.spinning, LARGEST_SUBTURN * SUBSTEPS / world.longest)

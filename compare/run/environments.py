@@ -1,0 +1,210 @@
+"""Environments: an engine's own interpreter and packages, one folder each, so that any release of it can take part.
+
+They lie in the user's cache folder, or where TUMBLE_ENVIRONMENTS says.  One is made under another name and moved into
+place when its engine has been loaded in it: there is never a half-made one.  Only `install` downloads anything.
+"""
+
+import importlib.metadata
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from contextlib import suppress
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from compare.run import registry
+from compare.run.registry import BadEngine
+
+MARK = "environment.json"  # written last; a folder without it is no environment
+RELEASE = re.compile(r"[0-9A-Za-z][0-9A-Za-z.!+_-]*")
+UNREACHED = re.compile("NewConnectionError|Failed to establish|Temporary failure|dns error|Timeout|versions: none")
+NO_SPACE = re.compile(r"No space left on device|Errno 28|os error 28")
+
+
+@dataclass(frozen=True)
+class Environment:
+    """One that is there: engine, release, the interpreter's release, what is installed, its size [bytes]."""
+
+    engine: str
+    release: str
+    python: str
+    packages: tuple[str, ...]
+    size: int
+
+    @property
+    def name(self) -> str:
+        """ENGINE@RELEASE."""
+        return f"{self.engine}@{self.release}"
+
+    @property
+    def interpreter(self) -> str:
+        """The path of its Python."""
+        return interpreter(folder() / self.name)
+
+
+def folder() -> Path:
+    """Return where environments lie."""
+    if stated := os.environ.get("TUMBLE_ENVIRONMENTS"):
+        return Path(stated).absolute()
+    cache = os.environ.get("XDG_CACHE_HOME") or (
+        Path.home() / ("Library/Caches" if sys.platform == "darwin" else ".cache")
+    )
+    return Path(cache, "tumble", "environments")
+
+
+def interpreter(place: Path) -> str:
+    """Return the path of the Python of an environment."""
+    return str(place / ("Scripts/python.exe" if os.name == "nt" else "bin/python"))
+
+
+def environments() -> list[Environment]:
+    """Return those that are there, by name."""
+    found = []
+    for mark in sorted(folder().glob(f"*/{MARK}")):
+        with suppress(OSError, ValueError, TypeError):
+            stated = json.loads(mark.read_text(encoding="utf-8"))
+            found.append(Environment(**{**stated, "packages": tuple(stated["packages"])}))
+    return [one for one in found if Path(one.interpreter).exists()]
+
+
+def split_release(engine: str) -> tuple[str, str]:
+    """Return name and release ('' where none is asked for) of ENGINE[@RELEASE].  Raises BadEngine."""
+    name, at, release = engine.partition("@")
+    if at and not RELEASE.fullmatch(release):
+        raise BadEngine(f"{engine}: a release is written as in {name}@1.2.3")
+    if at and not registry.package(name).pins:
+        raise BadEngine(f"{engine}: {name} has no releases of its own")
+    return name, release
+
+
+def beside(engine: str) -> str | None:
+    """Return the release of an engine that is installed beside Tumble, '' for one that needs no package, or None."""
+    packages = registry.package(engine).packages
+    for package in packages:
+        with suppress(importlib.metadata.PackageNotFoundError):
+            return importlib.metadata.version(package)
+    return None if packages else ""
+
+
+def located(engine: str) -> tuple[str, str | None, str]:
+    """Return name and interpreter of ENGINE[@RELEASE] of ours, or None and why it is nowhere."""
+    name, release = split_release(engine)
+    here = beside(name)
+    if here is not None and release in ("", here):
+        return name, sys.executable, ""
+    found = [one for one in environments() if one.engine == name and release in ("", one.release)]
+    if found:
+        preferred = [one for one in found if one.release == pinned(name)]
+        return name, (preferred or found)[-1].interpreter, ""
+    if not registry.package(name).pins:
+        return name, sys.executable, ""  # where importing it says what is missing
+    return name, None, f"not installed; tumble engines --install {engine}"
+
+
+def pinned(engine: str) -> str:
+    """Return the release that is installed where none is asked for."""
+    return registry.package(engine).pins[0].partition("==")[2]
+
+
+def install(engine: str) -> Environment:
+    """Make the environment of ENGINE[@RELEASE], or find it there.  Raises BadEngine; then nothing of it is left."""
+    name, release = split_release(engine)
+    package = registry.package(name)
+    if not package.pins:
+        raise BadEngine(f"{name} comes with Tumble: there is nothing to install")
+    release = release or pinned(name)
+    if present := next((one for one in environments() if one.name == f"{name}@{release}"), None):
+        return present
+    pins = [f"{package.pins[0].partition('==')[0]}=={release}", *package.pins[1:]]
+    place = folder() / f"{name}@{release}"
+    try:
+        folder().mkdir(parents=True, exist_ok=True)
+        making = Path(tempfile.mkdtemp(prefix=f"making-{name}-", dir=folder()))
+    except OSError as error:
+        raise BadEngine(f"{error.filename}: {error.strerror}") from error
+    try:
+        make(making, pins, package.python)
+        load_once(name, making)
+        found = Environment(name, release, python_of(making), tuple(pins), size_of(making))
+        (making / MARK).write_text(json.dumps(asdict(found), indent=1), encoding="utf-8")
+        if place.exists():  # broken, or just made by another process
+            shutil.rmtree(place)
+        making.rename(place)
+    except OSError as error:
+        raise BadEngine(f"{name}@{release}: {error.filename or place}: {error.strerror or error}") from error
+    except BadEngine as error:
+        raise BadEngine(f"{name}@{release}: {error}") from error
+    finally:
+        shutil.rmtree(making, ignore_errors=True)
+    return found
+
+
+def make(place: Path, pins: list[str], python: str) -> None:
+    """Make an interpreter with those packages.  Raises BadEngine."""
+    own = f"{sys.version_info.major}.{sys.version_info.minor}"
+    wanted = python or own
+    uv = shutil.which("uv")
+    if uv:
+        run([uv, "venv", "--quiet", "--clear", "--python", wanted, str(place)])
+        run([uv, "pip", "install", "--quiet", "--only-binary", ":all:", "--python", interpreter(place), *pins])
+        return
+    base = sys.executable if wanted == own else shutil.which(f"python{wanted}")
+    if base is None:
+        raise BadEngine(f"it needs Python {wanted}, and there is no python{wanted} here")
+    run([base, "-m", "venv", str(place)])
+    quiet = ("--quiet", "--disable-pip-version-check", "--no-input", "--retries", "2")
+    run([interpreter(place), "-m", "pip", "install", *quiet, "--only-binary", ":all:", *pins])
+
+
+def run(command: list[str]) -> None:
+    """Run a command.  Raises BadEngine with what went wrong in one line."""
+    done = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, text=True, errors="replace")
+    if done.returncode == 0:
+        return
+    said = done.stdout + done.stderr
+    if NO_SPACE.search(said):
+        raise BadEngine("no space left on the disk; nothing was kept")
+    lines = [line.strip() for line in said.splitlines() if line.strip()]
+    told = [line.removeprefix("ERROR: ") for line in lines if line.startswith("ERROR: ")] or lines
+    where = " (the package index was not reached, or has none)" if UNREACHED.search(said) else ""
+    raise BadEngine(
+        f"{told[-1] if told else f'{command[0]} ended with code {done.returncode}'}{where}; nothing was kept"
+    )
+
+
+def load_once(engine: str, place: Path) -> None:
+    """See that the engine can be loaded there.  Raises BadEngine."""
+    from compare.run.worker import Failure, Worker
+
+    with Worker(engine, 120.0, python=interpreter(place)) as worker:
+        info = worker.describe()
+    if isinstance(info, Failure):
+        raise BadEngine(f"installed, but it cannot be used: {info.status}; nothing was kept")
+
+
+def python_of(place: Path) -> str:
+    """Return the release of an environment's Python."""
+    words = [interpreter(place), "-c", "import platform; print(platform.python_version())"]
+    return subprocess.run(words, capture_output=True, text=True, check=True).stdout.strip()
+
+
+def size_of(place: Path) -> int:
+    """Return what all files of a folder take [bytes]."""
+    return sum(file.lstat().st_size for file in place.rglob("*"))
+
+
+def remove(engine: str) -> list[Environment]:
+    """Remove the environment of ENGINE@RELEASE, or all of ENGINE, and return them.  Raises BadEngine for none."""
+    name, release = split_release(engine)
+    gone = [one for one in environments() if one.engine == name and release in ("", one.release)]
+    if not gone:
+        there = ", ".join(one.name for one in environments()) or "none"
+        raise BadEngine(f"{engine} is not installed in an environment of its own; there is {there}")
+    for one in gone:
+        (folder() / one.name / MARK).unlink()  # from here on it is none
+        shutil.rmtree(folder() / one.name)
+    return gone

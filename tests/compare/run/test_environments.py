@@ -1,0 +1,120 @@
+"""Environments: what is refused or fails is one line and leaves nothing; what is there is found.
+
+The real ones are in tests/compare/engines, one for each engine that needs it.
+"""
+
+import json
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from compare.run import environments, registry
+from compare.run.environments import BadEngine, install, located, remove, run, split_release
+from compare.run.worker import Failure, Worker
+
+APART = next(name for name in registry.names() if registry.package(name).apart)
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch) -> Path:
+    monkeypatch.setenv("TUMBLE_ENVIRONMENTS", str(tmp_path / "environments"))
+    return tmp_path / "environments"
+
+
+def test_a_release_is_split_off_and_its_form_is_asked_for():
+    assert split_release("mujoco@3.10.0") == ("mujoco", "3.10.0")
+    assert split_release("mujoco") == ("mujoco", "")
+    for wrong in ("mujoco@", "mujoco@../up", "mujoco@-r x", "mujoco@>3", "handcalc@1"):
+        with pytest.raises(BadEngine):
+            split_release(wrong)
+
+
+def test_what_is_beside_tumble_needs_no_environment():
+    assert located("tumble") == ("tumble", sys.executable, "")
+    assert located("handcalc") == ("handcalc", sys.executable, "")
+    here = environments.beside("mujoco")
+    assert located(f"mujoco@{here}") == ("mujoco", sys.executable, "")
+
+
+def test_what_is_nowhere_says_how_to_install_it(tumble):
+    assert located("mujoco@0.1") == ("mujoco", None, "not installed; tumble engines --install mujoco@0.1")
+    with Worker("mujoco@0.1", 5.0) as worker:
+        said = worker.describe()
+    assert said == Failure("missing: not installed; tumble engines --install mujoco@0.1")
+    done = tumble("compare", "die-straight", "-e", "mujoco@0.1:rk4", "-e", APART)
+    assert done.returncode == 0
+    assert "mujoco@0.1:rk4: missing: not installed; tumble engines --install mujoco@0.1" in done.stdout
+    assert f"{APART}: missing: not installed; tumble engines --install {APART}" in done.stdout
+
+
+def test_no_other_command_than_install_makes_anything(tumble, folder):
+    tumble("compare", "die-straight", "-e", f"{APART}@1.0")
+    tumble("engines")
+    assert not folder.exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--install", "nope"), "unknown engine 'nope'"),
+        (("--install", "mujoco@"), "mujoco@: a release is written as in mujoco@1.2.3"),
+        (("--install", "mujoco:rk4"), "mujoco:rk4: what is installed is ENGINE or ENGINE@RELEASE"),
+        (("--install", "handcalc"), "handcalc comes with Tumble: there is nothing to install"),
+        (("--remove", "mujoco"), "mujoco is not installed in an environment of its own; there is none"),
+    ],
+)
+def test_wrong_words_are_one_line(tumble, folder, words, said):
+    done = tumble("engines", *words)
+    assert done.returncode == 2
+    assert said in done.stderr.splitlines()[-1]
+    assert not folder.exists()
+
+
+def test_a_release_that_there_is_not_leaves_nothing(monkeypatch, folder):
+    monkeypatch.setenv("PIP_NO_INDEX", "1")  # as without a network: no release is found anywhere
+    with pytest.raises(BadEngine, match=r"mujoco@9\.9: No matching .* for mujoco==9\.9.*nothing was kept"):
+        install("mujoco@9.9")
+    assert list(folder.iterdir()) == []
+
+
+def test_a_package_that_does_not_bring_the_engine_leaves_nothing(monkeypatch, tmp_path, folder):
+    wheel = tmp_path / "mujoco-9.9-py3-none-any.whl"
+    with zipfile.ZipFile(wheel, "w") as archive:
+        archive.writestr("mujoco-9.9.dist-info/METADATA", "Metadata-Version: 2.1\nName: mujoco\nVersion: 9.9\n")
+        archive.writestr("mujoco-9.9.dist-info/WHEEL", "Wheel-Version: 1.0\nRoot-Is-Purelib: true\nTag: py3-none-any\n")
+        archive.writestr("mujoco-9.9.dist-info/RECORD", "")
+    monkeypatch.setenv("PIP_NO_INDEX", "1")
+    monkeypatch.setenv("PIP_FIND_LINKS", str(tmp_path))
+    with pytest.raises(BadEngine, match=r"mujoco@9\.9: installed, but it cannot be used: .*; nothing was kept"):
+        install("mujoco@9.9")
+    assert list(folder.iterdir()) == []
+
+
+def test_a_full_disk_is_one_line():
+    with pytest.raises(BadEngine, match="no space left on the disk; nothing was kept"):
+        run([sys.executable, "-c", "print(1, file=open('/dev/full', 'w', buffering=1))"])
+
+
+def test_a_folder_that_cannot_be_made_is_one_line(monkeypatch, tmp_path):
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv("TUMBLE_ENVIRONMENTS", str(tmp_path / "file" / "below"))
+    with pytest.raises(BadEngine, match="Not a directory"):
+        install("mujoco@3.10.0")
+
+
+def test_a_broken_environment_is_none(folder):
+    place = folder / "mujoco@1.0"
+    place.mkdir(parents=True)
+    mark = {"engine": "mujoco", "release": "1.0", "python": "3.11", "packages": ["mujoco==1.0"], "size": 1}
+    (place / environments.MARK).write_text(json.dumps(mark))  # and no interpreter
+    (folder / "mujoco@2.0" / "bin").mkdir(parents=True)
+    (folder / "mujoco@2.0" / environments.MARK).write_text("{")
+    assert environments.environments() == []
+    (place / "bin").mkdir()
+    (place / "bin" / "python").symlink_to(sys.executable)
+    (there,) = environments.environments()
+    assert located("mujoco@1.0") == ("mujoco", there.interpreter, "")
+    assert remove("mujoco") == [there]
+    assert not place.exists()
