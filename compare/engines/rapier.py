@@ -34,19 +34,18 @@ APART = True
 MEGABYTES = 110
 SCHEMES = dict.fromkeys((*FORCED, *ON_REQUEST), "semi-implicit-euler")
 GYROSCOPIC = {"tgs": "rescaled"}
-SUBSTEPS = 4  # of a step, unless told otherwise
 LARGEST_SPEED = 400.0  # m/s, unless told otherwise
-LARGEST_SUBTURN = math.pi / 4  # rad a substep, unless allow_fast_rotation
+CAPPED_TURN = math.pi / 4  # rad a step, however many substeps it has, unless allow_fast_rotation
 ABOUT = {
     "version": importlib.metadata.version("rapier3d"),
     "precision": "single",
     "switched_off": [
         "three of four substeps: a step is dt",
-        "the limit of 400 m/s on a velocity and of pi/4 a substep on a rotation",
+        "the limit of 400 m/s on a velocity and of pi/4 a step on a rotation",
         "sleeping",
         "colliders",
     ],
-    "defaults": ["4 substeps a step", "400 m/s and pi/4 rad a substep at most", "bodies fall asleep"],
+    "defaults": ["4 substeps a step", "400 m/s and pi/4 rad a step at most", "bodies fall asleep"],
 }
 
 
@@ -158,4 +157,4 @@ def audit(world: World) -> Iterator[tuple[str, str]]:
         yield "bad-number", f"{world.neutralised} times a body that was not finite any more was neutralised"
     if world.defaults and world.longest:
         yield from beyond("|v|", "m/s", world.fastest, LARGEST_SPEED)
-        yield from beyond("|w|", "rad/s", world.spinning, LARGEST_SUBTURN * SUBSTEPS / world.longest)
+        yield from beyond("|w|", "rad/s", world.spinning, CAPPED_TURN / world.longest)

@@ -49,7 +49,7 @@ class Worker:
     def __init__(
         self, engine: str, time_limit: float, memory_limit: int = MEMORY_LIMIT, python: str | None = None
     ) -> None:
-        self.engine, self.time_limit, self.memory_limit = engine, time_limit, memory_limit
+        self.engine, self.time_limit, self.memory_limit, self._python = engine, time_limit, memory_limit, python
         self._turn = threading.Lock()
         self._process: Process | None = None
         self._why_gone = "crashed: its process was ended"
@@ -74,7 +74,7 @@ class Worker:
 
     def renewed(self) -> Self:
         """Return a new process in place of one that is gone, under the same limits."""
-        return type(self)(self.engine, self.time_limit, self.memory_limit, self.python)
+        return type(self)(self.engine, self.time_limit, self.memory_limit, self._python)
 
     def describe(self) -> EngineInfo | Failure:
         """Return the engine's info, or why it has none.  Raises BadEngine for a user's file that cannot be used."""

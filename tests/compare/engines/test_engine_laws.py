@@ -35,8 +35,11 @@ BREAKS = {
 
 
 def engines() -> Iterator[tuple[str, ModuleType | None, str]]:
-    """Yield name, module and, where there is none, why."""
-    for name in [*registry.names(), str(PLUGINS / "mine.py")]:
+    """Yield name, module and, where there is none, why.
+
+    Those in environments of their own are asked there, by the tests of each.
+    """
+    for name in [*registry.usual(), str(PLUGINS / "mine.py")]:
         try:
             yield registry.title(name), registry.load(name), ""
         except registry.Missing as missing:

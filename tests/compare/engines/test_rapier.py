@@ -26,8 +26,7 @@ def test_its_settings_lift_its_limits_and_its_defaults_say_so():
         clamped = flight(shipped, fast, 1 / 60, 1.0)
         assert clamped.states[-1, 0, 7] == pytest.approx(400.0)
         assert "clamped" in [found.kind for found in clamped.findings]
-        # pi/4 in each of four substeps of a step.
-        assert flight(shipped, spinning, 1 / 60, 1.0).states[-1, 0, 12] == pytest.approx(60 * math.pi, rel=1e-3)
+        assert flight(shipped, spinning, 1 / 60, 1.0).states[-1, 0, 12] == pytest.approx(15 * math.pi, rel=60 * EPS)
         assert "clamped" in [found.kind for found in flight(shipped, spinning, 1 / 60, 1.0).findings]
 
 
