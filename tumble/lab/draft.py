@@ -12,6 +12,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, Self
 
+import numpy as np
 import tomlkit
 
 from scenarios.format import visible
@@ -117,6 +118,14 @@ def frames(duration: float, step: float) -> int:
         return max(steps, 1)
     near = [count for count in range(round(wanted / 2), round(1.5 * wanted) + 1) if steps % count == 0]
     return min(near, key=lambda count: abs(math.log(count / wanted)), default=round(wanted))
+
+
+def usual_magnitude(scene: Scene) -> float:
+    """Return an impulse [N s] that suits a scene: its own throw's, or what moves the body by its size in a second."""
+    if scene.impulses:
+        return float(f"{np.linalg.norm(scene.impulses[0].value):.2g}")
+    size = float(np.ptp(scene.body.points, axis=0).max())
+    return float(f"{scene.body.mass * size:.1g}")
 
 
 def _item(value: Any) -> Any:

@@ -13,20 +13,19 @@ import numpy as np
 import viser
 
 from compare.run.registry import BadEngine
-from reports.numerals import figure
 from scenarios.frames import Array
 from scenarios.impulse import RayMissed
 from scenarios.published import VERTEX, table_4_1
 from scenarios.read import BadScene, catalogue
-from scenarios.scene import Scene
 from tumble.lab.crew import Contestant, Crew
-from tumble.lab.draft import Draft
+from tumble.lab.draft import Draft, usual_magnitude
 from tumble.lab.keep import Kept
 from tumble.lab.magnified import magnified
 from tumble.lab.markup import error_table, grade_box, places, readings_table
 from tumble.lab.panel import WORST, Actions, Panel
 from tumble.lab.picture import captioned
-from tumble.lab.readings import ErrorRow, Reading, error_rows, errors_over_time, readings, wrong
+from tumble.lab.readings import Reading, error_rows, errors_over_time, readings
+from tumble.lab.sentences import sentence
 from tumble.lab.session import Refused, Session, Shown
 from tumble.lab.stage import PALETTE, Stage
 from tumble.lab.throw import Throw
@@ -46,6 +45,7 @@ class Page:
         self._news = threading.Event()
         self._closed = False
         self._refused = self._said = ""
+        self._is_table_4_1 = False
         self._report: subprocess.Popen[str] | None = None
         self._colours: dict[Contestant, int] = {}
         self.session = Session(draft, contestants, crew, folder, self._news.set)
@@ -116,7 +116,7 @@ class Page:
     def _fly_table_4_1(self) -> None:
         self._open(TABLE_4_1)
         self.session.fly_as_written()
-        self._panel.marked.visible = True
+        self._is_table_4_1 = self._panel.marked.visible = True
         self._panel.vertex.value = str(VERTEX)
         printed = table_4_1()
         self._stage.show_printed(printed.calculated, printed.application)
@@ -197,7 +197,7 @@ class Page:
     def _set_up(self) -> None:
         scene = (self.session.thrown or self.session.draft).scene
         self._stage.set_up(scene)
-        self._panel.marked.visible = False
+        self._is_table_4_1 = self._panel.marked.visible = False
         self._panel.show_question(scene, self.session.draft.path.stem, usual_magnitude(scene), self._all_contestants())
         self._is_asked = True
 
@@ -273,7 +273,8 @@ class Page:
         rows = [] if throw is None else error_rows(throw, shown.frame, vertex)
         colours = {row.contestant: css(self._colour(row.contestant)) for row in rows}
         panel.errors.content = error_table(rows, colours, size, vertex, shown.time) if rows else ""
-        panel.say(self._refused or self._said or self._sentence(rows), is_refusal=bool(self._refused))
+        own = sentence(session, shown, rows, is_table_4_1=self._is_table_4_1)
+        panel.say(self._refused or self._said or own, is_refusal=bool(self._refused))
         panel.grade.content = grade_box(session.foreign) if session.foreign else ""
 
     def _readings(self, shown: Shown) -> tuple[list[Reading], float]:
@@ -294,34 +295,9 @@ class Page:
             times, {one: (errors, css(self._colour(one))) for one, errors in curves.items()}, throw.true_limit
         )
 
-    def _sentence(self, rows: Sequence[ErrorRow]) -> str:
-        """Return in one line what is seen, and what can be done now."""
-        session, throw = self.session, self.session.throw
-        if session.aiming:
-            return "Click the body: another impulse at this instant."
-        if throw is None:
-            if not len(session.draft.scene.body.faces):
-                return "This body is points without a surface to click: As written flies it."
-            own = " As written flies the scene's own throw." if session.draft.brings_a_throw else ""
-            return f"Click the body to throw it.{own}"
-        if throw.why_no_truth:
-            return f"No truth here: {throw.why_no_truth}"
-        furthest = wrong(rows)
-        if furthest is None:
-            return "Nobody is off by more than the truth's own limit." if throw.is_complete else "Flying."
-        return f"Furthest off now: {furthest.contestant.name}, {figure(furthest.off_m)} m."
-
     def _colour(self, contestant: Contestant) -> tuple[int, int, int]:
         """Return a contestant's colour, the same as long as the page is open."""
         return PALETTE[self._colours.setdefault(contestant, len(self._colours)) % len(PALETTE)]
-
-
-def usual_magnitude(scene: Scene) -> float:
-    """Return an impulse [N s] that suits a scene: its own throw's, or what moves the body by its size in a second."""
-    if scene.impulses:
-        return float(f"{np.linalg.norm(scene.impulses[0].value):.2g}")
-    size = float(np.ptp(scene.body.points, axis=0).max())
-    return float(f"{scene.body.mass * size:.1g}")
 
 
 def css(colour: tuple[int, int, int]) -> str:

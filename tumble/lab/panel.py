@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from decimal import Decimal
 from typing import Any
 
 import numpy as np
@@ -153,11 +154,19 @@ class Panel:
         self.scene.value = name
         body = scene.body
         self.size.visible = body.size is not None
-        if body.size is not None:
-            self.size.value = tuple(body.size.tolist())
-        self.mass.value = body.mass
-        self.gravity.value = (0.0, 0.0, 0.0) if scene.gravity is None else tuple(scene.gravity.tolist())
-        self.step.value, self.duration.value = scene.step, scene.duration
+        shown: Any = (
+            (self.size, (1.0, 1.0, 1.0) if body.size is None else tuple(body.size.tolist())),
+            (self.gravity, (0.0, 0.0, 0.0) if scene.gravity is None else tuple(scene.gravity.tolist())),
+            (self.mass, (body.mass,)),
+            (self.step, (scene.step,)),
+            (self.duration, (scene.duration,)),
+        )
+        for control, numbers in shown:
+            # With fewer decimals a browser would show, and send back, another number.
+            control.precision = max(map(decimals, numbers))
+            control.value = numbers if len(numbers) == 3 else numbers[0]
+        self.magnified.value = MAGNIFIED[0]
+        self.vertex.value = WORST
         self.vertex.options = (WORST, *map(str, range(len(body.points))))
         self.contestant.options = tuple(contestants)
         self.time.max, self.time.step = scene.duration, scene.duration / (len(scene.rows) - 1)
@@ -206,6 +215,11 @@ class Panel:
 def speed_name(speed: float) -> str:
     """Return a speed as a person says it."""
     return "real time" if speed == 1.0 else f"{1 / speed:.0f} times slower"
+
+
+def decimals(value: float) -> int:
+    """Return how many decimals a number is written out with."""
+    return max(0, -int(Decimal(repr(value)).normalize().as_tuple().exponent))
 
 
 def flies_far(scene: Scene) -> bool:

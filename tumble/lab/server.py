@@ -3,6 +3,7 @@
 import contextlib
 import io
 import threading
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -28,6 +29,8 @@ def serving(draft: Draft, contestants: list[Contestant], crew: Crew, folder: Pat
     """Serve the lab and give its address; another port is taken where that one is.  folder: where throws are kept."""
     with contextlib.redirect_stdout(io.StringIO()):  # viser greets there, and standard output is for results
         server = LocalServer(host=HOST, port=port, label="Tumble lab", verbose=False)
+    # What was on its way when a browser was closed is no news.
+    warnings.filterwarnings("ignore", "Queued a .* on a closed connection", UserWarning)
     pages: dict[int, Page] = {}
     lock = threading.Lock()
 

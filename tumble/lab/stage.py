@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import viser
+from numpy.typing import NDArray
 
 from scenarios import frames
 from scenarios.frames import Array
@@ -23,10 +24,11 @@ PALETTE = (
     (0, 0, 0),
 )
 TRUE, UNPROVEN = (250, 238, 208), (150, 156, 166)
-RAY, HIT, BLOW = (90, 90, 90), (220, 38, 38), (220, 38, 38)
+RAY, HIT, BLOW, EDGE, TETHER = (90, 90, 90), (220, 38, 38), (220, 38, 38), (70, 70, 70), (110, 70, 20)
 APPLICATION, CALCULATED = (16, 120, 60), (150, 40, 150)
 GHOST_OPACITY, APART = 0.22, 0.01
 FIELD_OF_VIEW = np.deg2rad(45.0)
+NARROW = 0.7  # width over height
 
 
 class Stage:
@@ -39,7 +41,8 @@ class Stage:
         self, client: viser.ClientHandle, on_click: Callable[[Sequence[float], Sequence[float]], object]
     ) -> None:
         self._client, self._api, self._on_click = client, client.scene, on_click
-        self._parts: list[Any] = []
+        self._world: Any = None
+        self._worlds = self._ghosts_made = 0
         self._ghosts: dict[Hashable, tuple[Any, Any]] = {}
         self._blows: list[Any] = []
         self._offset = np.zeros(3)
@@ -48,13 +51,16 @@ class Stage:
     def set_up(self, scene: Scene) -> None:
         """Build the scene anew, its body at the start, and look at it."""
         with self._client.atomic():
-            for part in [*self._parts, *self._blows, *(part for pair in self._ghosts.values() for part in pair)]:
-                part.remove()
-            self._parts, self._blows, self._ghosts = [], [], {}
+            if self._world is not None:
+                self._world.remove()  # and with it all that is in it
+            self._blows, self._ghosts = [], {}
             self._scene, self._edges, self._faces = scene, outline.edges(scene.body), outline.faces(scene.body)
             self._up = upwards(scene)
             self._radius = float(np.linalg.norm(scene.body.points, axis=1).max())
-            self._world = self._keep(self._api.add_frame("/world", show_axes=False))
+            # Under a name of its own: a browser keeps the place of a name that comes back.
+            self._worlds += 1
+            self._root = f"/world{self._worlds}"
+            self._world = self._api.add_frame(self._root, show_axes=False)
             self._add_body()
             self._add_ground()
             self._add_tethers()
@@ -62,8 +68,8 @@ class Stage:
 
     def look(self) -> None:
         """Put the eye where the whole body is seen, with room to fly."""
-        position, target = eye(self._scene)
         camera = self._client.camera
+        position, target = eye(self._scene, is_narrow=camera.image_width < NARROW * camera.image_height)
         with self._client.atomic():
             camera.fov = FIELD_OF_VIEW
             camera.near, camera.far = 0.02 * self._radius, 2000.0 * self._radius
@@ -90,12 +96,12 @@ class Stage:
         """Draw everybody there is by vertices [m], (n, 3), in a colour, and nobody else."""
         for gone in set(self._ghosts) - set(ghosts):
             for part in self._ghosts.pop(gone):
-                part.visible = False
                 part.remove()
-        for number, (contestant, (vertices, colour)) in enumerate(ghosts.items()):
+        for contestant, (vertices, colour) in ghosts.items():
             lines = vertices[self._edges].astype(np.float32)
             if contestant not in self._ghosts:
-                name = f"/world/ghost{number}-{abs(hash(contestant))}"
+                self._ghosts_made += 1
+                name = f"{self._root}/ghost{self._ghosts_made}"
                 edges = self._api.add_line_segments(
                     f"{name}/edges", lines, colour, thickness=2.5, thickness_units="screen"
                 )
@@ -123,7 +129,7 @@ class Stage:
             size = 0.022 * self._radius
             self._blows.append(
                 self._api.add_arrows(
-                    f"/world/blow{number}/arrow",
+                    f"{self._root}/blow{number}/arrow",
                     arrow,
                     BLOW,
                     shaft_radius=size,
@@ -132,59 +138,43 @@ class Stage:
                 )
             )
             self._blows.append(
-                self._api.add_icosphere(f"/world/blow{number}/hit", 1.6 * size, color=HIT, position=tuple(place))
+                self._api.add_icosphere(f"{self._root}/blow{number}/hit", 1.6 * size, color=HIT, position=tuple(place))
             )
             if impulse.ray is not None:
                 line = np.array([[impulse.ray.origin, place]])
                 self._blows.append(
                     self._api.add_line_segments(
-                        f"/world/blow{number}/ray", line, RAY, thickness=1.0, thickness_units="screen"
+                        f"{self._root}/blow{number}/ray", line, RAY, thickness=1.0, thickness_units="screen"
                     )
                 )
 
     def show_printed(self, calculated: Array, application: Array) -> None:
         """Mark the printed positions of Table 4.1 [m], (5, 3) each."""
         for name, points, colour in (("calculated", calculated, CALCULATED), ("application", application, APPLICATION)):
-            self._keep(
-                self._api.add_point_cloud(
-                    f"/world/{name}", points, colour, point_size=0.05 * self._radius, point_shape="circle"
-                )
+            self._api.add_point_cloud(
+                f"{self._root}/{name}", points, colour, point_size=0.05 * self._radius, point_shape="circle"
             )
-
-    def _keep(self, part: Any) -> Any:
-        self._parts.append(part)
-        return part
 
     def _add_body(self) -> None:
         """Add the solid body, which can be clicked where it has a surface."""
-        body = self._scene.body
-        self._body = self._keep(self._api.add_frame("/world/body", show_axes=False))
+        body, start = self._scene.body, self._scene.start[0]
+        self._body = self._api.add_frame(
+            f"{self._root}/body", show_axes=False, position=tuple(start[0:3]), wxyz=tuple(start[3:7])
+        )
+        self._vertices = frames.vertices(start, body.points)
         self._solid = None
         if len(self._faces):
-            self._solid = self._keep(
-                self._api.add_mesh_simple(
-                    "/world/body/solid", body.points, self._faces, color=TRUE, flat_shading=True,
-                    cast_shadow=False, receive_shadow=False,
-                )
+            self._solid = self._api.add_mesh_simple(
+                f"{self._root}/body/solid", body.points, self._faces, color=TRUE, flat_shading=True,
+                cast_shadow=False, receive_shadow=False,
             )  # fmt: skip
-        self._keep(
-            self._api.add_line_segments(
-                "/world/body/edges", body.points[self._edges], (70, 70, 70), thickness=1.2, thickness_units="screen"
-            )
-        )
+        edges = body.points[self._edges]
+        self._api.add_line_segments(f"{self._root}/body/edges", edges, EDGE, thickness=1.2, thickness_units="screen")
         if self._solid is not None and len(body.faces):
 
             @self._solid.on_click
             def _(event: Any) -> None:
                 self._on_click((np.array(event.ray_origin) - self._offset).tolist(), event.ray_direction)
-
-        self.show_start()
-
-    def show_start(self) -> None:
-        """Put the body where it starts."""
-        self._tethers = None
-        start = self._scene.start[0]
-        self._body.position, self._body.wxyz = tuple(start[0:3]), tuple(start[3:7])
 
     def _add_ground(self) -> None:
         """Add the floor where there is one, or a faint grid well below the body, for the eye alone."""
@@ -192,53 +182,53 @@ class Stage:
         centre = self._scene.start[0, 0:3]
         foot = centre - self._up * (centre @ self._up - floor.height if floor else 2.5 * radius)
         cell = 10.0 ** np.floor(np.log10(radius))
-        self._keep(
-            self._api.add_grid(
-                "/world/ground", 60 * cell, 60 * cell, plane="xy", cell_size=cell, section_size=5 * cell,
-                cell_color=(200, 204, 210), section_color=(160, 165, 175), shadow_opacity=0.0,
-                plane_color=(208, 214, 222), plane_opacity=0.6 if floor else 0.0, fade_distance=40 * cell,
-                position=tuple(foot), wxyz=tuple(turned_from_z(floor.normal if floor else self._up)),
-            )
+        self._api.add_grid(
+            f"{self._root}/ground", 60 * cell, 60 * cell, plane="xy", cell_size=cell, section_size=5 * cell,
+            cell_color=(200, 204, 210), section_color=(160, 165, 175), shadow_opacity=0.0,
+            plane_color=(208, 214, 222), plane_opacity=0.6 if floor else 0.0, fade_distance=40 * cell,
+            position=tuple(foot), wxyz=tuple(turned_from_z(self._up)),
         )  # fmt: skip
 
     def _add_tethers(self) -> None:
+        """Add a line for every tether, and a ball where it is fixed."""
         self._tethers = None
-        if not self._scene.tethers:
-            return
-        start = frames.vertices(self._scene.start, self._scene.body.points)[0]
-        self._tethers = self._keep(
-            self._api.add_line_segments(
-                "/world/tethers", self._tether_lines(start), (110, 70, 20), thickness=3.0, thickness_units="screen"
+        if self._scene.tethers:
+            lines = self._tether_lines(self._vertices)
+            self._tethers = self._api.add_line_segments(
+                f"{self._root}/tethers", lines, TETHER, thickness=3.0, thickness_units="screen"
             )
-        )
         for number, tether in enumerate(self._scene.tethers):
-            self._keep(
-                self._api.add_icosphere(
-                    f"/world/anchor{number}", 0.05 * self._radius, color=(110, 70, 20), position=tuple(tether.anchor)
-                )
+            self._api.add_icosphere(
+                f"{self._root}/anchor{number}", 0.05 * self._radius, color=TETHER, position=tuple(tether.anchor)
             )
 
-    def _tether_lines(self, vertices: Array) -> Array:
+    def _tether_lines(self, vertices: Array) -> NDArray[np.float32]:
         points = self._scene.body.points
         held = [int(np.argmin(np.linalg.norm(points - one.point_body, axis=1))) for one in self._scene.tethers]
-        return np.array([[one.anchor, vertices[at]] for one, at in zip(self._scene.tethers, held, strict=True)])
+        lines = [[one.anchor, vertices[at]] for one, at in zip(self._scene.tethers, held, strict=True)]
+        return np.array(lines, dtype=np.float32)
 
 
 def upwards(scene: Scene) -> Array:
-    """Return the unit vector that is up: against gravity, off the floor, or else y."""
+    """Return the unit vector that is up: off the floor, against gravity, or else y."""
+    if scene.floor is not None:
+        return np.array(scene.floor.normal)
     if scene.gravity is not None:
         return -scene.gravity / np.linalg.norm(scene.gravity)
-    return np.array(scene.floor.normal) if scene.floor else np.array([0.0, 1.0, 0.0])
+    return np.array([0.0, 1.0, 0.0])
 
 
-def eye(scene: Scene) -> tuple[Array, Array]:
-    """Return where the eye is and what it looks at [m]: the body from a little above, two faces beside the top."""
+def eye(scene: Scene, *, is_narrow: bool = False) -> tuple[Array, Array]:
+    """Return where the eye is and what it looks at [m]: the body from a little above, two faces beside the top.
+
+    In a narrow window the controls cover what is below, so that the body is put above the middle.
+    """
     up = upwards(scene)
     aside = np.array([0.0, 0.0, 1.0]) if abs(up[2]) < 0.9 else np.array([0.0, -1.0, 0.0])
     across = np.cross(up, aside)
     towards = aside + 0.55 * across + 0.45 * up
     radius = float(np.linalg.norm(scene.body.points, axis=1).max())
-    centre = scene.start[0, 0:3]
+    centre = scene.start[0, 0:3] - (radius * up if is_narrow else 0.0)
     return centre + 4.2 * radius * towards / np.linalg.norm(towards), centre
 
 
