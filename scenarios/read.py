@@ -38,12 +38,13 @@ from scenarios.format import (
 )
 from scenarios.frames import Array, quaternion_product, rotation_matrix, vertices
 from scenarios.impulse import RayMissed, jump
-from scenarios.scene import Body, Drag, Floor, Impulse, Ray, Scene, Tether, frozen_array
+from scenarios.scene import Body, Drag, Floor, Impulse, Ray, Scene, Tether, Written, WrittenBlow, frozen_array
 from scenarios.surface import read_surface
 
 CATALOGUE = Path(__file__).parent / "catalogue"
 MOST_STEPS = 1e9
 ROUNDING = 1e-12  # relative: how far a tensor may be from symmetric, or from A + B >= C
+UNIT = 4 * sys.float_info.epsilon  # how far the square of a unit vector of rounded numbers may be from 1
 SMALLEST = sys.float_info.min  # below which a float has not all its digits
 LANDINGS = ("point", "vertex", "point_body", "ray")
 BLOW_SPREADS = ("magnitude", "cone", "point")
@@ -127,10 +128,21 @@ def _scene(file: File, path: Path) -> Scene:
         raise Refused(("title",), "must be one line of printable text")
     if file.duration / file.step > MOST_STEPS:
         raise Refused(("step",), f"must be at least the duration / {MOST_STEPS:.0e}")
-    body = _body(file.body, path.parent)
+    body, file_points = _body(file.body, path.parent)
     start = _start(file.body, body)
     impulses = [_impulse(table, ("impulse", i), file.duration, body, start) for i, table in enumerate(file.impulse)]
     tethers = [_tether(table, ("tether", i), body) for i, table in enumerate(file.tether)]
+    floor = _floor(file.floor) if file.floor else None
+    written = Written(
+        body=body,
+        inertia=frozen_array(file.body.inertia) if isinstance(file.body, RigidTable) else None,
+        points=file_points,
+        start=start[0],
+        orientation=frozen_array(file.body.orientation),
+        blows=tuple(map(_written_blow, impulses, file.impulse)),
+        normal=None if floor is None else floor.normal,
+        file_normal=None if file.floor is None else frozen_array(file.floor.normal),
+    )
     if file.ensemble:
         start = _throws(file.ensemble, start, impulses, body)
         impulses = [impulse for impulse in impulses if impulse.time > 0]
@@ -144,10 +156,11 @@ def _scene(file: File, path: Path) -> Scene:
         body=body,
         start=start,
         gravity=frozen_array(file.gravity) if any(file.gravity) else None,
+        written=written,
         impulses=tuple(sorted((impulse for impulse in impulses if impulse.value.any()), key=lambda it: it.time)),
         tethers=tuple(tether for tether in tethers if tether.stiffness or tether.damping),
         drag=_drag(file.drag) if file.drag else None,
-        floor=_floor(file.floor) if file.floor else None,
+        floor=floor,
     )
 
 
@@ -168,21 +181,21 @@ def _times(file: File) -> Array:
     return frozen_array(times)
 
 
-def _body(table: BoxTable | MeshTable | RigidTable, folder: Path) -> Body:
-    """Return the body in its principal axes."""
-    size, where = None, ("body",)
+def _body(table: BoxTable | MeshTable | RigidTable, folder: Path) -> tuple[Body, Array | None]:
+    """Return the body in its principal axes, and its points as the file gives them, (n, 3), None for a box."""
+    size, file_points, where = None, None, ("body",)
     if isinstance(table, BoxTable):
         size = frozen_array(table.size)
         points, faces, tensor = mass.box_corners(size), mass.BOX_FACES, mass.box(table.mass, size).tensor
     elif isinstance(table, MeshTable):
-        points, faces, tensor = _solid(table, folder)
+        file_points, points, faces, tensor = _solid(table, folder)
     else:
         points, faces, tensor = np.array(table.points), np.empty((0, 3), dtype=int), np.array(table.inertia)
-        where = ("body", "inertia")
+        file_points, where = frozen_array(points), ("body", "inertia")
     moments, file_axes = _principal(tensor, where)
     points = frozen_array(points @ rotation_matrix(file_axes).T)
     shape = str(table.__struct_config__.tag)
-    return Body(shape, table.mass, moments, points, frozen_array(faces, int), size, file_axes)
+    return Body(shape, table.mass, moments, points, frozen_array(faces, int), size, file_axes), file_points
 
 
 def _principal(tensor: Array, where: Keys) -> tuple[Array, Array]:
@@ -200,14 +213,18 @@ def _principal(tensor: Array, where: Keys) -> tuple[Array, Array]:
     return moments, file_axes
 
 
-def _solid(table: MeshTable, folder: Path) -> tuple[Array, np.ndarray, Array]:
-    """Return a mesh's points from its centre of mass [m], (n, 3), outward faces, (m, 3), and tensor [kg m2], (3, 3)."""
+def _solid(table: MeshTable, folder: Path) -> tuple[Array, Array, np.ndarray, Array]:
+    """Return a mesh's points [m], (n, 3), as in the file and from its centre of mass, its outward faces, (m, 3), and
+
+    its tensor [kg m2], (3, 3).
+    """
     try:
         points, faces = read_surface(folder / table.file)
         solid = mass.mesh(table.mass, points, faces)
     except ValueError as error:
         raise Refused(("body", "file"), str(error)) from None
-    return points - solid.centre, faces if solid.volume > 0 else faces[:, ::-1], solid.tensor
+    outward = faces if solid.volume > 0 else faces[:, ::-1]
+    return frozen_array(points), points - solid.centre, outward, solid.tensor
 
 
 def _start(table: BodyTable, body: Body) -> Array:
@@ -248,13 +265,27 @@ def _unit(vector: tuple[float, ...], keys: Keys) -> Array:
     scaled = np.array(vector) / (largest or 1.0)  # whose squares neither overflow nor all underflow
     if not scaled.any():
         raise Refused(keys, "must not be zero")
-    return frozen_array(scaled / np.linalg.norm(scaled))
+    # Dividing by a length of 1 that is rounded would only move digits that are right.
+    is_unit = abs(float(np.dot(vector, vector)) - 1) <= UNIT if largest < 2 else False
+    return frozen_array(vector if is_unit else scaled / np.linalg.norm(scaled))
 
 
 def _vertex(vertex: int, keys: Keys, body: Body) -> Array:
     if vertex >= len(body.points):
         raise Refused(keys, f"must be a vertex of the body, 0 to {len(body.points) - 1}")
     return body.points[vertex]
+
+
+def _written_blow(impulse: Impulse, table: ImpulseTable) -> WrittenBlow:
+    """Return an impulse as its table gives it."""
+    aim = None if table.ray is None else frozen_array(table.ray.direction)
+    return WrittenBlow(
+        made=impulse,
+        magnitude=table.magnitude,
+        direction=aim if table.direction is None else frozen_array(table.direction),
+        ray_direction=aim,
+        point_body=None if table.point_body is None else frozen_array(table.point_body),
+    )
 
 
 def _impulse(table: ImpulseTable, keys: Keys, duration: float, body: Body, start: Array) -> Impulse:

@@ -5,6 +5,7 @@ Every array is read-only: an engine cannot alter the question.
 """
 
 from dataclasses import dataclass, field, fields
+from typing import NamedTuple
 
 import numpy as np
 
@@ -109,6 +110,39 @@ class Floor(_Frozen):
     damping: float
 
 
+class WrittenBlow(NamedTuple):
+    """An impulse as the file gives it, and what was made of it; None is what the file does not give.
+
+    magnitude [N s] along a direction of any length, (3,), and that of the ray, (3,); point_body [m], (3,), along the
+    file's axes.
+    """
+
+    made: Impulse
+    magnitude: float | None
+    direction: Array | None
+    ray_direction: Array | None
+    point_body: Array | None
+
+
+@dataclass(frozen=True, eq=False)
+class Written(_Frozen):
+    """Numbers of the scene file that a Scene has only in other axes, or as what follows from them, rounded.
+
+    Each counts as long as the Scene still has what was made of it: `dataclasses.replace` may change the rest.
+    body, start, (13,), normal, (3,): what was made.  inertia [kg m2], (3, 3), points [m], (n, 3): along the file's
+    axes, of a mesh from the file's origin; None for a box.  orientation, (4,), and file_normal, (3,): of any length.
+    """
+
+    body: Body
+    inertia: Array | None
+    points: Array | None
+    start: Array
+    orientation: Array
+    blows: tuple[WrittenBlow, ...]
+    normal: Array | None
+    file_normal: Array | None
+
+
 @dataclass(frozen=True, eq=False)
 class Scene(_Frozen):
     """One question, put to every engine.
@@ -116,6 +150,7 @@ class Scene(_Frozen):
     times: sample instants [s], increasing, (S,); step: the step a plain run uses [s]; gravity [m/s2], (3,), None where
     there is none; start: states before any impulse, (N, 13), one row a throw; impulses in the order they act.
     What a scene has not got is None or empty: a force of zero strength is not here at all.
+    written: what the file says where the numbers here are roundings of what follows from it, for the truth alone.
     """
 
     name: str
@@ -127,6 +162,7 @@ class Scene(_Frozen):
     body: Body
     start: Array
     gravity: Array | None = None
+    written: Written | None = field(default=None, kw_only=True)
     impulses: tuple[Impulse, ...] = ()
     tethers: tuple[Tether, ...] = ()
     drag: Drag | None = None

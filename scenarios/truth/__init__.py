@@ -2,20 +2,26 @@
 
 Free flight under gravity and impulses has a closed form, worked out in extended precision: Jacobi functions by Landen's
 steps, attitude by Carlson's integral.  `elliptic` has the functions, `rotation` the closed form, `flight` the whole
-throw, `limit` how good the answer is.  A flight with tether, drag or floor is integrated: `forced`.  Neither shares a
-formulation with the solver or an engine.
+throw, `limit` how good the answer is.  A flight with tether, drag or floor is integrated: `forced`.  Both start from the numbers as they
+are written, in fractions: `throw` and `inertia`.  Neither shares a formulation with the solver or an engine.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
 
 from scenarios.frames import Array
 from scenarios.scene import Scene
-from scenarios.truth.flight import Pose, exact_numbers, read_throw
+from scenarios.truth.flight import Pose
+from scenarios.truth.inertia import Numbers
 from scenarios.truth.limit import Answer, input_floor, own_error, settle
-from scenarios.truth.rotation import Numbers
+from scenarios.truth.throw import Throw, read_throw
+
+
+# A truth that is not known to this share of the body's size, and this share of its distance, is none.
+TRUSTED, FAR = 1e-6, 1e-12
 
 
 class NoTruth(ValueError):
@@ -29,8 +35,10 @@ class Truth:
     times: instants [s], (R,), the scene's rows, each after its impulses;
     states: (R, N, 13), each number the double nearest to the exact one; vertices: world [m], (R, N, n, 3), likewise;
     bound: how far a vertex may be from the exact answer, its rounding to doubles included [m], (R, N);
-    floor: how far a vertex moves when every input changes by a relative 2^-53 [m], (R, N);
-    how: exact, by the closed form, or by which integration.
+    floor: how far a vertex moves when each number of the scene moves by half its last bit [m], (R, N);
+    how: exact, by the closed form, or by which integration;
+    horizon: until when every throw is known to a millionth of the body, or to 1e-12 of its distance [s]: the last such
+    row, infinite where all are; why: what ends it.  Rows that could not be worked out are nan, their bound infinite.
     """
 
     times: Array
@@ -39,59 +47,86 @@ class Truth:
     bound: Array
     floor: Array
     how: str
+    horizon: float = np.inf
+    why: str = ""
 
     @property
     def limit(self) -> Array:
         """The least error that can be told from none [m], (R, N)."""
         return np.maximum(self.bound, self.floor)
 
+    @property
+    def known(self) -> int:
+        """How many rows, from the first on, are within the horizon."""
+        return int(np.searchsorted(self.times, self.horizon, side="right"))
+
 
 def truth(scene: Scene) -> Truth:
     """Return the true flight of every throw of the scene.
 
-    Raises NoTruth where forces make a flight that cannot be integrated well enough, RayMissed where an impulse's ray
-    does not meet the body.
+    Raises NoTruth where not one sample after the start can be told, RayMissed where an impulse's ray does not meet the
+    body.
     """
     from mpmath import MPContext  # a tenth of a second that only this call should pay
 
     # A context of our own: whoever else uses mpmath keeps its precision.
     mp = MPContext()
     flights = [_flight(mp, scene, row) for row in range(len(scene.start))]
-    states, vertices, bound, floor, how = zip(*flights, strict=True)
+    states, vertices, bound, floor, how, why = zip(*flights, strict=True)
     told = [np.stack(column, axis=1) for column in (states, vertices, bound, floor)]
-    return Truth(scene.rows, *told, how=" / ".join(dict.fromkeys(how)))
+    answer = Truth(scene.rows, *told, how=" / ".join(dict.fromkeys(how)))
+    return _until_horizon(answer, scene, " / ".join(dict.fromkeys(filter(None, why))))
 
 
-def _flight(mp: Any, scene: Scene, row: int) -> tuple[Array, Array, Array, Array, str]:
-    """Return states (R, 13), vertices (R, n, 3), bound (R,) and floor (R,) of one throw, and how it was made."""
-    answer = _closed(mp, scene, row) if scene.is_free else _integrated(mp, scene, row)
+def _until_horizon(answer: Truth, scene: Scene, why: str) -> Truth:
+    """Return the answer with its horizon.  Raises NoTruth where that lies before the first sample."""
+    size = np.linalg.norm(scene.body.points, axis=1).max()
+    away = np.abs(answer.vertices).max(axis=(2, 3))
+    blurred = ~(answer.limit <= TRUSTED * size + FAR * away).all(axis=1)
+    if not blurred.any():
+        return answer
+    known = int(np.argmax(blurred))
+    if not why or np.isfinite(answer.vertices[known]).all():
+        why = "beyond it the last bit of a number of the scene moves a corner by more than a millionth of the body"
+    if known == 0 or answer.times[known - 1] < scene.times[0]:
+        raise NoTruth(f"the true flight cannot be told at its first sample: {why}")
+    return replace(answer, horizon=float(answer.times[known - 1]), why=why)
+
+
+def _flight(mp: Any, scene: Scene, row: int) -> tuple[Array, Array, Array, Array, str, str]:
+    """Return states (R, 13), vertices (R, n, 3), bound (R,) and floor (R,) of one throw, how it was made, why it ends."""
+    throw = read_throw(scene, row)
+    answer = _closed(mp, scene, row, throw) if scene.is_free else _integrated(mp, scene, row, throw)
     mp.prec = answer.flight.bits
-    states = np.array([_state(mp, pose) for pose in answer.flight.poses])
+    states = np.array([_state(mp, pose, throw.state_axes) for pose in answer.flight.poses])
     _follow_sign(states[:, 3:7], scene.start[row, 3:7])
-    points = exact_numbers(scene.body.points)
-    vertices = np.array([_vertices(pose, points, answer.flight.bits) for pose in answer.flight.poses])
+    vertices = _vertices(answer.flight.poses, throw.points, answer.flight.bits)
     rounding = np.linalg.norm(np.spacing(np.abs(vertices)) / 2, axis=-1).max(axis=-1)
-    return states, vertices, answer.error + rounding, answer.floor, answer.how
+    told = (states, np.nan), (vertices, np.nan), (answer.error + rounding, np.inf), (answer.floor, np.inf)
+    states, vertices, bound, floor = (_filled(*each, rows=len(throw.times)) for each in told)
+    return states, vertices, bound, floor, answer.how, answer.why
 
 
-def _closed(mp: Any, scene: Scene, row: int) -> Answer:
-    rougher, finer = settle(mp, read_throw(scene, row))
-    error = own_error(rougher, finer, scene.body.points)
+def _filled(values: Array, filling: float, rows: int) -> Array:
+    """Return an array with rows of a number added."""
+    return np.concatenate((values, np.full((rows - len(values), *values.shape[1:]), filling)))
+
+
+def _closed(mp: Any, scene: Scene, row: int, throw: Throw) -> Answer:
+    rougher, finer = settle(mp, throw)
+    error = own_error(rougher, finer, throw.points.astype(float))
     return Answer(finer, error, input_floor(mp, scene, row, rougher), "exact")
 
 
-def _integrated(mp: Any, scene: Scene, row: int) -> Answer:
+def _integrated(mp: Any, scene: Scene, row: int, throw: Throw) -> Answer:
     # It is compiled, by a compiler that a free flight need not load.
     from scenarios.truth import forced
 
-    try:
-        return forced.answer(mp, scene, row)
-    except forced.Unending as why:
-        raise NoTruth(f"the true flight cannot be told: {why}") from why
+    return forced.answer(mp, scene, row, throw)
 
 
-def _state(mp: Any, pose: Pose) -> Array:
-    return np.concatenate((pose.x, _quaternion(mp, pose.axes), pose.v, pose.w_world)).astype(float)
+def _state(mp: Any, pose: Pose, state_axes: Numbers) -> Array:
+    return np.concatenate((pose.x, _quaternion(mp, pose.axes @ state_axes.T), pose.v, pose.w_world)).astype(float)
 
 
 def _quaternion(mp: Any, axes: Numbers) -> Numbers:
@@ -117,9 +152,16 @@ def _follow_sign(quaternions: Array, first: Array) -> None:
             q *= -1
 
 
-def _vertices(pose: Pose, points: Numbers, bits: int) -> Array:
-    """Return x + R p, (n, 3), each number the nearest double: a sum of whole numbers, divided once."""
-    grain, unit = max(point.denominator for point in points.flat), 2**bits
-    whole = np.vectorize(round, otypes=[object])
-    axes, points, x = whole(pose.axes * unit), whole(points * grain), whole(pose.x * (unit * grain))
-    return ((points @ axes.T + x) / (unit * grain)).astype(float)
+def _vertices(poses: list[Pose], points: Numbers, bits: int) -> Array:
+    """Return x + R p, (R, n, 3), each number the nearest double: a sum of whole numbers, divided once."""
+    whole, unit = np.vectorize(round, otypes=[object]), 2**bits
+    # Points in units of the largest, axes of 1: all have that many bits.
+    size = 2 ** Fraction(max(point.numerator.bit_length() - point.denominator.bit_length() for point in points.flat))
+    grains = whole(points * (unit / size))
+    return np.array(
+        [
+            (grains @ whole(pose.axes * unit).T + whole(pose.x * (unit * unit / size))) / (unit * unit) * float(size)
+            for pose in poses
+        ],
+        dtype=float,
+    )

@@ -1,6 +1,5 @@
 """How far a truth can be trusted, and how far a program in doubles can be held to it."""
 
-from fractions import Fraction
 from random import Random
 from typing import Any, NamedTuple
 
@@ -8,14 +7,14 @@ import numpy as np
 
 from scenarios.frames import Array
 from scenarios.scene import Scene
-from scenarios.truth.flight import Pose, Read, Throw, fly, read_throw
-from scenarios.truth.rotation import Numbers
+from scenarios.truth.flight import Pose, fly
+from scenarios.truth.inertia import Numbers
+from scenarios.truth.throw import Throw, changing, read_throw
 
 # The first, 33 digits, can lose the eleven that 1e11 radians cost; the last is for what no double can follow.
 PRECISIONS = (112, 168, 252, 378, 567, 850, 1275, 1913, 2869, 4304)  # bits
 # Agreement that leaves the rounding to doubles, 2^-53, nothing to do with the truth's own error.
 AGREEMENT = 2.0**-75
-HALF_ULP = Fraction(1, 2**53)
 PATTERNS = 8
 
 
@@ -27,12 +26,16 @@ class Flight(NamedTuple):
 
 
 class Answer(NamedTuple):
-    """A flight, how far its vertices may be off [m], (R,), how far inputs can move them [m], (R,), how it was made."""
+    """A flight, how far its vertices may be off [m], (R,), how far inputs can move them [m], (R,), how it was made;
+
+    and where it ends before the throw does, why: then there are fewer rows.
+    """
 
     flight: Flight
     error: Array
     floor: Array
     how: str
+    why: str = ""
 
 
 def settle(mp: Any, throw: Throw) -> tuple[Flight, Flight]:
@@ -62,7 +65,7 @@ def _agree(rough: Pose, fine: Pose) -> bool:
 def own_error(rougher: Flight, finer: Flight, points: Array) -> Array:
     """Return how far the vertices of the rougher flight are from the finer's [m], (R,): more than the finer's error.
 
-    points: body axes [m], (n, 3).
+    points: file axes [m], (n, 3).
     """
     turned = [fine.axes - rough.axes for rough, fine in zip(rougher.poses, finer.poses, strict=True)]
     return np.linalg.norm(points @ np.swapaxes(np.array(turned, dtype=float), 1, 2), axis=-1).max(axis=-1)
@@ -81,16 +84,11 @@ def input_floor(mp: Any, scene: Scene, row: int, plain: Flight) -> Array:
     points = read_throw(scene, row).points
     floor = np.zeros(len(plain.poses))
     for pattern in range(PATTERNS):
-        throw = read_throw(scene, row, changing(Random(pattern), HALF_ULP))
+        throw = read_throw(scene, row, changing(Random(pattern)))
         changed = _flight(mp, throw, plain.bits)
         moved = [movement(*pair, points, throw.points) for pair in zip(plain.poses, changed.poses, strict=True)]
         floor = np.maximum(floor, moved)
     return floor
-
-
-def changing(random: Random, share: Fraction) -> Read:
-    """Return a reading of numbers that makes each greater or smaller by that share, as the signs fall."""
-    return lambda value: Fraction(value) * (1 + share * (2 * random.getrandbits(1) - 1))
 
 
 def movement(pose: Pose, changed: Pose, points: Numbers, changed_points: Numbers) -> float:

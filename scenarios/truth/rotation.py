@@ -11,8 +11,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from scenarios.truth.elliptic import Amplitude, JacobiFunctions, third_kind_angle
-
-Numbers = np.ndarray
+from scenarios.truth.inertia import Numbers
 
 
 class Rotation(Protocol):
@@ -31,9 +30,9 @@ def exact(number: Any) -> Fraction:
 def free_rotation(mp: Any, moments: Numbers, axes: Numbers, L_body: Numbers) -> Rotation:
     """Return the rotation that starts at the given axes, (3, 3), with the given angular momentum [kg m2/s], (3,).
 
-    mp: mpmath context at the wanted precision; moments: principal moments of inertia [kg m2], fractions, (3,).
+    mp: mpmath context at the wanted precision; moments: principal moments of inertia [kg m2], (3,).
     """
-    L_exact = np.array([exact(component) for component in L_body])
+    L_exact, moments = (np.array([exact(number) for number in numbers]) for numbers in (L_body, moments))
     steady = not np.cross(L_exact, L_exact / moments).any()
     return SteadySpin(mp, axes, L_body, L_body / moments) if steady else Polhode(mp, moments, axes, L_exact)
 

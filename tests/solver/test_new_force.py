@@ -42,16 +42,16 @@ SCENE = [
     ("scenarios/needs.py", '        "floor": scene.floor is not None,\n', '        "wind": scene.wind is not None,\n'),
 ]
 TRUTH = [
-    ("scenarios/truth/forced/laws.py", "    drag: Array\n    floor: Array\n", "    wind: Array\n"),
+    ("scenarios/truth/throw.py", "    ground: Ground | None\n", "    wind: Numbers\n"),
     (
-        "scenarios/truth/forced/laws.py",
-        "        total = both(total, drag_pull(forces.drag[row], motion))\n",
-        "    for wind in forces.wind:\n        total = both(total, (three(wind, 0), (0.0, 0.0, 0.0)))\n",
+        "scenarios/truth/throw.py",
+        "        ground=_ground(scene, read),\n",
+        "        wind=exact_numbers(np.zeros(3) if scene.wind is None else scene.wind, read),\n",
     ),
     (
-        "scenarios/truth/forced/flight.py",
-        "        drag=_table(2, [] if drag is None else [(drag.linear, drag.angular)], read),\n",
-        "        wind=_table(3, [] if scene.wind is None else [scene.wind], read),\n",
+        "scenarios/truth/forced/laws.py",
+        "    pulls = [tether_pull(spring, motion) for spring in throw.springs]\n",
+        "    pulls.append(Pull(throw.wind + 0 * motion.v, 0 * motion.L))\n",
     ),
 ]
 

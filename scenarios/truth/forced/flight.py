@@ -1,118 +1,226 @@
 """A whole throw with forces: the blows, and the passages between them.
 
-What is read from the scene and what a blow does is exact, in fractions; a passage is integrated in doubles, the state
-being kept to about twice their digits, so that many small steps do not add up their rounding.
+What is read from the scene and what a blow does is exact, in fractions; a passage is integrated in numbers of 32
+digits, or for the sensitivities in doubles.
 """
 
 from fractions import Fraction
-from itertools import pairwise, zip_longest
-from typing import Any, NamedTuple
+from itertools import zip_longest
+from time import thread_time
+from typing import NamedTuple
 
 import numpy as np
 
 from scenarios.frames import Array
-from scenarios.scene import Scene
-from scenarios.truth.flight import Blow, Pose, Read, Throw, lever, read_throw
-from scenarios.truth.forced.laws import AXES, MOMENTUM, SIZE, Forces, Solid, V, X
-from scenarios.truth.forced.passage import LOST, TOO_LONG, Manner, passage
-from scenarios.truth.rotation import Numbers
+from scenarios.truth.double_double import fractions_of, pairs
+from scenarios.truth.flight import lever
+from scenarios.truth.forced.collocation import slopes_by_state, solved, tableau
+from scenarios.truth.forced.laws import AXES, MOMENTUM, SIZE, Equations, V, X, equations
+from scenarios.truth.forced.passage import (
+    ARRIVED,
+    CAUTION,
+    LOST,
+    SMALLEST,
+    SWITCHED,
+    UNDERWAY,
+    Manner,
+    Outcome,
+    Scales,
+    appraise,
+    complete_step,
+    fly,
+)
+from scenarios.truth.forced.series import Program
+from scenarios.truth.forced.switches import ABOVE, HEIGHT, IDLE, PRESSING, THRUST
+from scenarios.truth.inertia import Numbers
+from scenarios.truth.throw import Blow, Throw
+
+# Steps between two looks at the clock, and how many switches may come without an instant between them.
+AT_A_TIME, MOST_SWITCHES = 500, 200
+# Seconds of processor time for the answer, as much for its check, and for all that the inputs do.
+BUDGET_S = 20.0
+# How many e-folds of a decay a step by series bears, and how many such steps are too many.
+STABLE, STIFF_STEPS = 15.0, 4000
+# How much longer a collocation step may be than the one before, and what is left of one that failed.
+LONGER, FAILED = 5.0, 0.2
+# What makes the last step end beyond the end, not a rounding before it.
+REACHING = 1 + 1e-15
+# The shares of size and distance, and of the thrust they make, below which a floor's gauge is rounding.
+NOISE, NOISE_IN_DOUBLES = 1e-27, 1e-15
 
 
-class Unending(ValueError):
-    """An integration that gets nowhere, or not soon enough; its text says which."""
+class Flown(NamedTuple):
+    """The states at the instants that were reached, (R, 2, SIZE), how many steps it took, whether some by collocation,
 
-
-class Course(NamedTuple):
-    """A throw in exact numbers and the tables of the forces that it flies through."""
-
-    throw: Throw
-    forces: Forces
-
-
-def read_course(scene: Scene, row: int, read: Read = Fraction) -> Course:
-    """Return one throw of the scene and its forces; read: what to take each number for, as in `read_throw`.
-
-    A force that the scene has not got is a table of no rows.
+    and why it went no further.
     """
-    drag, floor = scene.drag, scene.floor
-    forces = Forces(
-        gravity=_table(3, [] if scene.gravity is None else [scene.gravity], read),
-        tethers=_table(
-            9, [(*t.point_body, *t.anchor, t.stiffness, t.damping, t.rest_length) for t in scene.tethers], read
-        ),
-        drag=_table(2, [] if drag is None else [(drag.linear, drag.angular)], read),
-        floor=_table(6, [] if floor is None else [(*floor.normal, floor.height, floor.stiffness, floor.damping)], read),
-    )
-    return Course(read_throw(scene, row, read), forces)
+
+    rows: Array
+    steps: int
+    crept: bool
+    why: str
 
 
-def _table(columns: int, rows: list, read: Read) -> Array:
-    return np.array([[float(read(float(value))) for value in row] for row in rows]).reshape(-1, columns)
+class Pilot:
+    """Flies one throw in one manner, until a time on the thread's own clock [s]."""
+
+    def __init__(self, throw: Throw, manner: Manner, deadline: float) -> None:
+        self._throw, self._manner, self._deadline = throw, manner, deadline
+        self._equations: dict[bytes, Equations] = {}
+        self.steps, self.crept = 0, False
+        self.length = length_of(throw)
+
+    def flown(self) -> Flown:
+        """Return the flight, blows of an instant included in its row.  Raises RayMissed."""
+        throw = self._throw
+        state = pairs(_start(throw))
+        rows = np.full((len(throw.times), 2, SIZE), np.nan)
+        starts = sorted({Fraction(0), *(blow.time for blow in throw.blows)})
+        for begin, end in zip_longest(starts, starts[1:]):
+            for blow in throw.blows:
+                if blow.time == begin:
+                    state = pairs(_struck(fractions_of(state), blow, throw))
+            within = [row for row, time in enumerate(throw.times) if begin <= time and (end is None or time < end)]
+            last = throw.times[-1] if end is None else end
+            if last > throw.times[-1]:
+                last = throw.times[-1]
+            first = within[0] if within else 0
+            reached, why = self._fly(state, begin, last, rows, first, len(within))
+            if why:
+                return Flown(rows[: first + reached], self.steps, self.crept, why)
+            if last == throw.times[-1]:
+                break
+        return Flown(rows, self.steps, self.crept, "")
+
+    def _fly(self, state: Array, begin: Fraction, end: Fraction, rows: Array, first: int, count: int) -> tuple[int, str]:
+        """Fly from one blow to the next; return how many rows were reached, and why not all."""
+        times = pairs([time - begin for time in self._throw.times[first : first + count]])
+        span, clock = pairs([end - begin])[:, 0], np.zeros(2)
+        part = rows[first : first + count]
+        done = int(np.searchsorted(times[0], 0.0, side="right"))
+        part[:done] = state
+        if end == begin:
+            return done, ""
+        scales = self._scales(state, float(span[0]))
+        contacts = self._contacts(state, scales)
+        h, switches, stiff = float(span[0]), 0, None
+        while True:
+            program, gauges = self._equations_for(contacts)
+            if stiff is None:
+                stiff = self._is_stiff(program, state, scales, float(span[0] - clock[0]))
+            step = self._creep if stiff else self._leap
+            before = clock[0]
+            outcome = step(state, clock, span, times, part, done, h, program, gauges, contacts, scales)
+            done, h = outcome.rows, outcome.h
+            at = f"at {float(begin) + clock[0]:.6g} s"
+            if outcome.how == ARRIVED:
+                return done, ""
+            if outcome.how == LOST:
+                return done, f"the motion has no next step {at}: it has no direction there, or no finite rates"
+            if outcome.how == SWITCHED:
+                contacts[outcome.vertex] = outcome.then
+                switches, stiff = (0 if clock[0] > before else switches + 1), None
+            if switches > MOST_SWITCHES:
+                return done, f"the floor pushes on and off without end {at}"
+            if thread_time() > self._deadline:
+                return done, f"the {BUDGET_S:g} s of processor time that each flight is given were up {at}"
+
+    def _leap(self, state, clock, span, times, part, done, h, program, gauges, contacts, scales) -> Outcome:
+        """Make some hundred steps by series."""
+        high = np.zeros((program.series, self._manner.order + 1))
+        low = np.zeros_like(high) if self._manner.longer else None
+        self.steps += AT_A_TIME
+        return fly(
+            state, clock, span, times, part, done, h,
+            program, high, low, gauges, contacts, scales, self._manner.tolerance, AT_A_TIME,
+        )  # fmt: skip
+
+    def _creep(self, state, clock, span, times, part, done, h, program, gauges, contacts, scales) -> Outcome:
+        """Make one step by collocation."""
+        stages, tolerance = self._manner.creeping
+        rule = tableau(stages)
+        shares = appraise(program, state, scales, *np.zeros((2, program.series, 2)))
+        while h > SMALLEST * span[0]:
+            h = min(h, float(span[0] - clock[0]) * REACHING)
+            found = solved(program, state, h, rule, shares)
+            if found is None:
+                h *= FAILED
+                continue
+            off = found.unresolved
+            factor = CAUTION * (tolerance / off) ** (1 / (stages + 1)) if off else LONGER
+            if off <= tolerance:
+                self.steps, self.crept = self.steps + 1, True
+                outcome = complete_step(
+                    state, clock, span, times, part, done, h, found.series, gauges, contacts, scales
+                )  # fmt: skip
+                if outcome.how == UNDERWAY:
+                    state[:] = found.end
+                return outcome._replace(h=h * min(factor, LONGER))
+            h *= max(factor, FAILED)
+        return Outcome(LOST, h, done, 0, 0)
+
+    def _is_stiff(self, program: Program, state: Array, scales: Scales, rest: float) -> bool:
+        """Return whether what dies out, rather than what moves, would make series take more than a few thousand steps."""
+        if not self._manner.longer:
+            return False
+        shares = appraise(program, state, scales, *np.zeros((2, program.series, 2)))
+        derivatives = slopes_by_state(program, state, shares)
+        if not np.isfinite(derivatives).all():
+            return False
+        rates = np.linalg.eigvals(derivatives / shares[:, np.newaxis] * shares)
+        decay, turn = float(-rates.real.min()), float(abs(rates.imag).max())
+        return decay * rest > STABLE * STIFF_STEPS and decay > turn * STABLE
+
+    def _equations_for(self, contacts: np.ndarray) -> Equations:
+        pressing = contacts == PRESSING
+        key = pressing.tobytes()
+        if key not in self._equations:
+            self._equations[key] = equations(self._throw, pressing)
+        return self._equations[key]
+
+    def _scales(self, state: Array, span: float) -> Scales:
+        throw, noise = self._throw, np.zeros(2)
+        if throw.ground is not None:
+            height, stiffness, damping = map(float, throw.ground.strength)
+            far = self.length + float(np.linalg.norm(state[0, X:V])) + abs(height)
+            noise[HEIGHT] = (NOISE if self._manner.longer else NOISE_IN_DOUBLES) * far
+            noise[THRUST] = (stiffness + damping / span) * noise[HEIGHT]
+        moment = float(min(throw.solid.tensor.diagonal()))
+        return Scales(self.length, 1.0 / span, moment, noise)
+
+    def _contacts(self, state: Array, scales: Scales) -> np.ndarray:
+        """Return how each vertex stands to the floor, (n,)."""
+        throw = self._throw
+        contacts = np.full(len(throw.points), ABOVE)
+        if throw.ground is None:
+            return contacts
+        program, gauges = self._equations_for(contacts)
+        high, low = np.zeros((2, program.series, 2))
+        appraise(program, state, scales, high, low)
+        readings = high[gauges, 0]
+        below = readings[:, HEIGHT] < 0.0
+        contacts[below] = np.where(readings[below, THRUST] > 0.0, PRESSING, IDLE)
+        return contacts
 
 
-def solid_of(throw: Throw) -> Solid:
-    """Return the body in doubles; its size is that of its points, or of its moments where it is but a point."""
-    mass, moments, points = float(throw.mass), throw.moments.astype(float), throw.points.astype(float)
-    radius = max(float(np.linalg.norm(points, axis=1).max()), float(np.sqrt(moments.max() / mass)))
-    return Solid(mass, moments, points, radius)
-
-
-def fly_course(mp: Any, course: Course, manner: Manner, implicit: bool | None) -> list[Pose]:
-    """Return the pose at each of the throw's instants, blows of that instant included.
-
-    mp: mpmath context, for the numbers of the poses.  Raises Unending, RayMissed.
-    """
-    throw, forces = course
-    solid = solid_of(throw)
-    state, rows = _start(throw), {}
-    starts = sorted({Fraction(0), *(blow.time for blow in throw.blows)})
-    for begin, end in zip_longest(starts, starts[1:]):
-        for blow in throw.blows:
-            if blow.time == begin:
-                _strike(state, blow, throw)
-        stops = [time for time in throw.times if begin <= time and (end is None or time < end)]
-        if end is not None:
-            stops.append(end)
-        if not stops:
-            break
-        spans = np.array([float(after - before) for before, after in pairwise([begin, *stops])])
-        flown = np.empty((len(stops), 2, SIZE))
-        outcome, steps = passage(_in_doubles(state), spans, flown, solid, forces, manner, implicit)
-        if outcome == TOO_LONG:
-            raise Unending(f"more than {manner.most_steps} steps of the integration would be needed")
-        if outcome == LOST:
-            raise Unending("the integration gets stuck")
-        manner = manner._replace(most_steps=manner.most_steps - steps)
-        rows |= dict(zip(stops, flown, strict=True))
-        state = _exact(flown[-1])
-    return [_pose(mp, rows[time], throw) for time in throw.times]
+def length_of(throw: Throw) -> float:
+    """Return how far the body's points reach [m], or where it is but a point, how far its moments say they might."""
+    reach = np.linalg.norm(throw.points.astype(float), axis=1).max()
+    spread = np.sqrt(float(max(throw.solid.tensor.diagonal()) / throw.solid.mass))
+    return float(max(reach, spread))
 
 
 def _start(throw: Throw) -> Numbers:
     """Return the state before any blow in fractions, (SIZE,)."""
-    L = throw.axes @ (throw.moments * (throw.axes.T @ throw.w_world))
-    return np.concatenate((throw.x, throw.v, throw.axes.T.ravel(), L))
+    L = throw.solid.tensor @ (throw.axes.T @ throw.w_world)
+    return np.concatenate((throw.x, throw.v, throw.axes.ravel(), L))
 
 
-def _strike(state: Numbers, blow: Blow, throw: Throw) -> None:
-    """Let a blow J act: v += J/m, L += lever x J.  Raises RayMissed."""
-    arm = lever(blow, state[X:V], state[AXES:MOMENTUM].reshape(3, 3).T, throw)
-    state[V:AXES] += blow.value / throw.mass
-    state[MOMENTUM:] += np.cross(arm, blow.value)
-
-
-def _in_doubles(state: Numbers) -> Array:
-    """Return fractions as doubles and their rounding, (2, SIZE)."""
-    nearest = state.astype(float)
-    return np.array((nearest, (state - _exact([nearest])).astype(float)))
-
-
-def _exact(parts: Array | list[Array]) -> Numbers:
-    """Return the sum of some rows of doubles in fractions."""
-    return np.array([[Fraction(float(number)) for number in row] for row in parts]).sum(axis=0)
-
-
-def _pose(mp: Any, row: Array, throw: Throw) -> Pose:
-    state = np.array([mp.mpf(high) + mp.mpf(low) for high, low in row.T.tolist()])
-    axes = state[AXES:MOMENTUM].reshape(3, 3).T
-    return Pose(state[X:V], axes, state[V:AXES], axes @ ((axes.T @ state[MOMENTUM:]) / throw.moments))
+def _struck(state: Numbers, blow: Blow, throw: Throw) -> Numbers:
+    """Return the state after a blow J: v += J/m, L += lever x J, along the body's axes.  Raises RayMissed."""
+    axes = state[AXES:MOMENTUM].reshape(3, 3)
+    arm = lever(blow, state[X:V], axes, throw)
+    struck = state.copy()
+    struck[V:AXES] += blow.value / throw.solid.mass
+    struck[MOMENTUM:] += axes.T @ np.cross(arm, blow.value)
+    return struck

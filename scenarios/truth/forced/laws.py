@@ -1,208 +1,133 @@
-"""The equations of motion and the force laws: one function a law, one sum.
+"""The equations of motion and the force laws, written down as operations on series.
 
-The body is told by its centre of mass x, its velocity v, its three axes as world vectors, and its angular momentum L
-in world axes, all of them numbers of one array of `SIZE`.  Every law is written for real and for complex numbers alike:
-the derivatives that an implicit step needs are taken from these same lines by a complex step.
-
-A force is a function here, a table in `Forces` (of no rows where the scene has none) and a line of `pull`.
+The body is told by its centre of mass x, its velocity v, the file's axes as the columns of a matrix, and its angular
+momentum L along those axes: `SIZE` numbers.  Vectors are arrays of `Expression`, and every coefficient is a fraction.
+A force is a function here, a field of `Throw` and a line of `pull`.
 """
 
 from typing import NamedTuple
 
 import numpy as np
 
-from scenarios.frames import Array
-from scenarios.truth.forced.compilation import inlined
+from scenarios.truth.forced.series import Expression, Program, Script
+from scenarios.truth.inertia import Numbers, inverse
+from scenarios.truth.throw import Ground, Spring, Throw
 
-Vector = tuple  # of three numbers, all real or all complex
-
-# Where the numbers of a state stand: x, v, axis 1, axis 2, axis 3, L.
+# Where the numbers of a state stand: x, v, the matrix of the axes row by row, L.
 X, V, AXES, MOMENTUM, SIZE = 0, 3, 6, 15, 18
 
-
-class Forces(NamedTuple):
-    """Tables of the forces, one row each.
-
-    gravity [m/s2], (0 or 1, 3); tethers: point in body axes [m], anchor [m], stiffness [N/m], damping [N s/m], rest
-    length [m], (k, 9); drag: linear [N s/m], angular [N m s/rad], (0 or 1, 2); floor: normal, height [m], stiffness
-    [N/m], damping [N s/m], (0 or 1, 6).
-    """
-
-    gravity: Array
-    tethers: Array
-    drag: Array
-    floor: Array
-
-
-class Solid(NamedTuple):
-    """mass [kg], principal moments [kg m2], (3,), vertices in body axes [m], (n, 3), the farthest of them [m]."""
-
-    mass: float
-    moments: Array
-    points: Array
-    radius: float
+Vector = np.ndarray
 
 
 class Motion(NamedTuple):
-    """x [m], v [m/s], the body's axes 1, 2 and 3, L [kg m2/s] and w [rad/s], each a world vector."""
+    """x [m] and v [m/s], world; axes and axes', (3, 3); L [kg m2/s] and w [rad/s], file axes."""
 
     x: Vector
     v: Vector
-    axis_1: Vector
-    axis_2: Vector
-    axis_3: Vector
+    axes: np.ndarray
+    axes_rate: np.ndarray
     L: Vector
     w: Vector
 
 
-@inlined
-def add(a: Vector, b: Vector) -> Vector:
-    """Return a + b."""
-    return (a[0] + b[0], a[1] + b[1], a[2] + b[2])
+class Pull(NamedTuple):
+    """Force [N], world axes, and torque about the centre of mass [N m], file axes."""
+
+    force: Vector
+    torque: Vector
 
 
-@inlined
-def scale(factor: float, a: Vector) -> Vector:
-    """Return a times a number."""
-    return (factor * a[0], factor * a[1], factor * a[2])
+class Equations(NamedTuple):
+    """The program, and the series of each vertex's height above the floor [m] and of its thrust [N], (n, 2)."""
+
+    program: Program
+    gauges: np.ndarray
 
 
-@inlined
-def dot(a: Vector, b: Vector) -> float:
-    """Return a . b."""
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+def equations(throw: Throw, pressing: np.ndarray) -> Equations:
+    """Return the equations of motion: x' = v, m v' = F, axes' = axes [w], L' = L x w + torque.
 
-
-@inlined
-def cross(a: Vector, b: Vector) -> Vector:
-    """Return a x b."""
-    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
-
-
-@inlined
-def three(row: Array, at: int) -> Vector:
-    """Return three numbers of a row as a vector."""
-    return (row[at], row[at + 1], row[at + 2])
-
-
-@inlined
-def motion_of(y: Array, solid: Solid) -> Motion:
-    """Return what a state (SIZE,) says, with w = R I^-1 R^T L."""
-    axis_1, axis_2, axis_3, L = three(y, AXES), three(y, AXES + 3), three(y, AXES + 6), three(y, MOMENTUM)
-    w_1, w_2, w_3 = (
-        dot(axis_1, L) / solid.moments[0],
-        dot(axis_2, L) / solid.moments[1],
-        dot(axis_3, L) / solid.moments[2],
-    )
-    w = add(add(scale(w_1, axis_1), scale(w_2, axis_2)), scale(w_3, axis_3))
-    return Motion(three(y, X), three(y, V), axis_1, axis_2, axis_3, L, w)
-
-
-@inlined
-def slope(y: np.ndarray, solid: Solid, forces: Forces, pressing: np.ndarray, rates: np.ndarray) -> None:
-    """Write dy/dt of a state into rates, (SIZE,): x' = v, m v' = F, each axis e' = w x e, L' = torque.
-
-    pressing: which vertices the floor pushes, (n,).  Source: Goldstein, "Classical Mechanics" (1980), eqs. 1-24, 4-86.
+    pressing: which vertices the floor pushes, (n,).  Source: Goldstein, "Classical Mechanics" (1980), eqs. 1-24, 5-39.
     """
-    motion = motion_of(y, solid)
-    force, torque = pull(motion, solid, forces, pressing)
-    put(rates, X, motion.v)
-    put(rates, V, scale(1.0 / solid.mass, force))
-    put(rates, AXES, cross(motion.w, motion.axis_1))
-    put(rates, AXES + 3, cross(motion.w, motion.axis_2))
-    put(rates, AXES + 6, cross(motion.w, motion.axis_3))
-    put(rates, MOMENTUM, torque)
+    script = Script(SIZE)
+    motion = motion_of(script.state(), inverse(throw.solid.tensor))
+    gauges = floor_gauges(throw, motion)
+    force, torque = pull(throw, motion, gauges, pressing)
+    rates = np.concatenate(
+        (
+            motion.v,
+            force / throw.solid.mass + throw.gravity,
+            motion.axes_rate.ravel(),
+            np.cross(motion.L, motion.w) + torque,
+        )
+    )
+    rows = np.array([[script.row(value) for value in gauge] for gauge in gauges], dtype=np.int64).reshape(-1, 2)
+    return Equations(script.program(list(rates)), rows)
 
 
-@inlined
-def put(row: Array, at: int, a: Vector) -> None:
-    """Write a vector into three numbers of a row."""
-    row[at], row[at + 1], row[at + 2] = a
+def motion_of(state: Vector, inverse_tensor: Numbers) -> Motion:
+    """Return what a state (SIZE,) says."""
+    axes, L = state[AXES:MOMENTUM].reshape(3, 3), state[MOMENTUM:]
+    w = inverse_tensor @ L
+    # A point p of the body moves by axes' p = axes (w x p).
+    columns = [axes @ np.cross(w, unit) for unit in np.eye(3, dtype=int)]
+    return Motion(state[X:V], state[V:AXES], axes, np.stack(columns, axis=1), L, w)
 
 
-@inlined
-def pull(motion: Motion, solid: Solid, forces: Forces, pressing: np.ndarray) -> tuple[Vector, Vector]:
-    """Return the sum of all forces [N] and of their torques about the centre of mass [N m]."""
-    total = (scale(0.0, motion.v), scale(0.0, motion.L))
-    for row in range(len(forces.gravity)):
-        total = both(total, weight(forces.gravity[row], solid))
-    for row in range(len(forces.tethers)):
-        total = both(total, tether_pull(forces.tethers[row], motion))
-    for row in range(len(forces.drag)):
-        total = both(total, drag_pull(forces.drag[row], motion))
-    for row in range(len(forces.floor)):
-        total = both(total, floor_push(forces.floor[row], motion, solid, pressing))
-    return total
+def pull(throw: Throw, motion: Motion, gauges: list, pressing: np.ndarray) -> Pull:
+    """Return the sum of all forces but gravity and of their torques."""
+    pulls = [tether_pull(spring, motion) for spring in throw.springs]
+    if throw.drag is not None:
+        pulls.append(drag_pull(throw.drag, motion))
+    if throw.ground is not None:
+        pulls.append(floor_push(throw.ground, throw.points, motion, gauges, pressing))
+    nothing = Pull(0 * motion.v, 0 * motion.L)
+    return Pull(
+        sum((each.force for each in pulls), nothing.force), sum((each.torque for each in pulls), nothing.torque)
+    )
 
 
-@inlined
-def both(a: tuple[Vector, Vector], b: tuple[Vector, Vector]) -> tuple[Vector, Vector]:
-    """Return the sum of two pairs of force and torque."""
-    return add(a[0], b[0]), add(a[1], b[1])
-
-
-@inlined
-def acting_at(lever: Vector, force: Vector) -> tuple[Vector, Vector]:
-    """Return a force and its torque, lever x F."""
-    return force, cross(lever, force)
-
-
-@inlined
-def weight(gravity: Array, solid: Solid) -> tuple[Vector, Vector]:
-    """Return F = m g."""
-    return scale(solid.mass, three(gravity, 0)), (0.0, 0.0, 0.0)
-
-
-@inlined
-def tether_pull(tether: Array, motion: Motion) -> tuple[Vector, Vector]:
+def tether_pull(spring: Spring, motion: Motion) -> Pull:
     """Return F = -k d - c p', or with a rest length along the line only: F = -(k (|d| - l0) + c d'.u) u, u = d/|d|."""
-    lever, d, d_rate = tether_line(tether, motion)
-    stiffness, damping, rest_length = tether[6], tether[7], tether[8]
-    if rest_length == 0.0:
-        return acting_at(lever, add(scale(-stiffness, d), scale(-damping, d_rate)))
-    length = np.sqrt(dot(d, d))
-    u = scale(1.0 / length, d)
-    return acting_at(lever, scale(-(stiffness * (length - rest_length) + damping * dot(d_rate, u)), u))
+    stiffness, damping, rest_length = spring.strength
+    d = motion.x + motion.axes @ spring.point - spring.anchor
+    d_rate = motion.v + motion.axes_rate @ spring.point
+    if not rest_length:
+        return acting_at(spring.point, -(stiffness * d + damping * d_rate), motion)
+    length = (d @ d).sqrt()
+    u = d / length
+    return acting_at(spring.point, u * -(stiffness * (length - rest_length) + damping * (d_rate @ u)), motion)
 
 
-@inlined
-def tether_line(tether: Array, motion: Motion) -> tuple[Vector, Vector, Vector]:
-    """Return lever R p, d = p - anchor and p' of a tether's point."""
-    lever, velocity = spot(three(tether, 0), motion)
-    return lever, add(add(motion.x, lever), scale(-1.0, three(tether, 3))), velocity
+def acting_at(point: Numbers, force: Vector, motion: Motion) -> Pull:
+    """Return a force on a point of the body, (3,)."""
+    return Pull(force, np.cross(point, motion.axes.T @ force))
 
 
-@inlined
-def spot(point: Vector, motion: Motion) -> tuple[Vector, Vector]:
-    """Return lever R p and velocity v + w x R p of a point in body axes."""
-    lever = add(add(scale(point[0], motion.axis_1), scale(point[1], motion.axis_2)), scale(point[2], motion.axis_3))
-    return lever, add(motion.v, cross(motion.w, lever))
-
-
-@inlined
-def drag_pull(drag: Array, motion: Motion) -> tuple[Vector, Vector]:
+def drag_pull(drag: Numbers, motion: Motion) -> Pull:
     """Return F = -linear v and torque = -angular w."""
-    return scale(-drag[0], motion.v), scale(-drag[1], motion.w)
+    return Pull(-drag[0] * motion.v, -drag[1] * motion.w)
 
 
-@inlined
-def floor_push(floor: Array, motion: Motion, solid: Solid, pressing: np.ndarray) -> tuple[Vector, Vector]:
-    """Return the sum over the vertices that the floor pushes of N n, N = -k y - c y'.
+def floor_gauges(throw: Throw, motion: Motion) -> list[tuple[Expression, Expression]]:
+    """Return each vertex's height y above the floor and its thrust N = -k y - c y'; none without a floor."""
+    if throw.ground is None:
+        return []
+    normal, (height, stiffness, damping) = throw.ground
+    up, up_rate = normal @ motion.axes, normal @ motion.axes_rate
+    heights = [normal @ motion.x + up @ point - height for point in throw.points]
+    speeds = [normal @ motion.v + up_rate @ point for point in throw.points]
+    return [(y, -(stiffness * y + damping * rate)) for y, rate in zip(heights, speeds, strict=True)]
+
+
+def floor_push(ground: Ground, points: Numbers, motion: Motion, gauges: list, pressing: np.ndarray) -> Pull:
+    """Return the sum over the vertices that the floor pushes of N n.
 
     Which they are, y < 0 and N > 0, is not asked here: between two switches the law has no corner.
     """
-    total = (scale(0.0, motion.v), scale(0.0, motion.L))
-    for vertex in range(len(pressing)):
-        if pressing[vertex]:
-            lever, _, thrust = floor_gauge(floor, three(solid.points[vertex], 0), motion)
-            total = both(total, acting_at(lever, scale(thrust, three(floor, 0))))
-    return total
-
-
-@inlined
-def floor_gauge(floor: Array, point: Vector, motion: Motion) -> tuple[Vector, float, float]:
-    """Return lever R p, height y above the floor [m] and -k y - c y' [N] of a vertex in body axes."""
-    lever, velocity = spot(point, motion)
-    normal = three(floor, 0)
-    height = dot(normal, motion.x) + dot(normal, lever) - floor[3]
-    return lever, height, -floor[4] * height - floor[5] * dot(normal, velocity)
+    pushed = np.flatnonzero(pressing)
+    if not len(pushed):
+        return Pull(0 * motion.v, 0 * motion.L)
+    thrusts = [gauges[vertex][1] for vertex in pushed]
+    arm = thrusts @ points[pushed]
+    return Pull(ground.normal * np.sum(thrusts), np.cross(arm, ground.normal @ motion.axes))

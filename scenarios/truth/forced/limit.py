@@ -1,104 +1,128 @@
 """How far the answer of an integration can be trusted, and how far a program in doubles can be held to it.
 
-The flight is made twice, by two collocations at two tolerances, and again for every change of the inputs.
+The flight is made twice, by series of two orders at two tolerances, and in doubles again for changes of the inputs.
 """
 
-from fractions import Fraction
 from random import Random
-from typing import Any, NamedTuple
+from time import thread_time
+from typing import Any
 
 import numpy as np
 
 from scenarios.frames import Array
 from scenarios.scene import Scene
 from scenarios.truth.flight import Pose
-from scenarios.truth.forced.flight import Course, Unending, fly_course, read_course, solid_of
+from scenarios.truth.forced.flight import BUDGET_S, Pilot
+from scenarios.truth.forced.laws import AXES, MOMENTUM, V, X
 from scenarios.truth.forced.passage import Manner
-from scenarios.truth.forced.radau import tableau
-from scenarios.truth.limit import HALF_ULP, PATTERNS, Answer, Flight, changing, movement
+from scenarios.truth.inertia import inverse
+from scenarios.truth.limit import PATTERNS, Answer, Flight
+from scenarios.truth.throw import Throw, changing, read_throw
 
 # Of the numbers told: those of the two doubles that the integration keeps of each, and some for arithmetic.
 BITS = 128
-# Stages and tolerance of the answer, and of the rougher flight that tells how good it is.
-FINE, ROUGH = (9, 1e-9), (7, 1e-8)
-# With Newton's iteration steps can be so long that the order falls to that of the stages: the tolerance has to do more.
-FINE_STIFF, ROUGH_STIFF = (9, 1e-11), (7, 1e-10)
-MOST_STEPS, MOST_STIFF_STEPS = 100_000, 2_000
-# The rounding of the two flights is of the same size and its own in each: the answer's is below twice their difference.
+# The answer; the rougher flight that tells how good it is; and those that tell what the inputs do.
+FINE, ROUGH = Manner(32, 2.0**-94, True, (13, 1e-21)), Manner(26, 2.0**-76, True, (10, 1e-16))
+# For the inputs: in doubles, but where something dies out too fast for series, with few stages.
+PLAIN, QUICK = Manner(18, 2.0**-53, False, (0, 0.0)), Manner(26, 2.0**-76, True, (7, 1e-12))
 SAFETY = 2.0
-# A truth that is not known to this share of the body's size is none.
-TRUSTED = 1e-6
-# The inputs are changed by much more than 2^-53, so that what comes of it stands out from rounding, and the effect is
-# scaled down.  That is right while it is proportional, seen by turning the signs round: then it is turned round too.
-CHANGES = (Fraction(1, 2**30), Fraction(1, 2**38), Fraction(1, 2**46))
+# A step rounds each number by some 2^-103 of it; what half a last bit of the inputs does, 2^-54, is the floor.
+ROUNDING_PER_STEP = 2.0**-47
+# The inputs are changed by many times half their last bit, so that what comes of it stands out from the doubles'
+# rounding, and the effect is scaled down.  That is right while it is proportional, seen by turning the signs round.
+CHANGES, QUICK_CHANGES = ((PLAIN, 2.0**23), (PLAIN, 2.0**8)), ((QUICK, 2.0**36),)
 PROPORTIONAL = 0.1
 
 
-class Flights(NamedTuple):
-    """The answer, and the rougher flight; whether they needed Newton's iteration."""
-
-    finer: list[Pose]
-    rougher: list[Pose]
-    stiff: bool
-
-    @property
-    def how(self) -> str:
-        """How they were made, in words."""
-        (fine, tolerance), (rough, looser) = (FINE_STIFF, ROUGH_STIFF) if self.stiff else (FINE, ROUGH)
-        orders = f"Radau collocation of orders {2 * fine - 1} and {2 * rough - 1}"
-        return f"{orders}, tolerances {tolerance:g} and {looser:g}{', by Newton' if self.stiff else ''}"
-
-
-def answer(mp: Any, scene: Scene, row: int) -> Answer:
-    """Return one throw of a scene with forces.  Raises Unending, RayMissed."""
+def answer(mp: Any, scene: Scene, row: int, throw: Throw) -> Answer:
+    """Return one throw of a scene with forces, as far as it could be worked out.  Raises RayMissed."""
     mp.prec = BITS
-    course = read_course(scene, row)
-    flights = fly_twice(mp, course)
-    error = integration_error(flights, course)
-    if not (error <= TRUSTED * solid_of(course.throw).radius).all():
-        raise Unending(f"two integrations of it are {error.max() / SAFETY:.2g} m apart")
-    return Answer(Flight(BITS, flights.finer), error, input_floor(mp, scene, row, flights), flights.how)
+    fine, rough = (Pilot(throw, manner, thread_time() + BUDGET_S).flown() for manner in (FINE, ROUGH))
+    changes = QUICK_CHANGES if fine.crept else CHANGES
+    floor, why = input_floor(scene, row, throw, min(len(fine.rows), len(rough.rows)), changes)
+    known = len(floor)
+    points = throw.points.astype(float)
+    apart = moved(rough.rows[:known], fine.rows[:known], points, 0 * points)
+    error = SAFETY * np.maximum.accumulate(apart) + ROUNDING_PER_STEP * fine.steps * np.maximum.accumulate(floor)
+    poses = [_pose(mp, numbers, throw) for numbers in fine.rows[:known]]
+    by = f"Taylor series of orders {FINE.order} and {ROUGH.order}"
+    by += f", Radau collocation of {FINE.creeping[0]} and {ROUGH.creeping[0]} stages" if fine.crept else ""
+    how = f"{by}, in 32 digits, restarted at every switch"
+    return Answer(Flight(BITS, poses), error, floor, how, fine.why or rough.why or why)
 
 
-def fly_twice(mp: Any, course: Course) -> Flights:
-    """Fly the throw twice, plainly if that comes to an end, else by Newton's iteration.  Raises Unending, RayMissed."""
-    try:
-        return Flights(_fly(mp, course, FINE, False), _fly(mp, course, ROUGH, False), False)
-    except Unending:
-        return Flights(_fly(mp, course, FINE_STIFF, True), _fly(mp, course, ROUGH_STIFF, True), True)
+def _pose(mp: Any, numbers: Array, throw: Throw) -> Pose:
+    state = np.array([mp.mpf(high) + mp.mpf(low) for high, low in numbers.T.tolist()])
+    axes = state[AXES:MOMENTUM].reshape(3, 3)
+    return Pose(state[X:V], axes, state[V:AXES], axes @ (inverse(throw.solid.tensor) @ state[MOMENTUM:]))
 
 
-def _fly(mp: Any, course: Course, how: tuple[int, float], stiff: bool) -> list[Pose]:
-    stages, tolerance = how
-    manner = Manner(tableau(stages), tolerance, MOST_STIFF_STEPS if stiff else MOST_STEPS)
-    return fly_course(mp, course, manner, stiff or None)
+def moved(rows: Array, others: Array, points: Array, grown: Array) -> Array:
+    """Return the largest move of a vertex [m], (R,), from rows of pairs, (R, 2, SIZE), to others.
 
-
-def integration_error(flights: Flights, course: Course) -> Array:
-    """Return how far a vertex of the answer may be from the truth [m], (R,): an error once made is never forgotten."""
-    points = course.throw.points
-    apart = [movement(*poses, points, points) for poses in zip(flights.rougher, flights.finer, strict=True)]
-    return SAFETY * np.maximum.accumulate(apart)
-
-
-def input_floor(mp: Any, scene: Scene, row: int, flights: Flights) -> Array:
-    """Return how far the vertices move when every number of the scene is changed by a relative 2^-53 [m], (R,).
-
-    The numbers, the signs and their patterns are those of `scenarios.truth.limit.input_floor`, and the forces' numbers.
+    points and by how much they are others there: file axes [m], (n, 3).
     """
-    change = next((change for change in CHANGES[:-1] if _is_proportional(mp, scene, row, flights, change)), CHANGES[-1])
-    moves = [_moved(mp, scene, row, flights, pattern, change) for pattern in range(PATTERNS)]
-    return np.maximum.reduce(moves) * float(HALF_ULP / change)
+    differ = (others[:, 0] - rows[:, 0]) + (others[:, 1] - rows[:, 1])
+    turned = differ[:, AXES:MOMENTUM].reshape(-1, 3, 3)
+    axes = others[:, 0, AXES:MOMENTUM].reshape(-1, 3, 3)
+    moves = differ[:, np.newaxis, X:V] + points @ turned.swapaxes(1, 2)
+    moves += grown @ axes.swapaxes(1, 2)
+    return np.linalg.norm(moves, axis=-1).max(axis=-1)
 
 
-def _is_proportional(mp: Any, scene: Scene, row: int, flights: Flights, change: Fraction) -> bool:
-    there, back = (_moved(mp, scene, row, flights, 0, signed) for signed in (change, -change))
-    return bool((abs(there - back) <= PROPORTIONAL * there.max()).all())
+def input_floor(
+    scene: Scene, row: int, throw: Throw, known: int, changes: tuple[tuple[Manner, float], ...]
+) -> tuple[Array, str]:
+    """Return how far the vertices move when each number of the file moves by half its last bit [m], (R,), R <= known,
+
+    and why there are not so many.  The numbers, the signs and their patterns are those of
+    `scenarios.truth.limit.input_floor`.
+    """
+    floor, deadline = np.empty(0), thread_time() + BUDGET_S
+    for manner, share in changes:
+        tried = Sensitivity(scene, row, throw, manner, share, deadline)
+        floor = np.concatenate((floor, tried.moves()[len(floor) : min(known, tried.proportional())]))
+        if len(floor) == known:
+            return floor, ""
+    longer = Sensitivity(scene, row, throw, ROUGH, 1.0, deadline)
+    return np.concatenate((floor, longer.moves()[len(floor) : known])), longer.why
 
 
-def _moved(mp: Any, scene: Scene, row: int, flights: Flights, pattern: int, change: Fraction) -> Array:
-    """Return how far the vertices move when every number is changed by that share [m], (R,)."""
-    plain, changed = read_course(scene, row), read_course(scene, row, changing(Random(pattern), change))
-    poses = _fly(mp, changed, ROUGH_STIFF if flights.stiff else ROUGH, flights.stiff)
-    pairs = zip(flights.rougher, poses, strict=True)
-    return np.array([movement(*pair, plain.throw.points, changed.throw.points) for pair in pairs])
+class Sensitivity:
+    """What a change of all inputs by a share of half their last bits does, over that share.
+
+    why: why the flights went no further, if they did not.
+    """
+
+    def __init__(self, scene: Scene, row: int, throw: Throw, manner: Manner, share: float, deadline: float) -> None:
+        self._read = lambda pattern, signed: read_throw(scene, row, changing(Random(pattern), signed))
+        self._throw, self._manner, self._share, self._deadline = throw, manner, share, deadline
+        self.why = ""
+        self._plain = self._flown(throw)
+        self._there = self._moved(0, share)
+
+    def proportional(self) -> int:
+        """Return at how many rows, from the first on, the opposite change does the same."""
+        back = self._moved(0, -self._share)
+        count = min(len(back), len(self._there))
+        there, back = self._there[:count], back[:count]
+        uneven = ~(abs(there - back) <= PROPORTIONAL * np.maximum(there, back))
+        return int(np.argmax(uneven)) if uneven.any() else count
+
+    def moves(self) -> Array:
+        """Return the largest move over the sign patterns [m], (R,)."""
+        moves = [self._there, *(self._moved(pattern, self._share) for pattern in range(1, PATTERNS))]
+        reached = min(map(len, moves))
+        return np.maximum.reduce([move[:reached] for move in moves])
+
+    def _moved(self, pattern: int, signed: float) -> Array:
+        throw = self._read(pattern, signed)
+        rows = self._flown(throw)
+        reached = min(len(rows), len(self._plain))
+        points, grown = self._throw.points.astype(float), (throw.points - self._throw.points).astype(float)
+        return moved(self._plain[:reached], rows[:reached], points, grown) / self._share
+
+    def _flown(self, throw: Throw) -> Array:
+        flown = Pilot(throw, self._manner, self._deadline).flown()
+        self.why = self.why or flown.why
+        return flown.rows

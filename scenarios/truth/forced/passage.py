@@ -1,153 +1,201 @@
-"""The flight from one blow to the next: steps as long as they resolve the motion, each ending where a law switches."""
+"""The flight from one blow to the next, or to where the floor begins or ceases to push: steps of one series each."""
 
 from typing import NamedTuple
 
 import numpy as np
 
 from scenarios.frames import Array
-from scenarios.truth.forced.compilation import inlined, inner, kernel
-from scenarios.truth.forced.laws import SIZE, Forces, Solid
-from scenarios.truth.forced.radau import Step, Tableau, follow, iterate, new_step, newton, stand_still, unresolved
-from scenarios.truth.forced.switches import ABOVE, NEVER, PRESSING, Switch, next_switch, off_switch, set_contacts
+from scenarios.truth.compilation import inner, kernel
+from scenarios.truth.double_double import add, minus, over, scaled
+from scenarios.truth.forced.laws import AXES, MOMENTUM, SIZE, V
+from scenarios.truth.forced.series import Program, expand, value_at
+from scenarios.truth.forced.switches import NEVER, corrected, next_switch
 
-ARRIVED, TOO_LONG, LOST = 0, 1, 2
-# Of what the tolerance would allow; and how much longer, or shorter, a step may be than the one before.
-CAUTION, GROWTH, SHRINKAGE = 0.85, 2.0, 0.25
-# Iteration is cheapest, per second flown, where each brings its factor of about e.
-BRISK = 0.35
-# A step that is this small a share of the passage gets nowhere: a motion without end, or without a direction.
-SMALLEST = 1e-15
-# The share of the body's size and distance that a step may be off by at any tolerance: it is rounding.
-INVISIBLE = 1e-15
-# After as many steps the pace is judged.
-PATIENCE = 2000
-CORRECTIONS = 4
+ARRIVED, SWITCHED, UNDERWAY, LOST = 0, 1, 2, 3
+# Of what the tolerance would allow; and how much longer a step may be than the one before.
+CAUTION, GROWTH = 0.9, 8.0
+# Where the series overflow, the next try is so much shorter.
+SHRINKAGE = 1e-3
+# A step that is this small a share of the passage gets nowhere.
+SMALLEST = 1e-18
 
 
 class Manner(NamedTuple):
-    """How to integrate: the collocation; what of the motion a step may leave unresolved, in its scales; and how many
+    """How to integrate: order of the series; what its last terms may be, in scales of the state; whether in numbers of
 
-    steps there may be.
+    32 digits or in doubles; stages and tolerance of the collocation where something dies out too fast for series.
     """
 
-    rule: Tableau
+    order: int
     tolerance: float
-    most_steps: int
+    longer: bool
+    creeping: tuple[int, float]
+
+
+class Scales(NamedTuple):
+    """What an error is held against: length [m], slowest rate [1/s], moment of inertia [kg m2]; noise: of next_switch."""
+
+    length: float
+    rate: float
+    moment: float
+    noise: Array
+
+
+class Outcome(NamedTuple):
+    """How a passage ended; the next step [s]; how many rows are written; which vertex switched, and to what."""
+
+    how: int
+    h: float
+    rows: int
+    vertex: int
+    then: int
 
 
 @kernel
-def passage(
+def fly(
     state: Array,
-    spans: Array,
+    clock: Array,
+    end: Array,
+    times: Array,
     rows: Array,
-    solid: Solid,
-    forces: Forces,
-    manner: Manner,
-    implicit: bool | None,
-) -> tuple[int, int]:
-    """Fly from a state through stops, one after each of the spans [s], and write the state at each into rows.
-
-    state: a double and its rounding, (2, SIZE); rows: (stops, 2, SIZE); implicit: whether by Newton's iteration: None,
-    not False, if not, so that a process that needs none does not compile it.
-    Returns ARRIVED, TOO_LONG or LOST, and how many steps there were.
-    """
-    contacts, pressing = np.full(len(solid.points), ABOVE), np.zeros(len(solid.points), dtype=np.bool_)
-    set_contacts(state[0], solid, forces, contacts)
-    step, known, h = new_step(len(manner.rule.nodes)), 0.0, spans.max()
-    whole, gone, steps = spans.sum(), 0.0, 0
-    for stop in range(len(spans)):
-        flown = np.zeros((2, 1))
-        while flown[0, 0] < spans[stop]:
-            steps += 1
-            if h < SMALLEST * whole:
-                return LOST, steps
-            hopeless = (gone + flown[0, 0]) * manner.most_steps < whole * steps
-            if steps > manner.most_steps or (steps == PATIENCE and hopeless):
-                return TOO_LONG, steps
-            rest = (spans[stop] - flown[0, 0]) - flown[1, 0]
-            taken = rest / np.ceil(rest / h)
-            for number in range(SIZE):
-                step.y[number] = state[0, number]
-            for vertex in range(len(contacts)):
-                pressing[vertex] = contacts[vertex] == PRESSING
-            if known > 0.0:
-                follow(step, 1.0, taken / known, manner.rule)
-            else:
-                stand_still(step)
-            known = 0.0
-            solved, rate = solve(step, taken, solid, forces, pressing, manner, implicit)
-            error = unresolved(step, manner.rule) if solved else np.inf
-            factor = CAUTION * (manner.tolerance / error) ** (1.0 / len(manner.rule.powers)) if error > 0.0 else GROWTH
-            h = taken * max(SHRINKAGE, min(factor, GROWTH, BRISK / rate if rate > 0.0 else GROWTH))
-            if not error <= manner.tolerance:
-                continue
-            switch = next_switch(step, taken, manner.rule, solid, forces, contacts)
-            if switch.at == NEVER:
-                known = taken
-            else:
-                solved, taken = end_on(switch, step, taken, solid, forces, pressing, manner, implicit)
-                if not solved:
-                    h = taken * SHRINKAGE
-                    continue
-                contacts[switch.vertex] = switch.then
-            for number in range(SIZE):
-                advance(state, number, step.stages[-1, number])
-            advance(flown, 0, taken)
-        gone += spans[stop]
-        for part in range(2):
-            for number in range(SIZE):
-                rows[stop, part, number] = state[part, number]
-    return ARRIVED, steps
-
-
-@inner
-def solve(
-    step: Step, h: float, solid: Solid, forces: Forces, pressing: np.ndarray, manner: Manner, implicit: bool | None
-) -> tuple[bool, float]:
-    """Find the stages of a step from those guessed; return whether they were, and the factor of plain iteration."""
-    least = INVISIBLE / manner.tolerance
-    if implicit is None:
-        return iterate(step, h, manner.rule, solid, forces, pressing, least)
-    return newton(step, h, manner.rule, solid, forces, pressing, least), 0.0
-
-
-@inner
-def end_on(
-    switch: Switch,
-    step: Step,
+    done: int,
     h: float,
-    solid: Solid,
-    forces: Forces,
-    pressing: np.ndarray,
-    manner: Manner,
-    implicit: bool | None,
-) -> tuple[bool, float]:
-    """Shorten a step until it ends on the switch; return whether that could be solved, and how long it is.
+    program: Program,
+    high: Array,
+    low: Array | None,
+    gauges: np.ndarray,
+    contacts: np.ndarray,
+    scales: Scales,
+    tolerance: float,
+    most_steps: int,
+) -> Outcome:
+    """Fly on from a state, (2, SIZE), at a clock, (2,) [s], both changed in place, and write the state at the times.
 
-    The polynomial of the whole step is a little off inside, so the shorter one is tried again, by Newton's correction.
+    end: (2,) [s]; times: (2, R) [s]; rows: (R, 2, SIZE), from `done` on; h: about how long a step may be [s];
+    high, low: room for the series, (series, order + 1), the low parts None for doubles.
     """
-    ratio, taken = switch.at, h
-    for _ in range(CORRECTIONS):
-        if ratio * taken <= SMALLEST * h:
-            stand_still(step)
-            return True, 0.0
-        follow(step, 0.0, ratio, manner.rule)
-        taken *= ratio
-        solved, _ = solve(step, taken, solid, forces, pressing, manner, implicit)
-        if not solved:
-            return False, taken
-        late = off_switch(step, manner.rule, solid, forces, switch)
-        if not abs(late) * taken > SMALLEST * h:
-            break
-        ratio = min(max(1.0 - late, 0.0), 2.0)
-    return True, taken
+    order = high.shape[1] - 1
+    for _ in range(most_steps):
+        for number in range(SIZE):
+            high[number, 0] = state[0, number]
+            if low is not None:
+                low[number, 0] = state[1, number]
+        expand(program, h, order, high, low)
+        ratio = min(stride(high, order, tolerance, scales), GROWTH)
+        if not ratio > 0.0:
+            if h <= SMALLEST * end[0]:
+                return Outcome(LOST, h, done, 0, 0)
+            h *= SHRINKAGE
+            continue
+        outcome = complete(state, clock, end, times, rows, done, h, ratio, high, low, gauges, contacts, scales)
+        h, done = h * ratio, outcome.rows
+        if outcome.how != UNDERWAY:
+            return Outcome(outcome.how, h, done, outcome.vertex, outcome.then)
+    return Outcome(UNDERWAY, h, done, 0, 0)
 
 
-@inlined
-def advance(state: Array, number: int, moved: float) -> None:
-    """Add to a number that is a double and its rounding.  Source: Moller, "Quasi double-precision", BIT 5 (1965) 37."""
-    small = state[1, number] + moved
-    total = state[0, number] + small
-    part = total - state[0, number]
-    state[1, number] = (state[0, number] - (total - part)) + (small - part)
-    state[0, number] = total
+@inner
+def complete(
+    state: Array,
+    clock: Array,
+    end: Array,
+    times: Array,
+    rows: Array,
+    done: int,
+    h: float,
+    ratio: float,
+    high: Array,
+    low: Array | None,
+    gauges: np.ndarray,
+    contacts: np.ndarray,
+    scales: Scales,
+) -> Outcome:
+    """Make the step of h times the ratio [s] whose series are there, or less: up to the end, or to the first switch."""
+    rest = minus((end[0], end[1]), (clock[0], clock[1]))
+    s = (ratio, 0.0)
+    last = not ratio * h < rest[0]
+    if last:
+        s = over(rest, (h, 0.0))
+    switch = next_switch(high, gauges, contacts, s[0], scales.noise)
+    if switch.at != NEVER:
+        s = corrected(high, low, gauges[switch.vertex, switch.gauge], switch.at, s[0])
+        last = False
+    elif s[0] * h <= SMALLEST * end[0] and not last:
+        return Outcome(LOST, h, done, 0, 0)
+    now = (end[0], end[1]) if last else add((clock[0], clock[1]), scaled(s, h))
+    while done < len(rows) and minus(now, (times[0, done], times[1, done]))[0] >= 0.0:
+        since = over(minus((times[0, done], times[1, done]), (clock[0], clock[1])), (h, 0.0))
+        for number in range(SIZE):
+            rows[done, 0, number], rows[done, 1, number] = value_at(high, low, number, since)
+        done += 1
+    for number in range(SIZE):
+        state[0, number], state[1, number] = value_at(high, low, number, s)
+    clock[0], clock[1] = now
+    how = SWITCHED if switch.at != NEVER else ARRIVED if last else UNDERWAY
+    return Outcome(how, h, done, switch.vertex, switch.then)
+
+
+@kernel
+def complete_step(
+    state: Array,
+    clock: Array,
+    end: Array,
+    times: Array,
+    rows: Array,
+    done: int,
+    h: float,
+    series: Array,
+    gauges: np.ndarray,
+    contacts: np.ndarray,
+    scales: Scales,
+) -> Outcome:
+    """Make a step of h [s] whose series, (2, series, order + 1), some other method has found."""
+    return complete(
+        state, clock, end, times, rows, done, h, 1.0, series[0], series[1], gauges, contacts, scales
+    )  # fmt: skip
+
+
+@kernel
+def appraise(program: Program, state: Array, scales: Scales, high: Array, low: Array) -> Array:
+    """Return what errors are held against, (SIZE,), and write every series from a state, (2, SIZE), to the first order.
+
+    high, low: (series, 2).
+    """
+    for number in range(SIZE):
+        high[number, 0], low[number, 0] = state[0, number], state[1, number]
+    expand(program, 1.0, 1, high, low)
+    shares = np.empty(SIZE)
+    write_scales(high, scales, shares)
+    return shares
+
+
+@inner
+def stride(high: Array, order: int, tolerance: float, scales: Scales) -> float:
+    """Return how long a step may be, in steps, for the last two terms to be within the tolerance; 0 if they overflow."""
+    shares = np.empty(SIZE)
+    write_scales(high, scales, shares)
+    longest = np.inf
+    for number in range(SIZE):
+        for power in (order - 1, order):
+            share = abs(high[number, power]) / shares[number]
+            if not np.isfinite(share):
+                return 0.0
+            if share > 0.0:
+                longest = min(longest, CAUTION * (tolerance / share) ** (1.0 / power))
+    return longest
+
+
+@inner
+def write_scales(high: Array, scales: Scales, shares: Array) -> None:
+    """Write what an error of each number of the state is held against, (SIZE,).
+
+    Lengths against the body, velocities against the fastest there is, the axes against 1, L against itself, or against
+    what that velocity would be as a spin; and neither against less than its change in a step.
+    """
+    speed, turn = scales.length * scales.rate, 0.0
+    for number in range(3):
+        speed = max(speed, abs(high[V + number, 0]), abs(high[V + number, 1]))
+        turn = max(turn, abs(high[MOMENTUM + number, 0]), abs(high[MOMENTUM + number, 1]))
+    turn = max(turn, scales.moment * speed / scales.length)
+    for number in range(SIZE):
+        shares[number] = scales.length if number < V else speed if number < AXES else 1.0 if number < MOMENTUM else turn

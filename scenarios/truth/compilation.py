@@ -51,5 +51,5 @@ def cache_folder() -> str:
     parent = os.environ.get("NUMBA_CACHE_DIR") or (SOURCE / "__pycache__" if os.access(SOURCE, os.W_OK) else None)
     if parent is None:
         return ""
-    source = b"".join(path.read_bytes() for path in sorted(SOURCE.glob("*.py")))
+    source = b"".join(path.read_bytes() for path in sorted(SOURCE.rglob("*.py")))
     return str(Path(parent) / f"truth-{hashlib.sha256(source).hexdigest()[:16]}")
