@@ -88,10 +88,11 @@ def comparison_text(comparison: Comparison, vertex: int | None) -> Iterator[Rend
     if truth is None:
         yield plain(f"no truth: {comparison.why_no_truth}")
     else:
-        yield plain(
-            f"truth known to {figure(truth.bound.max())} m; "
-            f"no double-precision program can be held to less than {figure(truth.limit.max())} m"
-        )
+        known = truth.until_horizon()
+        yield plain(f"truth known to {figure(known.bound.max())} m{truth.ends}")
+        # Where the truth is known no better than that, it is the truth and not the inputs that sets the limit.
+        if known.floor.max() >= known.bound.max():
+            yield plain(f"no double-precision program can be held to less than {figure(known.floor.max())} m")
         vertex = worst_vertex(comparison.runs) if vertex is None else vertex
         for run in comparison.runs:
             if run.has_errors:

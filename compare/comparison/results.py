@@ -27,7 +27,7 @@ __all__ = [
 
 def scene_row(comparison: Comparison) -> SceneRow:
     """Return the row of one scene."""
-    scene, truth = comparison.scene, comparison.truth
+    scene, truth = comparison.scene, None if comparison.truth is None else comparison.truth.until_horizon()
     return SceneRow(
         scene.name,
         scene.title,
@@ -38,7 +38,7 @@ def scene_row(comparison: Comparison) -> SceneRow:
         scene.duration,
         scene.step,
         len(scene.times),
-        comparison.why_no_truth or (truth.how if truth else ""),
+        comparison.why_no_truth or (f"{truth.how}{truth.ends}" if truth else ""),
         None if truth is None else float(truth.bound.max()),
         None if truth is None else float(truth.floor.max()),
     )

@@ -12,7 +12,7 @@ from compare.grade.account import FINE, truthful
 from scenarios.frames import Array, rotation_matrix, vertices
 from scenarios.impulse import jump
 from scenarios.scene import Scene, frozen_array
-from scenarios.truth import truth
+from scenarios.truth import NoTruth, truth
 from solver.body import Body
 from solver.integrators.exact import exact
 
@@ -58,6 +58,8 @@ class Reference:
         duration = max(self._scene.duration, float(asked[-1]))
         start = frozen_array(self._scene.start[throw : throw + 1])
         true = truth(replace(self._scene, times=asked, duration=duration, start=start))
+        if not np.isfinite(true.vertices).all():
+            raise NoTruth(f"the true flight is known until {true.horizon:.6g} s: {true.why}")
         apart = self.vertices(throw, asked) - true.vertices[-len(asked) :, 0]
         return float(true.limit.max()) + float(np.linalg.norm(apart, axis=-1).max())
 

@@ -1,6 +1,6 @@
 """Holds what an engine answered against the truth: errors at the vertices, drifts, and what went wrong silently."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -42,7 +42,8 @@ class Flown:
 class Run:
     """One contestant on one scene: the flight it made or why there is none, beside the truth.
 
-    truth is None where the scene has none yet; dt [s].
+    truth is None where the scene has none yet; dt [s].  Beyond the truth's horizon nobody is judged: scene, answer and
+    truth end there.
     """
 
     scene: Scene
@@ -51,6 +52,18 @@ class Run:
     dt: float
     answer: Trajectory | Failure
     truth: Truth | None
+
+    def __post_init__(self) -> None:
+        """Leave out what is beyond the horizon."""
+        if self.truth is None or self.truth.known == len(self.truth.times):
+            return
+        known, within = self.truth.known, self.scene.times <= self.truth.horizon
+        cut: dict = {"truth": self.truth.until_horizon(), "scene": replace(self.scene, times=self.scene.times[within])}
+        if isinstance(self.answer, Trajectory):
+            rows = {name: getattr(self.answer, name)[:known] for name in ("times", "states", "vertices")}
+            cut["answer"] = replace(self.answer, **rows)
+        for name, value in cut.items():
+            object.__setattr__(self, name, value)
 
     @property
     def name(self) -> str:

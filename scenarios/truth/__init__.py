@@ -60,6 +60,16 @@ class Truth:
         """How many rows, from the first on, are within the horizon."""
         return int(np.searchsorted(self.times, self.horizon, side="right"))
 
+    @property
+    def ends(self) -> str:
+        """What to say where there is a horizon."""
+        return "" if self.known == len(self.times) else f"; known until {self.horizon:.6g} s: {self.why}"
+
+    def until_horizon(self) -> "Truth":
+        """Return the rows that are within the horizon."""
+        rows = {name: getattr(self, name)[: self.known] for name in ("times", "states", "vertices", "bound", "floor")}
+        return replace(self, **rows)
+
 
 def truth(scene: Scene) -> Truth:
     """Return the true flight of every throw of the scene.
