@@ -2,8 +2,9 @@
 
 Free flight under gravity and impulses has a closed form, worked out in extended precision: Jacobi functions by Landen's
 steps, attitude by Carlson's integral.  `elliptic` has the functions, `rotation` the closed form, `flight` the whole
-throw, `limit` how good the answer is.  A flight with tether, drag or floor is integrated: `forced`.  Both start from the numbers as they
-are written, in fractions: `throw` and `inertia`.  Neither shares a formulation with the solver or an engine.
+throw, `limit` how good the answer is.  A flight with tether, drag or floor is integrated: `forced`.  Both start from
+the numbers as they are written, in fractions: `throw` and `inertia`.  Neither shares a formulation with the solver or
+an engine.
 """
 
 from dataclasses import dataclass, replace
@@ -18,7 +19,6 @@ from scenarios.truth.flight import Pose
 from scenarios.truth.inertia import Numbers
 from scenarios.truth.limit import Answer, input_floor, own_error, settle
 from scenarios.truth.throw import Throw, read_throw
-
 
 # A truth that is not known to this share of the body's size, and this share of its distance, is none.
 TRUSTED, FAR = 1e-6, 1e-12
@@ -104,7 +104,7 @@ def _until_horizon(answer: Truth, scene: Scene, why: str) -> Truth:
 
 
 def _flight(mp: Any, scene: Scene, row: int) -> tuple[Array, Array, Array, Array, str, str]:
-    """Return states (R, 13), vertices (R, n, 3), bound (R,) and floor (R,) of one throw, how it was made, why it ends."""
+    """Return states (R, 13), vertices (R, n, 3), bound and floor (R,) of one throw; how it was made and why it ends."""
     throw = read_throw(scene, row)
     answer = _closed(mp, scene, row, throw) if scene.is_free else _integrated(mp, scene, row, throw)
     mp.prec = answer.flight.bits

@@ -201,7 +201,7 @@ def _as_written(scene: Scene, impulse: Impulse, what: str) -> WrittenBlow | None
         ours, theirs = getattr(impulse, what), getattr(blow.made, what)
         if what == "ray" and ours is not None and theirs is not None:
             ours, theirs = ours.direction, theirs.direction
-        if blow.made.time == impulse.time and ours is not None and np.array_equal(ours, theirs):
+        if blow.made.time == impulse.time and ours is not None and theirs is not None and np.array_equal(ours, theirs):
             return blow
     return None
 
@@ -213,7 +213,7 @@ def _body_point(scene: Scene, point: np.ndarray, points: Numbers, state_axes: Nu
 
 
 def _unit(vector: Numbers) -> Numbers:
-    return vector / square_root(vector @ vector)
+    return vector / square_root(vector[0] ** 2 + vector[1] ** 2 + vector[2] ** 2)
 
 
 def _spring(scene: Scene, tether: Tether, points: Numbers, state_axes: Numbers, read: Read) -> Spring:

@@ -18,9 +18,9 @@ from scenarios.impulse import RayMissed, jump
 from scenarios.scene import Body, Impulse, Ray, Scene, frozen_array
 from scenarios.truth import truth
 from scenarios.truth.elliptic import JacobiFunctions, third_kind_angle
-from scenarios.truth.throw import read_throw
 from scenarios.truth.limit import PRECISIONS, settle
 from scenarios.truth.rotation import SteadySpin, free_rotation
+from scenarios.truth.throw import read_throw
 
 # 45 digits: what is compared to 25 or more has twenty to lose to radians and the separatrix.
 BITS = 150

@@ -10,7 +10,6 @@ from operator import mul
 from pathlib import Path
 
 import gmpy2
-import numpy as np
 from gmpy2 import mpfr, mpq
 
 BITS, ORDER = 260, 56
@@ -100,7 +99,10 @@ class Motion:
     def rates(self, k):
         """The k-th coefficients of the state's rates."""
         x, v, q, w = self.state[0:3], self.state[3:6], self.state[6:10], self.state[10:13]
-        pairs = [[self.times(("qq", min(i, j), max(i, j)), q[i], q[j], k) if i <= j else None for j in range(4)] for i in range(4)]
+        pairs = [
+            [self.times(("qq", min(i, j), max(i, j)), q[i], q[j], k) if i <= j else None for j in range(4)]
+            for i in range(4)
+        ]
         s = lambda i, j: pairs[min(i, j)][max(i, j)]  # noqa: E731
         matrix = [
             [s(0, 0) + s(1, 1) - s(2, 2) - s(3, 3), 2 * (s(1, 2) - s(0, 3)), 2 * (s(1, 3) + s(0, 2))],
@@ -136,7 +138,8 @@ class Motion:
         for series, number in zip(L, spin, strict=True):
             series.append(number)
         gyro = [
-            self.times(("g", i, 0), L[(i + 1) % 3], w[(i + 2) % 3], k) - self.times(("g", i, 1), L[(i + 2) % 3], w[(i + 1) % 3], k)
+            self.times(("g", i, 0), L[(i + 1) % 3], w[(i + 2) % 3], k)
+            - self.times(("g", i, 1), L[(i + 2) % 3], w[(i + 1) % 3], k)
             for i in range(3)
         ]
         turn = times(self.body.inverse, [m + g for m, g in zip(torque, gyro, strict=True)])
@@ -158,9 +161,7 @@ class Motion:
         kept = [self.products.setdefault((name, "wp", i), Series()) for i in range(3)]
         for series, number in zip(kept, crossed, strict=True):
             series.append(number)
-        return [
-            v[i][k] + sum(self.times((name, "Rwp", i, j), R[i][j], kept[j], k) for j in range(3)) for i in range(3)
-        ]
+        return [v[i][k] + sum(self.times((name, "Rwp", i, j), R[i][j], kept[j], k) for j in range(3)) for i in range(3)]
 
     def body_torque(self, name, p, pull, R, k):
         """p x R^T F."""

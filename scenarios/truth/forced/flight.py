@@ -92,7 +92,9 @@ class Pilot:
                 break
         return Flown(rows, self.steps, self.crept, "")
 
-    def _fly(self, state: Array, begin: Fraction, end: Fraction, rows: Array, first: int, count: int) -> tuple[int, str]:
+    def _fly(
+        self, state: Array, begin: Fraction, end: Fraction, rows: Array, first: int, count: int
+    ) -> tuple[int, str]:
         """Fly from one blow to the next; return how many rows were reached, and why not all."""
         times = pairs([time - begin for time in self._throw.times[first : first + count]])
         span, clock = pairs([end - begin])[:, 0], np.zeros(2)
@@ -160,7 +162,7 @@ class Pilot:
         return Outcome(LOST, h, done, 0, 0)
 
     def _is_stiff(self, program: Program, state: Array, scales: Scales, rest: float) -> bool:
-        """Return whether what dies out, rather than what moves, would make series take more than a few thousand steps."""
+        """Return whether what dies out, rather than what moves, would make series take thousands of steps."""
         if not self._manner.longer:
             return False
         shares = appraise(program, state, scales, *np.zeros((2, program.series, 2)))

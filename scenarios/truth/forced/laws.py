@@ -94,7 +94,7 @@ def tether_pull(spring: Spring, motion: Motion) -> Pull:
     d_rate = motion.v + motion.axes_rate @ spring.point
     if not rest_length:
         return acting_at(spring.point, -(stiffness * d + damping * d_rate), motion)
-    length = (d @ d).sqrt()
+    length = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt()
     u = d / length
     return acting_at(spring.point, u * -(stiffness * (length - rest_length) + damping * (d_rate @ u)), motion)
 

@@ -33,7 +33,7 @@ class Manner(NamedTuple):
 
 
 class Scales(NamedTuple):
-    """What an error is held against: length [m], slowest rate [1/s], moment of inertia [kg m2]; noise: of next_switch."""
+    """What errors are held against: length [m], slowest rate [1/s], moment of inertia [kg m2]; noise of next_switch."""
 
     length: float
     rate: float
@@ -171,7 +171,7 @@ def appraise(program: Program, state: Array, scales: Scales, high: Array, low: A
 
 @inner
 def stride(high: Array, order: int, tolerance: float, scales: Scales) -> float:
-    """Return how long a step may be, in steps, for the last two terms to be within the tolerance; 0 if they overflow."""
+    """Return how long a step may be, in steps, for the last terms to be within the tolerance; 0 if they overflow."""
     shares = np.empty(SIZE)
     write_scales(high, scales, shares)
     longest = np.inf

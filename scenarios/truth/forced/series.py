@@ -50,7 +50,9 @@ class Expression:
         terms = dict(self.terms)
         for row, factor in other.terms.items():
             terms[row] = terms.get(row, Fraction(0)) + factor
-        return Expression(self.script, {row: factor for row, factor in terms.items() if factor}, self.offset + other.offset)
+        return Expression(
+            self.script, {row: factor for row, factor in terms.items() if factor}, self.offset + other.offset
+        )
 
     __radd__ = __add__
 
