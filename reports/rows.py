@@ -13,7 +13,7 @@ from compare.comparison.table_4_1 import BudgetRow, PublishedRow
 from compare.judge.agreement import AgreementRow
 from compare.run.provenance import ConditionRow
 from compare.stability.extremes import ExtremeRow
-from compare.stability.stability import LimitRow, StabilityRow
+from compare.stability.schemas import LimitRow, StabilityRow
 from compare.sweep.frontier import ClockRow, DigitRow, OrderRow, SameRow, ThrowsRow
 from compare.tables.rows import Cells, Row, RunRow, VertexErrorRow, cells, typed
 from reports.numerals import figure

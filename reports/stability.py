@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from compare.judge.verdict import WORDS
 from compare.stability.extremes import BEST, FLOORS, ExtremeRow, missed
-from compare.stability.stability import LimitRow, StabilityRow
+from compare.stability.schemas import LimitRow, StabilityRow
 from reports.numerals import counted, figure, given, listed
 from reports.rows import Tables, contestant
 

@@ -9,7 +9,7 @@ from rich.text import Text
 
 from compare.judge.verdict import WORDS
 from compare.stability.extremes import BEST, FLOORS, ExtremeRow, missed
-from compare.stability.stability import Piece
+from compare.stability.trials import Piece
 from reports.rows import contestant
 from reports.terminal import columns, figure, plain, reasons_text
 

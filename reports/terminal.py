@@ -11,7 +11,7 @@ from rich.constrain import Constrain
 from rich.table import Table
 from rich.text import Text
 
-from compare.comparison.comparison import Comparison
+from compare.comparison.against_truth import Comparison
 from compare.comparison.table_4_1 import BudgetRow, budget_rows, is_table_4_1, published_rows
 from compare.judge.errors import Run
 from compare.sweep.frontier import (

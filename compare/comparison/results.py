@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import pandas as pd
 
-from compare.comparison.comparison import Comparison
+from compare.comparison.against_truth import Comparison
 from compare.comparison.schemas import AGREEMENT, BUDGET, PUBLISHED
 from compare.comparison.table_4_1 import budget_rows, is_table_4_1, published_rows
 from compare.judge.agreement import agreements

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import numpy as np
 
-from compare.comparison.comparison import Comparison
+from compare.comparison.against_truth import Comparison
 from compare.tables.runs import xyz
 from compare.tables.shared import Engine, Method, SceneName
 from scenarios.frames import Array

@@ -7,6 +7,7 @@ by another version, to a changed scene or under another time limit is not found.
 import hashlib
 import os
 import shutil
+import struct
 import tempfile
 from collections.abc import Sequence
 from contextlib import suppress
@@ -37,12 +38,10 @@ class Kept:
 
     def find(self, key: Sequence[str], hint: Any) -> Any:
         """Return the answer of a task as that type, None where there is none that can be read."""
-        with suppress(OSError, Malformed):
+        with suppress(OSError, Malformed, struct.error):
             data = plain_bytes(self._place(key))
-            if len(data) >= PREFIX.size:
-                head, body = lengths(data[: PREFIX.size])
-                if len(data) == PREFIX.size + head + body:
-                    return unpacked(hint, data[PREFIX.size : PREFIX.size + head], data[PREFIX.size + head :])
+            head, _ = lengths(data[: PREFIX.size])
+            return unpacked(hint, data[PREFIX.size : PREFIX.size + head], data[PREFIX.size + head :])
         return None
 
     def forget(self) -> None:

@@ -7,9 +7,9 @@ import pandas as pd
 
 from compare.run.participants import Participant
 from compare.run.provenance import ConditionRow
-from compare.stability.contest import Done, Key, keys, stability
 from compare.stability.schemas import CELLS, EXTREMES, LIMITS, TABLES, ExtremeRow
-from compare.stability.stability import Piece
+from compare.stability.tasks import Done, Key, keys, stability
+from compare.stability.trials import Piece
 from compare.tables.files import place
 from compare.tables.frames import frame, read_file, rows
 from compare.tables.shared import CONTESTANT

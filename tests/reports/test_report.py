@@ -19,7 +19,7 @@ from hypothesis import strategies as st
 from markupsafe import escape
 from playwright.sync_api import Browser, Page, sync_playwright
 
-from compare.comparison.comparison import compare
+from compare.comparison.against_truth import compare
 from compare.comparison.results import comparison_tables
 from compare.run.participants import launched
 from compare.tables.frames import csv_texts

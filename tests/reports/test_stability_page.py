@@ -15,7 +15,8 @@ from compare.judge.agreement import AgreementRow
 from compare.judge.verdict import WORDS
 from compare.run.provenance import ConditionRow
 from compare.stability.extremes import ExtremeRow
-from compare.stability.stability import LimitRow, Piece, StabilityRow
+from compare.stability.schemas import LimitRow, StabilityRow
+from compare.stability.trials import Piece
 from compare.tables.rows import RunRow, VertexErrorRow, table_text
 from reports.page import page
 from reports.stability import MEANING, SIGNS

@@ -11,7 +11,7 @@ import test_report
 from markupsafe import escape
 from test_report import EVIL, Tables, changed, plain, read
 
-from compare.comparison.comparison import compare
+from compare.comparison.against_truth import compare
 from compare.comparison.results import comparison_tables
 from compare.run.participants import launched
 from compare.sweep.frontier import TARGETS_M, ThrowsRow

@@ -4,7 +4,7 @@ import shlex
 from argparse import Namespace
 from pathlib import Path
 
-from compare.comparison.comparison import compare
+from compare.comparison.against_truth import compare
 from compare.run.flight import check_step
 from compare.run.participants import flights, launched
 from compare.tables.files import write_folder

@@ -6,13 +6,13 @@ from pathlib import Path
 
 from compare.ablation.ablation import QUICK_SPAN_S, ablate
 from compare.ablation.results import ablation_tables
-from compare.comparison.comparison import compare
+from compare.comparison.against_truth import compare
 from compare.comparison.results import comparison_tables
 from compare.judge.cost import REFERENCE
 from compare.run.flight import check_step
 from compare.run.participants import flights, launched
-from compare.stability.contest import STIFF
 from compare.stability.store import kept_tables, quick_tables
+from compare.stability.tasks import STIFF
 from compare.sweep.results import measured
 from compare.sweep.sweep import QUICK_BUDGET_S, YARDSTICK, sweep
 from compare.tables.files import write_folder, write_whole

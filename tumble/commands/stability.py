@@ -5,10 +5,10 @@ from argparse import Namespace
 from pathlib import Path
 
 from compare.run.participants import launched
-from compare.stability.contest import STIFF, keys, stability
 from compare.stability.extremes import cases
 from compare.stability.schemas import EXTREMES
 from compare.stability.store import pieces, store, tables_of
+from compare.stability.tasks import STIFF, keys, stability
 from compare.tables.circumstances import circumstances, digest
 from compare.tables.files import write_whole
 from compare.tables.frames import rows

@@ -7,7 +7,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from compare.comparison.comparison import Comparison
+from compare.comparison.against_truth import Comparison
 from compare.tables.files import write_folder, write_whole
 from compare.tables.frames import csv_text, frame
 from compare.tables.runs import run_row

@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 
-from compare.comparison.comparison import Comparison
+from compare.comparison.against_truth import Comparison
 from compare.judge.errors import Run
 from compare.run import registry
 from compare.run.flight import Trajectory

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from compare.comparison.comparison import compare
+from compare.comparison.against_truth import compare
 from compare.comparison.table_4_1 import budget_rows, published_rows
 from compare.run.participants import launched
 from scenarios.published import VERTEX, table_4_1

@@ -17,7 +17,7 @@ from compare.judge.verdict import AUDITED, HOLDS, WORDS, bounded, energies, mech
 from compare.run.flight import Trajectory, fly
 from compare.run.registry import Finding
 from compare.run.worker import Failure
-from compare.stability.stability import columns
+from compare.stability.columns import columns
 from scenarios.frames import Array, quaternion_product, vertices
 from scenarios.read import read_scene
 from scenarios.scene import Scene

@@ -2,7 +2,7 @@
 
 import pytest
 
-from compare.comparison.comparison import compare
+from compare.comparison.against_truth import compare
 from compare.run.participants import launched
 from compare.run.registry import BadEngine
 from scenarios.read import read_scene

@@ -17,23 +17,20 @@ import pytest
 
 from compare.run.participants import Participant, launched
 from compare.run.truths import Answer
-from compare.stability.contest import STIFF, keys, stability
-from compare.stability.modes import Mode, stiffest_mode
-from compare.stability.stability import (
+from compare.stability.columns import (
     FACTORS,
     PROBED,
     RADIANS,
     ROWS,
-    STEPS,
     Column,
-    Piece,
     Question,
-    Trials,
     columns,
     natural_parameter,
     truth_of,
 )
+from compare.stability.modes import Mode, stiffest_mode
 from compare.stability.store import store, tables_of
+from compare.stability.tasks import STIFF, keys, stability
 from compare.stability.theory import (
     damping_implicit_euler,
     held_parabola,
@@ -42,6 +39,7 @@ from compare.stability.theory import (
     semi_implicit_euler,
     theory,
 )
+from compare.stability.trials import STEPS, Piece, Trials
 from compare.tables.circumstances import circumstances
 from compare.tables.store import Store
 from scenarios.read import BadScene, read_scene

@@ -10,8 +10,10 @@ from functools import partial
 from compare.run.participants import Participant
 from compare.run.tasks import Task, run
 from compare.run.truths import Answer, Truths
+from compare.run.worker import Failure
+from compare.stability.columns import FACTORS, ROWS, Question, columns
 from compare.stability.extremes import Case, ExtremeRow, extreme
-from compare.stability.stability import FACTORS, ROWS, Piece, Question, Trials, columns, contestants
+from compare.stability.trials import Piece, Trials
 from compare.tables.store import Key
 from scenarios.scene import Scene
 from scenarios.truth import NoTruth
@@ -27,6 +29,14 @@ STIFF = (
     "spin-fast",
 )
 Done = Piece | ExtremeRow
+
+
+def contestants(participant: Participant, scene: Scene) -> tuple[str, ...]:
+    """Return the methods that are asked: those of the scene and, unless some were named, those on request too."""
+    methods = participant.methods_for(scene)
+    if participant.named or isinstance(participant.info, Failure):
+        return methods
+    return (*methods, *participant.info.on_request)
 
 
 def keys(participants: Sequence[Participant], scenes: Sequence[Scene], cases: Sequence[Case]) -> list[Key]:

@@ -1,0 +1,149 @@
+"""A scene at several values of the number that makes it stiff, each for the same radians of its stiffest mode."""
+
+import math
+from collections.abc import Sequence
+from concurrent.futures import Future
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from compare.run.truths import Answer
+from compare.stability.modes import Mode, stiffest_mode
+from scenarios.frames import Array
+from scenarios.read import BadScene
+from scenarios.scene import Scene
+from scenarios.truth import Truth
+
+RADIANS = 72 * math.pi  # of the stiffest mode in a flight: 36 turns
+ROWS = 32
+FACTORS = (0.01, 0.1, 1.0, 10.0, 100.0)
+# At twice the stiffness the mode is 1.4 times as fast; less than this is no answer to a number that was doubled.
+ANSWERS = 1.1
+PROBED, PROBED_ROWS = 1000, 64
+
+
+NO_FORCES = {"tethers": (), "drag": None, "floor": None}
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A number that can make a scene stiff: its name with its unit, which part of the scene has it, and its key there.
+
+    That of all tethers is one number; the spin has no key: it is that of the start with its impulses.
+    """
+
+    name: str
+    part: str
+    key: str = ""
+
+    def value(self, scene: Scene) -> float:
+        """Return the number, the largest of several tethers, or 0 where the scene has it not."""
+        if not self.key:
+            return stiffest_mode(replace(scene, **NO_FORCES)).rate
+        return max((getattr(one, self.key) for one in self._parts(scene)), default=0.0)
+
+    def scaled(self, scene: Scene, by: float) -> Scene:
+        """Return the scene with the number times a factor."""
+        if not self.key:
+            return spun(scene, by)
+        changed = tuple(replace(one, **{self.key: by * getattr(one, self.key)}) for one in self._parts(scene))
+        return replace(scene, **{self.part: changed if self.part == "tethers" else changed[0]})
+
+    def _parts(self, scene: Scene) -> tuple:
+        part = getattr(scene, self.part)
+        return part if isinstance(part, tuple) else (part,) if part else ()
+
+
+PARAMETERS = (
+    Parameter("tether stiffness [N/m]", "tethers", "stiffness"),
+    Parameter("tether damping [N s/m]", "tethers", "damping"),
+    Parameter("floor stiffness [N/m]", "floor", "stiffness"),
+    Parameter("floor damping [N s/m]", "floor", "damping"),
+    Parameter("linear drag [N s/m]", "drag", "linear"),
+    Parameter("angular drag [N m s/rad]", "drag", "angular"),
+    Parameter("spin [rad/s]", "start"),
+)
+
+
+def spun(scene: Scene, by: float) -> Scene:
+    """Return the scene with its spin and its impulses scaled."""
+    start = scene.start.copy()
+    start[:, 10:13] *= by
+    return replace(scene, start=start, impulses=tuple(replace(blow, value=by * blow.value) for blow in scene.impulses))
+
+
+def natural_parameter(scene: Scene) -> Parameter:
+    """Return the number that, doubled, makes the stiffest mode fastest.  Raises BadScene where there is no mode."""
+    rate = stiffest_mode(scene).rate
+    there = [each for each in PARAMETERS if each.value(scene)] if rate else []
+    gains = {each: stiffest_mode(each.scaled(scene, 2.0)).rate / rate for each in there}
+    best = max(gains, key=lambda each: gains[each], default=None)
+    if best is None or gains[best] < ANSWERS:
+        raise BadScene(f"{scene.name}: nothing turns, pulls or brakes at its start, so no step is too long for it")
+    return best
+
+
+@dataclass(frozen=True, eq=False)
+class Column:
+    """A scene at one value of its number, for RADIANS of its stiffest mode; impulses after t = 0 are left out."""
+
+    scene: Scene
+    parameter: Parameter
+    factor: float
+    mode: Mode
+
+    @cached_property
+    def value(self) -> float:
+        """The number."""
+        return self.parameter.value(self.scene)
+
+    @property
+    def seconds(self) -> float:
+        """How long the flights are."""
+        return RADIANS / self.mode.rate
+
+    def flight(self, steps: int) -> Scene:
+        """Return what is flown in so many steps, a power of two: with the truth's rows, or one a step where fewer."""
+        return self._looked_at(self.seconds, np.arange(1, min(steps, ROWS) + 1) / min(steps, ROWS))
+
+    def probe(self, dt: float, steps: int) -> Scene:
+        """Return what is flown in so many steps of exactly dt [s], looked at after whole steps."""
+        return self._looked_at(steps * dt, np.linspace(0, steps, PROBED_ROWS + 1).round()[1:] / steps)
+
+    def _looked_at(self, seconds: float, shares: Array) -> Scene:
+        return replace(self.scene, duration=seconds, times=seconds * shares, step=seconds / PROBED)
+
+
+def columns(scene: Scene, factors: Sequence[float] = FACTORS) -> list[Column]:
+    """Return a scene at its own value times every factor.  Raises BadScene as natural_parameter does."""
+    alone = replace(scene, start=scene.start[:1], impulses=tuple(blow for blow in scene.impulses if blow.time == 0.0))
+    parameter = natural_parameter(alone)
+    found = []
+    for factor in factors:
+        changed = parameter.scaled(alone, factor)
+        found.append(Column(changed, parameter, factor, stiffest_mode(changed)))
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class Question:
+    """One scene at all its values, each with its truth, which may still be on its way."""
+
+    scene: Scene
+    columns: list[Column]
+    truths: list[Future[Answer]]
+
+    @property
+    def own(self) -> int:
+        """The column of the scene as it is written."""
+        return next(place for place, column in enumerate(self.columns) if column.factor == 1.0)
+
+
+def truth_of(flown: Scene, true: Truth | None) -> Truth | None:
+    """Return the rows of a column's truth that a flight with fewer of them is looked at in."""
+    if true is None or len(true.times) == len(flown.rows):
+        return true
+    kept = slice(None, None, (len(true.times) - 1) // (len(flown.rows) - 1))
+    rows = {name: getattr(true, name)[kept] for name in ("times", "states", "vertices", "bound", "floor")}
+    return replace(true, **rows)
