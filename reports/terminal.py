@@ -185,7 +185,19 @@ def sweep_text(sweep: Sweep, reference: str) -> Iterator[RenderableType]:
     for members in joined((row.contestant_a, row.contestant_b) for row in same):
         apart = max(row.furthest_apart_m for row in same if row.contestant_a in members)
         yield plain(f"{', '.join(members)} are one integrator: at most {figure(apart)} m apart at any step")
+    yield from clock_text(sweep, [row for digits in costs.values() for row in digits])
     yield from reasons_text((run.name, run.status) for run in sweep.untimed if run.status != "ok")
+
+
+def clock_text(sweep: Sweep, digits: Sequence[DigitRow]) -> Iterator[RenderableType]:
+    """Yield how certain the ratios are, why some are not told, and what the clock found odd."""
+    widths = [math.sqrt(row.ratio_high / row.ratio_low) - 1 for row in digits if row.ratio_high and row.ratio_low]
+    if widths:
+        yield plain(f"ratios hold to {min(widths):.0%} to {max(widths):.0%}, in 95 of 100 runs")
+    yield from reasons_text({(f"{row.engine}:{row.method}", row.no_ratio) for row in digits if row.no_ratio})
+    found = {each.run.name: each.reading for each in sweep.timed if each.reading.finding}
+    yield from reasons_text((name, f"{it.finding}; timed by {it.clock} time") for name, it in found.items())
+    yield from reasons_text(sweep.why_untimed.items())
 
 
 def cost(row: DigitRow) -> str:
@@ -193,7 +205,7 @@ def cost(row: DigitRow) -> str:
     if row.flight_us is None:
         return row.verdict
     sign = "<=" if row.verdict == "at most" else ""
-    ratio = f" ({row.ratio:.2g})" if row.ratio is not None else " (?)"
+    ratio = f" ({row.ratio:.2g})" if row.ratio is not None else " (?)" if row.no_ratio else ""
     return f"{sign}{row.flight_us:.3g}{ratio}"
 
 

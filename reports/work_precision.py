@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 from compare.comparison.results import SceneRow
-from compare.run.timer import AGREE, SAMPLE_NS
+from compare.run.timer import SAMPLE_NS
 from compare.sweep.frontier import TARGETS_M, ClockRow, DigitRow, OrderRow, SameRow, ThrowsRow
 from compare.tables.rows import RunRow
 from reports import standings
@@ -17,7 +17,7 @@ from reports.rows import Tables, contestant, error_m, setting, untuned
 from reports.standings import LegendGroup
 from scenarios.needs import FORCES
 
-NANOSECONDS = ("ns", "median_ns", "p90_ns", "pass_1_ns", "pass_2_ns", "call_ns")
+NANOSECONDS = ("ns", "median_ns", "p90_ns", "call_ns")
 # Orders within this of 1 are first order, at every rung; translation errors per step that agree to this are one error.
 FIRST_ORDER, SAME_FALL = 0.2, 0.005
 
@@ -51,12 +51,15 @@ class Line:
 
 @dataclass(frozen=True)
 class ClockLine:
-    """What the clock said of one contestant [ns], and by how much its two passes differ."""
+    """What the clock said of one contestant [ns], which clock it was, compile time [s] and memory [MiB]."""
 
     contestant: str
     unit: str
     figures: list[str]
-    apart: str
+    clock: str
+    compiling: str
+    memory: str
+    finding: str
 
 
 @dataclass(frozen=True)
@@ -436,13 +439,13 @@ def measured(sweep: Swept, processor: str) -> list[str]:
     called = [row.call_ns / 1e3 for row in sweep.clock if row.unit == "step"]
     calls = f" A call from Python costs {figure(min(called), 2)} to {figure(max(called), 2)} µs more." if called else ""
     ratios = (
-        f"A ratio ({TIMES}) is over {sweep.reference}, and is given only where the first and the second half of the "
-        f"rounds agree on it to {given(100 * AGREE)} %. "
+        f"A ratio ({TIMES}) is over {sweep.reference}, of the same rounds; the tables have the interval that covers it "
+        f"in 95 of 100 runs. "
         if sweep.reference
         else ""
     )
     return [
-        f"Errors and times come from separate runs. A time is thread CPU time of the engine's native loop, in samples "
+        f"Errors and times come from separate runs. A time is CPU time of the engine's native loop, in samples "
         f"of {given(SAMPLE_NS / 1e6)} ms or more taken round robin over all contestants, "
         f"{spanned([row.rounds for row in sweep.clock])} rounds; building, compiling, writing and reading states are "
         f"not in it.{calls} The lower decile is quoted: other work on the machine moves it least.",
@@ -452,10 +455,9 @@ def measured(sweep: Swept, processor: str) -> list[str]:
 
 def clock_line(row: ClockRow) -> ClockLine:
     """Return what the clock said of one contestant."""
-    apart = abs(row.pass_2_ns / row.pass_1_ns - 1)
-    return ClockLine(
-        contestant(row), row.unit, [figure(getattr(row, name)) for name in NANOSECONDS], f"{100 * apart:.1f}"
-    )
+    figures = [figure(getattr(row, name)) for name in NANOSECONDS]
+    memory = f"{row.peak_bytes / 2**20:.0f}"
+    return ClockLine(contestant(row), row.unit, figures, row.clock, figure(row.compile_s, 2), memory, row.finding)
 
 
 def power_of_ten(target_m: float) -> str:

@@ -15,9 +15,9 @@ from compare.ablation.schemas import EVERYTHING, AblationRow
 from compare.judge.errors import quietly
 from compare.run.flight import Trajectory, legs
 from compare.run.participants import Participant
+from compare.run.readings import SPAN_S, Reading, ratio
 from compare.run.tasks import Task, run
-from compare.run.timer import SPAN_S, Reading
-from compare.run.timing import Load, costs
+from compare.run.timing import Cost, Load, costs
 from compare.run.truths import true_answer
 from compare.run.worker import Failure
 from scenarios.needs import needs
@@ -27,8 +27,6 @@ from scenarios.truth import Truth
 # A free cube, a body that never turns, and the throw on which times are compared, which has most use for it all.
 SCENES = ("table-4-1", "die-straight", "yardstick")
 QUICK_SPAN_S = 1.0
-# Of the rounds' own ratios: what four rounds in five say lies between.
-LOW, HIGH = 0.1, 0.9
 # Errors of one size: rounding or another choice of steps doubles an error by chance, a lost term does far worse.
 ALIKE = 2.0
 
@@ -112,9 +110,9 @@ def ablate(
     asked = [ask for each in participants for ask in questions(each, scene, true, most_methods)]
     answers = iter(run([one for one in asked if isinstance(one, Task)], tick=tick))
     found = [one for ask in asked for one in (next(answers) if isinstance(ask, Task) else [ask])]
-    readings = against_the_clock([one for one in found if isinstance(one, Pair)], span_s)
+    clocked = against_the_clock([one for one in found if isinstance(one, Pair)], span_s)
     tick(f"{scene.name} timed")
-    rows = [(one, measured(one, readings) if isinstance(one, Pair) else one) for one in found]
+    rows = [(one, measured(one, clocked) if isinstance(one, Pair) else one) for one in found]
     limit_m = None if true is None else float(true.limit.max())
     apart = [(one, row) for one, row in rows if isinstance(one, Pair) and one.apart_m > (limit_m or 0.0)]
     return Ablation(
@@ -180,24 +178,28 @@ def apart_m(a: Trajectory, b: Trajectory | Truth) -> float:
         return float(np.linalg.norm(a.vertices[~lost_a] - b.vertices[~lost_a], axis=-1).max(initial=0.0))
 
 
-def against_the_clock(pairs: Sequence[Pair], span_s: float) -> dict[str, Reading]:
-    """Return what the timers of all builds said in the same rounds, by their keys."""
+def against_the_clock(pairs: Sequence[Pair], span_s: float) -> dict[str, Cost | Failure]:
+    """Return what the timers of all builds said in the same rounds, or why they cannot be timed, by their keys."""
     loads = {build.key: build.load for pair in pairs for build in (pair.lean, pair.kept)}
-    return {key: cost.reading for key, cost in costs(loads, span_s).items()}
+    return costs(loads, span_s)
 
 
-def measured(pair: Pair, readings: dict[str, Reading]) -> AblationRow:
+def measured(pair: Pair, clocked: dict[str, Cost | Failure]) -> AblationRow:
     """Return the row of a pair."""
-    kept, lean = readings.get(pair.kept.key), readings.get(pair.lean.key)
-    if kept is None or lean is None or np.isnan([*kept.samples, *lean.samples]).any():
-        return pair.kept.row(why="crashed: its process ended while it was timed")
-    ratio = kept.ns / lean.ns
-    low, high = np.quantile(kept.samples / lean.samples, (LOW, HIGH)).tolist()
+    with_it, without = clocked[pair.kept.key], clocked[pair.lean.key]
+    if isinstance(with_it, Failure):
+        return pair.kept.row(why=with_it.status)
+    if isinstance(without, Failure):
+        return pair.kept.row(why=f"without it {without.status}")
+    kept, lean = with_it.reading, without.reading
+    found = ratio(kept, lean)
+    if found.refusal:
+        return pair.kept.row(why=f"no ratio: {found.refusal}")
     return pair.kept.row(
         pair.kept.ns_per_step(kept),
         pair.lean.ns_per_step(lean),
-        ratio,
-        min(low, ratio),
-        max(high, ratio),
+        found.value,
+        found.low,
+        found.high,
         pair.apart_m,
     )

@@ -242,9 +242,16 @@ def order_verdict(old: float | None, new: float | None, tolerance: float) -> Ver
 
 
 def time_changes(baseline: Record, candidate: Record, tolerances: Tolerances) -> Iterator[Change]:
-    """Yield the ratios of run time that changed, of those that were steady in both records."""
-    before = {row.key: row.time_ratio for row in baseline.times or ()}
+    """Yield the ratios of run time that changed: their intervals are further apart than the tolerance."""
+    before = {row.key: row for row in baseline.times or ()}
     for row in candidate.times or ():
-        old = before.get(row.key)
-        if verdict := growth(old, row.time_ratio, tolerances.time_ratio):
-            yield Change(verdict, row.scene, row.engine, row.method, "time_ratio", old, row.time_ratio, row.reference)
+        if (old := before.get(row.key)) is None:
+            continue
+        verdict = None
+        if growth(old.time_ratio_high, row.time_ratio_low, tolerances.time_ratio) == "worse":
+            verdict = "worse"
+        elif growth(old.time_ratio_low, row.time_ratio_high, tolerances.time_ratio) == "better":
+            verdict = "better"
+        if verdict:
+            figures = old.time_ratio, row.time_ratio
+            yield Change(verdict, row.scene, row.engine, row.method, "time_ratio", *figures, row.reference)

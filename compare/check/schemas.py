@@ -61,13 +61,15 @@ class CellRow:
 
 @dataclass(frozen=True)
 class TimeRow:
-    """The run time of one contestant's flight over the reference contestant's."""
+    """The run time of one contestant's flight over the reference contestant's, with its interval."""
 
     scene: SceneName
     engine: Engine
     method: Method
     reference: Annotated[str, "ENGINE:METHOD that the ratio is over"]
-    time_ratio: Annotated[float | None, "ratio of thread CPU times; empty where the clock was not steady"]
+    time_ratio: Annotated[float | None, "ratio of times; empty where it would say nothing"]
+    time_ratio_low: Annotated[float | None, "from this"] = None
+    time_ratio_high: Annotated[float | None, "to this: the interval that covers it in 95 of 100 runs"] = None
 
     @property
     def key(self) -> tuple[str, str, str, str]:

@@ -10,7 +10,7 @@ from compare.judge.cost import REFERENCE, time_runs
 from compare.judge.errors import Run
 from compare.run.flight import Trajectory
 from compare.run.participants import Participant, launched
-from compare.run.timer import steady_ratio
+from compare.run.readings import ratio
 from scenarios.scene import Scene
 
 
@@ -19,7 +19,7 @@ def time_rows(
 ) -> Iterator[TimeRow]:
     """Yield the time of every flight of one scene over the reference contestant's, which joins where it was not asked.
 
-    A ratio is kept only where two passes of the clock agree on it.
+    A ratio whose interval says nothing is left empty.
     """
     flown = [run for run in runs if isinstance(run.answer, Trajectory)]
     with ExitStack() as guests:
@@ -29,26 +29,32 @@ def time_rows(
             answer = guest.fly(scene, guest.methods[0], scene.step)
             flown.append(Run(scene, guest.title, guest.methods[0], scene.step, answer, None))
             present = [each for each in present if each.title != guest.title] + [guest]
-        found = time_runs(present, scene, flown)
+        found, _ = time_runs(present, scene, flown)
     tick("timed")
     timed = {each.run.name: each for each in found}
     unit = timed.get(REFERENCE)
     for run in runs:
         if each := timed.get(run.name):
-            steady = unit is not None and steady_ratio(each.reading, unit.reading)
-            ratio = each.flight_ns / unit.flight_ns if unit is not None and steady else None
-            yield TimeRow(scene.name, run.engine, run.method, REFERENCE, ratio)
+            figures: tuple[float | None, ...] = (None, None, None)
+            if unit is not None:
+                # Both flights are so many times what their readings are of.
+                scale = each.flight_ns / each.reading.ns * unit.reading.ns / unit.flight_ns
+                found_ratio = ratio(each.reading, unit.reading) * scale
+                if not found_ratio.refusal:
+                    figures = found_ratio.value, found_ratio.low, found_ratio.high
+            yield TimeRow(scene.name, run.engine, run.method, REFERENCE, *figures)
 
 
 def nearer(before: Sequence[TimeRow], found: Sequence[TimeRow], again: Sequence[TimeRow]) -> Iterator[TimeRow]:
     """Yield the times found, each as what is nearer to the one before: itself, or what was found of it again."""
     ratios = {row.key: row.time_ratio for row in before}
-    repeated = {row.key: row.time_ratio for row in again}
+    repeated = {row.key: row for row in again}
     for row in found:
-        old, first, second = ratios.get(row.key), row.time_ratio, repeated.get(row.key, row.time_ratio)
+        other = repeated.get(row.key, row)
+        old, first, second = ratios.get(row.key), row.time_ratio, other.time_ratio
         if not first or not second:
-            yield replace(row, time_ratio=None)  # not steady
+            yield replace(row, time_ratio=None, time_ratio_low=None, time_ratio_high=None)
         elif old and abs(math.log(second / old)) < abs(math.log(first / old)):
-            yield replace(row, time_ratio=second)
+            yield other
         else:
             yield row

@@ -6,8 +6,10 @@ from dataclasses import dataclass
 from compare.judge.errors import Run
 from compare.run.flight import Trajectory
 from compare.run.participants import Participant
-from compare.run.timer import Reading
+from compare.run.readings import Reading
+from compare.run.timer import Ready
 from compare.run.timing import Cost, Load, costs
+from compare.run.worker import Failure
 from scenarios.scene import Scene
 
 # Whose times others are told as multiples of, unless another is asked for.
@@ -18,26 +20,32 @@ REFERENCE = "tumble:rk4"
 class Timed:
     """One run of the ladder with its time: the native loop of one throw's flight [ns], and the reading it comes from.
 
-    call_ns: what one call from Python costs beyond the native loop, not in flight_ns.
+    ready: what making its timer ready has shown; nothing of that is in flight_ns.
     """
 
     run: Run
     flight_ns: float
     reading: Reading
     per_step: bool
-    call_ns: float
+    ready: Ready
 
 
-def time_runs(participants: Sequence[Participant], scene: Scene, runs: Sequence[Run]) -> list[Timed]:
-    """Return the runs that flew and could be timed, each with its time."""
+def time_runs(
+    participants: Sequence[Participant], scene: Scene, runs: Sequence[Run]
+) -> tuple[list[Timed], dict[str, str]]:
+    """Return the runs that flew, each with its time, and why those that have none cannot be timed, by their names."""
     by_title = {participant.title: participant for participant in participants}
     flown = [run for run in runs if isinstance(run.answer, Trajectory)]
     loads = {run.name: Load(by_title[run.engine], scene, run.method) for run in flown}
     found = costs(loads)
-    return [timed(run, loads[run.name], found[run.name]) for run in flown if run.name in found]
+    known = {name: cost for name, cost in found.items() if isinstance(cost, Cost)}
+    return (
+        [timed(run, loads[run.name], known[run.name]) for run in flown if run.name in known],
+        {name: cost.status for name, cost in found.items() if isinstance(cost, Failure)},
+    )
 
 
 def timed(run: Run, load: Load, cost: Cost) -> Timed:
     """Return a run with its time: its steps times the cost of one, or of a flight as it is."""
     flight_ns = cost.reading.ns * (run.flight.steps if load.by_step else 1)
-    return Timed(run, flight_ns / len(load.scene.start), cost.reading, load.by_step, cost.call_ns)
+    return Timed(run, flight_ns / len(load.scene.start), cost.reading, load.by_step, cost.ready)

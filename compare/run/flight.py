@@ -7,7 +7,7 @@ from types import ModuleType
 import numpy as np
 
 from compare.run.registry import Finding, built, findings
-from compare.run.timer import timed
+from compare.run.timer import prepare, timed
 from scenarios.frames import Array, vertices
 from scenarios.impulse import RayMissed, jump
 from scenarios.scene import Scene
@@ -128,12 +128,6 @@ def fly(engine: ModuleType, scene: Scene, method: str, dt: float, keep: frozense
         tuple(dict.fromkeys(found)),
         engine.remark(world) if hasattr(engine, "remark") else "",
     )
-
-
-def prepare(engine: ModuleType, world: object, dt: float) -> None:
-    """Let an engine that fixes its step when built fix it to dt [s], before it is asked for such steps."""
-    if hasattr(engine, "prepare"):
-        engine.prepare(world, dt)
 
 
 def struck(scene: Scene, time: float, states: Array, found: list[Finding]) -> Array:

@@ -11,7 +11,7 @@ from types import ModuleType
 import numpy as np
 
 from compare.engines import LAWS
-from compare.run.flight import prepare
+from compare.run.timer import prepare
 from scenarios.frames import Array
 from scenarios.mass import BOX_FACES, box_corners
 from scenarios.published import table_4_1

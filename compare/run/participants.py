@@ -11,13 +11,15 @@ from compare.run import registry
 from compare.run.environments import split_release
 from compare.run.flight import Trajectory
 from compare.run.registry import BadEngine, EngineInfo
-from compare.run.timer import Pace
+from compare.run.timer import Pace, Ready, Sample
 from compare.run.worker import Failure, Worker
 from scenarios.format import nearest
 from scenarios.needs import FORCES, needs
 from scenarios.scene import Scene
 
 TIME_LIMIT_S = 60.0
+NOTHING = math.nan, math.nan, math.nan, math.nan
+GONE = Sample(NOTHING, NOTHING)
 
 
 class Halted(Exception):
@@ -71,14 +73,14 @@ class Participant:
 
     def prepare_timer(
         self, key: str, scene: Scene, method: str, pace: Pace, keep: frozenset[str] = frozenset()
-    ) -> float | Failure:
-        """Make a timer ready under that key; return what a call from Python costs [ns], or why it cannot be."""
+    ) -> Ready | Failure:
+        """Make a timer ready under that key; return what that has shown, or why it cannot be."""
         return self.ensure_running() or self.worker.prepare_timer(key, scene, method, pace, keep)
 
-    def sample(self, key: str) -> float:
-        """Return one sample of that timer [ns], not a number where its process is gone."""
+    def sample(self, key: str) -> Sample:
+        """Return one sample of that timer, not a number where its process is gone."""
         answer = self.worker.sample(key) if self.worker.alive else Failure("gone")
-        return math.nan if isinstance(answer, Failure) else answer
+        return GONE if isinstance(answer, Failure) else answer
 
     def ensure_running(self) -> Failure | None:
         """Take a new worker where the last one crashed or hung; return why it does not come up, or None.

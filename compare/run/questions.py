@@ -11,7 +11,7 @@ import numpy as np
 from compare.run.flight import Trajectory, fly, struck
 from compare.run.message import PREFIX, frame, lengths, unpacked
 from compare.run.registry import BadEngine, EngineInfo, Missing, engine_info, in_one_line, load
-from compare.run.timer import Pace, Timer
+from compare.run.timer import NoTime, Pace, Ready, Sample, Timer
 from scenarios.frames import Array
 from scenarios.scene import Scene
 
@@ -62,12 +62,12 @@ class PrepareTimer:
     pace: Pace
     keep: frozenset[str]
 
-    def answer(self, engine: Loaded) -> float:
-        """Return what a call from Python costs [ns]."""
+    def answer(self, engine: Loaded) -> Ready:
+        """Return what that has shown.  Raises NoTime."""
         # As it flies: what an impulse at the start sets in motion is part of the load.
         moving = replace(self.scene, start=struck(self.scene, 0.0, self.scene.start, []))
         engine.timers[self.key] = Timer(engine.module, moving, self.method, self.pace, self.keep)
-        return engine.timers[self.key].call()
+        return engine.timers[self.key].ready
 
 
 @dataclass(frozen=True)
@@ -76,8 +76,8 @@ class TakeSample:
 
     key: str
 
-    def answer(self, engine: Loaded) -> float:
-        """Return one sample [ns]."""
+    def answer(self, engine: Loaded) -> Sample:
+        """Return one sample."""
         return engine.timers[self.key].sample()
 
 
@@ -122,6 +122,8 @@ def answer_all(line: socket.socket, engine: str, memory_limit: int) -> None:
         for question in questions(line.makefile("rb")):
             try:
                 send(line, question.answer(loaded))
+            except NoTime as error:
+                send(line, Failure(f"untimed: {error}"))
             except NotImplementedError as error:
                 send(line, Failure(f"skipped: {error}"))
             except MemoryError:
@@ -130,6 +132,8 @@ def answer_all(line: socket.socket, engine: str, memory_limit: int) -> None:
                 send(line, Failure(f"crashed: {in_one_line(error)}"))
     except MemoryError:
         send(line, too_much)
+    except ConnectionError:  # nobody is there any more
+        return
     except SystemExit as error:
         if isinstance(error.code, str):  # otherwise the code says it
             send(line, Failure(f"crashed: its process ended: {' '.join(error.code.split())}"))
@@ -157,7 +161,9 @@ def questions(stream: BinaryIO) -> Iterator[Question]:
         yield unpacked(Question, stream.read(head), stream.read(body))
 
 
-def send(line: socket.socket, answer: EngineInfo | Trajectory | Failure | Refusal | Array | float | str) -> None:
+def send(
+    line: socket.socket, answer: EngineInfo | Trajectory | Ready | Sample | Failure | Refusal | Array | str
+) -> None:
     """Send an answer.  Raises TypeError where it holds what is no plain value."""
     for part in frame(answer):
         line.sendall(part)

@@ -1,14 +1,18 @@
 """The only file that reads a clock: what a contestant's native loop takes, so that it can be believed.
 
-A sample is 1 to 2 ms of a contestant's own loop in thread CPU time, with nothing between the two readings but calls of
-`advance`; building, compiling and writing states are outside.  Samples go round robin over all contestants, because
-the machine itself is faster and slower by turns: only what was sampled in the same rounds may be compared.  The lower
-decile is quoted, median and upper decile are kept, and two passes, the first and the second half, must agree.
+A sample is 1 to 2 ms of a contestant's own loop, with nothing between two readings but calls of `advance`, and after it
+a `read`, which waits for what `advance` has only begun; building, compiling and writing states are outside.  Before it
+the loop has run for a while, so that no sample pays for caches that others have filled meanwhile.  Three clocks are
+read; `compare.run.readings` says which of them is right.
 """
 
-from collections.abc import Callable, Mapping
+import os
+import resource
+from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, replace
-from time import monotonic, perf_counter, thread_time_ns
+from pathlib import Path
+from time import perf_counter, perf_counter_ns, process_time_ns, thread_time_ns
 from types import ModuleType
 
 import numpy as np
@@ -19,10 +23,18 @@ from scenarios.scene import Scene
 
 SAMPLE_NS = 1e6
 MOST_STEPS, MOST_COPIES = 1 << 20, 1 << 12
-SPAN_S = 3.0
-ROUNDS = 24
 CALLS = 20
-AGREE = 0.05
+# A load this long has warm caches by itself [ns].
+LONG_NS = 1e7
+# Twice the steps take twice the time; a loop that takes less than this has done something else.
+GROWTH, LOOKS = 1.5, 5
+
+
+Clocks = tuple[float, float, float, float]
+
+
+class NoTime(ValueError):
+    """What the clock says is no time of these steps; the message says why."""
 
 
 def timed(call: Callable[..., object], *arguments: object) -> float:
@@ -44,100 +56,171 @@ class Pace:
     by_step: bool
 
 
+@dataclass(frozen=True)
+class Sample:
+    """One step, or one flight, by each of the clocks [ns]: as long as `advance` took, and what `read` took more.
+
+    The clocks: CPU time of the calling thread; CPU time of the process and of children that it has waited for; wall
+    time; and how much of that the thread waited for a core.  deferred: what the first `read` took longer than a second
+    one.
+    """
+
+    advance: Clocks
+    deferred: Clocks
+
+    @property
+    def ns(self) -> float:
+        """The most that any clock says, of wall time what the thread did not wait for a core."""
+        thread, process, wall, queued = (a + b for a, b in zip(self.advance, self.deferred, strict=True))
+        return max(thread, process, wall - queued)
+
+
+@dataclass(frozen=True)
+class Ready:
+    """What making a timer ready has shown.
+
+    call_ns: what a call from Python costs beyond the native loop, for one step or for one flight alone [ns]; build_s:
+    building the world [s]; compile_s: what the first steps took beyond those after them [s]; peak_bytes: the most
+    memory that the engine's process has held so far [B].
+    """
+
+    call_ns: float
+    build_s: float
+    compile_s: float
+    peak_bytes: int
+
+
 class Timer:
     """One contestant, built and warm, with a load that takes long enough to be read.
 
-    keep: what of its OPTIONAL the engine is to build although the scene has no use for it.
+    keep: what of its OPTIONAL the engine is to build although the scene has no use for it.  Raises NoTime.
     """
 
     def __init__(
         self, engine: ModuleType, scene: Scene, method: str, pace: Pace, keep: frozenset[str] = frozenset()
     ) -> None:
-        self._engine, self._pace, self._load, self._keep = engine, pace, 1, keep
+        self._engine, self._scene, self._method, self._pace, self._keep = engine, scene, method, pace, keep
+        self._load, self._warm = 1, False
         most = MOST_STEPS if pace.by_step else MOST_COPIES
-        self._prepare(scene, method)
-        self._lap()
-        self._alone = min(self._lap() for _ in range(CALLS))
-        while (took := self._lap()) < SAMPLE_NS and self._load < most:
+        build_s = timed(self._prepare)
+        first = self._lap().ns
+        self._alone = min(self._lap().ns for _ in range(CALLS))
+        while (took := self._lap().ns) < SAMPLE_NS and self._load < most:
             # A call has its own cost, so that a short load looks longer than it is: what is missing is asked for again.
             self._load = min(most, max(2 * self._load, round(self._load * SAMPLE_NS / max(took, 1))))
             if not pace.by_step:
-                self._prepare(scene, method)
+                self._prepare()
                 self._lap()
+        self._warm = took < LONG_NS
+        if pace.by_step:
+            self._refuse_no_time()
+        call_ns = max(0.0, self._alone - self.sample().ns)
+        self.ready = Ready(call_ns, build_s, max(0.0, first - self._alone) / 1e9, peak_bytes())
 
-    def _prepare(self, scene: Scene, method: str) -> None:
+    def _prepare(self) -> None:
         copies = 1 if self._pace.by_step else self._load
-        self._start = np.tile(scene.start, (copies, 1))
-        self._world = built(self._engine, replace(scene, start=self._start), method, self._keep)
+        self._start = np.tile(self._scene.start, (copies, 1))
+        self._world = built(self._engine, replace(self._scene, start=self._start), self._method, self._keep)
 
-    def sample(self) -> float:
-        """Return the thread CPU time of one step, or of one flight [ns]."""
-        return self._lap() / self._load
+    def _refuse_no_time(self) -> None:
+        """Raise NoTime where the steps cannot have been taken in the time that the clock says."""
+        took = min(self._lap().ns for _ in range(LOOKS))
+        if took < self._load:
+            raise NoTime(f"{self._load} steps in {took:.3g} ns: under a nanosecond a step is no time")
+        if took > LONG_NS:
+            return
+        self._load *= 2
+        twice = min(self._lap().ns for _ in range(LOOKS))
+        self._load //= 2
+        if twice < GROWTH * took:
+            growth = f"{2 * self._load} steps take {twice / took:.3g} times as long as half as many"
+            raise NoTime(f"{growth}: what does not grow with the steps is no time of theirs")
 
-    def call(self) -> float:
-        """Return what calling from Python costs beyond the native loop [ns]: for one step, or for one flight alone."""
-        return max(0.0, self._alone - self.sample())
+    def sample(self) -> Sample:
+        """Return the time of one step, or of one flight."""
+        lap = self._lap()
+        return sample(np.array(lap.advance) / self._load, np.array(lap.deferred) / self._load)
 
-    def _lap(self) -> int:
-        advance, world = self._engine.advance, self._world
-        self._engine.write(world, self._start.copy())
+    def _lap(self) -> Sample:
+        """Return what the whole load takes."""
+        engine, world, advance = self._engine, self._world, self._engine.advance
         stretch = self._load if self._pace.by_step else 1
         calls = [(n * stretch, dt) for n, dt in self._pace.legs]
-        if hasattr(self._engine, "prepare"):
-            return self._prepared_lap(calls)
-        begin = thread_time_ns()
-        for n, dt in calls:
-            advance(world, n, dt)
-        return thread_time_ns() - begin
-
-    def _prepared_lap(self, calls: list[tuple[int, float]]) -> int:
-        took = 0
-        for n, dt in calls:
-            self._engine.prepare(self._world, dt)
-            begin = thread_time_ns()
-            self._engine.advance(self._world, n, dt)
-            took += thread_time_ns() - begin
-        return took
-
-
-@dataclass(frozen=True, eq=False)
-class Reading:
-    """What one timer said, round after round [ns], (rounds,)."""
-
-    samples: Array
-
-    @property
-    def ns(self) -> float:
-        """The lower decile, which a busy machine moves least."""
-        return float(np.quantile(self.samples, 0.1))
-
-    @property
-    def spread(self) -> tuple[float, float]:
-        """Median and upper decile."""
-        return float(np.median(self.samples)), float(np.quantile(self.samples, 0.9))
-
-    @property
-    def passes(self) -> tuple[float, float]:
-        """The lower deciles of the first and the second half of the rounds."""
-        half = len(self.samples) // 2
-        return float(np.quantile(self.samples[:half], 0.1)), float(np.quantile(self.samples[half:], 0.1))
+        # An engine that fixes its step when it is told, which is not timed, is read between legs.
+        legs = [[call] for call in calls] if hasattr(engine, "prepare") else [calls]
+        if self._warm:
+            engine.write(world, self._start.copy())
+            for n, dt in calls:
+                prepare(engine, world, dt)
+                advance(world, -(-n // 2), dt)
+            engine.read(world)
+        engine.write(world, self._start.copy())
+        taken = flown = np.zeros(len(CLOCKS))
+        for leg in legs:
+            prepare(engine, world, leg[0][1])
+            begun = before()
+            for n, dt in leg:
+                advance(world, n, dt)
+            flown = after()
+            taken = taken + flown - begun
+        engine.read(world)
+        looked = after()
+        engine.read(world)
+        again = after()
+        return sample(taken, np.maximum((looked - flown) - (again - looked), 0.0))
 
 
-def steady_ratio(a: Reading, b: Reading) -> bool:
-    """Whether the ratio of two readings is the same in both passes to 5 %: only then may it be quoted."""
-    first, second = (x / y for x, y in zip(a.passes, b.passes, strict=True))
-    return abs(first - second) <= AGREE * min(first, second)
+def prepare(engine: ModuleType, world: object, dt: float) -> None:
+    """Tell the engine of the step to come [s], if it fixes its step when it is told."""
+    if hasattr(engine, "prepare"):
+        engine.prepare(world, dt)
 
 
-def round_robin(
-    samplers: Mapping[str, Callable[[], float]], span_s: float = SPAN_S, rounds: int = ROUNDS
-) -> dict[str, Reading]:
-    """Sample all in turn, for that many rounds and at least that long [s], and return what each said."""
-    said: dict[str, list[float]] = {key: [] for key in samplers}
-    begin = monotonic()
-    taken = 0
-    while taken < rounds or monotonic() - begin < span_s:
-        for key, sample in samplers.items():
-            said[key].append(sample())
-        taken += 1
-    return {key: Reading(np.array(samples)) for key, samples in said.items()}
+def sample(advance: Array, deferred: Array) -> Sample:
+    """Return a sample of what the clocks say [ns], (4,) each."""
+    thread, process, wall, queued = advance.tolist()
+    later_thread, later_process, later_wall, later_queued = deferred.tolist()
+    return Sample((thread, process, wall, queued), (later_thread, later_process, later_wall, later_queued))
+
+
+def before() -> Array:
+    """Return what the clocks say [ns], (4,); what is to be timed begins now."""
+    return np.array([read() for read in reversed(CLOCKS)], dtype=float)[::-1]
+
+
+def after() -> Array:
+    """Return what the clocks say [ns], (4,); what is to be timed is over."""
+    return np.array([read() for read in CLOCKS], dtype=float)
+
+
+def process_ns() -> int:
+    """Return the CPU time of this process and of its children that have ended [ns]."""
+    children = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return process_time_ns() + round(1e9 * (children.ru_utime + children.ru_stime))
+
+
+def queued_ns() -> int:
+    """Return how long this thread has waited for a core that others were on [ns], 0 where the system does not tell."""
+    return int(os.pread(SCHEDULE, 64, 0).split()[1]) if SCHEDULE else 0
+
+
+def schedule() -> int | None:
+    """Return a descriptor of what Linux says of how this thread was scheduled: time on a core, time waiting for one."""
+    with suppress(OSError):
+        return os.open("/proc/thread-self/schedstat", os.O_RDONLY)
+    return None
+
+
+def peak_bytes() -> int:
+    """Return the most memory this process has held [B]."""
+    with suppress(OSError):
+        # Not ru_maxrss, which begins with that of the process that started this one.
+        for line in Path("/proc/self/status").read_text().splitlines():
+            if line.startswith("VmHWM:"):
+                return int(line.split()[1]) << 10
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+
+
+SCHEDULE = schedule()
+# The thread's is read next to what is timed: most engines are timed by it.
+CLOCKS = (thread_time_ns, process_ns, perf_counter_ns, queued_ns)

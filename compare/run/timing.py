@@ -6,7 +6,8 @@ from functools import partial
 
 from compare.run.flight import legs
 from compare.run.participants import Participant
-from compare.run.timer import ROUNDS, SPAN_S, Pace, Reading, round_robin
+from compare.run.readings import ROUNDS, SPAN_S, Reading, round_robin
+from compare.run.timer import Pace, Ready
 from compare.run.worker import Failure
 from scenarios.scene import Scene
 
@@ -35,14 +36,14 @@ class Load:
 
 @dataclass(frozen=True, eq=False)
 class Cost:
-    """What the clock said: of a step or of a flight, and what a call from Python costs beyond that [ns]."""
+    """What the clock said: of a step or of a flight, and what making its timer ready has shown."""
 
     reading: Reading
-    call_ns: float
+    ready: Ready
 
 
-def costs(loads: Mapping[str, Load], span_s: float = SPAN_S, rounds: int = ROUNDS) -> dict[str, Cost]:
-    """Return what each load costs, all sampled in the same rounds; those that cannot be timed are left out.
+def costs(loads: Mapping[str, Load], span_s: float = SPAN_S, rounds: int = ROUNDS) -> dict[str, Cost | Failure]:
+    """Return what each load costs, all sampled in the same rounds, or why it cannot be timed.
 
     One whose process ends in the middle has samples that are not a number.
     """
@@ -50,6 +51,6 @@ def costs(loads: Mapping[str, Load], span_s: float = SPAN_S, rounds: int = ROUND
         key: load.participant.prepare_timer(key, load.scene, load.method, load.pace, load.keep)
         for key, load in loads.items()
     }
-    calls = {key: call for key, call in ready.items() if not isinstance(call, Failure)}
-    readings = round_robin({key: partial(loads[key].participant.sample, key) for key in calls}, span_s, rounds)
-    return {key: Cost(reading, calls[key]) for key, reading in readings.items()}
+    able = [key for key, shown in ready.items() if not isinstance(shown, Failure)]
+    readings = round_robin({key: partial(loads[key].participant.sample, key) for key in able}, span_s, rounds)
+    return {key: shown if isinstance(shown, Failure) else Cost(readings[key], shown) for key, shown in ready.items()}

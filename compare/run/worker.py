@@ -26,7 +26,7 @@ from compare.run.questions import (
     more_than,
 )
 from compare.run.registry import BadEngine, EngineInfo, is_file
-from compare.run.timer import Pace
+from compare.run.timer import Pace, Ready, Sample
 from scenarios.frames import Array
 from scenarios.scene import Scene
 
@@ -95,13 +95,13 @@ class Worker:
 
     def prepare_timer(
         self, key: str, scene: Scene, method: str, pace: Pace, keep: frozenset[str] = frozenset()
-    ) -> float | Failure:
-        """Make a timer ready under that key; return what a call from Python costs [ns], or why it cannot be."""
-        return self._ask(PrepareTimer(key, scene, method, pace, keep), float | Failure)
+    ) -> Ready | Failure:
+        """Make a timer ready under that key; return what that has shown, or why it cannot be."""
+        return self._ask(PrepareTimer(key, scene, method, pace, keep), Ready | Failure)
 
-    def sample(self, key: str) -> float | Failure:
-        """Return one sample of that timer [ns]."""
-        return self._ask(TakeSample(key), float | Failure)
+    def sample(self, key: str) -> Sample | Failure:
+        """Return one sample of that timer."""
+        return self._ask(TakeSample(key), Sample | Failure)
 
     def step_matrices(self, method: str, s: float, c: float, h: Array) -> Array | Failure:
         """Return what the engine's own scheme makes of u'' + c u' + s u = 0 in steps h [s], (n,) -> (n, 2, 2)."""

@@ -10,7 +10,7 @@ from compare.judge.agreement import SHARED
 from compare.judge.cost import Timed
 from compare.judge.errors import Run
 from compare.judge.orders import ASYMPTOTIC, LAST, Rung, local_orders, parts
-from compare.run.timer import steady_ratio
+from compare.run.readings import ratio
 from compare.sweep.schemas import ClockRow, DigitRow, OrderRow, SameRow, ThrowsRow
 from compare.sweep.sweep import Sweep
 from compare.tables.runs import run_row, step_of
@@ -83,7 +83,12 @@ def digit_rows(sweep: Sweep, reference: str) -> Iterator[DigitRow]:
         for target in TARGETS_M:
             verdict, flight_ns, run = reach(timed, target)
             _, own_ns, own_run = reach(own, target)
-            comparable = run is not None and own_run is not None and steady_ratio(run.reading, own_run.reading)
+            found = None
+            if run is not None and own_run is not None and flight_ns is not None and own_ns is not None:
+                # Both times are their readings' times what lies between two runs.
+                scale = flight_ns / own_ns * own_run.reading.ns / run.reading.ns
+                found = ratio(run.reading, own_run.reading) * scale
+            told = found if found and not found.refusal else None
             yield DigitRow(
                 sweep.scene.name,
                 engine,
@@ -94,7 +99,8 @@ def digit_rows(sweep: Sweep, reference: str) -> Iterator[DigitRow]:
                 *step_reached(run),
                 None if run is None or not run.per_step else 1e9 / run.reading.ns,
                 reference,
-                flight_ns / own_ns if comparable and flight_ns is not None and own_ns else None,
+                *((told.value, told.low, told.high) if told else (None, None, None)),
+                "" if found is None else found.refusal,
             )
 
 
@@ -145,8 +151,12 @@ def clock_rows(sweep: Sweep) -> Iterator[ClockRow]:
             "step" if each.per_step else "flight",
             reading.ns,
             *reading.spread,
-            *reading.passes,
-            each.call_ns,
+            reading.clock,
+            reading.finding,
+            each.ready.call_ns,
+            each.ready.build_s,
+            each.ready.compile_s,
+            each.ready.peak_bytes,
             len(reading.samples),
         )
 

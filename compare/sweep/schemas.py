@@ -20,12 +20,15 @@ class DigitRow:
     method: Annotated[str, "method; the tolerances of an adaptive one together"]
     target_m: Annotated[float, "largest vertex error to reach"]
     verdict: Annotated[str, "reached, not reached, or at most: the coarsest run is as good already"]
-    flight_us: Annotated[float | None, "thread CPU time of the native loop of one throw's flight"]
+    flight_us: Annotated[float | None, "time of the native loop of one throw's flight"]
     dt_s: Annotated[float | None, "step; empty where the method chose its own, or nothing was reached"]
     tolerance: Tolerance
     steps_per_s: Annotated[float | None, "steps in one second of CPU time; empty where a flight is the unit"]
     reference: Annotated[str, "ENGINE:METHOD that the ratio is over"]
-    ratio: Annotated[float | None, "time over the reference's; empty where passes disagree or either did not reach it"]
+    ratio: Annotated[float | None, "time over the reference's; empty where either did not reach the error, or why"]
+    ratio_low: Annotated[float | None, "from this"] = None
+    ratio_high: Annotated[float | None, "to this: the interval that covers it in 95 of 100 runs"] = None
+    no_ratio: Annotated[str, "why a ratio would say nothing, with the load seen"] = ""
 
 
 @dataclass(frozen=True)
@@ -51,7 +54,10 @@ class OrderRow:
 
 @dataclass(frozen=True)
 class ClockRow:
-    """What the clock said of one contestant: thread CPU time of its native loop, its spread, the two passes."""
+    """What the clock said of one contestant: time of its native loop, its spread, which clock, and what it took before.
+
+    None of build_s, compile_s and call_ns is in any other figure.
+    """
 
     scene: SceneName
     engine: Engine
@@ -61,9 +67,12 @@ class ClockRow:
     ns: Annotated[float, "lower decile of the rounds"]
     median_ns: Annotated[float, "median of the rounds"]
     p90_ns: Annotated[float, "upper decile of the rounds"]
-    pass_1_ns: Annotated[float, "lower decile of the first half of the rounds"]
-    pass_2_ns: Annotated[float, "lower decile of the second half of the rounds"]
-    call_ns: Annotated[float, "what a call from Python costs beyond that, not in any other figure"]
+    clock: Annotated[str, "thread CPU, process CPU or wall: the one that is right for it"]
+    finding: Annotated[str, "how the clocks disagree, or work was left to be done when it is read"]
+    call_ns: Annotated[float, "what a call from Python costs beyond that"]
+    build_s: Annotated[float, "building the world"]
+    compile_s: Annotated[float, "what the first steps took beyond those after them"]
+    peak_bytes: Annotated[int, "the most memory that its engine's process had held by then [B]"]
     rounds: Annotated[int, "number of rounds"]
 
 

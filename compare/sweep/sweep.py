@@ -5,7 +5,7 @@ method, and one that takes a flight in one step, is timed by whole flights.
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -31,11 +31,15 @@ ASYMPTOTIC = 1e-3  # of the body's size: an error above it may rise and fall bef
 
 @dataclass(frozen=True, eq=False)
 class Sweep:
-    """All runs of one scene; those without a flight keep their reason and have no time."""
+    """All runs of one scene; those without a flight keep their reason and have no time.
+
+    why_untimed: why contestants that flew could not be timed, by their names.
+    """
 
     scene: Scene
     timed: tuple[Timed, ...]
     untimed: tuple[Run, ...]
+    why_untimed: dict[str, str] = field(default_factory=dict)
 
 
 def sweep(
@@ -66,10 +70,10 @@ def sweep(
         for one, ladder in zip(tasks, ladders, strict=True)
         for flown in ladder
     ]
-    timed = time_runs(participants, scene, runs)
+    timed, why_untimed = time_runs(participants, scene, runs)
     tick("timed")
     clocked = {id(each.run) for each in timed}
-    return Sweep(scene, tuple(timed), tuple(one for one in runs if id(one) not in clocked))
+    return Sweep(scene, tuple(timed), tuple(one for one in runs if id(one) not in clocked), why_untimed)
 
 
 def climb(participant: Participant, scene: Scene, true: Truth, method: str, budget_s: float) -> list[Flown]:

@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from figures import FigureRow, output_option, show
 
 from compare.run.participants import launched
-from compare.run.timer import Reading
+from compare.run.readings import Reading, ratio
 from compare.run.worker import Failure
 from compare.sweep.frontier import by_contestant, error, reach
 from compare.sweep.sweep import YARDSTICK, Sweep, sweep
@@ -70,9 +70,9 @@ def figures(found: Sweep) -> Iterator[FigureRow]:
 
 
 def ratios(scale: float, theirs: Reading, mine: Reading) -> tuple[float, float, float]:
-    """Return the ratio of two readings, and the least and greatest of its passes, times scale."""
-    passes = [scale * a / b for a, b in zip(theirs.passes, mine.passes, strict=True)]
-    return scale * theirs.ns / mine.ns, min(passes), max(passes)
+    """Return the ratio of two readings and its interval, times scale."""
+    found = ratio(theirs, mine) * scale
+    return found.value, found.low, found.high
 
 
 def native_cost(found: Sweep) -> Iterator[FigureRow]:
@@ -81,7 +81,7 @@ def native_cost(found: Sweep) -> Iterator[FigureRow]:
         if engine == "tumble":
             reading, unit = timed[0].reading, "step" if timed[0].per_step else "flight"
             yield FigureRow(
-                f"{method}, a {unit}", "", min(map(error, timed)), "ns", None, reading.ns, *sorted(reading.passes)
+                f"{method}, a {unit}", "", min(map(error, timed)), "ns", None, reading.ns, reading.ns, reading.spread[0]
             )
 
 

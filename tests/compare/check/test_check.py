@@ -229,24 +229,33 @@ def test_what_was_not_asked_for_is_not_gone():
     assert within(both, ["t"], {}).cells == ()
 
 
-def test_times_are_compared_where_both_were_steady():
-    timed = replace(BASE, times=(TimeRow("s", "e", "m", "r", 2.0),))
+def time_row(ratio: float | None, scene="s", method="m", reference="r", within=0.1) -> TimeRow:
+    """Return a row with an interval of that half width."""
+    ends = (None, None) if ratio is None else (ratio / (1 + within), ratio * (1 + within))
+    return TimeRow(scene, "e", method, reference, ratio, *ends)
 
-    def verdict(ratio: float | None, reference: str = "r") -> list[str]:
-        new = replace(BASE, times=(TimeRow("s", "e", "m", reference, ratio),))
+
+def test_times_have_changed_where_their_intervals_are_further_apart_than_the_tolerance():
+    timed = replace(BASE, times=(time_row(2.0),))
+
+    def verdict(ratio: float | None, **of) -> list[str]:
+        new = replace(BASE, times=(time_row(ratio, **of),))
         return [change.verdict for change in told(timed, new).changes]
 
-    assert verdict(2.9) == []
-    assert verdict(3.1) == ["worse"]
-    assert verdict(1.3) == ["better"]
+    assert verdict(3.1) == [], "from 1.8 to 2.2, and from 2.8: less than half more"
+    assert verdict(3.1, within=0.0) == []
+    assert verdict(3.7) == ["worse"], "from 1.8 to 2.2, and from 3.4"
+    assert verdict(3.7, within=0.3) == [], "nobody knows it well enough"
+    assert verdict(1.2) == []
+    assert verdict(1.0) == ["better"]
     assert verdict(None) == []
-    assert verdict(9.0, "another") == []
+    assert verdict(9.0, reference="another") == []
     assert told(timed, BASE).changes == ()
 
 
 def test_of_two_measurements_the_nearer_counts():
     def row(ratio, method="m"):
-        return TimeRow("s", "e", method, "r", ratio)
+        return time_row(ratio, method=method)
 
     before = (row(2.0), row(2.0, "n"), row(2.0, "o"))
     found = (row(4.0), row(1.0, "n"), row(5.0, "o"), row(7.0, "p"))
@@ -261,7 +270,7 @@ def test_of_two_measurements_the_nearer_counts():
 @pytest.mark.parametrize(("again", "told_of"), [(2.1, []), (4.2, ["worse"])])
 def test_a_changed_time_is_told_only_if_it_is_found_twice(monkeypatch, again, told_of):
     def timed(ratio: float) -> Record:
-        return replace(BASE, times=(TimeRow("s", "e", "m", "r", ratio), TimeRow("t", "e", "m", "r", 1.0)))
+        return replace(BASE, times=(time_row(ratio), time_row(1.0, scene="t")))
 
     asked = []
 

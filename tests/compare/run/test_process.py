@@ -8,11 +8,13 @@ import subprocess
 import sys
 import time
 import venv
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from compare.run.flight import Trajectory
 from compare.run.message import PREFIX, Malformed, frame, lengths, unpacked
 from compare.run.questions import Failure, Fly, Question
 from compare.run.worker import Worker
@@ -162,19 +164,13 @@ def test_an_answer_longer_than_the_question_allows_is_a_crash(tmp_path):
     assert status == f"crashed: what it sent is longer than any answer: {1 << 60} bytes"
 
 
-def test_a_flight_of_another_shape_is_a_crash(tmp_path):
-    # Of its own making, since the harness in its process makes none: as many instants as it likes.
-    path = engine(tmp_path, "from compare.run import questions\nquestions.Fly.answer = other_times")
-    text = Path(path).read_text()
-    other = "import dataclasses\nfrom compare.run.flight import fly\ndef other_times(self, engine):\n"
-    other += "    flight = fly(engine.module, self.scene, self.method, self.dt, self.keep)\n"
-    other += "    return dataclasses.replace(flight, times=flight.times + 1)\n"
-    Path(path).write_text(other + text)
-    with Worker(path, 30.0) as worker:
-        worker.describe()
-        assert not isinstance(worker.fly(SCENE, "still", SCENE.step), Failure), "the first is flown by the book"
-        second = worker.fly(SCENE, "still", SCENE.step)
-    assert second == Failure("crashed: what it sent is no flight of this scene")
+@pytest.mark.parametrize("off", [{"times": SCENE.rows + 1}, {"steps": -1}, {"wall_s": np.inf}, {"states": np.ones(3)}])
+def test_a_flight_that_is_not_of_the_scene_is_a_crash(tmp_path, off):
+    rows = len(SCENE.rows)
+    flight = Trajectory(SCENE.rows, np.ones((rows, 1, 13)), np.ones((rows, 1, *SCENE.body.points.shape)), 1, 1.0, ())
+    forged = b"".join(map(bytes, frame(replace(flight, **off))))
+    status = flown(engine(tmp_path, TO_ALL_LINES.format(repr(forged))))
+    assert status == "crashed: what it sent is no flight of this scene"
 
 
 def test_a_question_arrives_as_it_was_asked():

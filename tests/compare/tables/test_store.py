@@ -22,7 +22,9 @@ UNDER = [ConditionRow("command", "tumble sweep a b"), ConditionRow("numpy", "2.0
 def made(scene: str) -> dict:
     return {
         "runs.csv": frame(RUNS, [RunRow(scene, "mine", "m", 0.1, None, 10, "ok", "", 1e-3, wall_s=1 / 3)]),
-        "clock.csv": frame(CLOCK, [ClockRow(scene, "mine", "m", None, "step", 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7)]),
+        "clock.csv": frame(
+            CLOCK, [ClockRow(scene, "mine", "m", None, "step", 1.0, 2.0, 3.0, "wall", "it waits", 4.0, 5.0, 6.0, 7, 8)]
+        ),
     }
 
 

@@ -1,0 +1,58 @@
+"""What one process differs from the next: samples of the clock, of new processes again and again.
+
+    python tests/bench/rounds.py [-o FILE.csv]
+
+The intervals of ratios are tested on what this wrote once, on a machine whose two cores had other work all along:
+tests/compare/run/rounds.csv, one row a round, one column a contestant, the time of a step [ns].
+"""
+
+import sys
+from contextlib import ExitStack
+from pathlib import Path
+
+from figures import output_option
+
+from compare.run.participants import launched
+from compare.run.readings import reading
+from compare.run.timing import Load
+from compare.tables.files import write_whole
+from compare.tables.rows import csv_text
+from scenarios.read import read_scene
+
+MINE = Path(__file__).parents[1] / "plugins" / "mine.py"
+CONTESTANTS = ("tumble:rk4", "tumble:gauss6", "mujoco:euler", "mujoco:rk4", "pybullet:multibody", str(MINE))
+PROCESSES, ROUNDS = 30, 24
+
+
+def rounds_of_new_processes() -> list[list[float]]:
+    """Return the time of a step [ns] of each contestant, (rounds, contestants)."""
+    scene = read_scene("yardstick")
+    with ExitStack() as stack:
+        samplers = []
+        for participant in stack.enter_context(launched(CONTESTANTS)):
+            for method in participant.methods:
+                load = Load(participant, scene, method)
+                participant.prepare_timer(method, scene, method, load.pace)
+                samplers.append((participant, method))
+        taken = [[participant.sample(method) for participant, method in samplers] for _ in range(ROUNDS)]
+    return [list(row) for row in zip(*(reading(its).samples.tolist() for its in zip(*taken, strict=True)), strict=True)]
+
+
+def main() -> None:
+    """Sample, and write the table."""
+    output = output_option(__doc__.splitlines()[0])
+    names = ["tumble:rk4", "tumble:gauss6", "mujoco:euler", "mujoco:rk4", "pybullet:multibody", "mine"]
+    rows = [
+        [process, number, *(float(f"{ns:.4g}") for ns in row)]
+        for process in range(PROCESSES)
+        for number, row in enumerate(rounds_of_new_processes())
+    ]
+    text = csv_text(["process", "round", *names], rows)
+    if output:
+        write_whole(output, text)
+    else:
+        sys.stdout.write(text)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,218 @@
+"""What the clocks say is believed only where it is a time: engines that hide their work from one clock are found."""
+
+import csv
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from compare.run.readings import Reading, narrow, ratio, reading, round_robin
+from compare.run.timer import Pace, Ready, Sample
+from compare.run.worker import Failure, Worker
+from scenarios.read import read_scene
+
+ROUNDS = Path(__file__).with_name("rounds.csv")
+
+ENGINE = """
+import os, queue, subprocess, sys, threading, time
+import numpy as np
+METHODS = ("m",)
+FEATURES = {"gravity"}
+ABOUT = {"version": "1", "precision": "double", "switched_off": []}
+def burn(ns):
+    end = time.thread_time_ns() + ns
+    while time.thread_time_ns() < end: pass
+def build(scene, method): return {"pending": 0}
+def write(world, states): world.update(states=states, pending=0)
+def read(world): return world["states"]
+def advance(world, n, dt): burn(n * 20_000)
+"""
+# Each takes 20 us a step, and shows it to one clock only, or to none.
+ENGINES = {
+    "honest": "",
+    "lazy": """
+def advance(world, n, dt): world["pending"] += n
+def read(world):
+    burn(world.pop("pending") * 20_000)
+    world["pending"] = 0
+    return world["states"]
+""",
+    "asynchronous": """
+tasks = queue.Queue()
+def work():
+    while True:
+        burn(tasks.get() * 20_000)
+        tasks.task_done()
+threading.Thread(target=work, daemon=True).start()
+def advance(world, n, dt): tasks.put(n)
+def read(world):
+    tasks.join()
+    return world["states"]
+""",
+    "threaded": """
+def advance(world, n, dt):
+    thread = threading.Thread(target=burn, args=(n * 20_000,))
+    thread.start()
+    thread.join()
+""",
+    "elsewhere": """
+code = '''
+import sys, time
+for line in sys.stdin:
+    end = time.thread_time_ns() + int(line)
+    while time.thread_time_ns() < end: pass
+    print(flush=True)
+'''
+other = subprocess.Popen([sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+def advance(world, n, dt):
+    print(n * 20_000, file=other.stdin, flush=True)
+    other.stdout.readline()
+""",
+    "asleep": """
+def advance(world, n, dt): time.sleep(n * 20e-6)
+""",
+    "free": """
+def advance(world, n, dt): pass
+""",
+    "whatever n": """
+def advance(world, n, dt): burn(20_000)
+""",
+}
+FINDINGS = {
+    "honest": ("thread CPU", ""),
+    "lazy": ("thread CPU", "of its work is done when it is read"),
+    "asynchronous": ("", "of its work is done when it is read"),
+    "threaded": ("", ""),  # the thread waits and another computes: either clock is right, and both say it
+    "elsewhere": ("wall", "it waits: wall time is"),
+    "asleep": ("wall", "it waits: wall time is"),
+}
+
+
+def timed(folder: Path, name: str) -> Reading | Failure:
+    path = folder / "mine.py"
+    path.write_text(ENGINE + ENGINES[name])
+    with Worker(str(path), 60.0) as worker:
+        worker.describe()
+        ready = worker.prepare_timer("it", read_scene("yardstick"), "m", Pace(((1, 0.01),), by_step=True))
+        if isinstance(ready, Failure):
+            return ready
+        samples = [worker.sample("it") for _ in range(20)]
+    return reading([sample for sample in samples if not isinstance(sample, Failure)])
+
+
+@pytest.mark.parametrize("name", FINDINGS)
+def test_work_is_timed_wherever_it_is_done(tmp_path, name):
+    found = timed(tmp_path, name)
+    assert isinstance(found, Reading), found
+    clock, finding = FINDINGS[name]
+    # A sleep, and work that waits for a core somewhere else, end as late as the machine likes.
+    assert 18_000 < found.ns < (30_000 if found.clock == "thread CPU" else np.inf), found
+    assert clock in found.clock
+    assert finding in found.finding
+    assert bool(found.finding) == (name != "honest")
+
+
+@pytest.mark.parametrize("name", ["free", "whatever n"])
+def test_what_does_not_grow_with_the_steps_is_no_time(tmp_path, name):
+    found = timed(tmp_path, name)
+    assert isinstance(found, Failure), found
+    assert found.status.startswith("untimed: ")
+    assert "is no time" in found.status
+
+
+def test_an_untimed_engine_is_nobodys_cheapest(tmp_path, tumble):
+    (tmp_path / "mine.py").write_text(ENGINE + ENGINES["free"])
+    done = tumble("sweep", "yardstick", "-e", "./mine.py", "-e", "tumble:rk4", "-e", "mujoco:euler")
+    assert done.returncode == 0, done.stderr
+    assert "nobody is cheaper at any error than tumble:rk4" in done.stdout
+    assert "mine:m: untimed: 1048576 steps in" in done.stdout
+
+
+def flat(thread: float, process: float, wall: float, deferred=0.0, queued=0.0) -> Reading:
+    return reading([Sample((thread, process, wall, queued), (deferred, deferred, deferred, 0.0))] * 8)
+
+
+def test_the_right_clock_is_chosen():
+    assert flat(100, 101, 105).clock == "thread CPU"
+    assert flat(100, 190, 105).clock == "process CPU"
+    assert (flat(1, 1, 105).clock, flat(1, 1, 105).ns) == ("wall", 105)
+    assert flat(1, 180, 105).ns == 180, "two threads for half as long"
+    assert flat(10, 10, 10, 90).ns == 100
+    assert flat(100, 100, 100, 1).finding == "", "the first read of cold memory"
+    assert flat(100, 100, 900, queued=800).clock == "thread CPU", "others had the core"
+    assert (flat(1, 1, 900, queued=500).clock, flat(1, 1, 900, queued=500).ns) == ("wall", 900)
+    # Interrupted now and then: not its own doing.
+    late = (0, 0, 0, 9, 9, 9, 9, 9)
+    held_up = [Sample((100.0, 100.0, 100.0 * (1 + more), 0.0), (0.0,) * 4) for more in late]  # type: ignore[arg-type]
+    assert reading(held_up).clock == "thread CPU"
+
+
+def test_a_process_that_ended_has_no_ratio():
+    gone = reading([Sample((np.nan,) * 4, (np.nan,) * 4)] * 8)  # type: ignore[arg-type]
+    assert ratio(gone, flat(1, 1, 1)).refusal == "its process ended while it was timed"
+
+
+def test_rounds_are_added_until_ratios_are_narrow_or_the_budget_ends():
+    draw = np.random.default_rng(5)
+
+    def sampler(spread: float):
+        return lambda: Sample((float(np.exp(draw.normal(0.0, spread))),) * 4, (0.0,) * 4)  # type: ignore[arg-type]
+
+    calm = round_robin({"a": sampler(0.01), "b": sampler(0.01)}, span_s=0.0, rounds=24, budget_s=30.0)
+    wild = round_robin({"a": sampler(0.3), "b": sampler(0.3)}, span_s=0.0, rounds=24, budget_s=30.0)
+    assert len(calm["a"].samples) == 24
+    assert 24 < len(wild["a"].samples) < 2000
+    assert narrow(list(wild.values()))
+    hopeless = round_robin({"a": sampler(5.0), "b": sampler(5.0)}, span_s=0.0, rounds=24, budget_s=0.2)
+    assert not narrow(list(hopeless.values()))
+
+
+def recorded() -> dict[str, list[np.ndarray]]:
+    """ENGINE:METHOD -> the samples of each process [ns], (rounds,): 30 new processes of each, on a busy machine."""
+    with ROUNDS.open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    names = [name for name in rows[0] if name not in ("process", "round")]
+    processes = sorted({int(row["process"]) for row in rows})
+    return {
+        name: [np.array([float(row[name]) for row in rows if int(row["process"]) == each]) for each in processes]
+        for name in names
+    }
+
+
+def test_intervals_of_recorded_samples_cover_what_all_processes_say_together():
+    samples = recorded()
+    reference = samples["tumble:rk4"]
+    covered, widths = [], []
+    for name, own in samples.items():
+        if name == "tumble:rk4":
+            continue
+        found = [ratio(Reading(a), Reading(b)) for a, b in zip(own, reference, strict=True)]
+        middle = np.median([one.value for one in found])
+        covered += [one.low <= middle <= one.high for one in found]
+        widths += [np.sqrt(one.high / one.low) - 1 for one in found]
+    assert len(covered) >= 100
+    assert np.mean(covered) >= 0.95
+    assert np.median(widths) < 0.1, "an interval that covers everything says nothing"
+
+
+def test_intervals_on_a_busy_machine_cover_the_ratio_of_a_quiet_one():
+    """A known ratio, 3, whatever the machine does: two loops of the same kind, beside a process that burns a core."""
+    burner = subprocess.Popen([sys.executable, "-c", "while True: pass"])
+    try:
+        with Worker(str(Path(__file__).parents[2] / "plugins" / "mine.py"), 60.0) as worker:
+            worker.describe()
+            scene = read_scene("yardstick")
+            for key, steps in (("one", 1), ("three", 3)):
+                ready = worker.prepare_timer(key, scene, "semi-implicit-euler", Pace(((steps, 0.01),), by_step=True))
+                assert isinstance(ready, Ready), ready
+            found = []
+            for _ in range(20):
+                taken = [worker.sample(key) for _ in range(24) for key in ("one", "three")]
+                assert not any(isinstance(each, Failure) for each in taken)
+                found.append(ratio(reading(taken[1::2]), reading(taken[::2])))  # type: ignore[arg-type]
+    finally:
+        burner.kill()
+        burner.wait()
+    assert sum(one.low <= 3.0 <= one.high for one in found) >= 19, found
