@@ -5,7 +5,6 @@ Every array is read-only: an engine cannot alter the question.
 """
 
 from dataclasses import dataclass, field, fields
-from typing import NamedTuple
 
 import numpy as np
 
@@ -110,7 +109,8 @@ class Floor(_Frozen):
     damping: float
 
 
-class WrittenBlow(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class WrittenBlow(_Frozen):
     """An impulse as the file gives it, and what was made of it; None is what the file does not give.
 
     magnitude [N s] along a direction of any length, (3,), and that of the ray, (3,); point_body [m], (3,), along the
