@@ -88,6 +88,8 @@ def parser() -> Parser:
 
     scenes = command("scenes", "list the catalogue with what each scene needs, or print a scene of it")
     scenes.add_argument("scene", nargs="?", metavar="NAME", help="print this scene's TOML, to copy and change")
+    columns = command("columns", "the tables there are, and what every column of each means, with its unit")
+    columns.add_argument("table", nargs="?", metavar="TABLE", help="a table's file, with or without .csv")
     engines = command("engines", "list the engines: versions, methods, precision, what is missing and why")
     engines.add_argument("-e", "--engine", action="append", default=[], metavar="ENGINE", help=ENGINE_HELP)
     engines.add_argument("--install", nargs="+", default=[], metavar="ENGINE[@RELEASE]", help="in an environment each")
@@ -260,11 +262,14 @@ def is_users(error: Exception) -> bool:
     from compare.grade.columns import BadTrajectory
     from compare.run.flight import BadStep
     from compare.run.registry import BadEngine
+    from compare.tables.schema import BadTable
     from scenarios.impulse import RayMissed
     from scenarios.read import BadScene
     from scenarios.truth import NoTruth
 
-    mistakes = BadEngine | BadRecord | BadScene | BadStep | BadTolerance | BadTrajectory | NoTruth | RayMissed
+    mistakes = (
+        BadEngine | BadRecord | BadScene | BadStep | BadTable | BadTolerance | BadTrajectory | NoTruth | RayMissed
+    )
     return isinstance(error, mistakes)
 
 

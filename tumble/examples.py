@@ -2,6 +2,7 @@
 
 EXAMPLES: dict[str, tuple[str, ...]] = {
     "scenes": ("tumble scenes", "tumble scenes brick-tumble > mine.toml"),
+    "columns": ("tumble columns", "tumble columns runs"),
     "engines": ("tumble engines", "tumble engines --install drake mujoco@3.10.0", "tumble engines --check ./mine.py"),
     "run": ("tumble run brick-tumble -e mujoco:rk4 --dt 0.002 -o brick.csv",),
     "compare": (
@@ -17,7 +18,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     ),
     "check": (
         "tumble check two-hits -e ./mine.py --no-times --accept -o baseline",
-        "tumble check --baseline baseline -o checked",
+        "tumble check -e ./mine.py --baseline baseline -o checked",
     ),
     "ablate": ("tumble ablate die-straight -e tumble:rk4 -e mujoco:rk4",),
     "report": ("tumble report dzhanibekov ./brick.toml -o dzhanibekov.html",),

@@ -12,8 +12,8 @@ from compare.check.energy import TRENDS
 from compare.check.schemas import CELLS, QUESTIONS, TIMES, CellRow, QuestionRow, TimeRow
 from compare.run.provenance import ConditionRow, versions
 from compare.tables.files import place
-from compare.tables.frames import BadTable, csv_text, frame, read_file, rows
-from compare.tables.schema import Table
+from compare.tables.frames import csv_text, frame, read_file, rows
+from compare.tables.schema import BadTable, Table
 from compare.tables.shared import CONDITIONS, ENGINES, EngineRow
 from scenarios.files import why_unread
 from scenarios.format import printable, short

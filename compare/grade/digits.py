@@ -8,7 +8,7 @@ import numpy as np
 
 from scenarios.frames import Array
 
-NUMBER = re.compile(r"[+-]?(\d*)\.?(\d*)(?:[eE]([+-]?\d{1,9}))?", re.ASCII)
+NUMBER = re.compile(r"[+-]?(\d*)(?:\.(\d*))?(?:[eE]([+-]?\d{1,9}))?", re.ASCII)
 # Nine significant digits tell every single-precision number from its neighbours, and from most doubles.
 TELLING = 9
 # Intervals of a clock in doubles are as even as this.
@@ -45,7 +45,7 @@ def digits(cells: Iterable[str]) -> Digits:
         match = NUMBER.fullmatch(cell.strip())
         if match is None:
             continue
-        whole, part = match[1], match[2]
+        whole, part = match[1], match[2] or ""
         power = min(max(int(match[3] or 0), -400), 300)  # what a number of double precision can have
         if not (whole + part).strip("0") and not part:
             continue  # a plain 0 does not say to how many places

@@ -4,6 +4,7 @@ import csv
 import os
 import re
 import stat
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -222,7 +223,7 @@ class Trajectory:
             self.header.pop()  # a separator after every cell
         if all(self._number(name) is not None for name in self.header if name):
             raise BadTrajectory(f"{self.name}: line 1 holds numbers: it must be a header that names the columns")
-        doubled = [name for name in self.header if name and self.header.count(name) > 1]
+        doubled = [name for name, count in Counter(filter(None, self.header)).items() if count > 1]
         if doubled:
             raise BadTrajectory(f"{self.name}: two columns are called {short(doubled[0])}")
 

@@ -14,13 +14,9 @@ import pandas as pd
 
 from compare.tables.cells import float_cells, lines_text, text_cell, text_of_cell
 from compare.tables.known import schema
-from compare.tables.schema import Column, Table
+from compare.tables.schema import BadTable, Column, Table
 from scenarios.files import plain_bytes
 from scenarios.format import short
-
-
-class BadTable(ValueError):
-    """A file that is not the table it should be; the message is the one line for the user."""
 
 
 def frame(table: Table, rows: Iterable[Any]) -> pd.DataFrame:

@@ -26,6 +26,10 @@ EMPTY = "may be empty"  # said of a column of floats, in which NaN then is an em
 DTYPES = {str: "str", int: "int64", float: "float64", bool: "bool"}
 
 
+class BadTable(ValueError):
+    """A file that is not the table it should be; the message is the one line for the user."""
+
+
 @dataclass(frozen=True)
 class Column:
     """One column: its name, the kind of its values, whether a cell may be empty, and what it means.

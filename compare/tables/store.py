@@ -16,8 +16,8 @@ import pandas as pd
 from compare.run.provenance import ConditionRow
 from compare.tables.circumstances import TABLE, changed_since
 from compare.tables.files import place, write_folder
-from compare.tables.frames import BadTable, csv_text, csv_texts, frame, read_text, rows, typed
-from compare.tables.schema import Table
+from compare.tables.frames import csv_text, csv_texts, frame, read_text, rows, typed
+from compare.tables.schema import BadTable, Table
 from compare.tables.shared import CONDITIONS
 from scenarios.files import plain_bytes
 from scenarios.format import printable

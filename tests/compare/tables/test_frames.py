@@ -10,8 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from compare.tables.cells import float_cells, text_cell, text_of_cell
-from compare.tables.frames import BadTable, csv_text, frame, read_tables, read_text, typed
+from compare.tables.frames import csv_text, frame, read_tables, read_text, typed
 from compare.tables.known import tables
+from compare.tables.schema import BadTable
 from compare.tables.shared import RUNS, RunRow
 
 RUN = RunRow("s", "e", "m", 0.1, None, 10, "ok", "", 1e-5, limit_m=-0.0)
