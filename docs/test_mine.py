@@ -7,5 +7,7 @@ import subprocess
 
 
 def test_my_engine_is_no_worse():
-    done = subprocess.run(["tumble", "check", "--baseline", "baseline"], capture_output=True, text=True)
+    done = subprocess.run(
+        ["tumble", "check", "-e", "./mine.py", "--baseline", "baseline"], capture_output=True, text=True
+    )
     assert done.returncode == 0, done.stdout + done.stderr

@@ -88,8 +88,6 @@ def parser() -> Parser:
 
     scenes = command("scenes", "list the catalogue with what each scene needs, or print a scene of it")
     scenes.add_argument("scene", nargs="?", metavar="NAME", help="print this scene's TOML, to copy and change")
-    columns = command("columns", "the tables there are, and what every column of each means, with its unit")
-    columns.add_argument("table", nargs="?", metavar="TABLE", help="a table's file, with or without .csv")
     engines = command("engines", "list the engines: versions, methods, precision, what is missing and why")
     engines.add_argument("-e", "--engine", action="append", default=[], metavar="ENGINE", help=ENGINE_HELP)
     engines.add_argument("--install", nargs="+", default=[], metavar="ENGINE[@RELEASE]", help="in an environment each")
@@ -153,6 +151,7 @@ def parser() -> Parser:
     check.add_argument("--accept", action="store_true", help="record into -o DIR; exit 1 where that changes a record")
     check.add_argument("--accept-failures", action="store_true", help="record what crashed, hung or is missing, too")
     check.add_argument("--baseline", metavar="DIR", help="the record to compare with")
+    check.add_argument("--trust", action="store_true", help="run the engine files that the record names, too")
     check.add_argument("--candidate", metavar="DIR", help="another record to hold against it; nothing is flown")
     check.add_argument("-o", "--output", metavar="DIR", help="write the new record, summary.md and junit.xml into DIR")
     check.add_argument("--tolerances", metavar="FILE.toml", help="what each column may change by")
@@ -180,6 +179,8 @@ def parser() -> Parser:
     report.add_argument(
         "-o", "--output", default="tumble-report.html", metavar="FILE.html", help="default: %(default)s"
     )
+    columns = command("columns", "the tables there are, and what every column of each means, with its unit")
+    columns.add_argument("table", nargs="?", metavar="TABLE", help="a table's file, with or without .csv")
     return top
 
 

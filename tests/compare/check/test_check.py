@@ -337,6 +337,20 @@ def copy(recorded: Path, to: Path) -> Path:
     return Path(shutil.copytree(recorded, to / "own"))
 
 
+def test_an_engine_file_that_a_record_names_runs_only_when_it_is_named_again(recorded, tmp_path):
+    folder = copy(recorded, tmp_path)
+    (folder / "mine.py").write_text('open("PWNED", "w")\n' + MINE)
+    for words in (("--baseline", "base"), ("--accept", "--baseline", "base")):
+        done = check(folder, *words)
+        assert done.returncode == 2
+        assert "the record asks for ./mine.py" in done.stderr
+        assert "-e ./mine.py" in done.stderr
+        assert done.stderr.count("\n") == 1
+        assert not (folder / "PWNED").exists()
+    check(folder, "-e", "./mine.py", "--no-times", "--baseline", "base")
+    assert (folder / "PWNED").exists()
+
+
 def test_orders_and_energies_are_what_the_methods_claim(recorded):
     by_method = {row["method"]: row for row in rows(recorded / "base/cells.csv") if row["engine"] == "tumble"}
     claimed = {name: method for name, method in METHODS.items() if method.order and name in by_method}
@@ -363,7 +377,7 @@ def test_times_are_ratios_to_a_reference_of_the_same_run(recorded):
 def test_a_second_run_finds_nothing(recorded, tmp_path):
     folder = copy(recorded, tmp_path)
     (folder / "base/times.csv").unlink()  # a busy machine may well be slower by half
-    done = check(folder, "--baseline", "base")
+    done = check(folder, "--trust", "--baseline", "base")
     assert done.returncode == 0, done.stdout
     assert done.stdout.startswith("## tumble check: nothing changed\n")
     assert len(rows(folder / "base/cells.csv")) == int(re.search(r"(\d+) unchanged", done.stdout)[1])
@@ -405,11 +419,11 @@ def test_blessing_shows_the_change_fails_once_and_then_holds(recorded, tmp_path)
     same = check(folder, "--accept", "-o", "own")
     assert same.returncode == 0
     (folder / "mine.py").write_text(EULER)
-    changed = check(folder, "--accept", "--baseline", "own")
+    changed = check(folder, "--trust", "--accept", "--baseline", "own")
     assert changed.returncode == 1
     assert "energy drift" in changed.stdout
     assert "changed the record" in changed.stderr
-    assert check(folder, "--baseline", "own").returncode == 0
+    assert check(folder, "-e", "./mine.py", "--baseline", "own").returncode == 0
 
 
 FAILING = {
