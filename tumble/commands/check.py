@@ -15,8 +15,8 @@ from compare.check.schemas import TIMES
 from compare.check.times import nearer
 from compare.check.tolerances import Tolerances, read_tolerances
 from compare.run.kept import Kept
-from compare.run.participants import flights, launched, wanted
-from compare.run import registry
+from compare.run.participants import flights, launched, split, wanted
+from compare.run.registry import is_file
 from compare.tables.circumstances import binding, circumstances
 from compare.tables.files import write_folder
 from scenarios.read import catalogue, read_scenes
@@ -75,7 +75,11 @@ def fly(options: Namespace, old: Record | None) -> Record:
     """Return the record of what is asked for; where nothing is, of what the old record was asked for."""
     asked_scenes = options.scene or (old.scenes if old else ())
     asked_engines = options.engine or (old.contestants if old else ())
-    if not options.engine and not options.trust and (files := [word for word in asked_engines if is_program(word)]):
+    if (
+        not options.engine
+        and not options.trust
+        and (files := [word for word in asked_engines if is_file(split(word)[0])])
+    ):
         named = shlex.join(part for word in files for part in ("-e", word))
         raise BadRecord(
             f"the record asks for {', '.join(files)}, and what a record names is not run by itself: name the engines "
@@ -99,11 +103,6 @@ def fly(options: Namespace, old: Record | None) -> Record:
         if kept:
             kept.forget()
         return record
-
-
-def is_program(word: str) -> bool:
-    """Whether ENGINE[:METHOD] is none of our engines, but a file."""
-    return word.partition(":")[0] not in registry.names()
 
 
 def timed_again(options: Namespace, old: Record, new: Record, tolerances: Tolerances) -> Record:
