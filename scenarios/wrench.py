@@ -8,7 +8,15 @@ import math
 from collections.abc import Callable
 
 import numpy as np
-from numba import njit
+
+try:
+    from numba import njit  # pyright: ignore[reportAssignmentType]
+except ModuleNotFoundError:  # in an environment that an engine has to itself: slower, with the same numbers
+
+    def njit(**_: object) -> Callable:
+        """Compile nothing."""
+        return lambda function: function
+
 
 from scenarios.frames import Array
 from scenarios.scene import Scene

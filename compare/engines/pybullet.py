@@ -9,11 +9,9 @@ vector is in world axes.
 
 import importlib.metadata
 import math
-import os
 import sys
 import weakref
 from collections.abc import Collection, Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -21,28 +19,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from compare.engines.parts.scale import scale_to_one
+from compare.engines.parts.silence import silenced_stderr
 
 if TYPE_CHECKING:
     from scenarios.scene import Scene
     from scenarios.wrench import Wrench
 
 
-@contextmanager
-def silenced_stderr() -> Iterator[None]:
-    """Send file descriptor 2 nowhere: PyBullet prints its build date from C, where sys.stderr has no say."""
-    sys.stderr.flush()
-    kept = os.dup(2)
-    nowhere = os.open(os.devnull, os.O_WRONLY)
-    os.dup2(nowhere, 2)
-    try:
-        yield
-    finally:
-        os.dup2(kept, 2)
-        os.close(kept)
-        os.close(nowhere)
-
-
-with silenced_stderr():
+with silenced_stderr():  # it prints its build date
     import pybullet
 
 METHODS = ("multibody", "rigidbody")

@@ -18,6 +18,7 @@ import rapier3d
 from numpy.typing import NDArray
 
 from compare.engines.parts.audits import beyond, stood_still
+from compare.engines.parts.held import held_wrench
 from compare.engines.parts.scale import scale_to_one
 
 if TYPE_CHECKING:
@@ -61,7 +62,7 @@ class World:
     bodies: list[Any]
     defaults: bool
     scale: float
-    held: "Wrench | None" = None
+    held: "Wrench | None"
     written: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 13)))
     steps: int = 0
     longest: float = 0.0
@@ -72,10 +73,7 @@ class World:
 
 def build(scene: "Scene", method: str) -> World:
     """Return a world with the scene's body once for every throw."""
-    kind, _, manner = method.partition("+")
-    if not scene.is_free and not manner:
-        raise NotImplementedError(f"{kind} has none of these laws itself; {kind}+held is given their force once a step")
-    defaults = manner == "defaults"
+    defaults, held = method.endswith("+defaults"), held_wrench(scene, method)
     scale = 1.0 if defaults else scale_to_one(scene.body.mass, *scene.body.moments)
     world = rapier3d.PhysicsWorld(gravity=(0.0, 0.0, 0.0) if scene.gravity is None else tuple(scene.gravity.tolist()))
     if not defaults:
@@ -85,12 +83,7 @@ def build(scene: "Scene", method: str) -> World:
     mass = rapier3d.MassProperties((0.0, 0.0, 0.0), scale * scene.body.mass, moments, rapier3d.Rotation3.identity())
     handles = [world.add_body(body_of(mass, defaults)) for _ in scene.start]
     bodies = [world.rigid_bodies[handle] for handle in handles]
-    found = World(world, bodies, defaults, scale)
-    if not scene.is_free:
-        from scenarios.wrench import wrench  # it may bring a compiler, which a free flight has no use for
-
-        found.held = wrench(scene)
-    return found
+    return World(world, bodies, defaults, scale, held)
 
 
 def body_of(mass: Any, defaults: bool) -> Any:

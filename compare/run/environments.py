@@ -131,8 +131,9 @@ def install(engine: str) -> Environment:
         load_once(name, making)
         found = Environment(name, release, python_of(making), tuple(pins), size_of(making))
         (making / MARK).write_text(json.dumps(asdict(found), indent=1), encoding="utf-8")
-        if place.exists():  # broken, or just made by another process
-            shutil.rmtree(place)
+        if present := next((one for one in environments() if one.name == found.name), None):
+            return present  # another process was faster
+        shutil.rmtree(place, ignore_errors=True)  # a broken one
         making.rename(place)
     except OSError as error:
         raise BadEngine(f"{name}@{release}: {error.filename or place}: {error.strerror or error}") from error

@@ -1,0 +1,120 @@
+"""DART by dartpy: semi-implicit Euler, the gyroscopic torque taken explicitly.
+
+It has none of a scene's forces but gravity: `+held` is given them once a step.  A free joint's velocities are those of
+the body in world axes, the angular one first.
+"""
+
+# Its wheel is in an environment of its own.
+# pyright: reportMissingImports=false
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from importlib.metadata import version
+from typing import TYPE_CHECKING, Any
+
+import dartpy
+import numpy as np
+from numpy.typing import NDArray
+
+from compare.engines.parts.audits import stood_still
+from compare.engines.parts.held import held_wrench
+
+if TYPE_CHECKING:
+    from scenarios.scene import Scene
+    from scenarios.wrench import Wrench
+
+METHODS = ("semi-implicit-euler",)
+FORCED = ("semi-implicit-euler+held",)
+FEATURES = {"gravity", "tether", "drag", "floor"}
+PACKAGES = ("dartpy",)
+PINS = ("dartpy==6.20.0", "numpy==2.4.6")
+APART = True
+MEGABYTES = 165
+SCHEMES = dict.fromkeys(FORCED, "semi-implicit-euler")
+GYROSCOPIC = {"semi-implicit-euler": "explicit"}
+ABOUT = {
+    "version": version("dartpy"),
+    "precision": "double",
+    "switched_off": ["collision shapes", "nothing else: it has no damping and no limit by default"],
+    "defaults": ["a step of 1 ms, gravity of 9.81 m/s2 along -z"],
+}
+
+
+@dataclass(eq=False)
+class World:
+    """A world with one skeleton of one body a throw; written: the states as DART has them, (N, 13)."""
+
+    world: Any
+    joints: list[Any]
+    bodies: list[Any]
+    held: "Wrench | None"
+    written: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 13)))
+    steps: int = 0
+
+
+def build(scene: "Scene", method: str) -> World:
+    """Return a world with the scene's body once for every throw."""
+    held = held_wrench(scene, method)
+    world = World(dartpy.simulation.World(), [], [], held)
+    world.world.setGravity(np.zeros(3) if scene.gravity is None else np.array(scene.gravity))
+    inertia = dartpy.dynamics.Inertia(scene.body.mass, np.zeros(3), np.diag(scene.body.moments))
+    for number in range(len(scene.start)):
+        skeleton = dartpy.dynamics.Skeleton(f"throw {number}")
+        joint, body = skeleton.createFreeJointAndBodyNodePair()
+        body.setInertia(inertia)
+        world.world.addSkeleton(skeleton)
+        world.joints.append(joint)
+        world.bodies.append(body)
+    return world
+
+
+def write(world: World, states: NDArray[np.float64]) -> None:
+    """Put the throws into these states, (N, 13)."""
+    for joint, body, state in zip(world.joints, world.bodies, states, strict=True):
+        pose = dartpy.math.Isometry3()
+        pose.set_quaternion(dartpy.math.Quaternion(state[3:7] / np.linalg.norm(state[3:7])))
+        pose.set_translation(state[0:3])
+        joint.setTransform(pose)
+        joint.setVelocities(np.concatenate((state[10:13], state[7:10])))
+        joint.resetAccelerations()
+        body.setExtForce(np.zeros(3))
+        body.setExtTorque(np.zeros(3))
+    world.steps = 0
+    world.written = read(world)
+
+
+def advance(world: World, n: int, dt: float) -> None:
+    """Make n steps of dt [s]."""
+    world.steps += n
+    world.world.setTimeStep(dt)
+    step = world.world.step
+    if world.held is None:
+        for _ in range(n):
+            step()
+    else:
+        for _ in range(n):
+            hold(world, world.held)
+            step()
+
+
+def hold(world: World, held: "Wrench") -> None:
+    """Apply the forces of the states as they are, in world axes at the centre of mass; a step uses them up."""
+    for body, total in zip(world.bodies, held(read(world)), strict=True):
+        body.setExtForce(total[0:3], np.zeros(3), False, True)
+        body.setExtTorque(total[3:6], False)
+
+
+def read(world: World) -> NDArray[np.float64]:
+    """Return the states of the throws, (N, 13)."""
+    states = np.empty((len(world.bodies), 13))
+    for state, joint, body in zip(states, world.joints, world.bodies, strict=True):
+        pose = body.getTransform()
+        q, velocities = pose.quaternion(), joint.getVelocities()
+        state[0:3], state[3:7] = pose.translation(), (q.w(), q.x(), q.y(), q.z())
+        state[7:10], state[10:13] = velocities[3:6], velocities[0:3]
+    return states
+
+
+def audit(world: World) -> Iterator[tuple[str, str]]:
+    """Yield what went wrong without a word since `write`."""
+    yield from stood_still(world.written, read(world), world.steps)

@@ -1,0 +1,71 @@
+"""Engines in environments of their own, together: Table 4.1, forces that are held, and releases of one engine."""
+
+import pytest
+from apart import engine
+
+from compare.judge.errors import Run
+from scenarios.read import read_scene
+from scenarios.truth import truth
+
+STEPS = (0.02, 0.01)  # long enough that no rounding shows
+NAMES = ("physx", "rapier", "drake", "dart")
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_table_4_1_lands_on_the_column_of_the_application(tumble, name):
+    with engine(name):
+        done = tumble("compare", "table-4-1", "-e", name)
+    table = done.stdout.partition("columns printed in Table 4.1")[2]
+    rows = [line.split() for line in table.splitlines() if line.startswith(f"{name}:")]
+    assert rows
+    for _, _, application in rows:
+        assert float(application) <= 0.011, "0.0105 m is what rounding of the printed inputs leaves"
+
+
+@pytest.mark.parametrize("method", ["physx:pgs+held", "rapier:tgs+held", "dart:semi-implicit-euler+held"])
+def test_a_held_force_is_held_as_mujoco_holds_it(method):
+    """All are semi-implicit Euler there, and a cube has no gyroscopic torque."""
+    scene = read_scene("tether-undamped")
+    true = truth(scene)
+    worst = {}
+    for contestant in (method, "mujoco:euler+held"):
+        name, _, kind = contestant.partition(":")
+        with engine(name, kind) if name != "mujoco" else beside(contestant) as participant:
+            flight = participant.fly(scene, kind, scene.step)
+        worst[contestant] = float(Run(scene, name, kind, scene.step, flight, true).distances.max())
+    assert worst[method] == pytest.approx(worst["mujoco:euler+held"], rel=0.01)
+
+
+def beside(contestant: str):
+    from contextlib import contextmanager
+
+    from compare.run.participants import launched
+
+    @contextmanager
+    def one():
+        with launched([contestant], 60.0) as (participant,):
+            yield participant
+
+    return one()
+
+
+def test_the_attitude_of_mujocos_rk4_went_from_order_two_to_four_in_release_four():
+    scene = read_scene("brick-tumble")
+    true = truth(scene)
+    errors = {}
+    for release in ("mujoco@3.10.0", "mujoco"):
+        with engine(release, "rk4") if "@" in release else beside("mujoco:rk4") as participant:
+            for dt in STEPS:
+                flight = participant.fly(scene, "rk4", dt)
+                errors[release, dt] = float(Run(scene, release, "rk4", dt, flight, true).distances.max())
+    gain = {name: errors[name, STEPS[0]] / errors[name, STEPS[1]] for name in ("mujoco@3.10.0", "mujoco")}
+    assert gain["mujoco@3.10.0"] == pytest.approx(4, rel=0.1)
+    assert gain["mujoco"] == pytest.approx(16, rel=0.1)
+
+
+def test_an_older_release_has_the_methods_it_had():
+    with engine("mujoco@3.10.0") as participant:
+        assert "discrete" not in participant.info.methods
+        assert participant.info.version == "3.10.0"
+        assert participant.info.gyroscopic["implicitfast"] == "midpoint"
+        assert participant.title == "mujoco@3.10.0"
