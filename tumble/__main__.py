@@ -101,8 +101,9 @@ def parser() -> Parser:
     run.add_argument("-o", "--output", metavar="FILE", help="default: standard output")
 
     compare = command("compare", "hold every engine against the truth: an error table for each, as in Table 4.1")
-    compare.add_argument("scene", metavar="SCENE", help=SCENE_HELP)
+    compare.add_argument("scene", nargs="+", metavar="SCENE", help=SCENE_HELP)
     contest_options(compare)
+    compare.add_argument("--all", action="store_true", help="tables of every method, not of each engine's first alone")
     compare.add_argument(
         "--vertex", type=int, metavar="K", help="vertex to print; default: where the engines stray most"
     )
@@ -116,7 +117,7 @@ def parser() -> Parser:
     sweep.add_argument("-o", "--output", metavar="DIR", help="also write the tables as CSV into DIR")
 
     advise = command("advise", "the cheapest engine, method and step that stays within an error")
-    advise.add_argument("scene", metavar="SCENE", help=SCENE_HELP)
+    advise.add_argument("scene", nargs="+", metavar="SCENE", help=SCENE_HELP)
     advise.add_argument("--tolerance", type=metres, required=True, metavar="M", help="largest vertex error [m]")
     advise.add_argument("-e", "--engine", action="append", default=[], metavar="ENGINE[:METHOD]", help=ENGINE_HELP)
     advise.add_argument("--time-limit", type=seconds, default=60.0, metavar="S", help="for each flight [s]; default 60")

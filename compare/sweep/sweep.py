@@ -48,11 +48,13 @@ def sweep(
     tick: Callable[[str], object] = lambda what: None,
     budget_s: float = BUDGET_S,
     kept: Kept | None = None,
+    enough_m: float = 0.0,
 ) -> Sweep:
     """Return one scene's error and time for every contestant and every rung of its ladder.
 
     budget_s: native loop that one flight may take [s]; a ladder ends above it; kept: ladders that are done already, and
     where those are kept that get done.  Times are always taken anew: they are worth something only beside each other.
+    enough_m: the error [m] that is asked for: a ladder ends where it is reached.
     Raises NoTruth where there is nothing to measure errors against, RayMissed as compare does.
     """
     true, why = true_answer(scene)
@@ -61,7 +63,7 @@ def sweep(
 
     def task(participant: Participant, method: str) -> Task[list[Flown]]:
         key = scene.name, participant.title, method
-        return Task(key, participant, lambda able: climb(able, scene, true, method, budget_s), list[Flown])
+        return Task(key, participant, lambda able: climb(able, scene, true, method, budget_s, enough_m), list[Flown])
 
     tasks = [task(each, method) for each in participants for method in each.methods_for(scene)]
     ladders = run(tasks, tick=tick, kept=kept)
@@ -76,8 +78,10 @@ def sweep(
     return Sweep(scene, tuple(timed), tuple(one for one in runs if id(one) not in clocked), why_untimed)
 
 
-def climb(participant: Participant, scene: Scene, true: Truth, method: str, budget_s: float) -> list[Flown]:
-    """Return the ladder of one method from its longest step to its floor, or to the end of the budget."""
+def climb(
+    participant: Participant, scene: Scene, true: Truth, method: str, budget_s: float, enough_m: float
+) -> list[Flown]:
+    """Return the ladder of one method from its longest step to its floor, to what is enough, or the budget's end."""
     ladder: list[Flown] = []
     runs: list[Run] = []
     for name, dt in rungs(participant, scene, method):
@@ -86,6 +90,8 @@ def climb(participant: Participant, scene: Scene, true: Truth, method: str, budg
         runs.append(ladder[-1].run(scene, participant.title, true))
         # An adaptive method's error falls by fits and starts, and its tolerances are few: they are all tried.
         if isinstance(answer, Failure) or over_budget(answer, budget_s) or (name == method and at_floor(runs)):
+            break
+        if runs[-1].status == "ok" and float(runs[-1].distances.max()) <= enough_m:
             break
     return ladder
 

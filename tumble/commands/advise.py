@@ -3,19 +3,27 @@
 from argparse import Namespace
 
 from compare.run.participants import flights, launched
-from compare.sweep.sweep import sweep
-from reports.terminal import advice_text, console
-from scenarios.read import read_scene
-from tumble.notes import progress
+from compare.sweep.sweep import QUICK_BUDGET_S, sweep
+from reports.sweep_text import advice_text
+from reports.terminal import console
+from scenarios.read import read_scenes
+from tumble.notes import note, progress
+
+# What a ladder takes, in budgets of one flight: its last rungs take 1, 2/3, 1/2, 1/3 ... of one; and what timing takes.
+LADDER, CLOCK_S = 5.0, 5.0
 
 
 def main(options: Namespace) -> int:
-    """Sweep one scene and print the cheapest method and step of each engine."""
-    scene = read_scene(options.scene)
+    """Sweep each scene as far as the tolerance asks, and print what to use and what came how close."""
+    scenes = read_scenes(options.scene)
     with launched(options.engine, options.time_limit) as participants:
-        with progress(flights(participants, [scene]) + 1) as tick:
-            found = sweep(participants, scene, tick)
+        count = flights(participants, scenes)
+        seconds = count * LADDER * QUICK_BUDGET_S + len(scenes) * CLOCK_S
+        note(f"{count} ladders of steps: about {seconds:.0f} s, or less where the tolerance is soon reached")
+        with progress(count + len(scenes)) as tick:
+            found = [sweep(participants, scene, tick, QUICK_BUDGET_S, options.tolerance) for scene in scenes]
         out = console()
-        for piece in advice_text(found, options.tolerance):
-            out.print(piece)
+        for one in found:
+            for piece in advice_text(one, options.tolerance):
+                out.print(piece)
     return 0

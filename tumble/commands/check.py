@@ -19,6 +19,7 @@ from compare.run.participants import flights, launched, split, wanted
 from compare.run.registry import is_file
 from compare.tables.circumstances import binding, circumstances
 from compare.tables.files import write_folder
+from reports.numerals import counted
 from scenarios.read import catalogue, read_scenes
 from tumble.notes import note, progress
 
@@ -128,7 +129,7 @@ def accept(folder: Path, new: Record, outcome: Outcome | None, with_failures: bo
         note("nothing is recorded: a record of these would call them unchanged; to record them, --accept-failures")
         return 1
     write_folder(folder, texts(new), without=(TIMES.file,) if new.times is None else ())
-    note(f"{len(new.cells)} cells recorded in {folder}")
+    note(f"{counted(len(new.cells), 'cell')} recorded in {folder}")
     if outcome is None or not outcome.changes:
         return 0
     note("this run fails because it changed the record: look at what it says above, and keep it if you mean it")

@@ -14,7 +14,8 @@ from compare.tables.files import write_whole
 from compare.tables.frames import csv_text, frame
 from compare.tables.shared import ENGINES
 from compare.tables.store import Store
-from reports.terminal import console, sweep_text
+from reports.sweep_text import sweep_text
+from reports.terminal import console
 from scenarios.read import read_scenes
 from tumble.notes import note, progress
 
@@ -42,8 +43,9 @@ def main(options: Namespace) -> int:
                     sweeps.append(sweep(participants, scene, tick, kept=kept))
                     store.keep((scene.name,), measured(sweeps[-1:], options.reference))
         except KeyboardInterrupt:
-            done = f"{', '.join(name for (name,) in order if (name,) in store.done) or 'no scene'} is done"
-            more = f", and with the ladders of the next kept in {folder}; the same command goes on from there"
+            names = [name for (name,) in order if (name,) in store.done]
+            done = f"{', '.join(names)} {'is' if len(names) == 1 else 'are'} done" if names else "no scene is done yet"
+            more = f"; the ladders that are done are kept in {folder}, and the same command goes on from there"
             raise KeyboardInterrupt(f"interrupted; {done}{more if folder else ''}") from None
         finally:
             store.write()

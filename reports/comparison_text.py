@@ -1,0 +1,197 @@
+"""What `tumble compare` prints: the answer in a sentence, who is how far off, then a table as Table 4.1 for each."""
+
+import math
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from rich.console import RenderableType
+from rich.constrain import Constrain
+from rich.table import Table
+from rich.text import Text
+
+from compare.comparison.against_truth import Comparison
+from compare.comparison.hints import hints
+from compare.comparison.table_4_1 import BudgetRow, budget_rows, is_table_4_1, published_rows
+from compare.engines import OWN
+from compare.judge.errors import Run
+from reports.numerals import counted, listed
+from reports.terminal import LIST_WIDTH, columns, figure, length, plain, reasons_text
+from scenarios.frames import Array
+from scenarios.published import VERTEX
+from scenarios.truth import Truth
+
+SHOWN_SAMPLES = 10
+MOST_SAID = 4  # engines that one sentence can hold
+UNITS = (("km", 1e3), ("m", 1.0), ("mm", 1e-3), ("µm", 1e-6), ("nm", 1e-9))
+
+
+def comparison_text(comparison: Comparison, vertex: int | None, everything: bool = False) -> Iterator[RenderableType]:
+    """Yield the text: the answer, the ranking, and error tables of the engines' default methods, or of all.
+
+    vertex: the one to print, None for where the contestants stray most.
+    """
+    scene, truth, runs = comparison.scene, comparison.truth, comparison.runs
+    defaults = default_runs(runs)
+    if truth is None:
+        yield Constrain(plain(f"{scene.name} has no truth to be held against: {comparison.why_no_truth}"), LIST_WIDTH)
+        for hint in hints(scene):
+            yield Constrain(plain(f"Look at this: {hint}"), LIST_WIDTH)
+    else:
+        yield Constrain(plain(answer(scene.name, runs)), LIST_WIDTH)
+    yield Text()
+    yield from standings(runs)
+    if truth is not None:
+        yield Constrain(plain(f"{scene.title}. {known(truth)}"), LIST_WIDTH)
+        for hint in hints(scene) if truth.ends else ():
+            yield Constrain(plain(f"Look at this: {hint}"), LIST_WIDTH)
+        vertex = worst_vertex(runs) if vertex is None else vertex
+        shown = [run for run in (runs if everything else defaults) if run.has_errors]
+        for run in shown:
+            yield Text()
+            yield plain(f"{run.name}, dt = {run.dt:g} s, vertex {vertex}")
+            yield error_table(run, vertex)
+        if left := sum(run.has_errors for run in runs) - len(shown):
+            yield plain(f"{counted(left, 'more table')} with --all, every vertex with -o DIR")
+    if is_table_4_1(scene):
+        yield Text()
+        yield plain("largest distance over the five rows from the columns printed in Table 4.1")
+        yield budget_table(list(budget_rows(list(published_rows(comparison)))))
+
+
+def known(truth: Truth) -> str:
+    """Return how well the truth is known, and, where the inputs set it, the limit for every program."""
+    until = truth.until_horizon()
+    said = f"Truth known to {figure(until.bound.max())} m{truth.ends}."
+    # Where the truth is known no better than that, it is the truth and not the inputs that sets the limit.
+    if until.floor.max() >= until.bound.max():
+        said += f" No double-precision program can be held to less than {figure(until.floor.max())} m."
+    return said
+
+
+def default_runs(runs: Sequence[Run]) -> list[Run]:
+    """Return the first method of each engine, which is its default or the one asked for; ours last."""
+    first: dict[str, Run] = {}
+    for run in runs:
+        first.setdefault(run.engine, run)
+    return sorted(first.values(), key=lambda run: run.engine == OWN)
+
+
+def answer(scene: str, runs: Sequence[Run]) -> str:
+    """Return who is how far off, in a person's words: the nearest, and the engines as they are by default."""
+    flown = ranked(runs)
+    if not flown:
+        return f"{scene}: nobody flew it to its end; below is why."
+    best, lost = flown[0], [run for run in runs if not run.has_errors or not math.isfinite(worst_m(run))]
+    parts = [f"{scene}: {best.name} is nearest to the truth, {off(best)}."]
+    engines = [run for run in ranked(default_runs(runs)) if run is not best and run.engine != OWN]
+    if engines:
+        said = [f"{run.name} {off(run)}" for run in engines[:MOST_SAID]]
+        more = len(engines) - len(said)
+        rest = f", {more} more further" if more else ""
+        parts.append(f"The engines as asked for: {listed(said)}{rest}.")
+    if len(flown) > 1 and flown[-1] not in engines[:MOST_SAID]:
+        parts.append(f"Worst: {flown[-1].name}, {off(flown[-1])}.")
+    if lost:
+        parts.append(f"{counted(len(lost), 'contestant')} did not finish.")
+    return " ".join(parts)
+
+
+def off(run: Run) -> str:
+    """Return how far off a run is at most, in words."""
+    worst, limit = worst_m(run), float(run.limits.max())
+    return f"at its limit of {length(limit)}" if worst <= limit else f"{length(worst)} off"
+
+
+def worst_m(run: Run) -> float:
+    """Return the largest distance of a vertex from its true place [m]."""
+    return float(run.distances.max())
+
+
+def ranked(runs: Sequence[Run]) -> list[Run]:
+    """Return the runs that flew to their end, the nearest to the truth first."""
+    flown = [run for run in runs if run.has_errors and math.isfinite(worst_m(run))]
+    return sorted(flown, key=lambda run: max(worst_m(run), float(run.limits.max())))
+
+
+def standings(runs: Sequence[Run]) -> Iterator[RenderableType]:
+    """Yield the contestants of one scene that flew, the nearest first, and then why any is not plainly ok."""
+    defaults = default_runs(runs)
+    flown = sorted((run for run in runs if run.has_errors), key=lambda run: float(np.nanmax(run.distances)))
+    table = columns("contestant", "", "max [m]", "rms [m]", "energy drift", "status", right=range(2, 5))
+    for run in flown:
+        worst, limit = float(run.distances.max()), float(run.limits.max())
+        table.add_row(
+            plain(run.name),
+            "default" if run in defaults and run.engine != OWN else "",
+            f"≤{figure(limit)}" if worst <= limit else figure(worst),
+            figure(float(np.sqrt((run.distances**2).mean()))),
+            figure(run.drifts[0]),
+            run.status.partition(":")[0],
+        )
+    if flown:
+        yield table
+    for run in flown:
+        if run.flight.remark:
+            yield plain(f"{run.name} {run.flight.remark}")
+    if any(run.status != "ok" for run in runs):
+        yield Text()
+        yield from reasons_text((run.name, run.status) for run in runs if run.status != "ok")
+
+
+def error_table(run: Run, vertex: int) -> Table:
+    """Return one vertex of one run over time: true position, the engine's, error vector, distance."""
+    assert run.truth is not None
+    times = run.scene.times
+    true, flown = (vertices[-len(times) :, 0, vertex] for vertices in (run.truth.vertices, run.flight.vertices))
+    errors, limits, distances = run.errors[:, 0, vertex], run.limits[:, 0], run.distances[:, 0, vertex]
+    unit, metres, places = ruler(true)
+    seen = distances[np.isfinite(distances) & (distances > limits)]
+    power = math.floor(math.log10(seen.max())) if seen.size else 0
+    heads = "t [s]", f"true [{unit}]", f"{run.engine} [{unit}]", f"error [1e{power} m]", "off [m]"
+    table = columns(*heads, right=range(5))
+    for row in thinned(len(times)):
+        below = distances[row] <= limits[row]
+        table.add_row(
+            f"{times[row]:g}",
+            vector(true[row] / metres, places),
+            vector(flown[row] / metres, places),
+            "" if below else vector(errors[row] / 10.0**power, 2),
+            f"≤{figure(limits[row])}" if below else figure(distances[row]),
+        )
+    return table
+
+
+def budget_table(rows: Sequence[BudgetRow]) -> Table:
+    """Return how far every contestant is from Table 4.1's two columns."""
+    table = columns("contestant", "calculated [m]", "application [m]", right=(1, 2))
+    for row in rows:
+        name = f"{row.engine}:{row.method}" if row.method else row.engine
+        table.add_row(plain(name), f"{row.max_to_calculated_m:.3f}", f"{row.max_to_application_m:.3f}")
+    return table
+
+
+def worst_vertex(runs: Sequence[Run]) -> int:
+    """Return the vertex to print: Table 4.1's own, else the one where the contestants that are ok stray furthest."""
+    if runs and is_table_4_1(runs[0].scene):
+        return VERTEX
+    strays = [run.distances.max(axis=(0, 1)) for run in runs if run.has_errors and run.status == "ok"]
+    return int(np.argmax(np.max(strays, axis=0))) if strays else 0
+
+
+def thinned(samples: int) -> list[int]:
+    """Return which samples are printed: all, or some at even distances that end with the last."""
+    if samples <= SHOWN_SAMPLES:
+        return list(range(samples))
+    return sorted({round((number + 1) * samples / SHOWN_SAMPLES) - 1 for number in range(SHOWN_SAMPLES)})
+
+
+def ruler(positions: Array) -> tuple[str, float, int]:
+    """Return the unit that positions [m] are printed in, its length [m], and decimals for three digits."""
+    largest = float(abs(positions).max())
+    unit, metres = next((unit for unit in UNITS if largest >= unit[1]), UNITS[-1])
+    return unit, metres, sum(largest < bound * metres for bound in (100, 10))
+
+
+def vector(values: Array, places: int) -> str:
+    """Return (x, y, z)."""
+    return "(" + ", ".join(f"{value:.{places}f}" for value in values) + ")"
