@@ -21,6 +21,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         "tumble check -e ./mine.py --baseline baseline -o checked",
     ),
     "ablate": ("tumble ablate die-straight -e tumble:rk4 -e mujoco:rk4",),
+    "lab": ("tumble lab", "tumble lab table-4-1 -e mujoco:euler -e ./mine.py --no-open"),
     "report": ("tumble report dzhanibekov ./brick.toml -o dzhanibekov.html",),
 }
 UNITS = """\

@@ -17,10 +17,11 @@ TRAJECTORY = (
     + ",".join(f"v{k}{axis}_m" for k in range(8) for axis in "xyz")
 )  # fmt: skip
 VERTEX_ERRORS = (
-    "scene,engine,method,dt_s,t_s,vertex,true_x_m,true_y_m,true_z_m,x_m,y_m,z_m,error_x_m,error_y_m,error_z_m,error_m"
+    "scene,engine,method,dt_s,tolerance,t_s,vertex,true_x_m,true_y_m,true_z_m,x_m,y_m,z_m,"
+    "error_x_m,error_y_m,error_z_m,error_m"
 )
 RUNS = (
-    "scene,engine,method,dt_s,steps,status,max_error_m,rms_error_m,final_error_m,limit_m,"
+    "scene,engine,method,dt_s,tolerance,steps,status,why,max_error_m,rms_error_m,final_error_m,limit_m,"
     "energy_drift,momentum_drift,angular_momentum_drift,wall_s,wall_ns_per_step,wall_per_sim_s"
 )
 
@@ -95,7 +96,7 @@ REFUSED = {
     ("run", "table-4-1", "--dt", "1e-12"): "--dt = 1e-12: must be at least 5e-10 s for table-4-1",
     ("report", "table-4-1", "--dt", "1e-12"): "--dt = 1e-12: must be at least 5e-10 s for table-4-1",
     ("compare",): "the following arguments are required: SCENE",
-    ("no-such-command",): "invalid choice: 'no-such-command'",
+    ("no-such-command",): "'no-such-command': there are scenes, engines",
 }
 
 
@@ -202,10 +203,11 @@ def test_an_engine_that_is_not_installed_is_a_row_with_its_reason(tumble, tmp_pa
     without = {"env": {**os.environ, "PYTHONPATH": str(tmp_path / "shadow")}}
     listed = tumble("engines", **without)
     assert listed.returncode == 0
-    assert "missing: no module named pybullet (it has no wheel for Python" in listed.stdout
+    assert "missing: no module named pybullet" in listed.stdout
     assert tumble("compare", "table-4-1", "-o", "out", **without).returncode == 0
-    statuses = {row["engine"]: row["status"] for row in rows((tmp_path / "out/runs.csv").read_text())}
-    assert statuses["pybullet"].startswith("missing: no module named pybullet")
+    told = {row["engine"]: (row["status"], row["why"]) for row in rows((tmp_path / "out/runs.csv").read_text())}
+    assert told["pybullet"][0] == "missing"
+    assert told["pybullet"][1].startswith("no module named pybullet")
     asked = tumble("run", "table-4-1", "-e", "pybullet:rigidbody", **without)
     assert asked.returncode == 2
     assert "pybullet:rigidbody on table-4-1: missing: no module named pybullet" in asked.stderr
@@ -227,7 +229,8 @@ def test_what_an_engine_has_not_is_skipped(tumble, tmp_path):
     )
     assert tumble("compare", "./tied.toml", "-o", "out").returncode == 0
     statuses = {
-        f"{row['engine']}:{row['method']}": row["status"] for row in rows((tmp_path / "out/runs.csv").read_text())
+        f"{row['engine']}:{row['method']}": ": ".join(filter(None, (row["status"], row["why"])))
+        for row in rows((tmp_path / "out/runs.csv").read_text())
     }
     assert statuses["handcalc:all-mended"] == "skipped: handcalc has no tether"
     assert statuses["mujoco:rk4"] == statuses["mujoco:rk4+held"] == "ok"
@@ -303,3 +306,17 @@ def test_auto_says_what_it_took(tumble):
     )
     assert done.stdout == tumble("run", "two-hits", "-e", "tumble:exact").stdout
     assert "tumble:auto took exact" in tumble("compare", "two-hits", "-e", "tumble:auto").stdout
+
+
+def test_compare_begins_with_the_answer_and_holds_back_the_tables_of_other_methods(tumble):
+    words = ("compare", "two-hits", "-e", "tumble:rk4", "-e", "mujoco")
+    short, long = tumble(*words), tumble(*words, "--all")
+    first = short.stdout.splitlines()
+    assert first[0].startswith("two-hits: ")
+    assert " is nearest to the truth, " in first[0]
+    assert "mujoco:euler" in "".join(first[:4])
+    ranking = [line.split()[0] for line in first if line.startswith(("tumble:", "mujoco:")) and "dt =" not in line]
+    assert len(ranking) == 6, "every contestant is ranked"
+    assert short.stdout.count("dt = ") == 2, "the engine's default and the one that was named"
+    assert long.stdout.count("dt = ") == 6
+    assert "ns/step" not in long.stdout, "a time of one pass is no figure"

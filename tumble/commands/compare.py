@@ -30,7 +30,8 @@ def main(options: Namespace) -> int:
             comparisons = compare(participants, scenes, options.dt, tick)
         out = console()
         for number, comparison in enumerate(comparisons):
-            out.print(*[""] * bool(number), end="\n" * bool(number))
+            if number:
+                out.print()
             for piece in comparison_text(comparison, options.vertex, options.all):
                 out.print(piece)
         if folder:
