@@ -15,14 +15,11 @@ from compare.comparison.table_4_1 import BudgetRow, budget_rows, is_table_4_1, p
 from compare.engines import OWN
 from compare.judge.errors import Run
 from reports.numerals import counted, listed
-from reports.terminal import LIST_WIDTH, columns, figure, length, plain, reasons_text
-from scenarios.frames import Array
+from reports.terminal import LIST_WIDTH, columns, figure, length, plain, reasons_text, ruler, thinned, vector
 from scenarios.published import VERTEX
 from scenarios.truth import Truth
 
-SHOWN_SAMPLES = 10
 MOST_SAID = 4  # engines that one sentence can hold
-UNITS = (("km", 1e3), ("m", 1.0), ("mm", 1e-3), ("µm", 1e-6), ("nm", 1e-9))
 
 
 def comparison_text(comparison: Comparison, vertex: int | None, everything: bool = False) -> Iterator[RenderableType]:
@@ -176,22 +173,3 @@ def worst_vertex(runs: Sequence[Run]) -> int:
         return VERTEX
     strays = [run.distances.max(axis=(0, 1)) for run in runs if run.has_errors and run.status == "ok"]
     return int(np.argmax(np.max(strays, axis=0))) if strays else 0
-
-
-def thinned(samples: int) -> list[int]:
-    """Return which samples are printed: all, or some at even distances that end with the last."""
-    if samples <= SHOWN_SAMPLES:
-        return list(range(samples))
-    return sorted({round((number + 1) * samples / SHOWN_SAMPLES) - 1 for number in range(SHOWN_SAMPLES)})
-
-
-def ruler(positions: Array) -> tuple[str, float, int]:
-    """Return the unit that positions [m] are printed in, its length [m], and decimals for three digits."""
-    largest = float(abs(positions).max())
-    unit, metres = next((unit for unit in UNITS if largest >= unit[1]), UNITS[-1])
-    return unit, metres, sum(largest < bound * metres for bound in (100, 10))
-
-
-def vector(values: Array, places: int) -> str:
-    """Return (x, y, z)."""
-    return "(" + ", ".join(f"{value:.{places}f}" for value in values) + ")"

@@ -12,10 +12,13 @@ from rich.text import Text
 
 from compare.tables.shared import EngineRow
 from scenarios.format import visible
+from scenarios.frames import Array
 
 # Tables need not wrap into a pipe; lists do, for they are read and not cut into columns.
 PIPE_WIDTH, LIST_WIDTH = 160, 80
+SHOWN_SAMPLES = 10
 LENGTHS = (("km", 1e3), ("m", 1.0), ("mm", 1e-3), ("µm", 1e-6), ("nm", 1e-9), ("pm", 1e-12), ("fm", 1e-15))
+RULERS = LENGTHS[:5]  # of positions, whose digits below say nothing
 
 
 def console(**settings: object) -> Console:
@@ -72,3 +75,22 @@ def length(metres: float) -> str:
         return f"{metres:g} m"
     unit, size = next(((unit, size) for unit, size in LENGTHS if abs(metres) >= 0.9995 * size), LENGTHS[-1])
     return f"{float(f'{metres / size:.2g}'):g} {unit}"
+
+
+def thinned(samples: int) -> list[int]:
+    """Return which samples are printed: all, or some at even distances that end with the last."""
+    if samples <= SHOWN_SAMPLES:
+        return list(range(samples))
+    return sorted({round((number + 1) * samples / SHOWN_SAMPLES) - 1 for number in range(SHOWN_SAMPLES)})
+
+
+def ruler(positions: Array) -> tuple[str, float, int]:
+    """Return the unit that positions [m] are printed in, its length [m], and decimals for three digits."""
+    largest = float(abs(positions).max())
+    unit, metres = next((unit for unit in RULERS if largest >= unit[1]), RULERS[-1])
+    return unit, metres, sum(largest < bound * metres for bound in (100, 10))
+
+
+def vector(values: Array, places: int) -> str:
+    """Return (x, y, z)."""
+    return "(" + ", ".join(f"{value:.{places}f}" for value in values) + ")"
