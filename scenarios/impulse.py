@@ -4,10 +4,11 @@ import numpy as np
 
 from scenarios.frames import Array, rotation_matrix
 from scenarios.ray import first_hit
+from scenarios.refusal import UsersError
 from scenarios.scene import Body, Impulse
 
 
-class RayMissed(ValueError):
+class RayMissed(UsersError):
     """The ray of an impulse does not meet the body's surface from outside."""
 
 

@@ -38,6 +38,7 @@ from scenarios.format import (
 )
 from scenarios.frames import Array, quaternion_product, rotation_matrix, vertices
 from scenarios.impulse import RayMissed, jump
+from scenarios.refusal import UsersError
 from scenarios.scene import Body, Drag, Floor, Impulse, Ray, Scene, Tether, Written, WrittenBlow, frozen_array
 from scenarios.surface import read_surface
 
@@ -50,7 +51,7 @@ LANDINGS = ("point", "vertex", "point_body", "ray")
 BLOW_SPREADS = ("magnitude", "cone", "point")
 
 
-class BadScene(ValueError):
+class BadScene(UsersError):
     """A scene that cannot be read; its text is the one line to show."""
 
 

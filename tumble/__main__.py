@@ -258,21 +258,10 @@ def drop_output() -> None:
 
 
 def is_users(error: Exception) -> bool:
-    """Whether the mistake is the user's: a scene, an engine, a step, a ray, a record that cannot be used."""
-    from compare.check.record import BadRecord
-    from compare.check.tolerances import BadTolerance
-    from compare.grade.columns import BadTrajectory
-    from compare.run.flight import BadStep
-    from compare.run.registry import BadEngine
-    from compare.tables.schema import BadTable
-    from scenarios.impulse import RayMissed
-    from scenarios.read import BadScene
-    from scenarios.truth import NoTruth
+    """Whether the mistake is the user's."""
+    from scenarios.refusal import UsersError
 
-    mistakes = (
-        BadEngine | BadRecord | BadScene | BadStep | BadTable | BadTolerance | BadTrajectory | NoTruth | RayMissed
-    )
-    return isinstance(error, mistakes)
+    return isinstance(error, UsersError)
 
 
 def refuse(line: str, code: int) -> int:

@@ -17,6 +17,7 @@ from compare.tables.schema import BadTable, Table
 from compare.tables.shared import CONDITIONS, ENGINES, EngineRow
 from scenarios.files import why_unread
 from scenarios.format import printable, short
+from scenarios.refusal import UsersError
 
 FORMAT = "tumble check 2"
 # What a flight that diverged leaves without bound.
@@ -24,7 +25,7 @@ BOUNDLESS = ("_error_m", "_drift", "rounding_m")
 LARGEST_COUNT = 10**18
 
 
-class BadRecord(ValueError):
+class BadRecord(UsersError):
     """A folder that is no record, or none that can be read; the message is the one line for the user."""
 
 

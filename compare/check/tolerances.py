@@ -7,9 +7,10 @@ from pathlib import Path
 
 from scenarios.files import plain_bytes, why_unread
 from scenarios.format import nearest, printable, short
+from scenarios.refusal import UsersError
 
 
-class BadTolerance(ValueError):
+class BadTolerance(UsersError):
     """A tolerance file that cannot be used; the message is the one line for the user."""
 
 

@@ -10,6 +10,8 @@ from dataclasses import dataclass
 from math import pi
 from typing import NamedTuple
 
+from scenarios.refusal import UsersError
+
 IGNORED = "ignore"
 UNITS: dict[str, dict[str, float]] = {
     "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0},
@@ -27,7 +29,7 @@ TIME, THROW = "t", "throw"
 VERTEX = re.compile(r"v(0|[1-9]\d{0,5})[xyz]", re.ASCII)
 
 
-class BadTrajectory(ValueError):
+class BadTrajectory(UsersError):
     """A trajectory that cannot be graded as it is; the message is the one line for the user."""
 
 

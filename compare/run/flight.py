@@ -10,10 +10,11 @@ from compare.run.registry import Finding, built, findings
 from compare.run.timer import prepare, timed
 from scenarios.frames import Array, vertices
 from scenarios.impulse import RayMissed, jump
+from scenarios.refusal import UsersError
 from scenarios.scene import Scene
 
 
-class BadStep(ValueError):
+class BadStep(UsersError):
     """A step that cannot be flown; the message is the one line for the user."""
 
 

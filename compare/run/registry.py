@@ -15,13 +15,14 @@ from typing import Any
 
 from compare import engines
 from compare.engines import FINDINGS, GYROSCOPIC_NAMES, LAWS, OWN, SCHEME_NAMES
+from scenarios.refusal import UsersError
 from scenarios.scene import Scene
 
 VERBS = ("build", "write", "advance", "read")
 OWN_SCHEME = "its own"  # in place of a name, for a scheme that an engine states as a function
 
 
-class BadEngine(ValueError):
+class BadEngine(UsersError):
     """An engine name or file that cannot be used; the message is the one line for the user."""
 
 

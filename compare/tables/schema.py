@@ -10,6 +10,8 @@ from functools import cached_property
 from types import NoneType
 from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
+from scenarios.refusal import UsersError
+
 # The longest first: `wall_ns_per_step` is no number of steps.
 UNITS = {
     "_ns_per_step": "ns",
@@ -26,7 +28,7 @@ EMPTY = "may be empty"  # said of a column of floats, in which NaN then is an em
 DTYPES = {str: "str", int: "int64", float: "float64", bool: "bool"}
 
 
-class BadTable(ValueError):
+class BadTable(UsersError):
     """A file that is not the table it should be; the message is the one line for the user."""
 
 

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from scenarios.frames import Array
+from scenarios.refusal import UsersError
 from scenarios.scene import Scene
 from scenarios.truth.flight import Pose
 from scenarios.truth.inertia import Numbers
@@ -24,7 +25,7 @@ from scenarios.truth.throw import Throw, read_throw
 TRUSTED, FAR = 1e-6, 1e-12
 
 
-class NoTruth(ValueError):
+class NoTruth(UsersError):
     """The flight cannot be told well enough to hold anything against it; the text says why."""
 
 
