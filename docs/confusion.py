@@ -24,7 +24,8 @@ from compare.grade.noise import root_mean_square
 from compare.grade.residual import Kept
 from compare.grade.verdict import diagnose, scale_of
 from compare.tables.files import write_whole
-from compare.tables.rows import table_text
+from compare.tables.frames import csv_text, frame
+from compare.tables.schema import Table
 from scenarios.frames import Array
 from scenarios.mass import BOX_FACES, box, box_corners
 from scenarios.scene import Body, Impulse, Scene, frozen_array
@@ -283,7 +284,7 @@ def picture(rows: Sequence[ConfusionRow]) -> bytes:
 def main() -> None:
     """Write the three files."""
     rows = list(all_rows(int(sys.argv[1]) if len(sys.argv) > 1 else SCENES))
-    write_whole(HERE / "confusion.csv", table_text(ConfusionRow, rows))
+    write_whole(HERE / "confusion.csv", csv_text(frame(Table("", ConfusionRow), rows)))
     write_whole(HERE / "confusion.md", page(rows))
     (HERE / "confusion.png").write_bytes(picture(rows))
 

@@ -7,21 +7,18 @@ from playwright.sync_api import sync_playwright
 
 HERE = Path(__file__).parent
 PAGE = HERE.parent / "report/tumble.html"
-# From what each mistake costs to the cube at the five times.
-FROM, TO = "h3:has-text('What each mistake costs')", "h3:has-text('Figure 4.2') ~ div"
 
 
 def main() -> None:
-    """Photograph that part of the page."""
+    """Photograph the first screen, the die at a moment when it is seen to be off."""
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
-        page = browser.new_page(viewport={"width": 1000, "height": 4000})
-        page.goto(PAGE.as_uri())
-        top, bottom = page.locator(FROM).bounding_box(), page.locator(TO).first.bounding_box()
-        assert top is not None
-        assert bottom is not None
-        height = bottom["y"] + bottom["height"] - top["y"] + 20
-        page.screenshot(path=HERE / "picture.png", clip={"x": 0, "y": top["y"] - 10, "width": 1000, "height": height})
+        page = browser.new_page(
+            viewport={"width": 1280, "height": 640}, reduced_motion="reduce", device_scale_factor=1.5
+        )
+        page.goto(f"{PAGE.as_uri()}#t=die-ray~0.42&scene=die-ray")
+        page.locator("#hero canvas").wait_for()
+        page.screenshot(path=HERE / "picture.png")
         browser.close()
 
 

@@ -178,6 +178,17 @@ def parser() -> Parser:
     report.add_argument("scene", nargs="*", metavar="SCENE", help=SCENE_HELP + "; default: the whole catalogue")
     contest_options(report)
     report.add_argument(
+        "--all", action="store_true", help="every method of every engine; default: each engine's defaults and best"
+    )
+    report.add_argument(
+        "--from",
+        dest="sources",
+        action="append",
+        default=[],
+        metavar="DIR",
+        help="tables that -o left, to draw without flying; given twice, the earlier first, also what changed",
+    )
+    report.add_argument(
         "-o", "--output", default="tumble-report.html", metavar="FILE.html", help="default: %(default)s"
     )
     columns = command("columns", "the tables there are, and what every column of each means, with its unit")

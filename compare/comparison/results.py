@@ -13,16 +13,9 @@ from compare.run.provenance import conditions
 from compare.tables.engines import engine_row
 from compare.tables.frames import frame
 from compare.tables.runs import run_row
-from compare.tables.shared import CONDITIONS, ENGINES, RUNS, SCENES, EngineRow, ErrorOverTimeRow, SceneRow
+from compare.tables.shared import CONDITIONS, ENGINES, RUNS, SCENES, SceneRow
 from compare.tables.vertices import error_over_time_table, vertex_error_table
 from scenarios.needs import needs
-
-__all__ = [
-    "EngineRow",
-    "ErrorOverTimeRow",
-    "SceneRow",
-    "comparison_tables",
-]  # the first three until the page reads DataFrames
 
 
 def scene_row(comparison: Comparison) -> SceneRow:

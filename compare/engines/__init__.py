@@ -26,6 +26,8 @@ More names where they are not empty:
                 what scripts do; METHOD evaluates it wherever the method does, or says that it cannot
     ON_REQUEST  names, not in METHODS, that take part only when asked for.  METHOD+defaults leaves every setting of the
                 engine as it ships, which is what its users have; its audit tells what those do to a flight
+    SHOWN       of METHODS and ON_REQUEST those that a page is made of unless more are asked for: what the engine does
+                by default, as it ships where that differs, and its best; without it all METHODS
     OPTIONAL    what build leaves out where a scene has no use for it.  build(scene, method, keep) then takes the
                 names of those that shall stay: the motion is the same, and what they cost can be measured
     SCHEMES     {method: scheme}: what one step makes of u'' + c u' + s u = 0, for the limit of a step: a name of

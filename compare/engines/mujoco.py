@@ -53,6 +53,7 @@ FLAGS = ("constraint", "contact", "actuation", "sensor", "spring", "damper", "gr
 METHODS = tuple(INTEGRATORS)
 FORCED = tuple(f"{integrator}+held" for integrator in INTEGRATORS)
 ON_REQUEST = ("euler+defaults", "rk4+defaults", "implicitfast+defaults")
+SHOWN = ("euler", "euler+defaults", "rk4", "implicitfast")
 FEATURES = {"gravity", "tether", "drag", "floor"}
 OPTIONAL = (*FLAGS, "geoms")
 PACKAGES = ("mujoco", "mujoco-core")

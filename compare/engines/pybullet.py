@@ -32,6 +32,7 @@ with silenced_stderr():  # it prints its build date
 METHODS = ("multibody", "rigidbody")
 FORCED = ("multibody+held", "rigidbody+held")
 ON_REQUEST = ("multibody+defaults", "rigidbody+defaults")
+SHOWN = ("multibody", "multibody+defaults", "rigidbody")
 FEATURES = {"gravity", "tether", "drag", "floor"}
 OPTIONAL = ("collision shape",)
 PACKAGES = ("pybullet",)

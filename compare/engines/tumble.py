@@ -19,6 +19,7 @@ ADAPTIVE = tuple(name for name, method in REGISTRY.items() if method.tolerance i
 # These take a flight of any length in one step.
 WHOLE = tuple(name for name, method in REGISTRY.items() if method.order is None and method.tolerance is None)
 ON_REQUEST = ("auto",)
+SHOWN = ("rk4", "exact", "adaptive", "symplectic-euler", "quaternion-euler", "matrix-euler")
 # Every law of the solver, by the name that a scene has it under: the key of one of its kind.
 FEATURES = {law.removesuffix("s") for law in LAWS}
 PACKAGES = ("tumble",)

@@ -146,15 +146,18 @@ def wanted(asked: Iterable[str]) -> dict[str, list[str]]:
     return engines or {engine: [] for engine in registry.usual()}
 
 
-def chosen(engine: str, asked: list[str], info: EngineInfo | Failure) -> tuple[str, ...]:
-    """Return the methods that take part; of an engine that is not here, what was asked for.  Raises BadEngine."""
+def chosen(engine: str, asked: list[str], info: EngineInfo | Failure, few: bool = False) -> tuple[str, ...]:
+    """Return the methods that take part; of an engine that is not here, what was asked for.  Raises BadEngine.
+
+    few: where none are asked for, those that a page is made of.
+    """
     if isinstance(info, Failure):
         return tuple(asked) or ("",)
     for method in asked:
         known = (*info.methods, *info.forced, *info.on_request)
         if method not in known and not is_tolerance(method, info):
             raise BadEngine(f"unknown method of {registry.title(engine)} {method!r}: {nearest(method, known)}")
-    return tuple(dict.fromkeys(asked)) or (*info.methods, *info.forced)
+    return tuple(dict.fromkeys(asked)) or (info.shown if few else (*info.methods, *info.forced))
 
 
 def is_tolerance(method: str, info: EngineInfo) -> bool:
@@ -167,10 +170,11 @@ def is_tolerance(method: str, info: EngineInfo) -> bool:
 
 
 @contextmanager
-def launched(asked: Iterable[str], time_limit: float = TIME_LIMIT_S) -> Iterator[list[Participant]]:
+def launched(asked: Iterable[str], time_limit: float = TIME_LIMIT_S, few: bool = False) -> Iterator[list[Participant]]:
     """Give who takes part, each with a process of its own, and end the processes afterwards, whatever happened.
 
-    asked: ENGINE[:METHOD] ..., nothing for every engine of ours; time_limit [s] for each answer of an engine.
+    asked: ENGINE[:METHOD] ..., nothing for every engine of ours; time_limit [s] for each answer of an engine; few: of
+    an engine asked for without a method only those that a page is made of.
     Raises BadEngine with one line.
     """
     engines = wanted(asked)
@@ -183,7 +187,7 @@ def launched(asked: Iterable[str], time_limit: float = TIME_LIMIT_S) -> Iterator
     try:
         for worker, (engine, methods) in zip(workers, engines.items(), strict=True):
             info = worker.describe()
-            participants.append(Participant(engine, chosen(engine, methods, info), bool(methods), info, worker))
+            participants.append(Participant(engine, chosen(engine, methods, info, few), bool(methods), info, worker))
         yield participants
     finally:
         for worker in {*workers, *(participant.worker for participant in participants)}:

@@ -59,10 +59,10 @@ class EngineInfo:
     """What an engine says of itself: its methods (the default first), force laws, and ABOUT.
 
     adaptive: methods that take a tolerance; whole: methods that take a flight of any length in one step; forced: names
-    that take part only where more than gravity acts; on_request: names that take part only when asked for; optional:
-    what build leaves out of a world that has no use for it, and keeps if told to; schemes and gyroscopic: names by
-    method, as in compare.engines, OWN_SCHEME for a function; largest_turn [rad] of a step; exempt: laws that it is
-    there to break, and why; defaults: what a user gets who sets nothing.
+    that take part only where more than gravity acts; on_request: names that take part only when asked for; shown: those
+    that a page is made of; optional: what build leaves out of a world that has no use for it, and keeps if told to;
+    schemes and gyroscopic: names by method, as in compare.engines, OWN_SCHEME for a function; largest_turn [rad] of a
+    step; exempt: laws that it is there to break, and why; defaults: what a user gets who sets nothing.
     """
 
     methods: tuple[str, ...]
@@ -70,6 +70,7 @@ class EngineInfo:
     whole: frozenset[str]
     forced: tuple[str, ...]
     on_request: tuple[str, ...]
+    shown: tuple[str, ...]
     optional: tuple[str, ...]
     features: frozenset[str]
     version: str
@@ -186,6 +187,7 @@ def engine_info(engine: str, module: ModuleType) -> EngineInfo:
         frozenset(words(getattr(module, "WHOLE", ()))),
         words(getattr(module, "FORCED", ())),
         words(getattr(module, "ON_REQUEST", ())),
+        words(getattr(module, "SHOWN", methods)),
         words(getattr(module, "OPTIONAL", ())),
         features,
         str(about.get("version", "")),

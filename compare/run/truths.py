@@ -9,6 +9,7 @@ import signal
 import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
+from functools import partial
 from multiprocessing.connection import Connection
 from typing import NamedTuple, Self
 
@@ -24,13 +25,13 @@ class Answer(NamedTuple):
     why: str
 
 
-def true_answer(scene: Scene) -> Answer:
-    """Return the truth, or why there is none.
+def true_answer(scene: Scene, floor: bool = True) -> Answer:
+    """Return the truth, with its floor or without, or why there is none.
 
     Raises RayMissed where the true body is not in the way of a later ray.
     """
     try:
-        return Answer(truth(scene), "")
+        return Answer(truth(scene, floor), "")
     except NoTruth as reason:
         return Answer(None, str(reason))
     except RayMissed as missed:
@@ -41,10 +42,12 @@ class Truths:
     """The true answers of scenes, each a Future, in the order of the scenes.
 
     A context: when it is left what is still at work ends at once, and who waits for it is told (`stop`).
-    tick: told of every truth as it is done.
+    tick: told of every truth as it is done; floor: whether the truths are to judge by, or only to be seen.
     """
 
-    def __init__(self, scenes: Sequence[Scene], tick: Callable[[str], object] = lambda what: None) -> None:
+    def __init__(
+        self, scenes: Sequence[Scene], tick: Callable[[str], object] = lambda what: None, floor: bool = True
+    ) -> None:
         self._pool: ProcessPoolExecutor | None = None
         if len(scenes) > 1:
             spawn = multiprocessing.get_context("spawn")
@@ -52,9 +55,9 @@ class Truths:
             self._far_end, self._lifeline = spawn.Pipe(duplex=False)
             count = min(os.cpu_count() or 1, len(scenes))
             self._pool = ProcessPoolExecutor(count, spawn, initializer=end_with, initargs=(self._far_end,))
-            self.futures = [self._pool.submit(true_answer, scene) for scene in scenes]
+            self.futures = [self._pool.submit(true_answer, scene, floor) for scene in scenes]
         else:
-            self.futures = [in_a_thread(true_answer, scene) for scene in scenes]
+            self.futures = [in_a_thread(partial(true_answer, floor=floor), scene) for scene in scenes]
         for scene, future in zip(scenes, self.futures, strict=True):
             future.add_done_callback(lambda done, name=scene.name: done.cancelled() or tick(f"{name} truth"))
 

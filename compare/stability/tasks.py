@@ -36,7 +36,7 @@ def contestants(participant: Participant, scene: Scene) -> tuple[str, ...]:
     methods = participant.methods_for(scene)
     if participant.named or isinstance(participant.info, Failure):
         return methods
-    return (*methods, *participant.info.on_request)
+    return tuple(dict.fromkeys((*methods, *participant.info.on_request)))
 
 
 def keys(participants: Sequence[Participant], scenes: Sequence[Scene], cases: Sequence[Case]) -> list[Key]:

@@ -72,9 +72,10 @@ class Truth:
         return replace(self, **rows)
 
 
-def truth(scene: Scene) -> Truth:
+def truth(scene: Scene, floor: bool = True) -> Truth:
     """Return the true flight of every throw of the scene.
 
+    floor: whether to find how far rounded inputs move it, which is most of the work of a free flight; else it is 0.
     Raises NoTruth where not one sample after the start can be told, RayMissed where an impulse's ray does not meet the
     body.
     """
@@ -82,9 +83,9 @@ def truth(scene: Scene) -> Truth:
 
     # A context of our own: whoever else uses mpmath keeps its precision.
     mp = MPContext()
-    flights = [_flight(mp, scene, row) for row in range(len(scene.start))]
-    states, vertices, bound, floor, how, why = zip(*flights, strict=True)
-    told = [np.stack(column, axis=1) for column in (states, vertices, bound, floor)]
+    flights = [_flight(mp, scene, row, floor) for row in range(len(scene.start))]
+    *columns, how, why = zip(*flights, strict=True)
+    told = [np.stack(column, axis=1) for column in columns]
     answer = Truth(scene.rows, *told, how=" / ".join(dict.fromkeys(how)))
     return _until_horizon(answer, scene, " / ".join(dict.fromkeys(filter(None, why))))
 
@@ -104,18 +105,18 @@ def _until_horizon(answer: Truth, scene: Scene, why: str) -> Truth:
     return replace(answer, horizon=float(answer.times[known - 1]), why=why)
 
 
-def _flight(mp: Any, scene: Scene, row: int) -> tuple[Array, Array, Array, Array, str, str]:
+def _flight(mp: Any, scene: Scene, row: int, floor: bool) -> tuple[Array, Array, Array, Array, str, str]:
     """Return states (R, 13), vertices (R, n, 3), bound and floor (R,) of one throw; how it was made and why it ends."""
     throw = read_throw(scene, row)
-    answer = _closed(mp, scene, row, throw) if scene.is_free else _integrated(mp, scene, row, throw)
+    answer = _closed(mp, scene, row, throw, floor) if scene.is_free else _integrated(mp, scene, row, throw)
     mp.prec = answer.flight.bits
     states = np.array([_state(mp, pose, throw.state_axes) for pose in answer.flight.poses])
     _follow_sign(states[:, 3:7], scene.start[row, 3:7])
     vertices = _vertices(answer.flight.poses, throw.points, answer.flight.bits)
     rounding = np.linalg.norm(np.spacing(np.abs(vertices)) / 2, axis=-1).max(axis=-1)
     told = (states, np.nan), (vertices, np.nan), (answer.error + rounding, np.inf), (answer.floor, np.inf)
-    states, vertices, bound, floor = (_filled(*each, rows=len(throw.times)) for each in told)
-    return states, vertices, bound, floor, answer.how, answer.why
+    states, vertices, bound, moved = (_filled(*each, rows=len(throw.times)) for each in told)
+    return states, vertices, bound, moved, answer.how, answer.why
 
 
 def _filled(values: Array, filling: float, rows: int) -> Array:
@@ -123,10 +124,11 @@ def _filled(values: Array, filling: float, rows: int) -> Array:
     return np.concatenate((values, np.full((rows - len(values), *values.shape[1:]), filling)))
 
 
-def _closed(mp: Any, scene: Scene, row: int, throw: Throw) -> Answer:
+def _closed(mp: Any, scene: Scene, row: int, throw: Throw, floor: bool) -> Answer:
     rougher, finer = settle(mp, throw)
     error = own_error(rougher, finer, throw.points.astype(float))
-    return Answer(finer, error, input_floor(mp, scene, row, rougher), "exact")
+    moved = input_floor(mp, scene, row, rougher) if floor else np.zeros(len(error))
+    return Answer(finer, error, moved, "exact")
 
 
 def _integrated(mp: Any, scene: Scene, row: int, throw: Throw) -> Answer:

@@ -15,7 +15,8 @@ from numpy.typing import ArrayLike
 
 from compare.run.provenance import conditions
 from compare.tables.files import write_whole
-from compare.tables.rows import table_text
+from compare.tables.frames import csv_text, frame
+from compare.tables.schema import Table
 
 Clock = Callable[[], float]
 
@@ -77,4 +78,4 @@ def show(rows: Sequence[FigureRow], output: Path | None) -> None:
         spread = (f"{'' if x is None else f'{x:.4g}':>10}" for x in (row.low, row.high))
         print(f"{row.what:>30} {row.peer:30}{at:>6} {row.unit:>6}", *numbers, *spread, sep="")
     if output:
-        write_whole(output, table_text(FigureRow, rows))
+        write_whole(output, csv_text(frame(Table("", FigureRow), rows)))

@@ -10,13 +10,14 @@ import sys
 from contextlib import ExitStack
 from pathlib import Path
 
+import pandas as pd
 from figures import output_option
 
 from compare.run.participants import launched
 from compare.run.readings import reading
 from compare.run.timing import Load
 from compare.tables.files import write_whole
-from compare.tables.rows import csv_text
+from compare.tables.frames import csv_text
 from scenarios.read import read_scene
 
 MINE = Path(__file__).parents[1] / "plugins" / "mine.py"
@@ -47,7 +48,7 @@ def main() -> None:
         for process in range(PROCESSES)
         for number, row in enumerate(rounds_of_new_processes())
     ]
-    text = csv_text(["process", "round", *names], rows)
+    text = csv_text(pd.DataFrame(rows, columns=["process", "round", *names]))
     if output:
         write_whole(output, text)
     else:

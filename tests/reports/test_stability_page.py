@@ -1,40 +1,19 @@
-"""What is said of stability, on the page and in the terminal: from planted tables, and in a real browser."""
+"""What is said of stability, in the terminal and on the page, from planted tables."""
 
 import io
 import math
-import re
-import shutil
 
-import pytest
-from playwright.sync_api import sync_playwright
 from rich.console import Console
 
-from compare.comparison.results import EngineRow, ErrorOverTimeRow, SceneRow
-from compare.comparison.table_4_1 import BudgetRow, PublishedRow
-from compare.judge.agreement import AgreementRow
-from compare.judge.verdict import WORDS
-from compare.run.provenance import ConditionRow
-from compare.stability.extremes import ExtremeRow
-from compare.stability.schemas import LimitRow, StabilityRow
+from compare.stability.schemas import CELLS, LIMITS, ExtremeRow, LimitRow, StabilityRow
+from compare.stability.schemas import EXTREMES as EXTREME
 from compare.stability.trials import Piece
-from compare.tables.rows import RunRow, VertexErrorRow, table_text
+from compare.tables.frames import frame
 from reports.page import page
-from reports.stability import MEANING, SIGNS
 from reports.stability_text import stability_text
 from reports.terminal import console, reasons_text
 
 W = 1000.0
-EMPTY = {
-    "scenes.csv": SceneRow,
-    "engines.csv": EngineRow,
-    "runs.csv": RunRow,
-    "vertex-errors.csv": VertexErrorRow,
-    "error-over-time.csv": ErrorOverTimeRow,
-    "agreement.csv": AgreementRow,
-    "table-4-1.csv": PublishedRow,
-    "table-4-1-budget.csv": BudgetRow,
-    "conditions.csv": ConditionRow,
-}
 
 
 def piece(engine: str, method: str, limit: float | None, then: str, note: str = "") -> Piece:
@@ -75,86 +54,52 @@ def extreme(method: str, scene: str, word: str, times_limit: float | None) -> Ex
 EXTREMES = [extreme(method, scene, "stable", 2.0) for scene in ("hot", "cold") for method in ("exact", "rk4")]
 
 
-def tables(pieces=PIECES, extremes=EXTREMES) -> dict[str, str]:
-    return {
-        **{name: table_text(row_type, []) for name, row_type in EMPTY.items()},
-        "stability.csv": table_text(StabilityRow, (row for each in pieces for row in each.rows)),
-        "limits.csv": table_text(LimitRow, (each.limit for each in pieces)),
-        "extremes.csv": table_text(ExtremeRow, extremes),
+def planted() -> str:
+    """Return the page of these pieces and extremes, and of nothing else."""
+    cells = (row for each in PIECES for row in each.rows)
+    return page(
+        {
+            CELLS.file: frame(CELLS, cells),
+            LIMITS.file: frame(LIMITS, (each.limit for each in PIECES)),
+            EXTREME.file: frame(EXTREME, EXTREMES),
+        }
+    )
+
+
+def test_contestants_with_one_map_share_it_and_others_do_not(opened):
+    tab = opened(planted(), "#show=all&at=maps-springy")
+    maps = tab.locator("#maps-springy figure.map")
+    maps.first.wait_for()
+    assert maps.locator("figcaption").all_inner_texts() == ["mine:a, mine:b", "mine:c", "mine:d, mine:own"]
+    assert [each.locator("rect.s-stable").count() for each in maps.all()] == [4, 4, 8]
+    assert [each.locator("rect.s-diverged").count() for each in maps.all()] == [4, 0, 0]
+    assert maps.nth(1).locator("rect.s-clamped").count() == 4
+
+
+def test_the_line_of_theory_stands_between_the_steps_it_parts(opened):
+    """Steps of 8, 4, 2 and 1 radians stand a cell apart, the longest to the right; theory says 2."""
+    tab = opened(planted(), "#show=all&at=maps-springy")
+    first = tab.locator("#maps-springy figure.map").first
+    first.wait_for()
+    line = first.locator("svg > path").get_attribute("d")
+    lefts = sorted({float(rect.get_attribute("x")) for rect in first.locator("rect").all()})
+    assert lefts == [0.0, 14.0, 28.0, 42.0]
+    assert line.startswith(f"M{lefts[1] + 7:g},")
+
+
+def test_limits_stand_beside_theory(opened):
+    tab = opened(planted(), "#show=all&at=limits-springy")
+    table = tab.locator("#limits-springy")
+    table.wait_for()
+    lines = {
+        line.split("\t")[0].split("\n")[0].rstrip("⚓︎"): line.split("\t")[1:]
+        for line in table.locator("tbody tr").all_inner_texts()
     }
-
-
-def words(html: str) -> str:
-    bare = re.sub(r"<(script|style).*?</\1>", "", html, flags=re.DOTALL)
-    return " ".join(re.sub(r"<[^>]+>", " ", bare).split())
-
-
-@pytest.fixture(scope="module")
-def html() -> str:
-    return page(tables())
-
-
-def test_every_verdict_has_a_sign_of_its_own_and_a_meaning():
-    assert set(SIGNS) == set(MEANING) == set(WORDS)
-    assert len(set(SIGNS.values())) == len(SIGNS), "colour alone must not tell them apart"
-
-
-def test_contestants_with_one_map_share_it_and_others_do_not(html):
-    captions = re.findall(r'<figure class="map">.*?<figcaption>(.*?)</figcaption>', html, flags=re.DOTALL)
-    assert captions == ["mine:d", "mine:a, mine:b", "mine:c"], "who bears most comes first"
-    assert html.count('class="theory"') == 3
-    assert len(re.findall(r'<rect class="v-clamped"', html)) == 4 + 1  # the cells and the legend
-
-
-def test_a_cell_stands_where_its_step_is(html):
-    """The steps of a map are factors of two apart, and as many radians at every value."""
-    first = re.search(r'<figure class="map">(.*?)</figure>', html, flags=re.DOTALL)[1]
-    squares = re.findall(r'<rect class="v-\S+" x="(\S+)" y="(\S+)" width="(\S+)"', first)
-    places = {(float(x), float(y)) for x, y, _ in squares}
-    assert {width for *_, width in squares} == {"12.0"}
-    assert places == {(4.0 + 12 * step, 4.0 + 12 * row) for step in range(4) for row in range(2)}
-
-
-def test_limits_stand_beside_theory(html):
-    said = words(html)
-    assert "mine:a 3.00 2.00 diverged 0.00200 1.00·10⁻⁴" in said
-    assert "mine:d no limit 2.00" in said
-    assert "mine:own steps of its own" in said
-    assert "other:x and other:y: carries no forces." in said
-    assert "Theory: semi-implicit Euler." in said
-
-
-def test_how_our_best_method_did_is_said_as_the_rows_have_it(html):
-    assert "tumble:exact is within 10 times what the truth can tell in all 2 cases." in words(html)
-    missed = [*EXTREMES[1:], extreme("exact", "hot", "stable", 11.0)]
-    assert "tumble:exact is further off than 10 times what the truth can tell in hot" in words(page(tables([], missed)))
-
-
-def test_what_an_engine_says_stays_text(html):
-    assert "<b>why</b>" not in html
-
-
-def test_without_such_tables_there_is_no_such_section():
-    texts = {name: text for name, text in tables().items() if name in EMPTY}
-    assert 'id="stability"' not in page(texts)
-    assert 'id="extremes"' not in page(tables(extremes=[]))
-
-
-@pytest.mark.parametrize("width", [400, 1300])
-def test_it_fits_a_telephone_and_a_desk(html, tmp_path, width):
-    found = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
-    if found is None:
-        pytest.skip("no browser is installed, and the page must be seen in a real one")
-    many = [extreme("exact", f"a-long-case-{number}", "stable", 1.0) for number in range(30)]
-    file = tmp_path / "page.html"
-    file.write_text(page(tables(extremes=many)), encoding="utf-8")
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=found, args=["--no-sandbox"])
-        tab = browser.new_page(viewport={"width": width, "height": 900})
-        tab.goto(file.as_uri())
-        assert tab.evaluate("document.documentElement.scrollWidth") <= width
-        assert tab.locator(".map svg").count() == 3
-        browser.close()
+    assert lines["mine:a"][:3] == ["3.00", "2.00", "blew up"]
+    assert lines["mine:d"][0] == "∞"
+    assert lines["other:x"][-1] == "x carries no forces"
+    chart = tab.locator("#limits-springy-figure g[data-name]")
+    assert [each.get_attribute("data-name") for each in chart.all()] == ["mine:d", "mine:a", "mine:b", "mine:c"]
 
 
 def printed(pieces, extremes, width=80) -> str:

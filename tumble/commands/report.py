@@ -1,14 +1,19 @@
-"""`tumble report`: the page."""
+"""`tumble report`: the page, of what is flown now or of tables that are there."""
 
 import shlex
 from argparse import Namespace
+from collections.abc import Mapping
 from pathlib import Path
+
+import pandas as pd
 
 from compare.ablation.ablation import QUICK_SPAN_S, ablate
 from compare.ablation.results import ablation_tables
 from compare.comparison.against_truth import compare
 from compare.comparison.results import comparison_tables
 from compare.judge.cost import REFERENCE
+from compare.motion.motion import film
+from compare.motion.results import film_tables
 from compare.run.flight import check_step
 from compare.run.participants import flights, launched
 from compare.stability.store import kept_tables, quick_tables
@@ -17,41 +22,68 @@ from compare.sweep.results import measured
 from compare.sweep.sweep import QUICK_BUDGET_S, YARDSTICK, sweep
 from compare.tables.files import write_folder, write_whole
 from compare.tables.frames import csv_texts
+from compare.tables.schema import BadTable
+from reports.folders import changes, gathered
 from reports.page import page
 from scenarios.needs import needs
 from scenarios.read import catalogue, read_scenes
+from scenarios.scene import Scene
 from tumble.notes import note, progress
 
 
 def main(options: Namespace) -> int:
-    """Put every scene to every contestant, write the tables, and make the page from them."""
+    """Make the page, and beside it the tables that it is made from unless they were there."""
     file = Path(options.output)
+    if options.sources:
+        write_whole(file, page(found(options)))
+        note(f"page written to {file}")
+        return 0
     folder = file.with_name(f"{file.stem}-tables")
     scenes = read_scenes(options.scene or catalogue())
     for scene in scenes:
         check_step(scene, options.dt)
+    folder.mkdir(parents=True, exist_ok=True)
+    frames = flown(options, scenes, folder)
+    html = page(frames)
+    write_folder(folder, csv_texts(frames))
+    write_whole(file, html)
+    note(f"page written to {file}, its tables to {folder}")
+    return 0
+
+
+def found(options: Namespace) -> Mapping[str, pd.DataFrame]:
+    """Return the tables of the folders asked for: of one as they are, of two the later with what changed since.
+
+    Raises BadTable.
+    """
+    if options.scene or options.engine or options.dt or options.all:
+        raise BadTable("--from draws what is there: SCENE, --engine, --dt and --all cannot be asked for with it")
+    if len(options.sources) > 2:
+        raise BadTable("--from: at most two folders, the earlier first")
+    tables = [gathered(Path(source)) for source in options.sources]
+    return tables[-1] | (changes(*tables) if len(tables) > 1 else {})
+
+
+def flown(options: Namespace, scenes: list[Scene], folder: Path) -> dict[str, pd.DataFrame]:
+    """Put every scene to every contestant and return the tables; folder: where maps of stability may lie."""
+    command = shlex.join(options.words)
     # A sweep takes seconds a scene: the catalogue is judged on its yardstick, scenes asked for by name on themselves.
     swept = [scene for scene in scenes if options.scene or scene.name == YARDSTICK]
-    folder.mkdir(parents=True, exist_ok=True)
-    with launched(options.engine, options.time_limit) as participants:
-        with progress(flights(participants, (*scenes, *swept)) + len(scenes) + len(swept) + 1) as tick:
-            command = shlex.join(options.words)
-            comparisons = compare(participants, scenes, options.dt, tick)
-            frames = comparison_tables(comparisons, participants, command)
-            judged = [each.scene for each in comparisons if each.truth]
-            sweeps = [sweep(participants, scene, tick, QUICK_BUDGET_S) for scene in swept if scene in judged]
-            plainest = min(scenes, key=lambda scene: len(needs(scene)))
-            ablation = ablate(participants, plainest, tick, QUICK_SPAN_S, most_methods=1)
-            frames["ablation.csv"] = ablation_tables([ablation], participants, command)["ablation.csv"]
-            frames |= {f"sweep-{name}": table for name, table in measured(sweeps, REFERENCE).items()}
-            # All maps take a minute or two: those that `tumble stability -o` left there are drawn, else one row of one.
-            frames |= kept_tables(folder / "stability")
-            if "limits.csv" not in frames:
-                frames |= quick_tables(participants, [scene for scene in scenes if scene.name == STIFF[0]], tick)
-            tick("drawing the page")
-            texts = csv_texts(frames)
-            html = page(texts)
-        write_folder(folder, texts)
-        write_whole(file, html)
-        note(f"page written to {file}, its tables to {folder}")
-    return 0
+    with (
+        launched(options.engine, options.time_limit, few=not options.all) as participants,
+        progress(flights(participants, (*scenes, *scenes, *swept)) + 2 * len(scenes) + len(swept)) as tick,
+    ):
+        comparisons = compare(participants, scenes, options.dt, tick)
+        frames = comparison_tables(comparisons, participants, command)
+        frames |= film_tables(film(participants, scenes, options.dt, tick))
+        judged = [each.scene for each in comparisons if each.truth]
+        sweeps = [sweep(participants, scene, tick, QUICK_BUDGET_S) for scene in swept if scene in judged]
+        plainest = min(scenes, key=lambda scene: len(needs(scene)))
+        ablation = ablate(participants, plainest, tick, QUICK_SPAN_S, most_methods=1)
+        frames["ablation.csv"] = ablation_tables([ablation], participants, command)["ablation.csv"]
+        frames |= {f"sweep-{name}": table for name, table in measured(sweeps, REFERENCE).items()}
+        # All maps take a minute or two: those that `tumble stability -o` left there are drawn, else one row of one.
+        frames |= kept_tables(folder / "stability")
+        if "limits.csv" not in frames:
+            frames |= quick_tables(participants, [scene for scene in scenes if scene.name == STIFF[0]], tick)
+    return frames

@@ -1,0 +1,85 @@
+"""Films a scene: the truth and every contestant at some seventy instants between and at the scene's own.
+
+The instants lie on the steps that a flight takes anyway, so that who is watched flies as it does unwatched.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+from compare.run.flight import Trajectory, legs
+from compare.run.participants import Participant
+from compare.run.tasks import Task, run
+from compare.run.truths import Truths
+from compare.run.worker import Failure
+from scenarios.scene import Scene, frozen_array
+from scenarios.truth import Truth
+
+FRAMES = 72
+
+
+@dataclass(frozen=True, eq=False)
+class Film:
+    """One scene with its instants, its step [s], its truth as far as it is known, and the flights by engine and method.
+
+    The truth has no floor: it is to be looked at, not to judge by.
+    """
+
+    scene: Scene
+    dt: float
+    truth: Truth
+    flights: dict[tuple[str, str], Trajectory]
+
+
+def film(
+    participants: Sequence[Participant],
+    scenes: Sequence[Scene],
+    dt: float | None = None,
+    tick: Callable[[str], object] = lambda what: None,
+) -> list[Film]:
+    """Return the films of all scenes that have a truth; dt [s], by default each scene's own step."""
+
+    def task(scene: Scene, participant: Participant, method: str) -> Task[Trajectory | Failure]:
+        key = scene.name, participant.title, method
+        return Task(key, participant, lambda able: able.fly(scene, method, dt or scene.step))
+
+    watched = [filmed(scene, dt or scene.step) for scene in scenes]
+    tasks = [
+        task(scene, participant, method)
+        for scene in watched
+        for participant in participants
+        for method in participant.methods_for(scene)
+    ]
+    with Truths(watched, tick, floor=False) as truths:
+        answers = dict(zip((one.key for one in tasks), run(tasks, truths, tick=tick), strict=True))
+        true = [future.result().truth for future in truths.futures]
+    return [
+        Film(
+            scene,
+            dt or scene.step,
+            answer.until_horizon(),
+            {
+                (engine, method): flight
+                for (name, engine, method), flight in answers.items()
+                if name == scene.name and isinstance(flight, Trajectory)
+            },
+        )
+        for scene, answer in zip(watched, true, strict=True)
+        if answer is not None
+    ]
+
+
+def filmed(scene: Scene, dt: float) -> Scene:
+    """Return the scene's first throw, looked at some FRAMES times, where steps of dt [s] end."""
+    return replace(scene, start=frozen_array(scene.start[:1]), times=frozen_array(instants(scene, dt)))
+
+
+def instants(scene: Scene, dt: float) -> list[float]:
+    """Return some FRAMES instants [s] where steps of dt [s] end, the scene's own among them."""
+    found: list[float] = [0.0] if scene.times[0] == 0.0 else []
+    begin = 0.0
+    for leg in legs(scene, dt):
+        pieces = min(leg.n, max(1, round(FRAMES * (leg.end - begin) / scene.duration)))
+        found += [begin + round(leg.n * piece / pieces) * leg.dt for piece in range(1, pieces)]
+        found.append(leg.end)
+        begin = leg.end
+    return found

@@ -1,0 +1,152 @@
+"""All tables of films, by file name: how bodies look, what acts on them, and where they are."""
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+import pandas as pd
+
+from compare.judge import mechanics
+from compare.motion.motion import Film
+from compare.motion.schemas import (
+    ACTS,
+    BODIES,
+    DEFORMED,
+    FACES,
+    MOTION,
+    POINTS,
+    ActRow,
+    BodyRow,
+    DeformedRow,
+    FaceRow,
+    MotionRow,
+    PointRow,
+)
+from compare.tables.frames import frame
+from scenarios.frames import Array, vertices
+from scenarios.impulse import RayMissed, strike_point
+from scenarios.scene import Body, Scene
+
+TRUTH = "truth"
+# Vertices further than this part of the body from where a rigid body has them are no rigid body's.
+RIGID = 1e-9
+# The corners of each face of a box in order round it; opposite faces come in pairs.
+BOX_FACES = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
+
+
+def film_tables(films: Sequence[Film]) -> dict[str, pd.DataFrame]:
+    """Return every table of films by file name."""
+    return {
+        BODIES.file: frame(BODIES, (body_row(film.scene) for film in films)),
+        POINTS.file: frame(POINTS, (row for film in films for row in point_rows(film.scene))),
+        FACES.file: frame(FACES, (row for film in films for row in face_rows(film.scene))),
+        ACTS.file: frame(ACTS, (row for film in films for row in act_rows(film))),
+        MOTION.file: frame(MOTION, (row for film in films for row in motion_rows(film))),
+        DEFORMED.file: frame(DEFORMED, (row for film in films for row in deformed_rows(film))),
+    }
+
+
+def body_row(scene: Scene) -> BodyRow:
+    """Return the row of a scene's body."""
+    return BodyRow(scene.name, scene.body.shape, scene.body.mass, *scene.body.moments.tolist())
+
+
+def point_rows(scene: Scene) -> Iterator[PointRow]:
+    """Yield the vertices."""
+    for vertex, point in enumerate(scene.body.points.tolist()):
+        yield PointRow(scene.name, vertex, *point)
+
+
+def face_rows(scene: Scene) -> Iterator[FaceRow]:
+    """Yield the faces: those of the box or the mesh, or the convex hull of a body that has only points."""
+    for face, corners in enumerate(faces(scene.body)):
+        yield FaceRow(scene.name, face, " ".join(map(str, corners)))
+
+
+def faces(body: Body) -> Sequence[Sequence[int]]:
+    """Return each face's vertices, counter-clockwise from outside."""
+    if body.size is not None:
+        return BOX_FACES
+    return body.faces.tolist() if len(body.faces) else hull(body.points)
+
+
+def hull(points: Array) -> list[list[int]]:
+    """Return the triangles of the convex hull; nothing where the points lie in a plane."""
+    from scipy.spatial import ConvexHull, QhullError  # only bodies without faces pay for it
+
+    try:
+        found = ConvexHull(points)
+    except (QhullError, ValueError):
+        return []
+    outward = found.equations[:, :3]
+    turned = np.cross(
+        points[found.simplices[:, 1]] - points[found.simplices[:, 0]],
+        points[found.simplices[:, 2]] - points[found.simplices[:, 0]],
+    )
+    inward = np.einsum("ij,ij->i", turned, outward) < 0
+    return [
+        list(reversed(three)) if wrong else list(three)
+        for three, wrong in zip(found.simplices.tolist(), inward, strict=True)
+    ]
+
+
+def act_rows(film: Film) -> Iterator[ActRow]:
+    """Yield what acts: impulses land where the true body is."""
+    scene = film.scene
+    for impulse in scene.impulses:
+        row = int(np.searchsorted(film.truth.times, impulse.time))
+        if row == len(film.truth.times):
+            continue  # beyond the horizon
+        state = film.truth.states[row, 0]
+        try:
+            point = strike_point(impulse, state, scene.body).tolist()
+        except RayMissed:
+            continue
+        yield ActRow(scene.name, "impulse", impulse.time, *point, *impulse.value.tolist())
+    for tether in scene.tethers:
+        yield ActRow(scene.name, "tether", 0.0, *tether.anchor.tolist(), *tether.point_body.tolist())
+    if scene.floor is not None:
+        normal = scene.floor.normal
+        yield ActRow(scene.name, "floor", 0.0, *(scene.floor.height * normal).tolist(), *normal.tolist())
+    if scene.gravity is not None:
+        yield ActRow(scene.name, "gravity", 0.0, 0.0, 0.0, 0.0, *scene.gravity.tolist())
+
+
+def motion_rows(film: Film) -> Iterator[MotionRow]:
+    """Yield the rows of the truth, then those of every contestant as far as it is finite."""
+    yield from rows_of(film, (TRUTH, ""), 0.0, film.truth.states[:, 0], film.truth.vertices[:, 0])
+    known = len(film.truth.times)
+    for contestant, flight in film.flights.items():
+        yield from rows_of(film, contestant, film.dt, flight.states[:known, 0], flight.vertices[:known, 0])
+
+
+def rows_of(film: Film, contestant: tuple[str, str], dt_s: float, states: Array, points: Array) -> Iterator[MotionRow]:
+    """Yield the rows of one: states (R, 13), vertices (R, n, 3) [m]."""
+    body, true = film.scene.body, film.truth.states[:, 0]
+    with np.errstate(all="ignore"):  # a flight that blew up has no figures
+        errors = np.linalg.norm(points - film.truth.vertices[:, 0], axis=-1).max(axis=-1)
+        energy, energy_true = (mechanics.energy(each, body, film.scene.gravity) for each in (states, true))
+        l_world, l_true = (mechanics.angular_momentum(each, body) for each in (states, true))
+        l_body = body.moments * mechanics.in_body_axes(states, states[:, 10:13])
+        energy_drifts = (energy - energy_true) / (mechanics.kinetic_energy(true, body).max() or 1.0)
+        l_drifts = np.linalg.norm(l_world - l_true, axis=-1) / (np.linalg.norm(l_true, axis=-1).max() or 1.0)
+    for row, time in enumerate(film.truth.times.tolist()):
+        if not (np.isfinite(states[row]).all() and np.isfinite(points[row]).all()):
+            return
+        figures = errors[row], energy_drifts[row], l_drifts[row]
+        yield MotionRow(
+            film.scene.name, *contestant, dt_s, time, *states[row].tolist(), *l_body[row].tolist(), *map(float, figures)
+        )
+
+
+def deformed_rows(film: Film) -> Iterator[DeformedRow]:
+    """Yield where the vertices are of those whose body is no longer rigid."""
+    body = film.scene.body
+    size = float(np.linalg.norm(body.points, axis=1).max())
+    for contestant, flight in film.flights.items():
+        with np.errstate(all="ignore"):
+            apart = np.abs(flight.vertices - vertices(flight.states, body.points))
+        if np.nanmax(apart, initial=0.0) > RIGID * size:
+            for time, points in zip(film.truth.times.tolist(), flight.vertices[:, 0], strict=False):
+                for vertex, point in enumerate(points.tolist()):
+                    if np.isfinite(point).all():
+                        yield DeformedRow(film.scene.name, *contestant, time, vertex, *point)

@@ -1,0 +1,158 @@
+"""What the page carries of the tables: each table column by column, films as numbers in single precision."""
+
+import base64
+import json
+import math
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from compare.engines import OWN
+from scenarios.frames import quaternion_product
+
+HAND, TRUTH = "handcalc", "truth"
+# These become films, or are too long to carry whole.
+PACKED = ("motion.csv", "deformed.csv", "vertex-errors.csv", "error-over-time.csv")
+X, V, W = ([f"{name}{axis}{unit}" for axis in "xyz"] for name, unit in (("", "_m"), ("v", "_m_s"), ("w", "_rad_s")))
+Q = ["qw", "qx", "qy", "qz"]
+MOMENTUM = [f"l{axis}_kg_m2_s" for axis in (1, 2, 3)]
+FIGURES = ["error_m", "energy_drift", "angular_momentum_drift"]
+TRUE = [*X, *Q, *V, *W, *MOMENTUM]
+CONTESTANT = ["engine", "method"]
+
+
+def data_of(tables: Mapping[str, pd.DataFrame]) -> str:
+    """Return the page's data as JSON that may stand in a script element.
+
+    tables: file name -> table.
+    """
+    read = dict(tables)
+    films = dict(films_of(read))
+    read["vertex-errors.csv"] = at_the_end(read.get("vertex-errors.csv", pd.DataFrame()))
+    read["error-over-time.csv"] = unfilmed(read.get("error-over-time.csv", pd.DataFrame()), films)
+    kept = {name: table for name, table in read.items() if len(table) and name not in PACKED[:2]}
+    whole = {
+        "ours": OWN,
+        "byHand": HAND,
+        "files": [name for name, table in read.items() if len(table)],
+        "tables": {name: embedded(table) for name, table in kept.items()},
+        "films": films,
+    }
+    # In a script element nothing may look like its end.
+    return json.dumps(whole, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
+
+
+def embedded(table: pd.DataFrame) -> dict:
+    """Return a table column by column."""
+    return {
+        "columns": list(table.columns),
+        "length": len(table),
+        "values": {name: values(table[name]) for name in table.columns},
+    }
+
+
+def values(column: Any) -> list | dict:
+    """Return a column's values: words once each and where they stand, numbers as they are."""
+    if isinstance(column.dtype, pd.StringDtype):
+        codes, words = pd.factorize(column)
+        return {"words": list(words), "at": codes.tolist()}
+    return [number(value) for value in column.tolist()]
+
+
+def number(value: object) -> object:
+    """Return a value as JSON has it, which knows no infinity: what is not there is null."""
+    if value is pd.NA or (isinstance(value, float) and math.isnan(value)):
+        return None
+    if isinstance(value, float) and math.isinf(value):
+        return "Infinity" if value > 0 else "-Infinity"
+    return value
+
+
+def at_the_end(errors: pd.DataFrame) -> pd.DataFrame:
+    """Return of the vertex errors those at each scene's last sample."""
+    if errors.empty:
+        return errors
+    last = where(errors, errors["t_s"] == errors.groupby("scene")["t_s"].transform("max"))
+    return last.filter(["scene", *CONTESTANT, "vertex", "true_x_m", "true_y_m", "true_z_m", *X, "error_m"])
+
+
+def unfilmed(errors: pd.DataFrame, films: Mapping[str, object]) -> pd.DataFrame:
+    """Return the errors over time of the scenes that have no film."""
+    return where(errors, ~errors["scene"].isin(list(films))) if len(errors) else errors
+
+
+def films_of(read: Mapping[str, pd.DataFrame]) -> Iterator[tuple[str, dict]]:
+    """Yield scene and film: the truth as it is, contestants as what they deviate from it."""
+    motion, deformed = (read.get(f"{name}.csv", pd.DataFrame()) for name in ("motion", "deformed"))
+    if motion.empty:
+        return
+    scenes = read["scenes.csv"]
+    needs = dict(zip(scenes["scene"], scenes["needs"], strict=True))
+    bent = parts(deformed, ["scene", *CONTESTANT])
+    for (scene,), rows in parts(motion, ["scene"]).items():
+        flown = parts(rows, CONTESTANT)
+        true = flown.pop((TRUTH, ""))
+        yield (
+            scene,
+            {
+                "t": true["t_s"].tolist(),
+                "truth": packed(numbers(true, TRUE)),
+                "limit": limits(read, scene, numbers(true, ["t_s"])[:, 0]),
+                "others": {
+                    ":".join(filter(None, key)): flight(
+                        own, true, "gyroscopic" in needs[scene], bent.get((scene, *key))
+                    )
+                    for key, own in flown.items()
+                },
+            },
+        )
+
+
+def parts(table: pd.DataFrame, keys: list[str]) -> dict[tuple[str, ...], pd.DataFrame]:
+    """Return a table's rows by some of its columns, in order."""
+    if table.empty:
+        return {}
+    return {tuple(map(str, key)): own for key, own in table.groupby(keys, sort=False)}  # type: ignore[call-overload]
+
+
+def where(table: pd.DataFrame, kept: Any) -> pd.DataFrame:
+    """Return the rows of a table for which it is true."""
+    return table.loc[kept.to_numpy(dtype=bool)]
+
+
+def numbers(table: pd.DataFrame, columns: list[str]) -> np.ndarray:
+    """Return columns as an array, (rows, columns)."""
+    return table.filter(columns).to_numpy(dtype=float)
+
+
+def limits(read: Mapping[str, pd.DataFrame], scene: str, times: np.ndarray) -> list[float]:
+    """Return the truth's limit at each time [m]: that of the next sample it was judged at."""
+    errors = read.get("error-over-time.csv", pd.DataFrame(columns=["scene", "t_s", "limit_m"]))
+    told = numbers(
+        where(errors, errors["scene"] == scene).drop_duplicates("t_s").sort_values("t_s"), ["t_s", "limit_m"]
+    )
+    if not len(told):
+        return [0.0] * len(times)
+    at = np.minimum(np.searchsorted(told[:, 0], times), len(told) - 1)
+    return [float(f"{limit:.3g}") for limit in told[at, 1]]
+
+
+def flight(own: pd.DataFrame, true: pd.DataFrame, turns: bool, bent: pd.DataFrame | None) -> dict[str, str]:
+    """Return one contestant's frames: x - x_true, q q_true^-1, and its figures."""
+    beside = true.head(len(own))
+    away = numbers(own, X) - numbers(beside, X)
+    turned = quaternion_product(numbers(own, Q), numbers(beside, Q) * (1.0, -1.0, -1.0, -1.0))
+    found = {"frames": packed(np.concatenate([away, turned, numbers(own, FIGURES)], axis=1))}
+    if turns:
+        found["momentum"] = packed(numbers(own, MOMENTUM))
+    if bent is not None:
+        found["vertices"] = packed(numbers(bent, X))
+    return found
+
+
+def packed(values: np.ndarray) -> str:
+    """Return numbers in single precision, as text."""
+    with np.errstate(over="ignore"):
+        return base64.b64encode(values.astype("<f4").tobytes()).decode()

@@ -1,0 +1,73 @@
+"""Folders of tables that some command left, as the tables of a page; and what changed from one folder to another."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from compare.tables.frames import read_tables
+from compare.tables.known import SWEEP
+from compare.tables.schema import BadTable
+
+CONTESTANT = ["scene", "engine", "method"]
+# What only a sweep leaves; its runs are many to a contestant, and stand apart from those at the scenes' own steps.
+SWEPT = ("digits.csv", "orders.csv", "throws.csv", "same.csv", "clock.csv")
+ERRORS = ["max_error_m", "limit_m", "status"]
+
+
+def gathered(folder: Path) -> dict[str, pd.DataFrame]:
+    """Return the tables in a folder, whichever command left them.  Raises BadTable, OSError."""
+    if not folder.is_dir():
+        raise BadTable(f"{folder}: no such folder; --from takes one that `-o` made")
+    found = read_tables(folder)
+    if "digits.csv" in found:
+        return {(SWEEP if name in (*SWEPT, "runs.csv") else "") + name: table for name, table in found.items()}
+    if "cells.csv" in found:
+        found |= of_record(found["cells.csv"], found["questions.csv"])
+    if not found.keys() & {"runs.csv", "limits.csv"}:
+        raise BadTable(f"{folder}: has no tables of report, compare, sweep, stability or check")
+    return found
+
+
+def of_record(cells: pd.DataFrame, questions: pd.DataFrame) -> dict[str, pd.DataFrame]:
+    """Return the runs and scenes of a record of `tumble check`."""
+    steps = questions.filter(["scene", "step_s"]).rename(columns={"step_s": "dt_s"})
+    scenes = questions.filter(["scene", "step_s", "samples", "truth"]).assign(
+        title="", source="", needs="", duration_s=np.nan, bound_m=questions["limit_m"], floor_m=questions["limit_m"]
+    )
+    return {"runs.csv": cells.merge(steps, on="scene").assign(tolerance=np.nan), "scenes.csv": scenes}
+
+
+def changes(before: Mapping[str, pd.DataFrame], after: Mapping[str, pd.DataFrame]) -> dict[str, pd.DataFrame]:
+    """Return what changed: runs whose status or error is another, and conditions that are.  Raises BadTable."""
+    if not all("runs.csv" in tables for tables in (before, after)):
+        raise BadTable(
+            "two folders can be compared where both have runs.csv, as `tumble report` and `compare` leave it"
+        )
+    runs = pd.merge(
+        before["runs.csv"].filter([*CONTESTANT, *ERRORS]),
+        after["runs.csv"].filter([*CONTESTANT, *ERRORS]),
+        on=CONTESTANT,
+        how="outer",
+        suffixes=("_before", "_after"),
+        sort=False,
+    ).fillna({"status_before": "not there", "status_after": "not there"})
+    errors = runs.filter(["max_error_m_before", "max_error_m_after"]).to_numpy(dtype=float)
+    limit = np.nan_to_num(runs.filter(["limit_m_before", "limit_m_after"]).to_numpy(dtype=float)).max(axis=1)
+    lifted = np.fmax(errors, limit[:, None])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = np.where(np.isnan(errors).any(axis=1), np.nan, lifted[:, 1] / lifted[:, 0])
+    other = (runs["status_before"] != runs["status_after"]).to_numpy() | (~np.isnan(ratio) & (ratio != 1.0))
+    found = runs.assign(ratio=ratio).loc[other]
+    conditions = pd.merge(
+        before.get("conditions.csv", NOTHING), after.get("conditions.csv", NOTHING),
+        on="what", how="outer", suffixes=("_before", "_after"), sort=False,
+    ).fillna("")  # fmt: skip
+    return {
+        "changed-runs.csv": found,
+        "changed-conditions.csv": conditions.loc[(conditions["value_before"] != conditions["value_after"]).to_numpy()],
+    }
+
+
+NOTHING = pd.DataFrame({"what": pd.Series(dtype="str"), "value": pd.Series(dtype="str")})

@@ -1,0 +1,72 @@
+// Who makes the same mistake: contestants that agree with each other far better than either is right.
+
+function pairOf(row, side) {
+  return nameOf({ engine: row[`engine_${side}`], method: row[`method_${side}`] });
+}
+
+function agreementSection(host) {
+  const pairs = rows("agreement.csv");
+  const across = pairs.filter((row) => row.engine_a !== row.engine_b);
+  const best = across.sort((a, b) => a.apart_m / a.error_a_m - b.apart_m / b.error_a_m)[0];
+  host.append(
+    make(
+      "p",
+      { class: "headline" },
+      best
+        ? `No: in ${best.scene} ${pairOf(best, "a")} and ${pairOf(best, "b")} agree ${best.apart_m ? `to ${si(best.apart_m, "m", 2)}` : "to the last digit"}, and both are ${si(Math.max(best.error_a_m, best.error_b_m), "m", 2)} from the truth.`
+        : "No two engines here agree better than they are right.",
+    ),
+  );
+  if (best) agreementBars(host, across);
+  foldedTable(host, {
+    id: "agreement",
+    caption: "Pairs that agree far better than they are right",
+    list: pairs,
+    columns: [
+      { key: "scene", label: "scene", words: true },
+      { key: "a", label: "one", words: true, show: (row) => pairOf(row, "a"), sort: (row) => pairOf(row, "a") },
+      { key: "b", label: "other", words: true, show: (row) => pairOf(row, "b"), sort: (row) => pairOf(row, "b") },
+      { key: "apart_m", label: "apart", unit: "m" },
+      { key: "error_a_m", label: "one's error", unit: "m" },
+      { key: "error_b_m", label: "other's error", unit: "m" },
+    ],
+  });
+}
+
+/** For each scene: how far two engines are apart, and how far both are off. */
+function agreementBars(host, pairs) {
+  const best = [...groupBy(pairs, (row) => row.scene).values()].map((own) => own.reduce((a, b) => (a.apart_m / a.error_a_m < b.apart_m / b.error_a_m ? a : b))).sort((a, b) => b.error_a_m - a.error_a_m);
+  const svg = draw("svg", { class: "chart", role: "img", id: "agreement-figure", "aria-label": "Distance of two engines from each other and from the truth, by scene" });
+  const box = make("figure", { class: "chart-box" }, svg, make("figcaption", {}, "○ how far two engines are from each other, ● how far both are from the truth."), figureTools("agreement-figure", () => svg));
+  host.append(box);
+  const render = () => {
+    const width = Math.max(280, box.clientWidth || 600);
+    const height = 30 + 19 * best.length;
+    const area = { left: 130, right: width - 14 };
+    const least = Math.max(1e-18, Math.min(...best.map((row) => row.apart_m || 1e-17)));
+    const X = scale({ log: true }, [least / 2, Math.max(...best.map((row) => row.error_a_m)) * 2], [area.left, area.right]);
+    svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
+    svg.replaceChildren(
+      ...X.ticks.flatMap((value) => [
+        draw("line", { x1: X.place(value), x2: X.place(value), y1: 2, y2: height - 22, stroke: "var(--rule)" }),
+        ...(Math.round(Math.log10(value)) % 3 ? [] : [draw("text", { x: X.place(value), y: height - 6, "text-anchor": "middle", fill: "var(--soft)", "font-size": FONT }, si(value, "m", 1))]),
+      ]),
+      ...best.map((row, at) => {
+        const y = 12 + 19 * at;
+        const [near, far] = [X.place(Math.max(row.apart_m, least)), X.place(row.error_a_m)];
+        const said = [row.scene, `${pairOf(row, "a")} and ${pairOf(row, "b")}`, `${figure(row.apart_m)} m apart, ${figure(row.error_a_m)} m off`];
+        return draw(
+          "g",
+          { pointermove: (event) => tell(said, event), pointerleave: () => tell(null) },
+          draw("rect", { x: 0, y: y - 9, width, height: 18, fill: "transparent" }),
+          draw("text", { x: area.left - 8, y: y + 4, "text-anchor": "end", fill: "var(--ink)", "font-size": FONT }, row.scene),
+          draw("line", { x1: near, x2: far, y1: y, y2: y, stroke: "var(--soft)" }),
+          draw("circle", { class: "point", cx: near, cy: y, r: 4.5, fill: "var(--paper)", stroke: "var(--ink)" }),
+          draw("circle", { class: "point", cx: far, cy: y, r: 5, fill: "var(--warn)" }),
+        );
+      }),
+    );
+  };
+  render();
+  new ResizeObserver(render).observe(box);
+}

@@ -1,0 +1,221 @@
+// The first screen: engines by scenes, one glyph and one number a cell, for the error that the reader can bear.
+
+const VERDICTS = {
+  exact: ["◉", "cannot be told from the truth"],
+  within: ["●", "finished, within the tolerance"],
+  beyond: ["○", "finished, beyond the tolerance"],
+  flagged: ["▲", "finished, but something went wrong silently"],
+  diverged: ["✕", "blew up"],
+  failed: ["✕", "crashed or timed out"],
+  skipped: ["·", "cannot fly this scene"],
+};
+
+function verdictOf(run, tolerance) {
+  const kind = run.status;
+  if (kind === "skipped" || kind === "missing") return "skipped";
+  if (kind === "diverged") return "diverged";
+  if (kind === "crashed" || kind === "timeout") return "failed";
+  const error = errorOf(run);
+  if (error === null) return "skipped";
+  if (kind === "flagged") return "flagged";
+  if (run.max_error_m <= (run.limit_m ?? 0)) return "exact";
+  return error <= tolerance ? "within" : "beyond";
+}
+
+/** What is said of one run. */
+function toldOf(run, tolerance) {
+  const words = VERDICTS[verdictOf(run, tolerance)][1];
+  const lines = [`${run.scene}, ${settingOf(run)}: ${words}`];
+  if (run.max_error_m !== null) lines.push(`largest vertex error ${run.max_error_m <= (run.limit_m ?? 0) ? `≤ ${figure(run.limit_m)} m, all that the truth can tell` : `${figure(run.max_error_m)} m`}`);
+  if (run.why) lines.push(run.why);
+  return lines;
+}
+
+/** The scenes in the order of the board: free ones first, then those with forces. */
+function boardScenes() {
+  const forced = (scene) => /tether|drag|floor/.test(scene.needs);
+  const all = rows("scenes.csv");
+  return [["free flight", all.filter((scene) => !forced(scene))], ["under forces", all.filter(forced)]].filter(([, list]) => list.length);
+}
+
+function board(host) {
+  const groups = boardScenes();
+  const scenes = groups.flatMap(([, list]) => list);
+  const body = make("tbody");
+  host.append(
+    make(
+      "div",
+      { class: "wide board", tabindex: "0", role: "region", "aria-label": "Scoreboard: engines by scenes" },
+      make(
+        "table",
+        { id: "board" },
+        make("caption", { class: "unseen" }, "Largest vertex error of each contestant in each scene, and whether it is within the tolerance"),
+        make(
+          "thead",
+          {},
+          make("tr", {}, make("td"), make("td"), groups.map(([label, list]) => make("th", { scope: "colgroup", colspan: list.length, class: "group" }, label))),
+          make(
+            "tr",
+            {},
+            make("th", { scope: "col", class: "name" }, "contestant"),
+            make("th", { scope: "col" }, "within"),
+            scenes.map((scene) => make("th", { scope: "col", class: "upright" }, make("a", { href: `#scene-${scene.scene}`, title: scene.title, click: (event) => openScene(event, scene.scene) }, scene.scene))),
+          ),
+        ),
+        body,
+      ),
+    ),
+  );
+  const runs = new Map(rows("runs.csv").map((run) => [`${contestantOf(run)} ${run.scene}`, run]));
+  follow(["tol", "show"], () => {
+    const names = [...shown()].filter((name) => RUNS.has(name)).map((name) => ({ name, ...scoreOf(name, state.tol) }));
+    names.sort((a, b) => b.within - a.within || a.digits - b.digits);
+    body.replaceChildren(
+      ...names.map(({ name, within, flown }) =>
+        make(
+          "tr",
+          { "data-name": name, pointerenter: () => pick(name), pointerleave: () => pick("") },
+          make("th", { scope: "row", class: "name" }, markOf(name), make("span", {}, brokenName(name), make("span", { class: "note" }, rolesOf(name)))),
+          make("td", { class: "score" }, flown ? `${within}/${flown}` : "–"),
+          scenes.map((scene) => boardCell(runs.get(`${name} ${scene.scene}`), scene.scene)),
+        ),
+      ),
+    );
+  });
+  const kinds = new Set(rows("runs.csv").map((run) => verdictOf(run, state.tol)));
+  host.append(
+    make(
+      "p",
+      { class: "key" },
+      Object.entries(VERDICTS)
+        .filter(([kind]) => kinds.has(kind) || kind === "within")
+        .map(([kind, [glyph, words]]) => make("span", {}, make("span", { class: `glyph v-${kind}`, "aria-hidden": "true" }, glyph), ` ${words}`)),
+    ),
+  );
+}
+
+/** What a contestant is to its engine. */
+function rolesOf(name) {
+  const { engine, manner, byHand } = FIELD.get(name);
+  if (byHand) return "";
+  const roles = [];
+  if (ENGINE_DEFAULTS.get(engine) === name) roles.push(manner === "defaults" ? "as it ships" : "its default");
+  if (bestOf(engine, state.tol) === name) roles.push("its best");
+  return roles.join(", ");
+}
+
+function boardCell(run, scene) {
+  if (!run) return make("td", { class: "cell" }, "");
+  const kind = verdictOf(run, state.tol);
+  const [glyph, words] = VERDICTS[kind];
+  const error = errorOf(run);
+  const number = error === null || kind === "diverged" ? "" : `${kind === "exact" ? "≤" : ""}${si(error, "m", 2).replace(THIN, "")}`;
+  const tellIt = (event) => tell([contestantOf(run), ...toldOf(run, state.tol)], event);
+  return make(
+    "td",
+    { class: `cell v-${kind}`, pointermove: tellIt, pointerleave: () => tell(null), click: () => choose({ scene }) },
+    make("span", { class: "glyph", "aria-hidden": "true" }, glyph),
+    make("span", { class: "unseen" }, words),
+    make("span", { class: "figure" }, number),
+  );
+}
+
+function openScene(event, scene) {
+  event.preventDefault();
+  const fold = document.getElementById(`scene-${scene}`);
+  fold.open = true;
+  choose({ at: `scene-${scene}` });
+  fold.scrollIntoView({ block: "start", behavior: stillness.matches ? "auto" : "smooth" });
+}
+
+/** The tolerance the reader asks for. */
+function toleranceInput(host) {
+  const units = { m: 1, mm: 1e-3, "µm": 1e-6, nm: 1e-9 };
+  const unitFor = (value) => Object.keys(units).find((unit) => value >= units[unit]) ?? "nm";
+  const number = make("input", { id: "tolerance", type: "number", min: "0", step: "any", inputmode: "decimal", "aria-label": "Error that you can bear" });
+  const unit = make("select", { "aria-label": "Unit of the tolerance" }, Object.keys(units).map((name) => make("option", { value: name }, name)));
+  const read = () => {
+    const value = Number(number.value) * units[unit.value];
+    if (value > 0 && Number.isFinite(value)) choose({ tol: Number(value.toPrecision(6)) });
+  };
+  number.addEventListener("change", read);
+  unit.addEventListener("change", read);
+  host.append(make("label", { for: "tolerance" }, "I can bear an error of"), number, unit);
+  follow(["tol"], () => {
+    unit.value = unitFor(state.tol);
+    number.value = Number((state.tol / units[unit.value]).toPrecision(6));
+  });
+}
+
+/** The sentence that answers: which engine, at which step, and what engines do by default. */
+function answer(host) {
+  follow(["tol"], () => {
+    const tolerance = chosen(state.tol, "m");
+    const parts = [];
+    const reached = cheapest(state.tol);
+    if (reached.length) {
+      const [first] = reached;
+      parts.push(`To stay within ${tolerance} on the ${sweptScenes()[0]} throw, `, make("b", {}, first.name), ` is cheapest${costInWords(first)}`);
+      const others = reached.filter((one, at) => at && one.engine !== first.engine && reached.findIndex((other) => other.engine === one.engine) === at);
+      others.slice(0, 3).forEach((one, at) => parts.push(at ? ", " : "; then ", make("b", {}, one.name), costInWords(one)));
+      parts.push(". ");
+    }
+    const defaults = [...ENGINE_DEFAULTS.values()].filter((name) => !FIELD.get(name).ours).map((name) => ({ name, ...scoreOf(name, state.tol) }));
+    const failing = defaults.filter(({ within, flown }) => within < flown);
+    if (failing.length) parts.push(`At the scenes' own steps, left at its default, ${listed(failing.map(({ name, within, flown }, at) => `${FIELD.get(name).engine}${at ? "" : " manages"} ${within} of ${flown}${at ? "" : " throws"}`))}.`);
+    host.replaceChildren(...parts);
+  });
+}
+
+/** Who reaches an error on the swept scene, cheapest first: name, time of its flight, the step that did. */
+function cheapest(tolerance) {
+  const found = [];
+  for (const [name, own] of groupBy(rows("sweep-runs.csv").filter((run) => run.scene === sweptScenes()[0]), contestantOf)) {
+    if (FIELD.get(name)?.byHand) continue;
+    const reaching = own.filter((run) => run.status === "ok" && run.wall_s > 0 && errorOf(run) <= tolerance).sort((a, b) => a.wall_s - b.wall_s);
+    if (reaching.length) found.push({ name, engine: FIELD.get(name).engine, run: reaching[0], whole: own.length === 1 });
+  }
+  return found.sort((a, b) => a.run.wall_s - b.run.wall_s);
+}
+
+function costInWords({ run, whole }) {
+  const time = si(run.wall_s, "s", 2);
+  return whole ? ` (${time} a flight, in one step)` : ` (${settingOf(run, 2)}: ${time} a flight)`;
+}
+
+/** The die beside the board: the truth and the engine that is furthest off at its default. */
+function hero(host) {
+  const candidates = rows("scenes.csv").map((scene) => scene.scene).filter((scene) => DATA.films[scene]);
+  if (!candidates.length) return;
+  let stage = null;
+  follow(["scene"], () => {
+    const scene = candidates.includes(state.scene) ? state.scene : worstScene(candidates);
+    stage?.stop();
+    host.replaceChildren();
+    const worst = worstDefault(scene);
+    const ghosts = worst ? [worst.name] : [];
+    host.append(make("p", { class: "hero-title" }, make("a", { href: `#scene-${scene}`, click: (event) => openScene(event, scene) }, rows("scenes.csv").find((row) => row.scene === scene).title || scene)));
+    stage = player(host, scene, { ghosts: () => ghosts, label: `The die of ${scene} in flight: the truth solid${worst ? `, ${worst.name} as a frame` : ""}`, autoplay: true });
+    host.append(make("p", { class: "note" }, "Solid: the truth. ", worst ? [markOf(worst.name), ` ${worst.name}${rolesOf(worst.name) ? `, ${rolesOf(worst.name)}` : ""}: up to ${si(worst.error, "m", 2)} off.`] : "Nobody is off."));
+  });
+}
+
+/** The default that is furthest off in a scene; null where nobody is. */
+function worstDefault(scene) {
+  const film = filmOf(scene);
+  const off = [...ENGINE_DEFAULTS.values()]
+    .filter((name) => film.others.has(name))
+    .map((name) => ({ name, run: (RUNS.get(name) ?? []).find((run) => run.scene === scene) }))
+    .map(({ name, run }) => ({ name, error: run ? errorOf(run) : null }))
+    .filter(({ error }) => error !== null && Number.isFinite(error) && error > 1e-6 * film.size)
+    .sort((a, b) => b.error - a.error);
+  return off[0] ?? null;
+}
+
+/** The scene to begin with: where a default goes astray enough to be seen, and not out of the picture. */
+function worstScene(candidates) {
+  const ranked = candidates
+    .map((scene) => ({ scene, off: (worstDefault(scene)?.error ?? 0) / filmOf(scene).size, length: filmOf(scene).t.at(-1) }))
+    .map((one) => ({ ...one, rank: one.off > 0 ? Math.abs(Math.log10(one.off / 0.6)) + (one.length < 1 ? 1 : 0) : 99 }));
+  return ranked.sort((a, b) => a.rank - b.rank)[0].scene;
+}

@@ -1,0 +1,284 @@
+// Charts in SVG: marks and labels at the ends of lines, the truth's limit, one cursor and one pointer for all figures.
+
+const FONT = 12;
+const LABEL_GAP = 14;
+// A curve that leaves the plain ones this far behind leaves the chart too, so that they can still be told apart.
+const HEADROOM = 300;
+
+/** A scale from values to pixels, with its ticks. */
+function scale({ log }, [least, most], [from, to]) {
+  const f = log ? Math.log10 : (value) => value;
+  const [a, b] = [f(least), f(most)];
+  const place = (value) => from + ((f(value) - a) / (b - a || 1)) * (to - from);
+  const back = (pixel) => {
+    const value = a + ((pixel - from) / (to - from)) * (b - a);
+    return log ? 10 ** value : value;
+  };
+  return { place, back, ticks: log ? decades(a, b, Math.abs(to - from)) : evenly(a, b, Math.abs(to - from)) };
+}
+
+function decades(a, b, pixels) {
+  const every = Math.max(1, Math.ceil((b - a) / (pixels / 34)));
+  const found = [];
+  for (let power = Math.ceil(a - 1e-9); power <= b + 1e-9; power += 1) if (power % every === 0) found.push(10 ** power);
+  return found;
+}
+
+function evenly(a, b, pixels) {
+  const rough = (b - a) / Math.max(2, pixels / 80) || 1;
+  const unit = 10 ** Math.floor(Math.log10(rough));
+  const step = [1, 2, 5, 10].map((times) => times * unit).find((size) => size >= rough);
+  const found = [];
+  for (let at = Math.ceil(a / step - 1e-9); at * step <= b + 1e-9 * step; at += 1) found.push(Number((at * step).toPrecision(12)));
+  return found;
+}
+
+/**
+ * Put a chart into host and keep it up to date.
+ * x, y: {label, log, show(value)}; series(): [{name, points: [{x, y, plain, told, low, high}]}], of everybody;
+ * limit: [{x, y}], below which an error says nothing; under(frame): what is drawn first; among(names): who of those
+ * shown is drawn here; cursor: {get(), set(x)}; id: its address.
+ */
+function chart(host, { id, label, x, y, series, limit = [], under = () => [], cursor = null, height = 300, range = null, joined = true }) {
+  const svg = draw("svg", { class: "chart", role: "group", "aria-label": label, id });
+  const box = make("figure", { class: "chart-box" }, svg, figureTools(id, () => svg));
+  host.append(box);
+  const all = series();
+  let width = 0;
+  let frame = null;
+
+  function render() {
+    width = Math.max(280, Math.round(box.clientWidth));
+    const names = shown();
+    const drawn = all.filter((one) => names.has(one.name) && one.points.length);
+    svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
+    svg.replaceChildren();
+    const longest = Math.max(8, ...drawn.map((one) => one.name.length)) * 6.4 + 34;
+    const labelled = longest < 0.45 * width;
+    const right = labelled ? longest : 12;
+    const area = { left: 58, right: width - right, top: 24, bottom: height - 40 };
+    frame = framed(drawn, area);
+    svg.append(...axes(area));
+    if (!drawn.length) {
+      svg.append(draw("text", { x: (area.left + area.right) / 2, y: (area.top + area.bottom) / 2, "text-anchor": "middle", fill: "var(--soft)", "font-size": FONT + 1 }, "Nobody is shown: choose somebody above."));
+      return;
+    }
+    const clip = `clip-${id}`;
+    svg.append(draw("defs", {}, draw("clipPath", { id: clip }, draw("rect", { x: area.left, y: area.top - 4, width: area.right - area.left + 5, height: area.bottom - area.top + 5 }))));
+    const inside = draw("g", { "clip-path": `url(#${clip})` });
+    inside.append(...limitBand(area), ...under({ ...frame, area, drawn }));
+    drawn.forEach((one, at) => inside.append(curve(one, at)));
+    svg.append(inside);
+    if (cursor) svg.append(draw("line", { class: "cursor", y1: area.top, y2: area.bottom, stroke: "var(--ink)", "stroke-width": 1 }));
+    if (labelled) svg.append(...labels(drawn, area));
+    svg.append(draw("rect", { class: "touch", x: area.left, y: area.top, width: area.right - area.left, height: area.bottom - area.top, fill: "transparent" }));
+    moveCursor();
+    mark();
+  }
+
+  function framed(drawn, area) {
+    const points = drawn.flatMap((one) => one.points);
+    const plain = points.filter((point) => point.plain);
+    const counted = plain.length ? plain : points;
+    const xs = points.map((point) => point.x);
+    const ys = counted.map((point) => point.y).concat(y.log ? limit.map((point) => point.y) : []).filter((value) => Number.isFinite(value) && (!y.log || value > 0));
+    let [low, high] = ys.length ? [Math.min(...ys), Math.max(...ys)] : [1e-3, 1];
+    const highest = Math.max(high, ...points.map((point) => point.y).filter(Number.isFinite));
+    if (y.log) [low, high] = [low / 2, Math.min(highest, high * HEADROOM) * 2];
+    else if (low === high) [low, high] = [low - 1, high + 1];
+    else [low, high] = [low - 0.05 * (high - low), high + 0.05 * (high - low)];
+    let [first, last] = range ?? (xs.length ? [Math.min(...xs), Math.max(...xs)] : [0, 1]);
+    if (x.log) [first, last] = [first / 1.5, last * 1.5];
+    return { X: scale(x, [first, last], [area.left, area.right]), Y: scale(y, [low, high], [area.bottom, area.top]), low, high, first, last };
+  }
+
+  function axes(area) {
+    const text = (attributes, words) => draw("text", { fill: "var(--soft)", "font-size": FONT, ...attributes }, words);
+    const showX = x.show ?? ((value) => figure(value, 2));
+    const found = [];
+    for (const value of frame.Y.ticks) {
+      const at = frame.Y.place(value);
+      found.push(draw("line", { x1: area.left, x2: area.right, y1: at, y2: at, stroke: "var(--rule)", "stroke-width": 1 }));
+      found.push(text({ x: area.left - 6, y: at + 4, "text-anchor": "end" }, (y.show ?? figure)(value)));
+    }
+    for (const value of frame.X.ticks) {
+      const at = frame.X.place(value);
+      found.push(draw("line", { x1: at, x2: at, y1: area.bottom, y2: area.bottom + 4, stroke: "var(--soft)" }));
+      found.push(text({ x: at, y: area.bottom + 17, "text-anchor": "middle" }, showX(value)));
+    }
+    found.push(draw("line", { x1: area.left, x2: area.right, y1: area.bottom, y2: area.bottom, stroke: "var(--soft)" }));
+    found.push(text({ x: (area.left + area.right) / 2, y: area.bottom + 34, "text-anchor": "middle" }, x.label));
+    found.push(text({ x: 2, y: 12 }, y.label));
+    return found;
+  }
+
+  function limitBand(area) {
+    if (!limit.length || !y.log) return [];
+    const edge = limit.map((point) => [frame.X.place(point.x), frame.Y.place(Math.max(point.y, frame.low))]);
+    if (edge.length === 1) edge.push([area.right, edge[0][1]]);
+    edge[0][0] = Math.min(edge[0][0], area.left);
+    const line = edge.map((point) => point.map((value) => value.toFixed(1)).join(",")).join("L");
+    return [
+      draw("path", { d: `M${line}L${area.right},${area.bottom}L${area.left},${area.bottom}Z`, fill: "var(--ink)", "fill-opacity": 0.08 }),
+      draw("path", { d: `M${line}`, fill: "none", stroke: "var(--ink)", "stroke-opacity": 0.4 }),
+    ];
+  }
+
+  function placed(point) {
+    return [frame.X.place(point.x), frame.Y.place(Math.min(Math.max(point.y, y.log ? frame.low / 100 : -Infinity), y.log ? frame.high * 100 : Infinity))];
+  }
+
+  function curve(one, number) {
+    const { hue, dash, mark: shape } = FIELD.get(one.name);
+    const group = draw("g", { class: "curve", "data-name": one.name });
+    const line = joined ? one.points.filter((point) => point.plain || !one.points.some((other) => other.plain)) : [];
+    if (line.length > 1)
+      group.append(
+        draw("path", {
+          class: "line",
+          d: `M${line.map((point) => placed(point).map((value) => value.toFixed(1)).join(",")).join("L")}`,
+          fill: "none",
+          stroke: `var(${hue})`,
+          "stroke-width": 1.8,
+          "stroke-dasharray": dash,
+          "stroke-linejoin": "round",
+        }),
+      );
+    const every = Math.max(1, Math.ceil(one.points.length / (joined && !x.log ? 8 : 60)));
+    one.points.forEach((point, at) => {
+      const [px, py] = placed(point);
+      if (point.low !== undefined && point.high > point.low)
+        group.append(draw("path", { d: `M${frame.X.place(point.low).toFixed(1)},${py.toFixed(1)}H${frame.X.place(point.high).toFixed(1)}`, stroke: `var(${hue})`, "stroke-opacity": 0.6 }));
+      // Where curves are one their marks take turns; on a chart of runs every run that is no plain result is seen.
+      if ((one.points.length - 1 - at + number * Math.ceil(every / 3)) % every && (point.plain || !x.log)) return;
+      const plain = point.plain ? { d: shape, fill: `var(${hue})` } : { d: CROSS, fill: "none", stroke: `var(${hue})`, "stroke-width": 0.5 };
+      group.append(draw("path", { class: "point", transform: `translate(${px.toFixed(1)} ${py.toFixed(1)}) scale(3.4)`, ...plain }));
+    });
+    return group;
+  }
+
+  function labels(drawn, area) {
+    const wanted = drawn
+      .map((one) => ({ name: one.name, from: placed(one.points.findLast((point) => point.plain) ?? one.points.at(-1)) }))
+      .map((one) => ({ ...one, at: Math.min(Math.max(one.from[1], area.top + 4), area.bottom) }))
+      .sort((a, b) => a.at - b.at);
+    spread(wanted, area);
+    return wanted.map(({ name, from, at }) => {
+      const begin = area.right + 8;
+      const group = draw(
+        "g",
+        {
+          class: "label",
+          "data-name": name,
+          tabindex: "0",
+          role: "button",
+          "aria-label": `${name}: press to hide, with shift to show alone`,
+          cursor: "pointer",
+          pointerenter: () => pick(name),
+          pointerleave: () => pick(""),
+          focus: () => pick(name),
+          blur: () => pick(""),
+          keydown: (event) => {
+            if (event.key !== "Enter" && event.key !== " ") return;
+            event.preventDefault();
+            event.shiftKey ? isolate(name) : hide(name);
+          },
+          click: () => {
+            clearTimeout(group.due);
+            group.due = setTimeout(() => hide(name), 230); // unless a second click follows
+          },
+          dblclick: () => {
+            clearTimeout(group.due);
+            isolate(name);
+          },
+        },
+        draw("path", { d: `M${Math.min(from[0] + 5, area.right + 4).toFixed(1)},${Math.min(Math.max(from[1], area.top), area.bottom).toFixed(1)}L${begin},${at.toFixed(1)}`, fill: "none", stroke: `var(${FIELD.get(name).hue})`, "stroke-opacity": 0.35 }),
+        draw("path", { transform: `translate(${begin + 6} ${at.toFixed(1)}) scale(3.4)`, d: FIELD.get(name).mark, fill: `var(${FIELD.get(name).hue})` }),
+        draw("text", { x: begin + 14, y: (at + 4).toFixed(1), fill: "var(--ink)", "font-size": FONT - 0.5 }, name),
+      );
+      return group;
+    });
+  }
+
+  /** Push labels apart until none covers another, and back into the figure. */
+  function spread(wanted, area) {
+    const gap = Math.min(LABEL_GAP, (area.bottom - area.top + 20) / wanted.length);
+    for (let at = 1; at < wanted.length; at += 1) wanted[at].at = Math.max(wanted[at].at, wanted[at - 1].at + gap);
+    let floor = area.bottom + 24;
+    for (let at = wanted.length - 1; at >= 0; at -= 1) {
+      wanted[at].at = Math.min(wanted[at].at, floor);
+      floor = wanted[at].at - gap;
+    }
+  }
+
+  function moveCursor() {
+    const line = svg.querySelector(".cursor");
+    if (!line || !frame) return;
+    const at = frame.X.place(cursor.get());
+    line.setAttribute("x1", at);
+    line.setAttribute("x2", at);
+  }
+
+  function mark() {
+    for (const part of svg.querySelectorAll("[data-name]")) part.setAttribute("opacity", picked && picked !== part.dataset.name ? 0.15 : 1);
+  }
+
+  /** The nearest point under the pointer, if it is near. */
+  function nearest(event) {
+    const area = svg.getBoundingClientRect();
+    const factor = width / area.width;
+    const [px, py] = [(event.clientX - area.left) * factor, (event.clientY - area.top) * factor];
+    let best = null;
+    const names = shown();
+    for (const one of all) {
+      if (!names.has(one.name)) continue;
+      for (const point of one.points) {
+        const [qx, qy] = placed(point);
+        const apart = Math.hypot(px - qx, py - qy);
+        if (apart < (best?.apart ?? 40)) best = { apart, point, name: one.name, px };
+      }
+    }
+    return { best, px };
+  }
+
+  svg.addEventListener("pointermove", (event) => {
+    if (!event.target.classList.contains("touch")) return;
+    const { best, px } = nearest(event);
+    pick(best?.name ?? "");
+    tell(best ? [best.name, ...best.point.told] : null, event);
+    if (cursor && event.buttons) cursor.set(frame.X.back(px));
+  });
+  svg.addEventListener("pointerdown", (event) => {
+    if (cursor && event.target.classList.contains("touch")) cursor.set(frame.X.back(nearest(event).px));
+  });
+  svg.addEventListener("pointerleave", () => {
+    pick("");
+    tell(null);
+  });
+  pickers.add(mark);
+  whenThemeChanges(render);
+  new ResizeObserver(() => Math.round(box.clientWidth) !== width && box.clientWidth && render()).observe(box);
+  follow(["show", "tol"], render);
+  return { render, moveCursor };
+}
+
+function hide(name) {
+  show([...shown()].filter((other) => other !== name));
+  tell(null);
+}
+
+function isolate(name) {
+  show([name]);
+}
+
+/** What the pointer rests on, in words beside it. */
+const teller = make("div", { id: "told", role: "status", hidden: true });
+function tell(lines, event) {
+  teller.hidden = !lines;
+  if (!lines) return;
+  teller.replaceChildren(make("b", {}, lines[0]), ...lines.slice(1).map((line) => make("div", {}, line)));
+  const { innerWidth } = window;
+  const wide = teller.offsetWidth;
+  teller.style.left = `${Math.min(event.clientX + 14, innerWidth - wide - 8)}px`;
+  teller.style.top = `${event.clientY + 16}px`;
+}

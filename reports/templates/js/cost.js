@@ -1,0 +1,139 @@
+// What each digit costs: error against run time, and the table of what it takes to reach an error.
+
+function sweptScenes() {
+  return [...new Set(rows("sweep-runs.csv").map((run) => run.scene))];
+}
+
+/** The step of a run, or the tolerance under which it chose its own. */
+function settingOf(run, digits = 3) {
+  return run.tolerance === null ? `step ${figure(run.dt_s, digits)} s` : `tolerance ${figure(run.tolerance, digits)}`;
+}
+
+function costSections(host) {
+  for (const scene of sweptScenes()) costSection(host, scene);
+}
+
+function costSection(host, scene) {
+  const throws = rows("sweep-throws.csv").filter((row) => row.scene === scene);
+  const spread = new Map(throws.map((row) => [`${nameOf(row)} ${row.dt_s}`, row]));
+  const clock = new Map(rows("sweep-clock.csv").filter((row) => row.scene === scene).map((row) => [nameOf(row), row]));
+  const runs = rows("sweep-runs.csv").filter((run) => run.scene === scene && run.wall_s > 0 && errorOf(run) !== null);
+  const count = throws[0]?.throws ?? 1;
+  const series = [...groupBy(runs, contestantOf)].map(([name, own]) => ({
+    name,
+    points: own
+      .map((run) => costPoint(run, spread.get(`${nameOf(run)} ${run.dt_s}`), clock.get(nameOf(run)), count))
+      .filter((point) => point.y > 0 && Number.isFinite(point.y))
+      .sort((a, b) => a.x - b.x),
+  }));
+  const limit = Math.max(...runs.map((run) => run.limit_m ?? 0));
+  const headline = make("p", { class: "headline" });
+  host.append(headline);
+  follow(["tol", "show"], () => headline.replaceChildren(...costHeadline(scene)));
+  chart(host, {
+    id: `cost-${scene}`,
+    label: `Largest vertex error against native time of a flight of ${scene}`,
+    x: { label: count > 1 ? "native time of one throw's flight" : "native time of the flight", log: true, show: (value) => si(value / 1e6, "s", 1) },
+    y: { label: "largest vertex error", log: true, show: (value) => si(value, "m", 1) },
+    series: () => series,
+    limit: limit > 0 ? [{ x: Math.min(...runs.map((run) => run.wall_s * 1e6)), y: limit }] : [],
+    under: (frame) => [...frontier(frame), ...float32Floor(frame, scene), ...toleranceLine(frame)],
+    height: 460,
+  });
+  host.append(
+    make("p", { class: "note" }, `Each point is one step or tolerance, crosses are runs that are no plain results. The broad grey line is the frontier of those shown, the bars reach to the time that nine rounds in ten stay below, the grey floor is what the truth can tell. `, make("code", {}, `tumble sweep ${scene}`)),
+  );
+  costTable(host, scene);
+  orderTable(host, scene);
+}
+
+function costPoint(run, quantiles, reading, throws) {
+  const time = (run.wall_s * 1e6) / throws;
+  const error = quantiles ? quantiles.median_error_m : errorOf(run);
+  const said = [settingOf(run), error <= (run.limit_m ?? 0) ? `≤ ${figure(run.limit_m)} m` : `${figure(error)} m`, `${figure(time)} µs a flight`];
+  if (run.steps && run.tolerance === null) said.push(`${counted(run.steps, "step")} of ${figure(run.wall_ns_per_step / throws)} ns`);
+  if (run.status !== "ok") said.push(inWords(run));
+  return { x: time, y: error, plain: run.status === "ok", told: said, low: time, high: reading ? (time * reading.p90_ns) / reading.ns : time };
+}
+
+/** The line below and left of which nobody shown is. */
+function frontier({ X, Y, area, drawn }) {
+  const points = drawn.flatMap((one) => one.points.filter((point) => point.plain)).sort((a, b) => a.x - b.x || a.y - b.y);
+  const kept = [];
+  for (const point of points) if (!kept.length || point.y < kept.at(-1).y) kept.push(point);
+  if (kept.length < 2) return [];
+  let path = `M${X.place(kept[0].x)},${area.top}`;
+  for (const point of kept) path += `H${X.place(point.x).toFixed(1)}V${Y.place(point.y).toFixed(1)}`;
+  return [draw("path", { d: `${path}H${area.right}`, fill: "none", stroke: "var(--ink)", "stroke-opacity": 0.13, "stroke-width": 7 })];
+}
+
+/** Where single precision stops: its rounding of the furthest coordinate. */
+function float32Floor({ Y, area }, scene) {
+  const film = filmOf(scene);
+  if (!film) return [];
+  const reach = Math.max(...film.truth.map((frame) => Math.hypot(frame[0], frame[1], frame[2]))) + film.size;
+  return [level(Y, area, reach * 2 ** -24, "float32 rounds here")];
+}
+
+function toleranceLine({ Y, area }) {
+  return [level(Y, area, state.tol, `your ${chosen(state.tol, "m")}`)];
+}
+
+function level(Y, area, value, words) {
+  const at = Y.place(value);
+  if (!(at > area.top && at < area.bottom)) return draw("g");
+  return draw(
+    "g",
+    {},
+    draw("line", { x1: area.left, x2: area.right, y1: at, y2: at, stroke: "var(--warn)", "stroke-dasharray": "4 4" }),
+    draw("text", { x: area.left + 4, y: at - 4, fill: "var(--warn)", "font-size": 11 }, words),
+  );
+}
+
+function costHeadline(scene) {
+  const names = shown();
+  const reaching = cheapest(state.tol).filter(({ name, run }) => run.scene === scene && names.has(name));
+  if (!reaching.length) return [`Nobody shown reaches ${chosen(state.tol, "m")}.`];
+  const last = reaching.at(-1);
+  const parts = [`Of those shown ${reaching.length} reach ${chosen(state.tol, "m")}; `, make("b", {}, reaching[0].name), ` does it soonest${costInWords(reaching[0])}`];
+  if (reaching.length > 1) parts.push(`, ${last.name} takes ${times(last.run.wall_s / reaching[0].run.wall_s)} the time`);
+  return [...parts, "."];
+}
+
+function costTable(host, scene) {
+  const targets = [...new Set(rows("sweep-digits.csv").map((row) => row.target_m))];
+  foldedTable(host, {
+    id: `digits-${scene}`,
+    caption: `What it takes to reach ${listed(targets.map((target) => si(target, "m", 1)))} in ${scene}`,
+    list: rows("sweep-digits.csv").filter((row) => row.scene === scene),
+    key: (row) => `${nameOf(row)}-${row.target_m}`,
+    columns: [
+      { key: "method", label: "contestant", words: true, show: nameOf, sort: nameOf },
+      { key: "target_m", label: "error to reach", show: (row) => si(row.target_m, "m", 1) },
+      { key: "verdict", label: "", words: true },
+      { key: "flight_us", label: "time of a flight", unit: "µs" },
+      { key: "dt_s", label: "step", unit: "s" },
+      { key: "steps_per_s", label: "steps a second" },
+      { key: "ratio", label: "over the reference", show: (row) => times(row.ratio) },
+    ],
+  });
+}
+
+function orderTable(host, scene) {
+  foldedTable(host, {
+    id: `orders-${scene}`,
+    caption: `Order of each method, and where smaller steps stop paying, in ${scene}`,
+    list: rows("sweep-orders.csv").filter((row) => row.scene === scene),
+    key: (row) => nameOf(row),
+    columns: [
+      { key: "method", label: "contestant", words: true, show: nameOf, sort: nameOf },
+      { key: "order", label: "order", show: (row) => (row.order === null ? "" : row.order.toFixed(2)) },
+      { key: "order_low", label: "lowest", show: (row) => (row.order_low === null ? "" : row.order_low.toFixed(2)) },
+      { key: "order_high", label: "highest", show: (row) => (row.order_high === null ? "" : row.order_high.toFixed(2)) },
+      { key: "best_error_m", label: "least error", unit: "m" },
+      { key: "best_dt_s", label: "at the step", unit: "s" },
+      { key: "attitude_m", label: "from attitude", unit: "m" },
+      { key: "translation_m", label: "from translation", unit: "m" },
+    ],
+  });
+}

@@ -1,0 +1,46 @@
+// The tables as the page carries them, and the films: all that is drawn comes from here.
+
+const DATA = JSON.parse(document.getElementById("data").textContent);
+const NUMBERS = { Infinity: Infinity, "-Infinity": -Infinity, NaN: NaN };
+
+/** Rows of a table, as objects of its columns; none where the page has no such table. */
+function rows(name) {
+  const table = DATA.tables[name];
+  if (!table) return [];
+  table.rows ??= Array.from({ length: table.length }, (_, at) =>
+    Object.fromEntries(table.columns.map((column) => [column, cell(table.values[column], at)])),
+  );
+  return table.rows;
+}
+
+/** One cell: words are stored once each, numbers JSON does not know by their names, empty cells as null. */
+function cell(column, at) {
+  if (column.words) return column.words[column.at[at]];
+  const value = column[at];
+  return typeof value === "string" && value in NUMBERS ? NUMBERS[value] : value;
+}
+
+/** ENGINE:METHOD[@TOLERANCE] of any row that has both. */
+function nameOf(row) {
+  return row.method ? `${row.engine}:${row.method}` : row.engine;
+}
+
+/** The contestant a row is of, whatever its tolerance. */
+function contestantOf(row) {
+  return row.method ? `${row.engine}:${row.method.split("@")[0]}` : row.engine;
+}
+
+/** A run's error as it can be told: not below the truth's limit [m]; null where there is none. */
+function errorOf(row) {
+  return row.max_error_m === null ? null : Math.max(row.max_error_m, row.limit_m ?? 0);
+}
+
+function groupBy(list, key) {
+  const found = new Map();
+  for (const item of list) {
+    const own = key(item);
+    if (!found.has(own)) found.set(own, []);
+    found.get(own).push(item);
+  }
+  return found;
+}

@@ -1,0 +1,53 @@
+// Elements: everything that a table says arrives as text and never as markup.
+
+const SVG = "http://www.w3.org/2000/svg";
+
+/** An HTML element with attributes (a function is a listener) and children (elements or text). */
+function make(tag, attributes = {}, ...children) {
+  return filled(document.createElement(tag), attributes, children);
+}
+
+/** The same for SVG. */
+function draw(tag, attributes = {}, ...children) {
+  return filled(document.createElementNS(SVG, tag), attributes, children);
+}
+
+function filled(element, attributes, children) {
+  for (const [name, value] of Object.entries(attributes)) {
+    if (typeof value === "function") element.addEventListener(name, value);
+    else if (value === true) element.setAttribute(name, "");
+    else if (value !== false && value !== null && value !== undefined) element.setAttribute(name, value);
+  }
+  element.append(...children.flat().filter((child) => child !== null && child !== undefined && child !== ""));
+  return element;
+}
+
+/** Call once when an element first comes near the view; what is printed is all in view. */
+function whenSeen(element, act) {
+  let done = false;
+  const once = () => {
+    if (done) return;
+    done = true;
+    watcher.disconnect();
+    act();
+  };
+  const watcher = new IntersectionObserver((entries) => entries.some((entry) => entry.isIntersecting) && once(), {
+    rootMargin: "300px",
+  });
+  watcher.observe(element);
+  window.addEventListener("beforeprint", () => element.getClientRects().length && once());
+}
+
+/** The value of a colour or font of the page's style. */
+function styleOf(name) {
+  return getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+}
+
+/** Call after the reader changes between light and dark. */
+function whenThemeChanges(act) {
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", act);
+  window.addEventListener("beforeprint", act);
+  window.addEventListener("afterprint", act);
+}
+
+const stillness = matchMedia("(prefers-reduced-motion: reduce)");

@@ -1,0 +1,161 @@
+// Who takes part: one colour and one mark each on every figure, and who of them is shown.
+
+// Okabe and Ito's colours, told apart by colour-blind readers; the engines in the order they take part.
+const HUES = ["--hue-1", "--hue-2", "--hue-3", "--hue-4", "--hue-5", "--hue-6"];
+// Units about the origin; a contestant's mark is its own within its engine, so colour is never all.
+const MARKS = [
+  "M-1,0A1,1,0,1,1,1,0A1,1,0,1,1,-1,0Z",
+  "M-.9,-.9L.9,-.9L.9,.9L-.9,.9Z",
+  "M0,-1.15L1.1,.85L-1.1,.85Z",
+  "M0,-1.3L1.1,0L0,1.3L-1.1,0Z",
+  "M0,1.15L1.1,-.85L-1.1,-.85Z",
+  "M-.35,-1.1L.35,-1.1L.35,-.35L1.1,-.35L1.1,.35L.35,.35L.35,1.1L-.35,1.1L-.35,.35L-1.1,.35L-1.1,-.35L-.35,-.35Z",
+];
+const CROSS = "M-1,-1L1,1M-1,1L1,-1";
+const DASHES = ["", "7 3", "2 3", "9 3 2 3", "5 2 5 2 1 2", "1 2"];
+
+/** Everybody in any table, by name: engine, method, manner (tuned, defaults, held), colour, mark and dash. */
+const FIELD = field();
+
+function field() {
+  const found = new Map();
+  const engines = [];
+  const counts = new Map();
+  for (const row of [...rows("runs.csv"), ...rows("sweep-runs.csv"), ...rows("limits.csv"), ...rows("extremes.csv")]) {
+    const name = contestantOf(row);
+    if (!row.method || found.has(name)) continue;
+    if (!engines.includes(row.engine)) engines.push(row.engine);
+    const at = counts.get(row.engine) ?? 0;
+    counts.set(row.engine, at + 1);
+    const method = row.method.split("@")[0];
+    const [plain, manner] = method.split("+");
+    found.set(name, {
+      name,
+      engine: row.engine,
+      method,
+      plain,
+      manner: manner ?? "tuned",
+      ours: row.engine === DATA.ours,
+      byHand: row.engine === DATA.byHand,
+      hue: row.engine === DATA.byHand ? "--soft" : HUES[engines.filter((engine) => engine !== DATA.byHand).indexOf(row.engine) % HUES.length],
+      mark: MARKS[at % MARKS.length],
+      dash: DASHES[at % DASHES.length],
+    });
+  }
+  return found;
+}
+
+/** A name that may be broken after its engine. */
+function brokenName(name) {
+  const [engine, ...rest] = name.split(":");
+  return rest.length ? [`${engine}:`, make("wbr"), rest.join(":")] : [name];
+}
+
+function colourOf(name) {
+  return styleOf(FIELD.get(name)?.hue ?? "--soft");
+}
+
+/** A contestant's mark as a small picture. */
+function markOf(name, size = 12) {
+  const one = FIELD.get(name);
+  return draw(
+    "svg",
+    { viewBox: "-1.6 -1.6 3.2 3.2", width: size, height: size, class: "mark", "aria-hidden": "true" },
+    draw("path", { d: one?.mark ?? MARKS[0], fill: `var(${one?.hue ?? "--soft"})` }),
+  );
+}
+
+/** What an engine does unless told otherwise: as it ships where that was flown, else its first method. */
+const ENGINE_DEFAULTS = engineDefaults();
+
+function engineDefaults() {
+  const found = new Map();
+  for (const engine of rows("engines.csv")) {
+    const first = engine.methods.split(", ")[0];
+    const shipped = `${engine.engine}:${first}+defaults`;
+    const name = FIELD.has(shipped) ? shipped : `${engine.engine}:${first}`;
+    if (FIELD.has(name) && !FIELD.get(name).byHand) found.set(engine.engine, name);
+  }
+  return found;
+}
+
+const RUNS = groupBy(rows("runs.csv"), contestantOf);
+
+/** How many scenes a contestant finished within the tolerance, and the sum of its errors' digits. */
+function scoreOf(name, tolerance) {
+  let within = 0;
+  let flown = 0;
+  let digits = 0;
+  for (const run of RUNS.get(name) ?? []) {
+    const error = errorOf(run);
+    if (run.status === "skipped" || run.status === "missing") continue;
+    flown += 1;
+    if (error === null || !Number.isFinite(error)) continue;
+    digits += Math.log10(Math.max(error, 1e-18));
+    if (run.status === "ok" && error <= tolerance) within += 1;
+  }
+  return { within, flown, digits: flown ? digits / flown : 0 };
+}
+
+/** An engine's best: within the tolerance in most scenes, of those the one of smallest errors; null if none flew. */
+function bestOf(engine, tolerance) {
+  const own = [...FIELD.values()].filter((one) => one.engine === engine && one.manner === "tuned" && !one.byHand);
+  const ranked = own
+    .map((one) => ({ name: one.name, ...scoreOf(one.name, tolerance) }))
+    .filter((one) => one.flown)
+    .sort((a, b) => b.within - a.within || a.digits - b.digits);
+  return ranked[0]?.name ?? null;
+}
+
+/** Engines' defaults and bests: who is shown unless the reader asks for others. */
+function leading(tolerance = state.tol) {
+  const names = [];
+  for (const engine of new Set([...FIELD.values()].filter((one) => !one.byHand).map((one) => one.engine))) {
+    names.push(ENGINE_DEFAULTS.get(engine), bestOf(engine, tolerance));
+  }
+  return [...new Set(names.filter(Boolean))];
+}
+
+const PRESETS = {
+  best: ["defaults and bests", () => leading()],
+  engines: ["engines", () => everyone((one) => !one.ours && !one.byHand)],
+  ours: ["ours", () => everyone((one) => one.ours)],
+  tuned: ["tuned", () => everyone((one) => one.manner === "tuned")],
+  defaults: ["as shipped", () => everyone((one) => one.manner === "defaults")],
+  held: ["force held", () => everyone((one) => one.manner === "held")],
+  all: ["all", () => everyone(() => true)],
+  none: ["none", () => []],
+};
+
+function everyone(wanted) {
+  return [...FIELD.values()].filter(wanted).map((one) => one.name);
+}
+
+/** The names that are shown now, on every figure. */
+function shown() {
+  const named = state.show.split(",").filter((name) => FIELD.has(name));
+  return new Set((PRESETS[state.show] ?? (named.length ? [, () => named] : PRESETS.best))[1]());
+}
+
+/** Show these alone. */
+function show(names) {
+  choose({ show: [...names].join(",") || "none" });
+}
+
+/** The chips that say who is shown; each filters every figure. */
+function chips(host) {
+  const buttons = Object.entries(PRESETS)
+    .filter(([key, [, names]]) => key === "none" || names().length)
+    .map(([key, [label]]) => make("button", { type: "button", class: "chip", "data-show": key, click: () => choose({ show: key }) }, label));
+  host.append(make("span", { class: "chips-title" }, "shown in every figure:"), ...buttons);
+  follow(["show"], () => buttons.forEach((button) => button.setAttribute("aria-pressed", button.dataset.show === state.show)));
+}
+
+// Who the pointer rests on, in whatever figure: all figures mark the same one.
+let picked = "";
+const pickers = new Set();
+function pick(name) {
+  if (name === picked) return;
+  picked = name;
+  for (const act of pickers) act();
+}

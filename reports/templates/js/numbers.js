@@ -1,0 +1,66 @@
+// Numbers for people: few digits, powers of ten as 2.31·10⁻¹¹, SI prefixes, real minus signs.
+
+const MINUS = "−";
+const SMALL = { "-": "⁻", 0: "⁰", 1: "¹", 2: "²", 3: "³", 4: "⁴", 5: "⁵", 6: "⁶", 7: "⁷", 8: "⁸", 9: "⁹" };
+const PREFIXES = { "-18": "a", "-15": "f", "-12": "p", "-9": "n", "-6": "µ", "-3": "m", 0: "", 3: "k", 6: "M", 9: "G" };
+const THIN = "\u202f";
+
+/** A number in so many significant digits; plain from a thousandth to ten thousand, else a power of ten. */
+function figure(value, digits = 3) {
+  if (value === null || value === undefined) return "";
+  if (Number.isNaN(value)) return "NaN";
+  if (!Number.isFinite(value)) return value > 0 ? "∞" : `${MINUS}∞`;
+  if (value === 0) return "0";
+  const [mantissa, exponent] = value.toExponential(digits - 1).split("e");
+  const power = Number(exponent);
+  const text =
+    power >= -3 && power < 4
+      ? Number(`${mantissa}e${power}`).toFixed(Math.max(digits - 1 - power, 0))
+      : `${mantissa}·10${superscript(power)}`;
+  return text.replace("-", MINUS);
+}
+
+function superscript(power) {
+  return [...String(power)].map((sign) => SMALL[sign]).join("");
+}
+
+/** A quantity with the prefix that leaves one to three digits before the point: 0.0118 m is 12 mm. */
+function si(value, unit, digits = 2) {
+  if (!Number.isFinite(value)) return figure(value);
+  if (value === 0) return `0${THIN}${unit}`;
+  const rounded = Number(value.toPrecision(digits));
+  const power = Math.min(9, Math.floor(Math.log10(Math.abs(rounded)) / 3 + 1e-9) * 3);
+  if (power < -18) return `${figure(value, digits)}${THIN}${unit}`;
+  if (power === 9 && Math.abs(rounded) >= 1e12) return `${figure(value, digits)}${THIN}${unit}`;
+  // Metres are not counted in thousands: who is 5 km off is 5000 m off.
+  const shown = unit === "m" && power > 0 ? 0 : power;
+  if (unit === "m" && Math.abs(rounded) >= 1e4) return `${figure(value, digits)}${THIN}m`;
+  const scaled = rounded / 10 ** shown;
+  const decimals = Math.max(0, digits - 1 - Math.floor(Math.log10(Math.abs(scaled)) + 1e-9));
+  return `${scaled.toFixed(decimals)}${THIN}${PREFIXES[shown]}${unit}`.replace("-", MINUS);
+}
+
+/** A length that a person chose, with its prefix: 0.001 is 1 mm. */
+function chosen(value, unit) {
+  const digits = value.toExponential().split("e")[0].replace(/[-.]/g, "").length;
+  return si(value, unit, Math.max(1, digits));
+}
+
+/** A number that a person chose, such as a time or a step, as it was written. */
+function given(value) {
+  return String(Number(value.toPrecision(12))).replace("-", MINUS);
+}
+
+function listed(names) {
+  return names.length > 1 ? `${names.slice(0, -1).join(", ")} and ${names.at(-1)}` : (names[0] ?? "");
+}
+
+function counted(count, noun) {
+  return count === 1 ? `1 ${noun}` : `${count} ${noun}s`;
+}
+
+/** How many times one is of another, as people say it. */
+function times(ratio) {
+  if (ratio === null || ratio === undefined) return "";
+  return `×${THIN}${ratio >= 100 ? figure(ratio, 3) : ratio.toPrecision(ratio >= 10 ? 3 : 2)}`;
+}

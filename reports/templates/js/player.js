@@ -1,0 +1,135 @@
+// A player: one clock a scene, shared by its stage, its slider and the cursors of its charts.
+
+const PLAYS_S = 6; // a film of any length, unless it lasts about that long by itself
+const clocks = new Map();
+
+/** The clock of a scene's film. */
+function clockOf(scene) {
+  if (!clocks.has(scene)) clocks.set(scene, new Clock(filmOf(scene)));
+  return clocks.get(scene);
+}
+
+class Clock {
+  constructor(film) {
+    this.scene = film.scene;
+    this.end = film.t.at(-1);
+    this.time = Math.min(Math.max(state.t[film.scene] ?? 0, 0), this.end);
+    this.playing = false;
+    this.followers = new Set();
+    this.rate = this.end > 3 && this.end < 12 ? 1 : this.end / PLAYS_S;
+  }
+
+  set(time) {
+    this.time = Math.min(Math.max(time, 0), this.end);
+    for (const act of this.followers) act();
+  }
+
+  /** Set by the reader: then it is part of the address. */
+  choose(time) {
+    this.pause();
+    this.set(time);
+    choose({ t: { ...state.t, [this.scene]: this.time } });
+  }
+
+  play() {
+    if (this.playing) return;
+    this.playing = true;
+    if (this.time >= this.end) this.set(0);
+    let before = performance.now();
+    const step = (now) => {
+      if (!this.playing) return;
+      const time = this.time + ((now - before) / 1000) * this.rate;
+      before = now;
+      this.set(time > this.end ? 0 : time);
+      requestAnimationFrame(step);
+    };
+    requestAnimationFrame(step);
+    this.set(this.time);
+  }
+
+  pause() {
+    this.playing = false;
+    for (const act of this.followers) act();
+  }
+}
+
+/** How fast it plays, in words. */
+function paceOf(clock) {
+  if (clock.rate === 1) return "real time";
+  return clock.rate < 1 ? `${figure(1 / clock.rate, 2)} times slower` : `${figure(clock.rate, 2)} times faster`;
+}
+
+/**
+ * Put a scene's stage with its controls into host.
+ * ghosts(): who flies beside the truth; label: what is to be seen; alone: draw one contestant solid, without the truth.
+ */
+function player(host, scene, { ghosts, label, alone = false, controls = true, autoplay = false }) {
+  const film = filmOf(scene);
+  const clock = clockOf(scene);
+  const canvas = make("canvas", { class: "stage", role: "img", "aria-label": label });
+  host.append(canvas);
+  let inView = false;
+  const paint = () => {
+    if (inView || !clock.playing) canvas.seen = drawMoment(canvas, film, clock.time, ghosts(), alone ? 1 : state.mag, { alone });
+  };
+  new IntersectionObserver((entries) => {
+    inView = entries.at(-1).isIntersecting;
+    if (!inView && autoplay) clock.pause();
+    else if (inView && autoplay && !stillness.matches && !state.t[scene]) clock.play();
+    paint();
+  }).observe(canvas);
+  clock.followers.add(paint);
+  if (controls) host.append(controlsOf(clock, film));
+  follow(["show", "tol", "mag"], paint);
+  whenThemeChanges(paint);
+  new ResizeObserver(paint).observe(canvas);
+  return {
+    canvas,
+    stop() {
+      clock.followers.delete(paint);
+    },
+  };
+}
+
+function controlsOf(clock, film) {
+  const play = make("button", { type: "button", class: "play", click: () => (clock.playing ? rest() : clock.play()) });
+  const rest = () => {
+    clock.pause();
+    clock.choose(clock.time);
+  };
+  const slider = make("input", {
+    type: "range",
+    class: "time",
+    min: 0,
+    max: clock.end,
+    step: "any",
+    "aria-label": `Time in ${clock.scene}, seconds`,
+    input: () => clock.choose(Number(slider.value)),
+    keydown: (event) => {
+      const way = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
+      if (!way) return;
+      event.preventDefault();
+      clock.choose(clock.time + (way * clock.end) / 72);
+    },
+  });
+  const told = make("output", { class: "clock" });
+  const magnified = make(
+    "select",
+    { "aria-label": "Deviation drawn larger", change: () => choose({ mag: Number(magnified.value) }) },
+    [1, 10, 100, 1000].map((times) => make("option", { value: times }, `deviation ×${times}`)),
+  );
+  const update = () => {
+    play.textContent = clock.playing ? "❚❚" : "▶";
+    play.setAttribute("aria-label", clock.playing ? "Pause" : "Play");
+    slider.value = clock.time;
+    slider.setAttribute("aria-valuetext", `${figure(clock.time, 3)} s`);
+    told.textContent = `${clock.time.toFixed(clock.end < 1 ? 3 : 2)} s`;
+  };
+  clock.followers.add(update);
+  update();
+  follow(["mag"], () => (magnified.value = state.mag));
+  follow(["t"], () => {
+    if (!clock.playing && clock.scene in state.t && state.t[clock.scene] !== clock.time) clock.set(state.t[clock.scene]);
+  });
+  return make("div", { class: "controls" }, play, slider, told, film.others.size ? magnified : "", make("span", { class: "note" }, paceOf(clock)));
+}

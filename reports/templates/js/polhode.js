@@ -1,0 +1,126 @@
+// The polhode: the angular momentum as the body sees it, a curve on the ellipsoid of its energy.
+
+const STEPS = 600; // of a curve: a film's frames alone would be corners
+
+/** Put the polhode of a scene into host; nothing where the body's moments leave nothing to see. */
+function polhode(host, scene, ghosts) {
+  const film = filmOf(scene);
+  const { i1_kg_m2: i1, i2_kg_m2: i2, i3_kg_m2: i3 } = film.body;
+  const moments = [i1, i2, i3];
+  // After the last blow nothing but torques changes it; a blow in the middle would put it on another ellipsoid.
+  const from = film.t[Math.max(0, ...film.blows)];
+  const instants = Array.from({ length: STEPS + 1 }, (_, step) => from + ((film.t.at(-1) - from) * step) / STEPS);
+  const along = (name) => instants.map((time) => momentumAt(film, name, time)).filter(Boolean);
+  const truth = along(null);
+  const energy = truth[0].reduce((sum, l, i) => sum + (l * l) / (2 * moments[i]), 0);
+  if (!(energy > 0) || new Set(moments).size === 1) return;
+  const axes = moments.map((moment) => Math.sqrt(2 * energy * moment));
+  const largest = Math.max(...axes);
+  const size = 260;
+  const svg = draw("svg", { class: "polhode", viewBox: `0 0 ${size} ${size}`, role: "img", id: `polhode-${scene}`, "aria-label": `Angular momentum in body axes on the ellipsoid of the energy, ${scene}` });
+  const look = (l) => [size / 2 + (dot(l, RIGHTWARDS) * 0.44 * size) / largest, size / 2 - (dot(l, UPWARDS) * 0.44 * size) / largest];
+  const inFront = (l) => dot([l[0] / moments[0], l[1] / moments[1], l[2] / moments[2]], TOWARDS_EYE) >= 0;
+  const path = (points, attributes) => draw("path", { d: `M${points.map((l) => look(l).map((value) => value.toFixed(1)).join(",")).join("L")}`, fill: "none", ...attributes });
+
+  svg.append(path(silhouette(axes), { fill: "var(--ink)", "fill-opacity": 0.05, stroke: "var(--soft)", "stroke-width": 1 }));
+  for (const flat of [0, 1, 2]) {
+    const [a, b] = [0, 1, 2].filter((axis) => axis !== flat);
+    const ring = Array.from({ length: 61 }, (_, step) => {
+      const l = [0, 0, 0];
+      l[a] = axes[a] * Math.cos((step * Math.PI) / 30);
+      l[b] = axes[b] * Math.sin((step * Math.PI) / 30);
+      return l;
+    });
+    svg.append(path(ring, { stroke: "var(--rule)", "stroke-width": 1 }));
+  }
+  axes.forEach((length, axis) => {
+    const tip = [0, 0, 0];
+    tip[axis] = length * 1.06;
+    const [x, y] = look(tip);
+    svg.append(draw("text", { x, y: y + 4, "text-anchor": "middle", fill: "var(--soft)", "font-size": 11 }, `${axis + 1}`));
+  });
+  const curves = draw("g");
+  const dots = draw("g");
+  svg.append(curves, dots);
+  const clock = clockOf(scene);
+
+  function curveOf(points, colour, width, name) {
+    return runsOf(points, inFront).map(({ front, list }) =>
+      path(list, { stroke: colour, "stroke-width": width, "stroke-opacity": front ? 1 : 0.3, "data-name": name, "stroke-linecap": "round" }),
+    );
+  }
+  function render() {
+    curves.replaceChildren(
+      ...ghosts().flatMap((name) => {
+        const own = film.others.get(name)?.momentum ? along(name) : [];
+        return own.length > 1 ? curveOf(own, `var(${FIELD.get(name).hue})`, 1.6, name) : [];
+      }),
+      ...curveOf(truth, "var(--ink)", 2.6, "truth"),
+    );
+    moveDots();
+  }
+  function moveDots() {
+    const points = [
+      ["truth", momentumAt(film, null, clock.time), "var(--ink)"],
+      ...ghosts().map((name) => [name, film.others.get(name)?.momentum && momentumAt(film, name, clock.time), `var(${FIELD.get(name)?.hue})`]),
+    ];
+    dots.replaceChildren(
+      ...points
+        .filter(([, l]) => l)
+        .reverse()
+        .map(([name, l, colour]) => draw("circle", { cx: look(l)[0].toFixed(1), cy: look(l)[1].toFixed(1), r: name === "truth" ? 5 : 4, fill: colour, stroke: "var(--paper)" })),
+    );
+  }
+  clock.followers.add(moveDots);
+  host.append(make("figure", { class: "chart-box" }, svg, make("figcaption", {}, "Angular momentum as the body sees it. A right answer stays on one closed curve; without the gyroscopic term it stands still or spirals away."), figureTools(`polhode-${scene}`, () => svg)));
+  follow(["show", "tol"], render);
+}
+
+/** The angular momentum in body axes: in world axes it changes slowly, so there it is told between frames. */
+function momentumAt(film, name, time) {
+  const [at, s] = between(film, time);
+  const own = name && film.others.get(name);
+  const world = (frame) => {
+    const truth = film.truth[frame];
+    const l = own ? own.momentum[frame] : truth.subarray(13, 16);
+    if (!l || !truth) return null;
+    return turned(own ? product(own.frames[frame].subarray(3, 7), truth.subarray(3, 7)) : truth.subarray(3, 7), l);
+  };
+  const [a, b] = [world(at), world(s > 0 ? at + 1 : at)];
+  if (!a || !b) return null;
+  const { q } = truthAt(film, time);
+  const attitude = own ? product(relativeAt(own, at, s), q) : q;
+  return turned([attitude[0], -attitude[1], -attitude[2], -attitude[3]], a.map((value, i) => (1 - s) * value + s * b[i]));
+}
+
+/** A vector turned by a unit quaternion. */
+function turned([w, x, y, z], v) {
+  const t = cross([x, y, z], v).map((value) => 2 * value);
+  const u = cross([x, y, z], t);
+  return [0, 1, 2].map((i) => v[i] + w * t[i] + u[i]);
+}
+
+/** The outline of the ellipsoid as it is seen. */
+function silhouette(axes) {
+  // The outline is where the normal looks past the eye: the image of a circle under a 2 x 2 root of A.
+  const across = RIGHTWARDS.map((value, i) => value * axes[i]);
+  const up = UPWARDS.map((value, i) => value * axes[i]);
+  const [a, b, c] = [dot(across, across), dot(across, up), dot(up, up)];
+  const [p, q, r] = [Math.sqrt(a), b / Math.sqrt(a), Math.sqrt(Math.max(0, c - (b * b) / a))];
+  return Array.from({ length: 91 }, (_, step) => {
+    const [x, y] = [Math.cos((step * Math.PI) / 45), Math.sin((step * Math.PI) / 45)];
+    const [u, v] = [p * x, q * x + r * y];
+    return [0, 1, 2].map((i) => u * RIGHTWARDS[i] + v * UPWARDS[i]);
+  });
+}
+
+/** Stretches of points for which a question has one answer, each begun where the last one ended. */
+function runsOf(points, ask) {
+  const found = [];
+  for (const point of points) {
+    const front = ask(point);
+    if (!found.length || found.at(-1).front !== front) found.push({ front, list: found.length ? [found.at(-1).list.at(-1), point] : [point] });
+    else found.at(-1).list.push(point);
+  }
+  return found.filter(({ list }) => list.length > 1);
+}

@@ -1,0 +1,196 @@
+// One folded section a scene: the die flies beside its error, and what a free body keeps.
+
+function sceneSections(host) {
+  for (const scene of rows("scenes.csv")) sceneSection(host, scene);
+}
+
+function sceneSection(host, scene) {
+  const id = `scene-${scene.scene}`;
+  const runs = rows("runs.csv").filter((run) => run.scene === scene.scene);
+  const fold = make(
+    "details",
+    { class: "scene", id },
+    make("summary", {}, make("h3", {}, scene.title || scene.scene), make("span", { class: "headline" }, sceneHeadline(scene, runs))),
+  );
+  const body = make("div", { class: "scene-body" });
+  fold.append(body);
+  host.append(fold);
+  const fill = () => {
+    if (fold.open && !body.hasChildNodes()) fillScene(body, scene, runs);
+  };
+  fold.addEventListener("toggle", () => {
+    const open = new Set(state.open);
+    fold.open ? open.add(scene.scene) : open.delete(scene.scene);
+    choose({ open: [...open] });
+    fill();
+  });
+  // What an address points at must be there when the reader arrives.
+  fold.open = state.open.includes(scene.scene) || state.at === id;
+  fill();
+}
+
+/** Who is off by default, and who is nearest. */
+function sceneHeadline(scene, runs) {
+  const finished = runs.filter((run) => run.status === "ok" && Number.isFinite(errorOf(run)) && errorOf(run) !== null);
+  if (!finished.length) return scene.bound_m === null ? `No truth: ${scene.truth}` : "Nobody finished.";
+  const defaults = [...ENGINE_DEFAULTS.values()].filter((name) => !FIELD.get(name).ours);
+  const worst = runs.filter((run) => defaults.includes(contestantOf(run)) && Number.isFinite(errorOf(run)) && errorOf(run) !== null).sort((a, b) => errorOf(b) - errorOf(a))[0];
+  const engines = finished.filter((run) => !FIELD.get(contestantOf(run)).ours && !FIELD.get(contestantOf(run)).byHand).sort((a, b) => errorOf(a) - errorOf(b));
+  const said = [];
+  if (worst) said.push(`By default ${worst.engine} is up to ${si(errorOf(worst), "m", 2)} off`);
+  if (engines.length) said.push(`the nearest engine, ${contestantOf(engines[0])}, ${si(errorOf(engines[0]), "m", 2)}`);
+  return `${said.join("; ")}${said.length ? "." : ""}`;
+}
+
+function fillScene(body, scene, runs) {
+  const name = scene.scene;
+  const film = filmOf(name);
+  const ghosts = () => (film ? [...shown()].filter((one) => film.others.has(one)) : []);
+  const clock = film && clockOf(name);
+  const cursor = clock && { get: () => clock.time, set: (time) => clock.choose(time) };
+  if (film) {
+    const show = make("div", { class: "flight" });
+    body.append(show);
+    player(show, name, { ghosts, label: `The body of ${name} in flight: the truth solid, contestants as frames in their colours` });
+  }
+  const graph = make("div", { class: "graph" });
+  body.append(graph);
+  const made = [];
+  const error = errorSeries(film, name, runs);
+  if (error.some((one) => one.points.length)) {
+    made.push(
+      chart(graph, {
+        id: `error-${name}`,
+        label: `Largest vertex error over time in ${name}, metres`,
+        x: { label: "time [s]", show: given },
+        y: { label: "largest vertex error", log: true, show: (value) => si(value, "m", 1) },
+        series: () => error,
+        limit: limitOf(film, name),
+        cursor,
+      }),
+    );
+  }
+  if (film) {
+    const small = make("div", { class: "small-charts" });
+    body.append(small);
+    for (const [column, what] of [
+      [8, "energy"],
+      [9, "angular momentum"],
+    ]) {
+      const series = driftSeries(film, runs, column);
+      if (!series.some((one) => one.points.length)) continue;
+      made.push(
+        chart(small, {
+          id: `${what.replace(" ", "-")}-${name}`,
+          label: `Drift of ${what} in ${name}, relative`,
+          x: { label: "time [s]", show: given },
+          y: { label: `drift of ${what}`, log: true, show: (value) => (value >= 1e-3 && value < 10 ? `${figure(100 * value, 1)}${THIN}%` : `10${superscript(Math.round(Math.log10(value)))}`) },
+          series: () => series,
+          cursor,
+          height: 220,
+        }),
+      );
+    }
+    polhode(small, name, ghosts);
+    for (const each of made) clock.followers.add(each.moveCursor);
+  }
+  body.append(factsOf(scene, runs));
+  runTable(body, name, runs);
+  vertexTable(body, name);
+}
+
+function told(time, error, limit) {
+  return [`t = ${given(time)} s`, error <= limit ? `≤ ${figure(limit)} m, the truth's limit` : `${figure(error)} m`];
+}
+
+/** Everybody's error over time: of the film where there is one, else at the scene's samples. */
+function errorSeries(film, scene, runs) {
+  const plain = new Map(runs.map((run) => [contestantOf(run), run.status === "ok"]));
+  if (!film) {
+    return [...groupBy(rows("error-over-time.csv").filter((row) => row.scene === scene), contestantOf)].map(([name, own]) => ({
+      name,
+      points: own.filter((row) => Number.isFinite(row.error_m)).map((row) => ({ x: row.t_s, y: Math.max(row.error_m, row.limit_m), plain: plain.get(name), told: told(row.t_s, row.error_m, row.limit_m) })),
+    }));
+  }
+  return [...film.others].map(([name, one]) => ({
+    name,
+    points: one.frames
+      .map((frame, at) => ({ x: film.t[at], y: Math.max(frame[7], film.limit[at]), plain: plain.get(name) ?? true, told: told(film.t[at], frame[7], film.limit[at]) }))
+      .filter((point) => point.y > 0 && Number.isFinite(point.y)),
+  }));
+}
+
+function limitOf(film, scene) {
+  const found = film ? film.t.map((x, at) => ({ x, y: film.limit[at] })) : [...new Map(rows("error-over-time.csv").filter((row) => row.scene === scene).map((row) => [row.t_s, { x: row.t_s, y: row.limit_m }])).values()];
+  return found.filter((point) => point.y > 0);
+}
+
+/** How far what a free body keeps has gone from where it truly is, as a share. */
+function driftSeries(film, runs, column) {
+  const plain = new Map(runs.map((run) => [contestantOf(run), run.status === "ok"]));
+  return [...film.others].map(([name, one]) => ({
+    name,
+    points: one.frames
+      .map((frame, at) => ({ x: film.t[at], y: Math.max(Math.abs(frame[column]), 1e-17), plain: plain.get(name) ?? true, told: [`t = ${given(film.t[at])} s`, `${figure(frame[column])} of it`] }))
+      .filter((point) => point.x > 0 && Number.isFinite(point.y)),
+  }));
+}
+
+function factsOf(scene, runs) {
+  const steps = [...new Set(runs.map((run) => run.dt_s).filter(Boolean))].sort((a, b) => a - b);
+  const facts = [
+    ["source", scene.source],
+    ["needs", scene.needs],
+    ["flight", `${given(scene.duration_s)} s, judged at ${counted(scene.samples, "instant")}, step ${steps.map(given).join(" and ")} s`],
+    ["truth", scene.bound_m === null ? `none: ${scene.truth}` : `${scene.truth}; itself off by at most ${figure(scene.bound_m, 2)} m, and rounding the inputs to doubles moves ${figure(scene.floor_m, 2)} m`],
+    ["again", make("code", {}, `tumble compare ${scene.scene}`)],
+  ];
+  return make("dl", { class: "facts" }, facts.filter(([, value]) => value).map(([what, value]) => make("div", {}, make("dt", {}, what), make("dd", {}, value))));
+}
+
+function metres(value, limit) {
+  if (value === null) return "";
+  return value <= (limit ?? 0) ? `≤ ${figure(limit)}` : figure(value);
+}
+
+function runTable(body, scene, runs) {
+  foldedTable(body, {
+    id: `runs-${scene}`,
+    caption: `All runs of ${scene}`,
+    list: runs,
+    key: (run) => nameOf(run),
+    columns: [
+      { key: "method", label: "contestant", words: true, show: (run) => nameOf(run), sort: nameOf },
+      { key: "status", label: "result", words: true, show: (run) => inWords(run) },
+      { key: "max_error_m", label: "largest error", unit: "m", show: (run) => metres(run.max_error_m, run.limit_m) },
+      { key: "rms_error_m", label: "rms", unit: "m", show: (run) => metres(run.rms_error_m, run.limit_m) },
+      { key: "final_error_m", label: "at the end", unit: "m", show: (run) => metres(run.final_error_m, run.limit_m) },
+      { key: "energy_drift", label: "energy drift", unit: "relative", show: (run) => figure(run.energy_drift, 2) },
+      { key: "angular_momentum_drift", label: "ang. momentum drift", unit: "relative", show: (run) => figure(run.angular_momentum_drift, 2) },
+      { key: "wall_ns_per_step", label: "step, one pass", unit: "ns", show: (run) => figure(run.wall_ns_per_step, 3) },
+    ],
+  });
+}
+
+/** A status in the words of a person. */
+function inWords(run) {
+  const words = { ok: "finished", flagged: "finished, but", skipped: "cannot:", missing: "not installed:", diverged: "blew up", crashed: "crashed:", timeout: "took too long" };
+  return `${words[run.status] ?? run.status} ${run.why}`.trim();
+}
+
+function vertexTable(body, scene) {
+  const list = rows("vertex-errors.csv").filter((row) => row.scene === scene);
+  if (!list.length) return;
+  foldedTable(body, {
+    id: `vertices-${scene}`,
+    caption: `Error at each vertex at the end of ${scene}`,
+    list,
+    columns: [
+      { key: "method", label: "contestant", words: true, show: nameOf, sort: nameOf },
+      { key: "vertex", label: "vertex", show: (row) => String(row.vertex) },
+      { key: "true_x_m", label: "true position", unit: "m", words: true, show: (row) => [row.true_x_m, row.true_y_m, row.true_z_m].map((value) => figure(value)).join(", ") },
+      { key: "x_m", label: "its position", unit: "m", words: true, show: (row) => [row.x_m, row.y_m, row.z_m].map((value) => figure(value)).join(", ") },
+      { key: "error_m", label: "error", unit: "m" },
+    ],
+  });
+}

@@ -1,0 +1,23 @@
+// What leaving out pays: the time of a step with what a scene has no use for, over the time without.
+
+function sparedSection(host) {
+  const all = rows("ablation.csv");
+  const whole = all.filter((row) => row.feature === "everything" && row.ratio !== null).sort((a, b) => b.ratio - a.ratio);
+  const stepping = whole.filter((row) => row.cpu_ns_per_step_without >= 1);
+  const [first] = stepping;
+  host.append(make("p", { class: "headline" }, first ? `In ${first.scene}, which has no use for most of it, ${contestantOf(first)} would take ${times(first.ratio)} as long a step if it left nothing out.` : "Nobody's step is measurably cheaper for what is left out."));
+  foldedTable(host, {
+    id: "ablation",
+    caption: "Time of a step with what the scene has no use for, and without",
+    list: all,
+    columns: [
+      { key: "method", label: "contestant", words: true, show: nameOf, sort: nameOf },
+      { key: "feature", label: "kept", words: true, show: (row) => row.feature || row.why },
+      { key: "cpu_ns_per_step_with", label: "with", unit: "ns" },
+      { key: "cpu_ns_per_step_without", label: "without", unit: "ns" },
+      { key: "ratio", label: "ratio", show: (row) => times(row.ratio) },
+      { key: "ratio_low", label: "four rounds in five", words: true, show: (row) => (row.ratio === null ? "" : `${figure(row.ratio_low)} to ${figure(row.ratio_high)}`) },
+      { key: "max_difference_m", label: "motions apart", unit: "m" },
+    ],
+  });
+}

@@ -1,0 +1,107 @@
+// What the reader has chosen, in the address: every view can be copied, and going back goes back.
+
+const DEFAULTS = { tol: 1e-3, show: "best", scene: "", t: {}, mag: 1, open: [], at: "" };
+const state = { ...DEFAULTS, ...readAddress() };
+const listeners = [];
+
+/** Call act now and whenever one of these parts of the state changes. */
+function follow(parts, act) {
+  listeners.push([parts, act]);
+  act();
+}
+
+/** Change the state, the address, and whatever shows it. */
+function choose(change) {
+  const changed = Object.keys(change).filter((part) => JSON.stringify(state[part]) !== JSON.stringify(change[part]));
+  if (!changed.length) return;
+  Object.assign(state, change);
+  writeAddress();
+  for (const [parts, act] of listeners) if (parts.some((part) => changed.includes(part))) act();
+}
+
+function readAddress() {
+  const found = {};
+  const said = new URLSearchParams(location.hash.slice(1));
+  const tolerance = Number(said.get("tol"));
+  if (tolerance > 0 && Number.isFinite(tolerance)) found.tol = tolerance;
+  const magnified = Number(said.get("mag"));
+  if ([1, 10, 100, 1000].includes(magnified)) found.mag = magnified;
+  if (said.get("show")) found.show = said.get("show");
+  if (said.get("scene")) found.scene = said.get("scene");
+  if (said.get("open")) found.open = said.get("open").split(",");
+  if (said.get("at")) found.at = said.get("at");
+  found.t = {};
+  for (const pair of said.getAll("t")) {
+    const cut = pair.lastIndexOf("~");
+    const time = Number(pair.slice(cut + 1));
+    if (cut > 0 && Number.isFinite(time)) found.t[pair.slice(0, cut)] = time;
+  }
+  // An address without a = is a place on the page: #cost, #scene-die-vertex.
+  const bare = location.hash.slice(1);
+  if (bare && !bare.includes("=")) found.at = [...said.keys()][0] ?? "";
+  return found;
+}
+
+/** The state as an address; only what differs from a fresh page is in it. */
+function address(at = "") {
+  const said = new URLSearchParams();
+  if (state.tol !== DEFAULTS.tol) said.set("tol", state.tol);
+  if (state.show !== DEFAULTS.show) said.set("show", state.show);
+  if (state.scene) said.set("scene", state.scene);
+  if (state.mag !== 1) said.set("mag", state.mag);
+  if (state.open.length) said.set("open", state.open.join(","));
+  for (const [scene, time] of Object.entries(state.t)) said.append("t", `${scene}~${Number(time.toPrecision(6))}`);
+  if (at) said.set("at", at);
+  return `#${said}`;
+}
+
+let addressDue = 0;
+/** Browsers refuse too many changes a second: a dragged slider is written when it rests. */
+function writeAddress() {
+  clearTimeout(addressDue);
+  addressDue = setTimeout(() => history.replaceState(null, "", address() === "#" ? location.pathname + location.search : address()), 150);
+}
+
+window.addEventListener("hashchange", () => {
+  const found = { ...DEFAULTS, ...readAddress() };
+  choose(found);
+  arrive();
+});
+
+/** Bring what the address points at into view, unfolded and marked. */
+function arrive() {
+  const target = state.at && document.getElementById(state.at);
+  if (!target) return;
+  for (let fold = target.closest("details"); fold; fold = fold.parentElement.closest("details")) fold.open = true;
+  if (target.tagName === "DETAILS") target.open = true;
+  target.classList.add("arrived");
+  target.scrollIntoView({ block: "start" });
+  // What is above draws itself as it is passed, and pushes: look again once it has.
+  setTimeout(() => target.scrollIntoView({ block: "start" }), 250);
+}
+
+/** A button that copies the address of a place in this view. */
+function linkTo(id) {
+  return make(
+    "button",
+    {
+      type: "button",
+      class: "link",
+      title: "Copy a link to this view",
+      "aria-label": `Copy a link to this view of ${id}`,
+      click: async (event) => {
+        const button = event.currentTarget;
+        const link = location.href.split("#")[0] + address(id);
+        try {
+          await navigator.clipboard.writeText(link);
+          button.dataset.said = "copied";
+        } catch {
+          location.hash = address(id); // without a clipboard the address bar has it
+          button.dataset.said = "in the address bar";
+        }
+        setTimeout(() => delete button.dataset.said, 1500);
+      },
+    },
+    "⚓︎",
+  );
+}

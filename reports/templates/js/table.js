@@ -1,0 +1,105 @@
+// A table that sorts, filters and saves; each row has an address.
+
+/**
+ * Put a table into host.
+ * columns: {key, label, unit, show(row) -> text or element, sort(row) -> value, words: whether it is text}
+ * list: rows as their file has them, which is what is saved; id: of the table and, with key(row), of its rows.
+ */
+function dataTable(host, { id, caption, columns, list, key = null, file = id }) {
+  if (!list.length) return;
+  let sorted = { column: null, down: false };
+  let words = "";
+  const body = make("tbody");
+  const heads = columns.map((column) =>
+    make(
+      "th",
+      { scope: "col", class: column.words ? "words" : "" },
+      make("button", { type: "button", class: "sort", click: () => sortBy(column) }, column.label, column.unit ? make("span", { class: "unit" }, ` ${column.unit}`) : ""),
+    ),
+  );
+  const find = make("input", {
+    type: "search",
+    class: "find",
+    placeholder: "filter rows",
+    "aria-label": `Filter the rows of ${caption}`,
+    input: () => {
+      words = find.value.toLowerCase();
+      fill();
+    },
+  });
+  const count = make("span", { class: "note", role: "status" });
+  const save = make("button", { type: "button", "aria-label": `Save ${caption} as CSV`, click: () => saveAs(`${file}.csv`, new Blob([csvOf(current())], { type: "text/csv" })) }, "CSV");
+
+  function textOf(row) {
+    return Object.values(row).join(" ").toLowerCase();
+  }
+  function current() {
+    const kept = words ? list.filter((row) => textOf(row).includes(words)) : [...list];
+    if (sorted.column) {
+      const value = sorted.column.sort ?? ((row) => row[sorted.column.key]);
+      const way = sorted.down ? -1 : 1;
+      kept.sort((a, b) => {
+        const [x, y] = [value(a), value(b)];
+        if (x === y) return 0;
+        if (x === null || x === undefined || x === "") return 1; // what is empty comes last either way
+        if (y === null || y === undefined || y === "") return -1;
+        return (x < y ? -1 : 1) * way;
+      });
+    }
+    return kept;
+  }
+  function fill() {
+    const kept = current();
+    body.replaceChildren(
+      ...kept.map((row) =>
+        make(
+          "tr",
+          key ? { id: `${id}-${key(row)}` } : {},
+          columns.map((column, at) => {
+            const shownCell = column.show ? column.show(row) : row[column.key];
+            const content = typeof shownCell === "number" ? figure(shownCell) : (shownCell ?? "");
+            const parts = at === 0 && key ? [content, linkTo(`${id}-${key(row)}`)] : [content];
+            return make(at === 0 ? "th" : "td", { scope: at === 0 ? "row" : null, class: column.words ? "words" : "" }, parts);
+          }),
+        ),
+      ),
+    );
+    count.textContent = kept.length === list.length ? "" : `${kept.length} of ${counted(list.length, "row")}`;
+  }
+  function sortBy(column) {
+    sorted = { column, down: sorted.column === column ? !sorted.down : false };
+    heads.forEach((head, at) => {
+      if (columns[at] === column) head.setAttribute("aria-sort", sorted.down ? "descending" : "ascending");
+      else head.removeAttribute("aria-sort");
+    });
+    fill();
+  }
+
+  fill();
+  host.append(
+    make("div", { class: "tools table-tools" }, list.length > 6 ? find : "", count, linkTo(id), save),
+    make(
+      "div",
+      { class: "wide", tabindex: "0", role: "region", "aria-label": caption },
+      make("table", { id, class: "data" }, make("caption", { class: "unseen" }, caption), make("thead", {}, make("tr", {}, heads)), body),
+    ),
+  );
+}
+
+/** A folded table: made when it is opened. */
+function foldedTable(host, options) {
+  if (!options.list.length) return;
+  const fold = make("details", { class: "fold", id: `fold-${options.id}` }, make("summary", {}, options.caption));
+  let made = false;
+  const fill = () => {
+    if (made || !fold.open) return;
+    made = true;
+    dataTable(fold, options);
+  };
+  fold.addEventListener("toggle", fill);
+  if (state.at.startsWith(options.id)) {
+    fold.open = true;
+    fill();
+  }
+  host.append(fold);
+}

@@ -1,0 +1,109 @@
+"""A page made from a real, small run of everything, and a real browser to open it in, offline."""
+
+import json
+import re
+import shutil
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
+
+import pandas as pd
+import pytest
+from playwright.sync_api import Browser, Page, sync_playwright
+
+from compare.comparison.against_truth import compare
+from compare.comparison.results import comparison_tables
+from compare.motion.motion import film
+from compare.motion.results import film_tables
+from compare.run.participants import launched
+from compare.stability.store import quick_tables
+from compare.sweep.results import measured
+from compare.sweep.sweep import sweep
+from reports.page import page
+from scenarios.read import read_scene
+from scenarios.scene import frozen_array
+
+CHROMIUM = ("chromium", "chromium-browser", "google-chrome")
+QUIET = ("--no-sandbox", "--disable-background-networking", "--disable-component-update", "--disable-sync")
+SCENES = ("die-vertex", "table-4-1", "two-hits", "tether-critical")
+ENGINES = (
+    "tumble:rk4", "tumble:quaternion-euler", "tumble:matrix-euler", "handcalc", "mujoco:euler", "mujoco:rk4",
+    "pybullet:multibody", "pybullet:multibody+defaults",
+)  # fmt: skip
+REFERENCE, COMMAND, BUDGET_S = "tumble:rk4", "tumble report", 0.01
+
+Tables = Mapping[str, pd.DataFrame]
+
+
+@pytest.fixture(scope="session")
+def real() -> dict[str, pd.DataFrame]:
+    """All tables of a few scenes by a few contestants."""
+    scenes = [read_scene(name) for name in SCENES]
+    swept = replace(read_scene("yardstick"), duration=1.0, times=frozen_array([1.0]))
+    with launched(ENGINES) as participants:
+        found = comparison_tables(compare(participants, scenes), participants, COMMAND)
+        found |= film_tables(film(participants, scenes))
+        costs = measured([sweep(participants, swept, budget_s=BUDGET_S)], REFERENCE)
+        found |= {f"sweep-{name}": table for name, table in costs.items()}
+        found |= quick_tables(participants, [scenes[-1]])
+    return found
+
+
+@pytest.fixture(scope="session")
+def html(real) -> str:
+    return page(real)
+
+
+@pytest.fixture(scope="session")
+def browser() -> Iterator[Browser]:
+    found = next(filter(None, map(shutil.which, CHROMIUM)), None)
+    if found is None:
+        pytest.skip(f"none of {', '.join(CHROMIUM)} is installed, and the page must be seen in a real browser")
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=found, args=[*QUIET, "--no-first-run"])
+        yield browser
+        browser.close()
+
+
+@pytest.fixture
+def opened(browser, tmp_path) -> Iterator[Callable[..., Page]]:
+    """Open a page from its file, offline; afterwards no request but for that file, and no word in the console."""
+    contexts, heard, asked = [], [], []
+
+    def open_page(html: str, address: str = "", width: int = 1280, height: int = 900, **settings) -> Page:
+        file = tmp_path / "report.html"
+        file.write_text(html, encoding="utf-8")
+        size = {"width": width, "height": height}
+        context = browser.new_context(viewport=size, offline=True, **{"reduced_motion": "reduce", **settings})
+        contexts.append(context)
+        tab = context.new_page()
+        tab.on("console", lambda message: heard.append(message.text))
+        tab.on("pageerror", lambda error: heard.append(str(error)))
+        tab.on("dialog", lambda dialog: (heard.append(dialog.message), dialog.dismiss()))
+        tab.on("request", lambda request: asked.append(request.url))
+        tab.goto(file.as_uri() + address)
+        until(tab, "document.documentElement.dataset.ready === 'yes'")
+        return tab
+
+    yield open_page
+    for context in contexts:
+        context.close()
+    assert heard == []
+    assert {url.partition("#")[0].rpartition("/")[2] for url in asked if url.startswith("file:")} == {"report.html"}
+    # What the page makes itself, a picture of a figure, is no request to anybody.
+    assert all(url.startswith(("file:///", "data:image/svg+xml", "blob:")) for url in asked)
+
+
+def until(tab: Page, expression: str) -> None:
+    """Wait until it is true; Playwright's own wait is a script of its own, which the page's policy keeps out."""
+    for _ in range(200):
+        if tab.evaluate(expression):
+            return
+        tab.wait_for_timeout(50)
+    raise AssertionError(f"still not so: {expression}")
+
+
+def data_in(html: str) -> dict:
+    """Return what a page carries."""
+    found = re.search(r'<script type="application/json" id="data">(.*?)</script>', html, re.DOTALL)
+    assert found
+    return json.loads(found[1])

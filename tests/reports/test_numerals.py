@@ -1,0 +1,16 @@
+"""Numbers for people read back to what they were."""
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from reports.numerals import MINUS, SUPERSCRIPTS, TIMES_TEN, figure
+
+
+@settings(derandomize=True, deadline=None)
+@given(st.floats(-1e300, 1e300))
+def test_a_figure_reads_back_to_its_three_digits(value):
+    digits = {small: sign for sign, small in SUPERSCRIPTS.items()}
+    mantissa, _, power = figure(value).replace(MINUS, "-").partition(TIMES_TEN)
+    back = float(mantissa + ("e" + "".join(digits[small] for small in power) if power else ""))
+    # Half a unit of the third digit is at most 1/200 of the number; below the normal numbers they are fewer.
+    assert abs(back - value) <= 0.00501 * abs(value) + 5e-324
