@@ -107,7 +107,8 @@ def distance(row: ErrorRow) -> str:
 
 def numbers(vector: Sequence[float] | np.ndarray, decimals: int) -> str:
     """Return x, y, z."""
-    return ", ".join(fixed(float(value), decimals) for value in vector)
+    # Without the sign of a zero.
+    return ", ".join(fixed(round(float(value), decimals) + 0.0, decimals) for value in vector)
 
 
 def errors(row: ErrorRow) -> str:

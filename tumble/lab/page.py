@@ -238,10 +238,10 @@ class Page:
             self._is_asked = False
             with self._client.atomic():
                 self._show_picture(shown)
-                panel.show_time(shown.time, session.clock.is_running, session.clock.speed)
             self._drawn, self._is_behind = view, True
         if self._is_behind and (now - self._numbers_at >= NUMBERS_S):
             self._numbers_at = now
+            panel.show_time(shown.time, session.clock.is_running, session.clock.speed)
             self._show_numbers(shown)
             self._is_behind = False
         if news != self._charted and now - self._chart_at >= CHART_S:
@@ -254,6 +254,8 @@ class Page:
         stage.follow(shown.state[0:3] if self._panel.follow.value else None)
         stage.show_body(shown.state, shown.vertices, shown.is_true)
         factor = float(self._panel.magnified.value)
+        for one in session.flying():  # colours in their order, not in that of their answers
+            self._colour(one)
         ghosts: dict[Hashable, tuple[Array, tuple[int, int, int]]] = {}
         for contestant, flight in ({} if throw is None else throw.flights()).items():
             seen = flight.vertices[shown.frame, 0]

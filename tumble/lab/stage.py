@@ -45,15 +45,17 @@ class Stage:
         self._worlds = self._ghosts_made = 0
         self._ghosts: dict[Hashable, tuple[Any, Any]] = {}
         self._blows: list[Any] = []
+        self._blows_shown: list[Any] = []
         self._offset = np.zeros(3)
         self._api.configure_default_lights(cast_shadow=False)
+        self._api.add_light_ambient("/light", intensity=1.2)
 
     def set_up(self, scene: Scene) -> None:
         """Build the scene anew, its body at the start, and look at it."""
         with self._client.atomic():
             if self._world is not None:
                 self._world.remove()  # and with it all that is in it
-            self._blows, self._ghosts = [], {}
+            self._blows, self._blows_shown, self._ghosts = [], [], {}
             self._scene, self._edges, self._faces = scene, outline.edges(scene.body), outline.faces(scene.body)
             self._up = upwards(scene)
             self._radius = float(np.linalg.norm(scene.body.points, axis=1).max())
@@ -120,9 +122,12 @@ class Stage:
 
     def show_blows(self, blows: Sequence[tuple[Impulse, Array]]) -> None:
         """Draw each impulse as an arrow that ends where it hits [m], (3,), and a click's ray behind it."""
+        key = [(impulse, *place) for impulse, place in blows]
+        if key == self._blows_shown:
+            return
         for part in self._blows:
             part.remove()
-        self._blows = []
+        self._blows, self._blows_shown = [], key
         for number, (impulse, place) in enumerate(blows):
             direction = impulse.value / np.linalg.norm(impulse.value)
             arrow = np.array([[place - 0.9 * self._radius * direction, place]])
