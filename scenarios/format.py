@@ -145,12 +145,12 @@ class EnsembleTable(_Table):
     orientation: Annotated[HalfTurn, _key("rad", "largest turn of the start's attitude")] = 0.0
 
 
-class File(_Table):
+class File(_Table, kw_only=True):
     """The whole file."""
 
     title: Annotated[Text, _key("", "one line")]
     duration: Annotated[Positive, _key("s", "of the flight")]
-    step: Annotated[Positive, _key("s", "the step that is flown where no other is asked for")]
+    step: Annotated[Positive, _key("s", "flown where no other is asked for; only grading needs none")] | None = None
     body: BoxTable | MeshTable | RigidTable
     source: Annotated[Text, _key("", "where the case comes from")] = ""
     times: Annotated[Times, _key("s", "when the flight is looked at; or samples")] | None = None

@@ -60,25 +60,25 @@ def catalogue() -> list[str]:
     return sorted(path.stem for path in CATALOGUE.glob("*.toml"))
 
 
-def read_scene(name_or_path: str) -> Scene:
+def read_scene(name_or_path: str, flown: bool = True) -> Scene:
     """Return the scene of that name in the catalogue, or in that file (anything with .toml or a path separator).
 
-    Raises BadScene.
+    flown: whether it is to be flown, which takes a step and sample instants.  Raises BadScene.
     """
     path, shown = scene_path(name_or_path), printable(name_or_path)
-    return scene_of(scene_text(path, shown), path, shown)
+    return scene_of(scene_text(path, shown), path, shown, flown)
 
 
-def scene_of(text: str, path: Path, shown: str) -> Scene:
+def scene_of(text: str, path: Path, shown: str, flown: bool = True) -> Scene:
     """Return the scene that is written in a text, its name and where its mesh lies told by the path.
 
-    shown: how refusals name the file.  Raises BadScene.
+    shown: how refusals name the file; flown: as read_scene has it.  Raises BadScene.
     """
     document = _document(text, shown)
     try:
         # What overflows is refused by its result, not by a warning on the way.
         with np.errstate(all="ignore"):
-            return _scene(tables(document), path)
+            return _scene(tables(document), path, flown)
     except Refused as refused:
         value = f" = {short(value_at(document, refused.keys))}" if refused.show_value else ""
         raise BadScene(f"{shown}: {dotted(refused.keys)}{value}: {refused.why}") from None
@@ -123,11 +123,14 @@ def _document(text: str, shown: str) -> dict:
         raise BadScene(f"{shown}: not TOML: {printable(str(error))}") from None
 
 
-def _scene(file: File, path: Path) -> Scene:
+def _scene(file: File, path: Path, flown: bool) -> Scene:
     """Return the scene; raises Refused for what the types alone could not see."""
+    if file.step is None and flown:
+        raise Refused(("step",), "missing; must be a number > 0", False)
+    step = file.duration if file.step is None else file.step
     if not file.title.isprintable():
         raise Refused(("title",), "must be one line of printable text")
-    if file.duration / file.step > MOST_STEPS:
+    if file.duration / step > MOST_STEPS:
         raise Refused(("step",), f"must be at least the duration / {MOST_STEPS:.0e}")
     body, file_points = _body(file.body, path.parent)
     start = _start(file.body, body)
@@ -152,8 +155,8 @@ def _scene(file: File, path: Path) -> Scene:
         title=file.title,
         source=file.source,
         duration=file.duration,
-        times=_times(file),
-        step=file.step,
+        times=_times(file, flown),
+        step=step,
         body=body,
         start=start,
         gravity=frozen_array(file.gravity) if any(file.gravity) else None,
@@ -165,14 +168,16 @@ def _scene(file: File, path: Path) -> Scene:
     )
 
 
-def _times(file: File) -> Array:
-    """Return the sample instants [s], (S,)."""
+def _times(file: File, flown: bool) -> Array:
+    """Return the sample instants [s], (S,): the end alone where nothing is flown and none are given."""
     if file.times is not None and file.samples is not None:
         raise Refused(("samples",), "must be left out where times are given")
     if file.times is not None:
         times, keys = np.array(file.times), ("times",)
     elif file.samples is not None:
         times, keys = np.linspace(0, file.duration, file.samples + 1)[1:], ("samples",)
+    elif not flown:
+        times, keys = np.array([file.duration]), ("duration",)
     else:
         raise Refused(("times",), "missing; must be a list of instants, or samples a number of them", False)
     if not (np.diff(times) > 0).all():

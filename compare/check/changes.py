@@ -11,7 +11,7 @@ from compare.check.energy import TRENDS
 from compare.check.record import Record
 from compare.check.schemas import CellRow, QuestionRow, TimeRow
 from compare.check.tolerances import Tolerances
-from compare.run import registry
+from compare.run.participants import engine_files, titles
 
 Verdict = Literal["incomparable", "worse", "gone", "better", "changed", "new"]
 VERDICTS: tuple[Verdict, ...] = ("incomparable", "worse", "gone", "better", "changed", "new")
@@ -73,10 +73,16 @@ class Outcome:
         return any(change.verdict in FAILING for change in self.changes)
 
 
-def within(record: Record, scenes: Sequence[str], engines: Mapping[str, Sequence[str]]) -> Record:
-    """Return what a record says of these scenes (names or files) and engines with these methods; empty means all."""
+def within(
+    record: Record, scenes: Sequence[str], engines: Mapping[str, Sequence[str]], beside: Sequence[str] = ()
+) -> Record:
+    """Return what a record says of these scenes (names or files) and engines with these methods; empty means all.
+
+    beside: words for contestants from which the titles in the record tell its engines.
+    """
     names = {Path(scene).stem for scene in scenes}
-    methods = {registry.title(engine): named for engine, named in engines.items()}
+    named_as = titles((*engines, *engine_files(beside)))
+    methods = {named_as[engine]: named for engine, named in engines.items()}
 
     def asked(row: CellRow | TimeRow) -> bool:
         named = methods.get(row.engine, () if not methods else None)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from compare.check.changes import ERRORS, Change, Outcome, Verdict
 from compare.check.record import Record
-from compare.run import registry
+from compare.run.participants import engine_files, titles
 
 FIGURES = {
     "max_error_m": ("largest error", " m"),
@@ -137,6 +137,6 @@ def engine_words(record: Record, change: Change) -> list[str]:
     """Return what a contestant is asked for by, an engine of the user's own by its file; a whole scene has none."""
     if not change.engine:
         return []
-    files = (head + dot_py for head, dot_py, _ in (word.rpartition(".py") for word in record.contestants) if dot_py)
-    engine = next((file for file in files if registry.title(file) == change.engine), change.engine)
+    named = titles(engine_files(record.contestants))
+    engine = next((file for file, title in named.items() if title == change.engine), change.engine)
     return ["-e", f"{engine}:{change.method}" if change.method else engine]

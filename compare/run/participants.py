@@ -1,10 +1,12 @@
 """Who takes part: ENGINE[@RELEASE][:METHOD], as everywhere in Tumble."""
 
 import math
+import os
 import threading
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from itertools import combinations, count
 from pathlib import Path
 
 from compare.run import registry
@@ -30,21 +32,17 @@ class Halted(Exception):
 class Participant:
     """An engine that takes part: its name or file, its methods, its info or why it has none, and its worker.
 
-    named: whether the methods were asked for by name, so that they fly whatever the scene.
+    title: its name in tables; named: whether the methods were asked for by name, so that they fly whatever the scene.
     """
 
     engine: str
+    title: str
     methods: tuple[str, ...]
     named: bool
     info: EngineInfo | Failure
     worker: Worker
     _halted: bool = field(default=False, init=False)
     _lock: threading.Lock = field(default_factory=threading.Lock, init=False)
-
-    @property
-    def title(self) -> str:
-        """The engine's name in tables."""
-        return registry.title(self.engine)
 
     def methods_for(self, scene: Scene) -> tuple[str, ...]:
         """Return the methods that take part in this scene: the forced ones where another force than gravity acts."""
@@ -146,6 +144,23 @@ def wanted(asked: Iterable[str]) -> dict[str, list[str]]:
     return engines or {engine: [] for engine in registry.usual()}
 
 
+def engine_files(asked: Iterable[str]) -> Iterator[str]:
+    """Yield the user's engine files among FILE.py[:METHOD], ENGINE[:METHOD] ..."""
+    return (head + dot_py for head, dot_py, _ in (item.rpartition(".py") for item in asked) if dot_py)
+
+
+def titles(engines: Iterable[str]) -> dict[str, str]:
+    """Return the names of engines in tables: of files of one name as much of their paths as tells them apart."""
+    named = {engine: registry.title(engine) for engine in engines}
+    for title in set(named.values()):
+        folders = {file: Path(os.path.abspath(file)).parts[:-1] for file in named if named[file] == title}
+        apart = set(folders.values())
+        if len(apart) > 1:
+            depth = next(n for n in count(1) if len({parts[-n:] for parts in apart}) == len(apart))
+            named |= {file: "/".join((*parts[-depth:], title)) for file, parts in folders.items()}
+    return named
+
+
 def chosen(engine: str, asked: list[str], info: EngineInfo | Failure, few: bool = False) -> tuple[str, ...]:
     """Return the methods that take part; of an engine that is not here, what was asked for.  Raises BadEngine.
 
@@ -170,24 +185,28 @@ def is_tolerance(method: str, info: EngineInfo) -> bool:
 
 
 @contextmanager
-def launched(asked: Iterable[str], time_limit: float = TIME_LIMIT_S, few: bool = False) -> Iterator[list[Participant]]:
+def launched(
+    asked: Iterable[str], time_limit: float = TIME_LIMIT_S, few: bool = False, beside: Iterable[str] = ()
+) -> Iterator[list[Participant]]:
     """Give who takes part, each with a process of its own, and end the processes afterwards, whatever happened.
 
     asked: ENGINE[:METHOD] ..., nothing for every engine of ours; time_limit [s] for each answer of an engine; few: of
-    an engine asked for without a method only those that a page is made of.
-    Raises BadEngine with one line.
+    an engine asked for without a method only those that a page is made of; beside: others, asked for in the same way
+    at another time, that titles must tell them from.  Raises BadEngine with one line.
     """
     engines = wanted(asked)
-    titles = [registry.title(engine) for engine in engines]
-    if twice := next((title for title in titles if titles.count(title) > 1), None):
-        raise BadEngine(f"two engines are named {twice!r}: rename one of the files")
+    named = titles((*engines, *engine_files(beside)))
+    for one, other in combinations(engines, 2):
+        if named[one] == named[other]:
+            raise BadEngine(f"{one} and {other} are one file: name it once")
     # All are started before any is waited for: importing the engines takes longest.
     workers = [Worker(engine, time_limit) for engine in engines]
     participants: list[Participant] = []
     try:
         for worker, (engine, methods) in zip(workers, engines.items(), strict=True):
             info = worker.describe()
-            participants.append(Participant(engine, chosen(engine, methods, info, few), bool(methods), info, worker))
+            taking_part = chosen(engine, methods, info, few)
+            participants.append(Participant(engine, named[engine], taking_part, bool(methods), info, worker))
         yield participants
     finally:
         for worker in {*workers, *(participant.worker for participant in participants)}:

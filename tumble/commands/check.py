@@ -37,7 +37,7 @@ def main(options: Namespace) -> int:
     if old is not None:
         if not options.accept:
             engines = wanted(options.engine) if options.engine else {}
-            old, new = (within(record, options.scene, engines) for record in (old, new))
+            old, new = (within(record, options.scene, engines, old.contestants) for record in (old, new))
         outcome = hold_against(old, new, tolerances)
         sys.stdout.write(summary(outcome, against(options)))
     if options.accept:
@@ -90,7 +90,7 @@ def fly(options: Namespace, old: Record | None) -> Record:
     timed = not options.no_times and (old is None or old.times is not None)
     if options.output:
         Path(options.output).mkdir(parents=True, exist_ok=True)
-    with launched(asked_engines, options.time_limit) as participants:
+    with launched(asked_engines, options.time_limit, beside=old.contestants if old else ()) as participants:
         command, kept = shlex.join(options.words), None
         if options.output:
             asked = {"time limit [s]": f"{options.time_limit:g}"}

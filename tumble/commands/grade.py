@@ -17,7 +17,7 @@ from tumble.notes import note
 
 def main(options: Namespace) -> int:
     """Grade one file and print what was found; exit code 1 only where a tolerance was given and is exceeded."""
-    scene, path = read_scene(options.scene), Path(options.file)
+    scene, path = read_scene(options.scene, flown=False), Path(options.file)
     beside = Path(f"{options.file}.toml")
     mapping: dict[str, str] = {}
     named = ""
