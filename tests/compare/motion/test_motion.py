@@ -1,0 +1,94 @@
+"""Films: who is watched flies as it does unwatched, and the tables say where everything is."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from compare.comparison.against_truth import compare
+from compare.motion.motion import FRAMES, film, filmed, instants
+from compare.motion.results import TRUTH, film_tables, hull
+from compare.run.flight import legs
+from compare.run.participants import launched
+from scenarios.frames import vertices
+from scenarios.impulse import strike_point
+from scenarios.read import catalogue, read_scene, read_scenes
+from scenarios.truth import truth
+
+STEPPED = ("tumble:rk4", "tumble:matrix-euler", "mujoco:euler", "pybullet:multibody")
+
+
+@pytest.mark.parametrize("scene", read_scenes(catalogue()), ids=lambda scene: scene.name)
+def test_the_instants_hold_the_scenes_own_and_no_step_is_cut(scene):
+    times = instants(scene, scene.step)
+    assert set(scene.times.tolist()) <= set(times)
+    assert times == sorted(set(times))
+    assert min(FRAMES, scene.duration / scene.step) * 0.5 <= len(times) <= 2 * FRAMES
+    watched, own = legs(filmed(scene, scene.step), scene.step), legs(scene, scene.step)
+    assert sum(leg.n for leg in watched) == sum(leg.n for leg in own)
+
+
+@pytest.fixture(scope="module")
+def films():
+    scenes = [read_scene(name) for name in ("die-vertex", "two-hits")]
+    with launched(STEPPED) as participants:
+        return film(participants, scenes), compare(participants, scenes)
+
+
+def test_who_is_watched_flies_to_the_last_bit_as_unwatched(films):
+    for shot, compared in zip(*films, strict=True):
+        rows = np.searchsorted(shot.scene.rows, compared.scene.rows)
+        for run in compared.runs:
+            seen = shot.flights[run.engine, run.method]
+            assert (seen.vertices[rows] == run.flight.vertices).all(), run.name
+
+
+def test_the_truth_of_a_film_is_the_truth(films):
+    for shot, compared in zip(*films, strict=True):
+        rows = np.searchsorted(shot.scene.rows, compared.scene.rows)
+        apart = np.linalg.norm(shot.truth.vertices[rows] - compared.truth.vertices, axis=-1).max(axis=-1)
+        assert (apart <= shot.truth.bound[rows] + compared.truth.bound).all()
+
+
+def test_a_truth_without_its_floor_is_else_the_same():
+    scene = replace(read_scene("two-hits"), title="")
+    whole, bare = truth(scene), truth(scene, floor=False)
+    assert (bare.floor == 0).all()
+    assert (whole.floor > 0).any()
+    assert (bare.states == whole.states).all()
+    assert (bare.bound == whole.bound).all()
+
+
+def test_the_tables_say_where_everything_is(films):
+    shots, _ = films
+    tables = film_tables(shots)
+    motion = tables["motion.csv"]
+    own = motion[(motion["scene"] == "die-vertex") & (motion["engine"] == "mujoco")]
+    shot = shots[0]
+    flight = shot.flights["mujoco", "euler"]
+    assert (own[["x_m", "y_m", "z_m"]].to_numpy() == flight.states[:, 0, 0:3]).all()
+    errors = np.linalg.norm(flight.vertices[:, 0] - shot.truth.vertices[:, 0], axis=-1).max(axis=-1)
+    assert (own["error_m"].to_numpy() == errors).all()
+    # Free flight keeps the angular momentum in world axes; in the body's its length.
+    true = motion[(motion["scene"] == "die-vertex") & (motion["engine"] == TRUTH)]
+    lengths = np.linalg.norm(true[["l1_kg_m2_s", "l2_kg_m2_s", "l3_kg_m2_s"]].to_numpy(), axis=1)
+    assert np.ptp(lengths) < 1e-14 * lengths.max()
+    assert set(tables["deformed.csv"]["method"]) == {"matrix-euler"}
+    struck = tables["acts.csv"].query("scene == 'two-hits' and kind == 'impulse'")
+    scene = shots[1].scene
+    assert struck["t_s"].tolist() == [impulse.time for impulse in scene.impulses]
+    row = int(np.searchsorted(scene.rows, scene.impulses[1].time))
+    landed = strike_point(scene.impulses[1], shots[1].truth.states[row, 0], scene.body)
+    assert struck[["x_m", "y_m", "z_m"]].to_numpy()[1].tolist() == landed.tolist()
+
+
+def test_a_hull_is_seen_from_outside():
+    body = read_scene("dzhanibekov").body
+    faces = hull(body.points)
+    volume = 0.0
+    for a, b, c in (body.points[face] for face in faces):
+        normal = np.cross(b - a, c - a)
+        assert ((body.points - a) @ normal <= 1e-12).all(), "no point lies outside a face"
+        volume += float(a @ normal) / 6
+    assert volume > 0
+    assert hull(vertices(np.eye(1, 13, 3)[0], body.points * (1.0, 1.0, 0.0))) == []

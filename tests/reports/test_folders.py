@@ -1,0 +1,83 @@
+"""`tumble report --from`: the same page without flying, and what changed between two folders."""
+
+import numpy as np
+import pytest
+from conftest import data_in
+
+from compare.tables.files import write_folder
+from compare.tables.frames import csv_texts
+from reports.folders import changes, gathered
+from reports.page import page
+
+
+@pytest.fixture
+def folder(real, tmp_path):
+    write_folder(tmp_path / "one", csv_texts(real))
+    return tmp_path / "one"
+
+
+def test_the_page_of_a_folder_is_the_page_of_its_tables(html, folder, tmp_path, tumble):
+    done = tumble("report", "--from", str(folder), "-o", "page.html")
+    assert done.returncode == 0, done.stderr
+    drawn = data_in((tmp_path / "page.html").read_text(encoding="utf-8"))
+    flown = data_in(html)
+    assert drawn["tables"] == flown["tables"]
+    assert drawn["films"] == flown["films"]
+
+
+def test_a_sweeps_folder_draws_its_costs(real, tmp_path):
+    swept = {name.removeprefix("sweep-"): table for name, table in real.items() if name.startswith("sweep-")}
+    write_folder(tmp_path / "swept", csv_texts(swept | {"conditions.csv": real["conditions.csv"]}))
+    assert {"sweep-runs.csv", "sweep-digits.csv", "conditions.csv"} <= set(gathered(tmp_path / "swept"))
+    assert "runs.csv" not in gathered(tmp_path / "swept")
+
+
+def test_a_record_of_check_is_drawn(tumble, tmp_path):
+    made = tumble(
+        "check", "die-vertex", "-e", "tumble:rk4", "-e", "mujoco:euler", "--accept", "--no-times", "-o", "kept"
+    )
+    assert made.returncode == 0, made.stderr
+    done = tumble("report", "--from", "kept", "-o", "page.html")
+    assert done.returncode == 0, done.stderr
+    carried = data_in((tmp_path / "page.html").read_text(encoding="utf-8"))["tables"]
+    assert set(carried["runs.csv"]["values"]["method"]["words"]) == {"rk4", "euler"}
+
+
+def test_what_changed_is_what_was_changed(real):
+    later = dict(real)
+    runs = real["runs.csv"].copy()
+    hit = (runs["scene"] == "die-vertex") & (runs["engine"] == "mujoco") & (runs["method"] == "euler")
+    runs.loc[hit, "max_error_m"] *= 3
+    lost = (runs["scene"] == "two-hits") & (runs["method"] == "rk4") & (runs["engine"] == "mujoco")
+    later["runs.csv"] = runs.loc[~lost]
+    found = changes(real, later)["changed-runs.csv"]
+    assert len(found) == 2
+    one = found[found["scene"] == "die-vertex"].iloc[0]
+    assert one["ratio"] == pytest.approx(3)
+    gone = found[found["scene"] == "two-hits"].iloc[0]
+    assert gone["status_after"] == "not there"
+    assert np.isnan(gone["ratio"])
+    assert changes(real, real)["changed-runs.csv"].empty
+
+
+def test_it_is_said_on_the_page(real, opened):
+    later = dict(real)
+    later["runs.csv"] = real["runs.csv"].assign(max_error_m=real["runs.csv"]["max_error_m"] * 10)
+    tab = opened(page(later | changes(real, later)), "#at=changed")
+    assert "further off" in tab.locator("#changed .headline").inner_text()
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--from", "nowhere"), "nowhere: no such folder"),
+        (("--from", "."), "has no tables"),
+        (("die-vertex", "--from", "."), "--from draws what is there"),
+        (("--from", ".", "--from", ".", "--from", "."), "at most two folders"),
+    ],
+)
+def test_the_users_mistakes_are_one_line(tumble, words, said):
+    done = tumble("report", *words)
+    assert done.returncode == 2
+    assert said in done.stderr
+    assert len(done.stderr.splitlines()) == 1
