@@ -5,12 +5,13 @@ Where the numbers do not settle a question, because only a flight can tell, the 
 
 import numpy as np
 
+from scenarios.forces import LAWS, acting
 from scenarios.frames import Array
 from scenarios.impulse import RayMissed, jump
 from scenarios.scene import Body, Impulse, Scene
 
 # The force laws an engine must be able to express exactly; a file in compare/engines lists those it can.
-FORCES = ("gravity", "tether", "drag", "floor")
+FORCES = tuple(law.name for law in LAWS)
 
 
 def needs(scene: Scene) -> tuple[str, ...]:
@@ -22,11 +23,9 @@ def needs(scene: Scene) -> tuple[str, ...]:
     with np.errstate(all="ignore"):  # what overflows is not zero, and so it is needed
         spins = _spins(scene)
         precesses = bool(np.ptp(scene.body.moments)) if spins is None else _precesses(spins, scene.body)
+    acts = acting(scene)
     has = {
-        "gravity": scene.gravity is not None,
-        "tether": bool(scene.tethers),
-        "drag": scene.drag is not None,
-        "floor": scene.floor is not None,
+        **{law.name: law in acts for law in LAWS},
         "rotation": spins is None or bool(spins[:, 10:13].any()),
         "gyroscopic": precesses,
         "later impulses": any(impulse.time > 0 for impulse in scene.impulses),

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, fields
 
 import numpy as np
 
+from scenarios.forces import GRAVITY, acting
 from scenarios.frames import Array
 
 
@@ -170,10 +171,8 @@ class Scene(_Frozen):
 
     @property
     def is_free(self) -> bool:
-        """Whether nothing acts between impulses but gravity; every field after `impulses` is a force."""
-        names = [item.name for item in fields(self)]
-        forces = [getattr(self, name) for name in names[names.index("impulses") + 1 :]]
-        return all(force is None or (isinstance(force, tuple) and not force) for force in forces)
+        """Whether nothing acts between impulses but gravity."""
+        return set(acting(self)) <= {GRAVITY}
 
     @property
     def rows(self) -> Array:

@@ -26,6 +26,7 @@ import numpy as np
 from compare.judge import mechanics
 from compare.judge.errors import Run, largest, lost_torque, quietly
 from compare.run.worker import Failure
+from scenarios.forces import PULLING, stored, takes_energy
 from scenarios.frames import Array, rotation_matrix, vertices
 from scenarios.needs import needs
 from scenarios.scene import Body, Scene
@@ -179,32 +180,19 @@ def fall(states: Array, scene: Scene) -> Array:
 
 def moving_and_stored(states: Array, scene: Scene) -> Array:
     """Return kinetic energy and what tethers and floor hold [J]."""
-    return mechanics.kinetic_energy(states, scene.body) + stored(states, scene)
+    return mechanics.kinetic_energy(states, scene.body) + stored(scene, states, PULLING)
 
 
 def mechanical_energy(states: Array, scene: Scene) -> Array:
     """Return kinetic energy, that of height, and what tethers and floor hold [J], (...); states (..., 13)."""
-    return mechanics.energy(states, scene.body, scene.gravity) + stored(states, scene)
-
-
-def stored(states: Array, scene: Scene) -> Array:
-    """Return k (|d| - l0)^2 / 2 of every tether and k y^2 / 2 of every vertex below the floor [J], (...)."""
-    held = np.zeros(states.shape[:-1])
-    for tether in scene.tethers:
-        stretch = np.linalg.norm(vertices(states, tether.point_body[None])[..., 0, :] - tether.anchor, axis=-1)
-        held += tether.stiffness / 2 * (stretch - tether.rest_length) ** 2
-    if scene.floor:
-        depth = np.minimum(vertices(states, scene.body.points) @ scene.floor.normal - scene.floor.height, 0.0)
-        held += scene.floor.stiffness / 2 * (depth**2).sum(axis=-1)
-    return held
+    return mechanics.kinetic_energy(states, scene.body) + stored(scene, states)
 
 
 def balance(name: str, law: Law, unit: Law, scene: Scene, states: Array, true: Array | None) -> Balance:
     """Return one energy's balance; its scale is the largest of another in the truth, or without one at the start."""
     known = states[:1] if true is None else true
     scale = float(unit(known, scene).max()) or own_scale(scene)
-    dampers = [tether.damping for tether in scene.tethers] + ([scene.floor.damping] if scene.floor else [])
-    decays = true is None and bool(scene.drag or any(dampers))
+    decays = true is None and takes_energy(scene)
     band = BAND if scene.is_free else PULLED_BAND
     return Balance(name, (law(states, scene) - law(known, scene)) / scale, scale, band, decays)
 

@@ -3,13 +3,14 @@
 import math
 from collections.abc import Sequence
 from concurrent.futures import Future
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 
 import numpy as np
 
 from compare.run.truths import Answer
 from compare.stability.modes import Mode, stiffest_mode
+from scenarios.forces import LAWS, PULLING
 from scenarios.frames import Array
 from scenarios.read import BadScene
 from scenarios.scene import Scene
@@ -23,7 +24,7 @@ ANSWERS = 1.1
 PROBED, PROBED_ROWS = 1000, 64
 
 
-NO_FORCES = {"tethers": (), "drag": None, "floor": None}
+NO_FORCES = {item.name: item.default for item in fields(Scene) if item.name in {law.part for law in PULLING}}
 
 
 @dataclass(frozen=True)
@@ -48,20 +49,20 @@ class Parameter:
         if not self.key:
             return spun(scene, by)
         changed = tuple(replace(one, **{self.key: by * getattr(one, self.key)}) for one in self._parts(scene))
-        return replace(scene, **{self.part: changed if self.part == "tethers" else changed[0]})
+        return replace(scene, **{self.part: changed if isinstance(getattr(scene, self.part), tuple) else changed[0]})
 
     def _parts(self, scene: Scene) -> tuple:
         part = getattr(scene, self.part)
         return part if isinstance(part, tuple) else (part,) if part else ()
 
 
+# Springs before what only takes: of two that make the mode equally fast the first is asked.
 PARAMETERS = (
-    Parameter("tether stiffness [N/m]", "tethers", "stiffness"),
-    Parameter("tether damping [N s/m]", "tethers", "damping"),
-    Parameter("floor stiffness [N/m]", "floor", "stiffness"),
-    Parameter("floor damping [N s/m]", "floor", "damping"),
-    Parameter("linear drag [N s/m]", "drag", "linear"),
-    Parameter("angular drag [N m s/rad]", "drag", "angular"),
+    *(
+        Parameter(name, law.part, key)
+        for law in sorted(LAWS, key=lambda law: law.stored is None)
+        for name, key in law.numbers.items()
+    ),
     Parameter("spin [rad/s]", "start"),
 )
 

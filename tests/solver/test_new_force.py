@@ -38,8 +38,11 @@ SCENE = [
         "        floor=_floor(file.floor) if file.floor else None,\n",
         "        wind=frozen_array(file.wind) if any(file.wind) else None,\n",
     ),
-    ("scenarios/needs.py", 'FORCES = ("gravity", "tether", "drag", "floor"', ', "wind"'),
-    ("scenarios/needs.py", '        "floor": scene.floor is not None,\n', '        "wind": scene.wind is not None,\n'),
+    (
+        "scenarios/forces.py",
+        "LAWS = (\n    GRAVITY,\n",
+        '    Law("wind", "wind", lambda wind, scene, states: -(states[..., 0:3] @ wind), lambda wind: False, {}),\n',
+    ),
 ]
 TRUTH = [
     ("scenarios/truth/throw.py", "    ground: Ground | None\n", "    wind: Numbers\n"),

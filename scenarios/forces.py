@@ -1,0 +1,100 @@
+"""The force laws that a scene may have, one entry each: what acts, what it stores, what it takes, what makes it stiff.
+
+A law's formula is in `scenarios.scene`, beside its numbers.  The truth, our solver and `scenarios.wrench` each write it
+anew, in other variables; whatever else is asked of a law is asked here.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from scenarios.frames import Array, vertices
+
+
+@dataclass(frozen=True, eq=False)
+class Law:
+    """One law of force.
+
+    name: what a scene needs and an engine has among its FEATURES; part: the scene's field that has its numbers, or
+    several of it; stored: the energy [J] that one of them holds in states (..., 13), None where it holds none; takes:
+    whether one of them takes energy; numbers: label with unit -> which of its numbers that is.
+    """
+
+    name: str
+    part: str
+    stored: Callable[[Any, Any, Array], Array] | None
+    takes: Callable[[Any], bool]
+    numbers: dict[str, str]
+
+    def all_of(self, scene: Any) -> tuple[Any, ...]:
+        """Return the numbers of each of its kind that the scene has."""
+        part = getattr(scene, self.part)
+        return part if isinstance(part, tuple) else () if part is None else (part,)
+
+
+def height(gravity: Array, scene: Any, states: Array) -> Array:
+    """Return -m g.x [J]."""
+    return -scene.body.mass * (states[..., 0:3] @ gravity)
+
+
+def stretch(tether: Any, scene: Any, states: Array) -> Array:
+    """Return k (|d| - l0)^2 / 2 [J]."""
+    length = np.linalg.norm(vertices(states, tether.point_body[None])[..., 0, :] - tether.anchor, axis=-1)
+    return tether.stiffness / 2 * (length - tether.rest_length) ** 2
+
+
+def dent(floor: Any, scene: Any, states: Array) -> Array:
+    """Return the sum of k y^2 / 2 over the vertices below the floor [J]."""
+    depth = np.minimum(vertices(states, scene.body.points) @ floor.normal - floor.height, 0.0)
+    return floor.stiffness / 2 * (depth**2).sum(axis=-1)
+
+
+GRAVITY = Law("gravity", "gravity", height, lambda gravity: False, {})
+LAWS = (
+    GRAVITY,
+    Law(
+        "tether",
+        "tethers",
+        stretch,
+        lambda tether: bool(tether.damping),
+        {"tether stiffness [N/m]": "stiffness", "tether damping [N s/m]": "damping"},
+    ),
+    Law(
+        "drag",
+        "drag",
+        None,
+        lambda drag: True,
+        {"linear drag [N s/m]": "linear", "angular drag [N m s/rad]": "angular"},
+    ),
+    Law(
+        "floor",
+        "floor",
+        dent,
+        lambda floor: bool(floor.damping),
+        {"floor stiffness [N/m]": "stiffness", "floor damping [N s/m]": "damping"},
+    ),
+)
+
+
+PULLING = tuple(law for law in LAWS if law is not GRAVITY)
+
+
+def acting(scene: Any) -> tuple[Law, ...]:
+    """Return the laws that act in a scene."""
+    return tuple(law for law in LAWS if law.all_of(scene))
+
+
+def takes_energy(scene: Any) -> bool:
+    """Return whether anything that acts takes energy."""
+    return any(law.takes(one) for law in LAWS for one in law.all_of(scene))
+
+
+def stored(scene: Any, states: Array, laws: tuple[Law, ...] = LAWS) -> Array:
+    """Return what these laws hold in states (..., 13) [J], (...)."""
+    held = np.zeros(states.shape[:-1])
+    for law in laws:
+        if law.stored:
+            held += sum(law.stored(one, scene, states) for one in law.all_of(scene))
+    return held

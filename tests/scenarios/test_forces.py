@@ -1,0 +1,67 @@
+"""One table of force laws: what acts, what is stored, what is lost, what is stiff, all asked of the same entries."""
+
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+
+from compare.stability.columns import PARAMETERS
+from scenarios.forces import GRAVITY, LAWS, PULLING, acting, stored, takes_energy
+from scenarios.needs import FORCES, needs
+from scenarios.read import catalogue, read_scene
+from scenarios.scene import Scene
+from scenarios.wrench import wrench
+
+FORCED = [name for name in catalogue() if not read_scene(name).is_free]
+
+
+def test_every_part_of_a_scene_that_can_pull_has_its_entry():
+    parts = {law.part for law in LAWS}
+    assert parts <= {item.name for item in fields(Scene)}
+    optional = {item.name for item in fields(Scene) if item.default is None or item.default == ()}
+    assert optional - parts == {"impulses", "written"}
+
+
+def test_who_asks_asks_the_table():
+    assert tuple(law.name for law in LAWS) == FORCES
+    numbers = {(law.part, key) for law in LAWS for key in law.numbers.values()}
+    assert {(each.part, each.key) for each in PARAMETERS if each.key} == numbers
+
+
+@pytest.mark.parametrize("name", catalogue())
+def test_a_scene_is_free_where_nothing_but_gravity_acts(name):
+    scene = read_scene(name)
+    assert [law.name for law in acting(scene)] == [need for need in needs(scene) if need in FORCES]
+    assert scene.is_free == (not scene.tethers and scene.drag is None and scene.floor is None)
+    bare = replace(scene, tethers=(), drag=None, floor=None)
+    assert bare.is_free
+    assert not takes_energy(bare)
+
+
+@pytest.mark.parametrize("name", FORCED)
+def test_what_is_stored_pulls_as_the_law_says(name):
+    """The force is minus the slope of the energy: differences along each axis, of a body that does not move."""
+    scene = read_scene(name)
+    lifted = scene.start[:1].copy()
+    lifted[:, 7:13] = 0.0
+    if scene.floor is not None:
+        lifted[:, 0:3] -= scene.floor.normal * (lifted[0, 0:3] @ scene.floor.normal - scene.floor.height)
+    step, slope = 1e-6, np.zeros(3)
+    for axis in range(3):
+        there, here = lifted.copy(), lifted.copy()
+        there[0, axis] += step
+        here[0, axis] -= step
+        slope[axis] = (stored(scene, there, PULLING) - stored(scene, here, PULLING))[0] / (2 * step)
+    force = wrench(scene)(lifted)[0, 0:3]
+    # Of quadratic energies a central difference is exact but for rounding: eps E / step.
+    rounding = 1e-15 * max(1.0, float(stored(scene, lifted)[0])) / step
+    np.testing.assert_allclose(-slope, force, atol=4 * rounding + 1e-9 * np.abs(force).max(initial=1.0))
+
+
+def test_height_is_stored_by_gravity():
+    scene = read_scene("die-vertex")
+    assert GRAVITY in acting(scene)
+    states = np.repeat(scene.start[:1], 2, axis=0)
+    states[1, 0:3] -= scene.gravity / np.linalg.norm(scene.gravity)
+    low, high = stored(scene, states)
+    assert high - low == pytest.approx(scene.body.mass * np.linalg.norm(scene.gravity), rel=1e-12)
