@@ -9,6 +9,7 @@ from typing import BinaryIO
 import numpy as np
 
 from compare.run.flight import Trajectory, fly, struck
+from compare.run.laws import law_broken
 from compare.run.message import PREFIX, frame, lengths, unpacked
 from compare.run.registry import BadEngine, EngineInfo, Missing, engine_info, in_one_line, load
 from compare.run.timer import NoTime, Pace, Ready, Sample, Timer
@@ -105,8 +106,6 @@ class PutLaw:
 
     def answer(self, engine: Loaded) -> str:
         """Return how it does not hold, '' where it does."""
-        from compare.run.laws import law_broken  # it brings a scene of its own, which no flight has a use for
-
         return law_broken(engine.module, self.law, self.method)
 
 

@@ -15,6 +15,7 @@ from typing import Any
 
 from compare import engines
 from compare.engines import FINDINGS, GYROSCOPIC_NAMES, LAWS, OWN, SCHEME_NAMES
+from compare.run.step_function import StepEngine
 from scenarios.refusal import UsersError
 from scenarios.scene import Scene
 
@@ -152,9 +153,12 @@ def load_file(path: str) -> ModuleType:
         raise BadEngine(f"{path}: no such engine file") from error
     except Exception as error:
         raise BadEngine(f"{path}: cannot be loaded: {in_one_line(error)}") from error
+    if callable(getattr(module, "step", None)) and not any(hasattr(module, name) for name in (*VERBS, "METHODS")):
+        return StepEngine(module)
     for name in (*VERBS, "METHODS", "FEATURES", "ABOUT"):
         if not hasattr(module, name):
-            raise BadEngine(f"{path}: has no {name}; an engine file needs METHODS, FEATURES, ABOUT, {', '.join(VERBS)}")
+            needed = f"METHODS, FEATURES, ABOUT, {', '.join(VERBS)}, or step(state, dt, body) alone"
+            raise BadEngine(f"{path}: has no {name}; an engine file needs {needed}")
     for verb in VERBS:
         if not callable(getattr(module, verb)):
             raise BadEngine(f"{path}: {verb} is not a function")
