@@ -9,7 +9,7 @@ from scenarios.read import BadScene, catalogue, read_scene
 from tumble.lab.click import impulse_table
 from tumble.lab.draft import MOST, Draft, frames
 
-RAY = ([0.0, 2.5, 20.0], [0.01, 0.02, -1.0])
+RAY = ([0.1 + 0.2, 7.0 / 3.0, 20.000000000000004], [1.0 / 70.0, 0.02, -1.0])
 
 
 def same(one, other) -> bool:

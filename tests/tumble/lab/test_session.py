@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,13 +11,16 @@ from compare.run.flight import Trajectory
 from compare.run.worker import Failure
 from scenarios.frames import rotation_matrix
 from scenarios.read import BadScene, read_scene
-from tumble.lab.crew import Contestant
+from tumble.lab.crew import Contestant, Crew
 from tumble.lab.draft import Draft
 from tumble.lab.readings import error_rows, errors_over_time, readings
 from tumble.lab.session import Refused, Session
 
 EYE = np.array([3.0, 6.0, 20.0])
 HUNG = """
+import os
+from pathlib import Path
+
 METHODS, FEATURES, ABOUT = ("forever",), {"gravity"}, {"version": "1"}
 
 
@@ -24,6 +28,7 @@ def build(scene, method): return scene
 def write(world, states): pass
 def read(world): return world.start
 def advance(world, n, dt):
+    Path(__file__).with_name("pid").write_text(str(os.getpid()))
     while True: pass
 """
 
@@ -140,7 +145,12 @@ def test_at_its_defaults_pybullet_is_slowed_and_in_fair_settings_it_is_not(sessi
     assert row.off_m < 1e-9
 
 
-def test_a_hung_engine_is_a_line_and_the_others_fly(crew, tmp_path, until):
+def test_a_hung_engine_is_a_line_and_the_others_fly(tmp_path, until):
+    with Crew(time_limit=600.0) as crew:
+        hold_hung_engine(crew, tmp_path, until)
+
+
+def hold_hung_engine(crew, tmp_path, until):
     (tmp_path / "hung.py").write_text(HUNG, encoding="utf-8")
     hung, right = crew.ready([str(tmp_path / "hung.py"), "tumble:rk4"])
     session = Session(Draft.opened("table-4-1-ray"), [hung, right], crew, tmp_path, lambda: None)
@@ -150,7 +160,11 @@ def test_a_hung_engine_is_a_line_and_the_others_fly(crew, tmp_path, until):
     assert rows[hung].status == "flying"
     assert rows[right].off_m < 1e-9
     hanging = session.throw
-    session.reset()  # ends it: nobody waits for the time limit
+    until((tmp_path / "pid").exists)
+    until(lambda: (tmp_path / "pid").read_text())
+    process = Path("/proc", (tmp_path / "pid").read_text())
+    session.reset()
+    until(lambda: not process.exists())  # ended: nobody waits for the time limit
     click(session)
     assert hung not in hanging.answers
     until(lambda: right in session.throw.answers)
