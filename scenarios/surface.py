@@ -36,16 +36,29 @@ def read_surface(path: Path) -> tuple[Array, np.ndarray]:
         raise ValueError("must have triangles, and none were found")
     if not np.isfinite(corners).all():
         raise ValueError("must have finite coordinates")
-    points, first, index = np.unique(corners.reshape(-1, 3), axis=0, return_index=True, return_inverse=True)
-    order = np.argsort(first)
-    points, faces = points[order], np.argsort(order)[index].reshape(-1, 3)
-    edges = np.stack((faces, np.roll(faces, -1, axis=1)), axis=2).reshape(-1, 2)
-    if (np.unique(np.sort(edges, axis=1), axis=0, return_counts=True)[1] != 2).any():
+    points, faces = _joined(corners)
+    starts, ends = faces, np.roll(faces, -1, axis=1)
+    edges = np.minimum(starts, ends) * len(points) + np.maximum(starts, ends)
+    if (np.unique(edges, return_counts=True)[1] != 2).any():
         raise ValueError("must be closed: every edge in exactly two triangles")
     # Two neighbours run along their edge in opposite directions.
-    if (np.unique(edges, axis=0, return_counts=True)[1] != 1).any():
+    if (np.unique(starts * len(points) + ends, return_counts=True)[1] != 1).any():
         raise ValueError("must have all its triangles turn the same way")
     return points, faces
+
+
+def _joined(corners: Array) -> tuple[Array, np.ndarray]:
+    """Return the points of triangles (m, 3, 3), (n, 3), in the order in which they first appear, and faces, (m, 3)."""
+    rows = corners.reshape(-1, 3)
+    # Three sorts of numbers are many times faster than one of rows.
+    order = np.lexsort(rows.T)
+    opens = np.ones(len(rows), dtype=bool)
+    opens[1:] = (rows[order[1:]] != rows[order[:-1]]).any(axis=1)
+    index = np.empty(len(rows), dtype=int)
+    index[order] = np.cumsum(opens) - 1
+    first = order[opens]  # of equal rows the sort keeps the earliest first
+    appearing = np.argsort(first)
+    return rows[first[appearing]], np.argsort(appearing)[index].reshape(-1, 3)
 
 
 def _stl(data: bytes) -> Array:

@@ -83,7 +83,10 @@ def truth(scene: Scene, floor: bool = True) -> Truth:
 
     # A context of our own: whoever else uses mpmath keeps its precision.
     mp = MPContext()
-    flights = [_flight(mp, scene, row, floor) for row in range(len(scene.start))]
+    try:
+        flights = [_flight(mp, scene, row, floor) for row in range(len(scene.start))]
+    except OverflowError:
+        raise NoTruth("the true flight cannot be told: its numbers leave the range of doubles") from None
     *columns, how, why = zip(*flights, strict=True)
     told = [np.stack(column, axis=1) for column in columns]
     answer = Truth(scene.rows, *told, how=" / ".join(dict.fromkeys(how)))
@@ -169,7 +172,7 @@ def _vertices(poses: list[Pose], points: Numbers, bits: int) -> Array:
     """Return x + R p, (R, n, 3), each number the nearest double: a sum of whole numbers, divided once."""
     whole, unit = np.vectorize(round, otypes=[object]), 2**bits
     # Points in units of the largest, axes of 1: all have that many bits.
-    size = 2 ** Fraction(max(point.numerator.bit_length() - point.denominator.bit_length() for point in points.flat))
+    size = Fraction(2) ** max(point.numerator.bit_length() - point.denominator.bit_length() for point in points.flat)
     grains = whole(points * (unit / size))
     return np.array(
         [

@@ -18,6 +18,8 @@ NEVER = -1.0
 HEIGHT, THRUST = 0, 1
 # Below this share of a step a polynomial is not asked any more whether it dips under 0 and comes back.
 FINEST = 2.0**-30
+# The share of a polynomial's terms that their sum in doubles is not known to.
+IN_DOUBLES = 1e-15
 # Newton's corrections of an instant that doubles have found: each doubles its digits.
 CORRECTIONS = 3
 
@@ -97,6 +99,7 @@ def first_fall(polynomial: Array, nothing: float) -> float:
     """
     piece = np.empty_like(polynomial)
     begin, width = 0.0, 1.0
+    nothing = max(nothing, IN_DOUBLES * np.abs(polynomial).sum())
     while begin < 1.0:
         set_piece(piece, polynomial, begin, width)
         end, swing, bend = piece[0] + piece[1], abs(piece[1]), 0.0
