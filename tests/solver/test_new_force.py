@@ -35,7 +35,7 @@ SCENE = [
     ("scenarios/scene.py", "    floor: Floor | None = None\n", "    wind: Array | None = None\n"),
     (
         "scenarios/read.py",
-        "        floor=_floor(file.floor) if file.floor else None,\n",
+        "        floor=floor,\n",
         "        wind=frozen_array(file.wind) if any(file.wind) else None,\n",
     ),
     (
@@ -113,9 +113,12 @@ def test_the_solver_flies_it_and_others_say_they_do_not(copy):
         assert rows[name]["status"] == "ok"
         # Of a second's tumbling at 3 rad/s in steps of a millisecond, fourth order leaves (w dt)^4/100 of the die.
         assert float(rows[name]["max_error_m"]) < 1e-11
-    assert rows["tumble:magnus6"]["status"] == "skipped: magnus6 carries no forces"
-    assert rows["mujoco:rk4"]["status"] == "skipped: mujoco has no wind"
-    assert rows["pybullet:multibody"]["status"] == "skipped: pybullet has no wind"
+    assert (rows["tumble:magnus6"]["status"], rows["tumble:magnus6"]["why"]) == ("skipped", "magnus6 carries no forces")
+    assert (rows["mujoco:rk4"]["status"], rows["mujoco:rk4"]["why"]) == ("skipped", "mujoco has no wind")
+    assert (rows["pybullet:multibody"]["status"], rows["pybullet:multibody"]["why"]) == (
+        "skipped",
+        "pybullet has no wind",
+    )
 
 
 def test_a_calm_scene_needs_none_of_it(copy):
