@@ -1,4 +1,4 @@
-"""Makes docs/picture.png, the README's picture, from the page: `make report && .venv/bin/python docs/picture.py`."""
+"""Makes docs/picture.png, the README's picture, from the page: `.venv/bin/python docs/picture.py`."""
 
 import shutil
 from pathlib import Path
@@ -6,7 +6,7 @@ from pathlib import Path
 from playwright.sync_api import sync_playwright
 
 HERE = Path(__file__).parent
-PAGE = HERE.parent / "report/tumble.html"
+PAGE = HERE / "example.html"
 
 
 def main() -> None:

@@ -307,6 +307,13 @@ def test_it_fits_every_width(html, opened, width, scheme, request):
     tab.screenshot(path=kept / f"page-{width}-{scheme}.png", full_page=True)
 
 
+def test_it_is_printed_on_few_pages(html, opened):
+    tab = opened(html)
+    everything_drawn(tab)
+    pages = re.findall(rb"/Type\s*/Page[^s]", tab.pdf(format="A4"))
+    assert 2 <= len(pages) < 16
+
+
 def test_whatever_a_table_says_stays_text(real, opened):
     evil = dict(real)
     evil["scenes.csv"] = real["scenes.csv"].assign(title=EVIL, source=EVIL)

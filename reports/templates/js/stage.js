@@ -51,7 +51,7 @@ function drawMoment(canvas, film, time, names, magnified, { alone = false } = {}
     if (!own) continue;
     const moved = own.map((point, vertex) => point.map((value, i) => points[vertex][i] + magnified * (value - points[vertex][i])));
     if (alone) drawBody(pen, film, moved, view, null);
-    else drawGhost(pen, film, moved, view, colourOf(name));
+    else drawGhost(pen, film, moved, view, colourOf(name), 0.12 / names.length);
     seen[name] = moved.map(view);
   }
   for (const act of film.acts) if (act.kind === "impulse") drawArrow(pen, film, view, act, time);
@@ -139,12 +139,12 @@ function drawCloud(pen, film, seen, colour = styleOf("--ink")) {
   }
 }
 
-/** A contestant: its edges in its colour, and a veil of it. */
-function drawGhost(pen, film, points, view, colour) {
+/** A contestant: its edges in its colour, and a veil of it, thin enough that all of them leave the truth to be seen. */
+function drawGhost(pen, film, points, view, colour, veil) {
   const seen = points.map(view);
   if (!film.faces.length) return drawCloud(pen, film, seen, colour);
   pen.fillStyle = colour;
-  pen.globalAlpha = 0.07;
+  pen.globalAlpha = veil;
   for (const face of film.faces) {
     polygon(pen, face.map((vertex) => seen[vertex]));
     pen.fill();
