@@ -144,7 +144,8 @@ def confused(job: tuple[int, int]) -> ConfusionRow:
     times = np.array(scene.rows)
     true = written(account, times, scene.body.points)
     rates = np.linalg.norm(account.flown(times)[:, 15:18], axis=1)
-    question = Question(scene, account, shown.kind, len(times), scene.duration, float(1 / rates.max()))
+    spacing = scene.duration / ROWS
+    question = Question(scene, account, shown.kind, len(times), scene.duration, float(1 / rates.max()), spacing)
     known = hypotheses(question)
     names = sorted({hypothesis.name for hypothesis in known})
     size = float(np.ptp(scene.body.points, axis=0).max())
@@ -167,8 +168,8 @@ def confused(job: tuple[int, int]) -> ConfusionRow:
     sigma = NOISE * size
     seen = noisy(random, planted, shown.kind, scene.body.points, sigma)
     noise_m = root_mean_square(seen - planted)
-    kept = Kept(times, seen, true, np.zeros(len(times)), None)
-    diagnosis = diagnose(scene, 0, shown, kept, scale_of(kept, scene, 0.0))
+    kept = Kept(times, seen, true, np.zeros((len(times), 3)), None)
+    diagnosis = diagnose(question, shown, kept, scale_of(kept, scene, 0.0))
     named = [diagnosis.best.names, *(each.names for each in diagnosis.alike)]
     right = frozenset(hypothesis.name for hypothesis in picked)
     return ConfusionRow(

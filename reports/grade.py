@@ -1,6 +1,6 @@
 """What `tumble grade` prints: how far off a trajectory is, and what is most likely wrong, with the evidence."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from rich.table import Table
@@ -48,6 +48,11 @@ def grade_text(grade: Grade) -> Iterator[Table | Text]:
     yield from kept_quantities(grade)
     yield Text()
     yield from map(plain, verdict_lines(grade))
+
+
+def off_by(file: str, m: Measured) -> str:
+    """Return what is known before a search."""
+    return f"{file}: off by up to {metres(m.worst_m)}, at t = {m.worst_t_s:g} s; looking for what explains it"
 
 
 def resolution(m: Measured) -> str:
@@ -129,6 +134,7 @@ def verdict_lines(grade: Grade) -> Iterator[str]:
         case verdict if verdict == TOO_FEW:
             yield f"Off by {metres(m.worst_m)}: one row is too few to say why."
         case _ if diagnosis is not None:
+            yield from (f"Seen at once: {sentence}" for sentence in grade.seen)
             yield from diagnosis_lines(grade, diagnosis)
     yield from other_findings(grade)
 
@@ -144,6 +150,8 @@ def diagnosis_lines(grade: Grade, diagnosis: Diagnosis) -> Iterator[str]:
         yield "The best of them, not to be believed:"
     elif grade.verdict == EXPLAINED_PARTLY:
         yield "What comes nearest, though it does not explain all:"
+    elif diagnosis.engines:
+        yield f"This is what {listed(diagnosis.engines)} at its defaults:"
     elif diagnosis.alike:
         yield "What is wrong is one of several things that fit alike.  The first of them:"
     else:
@@ -151,15 +159,30 @@ def diagnosis_lines(grade: Grade, diagnosis: Diagnosis) -> Iterator[str]:
     yield from evidence(diagnosis)
     left = metres(best.max_m)
     if grade.verdict == EXPLAINED_WHOLLY:
-        why = "about what the printed digits leave open" if best.nothing else "noise"
-        yield f"The {left} that are left are {why}."
+        floor = (
+            "about what single precision leaves"
+            if grade.measured.single
+            else "about what the printed digits leave open"
+        )
+        yield f"The {left} that are left are {floor if best.nothing else 'noise'}."
+        if diagnosis.engines and not any(mistake.hypothesis.part == "steps" for mistake in best.mistakes):
+            yield "How long its step is cannot be told: any leaves as little here."
     else:
         yield f"The {left} that are left are neither noise nor rounding: something else is wrong as well."
     for number, other in enumerate(diagnosis.alike[:SHOWN_ALIKE]):
         yield f"{'Fits alike' if not number else 'and'}: {said(other)}: {metres(other.max_m)} left."
 
 
-SHOWN_ALIKE = 5
+SHOWN_ALIKE, SHOWN_ENGINES = 5, 4
+
+
+def listed(engines: Sequence[str]) -> str:
+    """Return the names of engines that do one thing, with the verb; of many some, and how many more."""
+    if len(engines) == 1:
+        return f"{engines[0]} does"
+    shown, more = engines[:SHOWN_ENGINES], len(engines) - SHOWN_ENGINES
+    *first, last = [*shown, f"{more} more engines"] if more > 0 else shown
+    return f"{', '.join(first)} and {last} do, which are one scheme here, each"
 
 
 def evidence(diagnosis: Diagnosis) -> Iterator[str]:
@@ -181,7 +204,7 @@ def other_findings(grade: Grade) -> Iterator[str]:
     """Yield what else the file shows: quaternions of a wrong length, a shape that changes, a spin written otherwise."""
     m = grade.measured
     if m.throws > 1 and grade.diagnosis is not None:
-        yield f"Of {m.throws} throws only throw {m.throw} was looked into, the first in the file."
+        yield f"Of {m.throws} throws only throw {m.throw} was looked into, the one that is furthest off."
     if m.lengths is not None and max(abs(length - 1) for length in m.lengths) > 1e-3:
         least, most = m.lengths
         yield f"Seen beside: the quaternion is {least:.4g} to {most:.4g} long, not 1."

@@ -144,6 +144,7 @@ def parser() -> Parser:
     grade.add_argument("--by", choices=("pose", "matrix", "vertices"), help="what to grade where a file has several")
     grade.add_argument("--decimal", choices=(".", ","), default=".", help="decimal sign; default: a point")
     grade.add_argument("--tolerance", type=metres, metavar="M", help="exit 1 where a vertex is further off [m]")
+    grade.add_argument("--json", action="store_true", help="print the answer as JSON, with stable names of mistakes")
     grade.add_argument("-o", "--output", metavar="DIR", help="also write the tables as CSV into DIR")
 
     check = command("check", "hold errors, orders, energy and run times against a record: exit 1 if any is worse")

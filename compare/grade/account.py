@@ -18,15 +18,17 @@ from compare.grade.stepping import (
     EVENT,
     EXPLICIT,
     JUMP,
+    LINEARLY,
     POINT_MOVES,
     SMOOTH,
+    TURNED,
     UNMIXED,
     WIDTH,
     Laws,
     Scheme,
     fly,
 )
-from scenarios.frames import Array
+from scenarios.frames import Array, rotation_matrix
 from scenarios.impulse import strike_point
 from scenarios.scene import Body, Impulse, Scene
 from solver.forces import Forces
@@ -41,33 +43,47 @@ EVENTS_KEPT = 1024
 WHOLE = 1e-6
 
 
+# Rows between two ticks: the last tick's; the centre straight and the attitude along an arc, or its q straight as well.
+HELD, ALONG_ARCS, STRAIGHT = 0, 1, 2
+
+
 class Clock(NamedTuple):
     """What the program's physics had reached when it wrote t: rate t + offset [s], in whole ticks [s] unless 0.
 
-    lag: by so many ticks more than the whole ones that fit.
+    lag: by so many ticks more than the whole ones that fit; between: how rows between two
+    ticks are interpolated, of the constants above; stop: no further than this [s].
     """
 
     rate: float = 1.0
     offset: float = 0.0
     tick: float = 0.0
     lag: float = 0.0
+    between: int = HELD
+    stop: float = np.inf
 
-    def reached(self, times: Array) -> Array:
-        """Return the instants of the physics [s]; before it starts they are 0."""
+    def reached(self, times: Array, rounding: float = 0.0) -> Array:
+        """Return the instants of the physics [s]; before it starts they are 0.  rounding: of the times [s]."""
         reached = self.rate * times + self.offset
-        return np.maximum(in_ticks(reached, self.tick, self.lag) if self.tick else reached, 0.0)
+        reached = in_ticks(reached, self.tick, self.lag, rounding) if self.tick else reached
+        return np.clip(reached, 0.0, self.stop)
+
+    def share(self, times: Array, rounding: float) -> Array:
+        """Return how far the physics is from the tick that it has reached to the next, from 0 to 1."""
+        ticks = (self.rate * times + self.offset) / self.tick - self.lag
+        share = ticks - np.floor(ticks + WHOLE + rounding / self.tick)
+        return np.where((ticks > 0) & (share > WHOLE + rounding / self.tick), share, 0.0)
 
 
-def in_ticks(times: Array, tick: float | Array, lag: float) -> Array:
-    """Return the last whole ticks [s] before instants [s] of a clock that lags by so many more."""
-    return tick * np.floor(times / tick - lag + WHOLE)
+def in_ticks(times: Array, tick: float | Array, lag: float, rounding: float = 0.0) -> Array:
+    """Return the last whole ticks [s] before instants [s], rounded by so much, of a clock that lags by so many more."""
+    return tick * np.floor(times / tick - lag + WHOLE + rounding / tick)
 
 
 class Stroke(NamedTuple):
     """How an impulse J is applied.
 
     lasts: [s], as a constant force J/lasts, 0 for a jump; ends: the force stops then; turns: so does its torque, which
-    otherwise acts at once; arm, held: of the lever, as `stepping.Laws` has them; strength: of J.
+    otherwise acts at once; arm, held, unturned: of the lever, as `stepping.Laws` has them; strength: of J.
     """
 
     lasts: float = 0.0
@@ -76,6 +92,7 @@ class Stroke(NamedTuple):
     arm: tuple[float, float, float, float, float] = (1.0, 1.0, 0.0, 0.0, 0.0)
     held: int = POINT_MOVES
     strength: float = 1.0
+    unturned: bool = False
 
 
 class Pose(NamedTuple):
@@ -98,8 +115,8 @@ Writing = Callable[[Pose], Pose]
 class Account:
     """One throw as a program understood it, flew it and wrote it down.
 
-    mass [kg]; moments [kg m2], (3,); start: (13,); gravity [m/s2], (3,); forces: the scene's others; damping,
-    damps, gyroscopic, mixed: as `stepping.Laws` has them; writings: what is done to a pose, in this order.
+    mass [kg]; moments [kg m2], (3,); start: (13,); gravity [m/s2], (3,); forces: the scene's others; damping to caps:
+    as `stepping.Laws` has them; writings: what is done to a pose, in this order; rounding: of printed instants [s].
     """
 
     body: Body
@@ -109,31 +126,69 @@ class Account:
     gravity: Array
     impulses: tuple[Impulse, ...]
     forces: Forces
-    damping: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
+    damping: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)
     damps: int = AS_FORCE
+    decays: int = LINEARLY
     gyroscopic: float = 1.0
     mixed: int = UNMIXED
+    tensor: int = TURNED
+    struck: int = TURNED
+    turning: float = 1.0
+    caps: tuple[float, float] = (np.inf, np.inf)
     stroke: Stroke = AT_ONCE
     scheme: Scheme = IN_NO_STEPS
     clock: Clock = RIGHT
     writings: tuple[Writing, ...] = ()
+    rounding: float = 0.0
 
     def written(self, times: Array, fineness: float = SEARCHING) -> Pose:
         """Return what the program wrote at its instants [s], increasing, (T,)."""
-        rows = self.flown(self.clock.reached(times), fineness)
-        pose = Pose(times, rows[:, 0:3], rows[:, 3:12].reshape(-1, 3, 3), rows[:, 18:22])
+        reached = self.clock.reached(times, self.rounding)
+        if self.clock.between != HELD:
+            pose = self._between(times, reached, fineness)
+        else:
+            pose = pose_of(times, self.flown(reached, fineness))
         with np.errstate(all="ignore"):  # a flight that blew up is judged by what it leaves
             for writing in self.writings:
                 pose = writing(pose)
         return pose
 
+    def _between(self, times: Array, reached: Array, fineness: float) -> Pose:
+        """Return what is interpolated between the tick that the physics has reached and the next."""
+        instants, places = np.unique(np.concatenate((reached, reached + self.clock.tick)).round(9), return_inverse=True)
+        rows = self.flown(instants, fineness)
+        before, after = (pose_of(times, rows[part]) for part in np.split(places, 2))
+        share = self.clock.share(times, self.rounding)[:, None]
+        same = np.sign((before.q * after.q).sum(axis=1))[:, None]
+        one, other = 1 - share, share
+        if self.clock.between == ALONG_ARCS:
+            angle = np.arccos(np.clip((same * before.q * after.q).sum(axis=1), -1.0, 1.0))[:, None]
+            with np.errstate(invalid="ignore", divide="ignore"):
+                one, other = (np.where(angle > 0, np.sin(part * angle) / np.sin(angle), part) for part in (one, other))
+        q = one * before.q + other * same * after.q
+        axes = rotation_matrix(q / np.linalg.norm(q, axis=1)[:, None])
+        return Pose(times, (1 - share) * before.x + share * after.x, axes, q)
+
     def flown(self, times: Array, fineness: float = SEARCHING) -> Array:
         """Return rows as `stepping` has them at instants [s] that do not decrease, (T, 22), each after its impulses."""
         rows = np.empty((len(times), WIDTH))
         forces = self.forces._replace(mass=self.mass, gravity=tuple(self.gravity.tolist()))
-        moments = tuple(self.moments.tolist())
         laws = Laws(
-            moments, forces, self.damping, self.damps, self.gyroscopic, self.mixed, self.stroke.arm, self.stroke.held
+            moments=tuple(self.moments.tolist()),
+            forces=forces,
+            damping=self.damping,
+            damps=self.damps,
+            decays=self.decays,
+            gyroscopic=self.gyroscopic,
+            mixed=self.mixed,
+            tensor=self.tensor,
+            struck=self.struck,
+            first=tuple((self.start[3:7] / np.linalg.norm(self.start[3:7])).tolist()),
+            turning=self.turning,
+            caps=self.caps,
+            arm=self.stroke.arm,
+            held=self.stroke.held,
+            unturned=self.stroke.unturned,
         )
         scheme = self.scheme if self.scheme.attitude != SMOOTH else self.scheme._replace(step=fineness)
         fly(
@@ -144,6 +199,7 @@ class Account:
             _events(self.impulses, self.stroke),
             self._spring_rate() * fineness / SPRING_STEP,
             scheme,
+            self.rounding,
         )
         return rows
 
@@ -154,11 +210,16 @@ class Account:
         return float(np.sqrt(stiffness * (1 / self.mass + reach / self.moments.min()))) if stiffness else 0.0
 
 
-def truthful(scene: Scene, throw: int) -> Account:
-    """Return the account of a program that makes no mistake.  Raises RayMissed."""
+def pose_of(times: Array, rows: Array) -> Pose:
+    """Return the pose in rows of `flown`."""
+    return Pose(times, rows[:, 0:3], rows[:, 3:12].reshape(-1, 3, 3), rows[:, 18:22])
+
+
+def truthful(scene: Scene, throw: int, rounding: float = 0.0) -> Account:
+    """Return the account of a program that makes no mistake; rounding: of its instants [s].  Raises RayMissed."""
     gravity = np.zeros(3) if scene.gravity is None else np.array(scene.gravity)
     start, moments = np.array(scene.start[throw]), np.array(scene.body.moments)
-    account = Account(scene.body, scene.body.mass, moments, start, gravity, (), forces_of(scene))
+    account = Account(scene.body, scene.body.mass, moments, start, gravity, (), forces_of(scene), rounding=rounding)
     for impulse in scene.impulses:
         account = replace(account, impulses=(*account.impulses, _landed(impulse, account)))
     return account

@@ -11,15 +11,20 @@ from compare.grade.explanation import Explanation, Mistake, Mistakes
 from compare.grade.fitting import Fitter
 from compare.grade.flights import Flights
 from compare.grade.hypotheses import Hypothesis
+from compare.grade.lawful import Lawful
 from compare.grade.mistakes.writings import WRITTEN
 from compare.grade.noise import ALIKE
 
 # Pairs that are looked at again, and explanations that are fitted finely.
 AGAIN = 24
 FINALISTS = 6
+# Single mistakes that are fitted finely: one that is right may look no better at first than others.
+SINGLES = 12
+# Flights after which no more mistakes are put on top of others.
+ENOUGH = 25_000
 # Single mistakes upon which all others are tried with care.
 STARTS = 3
-MOST_MISTAKES = 4
+MOST_MISTAKES = 5
 # An error below this share of the body's size is of one mistake, if of any.
 SMALL = 1e-6
 # Two numbers are tried on a grid of no more points than this, otherwise each where the other alone is best.
@@ -33,7 +38,8 @@ LEAST_HELP, MUCH_HELP = 1.1, 1.5
 class Diagnosis:
     """What was found: the explanation by nothing, the best, those that fit alike, and how the best comes about.
 
-    steps: explanations from nothing to the best, each with one mistake more, the one that can be spared least first.
+    steps: explanations from nothing to the best, each with one mistake more, the one that can be spared least first;
+    engines: those that do the same at their defaults.
     """
 
     nothing: Explanation
@@ -42,6 +48,7 @@ class Diagnosis:
     steps: tuple[Explanation, ...]
     tried: int
     account: Account
+    engines: tuple[str, ...] = ()
 
 
 class Search:
@@ -49,22 +56,17 @@ class Search:
 
     def __init__(self, flights: Flights) -> None:
         self._flights, self._fitter, self._glanced = flights, Fitter(flights), flights.glanced
+        self._lawful = Lawful(flights)
 
     def diagnose(self) -> Diagnosis:
         """Return what explains the rows best."""
         nothing = self._flights.explain(())
-        found = [nothing]
+        found, engines = [nothing], ()
         if not nothing.nothing:
-            singles = sorted((self._fitter.tuned((h,)) for h in self._flights.hypotheses), key=self._glanced)
-            found += sorted(self._explained(singles[:FINALISTS]), key=_by_weight)
-            alone = found[1]
-            # Its mistake with each of those that help it most.
-            on_top = [] if alone.nothing or self._is_small(nothing) else self._on_top(alone.mistakes)
-            if on_top and (not alone.noise or self._glanced(on_top[0]) < self._glanced(alone.mistakes) - ALIKE):
-                found += self._explained(self._together(on_top, singles))
-                found += self._deeper(found)
-            found += self._finer(min(found, key=_by_weight))
-            found += self._with_one_fewer(found)
+            law, engines = self._lawful.engines()
+            found += law
+            if not law[0].nothing:
+                found += self._searched(nothing, law)
         ranked = [each for each in sorted(found, key=_by_weight) if not _is_padded(each, found)]
         best = ranked[0]
         alike = [
@@ -73,7 +75,35 @@ class Search:
             if each.weight < best.weight + ALIKE and not each.names > best.names and each.names != best.names
         ]
         account = self._flights.changed(best.mistakes)
-        return Diagnosis(nothing, best, tuple(_distinct(alike)), tuple(self._steps(best)), self._flights.tried, account)
+        # Rows that are late are anybody's.
+        told = best is found[-1] and any(mistake.hypothesis.part != "clock offset" for mistake in best.mistakes)
+        engines = engines if engines and told else ()
+        return Diagnosis(
+            nothing,
+            best,
+            () if engines else tuple(_distinct(alike)),
+            tuple(self._steps(best)),
+            self._flights.tried,
+            account,
+            engines,
+        )
+
+    def _searched(self, nothing: Explanation, laws: Sequence[Explanation]) -> list[Explanation]:
+        """Return what a search finds, where whole laws have not been enough."""
+        singles = sorted((self._fitter.tuned((h,)) for h in self._flights.hypotheses), key=self._glanced)
+        found = [*laws, *sorted(self._explained(singles[:SINGLES]), key=_by_weight)]
+        found += self._finer(min(found, key=_by_weight))
+        if not min(found, key=_by_weight).nothing:
+            found += self._lawful.combined()
+        alone = min(found, key=_by_weight)
+        # Its mistake with each of those that help it most.
+        on_top = [] if alone.nothing or self._is_small(nothing) else self._on_top(alone.mistakes)
+        if on_top and (not alone.noise or self._glanced(on_top[0]) < self._glanced(alone.mistakes) - ALIKE):
+            found += self._explained(self._together(on_top, singles))
+            found += self._deeper(found)
+        found += self._finer(min(found, key=_by_weight))
+        found += self._with_one_fewer(found)
+        return found[len(laws) :]
 
     def _is_small(self, nothing: Explanation) -> bool:
         """Whether so little is wrong that more than one mistake cannot be told."""
@@ -87,8 +117,8 @@ class Search:
 
     def _pairs(self, alone: dict[Hypothesis, float]) -> list[Mistakes]:
         """Return the best pairs.  alone: what each hypothesis was fitted to by itself."""
-        flown = [h for h in self._flights.hypotheses if h.part not in WRITTEN and not h.variant]
-        written = [h for h in self._flights.hypotheses if h.part in WRITTEN]
+        flown = [h for h in self._flights.hypotheses if h.part not in WRITTEN and not h.variant and not h.rare]
+        written = [h for h in self._flights.hypotheses if h.part in WRITTEN and not h.rare]
         rough = [self._rough_pair(*pair, alone) for pair in combinations(flown, 2) if pair[0].part != pair[1].part]
         rough += [self._rough_pair(*pair, alone) for pair in combinations(written, 2) if pair[0].part != pair[1].part]
         rough += self._written_pairs(flown, written)
@@ -145,12 +175,16 @@ class Search:
         """Return the mistakes with each of those that help them most."""
         parts = {mistake.hypothesis.part for mistake in mistakes}
         found = []
+        least = self._glanced(mistakes)
         for hypothesis in self._flights.hypotheses:
             if hypothesis.part not in parts:
                 values = hypothesis.values or (0.0,)
                 more = (self._flights.ordered((*mistakes, Mistake(hypothesis, value))) for value in values)
-                # Polished, all of them: a small second mistake may lie between two values tried first that only harm.
-                found.append(self._fitter.polished_one(min(more, key=self._glanced), hypothesis))
+                more = min(more, key=self._glanced)
+                # Polished, most of them: a small second mistake may lie between two values tried first that only harm.
+                if not hypothesis.rare or self._glanced(more) < least:
+                    more = self._fitter.polished_one(more, hypothesis)
+                found.append(more)
         return sorted(found, key=self._glanced)[:FINALISTS]
 
     def _deeper(self, found: Sequence[Explanation]) -> list[Explanation]:
@@ -168,7 +202,8 @@ class Search:
 
     def _is_enough(self, best: Explanation) -> bool:
         """Whether nothing is left to explain, or too much has been assumed already."""
-        return best.is_whole or not best.mistakes or len(best.mistakes) >= MOST_MISTAKES
+        spent = self._flights.tried > ENOUGH
+        return best.is_whole or not best.mistakes or len(best.mistakes) >= MOST_MISTAKES or spent
 
     def _finer(self, best: Explanation) -> Iterator[Explanation]:
         """Yield the best explanation fitted to fine flights, where rough ones may have been what it leaves."""
@@ -193,7 +228,7 @@ class Search:
         steps = [best]
         while mistakes := steps[0].mistakes:
             fewer = combinations(mistakes, len(mistakes) - 1)
-            steps.insert(0, min(map(self._flights.explain, fewer), key=lambda each: each.rms_m))
+            steps.insert(0, min(map(self._flights.explain, fewer), key=lambda each: each.weighed_m))
         return steps
 
 
@@ -203,8 +238,11 @@ def _by_weight(explanation: Explanation) -> float:
 
 def _is_padded(explanation: Explanation, others: Iterable[Explanation]) -> bool:
     """Whether some of an explanation's mistakes do nearly as well without the rest."""
-    enough = explanation.rms_m * (LEAST_HELP if explanation.is_whole else MUCH_HELP)
-    return any(other.names < explanation.names and other.rms_m <= enough for other in others)
+    enough = explanation.weighed_m * (LEAST_HELP if explanation.is_whole else MUCH_HELP)
+    return any(
+        other.names < explanation.names and (other.weighed_m <= enough or (other.nothing and explanation.nothing))
+        for other in others
+    )
 
 
 def _distinct(explanations: Iterable[Explanation]) -> Iterator[Explanation]:

@@ -1,7 +1,7 @@
 """What printed figures can tell: the place of the last digit, and how far off a right number may be by rounding."""
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -11,6 +11,10 @@ from scenarios.frames import Array
 NUMBER = re.compile(r"[+-]?(\d*)(?:\.(\d*))?(?:[eE]([+-]?\d{1,9}))?", re.ASCII)
 # Nine significant digits tell every single-precision number from its neighbours, and from most doubles.
 TELLING = 9
+# So many cells with as many decimals each were given them; shortest numbers end in a 0 one time in ten.
+FIXED = 30
+# Of a double.
+MOST = 17
 # Intervals of a clock in doubles are as even as this.
 ROUNDING = 1e-8
 
@@ -18,13 +22,15 @@ ROUNDING = 1e-8
 class Digits(NamedTuple):
     """How a column is printed: the finest place of a last digit, and the most significant figures.
 
-    single: every cell is a number of single precision as far as its figures go; telling: in one of them they go far.
+    single: every cell is a number of single precision as far as its figures go; telling: in one of them they go far;
+    fixed: all cells have as many decimals, as by %.4f; otherwise those that a number needs, as a short one may.
     """
 
     place: float = 0.0
     figures: int = 17
     single: bool = False
     telling: bool = False
+    fixed: bool = True
 
     def half(self, values: Array) -> Array:
         """Return half a unit of the last place of values, in the column's own unit."""
@@ -36,11 +42,10 @@ class Digits(NamedTuple):
 
 def digits(cells: Iterable[str]) -> Digits:
     """Return how cells that hold numbers are printed; whether they are numbers of single precision."""
-    figures, single, telling = 1, True, False
+    figures, single, telling, ends = 1, True, False, False
     places: set[float] = set()
     cells = list(cells)
-    if len(set(cells)) == 1:
-        return Digits()  # nothing says that it is rounded
+    constant = len(set(cells)) == 1
     for cell in cells:
         match = NUMBER.fullmatch(cell.strip())
         if match is None:
@@ -53,12 +58,28 @@ def digits(cells: Iterable[str]) -> Digits:
         places.add(last)
         written = len((whole + part).lstrip("0"))
         figures = max(figures, written)
+        ends = ends or part.endswith("0")
         if written >= TELLING:
             telling = True
             value = float(match[0])
-            single = single and abs(value - _single(value)) <= 0.5 * last
+            single = single and abs(value - _single(value)) <= 0.501 * last
+    if constant:
+        return Digits(single=single)  # nothing says that it is rounded
     # Printed to one place, as by %.4f, a number has as many figures as it is large.
-    return Digits(min(places, default=0.0), figures if len(places) > 1 else Digits().figures, single, telling)
+    fixed = len(places) == 1 and (ends or len(cells) >= FIXED)
+    return Digits(min(places, default=0.0), figures if len(places) > 1 else Digits().figures, single, telling, fixed)
+
+
+def alike(columns: Sequence[Digits]) -> list[Digits]:
+    """Return the digits of columns that one program printed in one way.
+
+    A column of short numbers, as 0.05, 0.1, 0.15, does not show how many figures it would have been given.
+    """
+    free = [column for column in columns if not column.fixed]
+    if len(free) < 2:
+        return list(columns)
+    place, figures = min(column.place for column in free), max(min(column.figures, MOST) for column in free)
+    return [column if column.fixed else column._replace(place=place, figures=figures) for column in columns]
 
 
 def _single(value: float) -> float:

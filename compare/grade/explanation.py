@@ -31,7 +31,7 @@ class Explanation:
     """Mistakes that together make a trajectory, and what they leave of it.
 
     rms_m, max_m: of the vertices at the rows kept [m]; nothing, noise: whether that is at the floor, or noise; weight:
-    less is better.
+    less is better; weighed_m: rms_m where each row counts by how well it is known.
     """
 
     mistakes: Mistakes
@@ -40,6 +40,7 @@ class Explanation:
     nothing: bool
     noise: bool
     weight: float
+    weighed_m: float
 
     @property
     def names(self) -> frozenset[str]:

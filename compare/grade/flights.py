@@ -11,11 +11,13 @@ from compare.grade.explanation import Explanation, Mistake, Mistakes
 from compare.grade.hypotheses import Hypothesis, Question
 from compare.grade.mistakes.writings import WRITTEN
 from compare.grade.noise import Scale, chosen, relation, root_mean_square
-from compare.grade.residual import Kept
+from compare.grade.residual import Kept, golden
+from compare.grade.single import single_floor
+from compare.grade.stepping import SMOOTH
 from scenarios.frames import Array
 
-# Rows that a first look takes, of those kept.
-GLANCE = 24
+# Rows that a search takes, of those kept, and a first look of these.
+SOUGHT, GLANCE = 96, 24
 # Instants of a flight that rows are sought at: so many in a radian of the body's turn, and no more than so many.
 IN_A_RADIAN, MOST_INSTANTS = 10, 2000
 
@@ -28,12 +30,23 @@ class Flights:
     """
 
     def __init__(
-        self, question: Question, hypotheses: Sequence[Hypothesis], kept: Kept, points: Array, scale: Scale
+        self,
+        question: Question,
+        hypotheses: Sequence[Hypothesis],
+        kept: Kept,
+        points: Array,
+        scale: Scale,
+        single: bool = False,
     ) -> None:
-        self.hypotheses, self.kept, self.scale, self.tried = list(hypotheses), kept, scale, 0
-        rows = np.unique(np.linspace(0, len(kept) - 1, GLANCE).round().astype(int))
-        self.glance = kept.some(rows)
+        self.question, self.hypotheses, self.scale, self.tried = question, list(hypotheses), scale, 0
+        self.all, self._single = kept, single
+        self._sought = golden(len(kept), SOUGHT)
+        self.kept = kept.some(self._sought)
+        rows = np.unique(np.linspace(0, len(self.kept) - 1, GLANCE).round().astype(int))
+        self.glance = self.kept.some(rows)
         self._glance_turned = np.ascontiguousarray(np.swapaxes(self.glance.vertices, 1, 2))
+        self._glance_trust = (scale.floor_m / (np.sqrt(3.0) * scale.floors_m[self._sought][rows]))[:, :, None]
+        self._trust = (scale.floor_m / (np.sqrt(3.0) * scale.floors_m[self._sought]))[:, None]
         self._account, self._points = question.account, points
         self._duration, self._turn_s = question.duration, question.turn_s
         self._place = {hypothesis: number for number, hypothesis in enumerate(hypotheses)}
@@ -41,11 +54,29 @@ class Flights:
 
     def explain(self, mistakes: Mistakes) -> Explanation:
         """Return what mistakes leave of all rows, flown finely."""
-        errors = self._errors(self.changed(mistakes).written(self.kept.times, FINE))
-        rms_m = root_mean_square(errors)
+        self.tried += 1
+        account = self.changed(mistakes)
+        errors = self._errors(account.written(self.all.times, FINE), self.all)
+        floors_m = self._rounded(account) if self._single else None
+        rms_m, weighed_m = root_mean_square(errors), root_mean_square(self.scale.weighed(errors, floors_m))
         largest = float(np.linalg.norm(errors, axis=-1).max())
-        nothing, noise = self.scale.is_nothing(rms_m), self.scale.is_noise(rms_m, relation(errors), len(errors) - 1)
-        return Explanation(mistakes, rms_m, largest, nothing, noise, self.scale.weight(rms_m, self.cost(mistakes)))
+        nothing = self.scale.is_nothing(weighed_m)
+        noise = not nothing and self.scale.is_noise(rms_m, largest, self._related(account, errors), len(errors) - 1)
+        weight = self.scale.weight(root_mean_square(self.scale.weighed(errors)), self.cost(mistakes))
+        return Explanation(mistakes, rms_m, largest, nothing, noise, weight, weighed_m)
+
+    def _related(self, account: Account, errors: Array) -> float:
+        """Return how neighbouring rows' errors are related, in world axes or in the body's, where that is more."""
+        axes = account.flown(account.clock.reached(self.all.times), SEARCHING)[:, 3:12].reshape(-1, 3, 3)
+        with np.errstate(all="ignore"):
+            in_body = np.einsum("tji,tkj->tki", axes, errors)
+            return max(relation(errors), relation(in_body), key=abs)
+
+    def _rounded(self, account: Account) -> Array | None:
+        """Return what single precision leaves of a flight in steps, (S, 3), None of a smooth one."""
+        if account.scheme.attitude == SMOOTH:
+            return None
+        return single_floor(account, self.all.times, self._points)[:, None]
 
     def glanced(self, mistakes: Mistakes) -> float:
         """Return the weight of mistakes by a first look."""
@@ -57,7 +88,8 @@ class Flights:
     def left(self, mistakes: Mistakes, fineness: float = SEARCHING) -> float:
         """Return the logarithm of what mistakes leave of all rows."""
         self.tried += 1
-        errors = self._errors(self.changed(mistakes).written(self.kept.times, fineness))
+        errors = self._errors(self.changed(mistakes).written(self.kept.times, fineness), self.kept)
+        errors = errors * self._trust
         with np.errstate(all="ignore"):
             left = float(np.log(root_mean_square(errors) + 1e-3 * self.scale.floor_m))
         return left if np.isfinite(left) else np.inf
@@ -67,6 +99,7 @@ class Flights:
         rows = len(self.glance)
         with np.errstate(all="ignore"):
             apart = self._turned(stack).reshape(-1, rows, 3, len(self._points)) - self._glance_turned
+            apart *= self._glance_trust
             rms_m = np.sqrt(np.einsum("nrik,nrik->n", apart, apart) / (rows * len(self._points)))
             return np.where(np.isfinite(rms_m), self.scale.weights(rms_m), np.inf)
 
@@ -111,7 +144,7 @@ class Flights:
         cost = 0.0
         for mistake in mistakes:
             hypothesis = mistake.hypothesis
-            cost += chosen(len(self.hypotheses))
+            cost += chosen(len(self.hypotheses)) + hypothesis.taken * self.scale.fitted()
             if hypothesis.choices:
                 cost += chosen(len(hypothesis.choices))
             elif mistake.is_known:
@@ -122,11 +155,25 @@ class Flights:
 
     def ordered(self, mistakes: Mistakes) -> Mistakes:
         """Return mistakes in the order in which a program makes them."""
-        return tuple(sorted(mistakes, key=lambda mistake: self._place[mistake.hypothesis]))
+        return tuple(sorted(mistakes, key=lambda mistake: self._order(mistake.hypothesis)))
 
-    def _errors(self, pose: Pose) -> Array:
+    def _order(self, hypothesis: Hypothesis) -> int:
+        """Return the place of a hypothesis, of an engine's law that of the first of its part."""
+        place = self._place.get(hypothesis)
+        same = (number for number, other in enumerate(self.hypotheses) if other.part == hypothesis.part)
+        return next(same, 0) if place is None else place
+
+    def law(self, mistakes: Mistakes) -> float:
+        """Return the weight of mistakes that are not searched for, over all rows."""
+        self.tried += 1
+        errors = self._errors(self.changed(mistakes).written(self.all.times, SEARCHING), self.all)
         with np.errstate(all="ignore"):
-            return self.kept.vertices - self._places(pose)
+            rms_m = root_mean_square(self.scale.weighed(errors))
+        return self.scale.weight(rms_m, self.cost(mistakes)) if np.isfinite(rms_m) else np.inf
+
+    def _errors(self, pose: Pose, rows: Kept) -> Array:
+        with np.errstate(all="ignore"):
+            return rows.vertices - self._places(pose)
 
     def _places(self, pose: Pose) -> Array:
         """Return where a program has the vertices [m], (S, K, 3)."""

@@ -14,8 +14,8 @@ from pathlib import Path
 
 import numpy as np
 
-from compare.grade.columns import CENTRE, MATRIX, QUATERNION, THROW, TIME, BadTrajectory, Column, Shown
-from compare.grade.digits import Digits, digits, rounded_times
+from compare.grade.columns import CENTRE, MATRIX, QUATERNION, THROW, TIME, VERTEX, BadTrajectory, Column, Shown
+from compare.grade.digits import Digits, alike, digits, rounded_times
 from compare.grade.header import layout, shown
 from scenarios.files import why_unread
 from scenarios.format import printable, short, visible
@@ -86,6 +86,9 @@ class Trajectory:
             name: digits(self._pointed(row[column.place]) for row in looked_at if column.place < len(row))
             for name, column in self.columns.items()
         }
+        for group in (CENTRE, QUATERNION, MATRIX, [name for name in self.columns if VERTEX.fullmatch(name)]):
+            names = [name for name in group if name in self.columns]
+            self.digits |= zip(names, alike([self.digits[name] for name in names]), strict=True)
         clock = self.columns[TIME].place
         times = (self._number(row[clock]) for row in first_rows if clock < len(row))
         self._first_times = [time for time in times if time is not None and abs(time) <= LARGEST]

@@ -10,11 +10,18 @@ from compare.grade.account import Account
 from scenarios.frames import Array
 from scenarios.scene import Scene
 
-# Steps that programs take, and what those say who ship them.
+# Steps that programs take.
 STEPS = {
-    1 / 30: "1/30 s", 0.02: "Unity's default", 1 / 60: "1/60 s", 0.01: "0.01 s", 1 / 120: "1/120 s",
-    0.005: "0.005 s", 1 / 240: "PyBullet's default", 0.002: "MuJoCo's default", 0.001: "0.001 s",
+    1 / 30: "1/30 s", 0.02: "1/50 s", 1 / 60: "1/60 s", 0.01: "1/100 s", 1 / 120: "1/120 s",
+    0.005: "1/200 s", 1 / 240: "1/240 s", 0.002: "1/500 s", 0.001: "1/1000 s",
+    0.0005: "1/2000 s",
 }  # fmt: skip
+# Of itself, a step that is another but for the rounding of printed instants.
+NEAR = 1e-4
+# Rows that a tick may last.
+TICKS = (2, 3, 4, 5, 8, 10)
+# And parts of the time from row to row: one step a row is the commonest log there is.
+PARTS = {1: "one step a row", 2: "two steps a row", 4: "four steps a row", 10: "ten steps a row"}
 
 
 class Change(Protocol):
@@ -28,7 +35,8 @@ class Question:
     """What a hypothesis may know before it is tried.
 
     account: of a program without mistakes; kind: what the file shows; rows: so many; duration: to the last of them [s];
-    turn_s: the time in which the body turns by a radian [s].
+    turn_s: the time in which the body turns by a radian [s]; spacing_s: from row to row; first: x [m] and q of the row
+    at t = 0, (7,), where there is one.
     """
 
     scene: Scene
@@ -37,6 +45,21 @@ class Question:
     rows: int
     duration: float
     turn_s: float
+    spacing_s: float
+    first: Array | None = None
+
+    @property
+    def ticks(self) -> dict[float, str]:
+        """Steps that are longer than from row to row: those that programs take, and some rows."""
+        rows = {number * self.spacing_s: f"{number} rows" for number in TICKS}
+        return {step: name for step, name in STEPS.items() if step > self.spacing_s * (1 + NEAR)} | rows
+
+    @property
+    def steps(self) -> dict[float, str]:
+        """Steps that programs take, those first that divide the time from row to row."""
+        spacing = next((step for step in STEPS if abs(step - self.spacing_s) < NEAR * step), self.spacing_s)
+        parts = {spacing / part: name for part, name in PARTS.items()}
+        return parts | {step: name for step, name in STEPS.items() if all(abs(step - h) > NEAR * h for h in parts)}
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +71,9 @@ class Hypothesis:
     choices: names of the values, which then are all there are.  known: values with a name, which cost little to assume.
     only_known: no others are believed.  sought: where the flight jumps as the value changes, the value that instants as
     written and as the physics had reached them [s], (S,), speak for; None where it is smooth.
-    variant: differs little from the one of its name that stands before it and is none.
+    variant: differs little from the one of its name that stands before it and is none.  rare: tried alone and on top of
+    others, not in all pairs.  unit: of its value.  details: what else it says, for tables.  taken: numbers that it
+    takes from the file itself.
     """
 
     name: str
@@ -61,6 +86,10 @@ class Hypothesis:
     only_known: bool = False
     sought: Callable[[Array, Array], float] | None = None
     variant: bool = False
+    rare: bool = False
+    unit: str = ""
+    details: tuple[tuple[str, str], ...] = ()
+    taken: int = 0
 
     @property
     def fitted(self) -> bool:
@@ -76,8 +105,6 @@ class Hypothesis:
         """Return what it says with a value."""
         if self.choices:
             return self.says.format(self.choices[int(value)])
-        if not self.values:
-            return self.says
         named = f" ({self.known[value]})" if value in self.known else ""
         return self.says.format(figures(value)) + named
 

@@ -14,11 +14,15 @@ ALIKE = 10.0
 EXPLAINED = 2.0
 # Neighbouring rows of noise have a relation of 0 with a standard deviation of 1/sqrt(pairs): so many of these.
 WHITE = 3.5
+# Rows back.
+LAGS = 6
 # Fewer pairs say nothing.
 TELLING = 16
 # What moves a body by more than this share of its size, root mean square, is no noise: rows that are further apart than
 # the body's turns have nothing to do with one another either.
 LOUDEST = 0.1
+# Noise has no spikes: nothing is off by more than so many times the root mean square.
+SPIKE = 5.0
 # A number that was fitted is worth one of so many, against a value that has a name.
 FITTED = 100
 # Compiled flights with different mistakes agree with themselves to about this much of the body's size.
@@ -29,20 +33,28 @@ FLIGHT = 1e-9
 class Scale:
     """What a residual is held against.
 
-    numbers: independent ones; floor_m: what they cannot tell from nothing; size_m: of the body.
+    numbers: independent ones; floor_m: what they cannot tell from nothing; size_m: of the body; floors_m: of each
+    row's axes, (S, 3), of which floor_m is the root mean square.
     """
 
     numbers: int
     floor_m: float
     size_m: float
+    floors_m: Array
+
+    def weighed(self, errors: Array, floors_m: Array | None = None) -> Array:
+        """Return errors of rows, (S, K, 3), as if each row's axes were known as well as the mean of them."""
+        floors_m = self.floors_m if floors_m is None else np.maximum(self.floors_m, floors_m)
+        return errors * (self.floor_m / (np.sqrt(3.0) * floors_m))[:, None]
 
     def is_nothing(self, rms_m: float) -> bool:
         """Whether a residual is at the floor."""
         return rms_m <= EXPLAINED * self.floor_m
 
-    def is_noise(self, rms_m: float, related: float, pairs: int) -> bool:
+    def is_noise(self, rms_m: float, max_m: float, related: float, pairs: int) -> bool:
         """Whether a residual, whose neighbouring rows are so related, is no more than noise would be."""
-        return rms_m <= LOUDEST * self.size_m and pairs >= TELLING and abs(related) <= WHITE / np.sqrt(pairs)
+        unrelated = pairs >= TELLING and abs(related) <= WHITE / np.sqrt(pairs)
+        return unrelated and rms_m <= LOUDEST * self.size_m and max_m <= SPIKE * rms_m
 
     def weights(self, rms_m: Array) -> Array:
         """Return the Bayesian information criterion of fits without what they assume, less being better.
@@ -80,7 +92,15 @@ def root_mean_square(errors: Array) -> float:
 
 
 def relation(errors: Array) -> float:
-    """Return how neighbouring rows' errors, (S, ...), are related: 0 for noise, 1 for a drift."""
-    before, after = errors[:-1].ravel(), errors[1:].ravel()
+    """Return how rows' errors, (S, ...), are related to those some rows before, where that is most.
+
+    0 for noise, 1 for a drift; also of what repeats itself every few rows.
+    """
+    flat = errors.reshape(len(errors), -1)
+    found = [_related(flat[:-back], flat[back:]) for back in range(1, min(LAGS, len(flat) // 4) + 1)]
+    return max(found, key=abs, default=0.0)
+
+
+def _related(before: Array, after: Array) -> float:
     size = float(np.linalg.norm(before) * np.linalg.norm(after))
-    return float(before @ after) / size if size > 0 else 0.0
+    return float((before * after).sum()) / size if size > 0 else 0.0

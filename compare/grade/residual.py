@@ -1,5 +1,6 @@
 """What is off from the right motion: over all rows, a block at a time, and a few rows kept for the diagnosis."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -12,9 +13,11 @@ from scenarios.frames import Array, vertices
 from scenarios.scene import Scene
 
 # Rows kept of the throw that is diagnosed: at least so many where there are as many, at most twice that.
-KEPT = 64
+KEPT = 256
 GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
 BINS = 60
+# Intervals between rows that are looked at for how far rows are apart.
+SPACED = 10_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,8 +25,8 @@ class Kept:
     """Rows of one throw, evenly spread, the first among them.
 
     times [s], (S,); vertices as the file has them [m], (S, K, 3), which a quaternion longer than 1 stretches;
-    true: the right ones; half: how far a vertex moves when every printed number is half a unit of its last digit off
-    [m], (S,); spins: w as written [rad/s], (S, 3), or None where it is not.
+    true: the right ones; half: how far a vertex moves along each axis when every printed number is half a unit of its
+    last digit off [m], (S, 3); spins: w as written [rad/s], (S, 3), or None where it is not.
     """
 
     times: Array
@@ -75,21 +78,30 @@ class Thinned:
         self.kept = rows.some(chosen) if self.kept is None else self.kept.joined(rows.some(chosen))
 
 
+def golden(count: int, most: int) -> np.ndarray:
+    """Return which of so many rows to take, about `most` of them and the first, evenly but in step with nothing."""
+    return np.flatnonzero(np.arange(count) * GOLDEN % 1.0 < most / count) if count > most else np.arange(count)
+
+
 @dataclass(eq=False)
 class Measured:
     """A whole trajectory against the right motion.
 
-    worst_m: the largest error, with where it is; final_m: the largest at any throw's last row; half_m: the largest
-    that printed digits leave open; excess_m: the largest that they do not; over_time_m: the largest in each of equal
-    parts of the duration, nan where there are no rows; relation: of neighbouring rows' errors, 0 for noise, 1 for a
-    drift, over so many pairs; lengths: of the shortest and the longest quaternion; single: every number is one of
-    single precision; drifts: of energy, momentum, angular momentum as `compare.judge.errors` has them, None where they
-    cannot be known, by_differences where they come from poses; limit_m: an error below it says nothing.
+    spacing_s: of most rows; intervals: of the first rows [s]; rounding_s: of their instants; worst_m: the largest
+    error, with where it is; final_m: the largest at any throw's last row; half_m: the largest that printed digits leave
+    open; excess_m: the largest that they do not; over_time_m: the largest in each of equal parts of the duration, nan
+    where there are no rows; relation: of neighbouring rows' errors, 0 for noise, 1 for a drift, over so many pairs;
+    lengths: of the shortest and the longest quaternion; single: every number is one of single precision; drifts: of
+    energy, momentum, angular momentum as `compare.judge.errors` has them, None where they cannot be known,
+    by_differences where they come from poses; limit_m: an error below it says nothing; throw: the one furthest off.
     """
 
     shown: Shown
     rows: int
     throws: int
+    spacing_s: float
+    intervals: Array
+    rounding_s: float
     worst_m: float
     worst_t_s: float
     worst_throw: int
@@ -123,13 +135,14 @@ class _Sums:
     lengths: tuple[float, float] | None = None
     last: dict[int, float] = field(default_factory=dict)
     over_time: Array = field(default_factory=lambda: np.full(BINS, np.nan))
+    intervals: list[float] = field(default_factory=list)
 
 
 def measure(trajectory: Trajectory, scene: Scene) -> Measured:
     """Hold every row against the right motion.  Raises BadTrajectory for a bad row, NoTruth where there is no truth."""
     shown, reference = trajectory.shown[0], Reference(scene)
-    sums, thinned, conserved = _Sums(), Thinned(), Conserved(scene, shown)
-    diagnosed: int | None = None
+    sums, conserved = _Sums(), Conserved(scene, shown)
+    thinned: dict[int, Thinned] = {}
     for block in trajectory.blocks():
         _see_lengths(sums, block)
         for throw in np.unique(block.throws).tolist():
@@ -138,21 +151,23 @@ def measure(trajectory: Trajectory, scene: Scene) -> Measured:
             true = vertices(states, scene.body.points)[:, shown.vertices]
             half = half_digits(trajectory, rows, shown, scene, states)
             _add(sums, rows, vertices_of(rows, shown, scene, stretched=False), true, half, throw, scene.duration)
-            _check_agreement(trajectory, rows, scene, half)
+            _check_agreement(trajectory, rows, scene, np.linalg.norm(half, axis=1))
             conserved.add(rows, states)
-            diagnosed = throw if diagnosed is None else diagnosed
-            if throw == diagnosed:
-                spins = rows.of(SPIN) if shown.spin else None
-                thinned.add(Kept(rows.times, vertices_of(rows, shown, scene), true, half, spins))
-    assert thinned.kept is not None
-    assert diagnosed is not None
+            if not thinned or throw in thinned:
+                thinned.setdefault(throw, Thinned()).add(_kept(rows, shown, scene, true, half))
     worst_m, worst_t_s, worst_throw, worst_vertex = sums.worst
-    kept = thinned.kept
-    limit = max(reference.limit(throw, kept.times) for throw in {diagnosed, worst_throw})
+    if worst_throw not in thinned:
+        thinned = {worst_throw: _thinned(trajectory, scene, worst_throw)}
+    diagnosed, kept = worst_throw, thinned[worst_throw].kept
+    assert kept is not None
+    limit = reference.limit(diagnosed, kept.times)
     return Measured(
         shown=shown,
         rows=sums.rows,
         throws=len(sums.last),
+        spacing_s=float(np.median(sums.intervals)) if sums.intervals else scene.duration,
+        intervals=np.array(sums.intervals),
+        rounding_s=float(trajectory.half_times(kept.times).max(initial=0.0)),
         worst_m=worst_m,
         worst_t_s=worst_t_s,
         worst_throw=worst_throw,
@@ -174,12 +189,30 @@ def measure(trajectory: Trajectory, scene: Scene) -> Measured:
     )
 
 
+def _kept(rows: Block, shown: Shown, scene: Scene, true: Array, half: Array) -> Kept:
+    spins = rows.of(SPIN) if shown.spin else None
+    return Kept(rows.times, vertices_of(rows, shown, scene), true, half, spins)
+
+
+def _thinned(trajectory: Trajectory, scene: Scene, throw: int) -> Thinned:
+    """Return the rows kept of one throw, on a second way through the file."""
+    thinned, reference, shown = Thinned(), Reference(scene), trajectory.shown[0]
+    for block in trajectory.blocks():
+        rows = block.throw(throw)
+        if len(rows.times):
+            states = reference.states(throw, rows.times)
+            true = vertices(states, scene.body.points)[:, shown.vertices]
+            thinned.add(_kept(rows, shown, scene, true, half_digits(trajectory, rows, shown, scene, states)))
+    return thinned
+
+
 def _add(sums: _Sums, rows: Block, seen: Array, true: Array, half: Array, throw: int, duration: float) -> None:
     """Add one throw's rows of a block; seen, true: vertices [m], (n, K, 3)."""
     errors = seen - true
     with np.errstate(over="ignore"):
         distances = np.linalg.norm(errors, axis=-1)
         largest = distances.max(axis=1)
+        beyond = np.linalg.norm(np.maximum(np.abs(errors) - half[:, None], 0.0), axis=-1)
         sums.squares += float((distances**2).sum())
         sums.products += float((errors[1:] * errors[:-1]).sum())
         sums.neighbours += np.array([(errors[:-1] ** 2).sum(), (errors[1:] ** 2).sum()])
@@ -189,8 +222,10 @@ def _add(sums: _Sums, rows: Block, seen: Array, true: Array, half: Array, throw:
     row, vertex = np.unravel_index(int(np.argmax(distances)), distances.shape)
     if distances[row, vertex] > sums.worst[0]:
         sums.worst = float(distances[row, vertex]), float(rows.times[row]), throw, int(vertex)
-    sums.half = max(sums.half, float(half.max()))
-    sums.excess = max(sums.excess, float((largest - half).max()))
+    sums.half = max(sums.half, float(np.linalg.norm(half, axis=1).max()))
+    sums.excess = max(sums.excess, float(beyond.max()))
+    if len(sums.last) == 1:
+        sums.intervals += np.diff(rows.times[: max(SPACED - len(sums.intervals), 0)]).tolist()
     bins = np.minimum((rows.times / duration * BINS).astype(int), BINS - 1)
     np.fmax.at(sums.over_time, bins, largest)
 
@@ -203,21 +238,21 @@ def _see_lengths(sums: _Sums, block: Block) -> None:
 
 
 def half_digits(trajectory: Trajectory, rows: Block, shown: Shown, scene: Scene, states: Array) -> Array:
-    """Return how far a vertex moves when every printed number is half a unit of its last digit off [m], (n,)."""
+    """Return how far a vertex moves along each axis when every number is half a last digit off [m], (n, 3)."""
 
-    def half(names: tuple[str, ...]) -> Array:
-        return np.linalg.norm([trajectory.half_digits(name, rows.values[name]) for name in names], axis=0)
+    def half(names: Sequence[str]) -> Array:
+        return np.stack([trajectory.half_digits(name, rows.values[name]) for name in names], axis=1)
 
     reach = float(np.linalg.norm(scene.body.points, axis=1).max())
     speed = np.linalg.norm(states[:, 7:10], axis=1) + reach * np.linalg.norm(states[:, 10:13], axis=1)
-    late = speed * trajectory.half_times(rows.times)
+    late = (speed * trajectory.half_times(rows.times))[:, None]
     if shown.kind == "vertices":
-        places = [tuple(f"v{number}{axis}" for axis in "xyz") for number in shown.vertices]
+        places = [[f"v{number}{axis}" for axis in "xyz"] for number in shown.vertices]
         return late + np.max([half(place) for place in places], axis=0)
     if shown.kind == "matrix":
-        return late + half(CENTRE) + reach * half(MATRIX)
+        return late + half(CENTRE) + reach * np.linalg.norm(half(MATRIX), axis=1)[:, None]
     # A change dq of a unit quaternion turns by 2 |dq|.
-    return late + half(CENTRE) + 2 * reach * half(QUATERNION)
+    return late + half(CENTRE) + 2 * reach * np.linalg.norm(half(QUATERNION), axis=1)[:, None]
 
 
 def _check_agreement(trajectory: Trajectory, rows: Block, scene: Scene, half: Array) -> None:

@@ -5,8 +5,19 @@ from collections.abc import Iterator
 import numpy as np
 import pandas as pd
 
+from compare.grade.answer import diagnosis_rows
 from compare.grade.residual import BINS
-from compare.grade.schemas import EXPLANATIONS, GRADE, PARTS, VERTICES, ExplanationRow, GradeRow, KeptRow, PartRow
+from compare.grade.schemas import (
+    DIAGNOSIS,
+    EXPLANATIONS,
+    GRADE,
+    PARTS,
+    VERTICES,
+    ExplanationRow,
+    GradeRow,
+    KeptRow,
+    PartRow,
+)
 from compare.grade.verdict import Grade
 from compare.run.provenance import conditions
 from compare.tables.frames import frame
@@ -67,6 +78,7 @@ def grade_tables(grade: Grade, command: str) -> dict[str, pd.DataFrame]:
     """Return every table of a grade by file name."""
     return {
         "grade.csv": frame(GRADE, [grade_row(grade)]),
+        "diagnosis.csv": frame(DIAGNOSIS, diagnosis_rows(grade)),
         "explanations.csv": frame(EXPLANATIONS, explanation_rows(grade)),
         "grade-parts.csv": frame(PARTS, part_rows(grade)),
         "grade-vertices.csv": frame(VERTICES, kept_rows(grade)),

@@ -46,6 +46,22 @@ class ExplanationRow:
 
 
 @dataclass(frozen=True)
+class DiagnosisRow:
+    """One number, or word, of one mistake: rank 1 is the best explanation, and those of one group fit alike."""
+
+    file: File
+    verdict: Annotated[str, "what was found"]
+    rank: Annotated[int, "1 for the best explanation"]
+    group: Annotated[int, "explanations that cannot be told from one another share it"]
+    engines: Annotated[str, "engines that do the same at their defaults, of the best explanation"]
+    mistake: Annotated[str, "stable name of a mistake, docs/grade.md lists them"]
+    parameter: Annotated[str, "what the value is: step, time, rate, factor, choice, or a detail"]
+    value: Annotated[str, "a number, or a word"]
+    unit: Annotated[str, "of the number"]
+    left_m: Annotated[float, "largest vertex error that the explanation leaves"]
+
+
+@dataclass(frozen=True)
 class PartRow:
     """The largest error in one of equal parts of the duration, over all rows, throws and vertices."""
 
@@ -78,6 +94,7 @@ class KeptRow:
 
 GRADE = Table("grade.csv", GradeRow, ("file",))
 EXPLANATIONS = Table("explanations.csv", ExplanationRow)
+DIAGNOSIS = Table("diagnosis.csv", DiagnosisRow)
 PARTS = Table("grade-parts.csv", PartRow, ("file", "from_s"))
 VERTICES = Table("grade-vertices.csv", KeptRow, ("file", "throw", "t_s", "vertex"))
-TABLES = (GRADE, EXPLANATIONS, PARTS, VERTICES)
+TABLES = (GRADE, DIAGNOSIS, EXPLANATIONS, PARTS, VERTICES)

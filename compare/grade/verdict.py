@@ -1,6 +1,6 @@
 """Grades one file: reads it, measures it, looks for what is wrong, and says how sure that is."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -9,6 +9,7 @@ import numpy as np
 
 from compare.grade.account import truthful
 from compare.grade.columns import Shown
+from compare.grade.conserved import posed
 from compare.grade.diagnosis import Diagnosis, Search
 from compare.grade.flights import Flights
 from compare.grade.foreign import Trajectory
@@ -17,12 +18,14 @@ from compare.grade.mistakes import hypotheses
 from compare.grade.noise import ALIKE, FLIGHT, Scale, independent
 from compare.grade.reference import Reference
 from compare.grade.residual import Kept, Measured, measure
+from compare.grade.sightings import sightings
+from compare.grade.single import in_steps, single_floor
 from compare.grade.spin import spin_mistake
+from scenarios.frames import Array
 from scenarios.scene import Scene
 
-# Half the last bit of a single-precision number, relative to it; a flight in single precision ends within so many.
-HALF_SINGLE = 2.0**-24
-SINGLES = 100
+# Noise is believed to be all that is left only where it is so much less than the error.
+LEFT_AS_NOISE = 0.2
 # An explanation that leaves more than this share of the error has not explained it.
 MOST_LEFT = 0.5
 # Quaternions and edges are as long as they should be within this, or within what the digits leave open.
@@ -43,7 +46,7 @@ TOO_FEW = "too few rows to explain"
 
 @dataclass(frozen=True, eq=False)
 class Grade:
-    """What `tumble grade` found of one file; diagnosis is None where there is nothing to explain."""
+    """What `tumble grade` found of one file; diagnosis is None where there is nothing to explain; seen: sentences."""
 
     file: str
     scene: Scene
@@ -51,6 +54,7 @@ class Grade:
     diagnosis: Diagnosis | None
     spin: str
     scale: Scale
+    seen: tuple[str, ...] = ()
 
     @cached_property
     def verdict(self) -> str:
@@ -61,17 +65,21 @@ class Grade:
         if measured.excess_m <= 0:
             return CORRECT_TO_DIGITS
         if diagnosis is None:
-            return TOO_FEW if len(measured.kept) < 2 else CORRECT_TO_SINGLE
+            return TOO_FEW
         if diagnosis.nothing.nothing:
+            if measured.single:
+                return CORRECT_TO_SINGLE
             return CORRECT_TO_DIGITS if measured.excess_m <= measured.half_m else TOO_LITTLE
         best = diagnosis.best
         if not best.mistakes or best.weight > diagnosis.nothing.weight - ALIKE:
-            if self.scale.is_noise(measured.rms_m, measured.relation, measured.pairs):
+            if diagnosis.nothing.noise and self.scale.is_noise(
+                measured.rms_m, measured.worst_m, measured.relation, measured.pairs
+            ):
                 return CORRECT_TO_NOISE
             return TOO_LITTLE if measured.worst_m <= LITTLE * self.scale.size_m else UNEXPLAINED
-        if best.is_whole:
+        if best.nothing or (best.noise and best.rms_m <= LEFT_AS_NOISE * diagnosis.nothing.rms_m):
             return EXPLAINED_WHOLLY
-        return EXPLAINED_PARTLY if best.rms_m <= MOST_LEFT * diagnosis.nothing.rms_m else UNEXPLAINED
+        return EXPLAINED_PARTLY if best.weighed_m <= MOST_LEFT * diagnosis.nothing.weighed_m else UNEXPLAINED
 
     @cached_property
     def strain(self) -> float:
@@ -81,41 +89,75 @@ class Grade:
         if not apart[0].size:
             return 0.0
         worst = np.abs(apart[0] - apart[1])
-        room = 2 * kept.half[:, None] + STRAIN * apart[1]
+        room = 2 * np.linalg.norm(kept.half, axis=1)[:, None] + STRAIN * apart[1]
         return float(np.where(worst > room, worst / apart[1], 0.0).max())
 
 
-def grade(path: Path, scene: Scene, mapping: Mapping[str, str], by: str | None = None, decimal: str = ".") -> Grade:
-    """Grade one file.  Raises BadTrajectory, NoTruth, RayMissed."""
+def grade(
+    path: Path,
+    scene: Scene,
+    mapping: Mapping[str, str],
+    by: str | None = None,
+    decimal: str = ".",
+    tell: Callable[[Measured], None] = lambda _: None,
+) -> Grade:
+    """Grade one file.  tell: is told what is known before a search.  Raises BadTrajectory, NoTruth, RayMissed."""
     trajectory = Trajectory(path, scene, mapping, by, decimal)
     measured = measure(trajectory, scene)
     kept, throw = measured.kept, measured.throw
-    scale = scale_of(kept, scene, measured.limit_m)
+    question = question_of(scene, throw, measured)
+    scale = scale_of(kept, scene, measured.limit_m, single_of(measured, question))
     diagnosis = None
-    # What single precision leaves at the coordinates there are is no mistake of the program's to look for.
-    single_m = SINGLES * HALF_SINGLE * float(np.abs(kept.true).max())
-    single = measured.single and measured.worst_m <= single_m
-    if measured.excess_m > 0 and len(kept) > 1 and not single:
-        diagnosis = diagnose(scene, throw, measured.shown, kept, scale)
-    account = diagnosis.account if diagnosis else truthful(scene, throw)
-    return Grade(trajectory.name, scene, measured, diagnosis, spin_mistake(kept, account), scale)
+    seen: tuple[str, ...] = ()
+    if measured.excess_m > 0 and len(kept) > 1:
+        tell(measured)
+        points = scene.body.points[list(measured.shown.vertices)]
+        seen = tuple(sightings(measured, scene, scale.floors_m, points))
+        diagnosis = diagnose(question, measured.shown, kept, scale, measured.single)
+    account = diagnosis.account if diagnosis else question.account
+    return Grade(trajectory.name, scene, measured, diagnosis, spin_mistake(kept, account), scale, seen)
 
 
-def scale_of(kept: Kept, scene: Scene, limit_m: float) -> Scale:
+def single_of(measured: Measured, question: Question) -> Array | float:
+    """Return what single precision leaves of a right flight, one step a row, (S,), where numbers are of it."""
+    if not measured.single:
+        return 0.0
+    points = question.scene.body.points[list(measured.shown.vertices)]
+    return single_floor(in_steps(question.account, measured.spacing_s), measured.kept.times, points)
+
+
+def scale_of(kept: Kept, scene: Scene, limit_m: float, single_m: Array | float = 0.0) -> Scale:
     """Return what residuals of the rows kept are held against.
 
-    The floor is of printed digits, of the truth and of compiled flights, root mean square.
+    The floor is of printed digits, of the truth, of compiled flights and of single precision, root mean square.
     """
     size_m = float(np.ptp(scene.body.points, axis=0).max())
-    floor_m = float(np.sqrt(np.mean(kept.half**2) / 3 + limit_m**2 + (FLIGHT * size_m) ** 2))
-    return Scale(independent(len(kept), kept.vertices.shape[1]), floor_m, size_m)
+    known_m2 = limit_m**2 + (FLIGHT * size_m) ** 2 + np.broadcast_to(np.square(single_m), len(kept))
+    floors_m = np.sqrt((kept.half**2 + known_m2[:, None]) / 3)
+    # Rows that are known well count for more, so the floor is that of most of them.
+    floor_m = float(np.sqrt(3.0) * np.median(floors_m))
+    return Scale(independent(len(kept), kept.vertices.shape[1]), floor_m, size_m, floors_m)
 
 
-def diagnose(scene: Scene, throw: int, shown: Shown, kept: Kept, scale: Scale) -> Diagnosis:
-    """Look for what explains the rows kept of one throw."""
-    points = scene.body.points[list(shown.vertices)]
+def question_of(scene: Scene, throw: int, measured: Measured) -> Question:
+    """Return what hypotheses may know of the throw that is diagnosed."""
+    kept = measured.kept
     duration = float(kept.times[-1])
     rate = float(np.linalg.norm(Reference(scene).states(throw, kept.times)[:, 10:13], axis=1).max())
     turn_s = min(1 / rate, duration) if rate else duration
-    question = Question(scene, truthful(scene, throw), shown.kind, len(kept), duration, turn_s)
-    return Search(Flights(question, hypotheses(question), kept, points, scale)).diagnose()
+    account = truthful(scene, throw, measured.rounding_s)
+    first = first_pose(kept, scene.body.points[list(measured.shown.vertices)])
+    return Question(scene, account, measured.shown.kind, measured.rows, duration, turn_s, measured.spacing_s, first)
+
+
+def first_pose(kept: Kept, points: Array) -> Array | None:
+    """Return x [m] and q, (7,), of the row at t = 0; None where there is none, or too few vertices show it."""
+    if kept.times[0] > 0 or len(points) < 4:
+        return None
+    return posed(kept.vertices[:1], points)[0]
+
+
+def diagnose(question: Question, shown: Shown, kept: Kept, scale: Scale, single: bool = False) -> Diagnosis:
+    """Look for what explains the rows kept of one throw; single: its numbers are of single precision."""
+    points = question.scene.body.points[list(shown.vertices)]
+    return Search(Flights(question, hypotheses(question), kept, points, scale, single)).diagnose()

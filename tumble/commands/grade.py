@@ -1,15 +1,18 @@
 """`tumble grade`: how far off a trajectory is that some other program wrote, and what is most likely wrong with it."""
 
+import json
 import os
 import shlex
+import sys
 from argparse import Namespace
 from pathlib import Path
 
+from compare.grade.answer import answer
 from compare.grade.columns import BadTrajectory
 from compare.grade.mapping import mapping_file, mapping_of
 from compare.grade.verdict import grade
 from compare.tables.files import write_folder
-from reports.grade import grade_text
+from reports.grade import grade_text, off_by
 from reports.terminal import console
 from scenarios.read import read_scene
 from tumble.notes import note
@@ -26,14 +29,17 @@ def main(options: Namespace) -> int:
         mapping, named = mapping_file(beside), f"columns named as {beside} says"
     mapping |= mapping_of(options.map)
     try:
-        found = grade(path, scene, mapping, options.by, options.decimal)
+        found = grade(path, scene, mapping, options.by, options.decimal, lambda m: note(off_by(str(path), m)))
     except BadTrajectory as error:
         raise BadTrajectory(f"{error} ({named})" if named else str(error)) from None
     if named:
         note(named)
-    out = console()
-    for piece in grade_text(found):
-        out.print(piece)
+    if options.json:
+        sys.stdout.write(json.dumps(answer(found), indent=2) + "\n")
+    else:
+        out = console()
+        for piece in grade_text(found):
+            out.print(piece)
     if options.output:
         from compare.grade.rows import grade_tables  # pandas is slow to load
         from compare.tables.frames import csv_texts

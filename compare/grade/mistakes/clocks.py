@@ -3,15 +3,18 @@
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
+from itertools import product
 
 import numpy as np
 
-from compare.grade.account import Account, in_ticks
-from compare.grade.hypotheses import STEPS, Hypothesis, Question, grid
+from compare.grade.account import ALONG_ARCS, STRAIGHT, Account, in_ticks
+from compare.grade.hypotheses import Hypothesis, Question, grid
 from scenarios.frames import Array
 
 # An offset of up to this share of the duration, a rate of up to this ratio.
 FURTHEST, FASTEST = 0.2, 1.3
+# Rates beyond.
+FASTER = (1.5, 2.0, 3.0, 4.0, 5.0, 10.0)
 # Of a radian of the body's turn, which no two values tried first are further apart.
 TURN = 0.4
 # A tick that nobody uses is believed where so many rows show it; fewer could be met by chance.
@@ -20,6 +23,8 @@ ROWS_FOR_A_TICK = 10
 MOST_TICKS = 2000
 # How far from the best tick others are tried, in turn, of what they were apart.
 CLOSER = (1.0, 0.04)
+BEHIND = {0.0: "", 1.0: ", one step late"}
+BETWEEN = {ALONG_ARCS: "", STRAIGHT: " (the quaternion straight)"}
 LAGS = (
     (0.0, "physics moves in whole steps of {} s, up to one behind the clock"),
     (0.5, "physics moves in whole steps of {} s, half a step to one and a half behind the clock"),
@@ -38,6 +43,8 @@ def clocks(question: Question) -> Iterator[Hypothesis]:
         "physics {} s ahead of the clock that was written down",
         lambda account, offset: _clocked(account, offset=offset),
         tuple(np.linspace(-reach, reach, 2 * half + 2).tolist()),
+        known={sign * question.spacing_s: name for sign, name in ((1.0, "one row"), (-1.0, "one row late"))},
+        unit="s",
     )
     half = int(np.clip(np.log(FASTEST) * question.duration / (TURN * question.turn_s), 10, 40))
     yield Hypothesis(
@@ -45,18 +52,52 @@ def clocks(question: Question) -> Iterator[Hypothesis]:
         "clock rate",
         "physics {} times as fast as the clock that was written down",
         lambda account, rate: _clocked(account, rate=rate),
-        (0.5, *grid(1 / FASTEST, FASTEST, 2 * half), 2.0),
-        known={0.5: "half", 2.0: "double"},
+        (*(1 / rate for rate in reversed(FASTER)), *grid(1 / FASTEST, FASTEST, 2 * half), *FASTER),
+        known={0.5: "half", 2.0: "double"} | dict.fromkeys((*FASTER, *(1 / rate for rate in FASTER)), ""),
     )
     yield from _ticks(question)
+    yield from _stops(question)
+
+
+def _stops(question: Question) -> Iterator[Hypothesis]:
+    """Yield that the body never moves, or stops for good."""
+    yield Hypothesis(
+        "never moves",
+        "clock rate",
+        "the body never moves",
+        lambda account, _: _clocked(account, rate=0.0),
+        rare=True,
+    )
+    yield Hypothesis(
+        "stops",
+        "clock stop",
+        "the body stops at t = {} s, as if it had fallen asleep",
+        lambda account, instant: _clocked(account, stop=instant),
+        tuple(np.linspace(0.0, question.duration, 40).tolist()),
+        rare=True,
+        unit="s",
+    )
 
 
 def _ticks(question: Question) -> Iterator[Hypothesis]:
     """Yield the hypotheses that physics moves in whole steps; of a few rows only steps that somebody uses."""
     longest = min(0.25 * question.duration, question.turn_s)
-    used = {tick: name for tick, name in STEPS.items() if tick < longest}
+    used = {tick: name for tick, name in question.ticks.items() if tick < longest}
     few = question.rows < ROWS_FOR_A_TICK
     values = tuple(sorted(used)) if few else tuple(sorted({*grid(longest / 50, longest, 16), *used}))
+    for (late, when), (between, how) in product(BEHIND.items(), BETWEEN.items()):
+        yield Hypothesis(
+            "interpolated rows",
+            "clock tick",
+            f"physics moves in whole steps of {{}} s{when}, and rows between two are interpolated{how}",
+            lambda account, tick, late=late, between=between: _clocked(account, tick=tick, lag=late, between=between),
+            tuple(sorted({*grid(longest / 50, longest, 16), *used})),
+            known=used,
+            only_known=True,
+            rare=True,
+            variant=bool(late or how),
+            unit="s",
+        )
     for lag, says in LAGS if values else ():
         yield Hypothesis(
             "fixed physics step",
@@ -66,6 +107,7 @@ def _ticks(question: Question) -> Iterator[Hypothesis]:
             values,
             known=used,
             only_known=few,
+            unit="s",
             sought=partial(_tick, max(min(values), question.duration / MOST_TICKS), max(values), lag),
         )
 
@@ -77,6 +119,8 @@ def _tick(shortest: float, longest: float, lag: float, written: Array, reached: 
     then more densely about the best.  By the mean of lengths, not of squares: near the right tick most rows fit, and a
     few are off by all of it.
     """
+    if not written[-1] > 0:
+        return longest  # a clock that stands still
     apart = 1 / (4 * written[-1])
 
     def best(frequencies: Array) -> float:
@@ -90,4 +134,4 @@ def _tick(shortest: float, longest: float, lag: float, written: Array, reached: 
 
 
 def _clocked(account: Account, **changes: float) -> Account:
-    return replace(account, clock=account.clock._replace(**changes))
+    return replace(account, clock=account.clock._replace(**changes))  # type: ignore[arg-type]

@@ -11,12 +11,16 @@ from compare.grade.stepping import AFTER_FORCES, AS_FORCE, LAST
 
 STANDARD = 9.81  # m/s2
 SIZES = {9.8: "9.8 m/s2", 9.80665: "9.80665 m/s2", 10.0: "10 m/s2"}
+# Instants at which the fastest speed is looked for.
+PROBES = 64
 AXES = ("+x", "-x", "+y", "-y", "+z", "-z")
 DIRECTIONS = tuple(sign * axis for axis in np.eye(3) for sign in (1.0, -1.0))
-# 1/s, where nobody says otherwise.
-LINEAR = {0.04: "as PyBullet, but without its quadratic part", 0.05: "Jolt's default", 0.1: "Godot's default"}
-ANGULAR = {**LINEAR, 0.05: "PhysX's, Unity's and Jolt's default"}
+# 1/s, as engines have them by default.
+RATES = {0.01: "", 0.04: "", 0.05: "", 0.1: "", 0.5: "", 1.0: ""}
 BULLET = 0.04
+# rad/s and m/s that engines do not let a body pass by default.
+SPIN_CAPS = {7.0: "Unity's", 47.12: "Rapier's and Jolt's at 60 Hz", 100.0: "PhysX's"}
+SPEED_CAPS = {100.0: "", 400.0: "", 500.0: "Jolt's"}
 # When a step damps, which makes no difference to a smooth flight.
 DAMPS = {AS_FORCE: "", AFTER_FORCES: ", after the forces of a step", LAST: ", after a step has moved the body"}
 
@@ -25,6 +29,8 @@ def forces(question: Question) -> Iterator[Hypothesis]:
     """Yield what is wrong with forces."""
     yield from _gravity(question)
     yield from _damping(question)
+    yield from _drag(question)
+    yield from _caps(question)
     yield from _left_out(question)
 
 
@@ -70,17 +76,18 @@ def _gravity(question: Question) -> Iterator[Hypothesis]:
 
 def _damping(question: Question) -> Iterator[Hypothesis]:
     rates = grid(1e-3 / question.duration, 4 / question.duration, 11)
-    kinds = ("linear damping", "velocity", 0, LINEAR), ("angular damping", "angular velocity", 2, ANGULAR)
+    kinds = ("linear damping", "velocity", 0), ("angular damping", "angular velocity", 2)
     for damps, when in DAMPS.items():
-        for name, what, place, known in kinds:
+        for name, what, place in kinds:
             yield Hypothesis(
                 name,
                 name,
                 f"{name}: {what} decays at {{}} /s{when}",
                 lambda account, rate, place=place, damps=damps: _damped(account, {place: rate}, damps),
                 rates,
-                known=known,
+                known=RATES,
                 variant=damps != AS_FORCE,
+                unit="1/s",
             )
         yield Hypothesis(
             "damping as PyBullet's default",
@@ -92,8 +99,51 @@ def _damping(question: Question) -> Iterator[Hypothesis]:
 
 
 def _damped(account: Account, rates: dict[int, float], damps: int) -> Account:
-    d0, d1, d2, d3 = (rates.get(place, rate) for place, rate in enumerate(account.damping))
-    return replace(account, damping=(d0, d1, d2, d3), damps=damps)
+    d0, d1, d2, d3, d4 = (rates.get(place, rate) for place, rate in enumerate(account.damping))
+    return replace(account, damping=(d0, d1, d2, d3, d4), damps=damps)
+
+
+def _drag(question: Question) -> Iterator[Hypothesis]:
+    """Yield damping that is no decay: with the square of a speed, or by a torque that inertia divides."""
+    rates, moment = grid(1e-3 / question.duration, 10 / question.duration, 11), float(question.account.moments.mean())
+    for name, part, says, place, unit, scale in (
+        ("quadratic drag", "linear damping", "quadratic drag: a = -{} /m |v| v", 1, "1/m", 1.0),
+        ("quadratic spin drag", "angular damping", "quadratic drag of the rotation: alpha = -{} |w| w", 3, "1", 1.0),
+        ("drag torque", "angular damping", "a torque of -{} N m s times w, divided by the inertia", 4, "N m s", moment),
+    ):
+        yield Hypothesis(
+            name,
+            part,
+            says,
+            lambda account, rate, place=place: _damped(account, {place: rate}, account.damps),
+            tuple(scale * rate for rate in rates),
+            rare=True,
+            unit=unit,
+        )
+
+
+def _caps(question: Question) -> Iterator[Hypothesis]:
+    """Yield that speeds are not let past some value; of a flight that is slower nothing would be seen."""
+    account = question.account
+    rows = account.flown(np.linspace(0.0, question.duration, PROBES))
+    for name, says, place, columns, known in (
+        ("spin cap", "angular velocity not let past {} rad/s", 1, slice(15, 18), SPIN_CAPS),
+        ("speed cap", "velocity not let past {} m/s", 0, slice(12, 15), SPEED_CAPS),
+    ):
+        fastest = float(np.linalg.norm(rows[:, columns], axis=1).max())
+        if fastest > 0:
+            yield Hypothesis(
+                name,
+                name,
+                says,
+                lambda account, cap, place=place: replace(
+                    account, caps=(account.caps[0], cap) if place else (cap, account.caps[1])
+                ),
+                tuple(np.linspace(0.05, 1.0, 12) * fastest),
+                known={cap: name for cap, name in known.items() if cap < fastest},
+                rare=True,
+                unit="rad/s" if place else "m/s",
+            )
 
 
 def _left_out(question: Question) -> Iterator[Hypothesis]:

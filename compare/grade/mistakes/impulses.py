@@ -9,6 +9,7 @@ from compare.grade.account import Account
 from compare.grade.hypotheses import STEPS, Hypothesis, Question, choice, grid
 from compare.grade.stepping import POINT_MOVES, POINT_STAYS, TORQUE_STAYS
 from scenarios.frames import Array
+from scenarios.scene import Impulse
 
 # Bodies of more vertices than this are meshes, whose vertices nobody takes for one another.
 MOST_VERTICES = 27
@@ -23,6 +24,7 @@ def impulses(question: Question) -> Iterator[Hypothesis]:
         yield from _lasting(question)
         yield from _landing(question)
         yield from _strength(question)
+        yield from _each(question)
     elif question.account.start[7:10].any():
         yield Hypothesis(
             "impulse as force",
@@ -89,6 +91,22 @@ def _landing(question: Question) -> Iterator[Hypothesis]:
     ):
         arm = (sign, share, 0.0, 0.0, 0.0)
         yield Hypothesis(name, "lever", says, lambda account, _, arm=arm: _stroke(account, arm=arm))
+    yield Hypothesis(
+        "impulse lever not turned",
+        "lever",
+        "lever of the impulse in body axes, not turned to the world",
+        lambda account, _: _stroke(account, unturned=True),
+        rare=True,
+    )
+    turned = tuple(_in_body(impulse, account) for impulse in account.impulses)
+    if any((one.value != other.value).any() for one, other in zip(turned, account.impulses, strict=True)):
+        yield Hypothesis(
+            "impulse in body axes",
+            "strength",
+            "impulse taken in body axes",
+            lambda account, _: replace(account, impulses=turned),
+            rare=True,
+        )
     if account.impulses[-1].time > 0:
         yield Hypothesis(
             "impulse point not moved",
@@ -127,13 +145,108 @@ def _strength(question: Question) -> Iterator[Hypothesis]:
         yield Hypothesis(
             name, "strength", says, lambda account, _, strength=strength: _stroke(account, strength=strength)
         )
-    if question.account.mass != 1.0:
+    mass = question.account.mass
+    if mass != 1.0:
         yield Hypothesis(
             "mass left out",
             "strength",
             "impulse not divided by the mass: v += J",
             lambda account, _: replace(account, mass=1.0),
         )
+    sizes = {1e-3: "kg taken for g", 1e3: "g taken for kg", 1 / mass: "1/m", mass: "m"}
+    steps = {step: f"a step of {name}" for step, name in STEPS.items()}
+    yield Hypothesis(
+        "impulse of another size",
+        "strength",
+        "impulse {} times what it is, or mass and inertia so much less",
+        lambda account, strength: _stroke(account, strength=strength),
+        grid(1e-4, 1e4, 49),
+        known={size: name for size, name in (steps | sizes).items() if size != 1.0},
+        rare=True,
+    )
+    yield Hypothesis(
+        "another mass",
+        "mass",
+        "impulse divided by {} times the mass, though the inertia is right",
+        lambda account, factor: replace(account, mass=factor * account.mass),
+        grid(1e-3, 1e3, 37),
+        known={1e3: "kg taken for g", 1e-3: "g taken for kg"},
+        rare=True,
+    )
+
+
+def _each(question: Question) -> Iterator[Hypothesis]:
+    """Yield mistakes with one impulse of several, and with the time of any."""
+    impulses = question.account.impulses
+    centre = np.zeros(3)
+    for number, impulse in enumerate(impulses):
+        which = f"impulse {number + 1}" if len(impulses) > 1 else "the impulse"
+        times = np.linspace(-impulse.time, question.duration - impulse.time, 25)
+        yield Hypothesis(
+            "impulse at another time",
+            "impulse time",
+            f"{which} acts {{}} s after its time",
+            lambda account, late, number=number: _changed(account, number, late=late),
+            tuple(times.tolist()),
+            known={step: name for step, name in STEPS.items() if step < times[-1]},
+            rare=True,
+            unit="s",
+        )
+        if len(impulses) == 1:
+            continue
+        for name, says, factor in (
+            ("one impulse missing", "missing", 0.0),
+            ("one impulse doubled", "applied twice", 2.0),
+            ("one impulse reversed", "of the wrong sign", -1.0),
+        ):
+            yield Hypothesis(
+                name,
+                "one impulse",
+                f"{which} {says}",
+                lambda account, _, number=number, factor=factor: _changed(account, number, factor=factor),
+                rare=True,
+            )
+        yield Hypothesis(
+            "one impulse of another size",
+            "one impulse",
+            f"{which} {{}} times what it is",
+            lambda account, factor, number=number: _changed(account, number, factor=factor),
+            grid(1e-3, 1e3, 25),
+            rare=True,
+        )
+        yield Hypothesis(
+            "one impulse at the centre",
+            "one impulse",
+            f"{which} applied at the centre of mass",
+            lambda account, _, number=number: _changed(account, number, point=centre),
+            rare=True,
+        )
+        if impulse.point_body is not None:
+            reversed_ = -impulse.point_body
+            yield Hypothesis(
+                "one impulse lever reversed",
+                "one impulse",
+                f"torque of {which} of the wrong sign",
+                lambda account, _, number=number, point=reversed_: _changed(account, number, point=point),
+                rare=True,
+            )
+
+
+def _changed(
+    account: Account, number: int, late: float = 0.0, factor: float = 1.0, point: Array | None = None
+) -> Account:
+    """Return the account with one impulse later, of another size or at another point of the body."""
+    impulses = list(account.impulses)
+    old = impulses[number]
+    new = replace(old, time=old.time + late, value=factor * old.value)
+    impulses[number] = new if point is None else replace(new, point_world=None, point_body=point)
+    return replace(account, impulses=tuple(sorted(impulses, key=lambda impulse: impulse.time)))
+
+
+def _in_body(impulse: Impulse, account: Account) -> Impulse:
+    """Return an impulse whose value was meant in body axes."""
+    axes = account.flown(np.array([impulse.time]))[0, 3:12].reshape(3, 3)
+    return replace(impulse, value=axes @ impulse.value)
 
 
 def _stroke(account: Account, **changes: object) -> Account:

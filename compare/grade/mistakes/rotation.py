@@ -8,7 +8,7 @@ import numpy as np
 
 from compare.grade.account import Account
 from compare.grade.hypotheses import Hypothesis, Question, choice, grid
-from compare.grade.stepping import MIXED_BODY, MIXED_MOMENTUM, MIXED_WORLD
+from compare.grade.stepping import FROZEN, MIXED_BODY, MIXED_MOMENTUM, MIXED_WORLD, NEVER_TURNED, TURNED_BACK
 from scenarios.frames import rotation_matrix
 
 DEGREE = np.pi / 180
@@ -22,6 +22,7 @@ def rotation(question: Question) -> Iterator[Hypothesis]:
     if np.ptp(account.moments) > 0:
         yield from _unequal_moments(question)
     yield from _frames(question)
+    yield from _turning()
     if account.start[10:13].any():
         yield from _start_spin(account)
 
@@ -33,9 +34,20 @@ def _inertia_size() -> Iterator[Hypothesis]:
         "inertia size",
         "inertia {} times what it is",
         lambda account, factor: replace(account, moments=factor * account.moments),
-        grid(0.1, 10, 31),
+        grid(1e-3, 1e3, 61),
         known={0.25: "half edges taken for edges", 4.0: "edges taken for half edges"},
     )
+
+
+def _turning() -> Iterator[Hypothesis]:
+    """Yield that the attitude turns faster or slower than the angular velocity says."""
+    for name, says, factor in (
+        ("half of q' missing", "attitude turned twice as fast: q' = w q without the half", 2.0),
+        ("half of q' twice", "attitude turned half as fast: q' = w q / 4", 0.5),
+    ):
+        yield Hypothesis(
+            name, "turning", says, lambda account, _, factor=factor: replace(account, turning=factor), rare=True
+        )
 
 
 def _frames(question: Question) -> Iterator[Hypothesis]:
@@ -55,7 +67,7 @@ def _frames(question: Question) -> Iterator[Hypothesis]:
 
 
 def _unequal_moments(question: Question) -> Iterator[Hypothesis]:
-    moments = question.account.moments
+    account, moments = question.account, question.account.moments
     yield Hypothesis(
         "inertia of a sphere",
         "inertia",
@@ -70,6 +82,37 @@ def _unequal_moments(question: Question) -> Iterator[Hypothesis]:
         lambda account, number: replace(account, moments=account.moments[list(orders[int(number)])]),
         choice(len(orders)),
         tuple(" ".join("xyz"[axis] for axis in order) for order in orders),
+    )
+    for name, says, tensor in (
+        (
+            "inertia never turned",
+            "inertia tensor never turned with the body: Euler's equations in world axes",
+            NEVER_TURNED,
+        ),
+        ("inertia frozen at the start", "inertia tensor in world axes kept as it was at the start", FROZEN),
+        ("inertia turned the wrong way", "inertia tensor turned the wrong way: R^T I R", TURNED_BACK),
+    ):
+        yield Hypothesis(
+            name,
+            "inertia axes",
+            says,
+            lambda account, _, tensor=tensor: replace(account, tensor=tensor, struck=tensor),
+            rare=True,
+        )
+    if account.impulses:
+        yield Hypothesis(
+            "inertia not turned in the impulse",
+            "inertia axes",
+            "inertia tensor not turned with the body where an impulse acts",
+            lambda account, _: replace(account, struck=NEVER_TURNED),
+            rare=True,
+        )
+    yield Hypothesis(
+        "inverse for inertia",
+        "inertia",
+        "inertia and its inverse taken for one another",
+        lambda account, _: replace(account, moments=1.0 / account.moments),
+        rare=True,
     )
     yield Hypothesis(
         "gyroscopic term missing",

@@ -1,11 +1,12 @@
 """Mistakes of a step: the Euler methods, each by the size, sign and shape of the drift that it leaves."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import numpy as np
 
-from compare.grade.hypotheses import STEPS, Hypothesis, Question, grid
+from compare.grade.account import Account
+from compare.grade.hypotheses import Hypothesis, Question, grid
 from compare.grade.stepping import (
     EXPLICIT,
     EXPONENTIAL,
@@ -13,6 +14,8 @@ from compare.grade.stepping import (
     MATRIX,
     MOMENTUM,
     QUATERNION,
+    RUNGE_KUTTA,
+    SMOOTH,
     WORLD,
     Scheme,
 )
@@ -56,6 +59,9 @@ def steps(question: Question) -> Iterator[Hypothesis]:
     if question.kind != "pose":
         shears = "explicit Euler on the rotation matrix with a step of {} s: the shape is not rigid"
         yield _euler(question, "matrix Euler", shears, MATRIX, MOMENTUM)
+    for name, order in (("midpoint method", 2), ("Runge-Kutta of order 3", 3), ("Runge-Kutta of order 4", 4)):
+        says = f"{name} with a step of {{}} s"
+        yield replace(_euler(question, name, says, RUNGE_KUTTA, order), rare=True)
     yield from _falls(question)
 
 
@@ -69,7 +75,7 @@ def _euler(
     lengthens: bool = False,
     variant: bool = False,
 ) -> Hypothesis:
-    longest = min(0.1 * question.duration, 0.5 * question.turn_s)
+    longest = min(0.1 * question.duration, 0.5 * question.turn_s, question.spacing_s)
     shortest = max(longest / RANGE, question.duration / MOST_STEPS)
     return Hypothesis(
         name,
@@ -79,7 +85,12 @@ def _euler(
             account, scheme=Scheme(step, attitude, spin, semi, 1.0 if semi else 0.0, lengthens)
         ),
         grid(min(shortest, longest / 2), longest, TRIED),
-        known={h: used for h, used in STEPS.items() if question.duration / MOST_KNOWN_STEPS <= h < 2 * longest},
+        known={
+            h: used
+            for h, used in question.steps.items()
+            if question.duration / MOST_KNOWN_STEPS <= h < question.spacing_s * 1.01
+        },
+        unit="s",
         variant=variant,
     )
 
@@ -88,6 +99,12 @@ def _falls(question: Question) -> Iterator[Hypothesis]:
     """Yield how else a step moves the centre of mass, where that makes a difference: where a force acts on it."""
     if not question.account.gravity.any() and question.scene.is_free:
         return
+
+    def falls(account: Account, fall: Callable[[float], float]) -> Account:
+        if account.scheme.attitude == SMOOTH:
+            return account
+        return replace(account, scheme=account.scheme._replace(fall=fall(account.scheme.fall)))
+
     for says, fall in (
         ("by x += v dt + a dt^2/2", lambda _: 0.5),
         ("by the other velocity: the new one for the old, or the old for the new", lambda fall: 1.0 - fall),
@@ -96,7 +113,5 @@ def _falls(question: Question) -> Iterator[Hypothesis]:
             "another step of x",
             "position step",
             f"centre of mass moved in these steps {says}",
-            lambda account, _, fall=fall: replace(
-                account, scheme=account.scheme._replace(fall=fall(account.scheme.fall))
-            ),
+            lambda account, _, fall=fall: falls(account, fall),
         )

@@ -10,8 +10,11 @@ from compare.grade.hypotheses import Hypothesis, Question, choice, grid
 from scenarios.frames import Array, rotation_matrix
 
 EARTH_RAD_S = 7.292115e-5
+BOX_CORNERS = 8
 # Whose mistakes need no other flight: the same poses are written otherwise.
-WRITTEN = frozenset({"quaternion order", "conjugate", "pivot", "turning axes", "axes"})
+WRITTEN = frozenset(
+    {"quaternion order", "conjugate", "half angle", "pivot", "logged point", "turning axes", "axes", "body axes"}
+)
 
 
 def writings(question: Question) -> Iterator[Hypothesis]:
@@ -30,8 +33,18 @@ def writings(question: Question) -> Iterator[Hypothesis]:
         "vertex not taken from the centre of mass: the body turns about the world's origin",
         lambda account, _: with_writing(account, _about_origin(account.start)),
     )
+    yield from _logged_points(question)
+    yield Hypothesis(
+        "half angle missing",
+        "half angle",
+        "quaternion made of the whole angle, not of half of it: turned twice as far",
+        lambda account, _: with_writing(account, lambda pose: pose._replace(axes=pose.axes @ pose.axes)),
+        rare=True,
+    )
     yield from _turning_axes(question)
     yield from _renamed_axes(question)
+    yield from _half_converted(question)
+    yield from _mirrored(question)
 
 
 def _orders() -> Iterator[Hypothesis]:
@@ -43,6 +56,83 @@ def _orders() -> Iterator[Hypothesis]:
         yield Hypothesis(
             name, "quaternion order", says, lambda account, _, writing=writing: with_writing(account, writing)
         )
+
+
+def _logged_points(question: Question) -> Iterator[Hypothesis]:
+    """Yield that another point of the body was logged for its centre of mass, where the centre is written."""
+    points = question.scene.body.points
+    if question.kind == "vertices" or len(points) != BOX_CORNERS:
+        return
+    corners = [(f"vertex {number}", point) for number, point in enumerate(points)]
+    faces = [
+        (f"the middle of the face at {sign}{axis}", 0.5 * sum(points[points[:, number] * (2 * up - 1) > 0]) / 2)
+        for number, axis in enumerate("xyz")
+        for up, sign in ((1, "+"), (0, "-"))
+    ]
+    places = corners + faces
+    yield Hypothesis(
+        "another point logged",
+        "logged point",
+        "{} logged for the centre of mass: a constant offset in body axes",
+        lambda account, number: with_writing(account, _shifted(places[int(number)][1])),
+        choice(len(places)),
+        tuple(name for name, _ in places),
+        rare=True,
+    )
+
+
+def _shifted(point: Array) -> Writing:
+    return lambda pose: pose._replace(x=pose.x + pose.axes @ point)
+
+
+def _half_converted(question: Question) -> Iterator[Hypothesis]:
+    """Yield that axes were renamed of the centre only, or of the attitude only."""
+    if question.kind == "vertices":
+        return
+    matrices = [names for determinant in (-1, 1) for names in _signed_permutations(determinant)]
+    said = tuple(map(_axis_names, matrices))
+    for name, says, centre in (
+        ("only the centre in other axes", "only the centre is written in other axes: for x y z stand {}", True),
+        ("only the attitude in other axes", "only the attitude is written in other axes: for x y z stand {}", False),
+    ):
+        writings = [_partly_renamed(names, centre) for names in matrices]
+        yield Hypothesis(
+            name,
+            "axes",
+            says,
+            lambda account, number, writings=writings: with_writing(account, writings[int(number)]),
+            choice(len(matrices)),
+            said,
+            rare=True,
+        )
+
+
+def _partly_renamed(names: Array, centre: bool) -> Writing:
+    if centre:
+        return lambda pose: pose._replace(x=pose.x @ names.T)
+    return lambda pose: pose._replace(axes=names @ pose.axes @ names.T)
+
+
+def _mirrored(question: Question) -> Iterator[Hypothesis]:
+    """Yield that the body itself has other axes: vertices of its mirror image, or another order of its edges."""
+    determinants = (-1, 1) if question.kind == "vertices" else (1,)
+    points = question.scene.body.points
+    matrices = [names for determinant in determinants for names in _signed_permutations(determinant)]
+    # A box is its own mirror image but for the numbers of its vertices.
+    matrices = [names for names in matrices if not np.allclose(points @ names.T, points)]
+    yield Hypothesis(
+        "other body axes",
+        "body axes",
+        "the body's own axes are others (or mirrored): for its x y z stand {}",
+        lambda account, number: with_writing(account, _of_body(matrices[int(number)])),
+        choice(len(matrices)),
+        tuple(map(_axis_names, matrices)),
+        rare=True,
+    )
+
+
+def _of_body(names: Array) -> Writing:
+    return lambda pose: pose._replace(axes=pose.axes @ names)
 
 
 def _turning_axes(question: Question) -> Iterator[Hypothesis]:

@@ -1,0 +1,81 @@
+"""Flies the laws of engines as whole hypotheses, without a search, and says which engines do what a file shows."""
+
+from collections.abc import Iterable
+from dataclasses import replace
+
+from compare.grade.engines import ENGINES, GYROSCOPIC, LATE, ROTATION, Flown, Law, Laws, combinations, table
+from compare.grade.explanation import Explanation, Mistake, Mistakes
+from compare.grade.flights import Flights
+
+# Laws that are looked at closely, of those that leave least.
+FINALISTS = 3
+
+
+class Lawful:
+    """Holds laws against the rows."""
+
+    def __init__(self, flights: Flights) -> None:
+        self._flights, self._laws = flights, Laws(flights.question)
+
+    def engines(self) -> tuple[list[Explanation], tuple[str, ...]]:
+        """Return the explanations by engines that leave least, best first, and those that do so if it is whole."""
+        found = self._closest(table(self._flights.question))
+        flown, best = found[0]
+        if best.nothing:
+            return [self._plain(best)], tuple(self._engines(flown))
+        return [explanation for _, explanation in found], ()
+
+    def combined(self) -> list[Explanation]:
+        """Return the explanations by what no engine does, but parts of several, best first."""
+        found = [explanation for _, explanation in self._closest(combinations(self._flights.question))]
+        return [self._plain(found[0])] if found[0].nothing else found
+
+    def _closest(self, laws: Iterable[Flown]) -> list[tuple[Flown, Explanation]]:
+        weighed = sorted(((self._flights.law(self._laws.mistakes(flown)), n, flown) for n, flown in enumerate(laws)))
+        some = [flown for _, _, flown in weighed[:FINALISTS]]
+        explained = [(flown, self._flights.explain(self._laws.mistakes(flown))) for flown in some]
+        return sorted(explained, key=lambda one: one[1].weight)
+
+    def _plain(self, best: Explanation) -> Explanation:
+        """Return an explanation without what cannot be seen in this scene: mistakes, and parts of the step."""
+        for mistake in best.mistakes:
+            fewer = self._flights.explain(tuple(other for other in best.mistakes if other is not mistake))
+            if fewer.nothing:
+                best = fewer
+        return self._without_details(best)
+
+    def _without_details(self, best: Explanation) -> Explanation:
+        """Return an explanation with only as much said of its step as other steps would not do as well."""
+        place = next((n for n, mistake in enumerate(best.mistakes) if mistake.hypothesis.part == "steps"), None)
+        if place is None:
+            return best
+        details = dict(best.mistakes[place].hypothesis.details)
+        for detail, others in (("gyroscopic", GYROSCOPIC), ("rotation", ROTATION)):
+            tried = [
+                self._flights.explain(self._stepped(best.mistakes, place, details | {detail: other}))
+                for other in others
+                if details[detail] and other not in (details[detail], "none")
+            ]
+            if tried and all(each.nothing for each in tried):
+                details[detail] = ""
+        return self._flights.explain(self._stepped(best.mistakes, place, details))
+
+    def _stepped(self, mistakes: Mistakes, place: int, details: dict[str, str]) -> Mistakes:
+        falls, lengthens = int(details["substeps"] or 1), bool(details["normalised"])
+        hypothesis = self._laws.step(details["gyroscopic"], details["rotation"], falls, lengthens)
+        step = Mistake(hypothesis, mistakes[place].value)
+        return (*mistakes[:place], step, *mistakes[place + 1 :])
+
+    def _engines(self, flown: Flown) -> list[str]:
+        """Return the engines that do as well at the same step, those first whose rows need not be shifted as well."""
+        ticks = flown.law.late + flown.late
+        for shifts in ((0,), LATE[1:]):
+            engines = [law.engine for law in ENGINES if ticks - law.late in shifts and self._does(flown, law, ticks)]
+            if engines:
+                return list(dict.fromkeys(engines))
+        return []
+
+    def _does(self, flown: Flown, law: Law, ticks: int) -> bool:
+        """Whether an engine leaves nothing."""
+        same = replace(flown, law=law, step=law.step or flown.step, late=ticks - law.late)
+        return self._flights.explain(self._laws.mistakes(same)).nothing

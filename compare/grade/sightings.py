@@ -1,0 +1,103 @@
+"""What a trajectory shows before anything is searched: cheap to see, and said first."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from compare.grade.conserved import posed
+from compare.grade.residual import Kept, Measured
+from scenarios.frames import Array
+from scenarios.scene import Scene
+
+# An error of so many times what digits and single precision leave is seen.
+SEEN = 4.0
+# A body that is right for less than this share of the duration is not said to be right until then.
+RIGHT_FOR = 0.05
+# A jump of the velocity is so many times as large as velocities change from row to row otherwise.
+JUMP, MOST_JUMPS = 30.0, 3
+# Intervals between rows differ by less than this share of themselves, or are said to be uneven.
+EVEN = 0.02
+
+
+def sightings(measured: Measured, scene: Scene, floors_m: Array, points: Array) -> Iterator[str]:
+    """Yield one sentence for each thing seen.  floors_m: of each row's axes, (S, 3); points: the vertices seen."""
+    kept = measured.kept
+    if len(kept) < 3:
+        return
+    yield from _clock(measured)
+    off = np.linalg.norm(kept.vertices - kept.true, axis=-1).max(axis=1)
+    seen = off > SEEN * np.linalg.norm(floors_m, axis=1) + measured.limit_m
+    yield from _start(kept, seen, points)
+    yield from _still(kept, measured)
+    yield from _right_until(kept, seen, scene)
+    yield from _jumps(kept, measured, scene)
+
+
+def _clock(measured: Measured) -> Iterator[str]:
+    intervals = measured.intervals
+    if len(intervals) < 3:
+        return
+    rows = intervals / measured.spacing_s
+    whole = np.round(rows)
+    lost = int((whole - 1).clip(min=0).sum())
+    uneven = np.abs(rows - np.maximum(whole, 1)).max()
+    if uneven > EVEN:
+        yield f"Rows are uneven: {intervals.min():.4g} to {intervals.max():.4g} s apart."
+    elif lost:
+        yield f"{lost} rows are missing: most are {measured.spacing_s:.4g} s apart, some {intervals.max():.4g} s."
+
+
+def _start(kept: Kept, seen: Array, points: Array) -> Iterator[str]:
+    if kept.times[0] > 0 or not seen[0] or len(points) < 4:
+        return
+    (is_, should) = (posed(places[:1], points)[0] for places in (kept.vertices, kept.true))
+    turned = Rotation.from_quat([*is_[4:7], is_[3]]) * Rotation.from_quat([*should[4:7], should[3]]).inv()
+    off = is_[:3] - should[:3]
+    parts = []
+    if np.linalg.norm(off) > 1e-9:
+        parts.append("its centre is off by (" + ", ".join(f"{value:.4g}" for value in off) + ") m")
+    if turned.magnitude() > 1e-9:
+        parts.append(f"it is turned by {np.degrees(turned.magnitude()):.4g} degrees")
+    if parts:
+        yield f"The first row is not the scene's start: {' and '.join(parts)}."
+
+
+def _still(kept: Kept, measured: Measured) -> Iterator[str]:
+    moves = np.linalg.norm(np.diff(kept.vertices, axis=0), axis=-1).max(axis=1) > 2 * measured.half_m
+    should = np.linalg.norm(np.diff(kept.true, axis=0), axis=-1).max(axis=1) > 2 * measured.half_m
+    if not should.any() or (moves | ~should).all():
+        return
+    if not moves.any():
+        yield "It never moves."
+    elif not moves[1:].any():
+        yield f"It never moves after its first row: it stays where it is at t = {kept.times[1]:.4g} s."
+    elif not moves[-2:].any() and should[-2:].all():
+        yield f"It stands still from t = {kept.times[int(np.flatnonzero(moves)[-1]) + 1]:.4g} s on."
+
+
+def _right_until(kept: Kept, seen: Array, scene: Scene) -> Iterator[str]:
+    first = int(np.argmax(seen))
+    if not seen.any() or first < 2 or kept.times[first - 1] < RIGHT_FOR * kept.times[-1]:
+        return
+    before, after = kept.times[first - 1], kept.times[first]
+    acts = [n for n, impulse in enumerate(scene.impulses, 1) if before - 1e-9 <= impulse.time < after]
+    when = f", when impulse {acts[0]} acts" if acts else ""
+    yield f"It is right until t = {before:.4g} s{when}."
+
+
+def _jumps(kept: Kept, measured: Measured, scene: Scene) -> Iterator[str]:
+    """Yield where the velocity of the vertices' middle jumps and no impulse acts; rows as they are in the file only."""
+    steps = np.diff(kept.times)
+    if len(kept) < measured.rows / measured.throws or len(kept) < 8:
+        return
+    v = np.diff(kept.vertices.mean(axis=1) - kept.true.mean(axis=1), axis=0) / steps[:, None]
+    change = np.linalg.norm(np.diff(v, axis=0), axis=1)
+    usual = float(np.median(change)) + 4 * measured.half_m / float(np.median(steps))
+    for row in np.flatnonzero(change > JUMP * usual)[:MOST_JUMPS]:
+        begin, end = kept.times[row], kept.times[row + 2]
+        if not any(begin <= impulse.time <= end for impulse in scene.impulses):
+            yield (
+                f"At t = {kept.times[row + 1]:.4g} s its velocity jumps by {change[row]:.3g} m/s, and the scene has "
+                "nothing there: an impulse at another time, or something that it hits."
+            )
