@@ -207,7 +207,7 @@ def _one_of(random: np.random.Generator, known: Sequence[Hypothesis], name: str)
 
 def all_rows(scenes: int) -> Iterator[ConfusionRow]:
     """Yield all planted trajectories."""
-    jobs = [(count, number) for count in (1, 2) for number in range(scenes)]
+    jobs = [(count, number) for count in (1, 2) for number in range(0, SCENES, SCENES // scenes)]
     with ProcessPoolExecutor(PROCESSES) as pool, progress(len(jobs)) as tick:
         for row in pool.map(confused, jobs):
             tick(row.planted)

@@ -24,7 +24,8 @@ from time import perf_counter
 
 from compare.grade.diagnosis import Diagnosis
 from compare.grade.verdict import EXPLAINED_PARTLY, EXPLAINED_WHOLLY, Grade, grade
-from compare.tables.rows import table_text, write_whole
+from compare.tables.files import write_whole
+from compare.tables.rows import table_text
 from scenarios.read import read_scene
 
 # What truth.csv says of a planted mistake -> the names that are right.
