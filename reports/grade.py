@@ -37,7 +37,7 @@ def grade_text(grade: Grade) -> Iterator[Table | Text]:
     throws = f" of {m.throws} throws" if m.throws > 1 else ""
     yield plain(f"{grade.file} held against {grade.scene.name}: {grade.scene.title}")
     rows = "1 row" if m.rows == 1 else f"{m.rows} rows"
-    yield plain(f"{rows}{throws}, read as {READ_AS[m.shown.kind]}; {resolution(m)}")
+    yield plain(f"{rows}{throws}, read as {read_as(m)}; {resolution(m)}")
     yield Text()
     yield plain(f"vertex {m.worst_vertex}" + (f" of throw {m.throw}" if m.throws > 1 else ""))
     yield vertex_table(m)
@@ -48,6 +48,11 @@ def grade_text(grade: Grade) -> Iterator[Table | Text]:
     yield from kept_quantities(grade)
     yield Text()
     yield from map(plain, verdict_lines(grade))
+
+
+def read_as(m: Measured) -> str:
+    """Return what was graded, in words."""
+    return READ_AS[m.shown.kind] if m.shown.centred else f"{READ_AS[m.shown.kind].partition(' and ')[2]}, attitude only"
 
 
 def off_by(file: str, m: Measured) -> str:

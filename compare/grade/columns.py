@@ -64,9 +64,10 @@ def parsed(name: str) -> tuple[str, float] | None:
 
 @dataclass(frozen=True)
 class Shown:
-    """What a trajectory shows of the body: which description of its place, and what else."""
+    """What a trajectory shows of the body: which description of its place, and what else; centred: where it is too."""
 
     kind: str
     vertices: tuple[int, ...]
     velocities: bool
     spin: bool
+    centred: bool = True

@@ -25,7 +25,9 @@ class Conserved:
         self._scene, self._shown = scene, shown
         points = scene.body.points[list(shown.vertices)]
         spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
-        self._posed = shown.kind != "vertices" or (len(points) > 2 and spread[1] > SPREAD * spread[0])
+        self._posed = shown.centred and (
+            shown.kind != "vertices" or (len(points) > 2 and spread[1] > SPREAD * spread[0])
+        )
         self.by_differences = not shown.velocities
         self._scales, self._largest = np.zeros(3), np.zeros(3)
         self._energy, self._any = 0.0, False

@@ -181,5 +181,5 @@ class Flights:
 
     def _turned(self, pose: Pose) -> Array:
         """Return the same with the vertices last, (S, 3, K)."""
-        turned = pose.axes.reshape(-1, 3) @ self._points.T
-        return turned.reshape(-1, 3, len(self._points)) + pose.x[:, :, None]
+        turned = (pose.axes.reshape(-1, 3) @ self._points.T).reshape(-1, 3, len(self._points))
+        return turned + pose.x[:, :, None] if self.question.centred else turned

@@ -340,9 +340,10 @@ def axes_of(block: Block, kind: str, file_axes: Array, stretched: bool = True) -
 
 
 def vertices_of(block: Block, what: Shown, scene: Scene, stretched: bool = True) -> Array:
-    """Return where the file has the vertices [m], (n, K, 3)."""
+    """Return where the file has the vertices [m], (n, K, 3); from the centre of mass where it does not say that."""
     if what.kind == "vertices":
         names = [f"v{number}{axis}" for number in what.vertices for axis in "xyz"]
         return block.of(names).reshape(len(block.times), -1, 3)
     axes = axes_of(block, what.kind, scene.body.file_axes, stretched)
-    return block.of(CENTRE)[:, None] + np.einsum("nij,kj->nki", axes, scene.body.points)
+    turned = np.einsum("nij,kj->nki", axes, scene.body.points)
+    return block.of(CENTRE)[:, None] + turned if what.centred else turned

@@ -122,8 +122,8 @@ def shown(
     turned = CENTRE[0] in columns
     has = {
         "vertices": bool(numbers),
-        "pose": turned and QUATERNION[0] in columns,
-        "matrix": turned and MATRIX[0] in columns,
+        "pose": (turned or not numbers) and QUATERNION[0] in columns,
+        "matrix": (turned or not numbers) and MATRIX[0] in columns,
     }
     if not any(has.values()):
         angles = [column for column in header if are_angles(column)]
@@ -137,7 +137,13 @@ def shown(
     order = [by] if by else [kind for kind in has if has[kind]]
     everything = tuple(range(points))
     return [
-        Shown(kind, tuple(numbers) if kind == "vertices" else everything, velocities, SPIN[0] in columns)
+        Shown(
+            kind,
+            tuple(numbers) if kind == "vertices" else everything,
+            velocities,
+            SPIN[0] in columns,
+            turned or kind == "vertices",
+        )
         for kind in order
     ]
 

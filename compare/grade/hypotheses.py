@@ -36,7 +36,7 @@ class Question:
 
     account: of a program without mistakes; kind: what the file shows; rows: so many; duration: to the last of them [s];
     turn_s: the time in which the body turns by a radian [s]; spacing_s: from row to row; first: x [m] and q of the row
-    at t = 0, (7,), where there is one.
+    at t = 0, (7,), where there is one; centred: the file says where the body is.
     """
 
     scene: Scene
@@ -47,6 +47,7 @@ class Question:
     turn_s: float
     spacing_s: float
     first: Array | None = None
+    centred: bool = True
 
     @property
     def ticks(self) -> dict[float, str]:

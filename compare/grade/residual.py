@@ -148,7 +148,7 @@ def measure(trajectory: Trajectory, scene: Scene) -> Measured:
         for throw in np.unique(block.throws).tolist():
             rows = block.throw(throw)
             states = reference.states(throw, rows.times)
-            true = vertices(states, scene.body.points)[:, shown.vertices]
+            true = _right(states, shown, scene)
             half = half_digits(trajectory, rows, shown, scene, states)
             _add(sums, rows, vertices_of(rows, shown, scene, stretched=False), true, half, throw, scene.duration)
             _check_agreement(trajectory, rows, scene, np.linalg.norm(half, axis=1))
@@ -189,6 +189,12 @@ def measure(trajectory: Trajectory, scene: Scene) -> Measured:
     )
 
 
+def _right(states: Array, shown: Shown, scene: Scene) -> Array:
+    """Return where the vertices that a file shows should be [m], (n, K, 3), as `vertices_of` has them."""
+    places = vertices(states, scene.body.points)[:, shown.vertices]
+    return places if shown.centred else places - states[:, None, 0:3]
+
+
 def _kept(rows: Block, shown: Shown, scene: Scene, true: Array, half: Array) -> Kept:
     spins = rows.of(SPIN) if shown.spin else None
     return Kept(rows.times, vertices_of(rows, shown, scene), true, half, spins)
@@ -201,7 +207,7 @@ def _thinned(trajectory: Trajectory, scene: Scene, throw: int) -> Thinned:
         rows = block.throw(throw)
         if len(rows.times):
             states = reference.states(throw, rows.times)
-            true = vertices(states, scene.body.points)[:, shown.vertices]
+            true = _right(states, shown, scene)
             thinned.add(_kept(rows, shown, scene, true, half_digits(trajectory, rows, shown, scene, states)))
     return thinned
 
@@ -249,10 +255,11 @@ def half_digits(trajectory: Trajectory, rows: Block, shown: Shown, scene: Scene,
     if shown.kind == "vertices":
         places = [[f"v{number}{axis}" for axis in "xyz"] for number in shown.vertices]
         return late + np.max([half(place) for place in places], axis=0)
+    late = late + half(CENTRE) if shown.centred else np.broadcast_to(late, (len(late), 3))
     if shown.kind == "matrix":
-        return late + half(CENTRE) + reach * np.linalg.norm(half(MATRIX), axis=1)[:, None]
+        return late + reach * np.linalg.norm(half(MATRIX), axis=1)[:, None]
     # A change dq of a unit quaternion turns by 2 |dq|.
-    return late + half(CENTRE) + 2 * reach * np.linalg.norm(half(QUATERNION), axis=1)[:, None]
+    return late + 2 * reach * np.linalg.norm(half(QUATERNION), axis=1)[:, None]
 
 
 def _check_agreement(trajectory: Trajectory, rows: Block, scene: Scene, half: Array) -> None:

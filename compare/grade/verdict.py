@@ -141,13 +141,15 @@ def scale_of(kept: Kept, scene: Scene, limit_m: float, single_m: Array | float =
 
 def question_of(scene: Scene, throw: int, measured: Measured) -> Question:
     """Return what hypotheses may know of the throw that is diagnosed."""
-    kept = measured.kept
+    kept, shown = measured.kept, measured.shown
     duration = float(kept.times[-1])
     rate = float(np.linalg.norm(Reference(scene).states(throw, kept.times)[:, 10:13], axis=1).max())
     turn_s = min(1 / rate, duration) if rate else duration
     account = truthful(scene, throw, measured.rounding_s)
-    first = first_pose(kept, scene.body.points[list(measured.shown.vertices)])
-    return Question(scene, account, measured.shown.kind, measured.rows, duration, turn_s, measured.spacing_s, first)
+    first = first_pose(kept, scene.body.points[list(shown.vertices)])
+    return Question(
+        scene, account, shown.kind, measured.rows, duration, turn_s, measured.spacing_s, first, shown.centred
+    )
 
 
 def first_pose(kept: Kept, points: Array) -> Array | None:

@@ -103,3 +103,17 @@ def test_of_several_throws_the_worst_is_looked_into(capsys, tmp_path):
     assert "throw 2" in out
     assert "The first row is not the scene's start: its centre is off by (0.25, " in out
     assert "it starts from x = " in out
+
+
+def test_a_file_of_attitudes_only_is_graded(capsys, tmp_path):
+    with (FOLDER / "csv" / "cannon-es.brick.60.csv").open(newline="") as file:
+        rows = [[row[0], *row[4:]] for row in csv.reader(file)]
+    path = tmp_path / "attitudes.csv"
+    with path.open("w", newline="") as file:
+        csv.writer(file).writerows(rows)
+    assert main(["grade", str(path), "--scene", str(FOLDER / "scenes" / "brick.toml")]) == 0
+    out = " ".join(capsys.readouterr().out.split())
+    assert "read as quaternion, attitude only" in out
+    assert "gyroscopic term missing" in out
+    assert "angular damping" in out
+    assert "linear damping" not in out
