@@ -229,7 +229,7 @@ def page(rows: Sequence[ConfusionRow]) -> str:
         "",
         "Made by `docs/confusion.py`: random boxes, struck once or twice, flown by a program with one mistake or two,",
         "and written down as poses, matrices or vertices with noise of 1e-4 of the body's size; every row is in",
-        f"`confusion.csv`.  {len(rows) // 2} of the {SCENES} scenes, evenly spread, are in it: `docs/confusion.py {len(rows) // 2}`.",
+        f"`confusion.csv`: {len(rows) // 2} of the {SCENES} scenes, evenly spread.",
         "",
         "The planted trajectories are flown by the same models that recognise them.  So this says how well mistakes",
         "can be told from one another and from noise, and not that a program's mistake is one of these; one that is",

@@ -25,7 +25,8 @@ from time import perf_counter
 from compare.grade.diagnosis import Diagnosis
 from compare.grade.verdict import EXPLAINED_PARTLY, EXPLAINED_WHOLLY, Grade, grade
 from compare.tables.files import write_whole
-from compare.tables.rows import table_text
+from compare.tables.frames import csv_text, frame
+from compare.tables.schema import Table
 from scenarios.read import read_scene
 
 # What truth.csv says of a planted mistake -> the names that are right.
@@ -213,7 +214,7 @@ def main() -> None:
             say(f"{'planted' if planted else 'engines'}: {len(some)}: {said}")
     say(f"median {median(one.wall_s for one in made):.2f} s, longest {max(one.wall_s for one in made):.1f} s")
     if options.output:
-        write_whole(options.output, table_text(ForeignRow, made))
+        write_whole(options.output, csv_text(frame(Table("", ForeignRow), made)))
 
 
 if __name__ == "__main__":
