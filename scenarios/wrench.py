@@ -6,6 +6,8 @@ have each written the laws anew, in other variables: a mistake here shows as an 
 
 import math
 from collections.abc import Callable
+from functools import partial
+from pathlib import Path
 
 import numpy as np
 
@@ -19,6 +21,7 @@ except ModuleNotFoundError:  # in an environment that an engine has to itself: s
 
 
 from scenarios.frames import Array
+from scenarios.kernel_cache import keep
 from scenarios.scene import Scene
 
 Vector = tuple[float, float, float]
@@ -53,7 +56,8 @@ def numbers(scene: Scene) -> tuple[Array, Array, Array, Array]:
     return np.array(tethers, dtype=float).reshape(-1, 9), np.array(drag), np.array(floor), np.array(feet)
 
 
-@njit(error_model="numpy", cache=True)
+@partial(keep, source=Path(__file__).parent)
+@njit(error_model="numpy")
 def net_wrenches(states: Array, tethers: Array, drag: Array, floor: Array, feet: Array) -> Array:
     """Return the sum of all laws for each state, (N, 6).
 

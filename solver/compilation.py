@@ -4,33 +4,21 @@
 lives in registers.  `inner` is for those of them that only kernels call, `inlined` for large ones.  `kernel` is for the
 loops that Python calls: kept on disk, so that a second process compiles nothing.  numba renews what is on disk when the
 kernel's own file changes, but not when a scalar function elsewhere does: so each state of the solver's source has a
-folder of its own.
+folder of its own (`solver.kernel_cache`).
 
 Division by zero gives inf or nan, for a judge to see.  Fast-math is off, and so is contraction to fused multiply-adds,
 for the last bits would depend on the processor and on how a loop happened to be compiled: `solver.fused` says them.
 """
 
-import hashlib
-import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
-import numba
 from numba import njit
 
+from solver.kernel_cache import keep
+
 SOURCE = Path(__file__).parent
-
-
-def cache_folder() -> Path:
-    """Return where compiled kernels are kept for the solver's source as it is now."""
-    source = b"".join(path.read_bytes() for path in sorted(SOURCE.rglob("*.py")))
-    return SOURCE / "__pycache__" / f"kernels-{hashlib.sha256(source).hexdigest()[:16]}"
-
-
-# Where the package cannot be written to, or the user has said where, numba's own choice of folder stands.
-if os.access(SOURCE, os.W_OK) and not numba.config.CACHE_DIR:  # type: ignore[attr-defined]
-    numba.config.CACHE_DIR = str(cache_folder())  # type: ignore[attr-defined]
 
 F = TypeVar("F", bound=Callable)
 
@@ -58,4 +46,4 @@ def inlined(function: F) -> F:
 
 def kernel(function: F) -> F:
     """Compile a loop over the rows of an array, and keep it on disk."""
-    return cast(F, njit(**OPTIONS, cache=True)(function))
+    return cast(F, keep(njit(**OPTIONS)(function), SOURCE))

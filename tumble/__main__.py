@@ -25,6 +25,9 @@ SCENE_HELP = "a scene of the catalogue (see `tumble scenes`) or the path of a TO
 ENGINE_HELP = "ENGINE[@RELEASE][:METHOD] or the path of an engine file of your own, ./mine.py[:METHOD]; may be repeated"
 
 
+MEMORY_HELP = "for each engine's process [GiB]; default 4"
+
+
 class Parser(argparse.ArgumentParser):
     """Refuses in one line."""
 
@@ -57,6 +60,11 @@ def seconds(text: str) -> float:
     return positive(text, "seconds")
 
 
+def gibibytes(text: str) -> int:
+    """Return a positive number of GiB in bytes."""
+    return round(positive(text, "GiB") * 2**30)
+
+
 def metres(text: str) -> float:
     """Return a positive number of metres."""
     return positive(text, "metres")
@@ -85,6 +93,7 @@ def parser() -> Parser:
         to.add_argument("-e", "--engine", action="append", default=[], metavar="ENGINE[:METHOD]", help=ENGINE_HELP)
         to.add_argument("--dt", type=seconds, metavar="S", help="step [s]; default: the scene's own")
         to.add_argument("--time-limit", type=seconds, default=60.0, metavar="S", help="for each flight [s]; default 60")
+        to.add_argument("--memory-limit", type=gibibytes, default=4 << 30, metavar="GIB", help=MEMORY_HELP)
 
     scenes = command("scenes", "list the catalogue with what each scene needs, or print a scene of it")
     scenes.add_argument("scene", nargs="?", metavar="NAME", help="print this scene's TOML, to copy and change")
@@ -114,6 +123,7 @@ def parser() -> Parser:
     sweep.add_argument("-e", "--engine", action="append", default=[], metavar="ENGINE[:METHOD]", help=ENGINE_HELP)
     sweep.add_argument("--reference", default="tumble:rk4", metavar="ENGINE:METHOD", help="of ratios; %(default)s")
     sweep.add_argument("--time-limit", type=seconds, default=60.0, metavar="S", help="for each flight [s]; default 60")
+    sweep.add_argument("--memory-limit", type=gibibytes, default=4 << 30, metavar="GIB", help=MEMORY_HELP)
     sweep.add_argument("-o", "--output", metavar="DIR", help="also write the tables as CSV into DIR")
 
     advise = command("advise", "the cheapest engine, method and step that stays within an error")
@@ -121,6 +131,7 @@ def parser() -> Parser:
     advise.add_argument("--tolerance", type=metres, required=True, metavar="M", help="largest vertex error [m]")
     advise.add_argument("-e", "--engine", action="append", default=[], metavar="ENGINE[:METHOD]", help=ENGINE_HELP)
     advise.add_argument("--time-limit", type=seconds, default=60.0, metavar="S", help="for each flight [s]; default 60")
+    advise.add_argument("--memory-limit", type=gibibytes, default=4 << 30, metavar="GIB", help=MEMORY_HELP)
 
     stability = command("stability", "who is stable where, how long a step each bears, and what extreme cases do")
     stability.add_argument("scene", nargs="*", metavar="SCENE", help=SCENE_HELP + "; default: stiff ones, and extremes")
@@ -128,6 +139,7 @@ def parser() -> Parser:
     stability.add_argument(
         "--time-limit", type=seconds, default=20.0, metavar="S", help="for each flight [s]; default 20"
     )
+    stability.add_argument("--memory-limit", type=gibibytes, default=4 << 30, metavar="GIB", help=MEMORY_HELP)
     stability.add_argument("-o", "--output", metavar="DIR", help="keep the tables in DIR as CSV, and go on from there")
 
     grade = command("grade", "judge a trajectory that some other program wrote, and say what is most likely wrong")
@@ -159,11 +171,13 @@ def parser() -> Parser:
     check.add_argument("--tolerances", metavar="FILE.toml", help="what each column may change by")
     check.add_argument("--no-times", action="store_true", help="record no run times; for machines that share nothing")
     check.add_argument("--time-limit", type=seconds, default=60.0, metavar="S", help="for each flight [s]; default 60")
+    check.add_argument("--memory-limit", type=gibibytes, default=4 << 30, metavar="GIB", help=MEMORY_HELP)
 
     ablate = command("ablate", "what leaving out pays: every contestant with and without what a scene has no use for")
     ablate.add_argument("scene", nargs="*", metavar="SCENE", help=SCENE_HELP + "; default: three that need little")
     ablate.add_argument("-e", "--engine", action="append", default=[], metavar="ENGINE[:METHOD]", help=ENGINE_HELP)
     ablate.add_argument("--time-limit", type=seconds, default=60.0, metavar="S", help="for each flight [s]; default 60")
+    ablate.add_argument("--memory-limit", type=gibibytes, default=4 << 30, metavar="GIB", help=MEMORY_HELP)
     ablate.add_argument("-o", "--output", metavar="DIR", help="also write the tables as CSV into DIR")
 
     lab = command("lab", "click the die in a browser, and watch all engines fly against the truth")
@@ -202,6 +216,7 @@ def main(words: list[str] | None = None) -> int:
     # The matrices here are 3 x 3: waking a BLAS's threads would take longer than all that it does.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     end_as_by_ctrl_c()
+    open_streams()
     top = parser()
     if "_ARGCOMPLETE" in os.environ:
         complete(top)
@@ -255,6 +270,16 @@ def complete(top: Parser) -> None:
             if action.metavar in ("SCENE", "NAME"):
                 action.completer = lambda prefix, **_: [*catalogue(), *FilesCompleter(["toml"])(prefix)]
     argcomplete.autocomplete(top)
+
+
+def open_streams() -> None:
+    """Open closed standard streams, so that no file takes their numbers: results are refused, notes are dropped."""
+    for descriptor, name in enumerate(("stdin", "stdout", "stderr")):
+        if getattr(sys, name) is None:
+            # The lowest number that is free is this one.  What is open to be read refuses to be written.
+            os.open(os.devnull, os.O_WRONLY if name == "stderr" else os.O_RDONLY)
+            os.set_inheritable(descriptor, True)
+            setattr(sys, name, os.fdopen(descriptor, "r" if name == "stdin" else "w", closefd=False))
 
 
 def end_as_by_ctrl_c() -> None:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from types import ModuleType
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from compare.run.registry import Finding, built, findings
 from compare.run.timer import prepare, timed
@@ -95,11 +96,11 @@ def fly(engine: ModuleType, scene: Scene, method: str, dt: float, keep: frozense
     rows: dict[float, tuple[Array, Array]] = {}
 
     def look(time: float) -> Array:
-        states = np.array(engine.read(world), dtype=float)
+        states = real(engine.read(world))
         if states.shape != scene.start.shape:
             raise ValueError(f"read() returned shape {states.shape}, not {scene.start.shape}")
         seen = where(world, scene.body.points) if where else vertices(states, scene.body.points)
-        rows[time] = states, np.array(seen, dtype=float)
+        rows[time] = states, real(seen)
         return states
 
     engine.write(world, struck(scene, 0.0, scene.start.copy(), found))
@@ -129,6 +130,13 @@ def fly(engine: ModuleType, scene: Scene, method: str, dt: float, keep: frozense
         tuple(dict.fromkeys(found)),
         engine.remark(world) if hasattr(engine, "remark") else "",
     )
+
+
+def real(answer: ArrayLike) -> Array:
+    """Return an engine's answer as an array of floats.  Raises ValueError where that would lose a part of it."""
+    if np.iscomplexobj(answer):
+        raise ValueError("it answered complex numbers")
+    return np.array(answer, dtype=float)
 
 
 def struck(scene: Scene, time: float, states: Array, found: list[Finding]) -> Array:

@@ -14,7 +14,7 @@ from compare.run.environments import split_release
 from compare.run.flight import Trajectory
 from compare.run.registry import BadEngine, EngineInfo
 from compare.run.timer import Pace, Ready, Sample
-from compare.run.worker import Failure, Worker
+from compare.run.worker import MEMORY_LIMIT, Failure, Worker
 from scenarios.format import nearest
 from scenarios.needs import FORCES, needs
 from scenarios.scene import Scene
@@ -186,13 +186,18 @@ def is_tolerance(method: str, info: EngineInfo) -> bool:
 
 @contextmanager
 def launched(
-    asked: Iterable[str], time_limit: float = TIME_LIMIT_S, few: bool = False, beside: Iterable[str] = ()
+    asked: Iterable[str],
+    time_limit: float = TIME_LIMIT_S,
+    memory_limit: int = MEMORY_LIMIT,
+    few: bool = False,
+    beside: Iterable[str] = (),
 ) -> Iterator[list[Participant]]:
     """Give who takes part, each with a process of its own, and end the processes afterwards, whatever happened.
 
-    asked: ENGINE[:METHOD] ..., nothing for every engine of ours; time_limit [s] for each answer of an engine; few: of
-    an engine asked for without a method only those that a page is made of; beside: others, asked for in the same way
-    at another time, that titles must tell them from.  Raises BadEngine with one line.
+    asked: ENGINE[:METHOD] ..., nothing for every engine of ours; time_limit [s] for each answer of an engine;
+    memory_limit [B] for each of its processes; few: of an engine asked for without a method only those that a page is
+    made of; beside: others, asked for in the same way at another time, that titles must tell them from.
+    Raises BadEngine with one line.
     """
     engines = wanted(asked)
     named = titles((*engines, *engine_files(beside)))
@@ -200,7 +205,7 @@ def launched(
         if named[one] == named[other]:
             raise BadEngine(f"{one} and {other} are one file: name it once")
     # All are started before any is waited for: importing the engines takes longest.
-    workers = [Worker(engine, time_limit) for engine in engines]
+    workers = [Worker(engine, time_limit, memory_limit) for engine in engines]
     participants: list[Participant] = []
     try:
         for worker, (engine, methods) in zip(workers, engines.items(), strict=True):

@@ -145,6 +145,8 @@ def introduce(line: socket.socket, engine: str) -> Loaded | None:
         module = load(engine)
         send(line, engine_info(engine, module))
     except BadEngine as error:
+        if isinstance(error.__cause__, MemoryError):
+            raise error.__cause__ from None
         send(line, Refusal(str(error)))
         return None
     except Missing as error:

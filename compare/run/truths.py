@@ -7,8 +7,9 @@ import multiprocessing
 import os
 import signal
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
+from contextlib import contextmanager
 from functools import partial
 from multiprocessing.connection import Connection
 from typing import NamedTuple, Self
@@ -54,8 +55,9 @@ class Truths:
             # Its far end closes with this process, however that ends.
             self._far_end, self._lifeline = spawn.Pipe(duplex=False)
             count = min(os.cpu_count() or 1, len(scenes))
-            self._pool = ProcessPoolExecutor(count, spawn, initializer=end_with, initargs=(self._far_end,))
-            self.futures = [self._pool.submit(true_answer, scene, floor) for scene in scenes]
+            with safe_path():
+                self._pool = ProcessPoolExecutor(count, spawn, initializer=end_with, initargs=(self._far_end,))
+                self.futures = [self._pool.submit(true_answer, scene, floor) for scene in scenes]
         else:
             self.futures = [in_a_thread(partial(true_answer, floor=floor), scene) for scene in scenes]
         for scene, future in zip(scenes, self.futures, strict=True):
@@ -75,6 +77,20 @@ class Truths:
             self._lifeline.close()
             self._pool.shutdown(cancel_futures=True)
             self._far_end.close()
+
+
+@contextmanager
+def safe_path() -> Iterator[None]:
+    """Let no interpreter that is started meanwhile run files of the working folder."""
+    before = os.environ.get("PYTHONSAFEPATH")
+    os.environ["PYTHONSAFEPATH"] = "1"
+    try:
+        yield
+    finally:
+        if before is None:
+            del os.environ["PYTHONSAFEPATH"]
+        else:
+            os.environ["PYTHONSAFEPATH"] = before
 
 
 def in_a_thread(function: Callable[[Scene], Answer], scene: Scene) -> "Future[Answer]":

@@ -4,6 +4,7 @@ import math
 import signal
 import sys
 import threading
+from dataclasses import replace
 from pathlib import Path
 from time import monotonic
 from typing import Any, Self
@@ -88,7 +89,7 @@ class Worker:
     def fly(self, scene: Scene, method: str, dt: float, keep: frozenset[str] = frozenset()) -> Trajectory | Failure:
         """Return the flight, or why there is none; after `crashed` or `timeout` the process may be gone."""
         numbers = len(scene.rows) * (1 + len(scene.start) * (13 + scene.body.points.size))
-        answer = self._ask(Fly(scene, method, dt, keep), Trajectory | Failure, numbers * FLOAT.itemsize)
+        answer = self._ask(Fly(told(scene), method, dt, keep), Trajectory | Failure, numbers * FLOAT.itemsize)
         if isinstance(answer, Trajectory) and not is_flight_of(answer, scene):
             return self._gone("crashed: what it sent is no flight of this scene")
         return answer
@@ -97,7 +98,7 @@ class Worker:
         self, key: str, scene: Scene, method: str, pace: Pace, keep: frozenset[str] = frozenset()
     ) -> Ready | Failure:
         """Make a timer ready under that key; return what that has shown, or why it cannot be."""
-        return self._ask(PrepareTimer(key, scene, method, pace, keep), Ready | Failure)
+        return self._ask(PrepareTimer(key, told(scene), method, pace, keep), Ready | Failure)
 
     def sample(self, key: str) -> Sample | Failure:
         """Return one sample of that timer."""
@@ -162,6 +163,11 @@ class Worker:
     def _end(self, patience: float = 0.0) -> int | None:
         process, self._process = self._process, None
         return process.end(patience) if process else None
+
+
+def told(scene: Scene) -> Scene:
+    """Return what an engine is told of a scene: all but what the file says beyond it, which is for the truth alone."""
+    return replace(scene, written=None)
 
 
 def is_flight_of(answer: Trajectory, scene: Scene) -> bool:

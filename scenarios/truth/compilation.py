@@ -7,14 +7,13 @@ own file changes, but not when a part elsewhere does: so each state of this pack
 Fast-math is off.
 """
 
-import hashlib
-import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
-import numba
 from numba import njit
+
+from scenarios.kernel_cache import keep
 
 SOURCE = Path(__file__).parent
 OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": False, "no_cfunc_wrapper": True, "nogil": True}
@@ -34,22 +33,5 @@ def inner(function: F) -> F:
 
 
 def kernel(function: F) -> F:
-    """Compile a function that Python calls, and keep it on disk.
-
-    The folder is a setting of numba's for the whole process, and others have theirs: it is put back.
-    """
-    before = numba.config.CACHE_DIR  # type: ignore[attr-defined]
-    numba.config.CACHE_DIR = cache_folder()  # type: ignore[attr-defined]
-    try:
-        return cast(F, njit(**OPTIONS, cache=True)(function))
-    finally:
-        numba.config.CACHE_DIR = before  # type: ignore[attr-defined]
-
-
-def cache_folder() -> str:
-    """Return where to keep what is compiled from the source as it is now; empty, for numba to choose, if unwritable."""
-    parent = os.environ.get("NUMBA_CACHE_DIR") or (SOURCE / "__pycache__" if os.access(SOURCE, os.W_OK) else None)
-    if parent is None:
-        return ""
-    source = b"".join(path.read_bytes() for path in sorted(SOURCE.rglob("*.py")))
-    return str(Path(parent) / f"truth-{hashlib.sha256(source).hexdigest()[:16]}")
+    """Compile a function that Python calls, and keep it on disk."""
+    return cast(F, keep(njit(**OPTIONS)(function), SOURCE))

@@ -14,7 +14,8 @@ from numba import njit, types
 from numba.extending import intrinsic
 
 from solver import quaternion, vectors
-from solver.compilation import OPTIONS
+from solver.compilation import OPTIONS, SOURCE
+from solver.kernel_cache import keep
 
 F = TypeVar("F", bound=Callable)
 
@@ -28,7 +29,7 @@ def lane(function: F) -> F:
 
 def lanes_kernel(function: F) -> F:
     """Compile a loop over lanes, keep it on disk, and let other threads run beside it."""
-    return cast(F, njit(**LANE_OPTIONS, cache=True, nogil=True)(function))
+    return cast(F, keep(njit(**LANE_OPTIONS, nogil=True)(function), SOURCE))
 
 
 @intrinsic

@@ -166,7 +166,9 @@ def test_ctrl_c_ends_everything_and_writes_nothing(tmp_path):
         "-o",
         "out",
     ]
-    with subprocess.Popen(words, cwd=tmp_path, stderr=subprocess.PIPE, text=True, start_new_session=True) as process:
+    with subprocess.Popen(
+        words, cwd=tmp_path, stderr=subprocess.PIPE, text=True, start_new_session=True, preexec_fn=heed_ctrl_c
+    ) as process:
         until(lambda: (tmp_path / "pid").exists() and (tmp_path / "pid").read_text())
         os.killpg(process.pid, signal.SIGINT)
         _, stderr = process.communicate(timeout=20)
@@ -176,6 +178,11 @@ def test_ctrl_c_ends_everything_and_writes_nothing(tmp_path):
     assert os.listdir(tmp_path / "out") == []
     worker = int((tmp_path / "pid").read_text())
     until(lambda: not os.path.exists(f"/proc/{worker}"))
+
+
+def heed_ctrl_c() -> None:
+    """Set SIGINT to what it does in a terminal: whoever started the tests may have told them to ignore it."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 def until(happened, seconds=30.0):
@@ -190,6 +197,18 @@ def test_help_imports_nothing_heavy(tumble, tmp_path):
     code += "print(sorted({'numpy', 'numba', 'rich', 'mpmath', 'mujoco', 'msgspec'} & set(sys.modules)))"
     done = subprocess.run([sys.executable, "-P", "-c", code], cwd=tmp_path, capture_output=True, text=True, timeout=60)
     assert done.stdout.splitlines()[-1] == "[]"
+
+
+@pytest.mark.parametrize(
+    ("closed", "code", "said"), [(">&-", 2, "Bad file descriptor"), ("<&-", 0, ""), ("2>&-", 0, "")]
+)
+@pytest.mark.parametrize("words", ["scenes", "run table-4-1"])
+def test_a_stream_that_is_closed_is_no_bug(tmp_path, words, closed, code, said):
+    command = f"{sys.executable} -P -m tumble {words} {closed}"
+    done = subprocess.run(["bash", "-c", command], cwd=tmp_path, capture_output=True, text=True, timeout=60)
+    assert done.returncode == code, done.stderr
+    assert said in done.stderr
+    assert bool(done.stdout) == (code == 0)
 
 
 def test_nothing_is_left_in_the_working_folder(tumble, tmp_path):

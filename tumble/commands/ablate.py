@@ -19,7 +19,7 @@ def main(options: Namespace) -> int:
     folder = Path(options.output) if options.output else None
     if folder:
         folder.mkdir(parents=True, exist_ok=True)
-    with launched(options.engine, options.time_limit) as participants:
+    with launched(options.engine, options.time_limit, options.memory_limit) as participants:
         with progress(flights(participants, scenes) + len(scenes)) as tick:
             ablations = [ablate(participants, scene, tick) for scene in scenes]
         out = console()

@@ -16,7 +16,7 @@ LADDER, CLOCK_S = 5.0, 5.0
 def main(options: Namespace) -> int:
     """Sweep each scene as far as the tolerance asks, and print what to use and what came how close."""
     scenes = read_scenes(options.scene)
-    with launched(options.engine, options.time_limit) as participants:
+    with launched(options.engine, options.time_limit, options.memory_limit) as participants:
         count = flights(participants, scenes)
         seconds = count * LADDER * QUICK_BUDGET_S + len(scenes) * CLOCK_S
         note(f"{count} ladders of steps: about {seconds:.0f} s, or less where the tolerance is soon reached")

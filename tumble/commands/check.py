@@ -90,7 +90,9 @@ def fly(options: Namespace, old: Record | None) -> Record:
     timed = not options.no_times and (old is None or old.times is not None)
     if options.output:
         Path(options.output).mkdir(parents=True, exist_ok=True)
-    with launched(asked_engines, options.time_limit, beside=old.contestants if old else ()) as participants:
+    with launched(
+        asked_engines, options.time_limit, options.memory_limit, beside=old.contestants if old else ()
+    ) as participants:
         command, kept = shlex.join(options.words), None
         if options.output:
             asked = {"time limit [s]": f"{options.time_limit:g}"}

@@ -70,7 +70,7 @@ def flown(options: Namespace, scenes: list[Scene], folder: Path) -> dict[str, pd
     # A sweep takes seconds a scene: the catalogue is judged on its yardstick, scenes asked for by name on themselves.
     swept = [scene for scene in scenes if options.scene or scene.name == YARDSTICK]
     with (
-        launched(options.engine, options.time_limit, few=not options.all) as participants,
+        launched(options.engine, options.time_limit, options.memory_limit, few=not options.all) as participants,
         progress(flights(participants, (*scenes, *scenes, *swept)) + 2 * len(scenes) + len(swept)) as tick,
     ):
         comparisons = compare(participants, scenes, options.dt, tick)

@@ -24,7 +24,7 @@ def main(options: Namespace) -> int:
         raise BadEngine(f"-o {options.output}: is a folder; run writes one file, e.g. -o {example}")
     scene = read_scene(options.scene)
     check_step(scene, options.dt)
-    with launched(options.engine or [OWN], options.time_limit) as (participant,):
+    with launched(options.engine or [OWN], options.time_limit, options.memory_limit) as (participant,):
         method = participant.methods[0]
         flight = participant.fly(scene, method, options.dt or scene.step)
     name = f"{participant.title}:{method}"

@@ -26,7 +26,7 @@ def main(options: Namespace) -> int:
     scenes = read_scenes(options.scene or STIFF)
     extreme_cases = [] if options.scene else cases()
     folder = Path(options.output) if options.output else None
-    with launched(options.engine, options.time_limit) as participants:
+    with launched(options.engine, options.time_limit, options.memory_limit) as participants:
         asked = {
             "time limit [s]": f"{options.time_limit:g}",
             "extreme cases": digest([case.text for case in extreme_cases]),

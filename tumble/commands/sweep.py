@@ -26,7 +26,7 @@ def main(options: Namespace) -> int:
     folder = Path(options.output) if options.output else None
     if folder:
         folder.mkdir(parents=True, exist_ok=True)
-    with launched(options.engine, options.time_limit) as participants:
+    with launched(options.engine, options.time_limit, options.memory_limit) as participants:
         asked = {"time limit [s]": f"{options.time_limit:g}", "reference": options.reference}
         # A task of the store is a scene: its times are worth something only beside each other, of the same rounds.
         order = [(scene.name,) for scene in scenes]

@@ -223,12 +223,31 @@ def test_memory_has_its_limit(tmp_path, hoard):
     assert flown(path, memory_limit=1 << 29) == "crashed: more than 0.5 GiB of memory (--memory-limit)"
 
 
-def test_files_of_the_working_folder_do_not_run(tmp_path, tumble):
-    for name in ("struct", "json", "numpy", "resource", "compare", "sitecustomize"):
-        (tmp_path / f"{name}.py").write_text("import os; os.mkdir('ran')")
-    done = tumble("compare", "brick-tumble", "-e", "tumble:rk4", "-e", "mujoco:euler")
-    assert done.returncode == 0, done.stderr
-    assert not (tmp_path / "ran").exists()
+def test_memory_that_is_held_all_along_counts_from_the_start(tmp_path, tumble):
+    (tmp_path / "mine.py").write_text("import numpy\nheld = numpy.ones(1 << 27)\n" + ENGINE + "    pass\n")
+    done = tumble("compare", "brick-tumble", "-e", "mine.py", "--memory-limit", "0.5")
+    assert done.returncode == 2
+    assert done.stderr == "tumble: mine.py: cannot be loaded: crashed: more than 0.5 GiB of memory (--memory-limit)\n"
+
+
+def test_files_of_the_working_folder_do_not_run(tmp_path):
+    for name in ("struct", "json", "numpy", "resource", "signal", "compare", "solver", "sitecustomize"):
+        (tmp_path / f"{name}.py").write_text("import os; os.path.exists('ran') or os.mkdir('ran')")
+    # As a user starts it: with -P the test would say it of every child for it.
+    command = [str(Path(sys.executable).with_name("tumble"))]
+    for words in (
+        ("compare", "table-4-1"),
+        ("check", "table-4-1", "die-straight", "--no-times", "--accept", "-o", "base"),
+    ):
+        done = subprocess.run(
+            [*command, *words, "-e", "tumble:rk4", "-e", "mujoco:euler"],
+            cwd=tmp_path,
+            capture_output=True,
+            text=True,
+            timeout=120,
+        )
+        assert done.returncode == 0, done.stderr
+        assert not (tmp_path / "ran").exists()
 
 
 def test_an_interpreter_with_nothing_but_numpy_serves(tmp_path):

@@ -296,7 +296,12 @@ def test_what_was_measured_under_other_conditions_does_not_count(tmp_path):
 def test_ctrl_c_keeps_what_was_done(tmp_path):
     words = ["stability", "spin-fast", "-e", "tumble", "-o", "kept"]
     run = subprocess.Popen(
-        [sys.executable, "-P", "-m", "tumble", *words], cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE
+        [sys.executable, "-P", "-m", "tumble", *words],
+        cwd=tmp_path,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        # Whoever started the tests, `nohup` for one, may have told them to ignore it.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     )
     limits = tmp_path / "kept" / "limits.csv"
     for _ in range(600):

@@ -1,0 +1,90 @@
+"""Where compiled kernels are kept, nowhere if that cannot be; what cannot be read is compiled anew.
+
+`solver` and `scenarios` do not know each other, and each has this file; a test sees that they are the same.
+"""
+
+import contextlib
+import hashlib
+import os
+import sys
+import tempfile
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numba
+from numba.core.caching import FunctionCache
+
+said: set[str] = set()
+
+
+class KernelCache(FunctionCache):
+    """numba's own, for which a damaged file or a full disk is no reason to fail."""
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """Return what was compiled before, or None."""
+        try:
+            return super().load_overload(sig, target_context)
+        except Exception as error:  # whatever unpickling makes of bytes that are not what was written
+            say(f"a compiled kernel in {self.cache_path} cannot be read ({type(error).__name__}): compiled anew")
+            with contextlib.suppress(OSError):
+                self.flush()
+            return None
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Keep what was compiled, if there is room."""
+        try:
+            super().save_overload(sig, data)
+        except Exception as error:
+            say(f"compiled kernels cannot be kept in {self.cache_path} ({error}): each process compiles them anew")
+            self.disable()
+
+
+def keep(dispatcher: Any, source: Path) -> Any:
+    """Return a compiled function that is kept on disk, if there is a folder for it.
+
+    source: the folder of all that it is made of; each state of its source has a folder of its own.
+    """
+    name = f"kernels-{state(source)}"
+    before = numba.config.CACHE_DIR  # type: ignore[attr-defined]
+    try:
+        for folder in folders(source):
+            numba.config.CACHE_DIR = str(folder / name)  # type: ignore[attr-defined]
+            with contextlib.suppress(OSError, RuntimeError):  # numba's way to say that nothing can be written there
+                (folder / name).mkdir(parents=True, exist_ok=True)
+                dispatcher._cache = KernelCache(dispatcher.py_func)
+                return dispatcher
+    finally:
+        numba.config.CACHE_DIR = before  # type: ignore[attr-defined]
+    say("there is no folder to keep compiled kernels in: each process compiles them anew")
+    return dispatcher
+
+
+@cache
+def state(source: Path) -> str:
+    """Return sixteen digits that are others for another state of the source."""
+    text = b"".join(path.read_bytes() for path in sorted(source.rglob("*.py")))
+    return hashlib.sha256(text).hexdigest()[:16]
+
+
+def folders(source: Path) -> Iterator[Path]:
+    """Yield where kernels may be kept: where the user said, beside the source, in his own folders."""
+    if chosen := os.environ.get("NUMBA_CACHE_DIR"):
+        yield Path(chosen)
+    yield source / "__pycache__"
+    with contextlib.suppress(RuntimeError):  # there is no home
+        yield Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "tumble"
+    with contextlib.suppress(OSError):
+        shared = Path(tempfile.gettempdir()) / f"tumble-{os.getuid()}"
+        shared.mkdir(mode=0o700, exist_ok=True)
+        # What lies there is run: it must be nobody else's.
+        if shared.lstat().st_uid == os.getuid() and not shared.lstat().st_mode & 0o077 and not shared.is_symlink():
+            yield shared
+
+
+def say(line: str) -> None:
+    """Say a line on standard error, once."""
+    if line not in said:
+        said.add(line)
+        sys.stderr.write(f"tumble: {line}\n")

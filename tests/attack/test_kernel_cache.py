@@ -1,0 +1,108 @@
+"""Compiled kernels are a convenience: where they cannot be kept, or are damaged, everything still flies."""
+
+import os
+import resource
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+FLOORS = ("solver", "scenarios", "compare", "reports", "tumble")
+ANEW = "each process compiles them anew"
+
+
+def run(folder: Path, *, root: Path = ROOT, env=None, **settings) -> subprocess.CompletedProcess[str]:
+    """Fly a scene with a force, which takes a kernel of the solver, one of the truth and one of the wrench."""
+    env = {name: value for name, value in os.environ.items() if name != "NUMBA_CACHE_DIR"} | (env or {})
+    words = ["compare", "tether-critical", "-e", "tumble:rk4", "-e", "mujoco:euler+held", "--dt", "0.01"]
+    return subprocess.run(
+        [sys.executable, "-P", "-m", "tumble", *words],
+        cwd=folder,
+        env=env | {"PYTHONPATH": str(root)},
+        capture_output=True,
+        text=True,
+        timeout=300,
+        **settings,
+    )
+
+
+@pytest.fixture(scope="module")
+def kept(tmp_path_factory) -> tuple[Path, str]:
+    """A folder of compiled kernels, and what was printed when they were compiled."""
+    folder = tmp_path_factory.mktemp("kernels")
+    done = run(folder, env={"NUMBA_CACHE_DIR": str(folder / "kept")})
+    assert done.returncode == 0, done.stderr
+    assert "crashed" not in done.stdout
+    return folder / "kept", done.stdout
+
+
+@pytest.mark.parametrize(("ending", "share"), [("nbi", 0.0), ("nbc", 0.5)])
+def test_a_damaged_kernel_is_compiled_anew(tmp_path, kept, ending, share):
+    folder, said = kept
+    shutil.copytree(folder, tmp_path / "kept")
+    damaged = list((tmp_path / "kept").rglob(f"*.{ending}"))
+    assert len(damaged) > 1
+    for path in damaged:
+        path.write_bytes(path.read_bytes()[: int(share * path.stat().st_size)])
+    first = run(tmp_path, env={"NUMBA_CACHE_DIR": str(tmp_path / "kept")})
+    assert (first.returncode, first.stdout.count("crashed")) == (0, 0), first.stderr
+    assert "cannot be read" in first.stderr
+    assert first.stdout.splitlines()[0] == said.splitlines()[0]
+    again = run(tmp_path, env={"NUMBA_CACHE_DIR": str(tmp_path / "kept")})
+    assert (again.returncode, again.stderr) == (0, ""), "what was compiled anew is kept"
+
+
+def test_a_full_disk_costs_only_time(tmp_path):
+    done = run(
+        tmp_path,
+        env={"NUMBA_CACHE_DIR": str(tmp_path / "kept")},
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000)),
+    )
+    assert (done.returncode, done.stdout.count("crashed")) == (0, 0), done.stderr
+    assert ANEW in done.stderr
+
+
+def test_without_a_folder_to_write_to_the_next_is_taken(tmp_path):
+    """The package's own folders cannot be written to, and then the home cannot, and then nothing can."""
+    root = tmp_path / "package"
+    for floor in FLOORS:
+        shutil.copytree(ROOT / floor, root / floor, ignore=shutil.ignore_patterns("__pycache__"))
+    for folder in (path for floor in FLOORS for path in [root / floor, *(root / floor).rglob("*")] if path.is_dir()):
+        (folder / "__pycache__").write_text("a file, where a folder would be made")
+    home, temporary = tmp_path / "home", tmp_path / "temporary"
+    temporary.mkdir()
+    base = {"HOME": str(home), "TMPDIR": str(temporary), "XDG_CACHE_HOME": ""}
+    first = run(tmp_path, root=root, env=base)
+    assert (first.returncode, first.stderr) == (0, "")
+    assert list(home.rglob("*.nbc"))
+    second = run(tmp_path, root=root, env=base | {"HOME": os.devnull})
+    assert (second.returncode, second.stderr) == (0, "")
+    assert list(temporary.rglob("*.nbc"))
+    shutil.rmtree(temporary)
+    temporary.mkdir()
+    (temporary / f"tumble-{os.getuid()}").write_text("in the way")
+    third = run(tmp_path, root=root, env=base | {"HOME": os.devnull})
+    assert third.returncode == 0
+    assert third.stdout.count("crashed") == 0
+    assert ANEW in third.stderr
+
+
+def test_a_folder_of_somebody_else_is_not_run(tmp_path, monkeypatch):
+    from solver import kernel_cache
+
+    monkeypatch.setattr(kernel_cache.tempfile, "gettempdir", lambda: str(tmp_path))
+    own = tmp_path / f"tumble-{os.getuid()}"
+    assert own in list(kernel_cache.folders(tmp_path))
+    own.chmod(0o777)
+    assert own not in list(kernel_cache.folders(tmp_path))
+    own.rmdir()
+    (tmp_path / "elsewhere").mkdir(mode=0o700)
+    own.symlink_to(tmp_path / "elsewhere")
+    assert own not in list(kernel_cache.folders(tmp_path))
+
+
+def test_both_floors_keep_kernels_alike():
+    assert (ROOT / "solver/kernel_cache.py").read_bytes() == (ROOT / "scenarios/kernel_cache.py").read_bytes()
