@@ -39,13 +39,16 @@ More names where they are not empty:
 An engine of ours says, as literals, which are read where the engine itself is not installed:
 
     PACKAGES    the packages that bring it, the one to install first; their releases stand beside all numbers
-    PINS        what an environment of its own gets (`tumble engines --install`), as pip reads it
+    PINS        what an environment of its own gets (`tumble engines --install`), as pip reads it: PACKAGES[0] first, with
+                the release of it that is meant where none is asked for
     PYTHON      the release of Python that its wheels are for, where they are not for all
+    APART       whether it has an environment of its own everywhere, and takes part only when asked for
+    MEGABYTES   what such an environment takes
 
 And verbs if it wishes
 
-    prepare(world, dt)               untimed, before the first `advance` of steps of dt [s] and whenever dt changes, for
-                                     an engine that fixes its step when built; the states stay
+    prepare(world, dt)               untimed, before every `advance` of steps of dt [s], for an engine that fixes its
+                                     step when built; the states stay
     audit(world) -> findings         what went wrong silently since write: pairs (kind, text), the kind of FINDINGS.
                                      A plain string is a finding of the kind `other`: it flags a run and decides no
                                      verdict

@@ -47,6 +47,12 @@ def test_an_explicit_gyroscopic_torque_adds_energy(contestant):
     assert after > 1.02 * before
 
 
+def test_a_pose_that_is_lost_is_not_shown_as_the_identity():
+    with engine("dart") as participant:
+        lost = flight(participant, throw(w=(1e200, 2e200, 0.0)), 0.01, 1.0, mass=1.0, moments=MOMENTS)
+    assert np.isnan(lost.states[-1]).all()
+
+
 def test_drake_takes_moments_that_no_body_has():
     flat = (1.0, 1.0, 10.0)
     with engine("drake", "rk5") as participant:

@@ -6,7 +6,10 @@ import numpy as np
 import pytest
 from apart import broken_laws, engine, flight, throw
 
+from compare.stability.modes import stiffest_mode
+from compare.stability.theory import theory
 from scenarios.frames import rotation_matrix
+from scenarios.read import read_scene
 
 MOMENTS = (1.0, 2.0, 3.0)
 SPIN = (0.2, 1.0, 0.3)
@@ -51,3 +54,14 @@ def test_the_angular_momentum_keeps_its_length_to_rounding():
 def momentum(state):
     axes = rotation_matrix(state[3:7])
     return axes @ (MOMENTS * (axes.T @ state[10:13]))
+
+
+def test_a_force_held_over_its_four_substeps_is_unstable_at_every_step():
+    """Its own scheme, stated as a function, evaluated in its environment: det = 1 + 3/8 h^2 s > 1."""
+    scene = read_scene("tether-undamped")
+    mode = stiffest_mode(scene)
+    with engine("rapier", "tgs+defaults") as shipped:
+        found = theory(shipped, "tgs+defaults", scene, mode)
+        assert found.w_dt == 0.0
+        assert found.source.startswith("its own scheme")
+        assert theory(shipped, "tgs+held", scene, mode).w_dt == pytest.approx(2.0, rel=1e-5)
