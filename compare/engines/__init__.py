@@ -39,8 +39,8 @@ More names where they are not empty:
 An engine of ours says, as literals, which are read where the engine itself is not installed:
 
     PACKAGES    the packages that bring it, the one to install first; their releases stand beside all numbers
-    PINS        what an environment of its own gets (`tumble engines --install`), as pip reads it: PACKAGES[0] first, with
-                the release of it that is meant where none is asked for
+    PINS        what an environment of its own gets (`tumble engines --install`), as pip reads it: first PACKAGES[0],
+                with the release of it that is meant where none is asked for
     PYTHON      the release of Python that its wheels are for, where they are not for all
     APART       whether it has an environment of its own everywhere, and takes part only when asked for
     MEGABYTES   what such an environment takes
