@@ -65,6 +65,13 @@ def gibibytes(text: str) -> int:
     return round(positive(text, "GiB") * 2**30)
 
 
+def port(text: str) -> int:
+    """Return the number of a port."""
+    if not (text.isdecimal() and int(text) < 2**16):
+        raise argparse.ArgumentTypeError(f"{text!r} is not the number of a port, 0 to 65535")
+    return int(text)
+
+
 def metres(text: str) -> float:
     """Return a positive number of metres."""
     return positive(text, "metres")
@@ -185,7 +192,7 @@ def parser() -> Parser:
         "scene", nargs="?", default="two-hits", metavar="SCENE", help=SCENE_HELP + "; default: %(default)s"
     )
     lab.add_argument("-e", "--engine", action="append", default=[], metavar="ENGINE[:METHOD]", help=ENGINE_HELP)
-    lab.add_argument("--port", type=int, default=8080, metavar="N", help="another is taken where it is; default 8080")
+    lab.add_argument("--port", type=port, default=8080, metavar="N", help="another is taken where it is; default 8080")
     lab.add_argument("--no-open", dest="open", action="store_false", help="do not open the browser")
     lab.add_argument("--time-limit", type=seconds, default=60.0, metavar="S", help="for each flight [s]; default 60")
 

@@ -52,4 +52,5 @@ def serving(draft: Draft, contestants: list[Contestant], crew: Crew, folder: Pat
     finally:
         for page in list(pages.values()):
             page.close()
-        server.stop()
+        with contextlib.redirect_stdout(io.StringIO()):
+            server.stop()

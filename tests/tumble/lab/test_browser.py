@@ -307,6 +307,22 @@ def test_ctrl_c_ends_it_and_leaves_no_process(tmp_path):
         assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (("--port", "70000"), "0 to 65535"),
+        (("-e", "mujoco:nosuch"), "unknown method"),
+        (("nosuch",), "unknown scene"),
+    ],
+)
+def test_mistakes_are_refused_in_one_line(tumble, words, says):
+    done = tumble("lab", "--no-open", *words)
+    assert done.returncode == 2
+    assert says in done.stderr
+    assert len(done.stderr.splitlines()) == 1
+    assert done.stdout == ""
+
+
 def descendants(parent: int) -> list[int]:
     """Return the processes that one has started, and those that they have."""
     found = []
