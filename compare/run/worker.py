@@ -139,7 +139,7 @@ class Worker:
                     self._process.send(question, by)
                 return self._process.receive(hint, most_bytes, by)
             except TimeoutError:
-                return self._gone("timeout")
+                return self._gone(f"timeout: no answer within {self.time_limit:g} s (--time-limit)")
             except Malformed as error:
                 return self._gone(f"crashed: {error}")
             except Died:

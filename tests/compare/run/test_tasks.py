@@ -101,7 +101,8 @@ def test_an_engine_that_dies_or_hangs_is_replaced_for_the_next_task(tmp_path):
         titles = ["", "die", "", "hang", "", "die", "die", ""]
         found = statuses(run([flight(number, a, title) for number, title in enumerate(titles)]))
     dead = "crashed: its process ended with code 3"
-    assert found == ["ok", dead, "ok", "timeout", "ok", dead, dead, "ok"]
+    late = "timeout: no answer within 3 s (--time-limit)"
+    assert found == ["ok", dead, "ok", late, "ok", dead, dead, "ok"]
 
 
 def test_a_task_that_fails_stops_the_others_at_once(tmp_path):

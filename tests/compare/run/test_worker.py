@@ -21,7 +21,7 @@ def read(world): return world["states"]
 
 ADVANCES = {
     "raise ValueError('lost\\nit')": "crashed: ValueError: lost it (bad.py:",
-    "time.sleep(1000)": "timeout",
+    "time.sleep(1000)": "timeout: no answer within 15 s (--time-limit)",
     "os.kill(os.getpid(), signal.SIGSEGV)": "crashed: its process was killed by SIGSEGV",
     "os._exit(7)": "crashed: its process ended with code 7",
     "sys.exit(5)": "crashed: its process ended with code 5",
