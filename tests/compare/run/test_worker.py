@@ -28,6 +28,7 @@ ADVANCES = {
     "world['states'] = np.zeros(13)": "crashed: ValueError: read() returned shape (13,), not (1, 13)",
     "world['states'][:, 3:7] = np.nan": "diverged at 0.05 s",
     "raise NotImplementedError('no such thing here')": "skipped: no such thing here",
+    "world['states'] = world['states'] * (1 + 0j)": "crashed: ValueError: it answered complex numbers",
 }
 
 
@@ -86,6 +87,8 @@ def test_what_an_engine_prints_never_reaches_standard_output(tmp_path, tumble):
         ("import numpy", "import no_such_package", "cannot be loaded: ModuleNotFoundError: No module named"),
         ("import numpy", "sys.exit(4); import numpy", "cannot be loaded: crashed: its process ended with code 4"),
         ("def read(world): return", "read = 3 #", "read is not a function"),
+        ('"switched_off": []', '"switched_off": 5', "METHODS and FEATURES must be names, ABOUT a dict"),
+        ("import numpy", "sys.exit('no licence'); import numpy", "crashed: its process ended: no licence"),
     ],
 )  # fmt: skip
 def test_an_engine_file_that_cannot_be_used_is_refused_in_one_line(tmp_path, tumble, old, new, line):
