@@ -92,6 +92,8 @@ def test_engine_says_what_it_is(name: str, engine: ModuleType):
     assert info.version
     assert info.precision in ("single", "double")
     assert {*info.schemes, *info.gyroscopic} <= set(named), "it states a scheme of a method it has not"
+    assert info.shown
+    assert set(info.shown) <= set(named), "it shows a method it has not"
 
 
 def test_a_folder_beside_the_engines_is_none():
