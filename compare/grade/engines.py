@@ -183,7 +183,10 @@ class Laws:
         if law.gyroscopic == "none" and not self._equal:
             found.append(Mistake(self._of(_no_gyroscopic, ())))
         found.append(Mistake(self.step(law.gyroscopic, law.rotation, law.falls, law.lengthens), flown.step))
-        late = flown.step if law.step else self._question.spacing_s
+        spacing = self._question.spacing_s
+        late = flown.step if law.step else spacing
+        if law.step and not law.between and abs(law.step - spacing) > NEAR * spacing:
+            found.append(Mistake(self._of(_own_step, ()), law.step / spacing))
         ticks = law.late + flown.late
         if law.between:
             found.append(Mistake(self._of(_between, (ticks,)), flown.step))
@@ -290,8 +293,17 @@ def _late(sign: int) -> Hypothesis:
         LAG,
         "clock offset",
         f"rows written {{}} s {'late' if sign > 0 else 'early'}",
-        lambda account, late: replace(account, clock=Clock(offset=-sign * late)),
+        lambda account, late: replace(account, clock=account.clock._replace(offset=-sign * late)),
         unit="s",
+    )
+
+
+def _own_step() -> Hypothesis:
+    return Hypothesis(
+        "clock rate",
+        "clock rate",
+        "each row is one step of the engine's own, {} times as long as from row to row",
+        lambda account, rate: replace(account, clock=account.clock._replace(rate=rate)),
     )
 
 

@@ -24,6 +24,8 @@ from compare.grade.spin import spin_mistake
 from scenarios.frames import Array
 from scenarios.scene import Scene
 
+# Of the floor: an error no larger than so many of it is of an engine that is known, or of nobody that could be named.
+BARELY = 3.0
 # Noise is believed to be all that is left only where it is so much less than the error.
 LEFT_AS_NOISE = 0.2
 # An explanation that leaves more than this share of the error has not explained it.
@@ -77,6 +79,8 @@ class Grade:
             ):
                 return CORRECT_TO_NOISE
             return TOO_LITTLE if measured.worst_m <= LITTLE * self.scale.size_m else UNEXPLAINED
+        if not diagnosis.engines and diagnosis.nothing.weighed_m <= BARELY * self.scale.floor_m:
+            return TOO_LITTLE
         if best.nothing or (best.noise and best.rms_m <= LEFT_AS_NOISE * diagnosis.nothing.rms_m):
             return EXPLAINED_WHOLLY
         return EXPLAINED_PARTLY if best.weighed_m <= MOST_LEFT * diagnosis.nothing.weighed_m else UNEXPLAINED
