@@ -161,6 +161,15 @@ def parser() -> Parser:
     )
     grade.add_argument("--map-file", metavar="TOML", help="the same in a table [columns]; default: FILE.csv.toml")
     grade.add_argument("--by", choices=("pose", "matrix", "vertices"), help="what to grade where a file has several")
+    grade.add_argument(
+        "--euler",
+        metavar="ORDER",
+        help="what angles rx, ry, rz are: unity, unreal, blender, godot, ros, or the order of the turns: zxy about "
+        "fixed axes, ZXY about the body's",
+    )
+    grade.add_argument(
+        "--axes", metavar="NAME", help="its axes: unity, unreal, blender, godot, ros, or what our x, y, z are: x,y,-z"
+    )
     grade.add_argument("--decimal", choices=(".", ","), default=".", help="decimal sign; default: a point")
     grade.add_argument("--tolerance", type=metres, metavar="M", help="exit 1 where a vertex is further off [m]")
     grade.add_argument("--json", action="store_true", help="print the answer as JSON, with stable names of mistakes")

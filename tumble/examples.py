@@ -15,6 +15,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     "grade": (
         "tumble grade mine.csv --scene table-4-1",
         "tumble grade mine.csv --scene brick-tumble --map Time=t_s --map pos_x=x_cm",
+        "tumble grade unity.csv --scene brick-tumble --axes unity --euler unity",
     ),
     "check": (
         "tumble check two-hits -e ./mine.py --no-times --accept -o baseline",

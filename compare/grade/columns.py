@@ -17,6 +17,7 @@ UNITS: dict[str, dict[str, float]] = {
     "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0},
     "length": {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "km": 1e3, "in": 0.0254, "ft": 0.3048},
     "speed": {"m_s": 1.0, "cm_s": 1e-2, "mm_s": 1e-3, "km_h": 1 / 3.6, "ft_s": 0.3048},
+    "angle": {"rad": 1.0, "deg": pi / 180},
     "rate": {"rad_s": 1.0, "deg_s": pi / 180, "rpm": pi / 30},
     "none": {"": 1.0},
 }
@@ -25,12 +26,23 @@ QUATERNION = ("qw", "qx", "qy", "qz")
 MATRIX = tuple(f"r{row}{column}" for row in "123" for column in "123")
 VELOCITY = ("vx", "vy", "vz")
 SPIN = ("wx", "wy", "wz")
+# Euler angles about each axis, which --euler says the order of; as pilots call them they are the same.
+ANGLES = ("rx", "ry", "rz")
+PILOTS = {"roll": "rx", "pitch": "ry", "yaw": "rz"}
 TIME, THROW = "t", "throw"
 VERTEX = re.compile(r"v(0|[1-9]\d{0,5})[xyz]", re.ASCII)
 
 
 class BadTrajectory(UsersError):
     """A trajectory that cannot be graded as it is; the message is the one line for the user."""
+
+
+class AnglesUnread(BadTrajectory):
+    """Only angles say how the body is turned; named: column -> the angle it is, rx, ry or rz, and its unit or ''."""
+
+    def __init__(self, message: str, named: dict[str, tuple[str, str]]) -> None:
+        super().__init__(message)
+        self.named = named
 
 
 class Column(NamedTuple):
@@ -50,12 +62,15 @@ def dimension(quantity: str) -> str | None:
         return "speed"
     if quantity in SPIN:
         return "rate"
+    if quantity in ANGLES:
+        return "angle"
     return "none" if quantity in (*QUATERNION, *MATRIX, THROW) else None
 
 
 def parsed(name: str) -> tuple[str, float] | None:
     """Return the quantity a name stands for and its unit in SI, or None."""
     quantity, _, unit = name.partition("_")
+    quantity = PILOTS.get(quantity, quantity)
     measured = dimension(quantity)
     if measured is None or unit not in UNITS[measured]:
         return None

@@ -14,9 +14,22 @@ from pathlib import Path
 
 import numpy as np
 
-from compare.grade.columns import CENTRE, MATRIX, QUATERNION, THROW, TIME, VERTEX, BadTrajectory, Column, Shown
+from compare.grade.columns import (
+    ANGLES,
+    CENTRE,
+    MATRIX,
+    QUATERNION,
+    THROW,
+    TIME,
+    VERTEX,
+    BadTrajectory,
+    Column,
+    Shown,
+)
+from compare.grade.conventions import Reading, matrix_of, order_of, quaternion_digits, quaternions, renamed
 from compare.grade.digits import Digits, alike, digits, rounded_times
 from compare.grade.header import layout, shown
+from compare.grade.offers import angles_of, map_option
 from scenarios.files import why_unread
 from scenarios.format import printable, short, visible
 from scenarios.frames import Array, rotation_matrix
@@ -69,29 +82,60 @@ class Trajectory:
     """
 
     def __init__(
-        self, path: Path, scene: Scene, mapping: Mapping[str, str], by: str | None = None, decimal: str = "."
+        self,
+        path: Path,
+        scene: Scene,
+        mapping: Mapping[str, str],
+        by: str | None = None,
+        decimal: str = ".",
+        reading: Reading | None = None,
     ) -> None:
+        self._reading = reading or Reading()
         self.path, self.name, self._scene, self._decimal = path, printable(str(path)), scene, decimal
+        self.name = self._reading.name or self.name
         self._most_rows = max(1, BLOCK // len(scene.body.points))
         with self._open() as file:
             first = next(self._lines(file, 0), "")
             self._separator = self._separator_of(first)
             self.header = [name.strip() for _, cells in self._rows(iter([first]), 0) for name in cells]
             self._check_header()
-            self.columns: dict[str, Column] = layout(self.name, self.header, mapping)
-            self.shown: list[Shown] = shown(self.name, self.header, mapping, self.columns, len(scene.body.points), by)
+            self._matrix = matrix_of(self._reading.axes, scene)
+            self.columns: dict[str, Column] = renamed(layout(self.name, self.header, mapping), self._matrix)
+            described = self._described()
+            self.shown: list[Shown] = shown(self.name, self.header, mapping, described, len(scene.body.points), by)
             first_rows = [row for _, row in islice(self._rows(self._lines(file, 1), 1), LOOKED_AT)]
             looked_at = [*first_rows, *self._here_and_there(file)]
         self.digits: dict[str, Digits] = {
             name: digits(self._pointed(row[column.place]) for row in looked_at if column.place < len(row))
             for name, column in self.columns.items()
         }
-        for group in (CENTRE, QUATERNION, MATRIX, [name for name in self.columns if VERTEX.fullmatch(name)]):
+        for group in (CENTRE, QUATERNION, MATRIX, ANGLES, [name for name in self.columns if VERTEX.fullmatch(name)]):
             names = [name for name in group if name in self.columns]
             self.digits |= zip(names, alike([self.digits[name] for name in names]), strict=True)
+        if self._reading.euler:
+            self.digits |= quaternion_digits(self.columns, self.digits)
         clock = self.columns[TIME].place
         times = (self._number(row[clock]) for row in first_rows if clock < len(row))
         self._first_times = [time for time in times if time is not None and abs(time) <= LARGEST]
+
+    def _described(self) -> dict[str, Column]:
+        """Return the columns, those of a quaternion too where --euler makes one of angles.  Raises BadTrajectory."""
+        if not self._reading.euler:
+            for name in ANGLES:
+                self.columns.pop(name, None)
+            return self.columns
+        order_of(self._reading.euler)
+        if missing := [name for name in ANGLES if name not in self.columns]:
+            offers = " ".join(
+                map_option(column, f"{angle}_{unit or 'deg'}")
+                for column, (angle, unit) in angles_of(self.header).items()
+                if angle in missing
+            )
+            raise BadTrajectory(
+                f"{self.name}: --euler: {', '.join(missing)} missing: it takes rx_deg, ry_deg, rz_deg or rx_rad, ..."
+                + (f"; in degrees: {offers}" if offers else "")
+            )
+        return self.columns | dict.fromkeys(QUATERNION, Column(self.columns[ANGLES[0]].place, 1.0))
 
     def half_times(self, times: Array) -> Array:
         """Return half a unit of the last printed place of instants [s], 0 where the file's do not show rounding."""
@@ -105,7 +149,7 @@ class Trajectory:
 
     def half_digits(self, name: str, values: Array) -> Array:
         """Return half a unit of the last printed place of a quantity's values, SI."""
-        factor = self.columns[name].factor
+        factor = abs(self.columns[name].factor) if name in self.columns else 1.0
         return factor * self.digits[name].half(values / factor)
 
     def _here_and_there(self, file: BufferedReader) -> Iterator[list[str]]:
@@ -235,6 +279,10 @@ class Trajectory:
 
     def _block(self, lines: np.ndarray, table: Array, last: dict[int, float]) -> Block:
         values = {name: table[:, k] * column.factor for k, (name, column) in enumerate(self.columns.items())}
+        if self._reading.euler:
+            angles = np.stack([values.pop(name) for name in ANGLES], axis=1)
+            turned = quaternions(angles, self._reading.euler, self._matrix)
+            values |= dict(zip(QUATERNION, turned.T, strict=True))
         throws = self._throws(values.pop(THROW, None), lines)
         block = Block(lines, throws, values.pop(TIME), values)
         self._check_times(block, last)

@@ -13,13 +13,14 @@ from compare.grade.columns import (
     UNITS,
     VELOCITY,
     VERTEX,
+    AnglesUnread,
     BadTrajectory,
     Column,
     Shown,
     dimension,
     parsed,
 )
-from compare.grade.offers import are_angles, map_option, offered
+from compare.grade.offers import angles_of, are_angles, map_option, offered
 from scenarios.format import nearest, printable, short
 
 # Names that say that something is there but not what: which of four numbers is the scalar.
@@ -75,7 +76,7 @@ def _ask(file: str, header: Sequence[str], mapping: Mapping[str, str], found: Ma
         options = " ".join(map(map_option, COUNTED_FROM_0, MATRIX))
         raise BadTrajectory(f"{file}: a matrix counted from 0: rows and columns are counted from 1 here: {options}")
     # A quantity by its bare name: meant, but in which unit?
-    bare = [column for column in unnamed if dimension(column.lower()) not in (None, "none")]
+    bare = [column for column in unnamed if dimension(column.lower()) not in (None, "none", "angle")]
     if bare:
         units = {measured: UNITS[measured] for column in bare if (measured := dimension(column.lower()))}
         others = "; ".join(f"{measured} in {', '.join(names)}" for measured, names in units.items())
@@ -131,7 +132,8 @@ def shown(
             perhaps = f"{_listed(angles)} are not read, for angles come in dozens of conventions"
         what = "nothing says how the body is turned" if turned else "nothing says where the body is"
         needed = "qw, qx, qy, qz or r11 ... r33" if turned else "x_m, y_m, z_m with qw, qx, qy, qz or r11 ... r33"
-        raise BadTrajectory(f"{file}: {what}: it takes {needed}, or v0x_m, v0y_m, v0z_m, ...; {perhaps}")
+        message = f"{file}: {what}: it takes {needed}, or v0x_m, v0y_m, v0z_m, ...; {perhaps}"
+        raise AnglesUnread(message, named) if (named := angles_of(header)) and turned else BadTrajectory(message)
     if by and not has[by]:
         raise BadTrajectory(f"{file}: --by {by}: the file has {' and '.join(kind for kind in has if has[kind])} only")
     order = [by] if by else [kind for kind in has if has[kind]]

@@ -7,7 +7,8 @@ import re
 import shlex
 from collections.abc import Container, Iterator, Mapping, Sequence
 
-from compare.grade.columns import TIME, UNITS, dimension, parsed
+from compare.grade.columns import ANGLES as ROTATIONS
+from compare.grade.columns import PILOTS, TIME, UNITS, dimension, parsed
 from scenarios.format import printable
 
 # Words of a name without its unit, in small letters and digits only -> what we call it.
@@ -30,6 +31,7 @@ WORDS = tuple(
 ANGLES = re.compile(
     r"roll|pitch|yaw|heading|phi|theta|psi|(?:euler|rot|rotation|angle|r)(?:[xyz]|angle[xyz]|[123])", re.ASCII
 )
+PILOTED = {**PILOTS, "heading": "rz", "phi": "rx", "theta": "ry", "psi": "rz"}
 UNIT_WORDS = {
     "sec": "s", "secs": "s", "second": "s", "seconds": "s", "msec": "ms", "milliseconds": "ms", "usec": "us",
     "µs": "us", "meter": "m", "meters": "m", "metre": "m", "metres": "m", "m_sec": "m_s", "deg_sec": "deg_s",
@@ -61,6 +63,22 @@ def offered(header: Sequence[str], mapping: Mapping[str, str], found: Container[
 def are_angles(column: str) -> bool:
     """Whether a column is likely one of three angles of an attitude."""
     return ANGLES.fullmatch(_words(_parts(column)[0])) is not None
+
+
+def angles_of(header: Sequence[str]) -> dict[str, tuple[str, str]]:
+    """Return which columns are likely rx, ry and rz, in that order, and in which unit; nothing where one is not."""
+    found: dict[str, tuple[str, str]] = {}
+    for column in filter(are_angles, header):
+        name, said = _parts(column)
+        words = _words(name)
+        angle = PILOTED.get(words, f"r{words[-1]}")
+        unit = {"degrees": "deg", "degree": "deg", "radians": "rad", "radian": "rad"}.get(said, said)
+        found[column] = angle, unit
+    return (
+        dict(sorted(found.items(), key=lambda item: item[1]))
+        if sorted(a for a, _ in found.values()) == list(ROTATIONS)
+        else {}
+    )
 
 
 def _likely(column: str) -> Iterator[tuple[str, str]]:

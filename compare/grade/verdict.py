@@ -10,6 +10,7 @@ import numpy as np
 from compare.grade.account import truthful
 from compare.grade.columns import Shown
 from compare.grade.conserved import posed
+from compare.grade.conventions import Reading
 from compare.grade.diagnosis import Diagnosis, Search
 from compare.grade.flights import Flights
 from compare.grade.foreign import Trajectory
@@ -104,9 +105,14 @@ def grade(
     by: str | None = None,
     decimal: str = ".",
     tell: Callable[[Measured], None] = lambda _: None,
+    reading: Reading | None = None,
 ) -> Grade:
-    """Grade one file.  tell: is told what is known before a search.  Raises BadTrajectory, NoTruth, RayMissed."""
-    trajectory = Trajectory(path, scene, mapping, by, decimal)
+    """Grade one file.
+
+    tell: is told what is known before a search; reading: what is said of the whole file.  Raises BadTrajectory,
+    NoTruth, RayMissed.
+    """
+    trajectory = Trajectory(path, scene, mapping, by, decimal, reading)
     measured = measure(trajectory, scene)
     kept, throw = measured.kept, measured.throw
     question = question_of(scene, throw, measured)

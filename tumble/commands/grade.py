@@ -8,7 +8,9 @@ from argparse import Namespace
 from pathlib import Path
 
 from compare.grade.answer import answer
-from compare.grade.columns import BadTrajectory
+from compare.grade.columns import AnglesUnread, BadTrajectory
+from compare.grade.conventions import Reading
+from compare.grade.fit import euler_offer
 from compare.grade.mapping import mapping_file, mapping_of
 from compare.grade.verdict import grade
 from compare.tables.files import write_folder
@@ -28,8 +30,11 @@ def main(options: Namespace) -> int:
         beside = Path(options.map_file or beside)
         mapping, named = mapping_file(beside), f"columns named as {beside} says"
     mapping |= mapping_of(options.map)
+    reading = Reading(options.euler, options.axes)
     try:
-        found = grade(path, scene, mapping, options.by, options.decimal, lambda m: note(off_by(str(path), m)))
+        found = grade(path, scene, mapping, options.by, options.decimal, lambda m: note(off_by(str(path), m)), reading)
+    except AnglesUnread as error:
+        raise BadTrajectory(f"{error}; {euler_offer(path, scene, mapping, options.decimal, reading, error)}") from None
     except BadTrajectory as error:
         raise BadTrajectory(f"{error} ({named})" if named else str(error)) from None
     if named:
