@@ -150,7 +150,11 @@ def parser() -> Parser:
     stability.add_argument("-o", "--output", metavar="DIR", help="keep the tables in DIR as CSV, and go on from there")
 
     grade = command("grade", "judge a trajectory that some other program wrote, and say what is most likely wrong")
-    grade.add_argument("file", metavar="FILE.csv", help="the trajectory, one row an instant")
+    grade.add_argument(
+        "file",
+        metavar="FILE",
+        help="the trajectory, one row an instant: CSV, JSON lines or Parquet; - is standard input",
+    )
     grade.add_argument("--scene", required=True, metavar="SCENE", help=SCENE_HELP)
     grade.add_argument(
         "--map",
@@ -161,6 +165,8 @@ def parser() -> Parser:
     )
     grade.add_argument("--map-file", metavar="TOML", help="the same in a table [columns]; default: FILE.csv.toml")
     grade.add_argument("--by", choices=("pose", "matrix", "vertices"), help="what to grade where a file has several")
+    grade.add_argument("--columns", metavar="NAME,...", help="names of the columns of a file that has no header")
+    grade.add_argument("--start", type=float, metavar="S", help="what the file's clock shows at the scene's start [s]")
     grade.add_argument(
         "--euler",
         metavar="ORDER",

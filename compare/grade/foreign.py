@@ -43,6 +43,8 @@ LONGEST_LINE = 1_000_000
 LOOKED_AT, PLACES = 200, 20
 # A clock that is ahead goes past the end; more than this share of the duration is another scene.
 BEYOND = 0.1
+# Rows past the end that are further apart than this share of the duration are those of a clock in other units.
+SPARSEST = 0.1
 SEPARATORS = ",;\t"
 # Neither a place nor a time nor a part of a unit quaternion: products of squares of larger ones would overflow.
 LARGEST = 1e50
@@ -139,6 +141,7 @@ class Trajectory:
 
     def half_times(self, times: Array) -> Array:
         """Return half a unit of the last printed place of instants [s], 0 where the file's do not show rounding."""
+        times = times + (self._reading.start or 0.0)
         return self.half_digits(TIME, times) if self._rounded_times else np.zeros(len(times))
 
     @cached_property
@@ -173,7 +176,9 @@ class Trajectory:
                 some = True
                 for begin in range(0, len(lines), self._most_rows):
                     part = slice(begin, begin + self._most_rows)
-                    yield self._block(lines[part], table[part], last)
+                    block = self._block(lines[part], table[part], last)
+                    if len(block.lines):
+                        yield block
         if not some:
             raise BadTrajectory(f"{self.name}: no rows below the header")
 
@@ -183,7 +188,7 @@ class Trajectory:
         All at once while the lines are plain numbers; from the first part that is otherwise row by row, which takes
         quotes and blank lines, and can say what is wrong in which line.
         """
-        before = 1
+        before = self._reading.first_line - 1
         while part := file.read(LONGEST_LINE) + file.readline(LONGEST_LINE + 1):
             is_whole = len(part) <= 2 * LONGEST_LINE
             table = self._plain(part) if is_whole else None
@@ -284,7 +289,8 @@ class Trajectory:
             turned = quaternions(angles, self._reading.euler, self._matrix)
             values |= dict(zip(QUATERNION, turned.T, strict=True))
         throws = self._throws(values.pop(THROW, None), lines)
-        block = Block(lines, throws, values.pop(TIME), values)
+        times = values.pop(TIME) - (self._reading.start or 0.0)
+        block = self._within(Block(lines, throws, times, values))
         self._check_times(block, last)
         self._check_attitude(block)
         return block
@@ -333,12 +339,48 @@ class Trajectory:
             )
         return column.astype(int)
 
+    def _within(self, block: Block) -> Block:
+        """Return the rows of a block before the scene's end, where those after it are no sign of another clock."""
+        beyond = block.times > self._scene.duration * (1 + BEYOND)
+        if not beyond.any() or not self._goes_on:
+            return block
+        told = f"rows past the end of {self._scene.name}, {self._scene.duration:g} s, are ignored"
+        if told not in self._reading.notes:
+            self._reading.notes.append(told)
+        kept = ~beyond
+        values = {name: column[kept] for name, column in block.values.items()}
+        return Block(block.lines[kept], block.throws[kept], block.times[kept], values)
+
+    @cached_property
+    def _interval(self) -> float:
+        """Return the time between the first rows [s]."""
+        times = self.columns[TIME].factor * np.array(self._first_times[:10])
+        return float(np.median(np.diff(times))) if len(times) > 1 else np.inf
+
+    @property
+    def _first_time(self) -> float:
+        return self.columns[TIME].factor * self._first_times[0] if self._first_times else 0.0
+
+    @cached_property
+    def _goes_on(self) -> bool:
+        """Whether rows past the end are those of a longer flight: the clock starts at 0, and its unit fits."""
+        if self._reading.start is not None:
+            return self._first_time - self._reading.start <= self._scene.duration
+        return 0 <= self._first_time <= 1.5 * self._interval and 0 < self._interval <= SPARSEST * self._scene.duration
+
     def _check_times(self, block: Block, last: dict[int, float]) -> None:
         duration = self._scene.duration
         latest = duration * (1 + BEYOND)
         outside = (block.times < 0) | (block.times > latest)
         if outside.any():
             row = int(np.argmax(outside))
+            if 0 < self._interval <= SPARSEST * duration and self._reading.start is None:
+                raise BadTrajectory(
+                    f"{self.name}: line {block.lines[row]}, t = {block.times[row]:g} s: must be from 0 to "
+                    f"{latest:g} s: {self._scene.name} lasts {duration:g} s; "
+                    "where its clock starts at its first row: --start "
+                    f"{self._first_time!r} (other units: --map COLUMN=t_ms, ...)"
+                )
             raise BadTrajectory(
                 f"{self.name}: line {block.lines[row]}, t = {block.times[row]:g} s: must be from 0 to {latest:g} s: "
                 f"{self._scene.name} lasts {duration:g} s (other units: --map COLUMN=t_ms, ...)"

@@ -5,11 +5,13 @@ import os
 import shlex
 import sys
 from argparse import Namespace
+from contextlib import ExitStack
 from pathlib import Path
 
 from compare.grade.answer import answer
 from compare.grade.columns import AnglesUnread, BadTrajectory
 from compare.grade.conventions import Reading
+from compare.grade.dialect import plain
 from compare.grade.fit import euler_offer
 from compare.grade.mapping import mapping_file, mapping_of
 from compare.grade.verdict import grade
@@ -22,7 +24,7 @@ from tumble.notes import note
 
 def main(options: Namespace) -> int:
     """Grade one file and print what was found; exit code 1 only where a tolerance was given and is exceeded."""
-    scene, path = read_scene(options.scene, flown=False), Path(options.file)
+    scene = read_scene(options.scene, flown=False)
     beside = Path(f"{options.file}.toml")
     mapping: dict[str, str] = {}
     named = ""
@@ -30,13 +32,19 @@ def main(options: Namespace) -> int:
         beside = Path(options.map_file or beside)
         mapping, named = mapping_file(beside), f"columns named as {beside} says"
     mapping |= mapping_of(options.map)
-    reading = Reading(options.euler, options.axes)
-    try:
-        found = grade(path, scene, mapping, options.by, options.decimal, lambda m: note(off_by(str(path), m)), reading)
-    except AnglesUnread as error:
-        raise BadTrajectory(f"{error}; {euler_offer(path, scene, mapping, options.decimal, reading, error)}") from None
-    except BadTrajectory as error:
-        raise BadTrajectory(f"{error} ({named})" if named else str(error)) from None
+    columns = [name.strip() for name in options.columns.split(",")] if options.columns else []
+    with ExitStack() as drafts:
+        path, name, first_line = plain(options.file, columns, options.decimal, drafts)
+        reading = Reading(options.euler, options.axes, options.start, name, first_line)
+        try:
+            found = grade(path, scene, mapping, options.by, options.decimal, lambda m: note(off_by(name, m)), reading)
+        except AnglesUnread as error:
+            offer = euler_offer(path, scene, mapping, options.decimal, reading, error)
+            raise BadTrajectory(f"{error}; {offer}") from None
+        except BadTrajectory as error:
+            raise BadTrajectory(f"{error} ({named})" if named else str(error)) from None
+    for line in reading.notes:
+        note(line)
     if named:
         note(named)
     if options.json:
@@ -52,6 +60,6 @@ def main(options: Namespace) -> int:
         write_folder(Path(options.output), csv_texts(grade_tables(found, shlex.join(options.words))))
         note(f"tables written to {options.output}")
     if options.tolerance is not None and found.measured.worst_m > options.tolerance:
-        note(f"{path}: off by {found.measured.worst_m:.3g} m, more than the {options.tolerance:g} m allowed")
+        note(f"{name}: off by {found.measured.worst_m:.3g} m, more than the {options.tolerance:g} m allowed")
         return 1
     return 0

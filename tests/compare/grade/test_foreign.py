@@ -220,7 +220,7 @@ def test_separators_decimal_commas_line_ends_and_marks(correct, refused, right):
     assert "not UTF-8" in refused(whole.replace("t_s", "t_s,µ").encode("latin-1"))
     assert "UTF-16" in refused(whole.encode("utf-16"))
     assert "CR alone" in refused(whole.replace("\n", "\r"))
-    assert "one column only" in refused(whole.replace(",", " "))
+    assert "one column only" in refused(whole.replace(",", "|"))
 
 
 def test_a_separator_after_every_cell(correct, right):
@@ -313,7 +313,7 @@ def test_foreign_names_are_asked_for_with_options_that_a_shell_takes(correct, re
         ("t_s,x_m,x_cm,y_m,z_m,qw,qx,qy,qz", ("both say x", "--map x_cm=ignore")),
         ("t_s,t_s,x_m", ("two columns are called 't_s'",)),
         ("t_s,x_m,y_m,z_m,r00,r01,r02,r10,r11,r12,r20,r21,r22", ("--map r00=r11", "--map r22=r33")),
-        ("0,0.3,1.2,0.7", ("must be a header",)),
+        ("0,0.3,1.2,0.7", ("--columns t_s,",)),
         (",,,", ("no header",)),
     ],
 )
