@@ -21,7 +21,7 @@ def main(options: Namespace) -> int:
         seconds = count * LADDER * QUICK_BUDGET_S + len(scenes) * CLOCK_S
         note(f"{count} ladders of steps: about {seconds:.0f} s, or less where the tolerance is soon reached")
         with progress(count + len(scenes)) as tick:
-            found = [sweep(participants, scene, tick, QUICK_BUDGET_S, options.tolerance) for scene in scenes]
+            found = [sweep(participants, scene, tick, QUICK_BUDGET_S, enough_m=options.tolerance) for scene in scenes]
         out = console()
         for one in found:
             for piece in advice_text(one, options.tolerance):
