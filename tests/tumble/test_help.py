@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 
 from scenarios.read import catalogue
-from tumble.__main__ import parser
 from tumble.examples import EXAMPLES
+from tumble.parser import parser
 
 COMMANDS = next(one for one in parser()._actions if isinstance(one, argparse._SubParsersAction)).choices
 

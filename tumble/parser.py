@@ -1,0 +1,236 @@
+"""The words of the command line: every command, its options, what they allow, and the nearest word to a wrong one."""
+
+import argparse
+import math
+import sys
+import textwrap
+from typing import NoReturn
+
+from tumble.examples import epilog
+
+EXIT_USER = 2  # the user's mistake
+SHELLS = ("bash", "zsh", "fish")
+SCENE_HELP = "a scene of the catalogue (see `tumble scenes`) or the path of a TOML file"
+ENGINE_HELP = "ENGINE[@RELEASE][:METHOD] or the path of an engine file of your own, ./mine.py[:METHOD]; may be repeated"
+MEMORY_HELP = "for each engine's process [GiB]; default 4"
+
+
+class Parser(argparse.ArgumentParser):
+    """Refuses in one line."""
+
+    def _check_value(self, action: argparse.Action, value: object) -> None:
+        """Refuse a word that is none of those there are, and offer the nearest."""
+        if action.choices is not None and value not in action.choices:
+            from scenarios.format import nearest
+
+            raise argparse.ArgumentError(action, f"{value!r}: {nearest(str(value), [*map(str, action.choices)])}")
+
+    def error(self, message: str) -> NoReturn:
+        """End with exit code 2."""
+        print(f"{self.prog}: {message}; see `{self.prog} --help`", file=sys.stderr)  # noqa: T201
+        sys.exit(EXIT_USER)
+
+
+def positive(text: str, unit: str) -> float:
+    """Return a positive number."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not (math.isfinite(value) and value > 0):
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number of {unit} > 0")
+    return value
+
+
+def seconds(text: str) -> float:
+    """Return a positive number of seconds."""
+    return positive(text, "seconds")
+
+
+def gibibytes(text: str) -> int:
+    """Return a positive number of GiB in bytes."""
+    return round(positive(text, "GiB") * 2**30)
+
+
+def port(text: str) -> int:
+    """Return the number of a port."""
+    if not (text.isdecimal() and int(text) < 2**16):
+        raise argparse.ArgumentTypeError(f"{text!r} is not the number of a port, 0 to 65535")
+    return int(text)
+
+
+def metres(text: str) -> float:
+    """Return a positive number of metres."""
+    return positive(text, "metres")
+
+
+def parser() -> Parser:
+    """Return the parser of all commands."""
+    top = Parser(
+        prog="tumble",
+        description="Throw the same die in every engine; know which one is wrong, by how much, and why.",
+    )
+    top.add_argument("--version", action="store_true", help="print the version and end")
+    top.add_argument("--completion", choices=SHELLS, help="print what makes this shell complete tumble's words")
+    commands = top.add_subparsers(dest="command", metavar="COMMAND", parser_class=Parser)
+
+    def command(name: str, what: str) -> argparse.ArgumentParser:
+        return commands.add_parser(
+            name,
+            help=what,
+            description=textwrap.fill(what, 80),
+            epilog=epilog(name),
+            formatter_class=argparse.RawDescriptionHelpFormatter,
+        )
+
+    def contest_options(to: argparse.ArgumentParser) -> None:
+        to.add_argument("-e", "--engine", action="append", default=[], metavar="ENGINE[:METHOD]", help=ENGINE_HELP)
+        to.add_argument("--dt", type=seconds, metavar="S", help="step [s]; default: the scene's own")
+        to.add_argument("--time-limit", type=seconds, default=60.0, metavar="S", help="for each flight [s]; default 60")
+        to.add_argument("--memory-limit", type=gibibytes, default=4 << 30, metavar="GIB", help=MEMORY_HELP)
+
+    scenes = command("scenes", "list the catalogue with what each scene needs, or print a scene of it")
+    scenes.add_argument("scene", nargs="?", metavar="NAME", help="print this scene's TOML, to copy and change")
+    engines = command("engines", "list the engines: versions, methods, precision, what is missing and why")
+    engines.add_argument("-e", "--engine", action="append", default=[], metavar="ENGINE", help=ENGINE_HELP)
+    engines.add_argument("--install", nargs="+", default=[], metavar="ENGINE[@RELEASE]", help="in an environment each")
+    engines.add_argument("--remove", nargs="+", default=[], metavar="ENGINE[@RELEASE]", help="such environments")
+    engines.add_argument("--check", nargs="+", metavar="ENGINE", help="put every law of engines to these")
+    engines.add_argument("--time-limit", type=seconds, default=60.0, metavar="S", help="for each law [s]; default 60")
+
+    run = command("run", "fly one scene in one engine and give its trajectory as CSV")
+    run.add_argument("scene", metavar="SCENE", help=SCENE_HELP)
+    contest_options(run)
+    run.add_argument("-o", "--output", metavar="FILE", help="default: standard output")
+
+    compare = command("compare", "hold every engine against the truth: an error table for each, as in Table 4.1")
+    compare.add_argument("scene", nargs="+", metavar="SCENE", help=SCENE_HELP)
+    contest_options(compare)
+    compare.add_argument("--all", action="store_true", help="tables of every method, not of each engine's first alone")
+    compare.add_argument(
+        "--vertex", type=int, metavar="K", help="vertex to print; default: where the engines stray most"
+    )
+    compare.add_argument("-o", "--output", metavar="DIR", help="also write all tables, every vertex, as CSV into DIR")
+
+    sweep = command("sweep", "error against run time: every contestant over a ladder of steps or tolerances")
+    sweep.add_argument("scene", nargs="*", metavar="SCENE", help=SCENE_HELP + "; default: yardstick")
+    sweep.add_argument("-e", "--engine", action="append", default=[], metavar="ENGINE[:METHOD]", help=ENGINE_HELP)
+    sweep.add_argument("--reference", default="tumble:rk4", metavar="ENGINE:METHOD", help="of ratios; %(default)s")
+    sweep.add_argument("--time-limit", type=seconds, default=60.0, metavar="S", help="for each flight [s]; default 60")
+    sweep.add_argument("--memory-limit", type=gibibytes, default=4 << 30, metavar="GIB", help=MEMORY_HELP)
+    sweep.add_argument("-o", "--output", metavar="DIR", help="also write the tables as CSV into DIR")
+
+    advise = command("advise", "the cheapest engine, method and step that stays within an error")
+    advise.add_argument("scene", nargs="+", metavar="SCENE", help=SCENE_HELP)
+    advise.add_argument("--tolerance", type=metres, required=True, metavar="M", help="largest vertex error [m]")
+    advise.add_argument("-e", "--engine", action="append", default=[], metavar="ENGINE[:METHOD]", help=ENGINE_HELP)
+    advise.add_argument("--time-limit", type=seconds, default=60.0, metavar="S", help="for each flight [s]; default 60")
+    advise.add_argument("--memory-limit", type=gibibytes, default=4 << 30, metavar="GIB", help=MEMORY_HELP)
+
+    stability = command("stability", "who is stable where, how long a step each bears, and what extreme cases do")
+    stability.add_argument("scene", nargs="*", metavar="SCENE", help=SCENE_HELP + "; default: stiff ones, and extremes")
+    stability.add_argument("-e", "--engine", action="append", default=[], metavar="ENGINE[:METHOD]", help=ENGINE_HELP)
+    stability.add_argument(
+        "--time-limit", type=seconds, default=20.0, metavar="S", help="for each flight [s]; default 20"
+    )
+    stability.add_argument("--memory-limit", type=gibibytes, default=4 << 30, metavar="GIB", help=MEMORY_HELP)
+    stability.add_argument("-o", "--output", metavar="DIR", help="keep the tables in DIR as CSV, and go on from there")
+
+    grade = command("grade", "judge a trajectory that some other program wrote, and say what is most likely wrong")
+    grade.add_argument(
+        "file",
+        metavar="FILE",
+        help="the trajectory, one row an instant: CSV, JSON lines or Parquet; - is standard input",
+    )
+    grade.add_argument("--scene", required=True, metavar="SCENE", help=SCENE_HELP)
+    grade.add_argument(
+        "--map",
+        action="append",
+        default=[],
+        metavar="COLUMN=NAME",
+        help="what a column is, with its unit: t_s, t_ms, x_cm, qw, r11, vx_m_s, wx_deg_s, v0x_m, ..., or ignore",
+    )
+    grade.add_argument("--map-file", metavar="TOML", help="the same in a table [columns]; default: FILE.csv.toml")
+    grade.add_argument("--by", choices=("pose", "matrix", "vertices"), help="what to grade where a file has several")
+    grade.add_argument("--columns", metavar="NAME,...", help="names of the columns of a file that has no header")
+    grade.add_argument("--start", type=float, metavar="S", help="what the file's clock shows at the scene's start [s]")
+    grade.add_argument(
+        "--euler",
+        metavar="ORDER",
+        help="what angles rx, ry, rz are: unity, unreal, blender, godot, ros, or the order of the turns: zxy about "
+        "fixed axes, ZXY about the body's",
+    )
+    grade.add_argument(
+        "--axes", metavar="NAME", help="its axes: unity, unreal, blender, godot, ros, or what our x, y, z are: x,y,-z"
+    )
+    grade.add_argument("--decimal", choices=(".", ","), default=".", help="decimal sign; default: a point")
+    grade.add_argument("--tolerance", type=metres, metavar="M", help="exit 1 where a vertex is further off [m]")
+    grade.add_argument("--json", action="store_true", help="print the answer as JSON, with stable names of mistakes")
+    grade.add_argument("-o", "--output", metavar="DIR", help="also write the tables as CSV into DIR")
+
+    check = command("check", "hold errors, orders, energy and run times against a record: exit 1 if any is worse")
+    check.add_argument("scene", nargs="*", metavar="SCENE", help=SCENE_HELP + "; default: the record's, or all")
+    check.add_argument("-e", "--engine", action="append", default=[], metavar="ENGINE[:METHOD]", help=ENGINE_HELP)
+    check.add_argument("--accept", action="store_true", help="record into -o DIR; exit 1 where that changes a record")
+    check.add_argument("--accept-failures", action="store_true", help="record what crashed, hung or is missing, too")
+    check.add_argument("--baseline", metavar="DIR", help="the record to compare with")
+    check.add_argument("--trust", action="store_true", help="run the engine files that the record names, too")
+    check.add_argument("--candidate", metavar="DIR", help="another record to hold against it; nothing is flown")
+    check.add_argument("-o", "--output", metavar="DIR", help="write the new record, summary.md and junit.xml into DIR")
+    check.add_argument("--tolerances", metavar="FILE.toml", help="what each column may change by")
+    check.add_argument("--no-times", action="store_true", help="record no run times; for machines that share nothing")
+    check.add_argument("--time-limit", type=seconds, default=60.0, metavar="S", help="for each flight [s]; default 60")
+    check.add_argument("--memory-limit", type=gibibytes, default=4 << 30, metavar="GIB", help=MEMORY_HELP)
+
+    ablate = command("ablate", "what leaving out pays: every contestant with and without what a scene has no use for")
+    ablate.add_argument("scene", nargs="*", metavar="SCENE", help=SCENE_HELP + "; default: three that need little")
+    ablate.add_argument("-e", "--engine", action="append", default=[], metavar="ENGINE[:METHOD]", help=ENGINE_HELP)
+    ablate.add_argument("--time-limit", type=seconds, default=60.0, metavar="S", help="for each flight [s]; default 60")
+    ablate.add_argument("--memory-limit", type=gibibytes, default=4 << 30, metavar="GIB", help=MEMORY_HELP)
+    ablate.add_argument("-o", "--output", metavar="DIR", help="also write the tables as CSV into DIR")
+
+    lab = command("lab", "click the die in a browser, and watch all engines fly against the truth")
+    lab.add_argument(
+        "scene", nargs="?", default="two-hits", metavar="SCENE", help=SCENE_HELP + "; default: %(default)s"
+    )
+    lab.add_argument("-e", "--engine", action="append", default=[], metavar="ENGINE[:METHOD]", help=ENGINE_HELP)
+    lab.add_argument("--port", type=port, default=8080, metavar="N", help="another is taken where it is; default 8080")
+    lab.add_argument("--no-open", dest="open", action="store_false", help="do not open the browser")
+    lab.add_argument("--time-limit", type=seconds, default=60.0, metavar="S", help="for each flight [s]; default 60")
+
+    report = command("report", "make one self-contained HTML page of it all")
+    report.add_argument("scene", nargs="*", metavar="SCENE", help=SCENE_HELP + "; default: the whole catalogue")
+    contest_options(report)
+    report.add_argument(
+        "--all", action="store_true", help="every method of every engine; default: each engine's defaults and best"
+    )
+    report.add_argument(
+        "--from",
+        dest="sources",
+        action="append",
+        default=[],
+        metavar="DIR",
+        help="tables that -o left, to draw without flying; given twice, the earlier first, also what changed",
+    )
+    report.add_argument(
+        "-o", "--output", default="tumble-report.html", metavar="FILE.html", help="default: %(default)s"
+    )
+    columns = command("columns", "the tables there are, and what every column of each means, with its unit")
+    columns.add_argument("table", nargs="?", metavar="TABLE", help="a table's file, with or without .csv")
+    return top
+
+
+def complete(top: Parser) -> None:
+    """Answer a shell that asks for the words that fit, and end."""
+    import argcomplete
+    from argcomplete.completers import FilesCompleter
+
+    from scenarios.read import catalogue
+
+    for command in next(
+        action for action in top._actions if isinstance(action, argparse._SubParsersAction)
+    ).choices.values():
+        for action in command._actions:
+            if action.metavar in ("SCENE", "NAME"):
+                action.completer = lambda prefix, **_: [*catalogue(), *FilesCompleter(["toml"])(prefix)]
+    argcomplete.autocomplete(top)
