@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from dataclasses import asdict
 
 from compare.grade.explanation import Explanation, Mistake
+from compare.grade.hypotheses import Hypothesis
 from compare.grade.schemas import DiagnosisRow
 from compare.grade.verdict import Grade
 
@@ -25,28 +26,43 @@ def diagnosis_rows(grade: Grade) -> Iterator[DiagnosisRow]:
             yield DiagnosisRow(*key, mistake, parameter, value, unit, explanation.max_m)
 
 
+def stable_name(hypothesis: Hypothesis) -> str:
+    """Return what tables call a mistake."""
+    return hypothesis.name.replace(" ", "-").replace("'", "")
+
+
+def parameters(hypothesis: Hypothesis) -> Iterator[tuple[str, str]]:
+    """Yield each parameter of a mistake in tables and its unit; a mistake without a number has one called ""."""
+    yield _parameter(hypothesis), hypothesis.unit
+    for detail, word in hypothesis.details:
+        if word:
+            yield detail, ""
+
+
 def _numbers(explanation: Explanation) -> Iterator[tuple[str, str, str, str]]:
     """Yield mistake, parameter, value and unit."""
     for mistake in explanation.mistakes:
         hypothesis = mistake.hypothesis
-        name = hypothesis.name.replace(" ", "-").replace("'", "")
-        parameter, value = _value(mistake)
-        yield name, parameter, value, hypothesis.unit
-        for detail, word in hypothesis.details:
-            if word:
-                yield name, detail, word, ""
+        words = [word for _, word in hypothesis.details if word]
+        for (parameter, unit), value in zip(parameters(hypothesis), (_value(mistake), *words), strict=True):
+            yield stable_name(hypothesis), parameter, value, unit
 
 
-def _value(mistake: Mistake) -> tuple[str, str]:
+def _parameter(hypothesis: Hypothesis) -> str:
+    if hypothesis.choices:
+        return CHOICE
+    if "{}" not in hypothesis.says:
+        return ""
+    if hypothesis.unit == "s":
+        return STEP if hypothesis.part in ("steps", "clock tick") else SECONDS
+    return RATE if hypothesis.unit else FACTOR
+
+
+def _value(mistake: Mistake) -> str:
     hypothesis = mistake.hypothesis
     if hypothesis.choices:
-        return CHOICE, hypothesis.choices[int(mistake.value)]
-    if "{}" not in hypothesis.says:
-        return "", ""
-    number = f"{mistake.value:.9g}"
-    if hypothesis.unit == "s":
-        return STEP if hypothesis.part in ("steps", "clock tick") else SECONDS, number
-    return (RATE if hypothesis.unit else FACTOR), number
+        return hypothesis.choices[int(mistake.value)]
+    return f"{mistake.value:.9g}" if "{}" in hypothesis.says else ""
 
 
 def answer(grade: Grade) -> dict[str, object]:

@@ -54,7 +54,7 @@ class DiagnosisRow:
     rank: Annotated[int, "1 for the best explanation"]
     group: Annotated[int, "explanations that cannot be told from one another share it"]
     engines: Annotated[str, "engines that do the same at their defaults, of the best explanation"]
-    mistake: Annotated[str, "stable name of a mistake, docs/grade.md lists them"]
+    mistake: Annotated[str, "stable name of a mistake, docs/mistakes.md lists them"]
     parameter: Annotated[str, "what the value is: step, time, rate, factor, choice, or a detail"]
     value: Annotated[str, "a number, or a word"]
     unit: Annotated[str, "of the number"]

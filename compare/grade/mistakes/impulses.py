@@ -33,6 +33,7 @@ def impulses(question: Question) -> Iterator[Hypothesis]:
             _velocity_grows,
             grid(0.1 * question.duration, 10 * question.duration, 13),
             known=N_S_AS_N,
+            unit="s",
         )
 
 
@@ -55,6 +56,7 @@ def _lasting(question: Question) -> Iterator[Hypothesis]:
             lambda account, seconds, held=held: _stroke(account, lasts=seconds, held=held),
             grid(long, 2 * flight, 13),
             known=N_S_AS_N,
+            unit="s",
         )
         yield Hypothesis(
             "impulse as force without end",
@@ -71,6 +73,7 @@ def _lasting(question: Question) -> Iterator[Hypothesis]:
             grid(short, long, 9),
             known=STEPS,
             variant=held != POINT_MOVES,
+            unit="s",
         )
     yield Hypothesis(
         "impulse moves as force",
@@ -79,6 +82,7 @@ def _lasting(question: Question) -> Iterator[Hypothesis]:
         lambda account, seconds: _stroke(account, lasts=seconds, turns=False),
         grid(short, 2 * flight, 15),
         known=N_S_AS_N,
+        unit="s",
     )
 
 

@@ -145,6 +145,7 @@ def _turning_axes(question: Question) -> Iterator[Hypothesis]:
             lambda account, rate, number=number: with_writing(account, _turning(number, rate)),
             (*(-rate for rate in reversed(rates)), *rates),
             known={EARTH_RAD_S: "the Earth", -EARTH_RAD_S: "the Earth, the other way round"},
+            unit="rad/s",
         )
 
 
