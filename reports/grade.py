@@ -3,6 +3,8 @@
 from collections.abc import Iterator, Sequence
 
 import numpy as np
+from rich.console import RenderableType
+from rich.constrain import Constrain
 from rich.table import Table
 from rich.text import Text
 
@@ -21,7 +23,7 @@ from compare.grade.verdict import (
     UNEXPLAINED,
     Grade,
 )
-from reports.terminal import columns, figure, plain, ruler, thinned, vector
+from reports.terminal import LIST_WIDTH, columns, figure, length, plain, ruler, thinned, vector
 
 BARS = "▁▂▃▄▅▆▇█"
 READ_AS = {
@@ -31,9 +33,11 @@ READ_AS = {
 }
 
 
-def grade_text(grade: Grade) -> Iterator[Table | Text]:
-    """Yield the header, the vertex table, error over time, what should be kept, and the diagnosis."""
+def grade_text(grade: Grade) -> Iterator[RenderableType]:
+    """Yield the answer, the header, the vertex table, error over time, what should be kept, and the diagnosis."""
     m = grade.measured
+    yield Constrain(plain(answer(grade)), LIST_WIDTH)
+    yield Text()
     throws = f" of {m.throws} throws" if m.throws > 1 else ""
     yield plain(f"{grade.file} held against {grade.scene.name}: {grade.scene.title}")
     rows = "1 row" if m.rows == 1 else f"{m.rows} rows"
@@ -48,6 +52,31 @@ def grade_text(grade: Grade) -> Iterator[Table | Text]:
     yield from kept_quantities(grade)
     yield Text()
     yield from map(plain, verdict_lines(grade))
+
+
+def answer(grade: Grade) -> str:
+    """Return whether it is right, how far off it is, and what is most likely wrong, in a person's words."""
+    m, diagnosis = grade.measured, grade.diagnosis
+    at_most = f"{length(m.worst_m)} off at most"
+    right = {
+        CORRECT_TO_LIMIT: "as far as the truth can tell",
+        CORRECT_TO_DIGITS: f"to its printed digits: {at_most}, they leave {length(m.half_m)} open",
+        CORRECT_TO_SINGLE: f"to single precision: {at_most}, as its numbers are",
+        CORRECT_TO_NOISE: f"to its noise of {length(m.rms_m)}: {at_most}",
+    }
+    if grade.verdict in right:
+        return f"{grade.file} is right, {right[grade.verdict]}."
+    wrong = f"{grade.file} is wrong: up to {length(m.worst_m)} off."
+    if diagnosis is None:
+        return f"{wrong} That is too little to say why."
+    best = said(diagnosis.best)
+    if grade.verdict == UNEXPLAINED or not diagnosis.best.mistakes:
+        return f"{wrong} Nothing that was tried explains it."
+    if grade.verdict == EXPLAINED_PARTLY:
+        return f"{wrong} Nearest, but not all: {best}."
+    if diagnosis.engines:
+        return f"{wrong} This is what {listed(diagnosis.engines)} at its defaults."
+    return f"{wrong} {'One of several that fit alike' if diagnosis.alike else 'Most likely'}: {best}."
 
 
 def read_as(m: Measured) -> str:
@@ -71,17 +100,19 @@ def vertex_table(m: Measured) -> Table:
     kept = m.kept
     number = m.shown.vertices.index(m.worst_vertex)
     true, seen = kept.true[:, number], kept.vertices[:, number]
-    unit, length, places = ruler(true)
-    small, part, digits = ruler(seen - true)
-    table = columns("t [s]", f"right [{unit}]", f"file [{unit}]", f"error [{small}]", "off [m]", right=range(5))
+    unit, size, places = ruler(true)
+    off = np.linalg.norm(seen - true, axis=1) / size
+    power = int(np.floor(np.log10(off.max()))) if off.max() > 0.0 else 0
+    heads = f"right [{unit}]", f"file [{unit}]", f"error [1e{power} {unit}]", f"off [{unit}]"
+    table = columns("t [s]", *heads, right=range(5))
     for row in thinned(len(kept)):
         error = seen[row] - true[row]
         table.add_row(
             f"{kept.times[row]:g}",
-            vector(true[row] / length, places),
-            vector(seen[row] / length, places),
-            vector(error / part, digits),
-            figure(float(np.linalg.norm(error))),
+            vector(true[row] / size, places),
+            vector(seen[row] / size, places),
+            vector(error / size / 10.0**power, 2),
+            figure(float(off[row])),
         )
     return table
 

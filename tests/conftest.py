@@ -1,11 +1,16 @@
 """What all tests share: in CI a skipped test is a failed one, and a way to run the command as a user does."""
 
 import os
+import shutil
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING
 
 import pytest
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
 
 Tumble = Callable[..., subprocess.CompletedProcess[str]]
 
@@ -28,3 +33,25 @@ def tumble(tmp_path) -> Tumble:
         return subprocess.run([sys.executable, "-P", "-m", "tumble", *words], **settings)
 
     return run
+
+
+# No connection of Chromium's own; and WebGL drawn in software, for the lab.
+CHROMIUM = ("chromium", "chromium-browser", "google-chrome")
+FLAGS = (
+    "--no-sandbox", "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync",
+    "--enable-unsafe-swiftshader",
+)  # fmt: skip
+
+
+@pytest.fixture(scope="session")
+def browser() -> Iterator["Browser"]:
+    """A real browser, one for all tests of a process: Playwright runs once there."""
+    from playwright.sync_api import sync_playwright
+
+    found = next(filter(None, map(shutil.which, CHROMIUM)), None)
+    if found is None:
+        pytest.skip(f"none of {', '.join(CHROMIUM)} is installed, and pages must be seen in a real browser")
+    with sync_playwright() as playwright:
+        chromium = playwright.chromium.launch(executable_path=found, args=list(FLAGS))
+        yield chromium
+        chromium.close()

@@ -2,13 +2,12 @@
 
 import json
 import re
-import shutil
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 
 import pandas as pd
 import pytest
-from playwright.sync_api import Browser, Page, sync_playwright
+from playwright.sync_api import Page
 
 from compare.comparison.against_truth import compare
 from compare.comparison.results import comparison_tables
@@ -22,8 +21,6 @@ from reports.page import page
 from scenarios.read import read_scene
 from scenarios.scene import frozen_array
 
-CHROMIUM = ("chromium", "chromium-browser", "google-chrome")
-QUIET = ("--no-sandbox", "--disable-background-networking", "--disable-component-update", "--disable-sync")
 SCENES = ("die-vertex", "table-4-1", "two-hits", "tether-critical")
 ENGINES = (
     "tumble:rk4", "tumble:quaternion-euler", "tumble:matrix-euler", "handcalc", "mujoco:euler", "mujoco:rk4",
@@ -51,17 +48,6 @@ def real() -> dict[str, pd.DataFrame]:
 @pytest.fixture(scope="session")
 def html(real) -> str:
     return page(real)
-
-
-@pytest.fixture(scope="session")
-def browser() -> Iterator[Browser]:
-    found = next(filter(None, map(shutil.which, CHROMIUM)), None)
-    if found is None:
-        pytest.skip(f"none of {', '.join(CHROMIUM)} is installed, and the page must be seen in a real browser")
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=found, args=[*QUIET, "--no-first-run"])
-        yield browser
-        browser.close()
 
 
 @pytest.fixture

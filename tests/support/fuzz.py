@@ -362,7 +362,14 @@ def graded(file: Path, each: Foreign, tables: Path) -> None:
     left = sorted(os.listdir(tables)) if tables.exists() else []
     assert left in (
         [],
-        ["conditions.csv", "error-over-time.csv", "explanations.csv", "grade.csv", "vertex-errors.csv"],
+        [
+            "conditions.csv",
+            "diagnosis.csv",
+            "explanations.csv",
+            "grade-parts.csv",
+            "grade-vertices.csv",
+            "grade.csv",
+        ],
     ), left
     assert code == 2 or "error: largest" in said.getvalue(), said.getvalue()
 

@@ -416,7 +416,7 @@ def test_blessing_shows_the_change_fails_once_and_then_holds(recorded, tmp_path)
     first = check(folder, "spin.toml", "-e", "./mine.py", "--no-times", "--accept", "-o", "own")
     assert (first.returncode, first.stdout) == (0, "")
     assert not (folder / "own/times.csv").exists()
-    same = check(folder, "--accept", "-o", "own")
+    same = check(folder, "--trust", "--accept", "-o", "own")
     assert same.returncode == 0
     (folder / "mine.py").write_text(EULER)
     changed = check(folder, "--trust", "--accept", "--baseline", "own")

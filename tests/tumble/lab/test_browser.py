@@ -2,7 +2,6 @@
 
 import csv
 import re
-import shutil
 import signal
 import subprocess
 import sys
@@ -16,20 +15,12 @@ from urllib.parse import urlsplit
 
 import numpy as np
 import pytest
-from playwright.sync_api import Browser, Page, expect, sync_playwright
+from playwright.sync_api import Page, expect
 
 from reports.numerals import figure, fixed
 from scenarios.read import read_scene
 from tumble.lab.stage import FIELD_OF_VIEW, eye
 
-CHROMIUM = ("chromium", "chromium-browser", "google-chrome")
-FLAGS = (
-    "--no-sandbox",
-    "--enable-unsafe-swiftshader",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-)
 WIDTH, HEIGHT = 1280, 720
 PATIENCE_MS = 60_000
 WHO = ("-e", "tumble:rk4", "-e", "mujoco:euler", "-e", "pybullet:multibody")
@@ -70,18 +61,6 @@ def serving(folder: Path, *words: str) -> Iterator[Lab]:
                 process.wait(20)
             finally:
                 process.kill()
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    """A real browser that draws in software."""
-    found = next((path for name in CHROMIUM if (path := shutil.which(name))), None)
-    if found is None:
-        pytest.skip("no chromium here")
-    with sync_playwright() as playwright:
-        chromium = playwright.chromium.launch(executable_path=found, args=list(FLAGS))
-        yield chromium
-        chromium.close()
 
 
 @pytest.fixture(scope="module")
