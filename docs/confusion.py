@@ -288,7 +288,8 @@ def main() -> None:
     """Write the three files."""
     rows = list(all_rows(int(sys.argv[1]) if len(sys.argv) > 1 else SCENES))
     write_whole(HERE / "confusion.csv", csv_text(frame(Table("", ConfusionRow), rows)))
-    write_whole(HERE / "confusion.md", page(rows))
+    _, heading, second = (HERE / "confusion.md").read_text(encoding="utf-8").partition("## Held out")
+    write_whole(HERE / "confusion.md", page(rows) + f"\n{heading}{second}")  # docs/heldout.py makes the second half
     (HERE / "confusion.png").write_bytes(picture(rows))
 
 

@@ -1,0 +1,53 @@
+"""The held-out half of docs/confusion.md: what its table says is what its script finds, and what its page counts."""
+
+import csv
+import importlib.util
+import sys
+from pathlib import Path
+
+import pytest
+
+DOCS = Path(__file__).parents[3] / "docs"
+
+
+@pytest.fixture(scope="module")
+def heldout():
+    before = list(sys.path)
+    spec = importlib.util.spec_from_file_location("heldout", DOCS / "heldout.py")
+    script = importlib.util.module_from_spec(spec)
+    sys.modules["heldout"] = script  # dataclasses look there for their module
+    spec.loader.exec_module(script)
+    yield script
+    sys.path[:] = before
+
+
+@pytest.fixture(scope="module")
+def shown():
+    with (DOCS / "heldout.csv").open(newline="") as file:
+        return list(csv.DictReader(file))
+
+
+@pytest.mark.parametrize("number", [0, -1])
+def test_a_planted_row_is_what_the_script_makes(heldout, shown, number):
+    row = [row for row in shown if row["source"] == "planted"][number]
+    made = heldout.planted((row["case"], row["scene"]))
+    assert (made.judged, made.verdict) == (row["judged"], row["verdict"])
+    assert made.max_error_m == pytest.approx(float(row["max_error_m"]), rel=1e-4)  # six figures are written
+
+
+def test_every_mistake_is_in_the_table_and_the_page_counts_them(heldout, shown):
+    own = [row for row in shown if row["source"] == "planted"]
+    assert {(row["case"], row["scene"]) for row in own} == {
+        (mistake, scene) for mistake in heldout.MISTAKES for scene in heldout.SCENES
+    }
+    honest = sum(row["judged"] in (heldout.NEAREST, heldout.UNEXPLAINED) for row in own)
+    assert f"{honest} of {len(own)}" in (DOCS / "confusion.md").read_text(encoding="utf-8")
+    assert f"{honest} of {len(own)}" in (DOCS.parent / "README.md").read_text(encoding="utf-8")
+
+
+def test_the_spoilt_program_is_right_but_for_its_mistake(heldout, tmp_path):
+    """What is judged is the mistake, not the program: without one its file is correct to its digits."""
+    scene = heldout.SCENES["struck"]
+    throw = heldout.read(scene)
+    heldout.write(tmp_path / "right.csv", list(heldout.Spoilt(throw).rows()), throw.vertices, form="{:.6g}".format)
+    assert heldout.grade(tmp_path / "right.csv", heldout.read_scene(str(scene)), {}).verdict.startswith("correct")
