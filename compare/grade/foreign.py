@@ -246,11 +246,12 @@ class Trajectory:
                 raise BadTrajectory(f"{self.name}: line {number}: not UTF-8 text") from None
 
     def _rows(self, lines: Iterator[str], before: int) -> Iterator[tuple[int, list[str]]]:
-        """Yield the number of a line and its cells, empty lines left out; before: how many lines come before."""
+        """Yield the number of a line and its cells, empty lines and comments left out; before: how many come before."""
         reader = csv.reader(lines, delimiter=self._separator, strict=True)
         try:
             for cells in reader:
-                if any(map(str.strip, cells)):
+                is_comment = before + reader.line_num > 1 and cells and cells[0].lstrip().startswith("#")
+                if any(map(str.strip, cells)) and not is_comment:
                     yield before + reader.line_num, cells
         except csv.Error as error:
             raise BadTrajectory(

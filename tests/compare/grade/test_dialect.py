@@ -53,6 +53,10 @@ FORMS = {
         lambda rows: "# made by hand\n#\n" + ",".join(POSE) + "\n" + lines(rows[:5]) + "# so\n" + lines(rows[5:]),
         [],
     ),
+    "a comment between rows": (
+        lambda rows: ",".join(POSE) + "\n" + lines(rows[:5]) + "# so, it goes on\n" + lines(rows[5:]),
+        [],
+    ),
     "header in a comment": (lambda rows: f"# {' '.join(POSE)}\n" + lines(rows, " "), []),
     "JSON lines": (lambda rows: "".join(map(as_json, rows)), MAPS),
 }
