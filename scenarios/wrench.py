@@ -8,20 +8,26 @@ import math
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 try:
     from numba import njit  # pyright: ignore[reportAssignmentType]
+
+    from scenarios.kernel_cache import keep  # pyright: ignore[reportAssignmentType]
 except ModuleNotFoundError:  # in an environment that an engine has to itself: slower, with the same numbers
 
     def njit(**_: object) -> Callable:
         """Compile nothing."""
         return lambda function: function
 
+    def keep(compiled: Any, source: Path) -> Any:  # pyright: ignore[reportRedeclaration]
+        """Keep nothing on disk."""
+        return compiled
+
 
 from scenarios.frames import Array
-from scenarios.kernel_cache import keep
 from scenarios.scene import Scene
 
 Vector = tuple[float, float, float]

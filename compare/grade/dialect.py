@@ -4,6 +4,7 @@ Numbers keep the text that they were written in, so that their printed digits ca
 """
 
 import json
+import os
 import re
 import shutil
 import sys
@@ -45,7 +46,7 @@ def plain(file: str, columns: Sequence[str], decimal: str, stack: ExitStack) -> 
         path = _draft(stack)
         with path.open("wb") as whole:
             shutil.copyfileobj(sys.stdin.buffer, whole)
-    if not path.is_file():
+    if not os.path.isfile(path):
         return Plain(path, name)  # who reads it says what is wrong
     try:
         with path.open("rb") as start:

@@ -22,7 +22,7 @@ from scenarios.read import read_scene
 from tumble.lab.stage import FIELD_OF_VIEW, eye
 
 WIDTH, HEIGHT = 1280, 720
-PATIENCE_MS = 60_000
+PATIENCE_MS = 180_000  # of a fresh clone, whose kernels are compiled while the first throw waits
 WHO = ("-e", "tumble:rk4", "-e", "mujoco:euler", "-e", "pybullet:multibody")
 CUBE = "table-4-1-ray"
 # Places on three faces of the cube of 5 m at (0, 2.5, 0), those that the eye sees [m].
