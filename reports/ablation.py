@@ -46,7 +46,7 @@ def ablation_text(ablation: Ablation) -> Iterator[Table | Text]:
     yield plain(f"time of a step with what the scene has no use for, and without; {limit}")
     table = columns("contestant", "with [ns]", "without", "ratio", "95 in 100", "motion", right=range(1, 4))
     for row in ablation.rows:
-        if row.ratio is not None:
+        if row.max_difference_m is not None:
             table.add_row(
                 plain(contestant(row) if row.feature == EVERYTHING else f"  with {row.feature}"),
                 step_ns(row.cpu_ns_per_step_with),

@@ -8,6 +8,7 @@ same rounds.
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -74,9 +75,9 @@ class Build:
         """Return the time of a step by what its timer said [ns]."""
         return reading.ns / (1 if self.load.by_step else sum(leg.n for leg in legs(self.scene, self.scene.duration)))
 
-    def row(self, *figures: float, why: str = "") -> AblationRow:
-        """Return its row; why: there are no figures."""
-        return AblationRow(self.scene.name, self.participant.title, self.method, self.kept, why, *figures)
+    def row(self, why: str = "", **figures: float) -> AblationRow:
+        """Return its row; why: its figures are not all there."""
+        return AblationRow(self.scene.name, self.participant.title, self.method, self.kept, why, **figures)
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,7 +150,7 @@ def pairs(
     lean = Build(participant, scene, method)
     straight = lean.fly()
     if isinstance(straight, Failure):
-        yield lean.row(why=straight.status)
+        yield lean.row(straight.status)
         return
     flown = [
         (build, build.fly()) for build in (Build(participant, scene, method, it, frozenset({it})) for it in optional)
@@ -166,7 +167,7 @@ def pairs(
             errors = (0.0, 0.0) if true is None else (apart_m(flight, true), apart_m(straight, true))
             yield Pair(build, lean, apart_m(straight, flight), *errors)
     for why, kept in refused.items():
-        yield replace(lean, kept=", ".join(kept)).row(why=why)
+        yield replace(lean, kept=", ".join(kept)).row(why)
 
 
 def apart_m(a: Trajectory, b: Trajectory | Truth) -> float:
@@ -185,21 +186,20 @@ def against_the_clock(pairs: Sequence[Pair], span_s: float) -> dict[str, Cost | 
 
 
 def measured(pair: Pair, clocked: dict[str, Cost | Failure]) -> AblationRow:
-    """Return the row of a pair."""
+    """Return the row of a pair; how far apart its flights are is known where their times are not."""
+    row = partial(pair.kept.row, max_difference_m=pair.apart_m)
     with_it, without = clocked[pair.kept.key], clocked[pair.lean.key]
     if isinstance(with_it, Failure):
-        return pair.kept.row(why=with_it.status)
+        return row(with_it.status)
     if isinstance(without, Failure):
-        return pair.kept.row(why=f"without it {without.status}")
-    kept, lean = with_it.reading, without.reading
-    found = ratio(kept, lean)
+        return row(f"without it {without.status}")
+    found = ratio(with_it.reading, without.reading)
     if found.refusal:
-        return pair.kept.row(why=f"no ratio: {found.refusal}")
-    return pair.kept.row(
-        pair.kept.ns_per_step(kept),
-        pair.lean.ns_per_step(lean),
-        found.value,
-        found.low,
-        found.high,
-        pair.apart_m,
+        return row(f"no ratio: {found.refusal}")
+    return row(
+        cpu_ns_per_step_with=pair.kept.ns_per_step(with_it.reading),
+        cpu_ns_per_step_without=pair.lean.ns_per_step(without.reading),
+        ratio=found.value,
+        ratio_low=found.low,
+        ratio_high=found.high,
     )

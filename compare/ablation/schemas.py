@@ -17,7 +17,7 @@ class AblationRow:
     engine: Engine
     method: Method
     feature: Annotated[str, "one that was kept, or `everything` at once; empty where there is none"]
-    why: Annotated[str, "why there are no figures"] = ""
+    why: Annotated[str, "why figures are missing"] = ""
     cpu_ns_per_step_with: Annotated[float | None, "time of a step with it"] = None
     cpu_ns_per_step_without: Annotated[float | None, "and of one without"] = None
     ratio: Annotated[float | None, "with over without, of the same rounds"] = None

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -11,10 +10,10 @@ from compare.judge.cost import Timed
 from compare.judge.errors import Run
 from compare.judge.orders import ASYMPTOTIC, LAST, Rung, local_orders, parts
 from compare.run.readings import ratio
-from compare.sweep.schemas import ClockRow, DigitRow, OrderRow, SameRow, ThrowsRow
+from compare.sweep.schemas import ClockRow, DigitRow, OrderRow, SameRow, ThrowsRow, WorkPrecisionRow
 from compare.sweep.sweep import Sweep
-from compare.tables.runs import run_row, step_of
-from compare.tables.shared import RunRow
+from compare.tables.runs import step_of
+from compare.tables.shared import worded
 from scenarios.frames import Array
 
 TARGETS_M = (1e-3, 1e-6, 1e-9, 1e-12)
@@ -184,15 +183,22 @@ def limits(ladder: dict[float, Run], steps: Sequence[float]) -> list[float]:
     return [float(ladder[dt].limits.max()) for dt in steps]
 
 
-def sweep_run_rows(sweep: Sweep) -> Iterator[RunRow]:
-    """Yield the rows of runs.csv: errors from the error runs, times from the clock, none where it was not timed."""
-    for timed in sweep.timed:
-        flight_s = timed.flight_ns * len(sweep.scene.start) / 1e9
-        yield replace(
-            run_row(timed.run),
-            wall_s=flight_s,
-            wall_ns_per_step=flight_s / timed.run.flight.steps * 1e9,
-            wall_per_sim_s=flight_s / sweep.scene.duration,
+def work_precision_rows(sweep: Sweep) -> Iterator[WorkPrecisionRow]:
+    """Yield error and time of every run that was timed."""
+    for each in sweep.timed:
+        run, reading = each.run, each.reading
+        flight_us, steps = each.flight_ns / 1e3, run.flight.steps if each.per_step else None
+        yield WorkPrecisionRow(
+            sweep.scene.name,
+            run.engine,
+            run.method,
+            *step_of(run),
+            steps,
+            *worded(run.status),
+            error(each),
+            float(run.limits.max()),
+            flight_us,
+            flight_us * reading.spread[1] / reading.ns,
+            None if steps is None else each.flight_ns / steps,
+            reading.clock,
         )
-    for run in sweep.untimed:
-        yield replace(run_row(run), wall_s=None, wall_ns_per_step=None, wall_per_sim_s=None)

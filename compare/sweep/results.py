@@ -6,20 +6,22 @@ import pandas as pd
 
 from compare.run.participants import Participant
 from compare.run.provenance import conditions
-from compare.sweep.frontier import clock_rows, digit_rows, order_rows, same_rows, sweep_run_rows, throws_rows
-from compare.sweep.schemas import CLOCK, DIGITS, ORDERS, SAME, THROWS
+from compare.sweep.frontier import clock_rows, digit_rows, order_rows, same_rows, throws_rows, work_precision_rows
+from compare.sweep.schemas import CLOCK, DIGITS, ORDERS, SAME, THROWS, WORK_PRECISION
 from compare.sweep.sweep import Sweep
 from compare.tables.engines import engine_row
 from compare.tables.frames import frame
+from compare.tables.runs import run_row
 from compare.tables.shared import CONDITIONS, ENGINES, RUNS
 
-MEASURED = (RUNS, DIGITS, ORDERS, THROWS, SAME, CLOCK)
+MEASURED = (RUNS, WORK_PRECISION, DIGITS, ORDERS, THROWS, SAME, CLOCK)
 
 
 def measured(sweeps: Sequence[Sweep], reference: str) -> dict[str, pd.DataFrame]:
     """Return what was measured; ratios are over the reference contestant's times."""
     return {
-        "runs.csv": frame(RUNS, (row for sweep in sweeps for row in sweep_run_rows(sweep))),
+        "runs.csv": frame(RUNS, (run_row(run) for sweep in sweeps for run in sweep.runs)),
+        "work-precision.csv": frame(WORK_PRECISION, (row for sweep in sweeps for row in work_precision_rows(sweep))),
         "digits.csv": frame(DIGITS, (row for sweep in sweeps for row in digit_rows(sweep, reference))),
         "orders.csv": frame(ORDERS, (row for sweep in sweeps for row in order_rows(sweep))),
         "throws.csv": frame(THROWS, (row for sweep in sweeps for row in throws_rows(sweep))),

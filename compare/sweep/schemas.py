@@ -4,7 +4,27 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from compare.tables.schema import Table
-from compare.tables.shared import CONTESTANT, Engine, Method, SceneName, Step, Tolerance
+from compare.tables.shared import CONTESTANT, Engine, Limit, Method, SceneName, Status, Step, Tolerance, Why
+
+
+@dataclass(frozen=True)
+class WorkPrecisionRow:
+    """Error and time of one run: the time is that of its native loop, by the clock that is right for it."""
+
+    scene: SceneName
+    engine: Engine
+    method: Method
+    dt_s: Step
+    tolerance: Tolerance
+    steps: Annotated[int | None, "steps of the whole flight; empty where a flight is what was timed"]
+    status: Status
+    why: Why
+    error_m: Annotated[float, "largest error of any vertex and sample; the median over the throws where there are many"]
+    limit_m: Limit
+    flight_us: Annotated[float, "time of one throw's flight: lower decile of the rounds"]
+    p90_flight_us: Annotated[float, "the same, upper decile"]
+    step_ns: Annotated[float | None, "time of one step of one throw; empty where a flight is what was timed"]
+    clock: Annotated[str, "thread CPU, process CPU or wall: the one that is right for it"]
 
 
 @dataclass(frozen=True)
@@ -114,9 +134,10 @@ class ThrowsRow:
     p95_error_m: Annotated[float, "95 % quantile"]
 
 
+WORK_PRECISION = Table("work-precision.csv", WorkPrecisionRow, (*CONTESTANT, "dt_s"))
 DIGITS = Table("digits.csv", DigitRow, (*CONTESTANT, "target_m"))
 ORDERS = Table("orders.csv", OrderRow, CONTESTANT)
 THROWS = Table("throws.csv", ThrowsRow, (*CONTESTANT, "dt_s", "tolerance"))
 SAME = Table("same.csv", SameRow, ("scene", "engine_a", "method_a", "engine_b", "method_b"))
 CLOCK = Table("clock.csv", ClockRow, CONTESTANT)
-TABLES = (DIGITS, ORDERS, THROWS, SAME, CLOCK)
+TABLES = (WORK_PRECISION, DIGITS, ORDERS, THROWS, SAME, CLOCK)

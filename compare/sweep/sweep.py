@@ -41,6 +41,12 @@ class Sweep:
     untimed: tuple[Run, ...]
     why_untimed: dict[str, str] = field(default_factory=dict)
 
+    @property
+    def runs(self) -> Iterator[Run]:
+        """Every run, timed or not."""
+        yield from (each.run for each in self.timed)
+        yield from self.untimed
+
 
 def sweep(
     participants: Sequence[Participant],

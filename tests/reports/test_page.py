@@ -11,6 +11,7 @@ import pandas as pd
 import pytest
 from axe_playwright_python.sync_playwright import Axe
 from conftest import SCENES, until
+from playwright.sync_api import expect
 
 from reports.page import page
 from scenarios.frames import rotation_matrix
@@ -323,8 +324,8 @@ def test_whatever_a_table_says_stays_text(real, opened):
     tab = opened(page(evil), "#open=die-vertex")
     everything_drawn(tab)
     tab.locator("#fold-runs-die-vertex > summary").click()
-    assert EVIL in tab.locator("#scene-die-vertex h3").inner_text()
-    assert tab.locator("#runs-die-vertex td", has_text=EVIL).count() > 0
+    expect(tab.locator("#scene-die-vertex h3")).to_contain_text(EVIL)
+    expect(tab.locator("#runs-die-vertex td", has_text=EVIL).first).to_be_attached()
     assert tab.locator("img").count() == 0
 
 

@@ -170,16 +170,16 @@ function answer(host) {
 /** Who reaches an error on the swept scene, cheapest first: name, time of its flight, the step that did. */
 function cheapest(tolerance) {
   const found = [];
-  for (const [name, own] of groupBy(rows("sweep-runs.csv").filter((run) => run.scene === sweptScenes()[0]), contestantOf)) {
+  for (const [name, own] of groupBy(rows("sweep-work-precision.csv").filter((run) => run.scene === sweptScenes()[0]), contestantOf)) {
     if (FIELD.get(name)?.byHand) continue;
-    const reaching = own.filter((run) => run.status === "ok" && run.wall_s > 0 && errorOf(run) <= tolerance).sort((a, b) => a.wall_s - b.wall_s);
+    const reaching = own.filter((run) => run.status === "ok" && run.error_m <= tolerance).sort((a, b) => a.flight_us - b.flight_us);
     if (reaching.length) found.push({ name, engine: FIELD.get(name).engine, run: reaching[0], whole: own.length === 1 });
   }
-  return found.sort((a, b) => a.run.wall_s - b.run.wall_s);
+  return found.sort((a, b) => a.run.flight_us - b.run.flight_us);
 }
 
 function costInWords({ run, whole }) {
-  const time = si(run.wall_s, "s", 2);
+  const time = si(run.flight_us / 1e6, "s", 2);
   return whole ? ` (${time} a flight, in one step)` : ` (${settingOf(run, 2)}: ${time} a flight)`;
 }
 

@@ -1,7 +1,7 @@
 // What each digit costs: error against run time, and the table of what it takes to reach an error.
 
 function sweptScenes() {
-  return [...new Set(rows("sweep-runs.csv").map((run) => run.scene))];
+  return [...new Set(rows("sweep-work-precision.csv").map((run) => run.scene))];
 }
 
 /** The step of a run, or the tolerance under which it chose its own. */
@@ -14,15 +14,12 @@ function costSections(host) {
 }
 
 function costSection(host, scene) {
-  const throws = rows("sweep-throws.csv").filter((row) => row.scene === scene);
-  const spread = new Map(throws.map((row) => [`${nameOf(row)} ${row.dt_s}`, row]));
-  const clock = new Map(rows("sweep-clock.csv").filter((row) => row.scene === scene).map((row) => [nameOf(row), row]));
-  const runs = rows("sweep-runs.csv").filter((run) => run.scene === scene && run.wall_s > 0 && errorOf(run) !== null);
-  const count = throws[0]?.throws ?? 1;
+  const runs = rows("sweep-work-precision.csv").filter((run) => run.scene === scene);
+  const throws = rows("sweep-throws.csv").some((row) => row.scene === scene);
   const series = [...groupBy(runs, contestantOf)].map(([name, own]) => ({
     name,
     points: own
-      .map((run) => costPoint(run, spread.get(`${nameOf(run)} ${run.dt_s}`), clock.get(nameOf(run)), count))
+      .map(costPoint)
       .filter((point) => point.y > 0 && Number.isFinite(point.y))
       .sort((a, b) => a.x - b.x),
   }));
@@ -33,10 +30,10 @@ function costSection(host, scene) {
   chart(host, {
     id: `cost-${scene}`,
     label: `Largest vertex error against native time of a flight of ${scene}`,
-    x: { label: count > 1 ? "native time of one throw's flight" : "native time of the flight", log: true, show: (value) => si(value / 1e6, "s", 1) },
+    x: { label: throws ? "native time of one throw's flight" : "native time of the flight", log: true, show: (value) => si(value / 1e6, "s", 1) },
     y: { label: "largest vertex error", log: true, show: (value) => si(value, "m", 1) },
     series: () => series,
-    limit: limit > 0 ? [{ x: Math.min(...runs.map((run) => run.wall_s * 1e6)), y: limit }] : [],
+    limit: limit > 0 ? [{ x: Math.min(...runs.map((run) => run.flight_us)), y: limit }] : [],
     under: (frame) => [...frontier(frame), ...float32Floor(frame, scene), ...toleranceLine(frame)],
     height: 460,
   });
@@ -47,13 +44,12 @@ function costSection(host, scene) {
   orderTable(host, scene);
 }
 
-function costPoint(run, quantiles, reading, throws) {
-  const time = (run.wall_s * 1e6) / throws;
-  const error = quantiles ? quantiles.median_error_m : errorOf(run);
+function costPoint(run) {
+  const { error_m: error, flight_us: time } = run;
   const said = [settingOf(run), error <= (run.limit_m ?? 0) ? `≤ ${figure(run.limit_m)} m` : `${figure(error)} m`, `${figure(time)} µs a flight`];
-  if (run.steps && run.tolerance === null) said.push(`${counted(run.steps, "step")} of ${figure(run.wall_ns_per_step / throws)} ns`);
+  if (run.steps) said.push(`${counted(run.steps, "step")} of ${figure(run.step_ns)} ns`);
   if (run.status !== "ok") said.push(inWords(run));
-  return { x: time, y: error, plain: run.status === "ok", told: said, low: time, high: reading ? (time * reading.p90_ns) / reading.ns : time };
+  return { x: time, y: error, plain: run.status === "ok", told: said, low: time, high: run.p90_flight_us };
 }
 
 /** The line below and left of which nobody shown is. */
@@ -96,7 +92,7 @@ function costHeadline(scene) {
   if (!reaching.length) return [`Nobody shown reaches ${chosen(state.tol, "m")}.`];
   const last = reaching.at(-1);
   const parts = [`Of those shown ${reaching.length} reach ${chosen(state.tol, "m")}; `, make("b", {}, reaching[0].name), ` does it soonest${costInWords(reaching[0])}`];
-  if (reaching.length > 1) parts.push(`, ${last.name} takes ${times(last.run.wall_s / reaching[0].run.wall_s)} the time`);
+  if (reaching.length > 1) parts.push(`, ${last.name} takes ${times(last.run.flight_us / reaching[0].run.flight_us)} the time`);
   return [...parts, "."];
 }
 

@@ -3,7 +3,7 @@
 const SECTIONS = {
   changed: ["changed-runs.csv", changesSection],
   scenes: ["scenes.csv", sceneSections],
-  cost: ["sweep-runs.csv", costSections],
+  cost: ["sweep-work-precision.csv", costSections],
   stability: ["limits.csv", stableSections],
   same: ["agreement.csv", agreementSection],
   matrix: ["deformed", matrixSection],

@@ -58,17 +58,18 @@ def test_every_feature_left_out_has_its_row_and_all_of_them_one(ablation):
 
 
 def test_what_costs_something_is_told_from_what_costs_nothing(ablation):
-    rows = rows_of(ablation, "careful")
+    # Where a busy machine lets no ratio be told, the reason stands in its place.
+    rows = {feature: row for feature, row in rows_of(ablation, "careful").items() if "no ratio" not in row.why}
     # With the ballast a step is four steps' work, of which none but these costs anything worth noticing.
-    for feature in ("ballast", EVERYTHING):
+    for feature in {"ballast", EVERYTHING} & rows.keys():
         assert 2.5 < rows[feature].ratio < 6
         assert rows[feature].ratio_low > 1
-    for feature in ("breeze", "gravity"):
+    for feature in {"breeze", "gravity"} & rows.keys():
         assert 0.5 < rows[feature].ratio < 2
     for row in rows.values():
         assert row.ratio_low <= row.ratio <= row.ratio_high
         assert row.ratio == pytest.approx(row.cpu_ns_per_step_with / row.cpu_ns_per_step_without, rel=0.1)
-        assert row.cpu_ns_per_step_without == rows[EVERYTHING].cpu_ns_per_step_without, "one lean build for all"
+    assert len({row.cpu_ns_per_step_without for row in rows.values()}) == 1, "one lean build for all"
 
 
 def test_a_motion_that_stays_is_the_same_to_the_last_bit(ablation):
@@ -122,7 +123,7 @@ def test_mujoco_leaves_out_a_fifth_without_moving_a_bit(folder):
     with launched(["mujoco:rk4"]) as participants:
         found = ablate(participants, read_scene(str(folder / "brick.toml")), span_s=1.0)
     everything = rows_of(found, "rk4")[EVERYTHING]
-    assert everything.ratio_low > 1
+    assert everything.why.startswith("no ratio") or everything.ratio_low > 1
     assert {row.max_difference_m for row in found.rows} == {0.0}
 
 
@@ -130,7 +131,8 @@ def test_our_solver_pays_for_no_term_that_a_cube_has_not_got():
     with launched(["tumble:rk4"]) as participants:
         turning = ablate(participants, read_scene("table-4-1"), span_s=0.5)
         straight = ablate(participants, read_scene("die-straight"), span_s=0.5)
-    assert rows_of(turning, "rk4")[EVERYTHING].ratio_low > 1.5
+    everything = rows_of(turning, "rk4")[EVERYTHING]
+    assert everything.why.startswith("no ratio") or everything.ratio_low > 1.5
     # What never turns is moved by one product, however many the steps: no time of theirs is left to compare with.
     assert any("without it untimed" in row.why for row in straight.rows), straight.rows
     assert not turning.altered

@@ -23,8 +23,9 @@ from compare.sweep.frontier import (
     order_rows,
     reach,
     same_rows,
-    sweep_run_rows,
+    work_precision_rows,
 )
+from compare.sweep.results import measured
 from compare.sweep.sweep import Sweep, Timed, at_floor, rungs, sweep
 from scenarios.frames import vertices
 from scenarios.read import read_scene
@@ -185,14 +186,22 @@ def test_real_orders_and_equals_are_found(real):
     assert {(row.contestant_a, row.contestant_b) for row in same_rows(real)} == {("mujoco:euler", "pybullet:multibody")}
 
 
-def test_every_real_run_has_its_row_with_the_clocks_time(real):
-    rows = list(sweep_run_rows(real))
-    assert len(rows) == len(real.timed) + len(real.untimed)
-    assert all(row.wall_s is not None and row.wall_s > 0 for row in rows if row.status == "ok")
+def test_every_timed_run_has_its_row_with_the_clocks_time(real):
+    rows = list(work_precision_rows(real))
+    assert [row.error_m for row in rows] == [error(each) for each in real.timed]
+    assert all(0 < row.flight_us <= row.p90_flight_us for row in rows)
+    assert all(row.flight_us == pytest.approx(row.steps * row.step_ns / 1e3) for row in rows)
     per_step = {(row.engine, row.method): set() for row in rows}
     for row in rows:
-        per_step[row.engine, row.method].add(round(row.wall_ns_per_step, 6))
+        per_step[row.engine, row.method].add(round(row.step_ns, 6))
     assert all(len(times) == 1 for times in per_step.values()), "one clock reading serves a whole ladder"
+
+
+def test_what_is_called_wall_is_the_wall_time_of_the_flight(real):
+    runs = measured([real], "tumble:rk4")["runs.csv"]
+    flown = [run for run in real.runs if run.status == "ok"]
+    assert len(flown) > 10
+    assert list(runs[runs["status"] == "ok"]["wall_s"]) == [run.flight.wall_s for run in flown]
 
 
 def test_our_rk4_reaches_a_millionth_sooner_than_mujocos(real):
