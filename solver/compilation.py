@@ -10,7 +10,9 @@ Division by zero gives inf or nan, for a judge to see.  Fast-math is off, and so
 for the last bits would depend on the processor and on how a loop happened to be compiled: `solver.fused` says them.
 """
 
-from collections.abc import Callable
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
@@ -47,3 +49,21 @@ def inlined(function: F) -> F:
 def kernel(function: F) -> F:
     """Compile a loop over the rows of an array, and keep it on disk."""
     return cast(F, keep(njit(**OPTIONS)(function), SOURCE))
+
+
+@contextmanager
+def without_blas() -> Iterator[None]:
+    """Let numba, while it makes itself ready, not look for scipy's BLAS: a seventh of a start, and no kernel calls it.
+
+    It looks once, to know whether its np.convolve may; whatever else of it needs BLAS looks again by itself.  Not for
+    a process in which another thread may import scipy meanwhile.  Source: numba 0.68, numba/np/arraymath.py.
+    """
+    blas, modules = "scipy.linalg.cython_blas", cast(dict[str, Any], sys.modules)
+    if blas in modules:
+        yield
+        return
+    modules[blas] = None  # what Python takes for a module that is not there
+    try:
+        yield
+    finally:
+        del modules[blas]

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from solver.body import Body
+from solver.compilation import without_blas
 from solver.flight import Flight
 from solver.forces import LAWS, Forces, only_gravity
 from solver.registry import METHODS as REGISTRY
@@ -117,7 +118,8 @@ def choice(body, forces, scene):
 def write(world, states):
     """Start from these states, (N, 13), compiled for them: no step is timed that waits for a compiler."""
     world.flight.write(states)
-    world.flight.compile()
+    with without_blas():
+        world.flight.compile()
 
 
 def advance(world, n, dt):

@@ -4,7 +4,6 @@ They lie in the user's cache folder, or where TUMBLE_ENVIRONMENTS says.  One is 
 place when its engine has been loaded in it: there is never a half-made one.  Only `install` downloads anything.
 """
 
-import importlib.metadata
 import json
 import os
 import re
@@ -85,8 +84,10 @@ def beside(engine: str) -> str | None:
     """Return the release of an engine that is installed beside Tumble, '' for one that needs no package, or None."""
     packages = registry.package(engine).packages
     for package in packages:
-        with suppress(importlib.metadata.PackageNotFoundError):
-            return importlib.metadata.version(package)
+        from importlib import metadata  # it brings a parser of letters, which only a named release has a use for
+
+        with suppress(metadata.PackageNotFoundError):
+            return metadata.version(package)
     return None if packages else ""
 
 
