@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 METHODS = ("semi-implicit-euler",)
 FORCED = ("semi-implicit-euler+held",)
 FEATURES = {"gravity", "tether", "drag", "floor"}
+STEP_NS = 6000
 PACKAGES = ("dartpy",)
 PINS = ("dartpy==6.20.0", "numpy==2.4.6")
 APART = True

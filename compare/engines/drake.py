@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 INTEGRATORS = {"rk3": "runge_kutta3", "rk5": "runge_kutta5"}
 METHODS = (*INTEGRATORS, "discrete")
 FEATURES = {"gravity"}
+STEP_NS = 20_000
 PACKAGES = ("drake",)
 PINS = ("drake==1.51.1", "numpy==2.4.6")
 APART = True

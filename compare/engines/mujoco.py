@@ -55,6 +55,7 @@ FORCED = tuple(f"{integrator}+held" for integrator in INTEGRATORS)
 ON_REQUEST = ("euler+defaults", "rk4+defaults", "implicitfast+defaults")
 SHOWN = ("euler", "euler+defaults", "rk4", "implicitfast")
 FEATURES = {"gravity", "tether", "drag", "floor"}
+STEP_NS = 2000
 OPTIONAL = (*FLAGS, "geoms")
 PACKAGES = ("mujoco", "mujoco-core")
 PINS = ("mujoco==4.0.0",)

@@ -33,6 +33,7 @@ METHODS = ("pgs", "tgs")
 FORCED = ("pgs+held", "tgs+held")
 ON_REQUEST = ("tgs+defaults",)
 FEATURES = {"gravity", "tether", "drag", "floor"}
+STEP_NS = 13_000
 PACKAGES = ("sapien",)
 PINS = ("sapien==3.0.3", "numpy==2.4.6")
 APART = True

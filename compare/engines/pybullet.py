@@ -34,6 +34,7 @@ FORCED = ("multibody+held", "rigidbody+held")
 ON_REQUEST = ("multibody+defaults", "rigidbody+defaults")
 SHOWN = ("multibody", "multibody+defaults", "rigidbody")
 FEATURES = {"gravity", "tether", "drag", "floor"}
+STEP_NS = 1000
 OPTIONAL = ("collision shape",)
 PACKAGES = ("pybullet",)
 PINS = ("pybullet==3.2.7", "numpy==2.4.6")

@@ -29,6 +29,7 @@ METHODS = ("tgs",)
 FORCED = ("tgs+held",)
 ON_REQUEST = ("tgs+defaults",)
 FEATURES = {"gravity", "tether", "drag", "floor"}
+STEP_NS = 10_000
 PACKAGES = ("rapier3d",)
 PINS = ("rapier3d==0.36.1", "numpy==2.4.6")
 APART = True

@@ -23,6 +23,7 @@ ON_REQUEST = ("auto",)
 SHOWN = ("rk4", "exact", "adaptive", "symplectic-euler", "quaternion-euler", "matrix-euler")
 # Every law of the solver, by the name that a scene has it under: the key of one of its kind.
 FEATURES = {law.removesuffix("s") for law in LAWS}
+STEP_NS = 50
 PACKAGES = ("tumble",)
 SCHEMES = {
     "rk4": "rk4",

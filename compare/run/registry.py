@@ -3,6 +3,7 @@
 import ast
 import importlib
 import importlib.util
+import math
 import pkgutil
 import sys
 import traceback
@@ -20,6 +21,8 @@ from scenarios.refusal import UsersError
 from scenarios.scene import Scene
 
 VERBS = ("build", "write", "advance", "read")
+# What a step takes where an engine does not say it [ns]: it is a plain loop in Python, as far as anybody knows.
+STEP_NS = 50_000.0
 OWN_SCHEME = "its own"  # in place of a name, for a scheme that an engine states as a function
 
 
@@ -63,7 +66,8 @@ class EngineInfo:
     that take part only where more than gravity acts; on_request: names that take part only when asked for; shown: those
     that a page is made of; optional: what build leaves out of a world that has no use for it, and keeps if told to;
     schemes and gyroscopic: names by method, as in compare.engines, OWN_SCHEME for a function; largest_turn [rad] of a
-    step; exempt: laws that it is there to break, and why; defaults: what a user gets who sets nothing.
+    step; exempt: laws that it is there to break, and why; defaults: what a user gets who sets nothing; step_ns: about
+    what a step of one throw takes [ns].
     """
 
     methods: tuple[str, ...]
@@ -82,6 +86,7 @@ class EngineInfo:
     gyroscopic: dict[str, str]
     largest_turn: float | None
     exempt: dict[str, str]
+    step_ns: float
 
 
 def names() -> list[str]:
@@ -181,6 +186,9 @@ def engine_info(engine: str, module: ModuleType) -> EngineInfo:
     schemes = names_by_method(engine, module, "SCHEMES", SCHEME_NAMES)
     gyroscopic = names_by_method(engine, module, "GYROSCOPIC", GYROSCOPIC_NAMES)
     largest_turn = getattr(module, "LARGEST_TURN", None)
+    step_ns = getattr(module, "STEP_NS", STEP_NS)
+    if not isinstance(step_ns, int | float) or not 0 < step_ns < math.inf:
+        raise BadEngine(f"{engine}: STEP_NS must be a number above 0, is {step_ns!r}")
     exempt = dict(getattr(module, "EXEMPT", {}))
     for law in exempt:
         if law not in LAWS:
@@ -202,6 +210,7 @@ def engine_info(engine: str, module: ModuleType) -> EngineInfo:
         gyroscopic,
         None if largest_turn is None else float(largest_turn),
         {law: str(why) for law, why in exempt.items()},
+        float(step_ns),
     )
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from compare.judge.cost import Timed, time_runs
 from compare.judge.errors import Flown, Run
-from compare.run.flight import Trajectory, legs
+from compare.run.flight import legs
 from compare.run.kept import Kept
 from compare.run.participants import Participant
 from compare.run.tasks import Task, run
@@ -58,7 +58,8 @@ def sweep(
 ) -> Sweep:
     """Return one scene's error and time for every contestant and every rung of its ladder.
 
-    budget_s: native loop that one flight may take [s]; a ladder ends above it; kept: ladders that are done already, and
+    budget_s: native loop that one flight may take [s]; a ladder ends above it, by what its engine says that a step takes
+    and not by a clock, so that its rows are the same on a busy machine; kept: ladders that are done already, and
     where those are kept that get done.  Times are always taken anew: they are worth something only beside each other.
     enough_m: the error [m] that is asked for: a ladder ends where it is reached.
     Raises NoTruth where there is nothing to measure errors against, RayMissed as compare does.
@@ -95,7 +96,9 @@ def climb(
         ladder.append(Flown(name, dt, answer))
         runs.append(ladder[-1].run(scene, participant.title, true))
         # An adaptive method's error falls by fits and starts, and its tolerances are few: they are all tried.
-        if isinstance(answer, Failure) or over_budget(answer, budget_s) or (name == method and at_floor(runs)):
+        if isinstance(answer, Failure) or (name == method and at_floor(runs)):
+            break
+        if over_budget(participant, answer.steps * len(scene.start), budget_s):
             break
         if runs[-1].status == "ok" and float(runs[-1].distances.max()) <= enough_m:
             break
@@ -116,9 +119,9 @@ def rungs(participant: Participant, scene: Scene, method: str) -> Iterator[tuple
         yield from ((method, scene.duration / (cuts * count)) for count in counts)
 
 
-def over_budget(flight: Trajectory, budget_s: float) -> bool:
-    """Whether the next rung would take longer than a flight may."""
-    return 1.5 * flight.wall_s > budget_s
+def over_budget(participant: Participant, steps: int, budget_s: float) -> bool:
+    """Whether the next rung would take longer than a flight may; steps: those of all throws in this one."""
+    return not isinstance(participant.info, Failure) and 1.5 * steps * participant.info.step_ns > 1e9 * budget_s
 
 
 def at_floor(runs: Sequence[Run]) -> bool:

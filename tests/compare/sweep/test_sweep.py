@@ -1,6 +1,8 @@
 """The ladder, the clock and what is read off them: on planted runs with known answers, and on a real sweep."""
 
 import re
+import subprocess
+import sys
 from dataclasses import replace
 from itertools import pairwise
 from time import thread_time_ns
@@ -26,7 +28,7 @@ from compare.sweep.frontier import (
     work_precision_rows,
 )
 from compare.sweep.results import measured
-from compare.sweep.sweep import Sweep, Timed, at_floor, rungs, sweep
+from compare.sweep.sweep import Sweep, Timed, at_floor, climb, rungs, sweep
 from scenarios.frames import vertices
 from scenarios.read import read_scene
 from scenarios.truth import truth
@@ -202,6 +204,45 @@ def test_what_is_called_wall_is_the_wall_time_of_the_flight(real):
     flown = [run for run in real.runs if run.status == "ok"]
     assert len(flown) > 10
     assert list(runs[runs["status"] == "ok"]["wall_s"]) == [run.flight.wall_s for run in flown]
+
+
+SLEEPY = """
+import os, time
+METHODS = ("drifts",)
+FEATURES = {"gravity"}
+STEP_NS = 100_000
+ABOUT = {"version": "1", "precision": "double", "switched_off": []}
+def build(scene, method): return {}
+def write(world, states): world["states"] = states
+def advance(world, n, dt):
+    time.sleep(LATE_S)
+    world["states"][:, 0:3] += n * dt * (1 + dt) * world["states"][:, 7:10]
+def read(world): return world["states"]
+"""
+
+
+def test_a_ladder_has_the_same_rungs_whatever_the_machine_does(tmp_path):
+    """Beside a process that burns a core, and with steps that take a hundred times as long: what a clock would see."""
+    found = []
+    for name, late_s in (("quiet", "0.0"), ("busy", "0.02")):
+        (tmp_path / name).mkdir()
+        path = tmp_path / name / "sleepy.py"
+        path.write_text(SLEEPY.replace("LATE_S", late_s))
+        burner = subprocess.Popen([sys.executable, "-c", "while True: pass"]) if name == "busy" else None
+        try:
+            with launched([str(path), "tumble:symplectic-euler"]) as participants:
+                found.append([
+                    [(each.method, each.dt) for each in climb(one, SCENE, TRUTH, one.methods[0], 0.01, 0.0)]
+                    for one in participants
+                ])  # fmt: skip
+        finally:
+            if burner:
+                burner.kill()
+                burner.wait()
+    quiet, busy = found
+    assert quiet == busy
+    # 66 steps by what it says of itself, so that the rung beyond them is its last.
+    assert [round(SCENE.duration / dt) for _, dt in quiet[0]][-2:] == [64, 96]
 
 
 def test_our_rk4_reaches_a_millionth_sooner_than_mujocos(real):
