@@ -58,9 +58,10 @@ def sweep(
 ) -> Sweep:
     """Return one scene's error and time for every contestant and every rung of its ladder.
 
-    budget_s: native loop that one flight may take [s]; a ladder ends above it, by what its engine says that a step takes
-    and not by a clock, so that its rows are the same on a busy machine; kept: ladders that are done already, and
-    where those are kept that get done.  Times are always taken anew: they are worth something only beside each other.
+    budget_s: native loop that one flight may take [s]; a ladder ends above it, by what its engine says that a step
+    takes and not by a clock, so that its rows are the same on a busy machine; kept: ladders that are done already,
+    and where those are kept that get done.  Times are always taken anew: they are worth something only beside each
+    other.
     enough_m: the error [m] that is asked for: a ladder ends where it is reached.
     Raises NoTruth where there is nothing to measure errors against, RayMissed as compare does.
     """
