@@ -41,12 +41,12 @@ class KernelCache(FunctionCache):
             self.disable()
 
 
-def keep(dispatcher: Any, source: Path) -> Any:
+def keep(dispatcher: Any, source: Path, others: tuple[Path, ...] = ()) -> Any:
     """Return a compiled function that is kept on disk, if there is a folder for it.
 
-    source: the folder of all that it is made of; each state of its source has a folder of its own.
+    source, others: the folders of all that it is made of; each state of their source has a folder of its own.
     """
-    name = f"kernels-{state(source)}"
+    name = f"kernels-{state(source, *others)}"
     before = numba.config.CACHE_DIR  # type: ignore[attr-defined]
     try:
         for folder in folders(source):
@@ -62,9 +62,9 @@ def keep(dispatcher: Any, source: Path) -> Any:
 
 
 @cache
-def state(source: Path) -> str:
-    """Return sixteen digits that are others for another state of the source."""
-    text = b"".join(path.read_bytes() for path in sorted(source.rglob("*.py")))
+def state(*sources: Path) -> str:
+    """Return sixteen digits that are others for another state of the source in these folders."""
+    text = b"".join(path.read_bytes() for source in sources for path in sorted(source.rglob("*.py")))
     return hashlib.sha256(text).hexdigest()[:16]
 
 

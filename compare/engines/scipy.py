@@ -10,8 +10,9 @@ position and velocity too; the parabola of a free flight is written down.
 import copy
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import cache, partial
+from functools import partial
 from importlib.metadata import version
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numba
@@ -21,6 +22,8 @@ from scipy.integrate import DOP853
 
 from compare.engines.parts.turn import turned as rotated
 from compare.engines.parts.turn import turned_back
+from scenarios import wrench
+from scenarios.kernel_cache import keep
 from scenarios.wrench import net_wrenches, numbers, turned
 
 if TYPE_CHECKING:
@@ -38,7 +41,7 @@ ABOUT = {
     "precision": "double",
     "switched_off": [
         "the translation of a free flight: it is written down in closed form, as in our own solver",
-        "Python in the right-hand side: it is compiled, the moments of inertia constants in it",
+        "Python in the right-hand side: it is compiled",
         "dense output: a sample is where solve_ivp to that instant ends, not on the interpolant of order 7",
         "nothing else: rtol is TOLERANCE; atol is TOLERANCE for q, TOLERANCE times the initial spin for w, and with "
         "forces TOLERANCE times the body's radius for x, the rate the motion begins with being the spin of w and v",
@@ -46,6 +49,8 @@ ABOUT = {
     "defaults": ["rtol 1e-3 and atol 1e-6: a user of solve_ivp who sets nothing gets those, and method RK45"],
 }
 
+# What the kernels here are made of: this folder, and the laws of forces.
+HERE, LAWS = Path(__file__).parent, Path(wrench.__file__).parent
 DEFAULT_TOLERANCE = 1e-9
 LEAST_TOLERANCE = 2.3e-14  # SciPy raises an rtol below 100 eps to that, and warns
 
@@ -86,37 +91,34 @@ def build(scene: "Scene", method: str) -> World:
     if name not in METHODS or not 0.0 < asked < 1.0:
         raise ValueError(f"{method!r} is not dop853, or dop853@TOLERANCE with a tolerance between 0 and 1")
     gravity = np.zeros(3) if scene.gravity is None else scene.gravity
-    spin = compiled(*scene.body.moments.tolist())
     if scene.is_free:
+        spin = partial(spun, *scene.body.moments.tolist())
+        spin(0.0, np.ones(7))  # compiled before any clock runs
         return World(spin, asked, gravity)
-    slope = partial(pulled, spin, scene.body.mass, np.array(scene.body.moments), np.array(gravity), *numbers(scene))
-    slope(0.0, np.ones(13))  # compiled before any clock runs
+    slope = partial(pulled, scene.body.mass, np.array(scene.body.moments), np.array(gravity), *numbers(scene))
+    slope(0.0, np.ones(13))
     return World(slope, asked, gravity, float(np.linalg.norm(scene.body.points, axis=1).max()))
 
 
-@cache
-def compiled(a: float, b: float, c: float) -> Slope:
+@partial(keep, source=HERE)
+@numba.njit(error_model="numpy")
+def spun(a: float, b: float, c: float, t: float, y: Array) -> Array:
     """Return the right-hand side for moments a, b, c [kg m2]: q' = q w~/2 and Euler's I w' = (I w) x w."""
-
-    @numba.njit("float64[::1](float64, float64[::1])", error_model="numpy")
-    def slope(t: float, y: Array) -> Array:
-        qw, qx, qy, qz, wx, wy, wz = y[0], y[1], y[2], y[3], y[4], y[5], y[6]
-        rate = np.empty(7)
-        rate[0] = -0.5 * (qx * wx + qy * wy + qz * wz)
-        rate[1] = 0.5 * (qw * wx + qy * wz - qz * wy)
-        rate[2] = 0.5 * (qw * wy + qz * wx - qx * wz)
-        rate[3] = 0.5 * (qw * wz + qx * wy - qy * wx)
-        rate[4] = (b - c) / a * (wy * wz)
-        rate[5] = (c - a) / b * (wz * wx)
-        rate[6] = (a - b) / c * (wx * wy)
-        return rate
-
-    return slope
+    qw, qx, qy, qz, wx, wy, wz = y[0], y[1], y[2], y[3], y[4], y[5], y[6]
+    rate = np.empty(7)
+    rate[0] = -0.5 * (qx * wx + qy * wy + qz * wz)
+    rate[1] = 0.5 * (qw * wx + qy * wz - qz * wy)
+    rate[2] = 0.5 * (qw * wy + qz * wx - qx * wz)
+    rate[3] = 0.5 * (qw * wz + qx * wy - qy * wx)
+    rate[4] = (b - c) / a * (wy * wz)
+    rate[5] = (c - a) / b * (wz * wx)
+    rate[6] = (a - b) / c * (wx * wy)
+    return rate
 
 
+@partial(keep, source=HERE, others=(LAWS,))
 @numba.njit(error_model="numpy")
 def pulled(
-    spin: Slope,
     mass: float,
     moments: Array,
     gravity: Array,
@@ -136,7 +138,7 @@ def pulled(
     state[4:7] *= -1.0  # from here on it turns world axes into body axes
     torque = turned(state, (total[3], total[4], total[5]))
     rate = np.empty(13)
-    rate[0:7] = spin(t, y[0:7])
+    rate[0:7] = spun(moments[0], moments[1], moments[2], t, y[0:7])
     for axis in range(3):
         rate[4 + axis] += torque[axis] / moments[axis]
     rate[7:10] = y[10:13]
