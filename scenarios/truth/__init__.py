@@ -130,7 +130,7 @@ def _filled(values: Array, filling: float, rows: int) -> Array:
 def _closed(mp: Any, scene: Scene, row: int, throw: Throw, floor: bool) -> Answer:
     rougher, finer = settle(mp, throw)
     error = own_error(rougher, finer, throw.points.astype(float))
-    moved = input_floor(mp, scene, row, rougher) if floor else np.zeros(len(error))
+    moved = input_floor(mp, scene, row, throw, rougher) if floor else np.zeros(len(error))
     return Answer(finer, error, moved, "exact")
 
 

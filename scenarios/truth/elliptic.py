@@ -1,6 +1,6 @@
 """Jacobi's elliptic functions and Carlson's integral of the third kind, real arguments, any number of digits.
 
-`mp` is always a context of mpmath whose working precision the caller has set.
+`mp` is always a context of mpmath whose working precision the caller has set, or mpmath's context of doubles.
 """
 
 from fractions import Fraction
@@ -46,7 +46,7 @@ class JacobiFunctions:
         if self.quarter_period == mp.inf:
             sech = mp.sech(u)
             return Amplitude(mp.tanh(u), sech, sech, 0)
-        half_periods = int(mp.nint(u / (2 * self.quarter_period)))
+        half_periods = int(mp.floor(u / (2 * self.quarter_period) + 0.5))
         u = u - 2 * half_periods * self.quarter_period
         if u == 0:
             sn, cn, dn = mp.zero, mp.one, mp.one

@@ -12,7 +12,7 @@ import numpy as np
 
 from scenarios.impulse import RayMissed
 from scenarios.ray import first_hit
-from scenarios.truth.inertia import Numbers, inverse, principal
+from scenarios.truth.inertia import Numbers, Principal, inverse
 from scenarios.truth.rotation import Rotation, SteadySpin, free_rotation
 from scenarios.truth.throw import Blow, Throw
 
@@ -26,13 +26,13 @@ class Pose(NamedTuple):
     w_world: Numbers
 
 
-def fly(mp: Any, throw: Throw) -> list[Pose]:
+def fly(mp: Any, throw: Throw, own: Principal) -> list[Pose]:
     """Return the pose at each of the throw's instants, blows of that instant included.
 
-    mp: mpmath context at the wanted precision.  Raises RayMissed.
+    mp: mpmath context at the wanted precision; own: principal moments and axes, to that precision.  Raises RayMissed.
     """
     arc = Arc(throw.x, throw.v, throw.gravity, Fraction(0))
-    turning = Turning(mp, throw.solid.tensor)
+    turning = Turning(mp, throw.solid.tensor, own)
     rotation = turning.start(throw.axes, throw.solid.tensor @ (throw.axes.T @ throw.w_world))
     turned = Fraction(0)
     blows = deque(throw.blows)
@@ -57,8 +57,8 @@ def fly(mp: Any, throw: Throw) -> list[Pose]:
 class Turning:
     """The free rotations of a body whose tensor, (3, 3), is given along the file's axes."""
 
-    def __init__(self, mp: Any, tensor: Numbers) -> None:
-        self._mp, self._principal, self.inverse = mp, principal(mp, tensor), inverse(tensor)
+    def __init__(self, mp: Any, tensor: Numbers, own: Principal) -> None:
+        self._mp, self._principal, self.inverse = mp, own, inverse(tensor)
 
     def start(self, axes: Numbers, L_body: Numbers) -> Rotation:
         """Return the rotation from the file's axes, (3, 3), and the angular momentum along them [kg m2/s], (3,)."""

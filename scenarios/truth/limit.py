@@ -1,5 +1,6 @@
 """How far a truth can be trusted, and how far a program in doubles can be held to it."""
 
+from fractions import Fraction
 from random import Random
 from typing import Any, NamedTuple
 
@@ -8,7 +9,7 @@ import numpy as np
 from scenarios.frames import Array
 from scenarios.scene import Scene
 from scenarios.truth.flight import Pose, fly
-from scenarios.truth.inertia import Numbers
+from scenarios.truth.inertia import Numbers, Principal, principal
 from scenarios.truth.throw import Throw, changing, read_throw
 
 # The first, 33 digits, can lose the eleven that 1e11 radians cost; the last is for what no double can follow.
@@ -16,6 +17,12 @@ PRECISIONS = (112, 168, 252, 378, 567, 850, 1275, 1913, 2869, 4304)  # bits
 # Agreement that leaves the rounding to doubles, 2^-53, nothing to do with the truth's own error.
 AGREEMENT = 2.0**-75
 PATTERNS = 8
+# The changes that a derivative is taken from, in half last bits: much beyond what doubles round, still in proportion.
+SHARES = 2.0**23, 2.0**11
+# What a smaller change, of the opposite sign, is made with to see that the effect is in proportion.
+OPPOSITE = -0.125
+# How unequal the effects may then be, and what share of the body's size they may move it.
+PROPORTIONAL, SMALL = 0.1, 1e-3
 
 
 class Flight(NamedTuple):
@@ -54,7 +61,7 @@ def settle(mp: Any, throw: Throw) -> tuple[Flight, Flight]:
 
 def _flight(mp: Any, throw: Throw, bits: int) -> Flight:
     mp.prec = bits
-    return Flight(bits, fly(mp, throw))
+    return Flight(bits, fly(mp, throw, principal(mp, throw.solid.tensor)))
 
 
 def _agree(rough: Pose, fine: Pose) -> bool:
@@ -71,24 +78,82 @@ def own_error(rougher: Flight, finer: Flight, points: Array) -> Array:
     return np.linalg.norm(points @ np.swapaxes(np.array(turned, dtype=float), 1, 2), axis=-1).max(axis=-1)
 
 
-def input_floor(mp: Any, scene: Scene, row: int, plain: Flight) -> Array:
-    """Return how far the vertices move when every number of the scene is changed by a relative 2^-53 [m], (R,).
+def input_floor(mp: Any, scene: Scene, row: int, throw: Throw, plain: Flight) -> Array:
+    """Return how far the vertices move when every number of the scene is changed by half its last bit [m], (R,).
 
     The change is what reading a decimal into a double may do: no program in doubles can be held to less.  It goes
-    to the start, mass, moments, points, gravity and impulses, each number with its own sign, and to the clock (0.1 s is
-    no double either).  Zeros stay zeros.  A sign pattern moves a vertex by the sum of the numbers' own effects,
-    randomly signed, whose mean square over all patterns is the sum of their squares.  Of such sums, if normal, the
-    largest of eight lies between 1 and 2.7 times the root mean square in nine cases of ten; eight more flights would
-    raise its median by a sixth.
+    to each number that the file has, each with its own sign, and to the clock (0.1 s is no double either).  Zeros stay
+    zeros.  A sign pattern moves a vertex by the sum of the numbers' own effects, randomly signed, whose mean square
+    over all patterns is the sum of their squares.  Of such sums, if normal, the largest of eight lies between 1 and 2.7
+    times the root mean square in nine cases of ten; eight more flights would raise its median by a sixth.
+
+    It is a derivative: the difference of flights in doubles for changes of many times as much, over that.
+    Where the difference is no derivative, the flights are made with the digits of the plain one.
     """
-    points = read_throw(scene, row).points
-    floor = np.zeros(len(plain.poses))
-    for pattern in range(PATTERNS):
-        throw = read_throw(scene, row, changing(Random(pattern)))
-        changed = _flight(mp, throw, plain.bits)
-        moved = [movement(*pair, points, throw.points) for pair in zip(plain.poses, changed.poses, strict=True)]
-        floor = np.maximum(floor, moved)
-    return floor
+    readings = [Reading(scene, row, pattern) for pattern in range(PATTERNS)]
+    for share in SHARES:
+        try:
+            moved = _derivative(mp, throw, readings, share)
+        except (ArithmeticError, ValueError):  # numbers that leave the range of doubles
+            continue
+        if moved is not None:
+            return moved
+    others = [changed(1.0) for changed in readings]
+    return np.maximum.reduce([_moved(plain, _flight(mp, other, plain.bits), throw, other) for other in others])
+
+
+class Reading(NamedTuple):
+    """The throw with every number changed, by the signs of one pattern."""
+
+    scene: Scene
+    row: int
+    pattern: int
+
+    def __call__(self, share: float) -> Throw:
+        """Return the throw for changes of a share of half the last bits."""
+        return read_throw(self.scene, self.row, changing(Random(self.pattern), share))
+
+
+def _derivative(mp: Any, throw: Throw, readings: list[Reading], share: float) -> Array | None:
+    """Return the largest moves for half the last bits [m], (R,); None where those for a share are not in proportion."""
+    plain = _in_doubles(mp, throw)
+
+    def moves(reading: Reading, share: float) -> Array:
+        changed = reading(share)
+        return _moved(plain, _in_doubles(mp, changed), throw, changed) / abs(share)
+
+    there, back = moves(readings[0], share), moves(readings[0], OPPOSITE * share)
+    far = np.abs([pose.x.astype(float) for pose in plain.poses]).max(axis=1)
+    if not in_proportion(there, back, share, throw.points.astype(float), far).all():
+        return None
+    return np.maximum.reduce([there, *(moves(reading, share) for reading in readings[1:])])
+
+
+def in_proportion(there: Array, back: Array, share: float, points: Array, far: Array) -> Array:
+    """Return whether moves of the vertices over the share of half last bits that made them are a derivative, (R,).
+
+    there, back: for changes of opposite signs [m], (R,); points: (n, 3); far: how far away the body is [m], (R,).
+    Moves that are no longer small against the body may be alike for opposite signs, and tell nothing.
+    """
+    small = share * there <= SMALL * np.linalg.norm(points, axis=1).max() + share * 2.0**-50 * far
+    return small & (abs(there - back) <= PROPORTIONAL * np.maximum(there, back))
+
+
+def _in_doubles(mp: Any, throw: Throw) -> Flight:
+    """Return the flight by the same closed form in doubles, which take a tenth of the time."""
+    from mpmath import fp
+
+    mp.prec = PRECISIONS[0]
+    own = principal(mp, throw.solid.tensor)
+    if not isinstance(own.axes[0, 0], Fraction):
+        own = Principal(own.moments, own.axes.astype(float))
+    return Flight(53, fly(fp, throw, own))
+
+
+def _moved(plain: Flight, changed: Flight, throw: Throw, other: Throw) -> Array:
+    """Return the largest move of a vertex [m], (R,)."""
+    pairs = zip(plain.poses, changed.poses, strict=True)
+    return np.array([movement(*pair, throw.points, other.points) for pair in pairs])
 
 
 def movement(pose: Pose, changed: Pose, points: Numbers, changed_points: Numbers) -> float:

@@ -16,7 +16,7 @@ from scenarios.truth.forced.flight import BUDGET_S, Pilot
 from scenarios.truth.forced.laws import AXES, MOMENTUM, V, X
 from scenarios.truth.forced.passage import Manner
 from scenarios.truth.inertia import inverse
-from scenarios.truth.limit import PATTERNS, Answer, Flight
+from scenarios.truth.limit import PATTERNS, Answer, Flight, in_proportion
 from scenarios.truth.throw import Throw, changing, read_throw
 
 # Of the numbers told: those of the two doubles that the integration keeps of each, and some for arithmetic.
@@ -29,9 +29,8 @@ SAFETY = 2.0
 # A step rounds each number by some 2^-103 of it; what half a last bit of the inputs does, 2^-54, is the floor.
 ROUNDING_PER_STEP = 2.0**-47
 # The inputs are changed by many times half their last bit, so that what comes of it stands out from the doubles'
-# rounding, and the effect is scaled down.  That is right while it is proportional, seen by turning the signs round.
+# rounding, and the effect is scaled down.
 CHANGES, QUICK_CHANGES = ((PLAIN, 2.0**23), (PLAIN, 2.0**8)), ((QUICK, 2.0**36),)
-PROPORTIONAL = 0.1
 
 
 def answer(mp: Any, scene: Scene, row: int, throw: Throw) -> Answer:
@@ -105,9 +104,10 @@ class Sensitivity:
         """Return at how many rows, from the first on, the opposite change does the same."""
         back = self._moved(0, -self._share)
         count = min(len(back), len(self._there))
-        there, back = self._there[:count], back[:count]
-        uneven = ~(abs(there - back) <= PROPORTIONAL * np.maximum(there, back))
-        return int(np.argmax(uneven)) if uneven.any() else count
+        far = np.abs(self._plain[:count, 0, X:V]).max(axis=1)
+        points = self._throw.points.astype(float)
+        even = in_proportion(self._there[:count], back[:count], self._share, points, far)
+        return count if even.all() else int(np.argmin(even))
 
     def moves(self) -> Array:
         """Return the largest move over the sign patterns [m], (R,)."""
