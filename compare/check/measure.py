@@ -105,7 +105,7 @@ def fly(participant: Participant, scene: Scene, method: str, true: Truth | None)
 
 def plain(run: Run) -> Flown:
     """Return a run without its scene and truth."""
-    return Flown(run.method, run.dt, run.answer)
+    return Flown(run.method, run.dt, run.answer, run.tolerance)
 
 
 def nudged(start: Array) -> Array:

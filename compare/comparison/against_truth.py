@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from compare.judge.errors import Run
+from compare.judge.errors import Flown, Run
 from compare.run.flight import Trajectory
 from compare.run.participants import Participant
 from compare.run.tasks import Task, run
@@ -51,7 +51,9 @@ def compare(
             scene,
             *answer,
             tuple(
-                Run(scene, one.participant.title, one.key[-1], dt or scene.step, next(answers), answer.truth)
+                Flown.of(one.participant, one.key[-1], dt or scene.step, next(answers)).run(
+                    scene, one.participant.title, answer.truth
+                )
                 for one in own
             ),
         )

@@ -19,7 +19,8 @@ The laws, LAWS below, are put to a file by `tumble engines --check ./mine.py` (c
 
 More names where they are not empty:
 
-    ADAPTIVE    methods that choose their own steps, named METHOD@TOLERANCE; METHOD alone takes its own default
+    ADAPTIVE    {method: tolerance} of methods that choose their own steps: METHOD alone takes that tolerance,
+                METHOD@TOLERANCE another; plain names where none is to be told
     WHOLE       methods that take a flight of any length in one step
     FORCED      names, not in METHODS, that take part only in scenes with a tether, drag or a floor: without one they
                 are the method they are named after.  METHOD+held is told the force once a step and holds it, which is

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 METHODS = ("taylor",)
-ADAPTIVE = METHODS
+ADAPTIVE = {"taylor": 1e-9}
 FEATURES = {"gravity"}
 PACKAGES = ("heyoka",)
 PINS = ("heyoka==7.13.2",)
@@ -40,7 +40,6 @@ ABOUT = {
     "defaults": ["tol 2.2e-16, the rounding of a double"],
 }
 
-DEFAULT_TOLERANCE = 1e-9
 LEAST_TOLERANCE = np.finfo(float).eps
 
 # A flight that blew up is full of inf and nan for a judge to see; numpy need not say so as well.
@@ -87,7 +86,7 @@ class World:
 def build(scene: "Scene", method: str) -> World:
     """Return a world with the body's equations compiled.  Raises ValueError for a method or tolerance there is not."""
     name, at, asked = method.partition("@")
-    tolerance = float(asked) if at else DEFAULT_TOLERANCE
+    tolerance = float(asked) if at else ADAPTIVE["taylor"]
     if name not in METHODS or not LEAST_TOLERANCE <= tolerance < 1.0:
         raise ValueError(f"{method!r} is not taylor, or taylor@TOLERANCE from {LEAST_TOLERANCE:.2g} to below 1")
     gravity = np.zeros(3) if scene.gravity is None else scene.gravity

@@ -33,7 +33,7 @@ Array = NDArray[np.float64]
 Slope = Callable[[float, Array], Array]
 
 METHODS = ("dop853",)
-ADAPTIVE = METHODS
+ADAPTIVE = {"dop853": 1e-9}
 FEATURES = {"gravity", "tether", "drag", "floor"}
 PACKAGES = ("scipy",)
 ABOUT = {
@@ -51,7 +51,6 @@ ABOUT = {
 
 # What the kernels here are made of: this folder, and the laws of forces.
 HERE, LAWS = Path(__file__).parent, Path(wrench.__file__).parent
-DEFAULT_TOLERANCE = 1e-9
 LEAST_TOLERANCE = 2.3e-14  # SciPy raises an rtol below 100 eps to that, and warns
 
 # A flight that blew up is full of inf and nan for a judge to see; numpy need not say so as well.
@@ -87,7 +86,7 @@ class World:
 def build(scene: "Scene", method: str) -> World:
     """Return a world with the body's equations compiled.  Raises ValueError for a method or tolerance there is not."""
     name, at, tolerance = method.partition("@")
-    asked = float(tolerance) if at else DEFAULT_TOLERANCE
+    asked = float(tolerance) if at else ADAPTIVE["dop853"]
     if name not in METHODS or not 0.0 < asked < 1.0:
         raise ValueError(f"{method!r} is not dop853, or dop853@TOLERANCE with a tolerance between 0 and 1")
     gravity = np.zeros(3) if scene.gravity is None else scene.gravity

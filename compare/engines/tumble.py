@@ -16,7 +16,7 @@ from solver.stiffness import fastest
 
 METHODS = tuple(REGISTRY)
 # Of these NAME@TOLERANCE is a method too, e.g. adaptive@1e-9; the plain name means its default.
-ADAPTIVE = tuple(name for name, method in REGISTRY.items() if method.tolerance is not None)
+ADAPTIVE = {name: method.tolerance for name, method in REGISTRY.items() if method.tolerance is not None}
 # These take a flight of any length in one step.
 WHOLE = tuple(name for name, method in REGISTRY.items() if method.order is None and method.tolerance is None)
 ON_REQUEST = ("auto",)

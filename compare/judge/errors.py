@@ -7,6 +7,7 @@ import numpy as np
 
 from compare.judge import mechanics
 from compare.run.flight import Trajectory
+from compare.run.participants import Participant
 from compare.run.worker import Failure
 from scenarios.frames import Array
 from scenarios.needs import needs
@@ -27,22 +28,29 @@ def quietly() -> np.errstate:
 
 @dataclass(frozen=True, eq=False)
 class Flown:
-    """What one method answered at one step dt [s], apart from the scene and the truth."""
+    """What one method answered at one step dt [s], or under a tolerance, apart from the scene and the truth."""
 
     method: str
     dt: float
     answer: Trajectory | Failure
+    tolerance: float | None = None
+
+    @classmethod
+    def of(cls, participant: Participant, method: str, dt: float, answer: Trajectory | Failure) -> "Flown":
+        """Return what a participant's method answered."""
+        return cls(method, dt, answer, participant.tolerance(method))
 
     def run(self, scene: Scene, engine: str, truth: Truth | None) -> "Run":
         """Return it beside the truth."""
-        return Run(scene, engine, self.method, self.dt, self.answer, truth)
+        return Run(scene, engine, self.method, self.dt, self.answer, truth, self.tolerance)
 
 
 @dataclass(frozen=True, eq=False)
 class Run:
     """One contestant on one scene: the flight it made or why there is none, beside the truth.
 
-    truth is None where the scene has none yet; dt [s].  Beyond the truth's horizon nobody is judged: scene, answer and
+    truth is None where the scene has none yet; dt [s]; tolerance: under which the method chose its own steps, None of
+    one that does not, nan where it is not told.  Beyond the truth's horizon nobody is judged: scene, answer and
     truth end there.
     """
 
@@ -52,6 +60,7 @@ class Run:
     dt: float
     answer: Trajectory | Failure
     truth: Truth | None
+    tolerance: float | None = None
 
     def __post_init__(self) -> None:
         """Leave out what is beyond the horizon."""

@@ -60,7 +60,11 @@ class Participant:
     def takes_own_steps(self, method: str) -> bool:
         """Whether the method's steps are its own, so that a flight is the unit of its time."""
         info = self.info
-        return not isinstance(info, Failure) and method.partition("@")[0] in info.adaptive | info.whole
+        return not isinstance(info, Failure) and method.partition("@")[0] in {*info.adaptive, *info.whole}
+
+    def tolerance(self, method: str) -> float | None:
+        """Return the tolerance under which the method chooses its steps, None of one that does not."""
+        return None if isinstance(self.info, Failure) else self.info.tolerance(method)
 
     def fly(self, scene: Scene, method: str, dt: float, keep: frozenset[str] = frozenset()) -> Trajectory | Failure:
         """Return the flight, dt [s], or why there is none; keep: what of its OPTIONAL the engine is to build.

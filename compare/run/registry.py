@@ -62,16 +62,16 @@ class Package:
 class EngineInfo:
     """What an engine says of itself: its methods (the default first), force laws, and ABOUT.
 
-    adaptive: methods that take a tolerance; whole: methods that take a flight of any length in one step; forced: names
-    that take part only where more than gravity acts; on_request: names that take part only when asked for; shown: those
-    that a page is made of; optional: what build leaves out of a world that has no use for it, and keeps if told to;
-    schemes and gyroscopic: names by method, as in compare.engines, OWN_SCHEME for a function; largest_turn [rad] of a
-    step; exempt: laws that it is there to break, and why; defaults: what a user gets who sets nothing; step_ns: about
-    what a step of one throw takes [ns].
+    adaptive: methods that take a tolerance, and the one that each takes alone, nan where it is not told; whole: methods
+    that take a flight of any length in one step; forced: names that take part only where more than gravity acts;
+    on_request: names that take part only when asked for; shown: those that a page is made of; optional: what build
+    leaves out of a world that has no use for it, and keeps if told to; schemes and gyroscopic: names by method, as in
+    compare.engines, OWN_SCHEME for a function; largest_turn [rad] of a step; exempt: laws that it is there to break,
+    and why; defaults: what a user gets who sets nothing; step_ns: about what a step of one throw takes [ns].
     """
 
     methods: tuple[str, ...]
-    adaptive: frozenset[str]
+    adaptive: dict[str, float]
     whole: frozenset[str]
     forced: tuple[str, ...]
     on_request: tuple[str, ...]
@@ -87,6 +87,13 @@ class EngineInfo:
     largest_turn: float | None
     exempt: dict[str, str]
     step_ns: float
+
+    def tolerance(self, method: str) -> float | None:
+        """Return the tolerance under which a method chooses its steps, nan where it is not told; None of others."""
+        name, at, asked = method.partition("@")
+        if name not in self.adaptive:
+            return None
+        return float(asked) if at else self.adaptive[name]
 
 
 def names() -> list[str]:
@@ -195,7 +202,7 @@ def engine_info(engine: str, module: ModuleType) -> EngineInfo:
             raise BadEngine(f"{engine}: EXEMPT: no law {law!r}: there are {', '.join(LAWS)}")
     return EngineInfo(
         methods,
-        frozenset(words(getattr(module, "ADAPTIVE", ()))),
+        tolerances(engine, module),
         frozenset(words(getattr(module, "WHOLE", ()))),
         words(getattr(module, "FORCED", ())),
         words(getattr(module, "ON_REQUEST", ())),
@@ -224,6 +231,17 @@ def names_by_method(engine: str, module: ModuleType, table: str, known: Collecti
         if not own and name not in known:
             raise BadEngine(f"{engine}: {table}: {method}: no {name!r}: there are {', '.join(known)}")
     return {str(method): OWN_SCHEME if callable(name) else str(name) for method, name in stated.items()}
+
+
+def tolerances(engine: str, module: ModuleType) -> dict[str, float]:
+    """Return the tolerance that each adaptive method takes alone, nan where it is not told.  Raises BadEngine."""
+    stated = getattr(module, "ADAPTIVE", ())
+    if not isinstance(stated, Mapping):
+        return dict.fromkeys(words(stated), math.nan)
+    try:
+        return {str(method): float(tolerance) for method, tolerance in stated.items()}
+    except (TypeError, ValueError) as error:
+        raise BadEngine(f"{engine}: ADAPTIVE must be tolerances by method, is {stated!r}") from error
 
 
 def findings(raw: Iterable[str | tuple[str, str]]) -> list[Finding]:

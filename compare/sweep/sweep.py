@@ -94,7 +94,7 @@ def climb(
     runs: list[Run] = []
     for name, dt in rungs(participant, scene, method):
         answer = participant.fly(scene, name, dt)
-        ladder.append(Flown(name, dt, answer))
+        ladder.append(Flown.of(participant, name, dt, answer))
         runs.append(ladder[-1].run(scene, participant.title, true))
         # An adaptive method's error falls by fits and starts, and its tolerances are few: they are all tried.
         if isinstance(answer, Failure) or (name == method and at_floor(runs)):

@@ -12,16 +12,7 @@ from scenarios.frames import Array
 
 def step_of(run: Run) -> tuple[float, float | None]:
     """Return dt_s and tolerance of a run: it has the one or the other."""
-    tolerance = tolerance_of(run.method)
-    return (run.dt, None) if tolerance is None else (math.nan, tolerance)
-
-
-def tolerance_of(method: str) -> float | None:
-    """Return the tolerance of METHOD@TOLERANCE, None of another name."""
-    try:
-        return float(method.rpartition("@")[2]) if "@" in method else None
-    except ValueError:
-        return None
+    return (run.dt, None) if run.tolerance is None else (math.nan, run.tolerance)
 
 
 def run_row(run: Run) -> RunRow:
@@ -32,7 +23,7 @@ def run_row(run: Run) -> RunRow:
     if not isinstance(run.answer, Trajectory):
         return RunRow(*key, None, *status)
     wall_s = run.flight.wall_s
-    steps = run.flight.steps if step[1] is None else None
+    steps = run.flight.steps if run.tolerance is None else None
     wall = wall_s, None if steps is None else wall_s / steps * 1e9, wall_s / run.scene.duration
     if not run.has_errors:
         return RunRow(*key, steps, *status, None, None, None, None, None, None, None, *wall)

@@ -55,15 +55,28 @@ def test_a_table_that_is_none_is_refused_with_the_nearest(tumble):
 
 
 def test_what_a_command_writes_has_the_columns_that_are_described(tumble, tmp_path):
-    tumble("compare", "die-straight", "-e", "tumble:adaptive@1e-6", "-e", "tumble:rk4", "-o", "out", cwd=tmp_path)
+    tumble(
+        "compare",
+        "die-straight",
+        "-e",
+        "tumble:adaptive@1e-6",
+        "-e",
+        "tumble:rk4",
+        "-e",
+        "scipy",
+        "-o",
+        "out",
+        cwd=tmp_path,
+    )
     written = sorted((tmp_path / "out").iterdir())
     assert len(written) > 5
     for path in written:
         header = path.read_text(encoding="utf-8").splitlines()[0]
         assert header.split(",") == tables()[path.name].names, path.name
     lines = (tmp_path / "out" / "runs.csv").read_text(encoding="utf-8").splitlines()
-    adaptive, fixed = csv.DictReader(lines)
+    adaptive, fixed, usual = csv.DictReader(lines)
     assert (adaptive["dt_s"], adaptive["tolerance"], adaptive["steps"]) == ("", "1e-06", "")
+    assert (usual["dt_s"], usual["tolerance"], usual["steps"]) == ("", "1e-09", ""), "its own default is told"
     assert (fixed["dt_s"], fixed["tolerance"]) == ("0.002", "")
     assert int(fixed["steps"]) > 0
 

@@ -13,9 +13,8 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import Any, Self
 
-from compare.run import registry
 from compare.run.flight import Trajectory
-from compare.run.participants import Participant, chosen, launched, wanted
+from compare.run.participants import Participant, chosen, launched, titles, wanted
 from compare.run.registry import BadEngine, EngineInfo
 from compare.run.truths import end_with
 from compare.run.worker import Failure
@@ -26,15 +25,16 @@ ASIDE_PROCESSES = 2
 
 @dataclass(frozen=True)
 class Contestant:
-    """One method of one engine, an engine's name or file."""
+    """One method of one engine, an engine's name or file; title: the engine's name in tables."""
 
     engine: str
     method: str
+    title: str
 
     @property
     def name(self) -> str:
         """ENGINE:METHOD, as in every table."""
-        return f"{registry.title(self.engine)}:{self.method}"
+        return f"{self.title}:{self.method}"
 
 
 class Loan:
@@ -70,6 +70,7 @@ class Crew:
         self._idle: dict[str, list[Loan]] = {}
         self._closed = False
         self.engines: dict[str, EngineInfo] = {}
+        self._titles: dict[str, str] = {}
         spawn = multiprocessing.get_context("spawn")
         # Its far end closes with this process, however that ends.
         self._far_end, self._lifeline = spawn.Pipe(duplex=False)
@@ -96,6 +97,7 @@ class Crew:
         An engine of ours that is not installed flies all the same, to say why it does not.  Raises BadEngine.
         """
         engines = wanted(asked)
+        self._titles = titles((*self._titles, *engines))
         with ThreadPoolExecutor() as threads:
             loans = list(threads.map(lambda engine: Loan(engine, self._time_limit), engines))
         contestants = []
@@ -104,9 +106,18 @@ class Crew:
             info = loan.participant.info
             if isinstance(info, EngineInfo):
                 self.engines[engine] = info
-            contestants += [Contestant(engine, method) for method in methods or chosen(engine, [], info)[:1]]
+            contestants += [self.contestant(engine, method) for method in methods or chosen(engine, [], info)[:1]]
             chosen(engine, methods, info)
         return contestants
+
+    def contestant(self, engine: str, method: str) -> Contestant:
+        """Return a method of an engine that stands ready, under the name that tells it from the others."""
+        return Contestant(engine, method, self._titles[engine])
+
+    def tolerance(self, one: Contestant) -> float | None:
+        """Return the tolerance under which a contestant chooses its steps, None of one that does not."""
+        info = self.engines.get(one.engine)
+        return None if info is None else info.tolerance(one.method)
 
     def lend(self, engine: str) -> Loan:
         """Return a process of that engine that nobody else has.  Raises BadEngine."""

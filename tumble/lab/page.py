@@ -189,8 +189,7 @@ class Page:
         self._news.set()
 
     def _add_or_drop(self, name: str) -> None:
-        method = name.partition(":")[2]
-        one = next(Contestant(known, method) for known in self._crew.engines if Contestant(known, method).name == name)
+        one = next(each for each in self._all_contestants() if each.name == name)
         others = [each for each in self.session.contestants if each != one]
         self.session.engage(others if one in self.session.contestants else [*others, one])
 
@@ -198,12 +197,13 @@ class Page:
         scene = (self.session.thrown or self.session.draft).scene
         self._stage.set_up(scene)
         self._is_table_4_1 = self._panel.marked.visible = False
-        self._panel.show_question(scene, self.session.draft.path.stem, usual_magnitude(scene), self._all_contestants())
+        names = [each.name for each in self._all_contestants()]
+        self._panel.show_question(scene, self.session.draft.path.stem, usual_magnitude(scene), names)
         self._is_asked = True
 
-    def _all_contestants(self) -> list[str]:
+    def _all_contestants(self) -> list[Contestant]:
         return [
-            Contestant(engine, method).name
+            self._crew.contestant(engine, method)
             for engine, info in self._crew.engines.items()
             for method in (*info.methods, *info.forced, *info.on_request)
         ]

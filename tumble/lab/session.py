@@ -185,7 +185,7 @@ class Session:
             info = self._crew.engines.get(one.engine)
             shipped = one.method.partition("+")[0] + DEFAULTS
             has = self.at_defaults and info is not None and shipped in info.on_request
-            found.append(Contestant(one.engine, shipped) if has else one)
+            found.append(self._crew.contestant(one.engine, shipped) if has else one)
         return list(dict.fromkeys(found))
 
     # What is kept, and what is brought along

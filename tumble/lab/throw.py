@@ -10,7 +10,6 @@ import numpy as np
 
 from compare.comparison.against_truth import Comparison
 from compare.judge.errors import Run
-from compare.run import registry
 from compare.run.flight import Trajectory
 from compare.run.participants import Halted
 from compare.run.registry import BadEngine
@@ -89,7 +88,15 @@ class Throw:
         whole = None if self.why_no_truth or not self.truth_is_told else self._whole_truth()
         waiting = Failure("timeout: still flying when this was saved")
         runs = (
-            Run(scene, registry.title(one.engine), one.method, scene.step, self.answers.get(one, waiting), whole)
+            Run(
+                scene,
+                one.title,
+                one.method,
+                scene.step,
+                self.answers.get(one, waiting),
+                whole,
+                self._crew.tolerance(one),
+            )
             for one in self.contestants
         )
         return Comparison(scene, whole, self.why_no_truth or "still being worked out", tuple(runs))

@@ -1,5 +1,6 @@
 """What a person does in the lab, without a browser, with real engines."""
 
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -16,6 +17,7 @@ from tumble.lab.draft import Draft
 from tumble.lab.readings import error_rows, errors_over_time, readings
 from tumble.lab.session import Refused, Session
 
+PLUGINS = Path(__file__).parents[2] / "plugins"
 EYE = np.array([3.0, 6.0, 20.0])
 HUNG = """
 import os
@@ -130,7 +132,7 @@ def test_an_edit_throws_again_and_a_bad_one_changes_nothing(session, until):
 
 
 def test_at_its_defaults_pybullet_is_slowed_and_in_fair_settings_it_is_not(session, until):
-    pybullet = Contestant("pybullet", "multibody")
+    pybullet = Contestant("pybullet", "multibody", "pybullet")
     session.engage([pybullet])
     session.use_defaults(True)
     click(session)
@@ -148,6 +150,20 @@ def test_at_its_defaults_pybullet_is_slowed_and_in_fair_settings_it_is_not(sessi
 def test_a_hung_engine_is_a_line_and_the_others_fly(tmp_path, until):
     with Crew(time_limit=600.0) as crew:
         hold_hung_engine(crew, tmp_path, until)
+
+
+def test_two_engine_files_of_one_name_are_two_contestants(tmp_path):
+    for folder in ("old", "new"):
+        (tmp_path / folder).mkdir()
+        shutil.copy(PLUGINS / "mine.py", tmp_path / folder / "mine.py")
+    with Crew(time_limit=60.0) as crew:
+        one, other = crew.ready(str(tmp_path / folder / "mine.py") for folder in ("old", "new"))
+        assert [each.name.partition(":")[0] for each in (one, other)] == ["old/mine", "new/mine"]
+        session = Session(Draft.opened("table-4-1-ray"), [one, other], crew, tmp_path, lambda: None)
+        click(session)
+        runs = session.throw.comparison().runs
+        assert [run.engine for run in runs] == ["old/mine", "new/mine"]
+        session.close()
 
 
 def hold_hung_engine(crew, tmp_path, until):
@@ -229,7 +245,7 @@ def test_two_sessions_have_a_throw_each(session, crew, tmp_path, until):
 
 
 def test_a_loaded_trajectory_flies_along_and_is_graded(session, until, tmp_path):
-    session.engage([Contestant("pybullet", "multibody+defaults")])
+    session.engage([Contestant("pybullet", "multibody+defaults", "pybullet")])
     click(session)
     until(lambda: session.throw.is_complete)
     kept = session.files().tables(session.throw) / "trajectory-pybullet-multibody+defaults.csv"
