@@ -16,7 +16,7 @@ from compare.ablation.schemas import EVERYTHING, AblationRow
 from compare.judge.errors import quietly
 from compare.run.flight import Trajectory, legs
 from compare.run.participants import Participant
-from compare.run.readings import SPAN_S, Reading, ratio
+from compare.run.readings import SPAN_S, Reading, Sampling, ratio
 from compare.run.tasks import Task, run
 from compare.run.timing import Cost, Load, costs
 from compare.run.truths import true_answer
@@ -182,7 +182,7 @@ def apart_m(a: Trajectory, b: Trajectory | Truth) -> float:
 def against_the_clock(pairs: Sequence[Pair], span_s: float) -> dict[str, Cost | Failure]:
     """Return what the timers of all builds said in the same rounds, or why they cannot be timed, by their keys."""
     loads = {build.key: build.load for pair in pairs for build in (pair.lean, pair.kept)}
-    return costs(loads, span_s)
+    return costs(loads, Sampling(span_s))
 
 
 def measured(pair: Pair, clocked: dict[str, Cost | Failure]) -> AblationRow:

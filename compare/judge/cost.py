@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from compare.judge.errors import Run
 from compare.run.flight import Trajectory
 from compare.run.participants import Participant
-from compare.run.readings import Reading
+from compare.run.readings import USUAL, Reading, Sampling
 from compare.run.timer import Ready
 from compare.run.timing import Cost, Load, costs
 from compare.run.worker import Failure
@@ -31,13 +31,13 @@ class Timed:
 
 
 def time_runs(
-    participants: Sequence[Participant], scene: Scene, runs: Sequence[Run]
+    participants: Sequence[Participant], scene: Scene, runs: Sequence[Run], sampling: Sampling = USUAL
 ) -> tuple[list[Timed], dict[str, str]]:
     """Return the runs that flew, each with its time, and why those that have none cannot be timed, by their names."""
     by_title = {participant.title: participant for participant in participants}
     flown = [run for run in runs if isinstance(run.answer, Trajectory)]
     loads = {run.name: Load(by_title[run.engine], scene, run.method) for run in flown}
-    found = costs(loads)
+    found = costs(loads, sampling)
     known = {name: cost for name, cost in found.items() if isinstance(cost, Cost)}
     return (
         [timed(run, loads[run.name], known[run.name]) for run in flown if run.name in known],

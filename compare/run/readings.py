@@ -12,6 +12,7 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from time import monotonic
+from typing import NamedTuple
 
 import numpy as np
 
@@ -31,6 +32,17 @@ NARROW = 0.025
 # An interval wider than this, from end to end, says nothing.
 MEANINGLESS = 2.0
 GONE = "its process ended while it was timed"
+
+
+class Sampling(NamedTuple):
+    """How long is sampled: at least that long [s] and that many rounds, and at most so long [s] for narrow ratios."""
+
+    span_s: float = SPAN_S
+    rounds: int = ROUNDS
+    budget_s: float = BUDGET_S
+
+
+USUAL = Sampling()
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,7 +6,7 @@ from functools import partial
 
 from compare.run.flight import legs
 from compare.run.participants import Participant
-from compare.run.readings import ROUNDS, SPAN_S, Reading, round_robin
+from compare.run.readings import USUAL, Reading, Sampling, round_robin
 from compare.run.timer import Pace, Ready
 from compare.run.worker import Failure
 from scenarios.scene import Scene
@@ -42,7 +42,7 @@ class Cost:
     ready: Ready
 
 
-def costs(loads: Mapping[str, Load], span_s: float = SPAN_S, rounds: int = ROUNDS) -> dict[str, Cost | Failure]:
+def costs(loads: Mapping[str, Load], sampling: Sampling = USUAL) -> dict[str, Cost | Failure]:
     """Return what each load costs, all sampled in the same rounds, or why it cannot be timed.
 
     One whose process ends in the middle has samples that are not a number.
@@ -52,5 +52,5 @@ def costs(loads: Mapping[str, Load], span_s: float = SPAN_S, rounds: int = ROUND
         for key, load in loads.items()
     }
     able = [key for key, shown in ready.items() if not isinstance(shown, Failure)]
-    readings = round_robin({key: partial(loads[key].participant.sample, key) for key in able}, span_s, rounds)
+    readings = round_robin({key: partial(loads[key].participant.sample, key) for key in able}, *sampling)
     return {key: shown if isinstance(shown, Failure) else Cost(readings[key], shown) for key, shown in ready.items()}

@@ -14,6 +14,7 @@ from compare.judge.errors import Flown, Run
 from compare.run.flight import legs
 from compare.run.kept import Kept
 from compare.run.participants import Participant
+from compare.run.readings import USUAL, Sampling
 from compare.run.tasks import Task, run
 from compare.run.truths import true_answer
 from compare.run.worker import Failure
@@ -21,12 +22,29 @@ from scenarios.scene import Scene
 from scenarios.truth import NoTruth, Truth
 
 YARDSTICK = "yardstick"
-BUDGET_S, QUICK_BUDGET_S = 1.25, 0.15
 MOST_RUNGS = 60
 TOLERANCES = tuple(10.0 ** (-half / 2) for half in range(4, 29))
 # A rung that gains less than this over three of its predecessors, which shrink the step by 2.8, is at its floor.
 GAIN, OVER = 0.7, 3
 ASYMPTOTIC = 1e-3  # of the body's size: an error above it may rise and fall before it is one of a small step
+
+
+@dataclass(frozen=True)
+class Effort:
+    """How far a sweep goes.
+
+    budget_s: native loop that one flight may take [s], by what its engine says that a step takes and not by a clock, so
+    that the rungs are the same on a busy machine; tolerances: those of adaptive methods; sampling: of the times.
+    """
+
+    budget_s: float = 1.25
+    tolerances: tuple[float, ...] = TOLERANCES
+    sampling: Sampling = USUAL
+
+
+FULL = Effort()
+# Of a page: half as many tolerances, ladders a tenth as long.
+BRIEF = Effort(0.1, TOLERANCES[::2], Sampling(span_s=0.0, rounds=16, budget_s=4.0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,16 +70,14 @@ def sweep(
     participants: Sequence[Participant],
     scene: Scene,
     tick: Callable[[str], object] = lambda what: None,
-    budget_s: float = BUDGET_S,
+    effort: Effort = FULL,
     kept: Kept | None = None,
     enough_m: float = 0.0,
 ) -> Sweep:
     """Return one scene's error and time for every contestant and every rung of its ladder.
 
-    budget_s: native loop that one flight may take [s]; a ladder ends above it, by what its engine says that a step
-    takes and not by a clock, so that its rows are the same on a busy machine; kept: ladders that are done already,
-    and where those are kept that get done.  Times are always taken anew: they are worth something only beside each
-    other.
+    kept: ladders that are done already, and where those are kept that get done.  Times are always taken anew: they are
+    worth something only beside each other.
     enough_m: the error [m] that is asked for: a ladder ends where it is reached.
     Raises NoTruth where there is nothing to measure errors against, RayMissed as compare does.
     """
@@ -71,7 +87,7 @@ def sweep(
 
     def task(participant: Participant, method: str) -> Task[list[Flown]]:
         key = scene.name, participant.title, method
-        return Task(key, participant, lambda able: climb(able, scene, true, method, budget_s, enough_m), list[Flown])
+        return Task(key, participant, lambda able: climb(able, scene, true, method, effort, enough_m), list[Flown])
 
     tasks = [task(each, method) for each in participants for method in each.methods_for(scene)]
     ladders = run(tasks, tick=tick, kept=kept)
@@ -80,37 +96,39 @@ def sweep(
         for one, ladder in zip(tasks, ladders, strict=True)
         for flown in ladder
     ]
-    timed, why_untimed = time_runs(participants, scene, runs)
+    timed, why_untimed = time_runs(participants, scene, runs, effort.sampling)
     tick("timed")
     clocked = {id(each.run) for each in timed}
     return Sweep(scene, tuple(timed), tuple(one for one in runs if id(one) not in clocked), why_untimed)
 
 
 def climb(
-    participant: Participant, scene: Scene, true: Truth, method: str, budget_s: float, enough_m: float
+    participant: Participant, scene: Scene, true: Truth, method: str, effort: Effort, enough_m: float
 ) -> list[Flown]:
     """Return the ladder of one method from its longest step to its floor, to what is enough, or the budget's end."""
     ladder: list[Flown] = []
     runs: list[Run] = []
-    for name, dt in rungs(participant, scene, method):
+    for name, dt in rungs(participant, scene, method, effort.tolerances):
         answer = participant.fly(scene, name, dt)
         ladder.append(Flown.of(participant, name, dt, answer))
         runs.append(ladder[-1].run(scene, participant.title, true))
         # An adaptive method's error falls by fits and starts, and its tolerances are few: they are all tried.
         if isinstance(answer, Failure) or (name == method and at_floor(runs)):
             break
-        if over_budget(participant, answer.steps * len(scene.start), budget_s):
+        if over_budget(participant, answer.steps * len(scene.start), effort.budget_s):
             break
         if runs[-1].status == "ok" and float(runs[-1].distances.max()) <= enough_m:
             break
     return ladder
 
 
-def rungs(participant: Participant, scene: Scene, method: str) -> Iterator[tuple[str, float]]:
+def rungs(
+    participant: Participant, scene: Scene, method: str, tolerances: Sequence[float] = TOLERANCES
+) -> Iterator[tuple[str, float]]:
     """Yield (method, dt [s]): tolerances of an adaptive method, one step for a whole one, else 2^k and 3 2^k steps."""
     bare = not isinstance(participant.info, Failure) and method in participant.info.adaptive
     if bare:
-        yield from ((f"{method}@{tolerance:.3g}", scene.duration) for tolerance in TOLERANCES)
+        yield from ((f"{method}@{tolerance:.3g}", scene.duration) for tolerance in tolerances)
     elif participant.takes_own_steps(method):
         yield method, scene.duration
     else:

@@ -16,7 +16,7 @@ from compare.motion.results import film_tables
 from compare.run.participants import launched
 from compare.stability.store import quick_tables
 from compare.sweep.results import measured
-from compare.sweep.sweep import sweep
+from compare.sweep.sweep import BRIEF, sweep
 from reports.page import page
 from scenarios.read import read_scene
 from scenarios.scene import frozen_array
@@ -39,7 +39,7 @@ def real() -> dict[str, pd.DataFrame]:
     with launched(ENGINES) as participants:
         found = comparison_tables(compare(participants, scenes), participants, COMMAND)
         found |= film_tables(film(participants, scenes))
-        costs = measured([sweep(participants, swept, budget_s=BUDGET_S)], REFERENCE)
+        costs = measured([sweep(participants, swept, effort=replace(BRIEF, budget_s=BUDGET_S))], REFERENCE)
         found |= {f"sweep-{name}": table for name, table in costs.items()}
         found |= quick_tables(participants, [scenes[-1]])
     return found

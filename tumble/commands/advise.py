@@ -3,12 +3,14 @@
 from argparse import Namespace
 
 from compare.run.participants import flights, launched
-from compare.sweep.sweep import QUICK_BUDGET_S, sweep
+from compare.sweep.sweep import Effort, sweep
 from reports.sweep_text import advice_text
 from reports.terminal import console
 from scenarios.read import read_scenes
 from tumble.notes import note, progress
 
+# A ladder that ends where its tolerance is reached is short.
+EFFORT = Effort(budget_s=0.15)
 # What a ladder takes, in budgets of one flight: its last rungs take 1, 2/3, 1/2, 1/3 ... of one; and what timing takes.
 LADDER, CLOCK_S = 5.0, 5.0
 
@@ -18,10 +20,10 @@ def main(options: Namespace) -> int:
     scenes = read_scenes(options.scene)
     with launched(options.engine, options.time_limit, options.memory_limit) as participants:
         count = flights(participants, scenes)
-        seconds = count * LADDER * QUICK_BUDGET_S + len(scenes) * CLOCK_S
+        seconds = count * LADDER * EFFORT.budget_s + len(scenes) * CLOCK_S
         note(f"{count} ladders of steps: about {seconds:.0f} s, or less where the tolerance is soon reached")
         with progress(count + len(scenes)) as tick:
-            found = [sweep(participants, scene, tick, QUICK_BUDGET_S, enough_m=options.tolerance) for scene in scenes]
+            found = [sweep(participants, scene, tick, EFFORT, enough_m=options.tolerance) for scene in scenes]
         out = console()
         for one in found:
             for piece in advice_text(one, options.tolerance):

@@ -19,7 +19,7 @@ from compare.run.participants import flights, launched
 from compare.stability.store import kept_tables, quick_tables
 from compare.stability.tasks import STIFF
 from compare.sweep.results import measured
-from compare.sweep.sweep import QUICK_BUDGET_S, YARDSTICK, sweep
+from compare.sweep.sweep import BRIEF, YARDSTICK, sweep
 from compare.tables.files import write_folder, write_whole
 from compare.tables.frames import csv_texts
 from compare.tables.schema import BadTable
@@ -77,7 +77,7 @@ def flown(options: Namespace, scenes: list[Scene], folder: Path) -> dict[str, pd
         frames = comparison_tables(comparisons, participants, command)
         frames |= film_tables(film(participants, scenes, options.dt, tick))
         judged = [each.scene for each in comparisons if each.truth]
-        sweeps = [sweep(participants, scene, tick, QUICK_BUDGET_S) for scene in swept if scene in judged]
+        sweeps = [sweep(participants, scene, tick, BRIEF) for scene in swept if scene in judged]
         plainest = min(scenes, key=lambda scene: len(needs(scene)))
         ablation = ablate(participants, plainest, tick, QUICK_SPAN_S, most_methods=1)
         frames["ablation.csv"] = ablation_tables([ablation], participants, command)["ablation.csv"]

@@ -28,7 +28,7 @@ from compare.sweep.frontier import (
     work_precision_rows,
 )
 from compare.sweep.results import measured
-from compare.sweep.sweep import Sweep, Timed, at_floor, climb, rungs, sweep
+from compare.sweep.sweep import Effort, Sweep, Timed, at_floor, climb, rungs, sweep
 from scenarios.frames import vertices
 from scenarios.read import read_scene
 from scenarios.truth import truth
@@ -231,7 +231,7 @@ def test_a_ladder_has_the_same_rungs_whatever_the_machine_does(tmp_path):
         burner = subprocess.Popen([sys.executable, "-c", "while True: pass"]) if name == "busy" else None
         try:
             with launched([str(path)]) as (sleepy,):
-                found.append([each.dt for each in climb(sleepy, SCENE, TRUTH, "drifts", 0.01, 0.0)])
+                found.append([each.dt for each in climb(sleepy, SCENE, TRUTH, "drifts", Effort(0.01), 0.0)])
         finally:
             if burner:
                 burner.kill()
