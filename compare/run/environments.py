@@ -11,28 +11,37 @@ import shutil
 import subprocess
 import sys
 import tempfile
+from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 from compare.run import registry
+from compare.run.program import ENVIRONMENT
 from compare.run.registry import BadEngine
 
 MARK = "environment.json"  # written last; a folder without it is no environment
 RELEASE = re.compile(r"[0-9A-Za-z][0-9A-Za-z.!+_-]*")
-UNREACHED = re.compile("NewConnectionError|Failed to establish|Temporary failure|dns error|Timeout|versions: none")
-NO_SPACE = re.compile(r"No space left on device|Errno 28|os error 28")
+UNREACHED = re.compile(
+    "NewConnectionError|Failed to establish|Temporary failure|dns error|Timeout|versions: none"
+    "|ENOTFOUND|ECONNREFUSED|EAI_AGAIN|ETIMEDOUT"
+)
+NO_SPACE = re.compile(r"No space left on device|Errno 28|os error 28|ENOSPC")
 
 
 @dataclass(frozen=True)
 class Environment:
-    """One that is there: engine, release, the interpreter's release, what is installed, its size [bytes]."""
+    """One that is there: engine, release, Python's release, what is installed, its size [bytes], node's release.
+
+    One without a Python of its own has packages of npm, and its engine is a program.
+    """
 
     engine: str
     release: str
     python: str
     packages: tuple[str, ...]
     size: int
+    node: str = ""
 
     @property
     def name(self) -> str:
@@ -40,9 +49,25 @@ class Environment:
         return f"{self.engine}@{self.release}"
 
     @property
-    def interpreter(self) -> str:
-        """The path of its Python."""
-        return interpreter(folder() / self.name)
+    def place(self) -> "Place":
+        """Where its engine runs."""
+        return place_of(folder() / self.name, self.node)
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where an engine's process runs: the path of its Python, and what its environment variables say beyond ours."""
+
+    python: str
+    told: Mapping[str, str] = field(default_factory=dict)
+
+
+HERE = Place(sys.executable)
+
+
+def place_of(environment: Path, node: str) -> Place:
+    """Return where the engine of an environment runs, of node's where there is one."""
+    return Place(sys.executable, {ENVIRONMENT: str(environment)}) if node else Place(interpreter(environment))
 
 
 def folder() -> Path:
@@ -67,7 +92,9 @@ def environments() -> list[Environment]:
         with suppress(OSError, ValueError, TypeError):
             stated = json.loads(mark.read_text(encoding="utf-8"))
             found.append(Environment(**{**stated, "packages": tuple(stated["packages"])}))
-    return [one for one in found if Path(one.interpreter).exists()]
+    return [
+        one for one in found if (folder() / one.name / "node_modules" if one.node else Path(one.place.python)).exists()
+    ]
 
 
 def split_release(engine: str) -> tuple[str, str]:
@@ -91,18 +118,18 @@ def beside(engine: str) -> str | None:
     return None if packages else ""
 
 
-def located(engine: str) -> tuple[str, str | None, str]:
-    """Return name and interpreter of ENGINE[@RELEASE] of ours, or None and why it is nowhere."""
+def located(engine: str) -> tuple[str, Place | None, str]:
+    """Return the name of ENGINE[@RELEASE] of ours and where it runs, or None and why it is nowhere."""
     name, release = split_release(engine)
     here = beside(name)
     if here is not None and release in ("", here):
-        return name, sys.executable, ""
+        return name, HERE, ""
     found = [one for one in environments() if one.engine == name and release in ("", one.release)]
     if found:
         preferred = [one for one in found if one.release == pinned(name)]
-        return name, (preferred or found)[-1].interpreter, ""
+        return name, (preferred or found)[-1].place, ""
     if not registry.package(name).pins:
-        return name, sys.executable, ""  # where importing it says what is missing
+        return name, HERE, ""  # where importing it says what is missing
     return name, None, f"not installed; tumble engines --install {engine}"
 
 
@@ -128,9 +155,12 @@ def install(engine: str) -> Environment:
     except OSError as error:
         raise BadEngine(f"{error.filename}: {error.strerror}") from error
     try:
-        make(making, pins, package.python)
-        load_once(name, making)
-        found = Environment(name, release, python_of(making), tuple(pins), size_of(making))
+        node = make_node(making, pins) if package.installer == "npm" else ""
+        if not node:
+            make(making, pins, package.python)
+        fly_once(name, place_of(making, node))
+        python = "" if node else python_of(making)
+        found = Environment(name, release, python, tuple(pins), size_of(making), node)
         (making / MARK).write_text(json.dumps(asdict(found), indent=1), encoding="utf-8")
         if present := next((one for one in environments() if one.name == found.name), None):
             return present  # another process was faster
@@ -178,14 +208,32 @@ def run(command: list[str]) -> None:
     )
 
 
-def load_once(engine: str, place: Path) -> None:
-    """See that the engine can be loaded there.  Raises BadEngine."""
+def make_node(place: Path, pins: list[str]) -> str:
+    """Install those packages of npm there, without running any script of theirs, and return node's release.
+
+    Raises BadEngine.
+    """
+    node, npm = shutil.which("node"), shutil.which("npm")
+    if node is None or npm is None:
+        raise BadEngine("it needs node and npm, which are not here")
+    (place / "package.json").write_text("{}")
+    quiet = ("--no-audit", "--no-fund", "--no-update-notifier", "--loglevel=error", "--fetch-retries=1")
+    exact = [pin.replace("==", "@") for pin in pins]
+    run([npm, "install", "--prefix", str(place), "--ignore-scripts", *quiet, *exact])
+    done = subprocess.run([node, "--version"], capture_output=True, text=True, check=True)
+    return done.stdout.strip().removeprefix("v")
+
+
+def fly_once(engine: str, place: Place) -> None:
+    """See that the engine can be used there.  Raises BadEngine."""
     from compare.run.worker import Failure, Worker
 
-    with Worker(engine, 120.0, python=interpreter(place)) as worker:
-        info = worker.describe()
-    if isinstance(info, Failure):
-        raise BadEngine(f"installed, but it cannot be used: {info.status}; nothing was kept")
+    with Worker(engine, 120.0, place=place) as worker:
+        said = worker.describe()
+        if not isinstance(said, Failure):
+            said = worker.law_broken("the scene", said.methods[0])
+    if isinstance(said, Failure):
+        raise BadEngine(f"installed, but it cannot be used: {said.status}; nothing was kept")
 
 
 def python_of(place: Path) -> str:

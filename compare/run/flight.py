@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from compare.run.registry import Finding, built, findings
-from compare.run.timer import prepare, timed
+from compare.run.timer import prepare, wall_of_steps
 from scenarios.frames import Array, vertices
 from scenarios.impulse import RayMissed, jump
 from scenarios.refusal import UsersError
@@ -108,7 +108,7 @@ def fly(engine: ModuleType, scene: Scene, method: str, dt: float, keep: frozense
     steps, wall_s = 0, 0.0
     for leg in legs(scene, dt):
         prepare(engine, world, leg.dt)
-        wall_s += timed(engine.advance, world, leg.n, leg.dt)
+        wall_s += wall_of_steps(engine, world, leg.n, leg.dt)
         steps += leg.n
         states = look(leg.end)
         if not np.isfinite(states).all():

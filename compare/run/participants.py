@@ -123,12 +123,13 @@ def flights(participants: Iterable[Participant], scenes: Iterable[Scene]) -> int
 
 def split(item: str) -> tuple[str, str]:
     """Return ENGINE[@RELEASE] and method, '' for all of them.  Raises BadEngine for an unknown engine."""
-    head, dot_py, tail = item.rpartition(".py")
-    if dot_py and tail[:1] in ("", ":"):
-        engine, method = head + dot_py, tail[1:]
-        if not Path(engine).is_file():
-            raise BadEngine(f"{engine}: no such engine file")
-        return engine, method
+    for ending in registry.FILES:
+        head, found, tail = item.rpartition(ending)
+        if found and tail[:1] in ("", ":"):
+            engine, method = head + found, tail[1:]
+            if not Path(engine).is_file():
+                raise BadEngine(f"{engine}: no such engine file")
+            return engine, method
     engine, _, method = item.partition(":")
     name = engine.partition("@")[0]
     if name not in registry.names():
@@ -149,8 +150,9 @@ def wanted(asked: Iterable[str]) -> dict[str, list[str]]:
 
 
 def engine_files(asked: Iterable[str]) -> Iterator[str]:
-    """Yield the user's engine files among FILE.py[:METHOD], ENGINE[:METHOD] ..."""
-    return (head + dot_py for head, dot_py, _ in (item.rpartition(".py") for item in asked) if dot_py)
+    """Yield the user's engine files among FILE.py[:METHOD], FILE.toml[:METHOD], ENGINE[:METHOD] ..."""
+    for ending in registry.FILES:
+        yield from (head + found for head, found, _ in (item.rpartition(ending) for item in asked) if found)
 
 
 def titles(engines: Iterable[str]) -> dict[str, str]:

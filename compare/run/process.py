@@ -8,7 +8,7 @@ import socket
 import subprocess
 import sys
 import threading
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from time import monotonic
 from typing import Any
@@ -27,10 +27,11 @@ class Process:
     """A command in a session of its own, and the line to it.
 
     command: its words; the descriptors of its ends of line and lifeline are added to them.  The lifeline is a pipe that
-    nobody writes to: it closes when this process ends.  Raises OSError where it cannot be started.
+    nobody writes to: it closes when this process ends.  told: what its environment variables say beyond ours.
+    Raises OSError where it cannot be started.
     """
 
-    def __init__(self, command: Sequence[str]) -> None:
+    def __init__(self, command: Sequence[str], told: Mapping[str, str]) -> None:
         self._line, far_line = socket.socketpair()
         far_lifeline, self._lifeline = os.pipe()
         far_ends = far_line.fileno(), far_lifeline
@@ -40,6 +41,7 @@ class Process:
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.DEVNULL,
                 pass_fds=far_ends,
+                env={**os.environ, **told},
                 start_new_session=True,
             )
         except BaseException:

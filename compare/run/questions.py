@@ -11,6 +11,7 @@ import numpy as np
 from compare.run.flight import Trajectory, fly, struck
 from compare.run.laws import law_broken
 from compare.run.message import PREFIX, frame, lengths, unpacked
+from compare.run.program import ProgramFailed
 from compare.run.registry import BadEngine, EngineInfo, Missing, engine_info, in_one_line, load
 from compare.run.timer import NoTime, Pace, Ready, Sample, Timer
 from scenarios.frames import Array
@@ -29,6 +30,13 @@ class Refusal:
     """The line for the user about an engine file that cannot be used."""
 
     line: str
+
+
+@dataclass(frozen=True)
+class Ended:
+    """Why there is no trajectory where what the engine consists of is gone: this process is of no use any more."""
+
+    why: str
 
 
 class Loaded:
@@ -125,6 +133,8 @@ def answer_all(line: socket.socket, engine: str, memory_limit: int) -> None:
                 send(line, Failure(f"untimed: {error}"))
             except NotImplementedError as error:
                 send(line, Failure(f"skipped: {error}"))
+            except ProgramFailed as error:
+                send(line, Ended(f"crashed: {error}"))
             except MemoryError:
                 send(line, too_much)
             except Exception as error:
@@ -164,7 +174,7 @@ def questions(stream: BinaryIO) -> Iterator[Question]:
 
 
 def send(
-    line: socket.socket, answer: EngineInfo | Trajectory | Ready | Sample | Failure | Refusal | Array | str
+    line: socket.socket, answer: EngineInfo | Trajectory | Ready | Sample | Failure | Refusal | Ended | Array | str
 ) -> None:
     """Send an answer.  Raises TypeError where it holds what is no plain value."""
     for part in frame(answer):

@@ -16,10 +16,13 @@ from typing import Any
 
 from compare import engines
 from compare.engines import FINDINGS, GYROSCOPIC_NAMES, LAWS, OWN, SCHEME_NAMES
+from compare.run import program
+from compare.run.program import ProgramEngine
 from compare.run.step_function import StepEngine
 from scenarios.refusal import UsersError
 from scenarios.scene import Scene
 
+FILES = (".py", ".toml")
 VERBS = ("build", "write", "advance", "read")
 # What a step takes where an engine does not say it [ns]: it is a plain loop in Python, as far as anybody knows.
 STEP_NS = 50_000.0
@@ -47,13 +50,15 @@ class Package:
     """What brings an engine, read from its file without running it: all that is known of one that is not installed.
 
     packages: the one to install first; pins: what an environment of its own gets, that package first; python: the only
-    release of Python that it has wheels for, empty where it has them for all; apart: whether it has an environment of
-    its own everywhere, and takes part only when asked for; megabytes: what such an environment takes.
+    release of Python that it has wheels for, empty where it has them for all; installer: what installs them, "pip" or
+    "npm"; apart: whether it has an environment of its own everywhere, and takes part only when asked for; megabytes:
+    what such an environment takes.
     """
 
     packages: tuple[str, ...] = ()
     pins: tuple[str, ...] = ()
     python: str = ""
+    installer: str = "pip"
     apart: bool = False
     megabytes: int = 0
 
@@ -97,14 +102,24 @@ class EngineInfo:
 
 
 def names() -> list[str]:
-    """Return the names of our own engine files; a folder beside them is none."""
+    """Return the names of our own engine files and programs; a folder beside them is none."""
     found = {module.name for module in pkgutil.iter_modules(engines.__path__) if not module.ispkg}
+    found |= {path.stem for folder in engines.__path__ for path in Path(folder).glob("*.toml")}
     return sorted(found, key=lambda name: (name != OWN, name))
+
+
+def own_program(engine: str) -> Path | None:
+    """Return the file of one of our own engines that is a program, None of the others."""
+    path = Path(engines.__path__[0]) / f"{engine}.toml"
+    return path if path.is_file() else None
 
 
 @cache
 def package(engine: str) -> Package:
     """Return what brings one of our own engines."""
+    if path := own_program(engine):
+        stated = {key: value for key, value in program.stated_in(path).items() if key in program.BROUGHT}
+        return Package(**{**stated, **{key: tuple(stated[key]) for key in ("packages", "pins")}})
     tree = ast.parse((Path(engines.__path__[0]) / f"{engine}.py").read_bytes())
     stated = {
         target.id: ast.literal_eval(line.value)
@@ -121,8 +136,8 @@ def usual() -> list[str]:
 
 
 def is_file(engine: str) -> bool:
-    """Whether the name is that of a user's own engine file."""
-    return engine.endswith(".py")
+    """Whether the name is that of a user's own file: an engine, or how a program is started."""
+    return engine.endswith(FILES)
 
 
 def title(engine: str) -> str:
@@ -136,7 +151,12 @@ def title(engine: str) -> str:
 def load(engine: str) -> ModuleType:
     """Return the engine's module.  Raises BadEngine for a user's file, Missing for an engine that is not installed."""
     if is_file(engine):
-        return load_file(engine)
+        return load_program(engine) if engine.endswith(".toml") else load_file(engine)
+    if path := own_program(engine):
+        try:
+            return ProgramEngine(path)
+        except OSError as error:
+            raise Missing(str(error)) from error
     try:
         return importlib.import_module(f"{engines.__name__}.{engine}")
     except ImportError as error:
@@ -148,6 +168,21 @@ def missing_reason(engine: str, error: ImportError) -> str:
     reason = f"no module named {error.name}" if error.name else str(error)
     here, needed = f"{sys.version_info.major}.{sys.version_info.minor}", package(engine).python
     return f"{reason} (it has wheels for Python {needed}, this is {here})" if needed not in ("", here) else reason
+
+
+def load_program(path: str) -> ModuleType:
+    """Return a user's own program as a module.  Raises BadEngine."""
+    try:
+        return ProgramEngine(Path(path))
+    except OSError as error:
+        raise BadEngine(f"{path}: {error.strerror or error}") from error
+    except ValueError as error:
+        raise BadEngine(f"{path}: {' '.join(str(error).split())}") from error
+
+
+def files(engine: str) -> list[Path]:
+    """Return what a user's own engine lies in: its file, and what a program's command names beside it."""
+    return program.files(Path(engine)) if engine.endswith(".toml") else [Path(engine)]
 
 
 def load_file(path: str) -> ModuleType:

@@ -8,7 +8,7 @@ read; `compare.run.readings` says which of them is right.
 
 import os
 import resource
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -23,6 +23,8 @@ from scenarios.scene import Scene
 
 SAMPLE_NS = 1e6
 MOST_STEPS, MOST_COPIES = 1 << 20, 1 << 12
+# A program is asked over a line, and to be woken takes some 0.1 ms more or less.
+LINE_NS, IDLE_LOOKS = 4e6, 3
 CALLS = 20
 # A load this long has warm caches by itself [ns].
 LONG_NS = 1e7
@@ -62,11 +64,12 @@ class Sample:
 
     The clocks: CPU time of the calling thread; CPU time of the process and of children that it has waited for; wall
     time; and how much of that the thread waited for a core.  deferred: what the first `read` took longer than a second
-    one.
+    one.  said: of a program, what it says itself [ns], NaN where it says nothing.
     """
 
     advance: Clocks
     deferred: Clocks
+    said: float | None = None
 
     @property
     def ns(self) -> float:
@@ -101,13 +104,15 @@ class Timer:
     ) -> None:
         self._engine, self._scene, self._method, self._pace, self._keep = engine, scene, method, pace, keep
         self._load, self._warm = 1, False
+        # A program has wall time only, and one lap may have waited for a core.
+        sample_ns, looks = (LINE_NS, IDLE_LOOKS) if hasattr(engine, "said_ns") else (SAMPLE_NS, 1)
         most = MOST_STEPS if pace.by_step else MOST_COPIES
         build_s = timed(self._prepare)
         first = self._lap().ns
         self._alone = min(self._lap().ns for _ in range(CALLS))
-        while (took := self._lap().ns) < SAMPLE_NS and self._load < most:
+        while (took := min(self._lap().ns for _ in range(looks))) < sample_ns and self._load < most:
             # A call has its own cost, so that a short load looks longer than it is: what is missing is asked for again.
-            self._load = min(most, max(2 * self._load, round(self._load * SAMPLE_NS / max(took, 1))))
+            self._load = min(most, max(2 * self._load, round(self._load * sample_ns / max(took, 1))))
             if not pace.by_step:
                 self._prepare()
                 self._lap()
@@ -139,7 +144,8 @@ class Timer:
     def sample(self) -> Sample:
         """Return the time of one step, or of one flight."""
         lap = self._lap()
-        return sample(np.array(lap.advance) / self._load, np.array(lap.deferred) / self._load)
+        said = None if lap.said is None else lap.said / self._load
+        return sample(np.array(lap.advance) / self._load, np.array(lap.deferred) / self._load, said)
 
     def _lap(self) -> Sample:
         """Return what the whole load takes."""
@@ -156,6 +162,10 @@ class Timer:
             engine.read(world)
         engine.write(world, self._start.copy())
         taken = flown = np.zeros(len(CLOCKS))
+        ask_what_it_says = getattr(engine, "said_ns", None)
+        if ask_what_it_says:
+            taken = -idle(engine, world, calls)
+            ask_what_it_says(world)
         for leg in legs:
             prepare(engine, world, leg[0][1])
             begun = before()
@@ -163,11 +173,32 @@ class Timer:
                 advance(world, n, dt)
             flown = after()
             taken = taken + flown - begun
+        said = ask_what_it_says(world) if ask_what_it_says else None
         engine.read(world)
         looked = after()
         engine.read(world)
         again = after()
-        return sample(taken, np.maximum((looked - flown) - (again - looked), 0.0))
+        return sample(np.maximum(taken, 0.0), np.maximum((looked - flown) - (again - looked), 0.0), said)
+
+
+def idle(engine: ModuleType, world: object, calls: Sequence[tuple[int, float]]) -> Array:
+    """Return what these calls of `advance` cost where no steps are asked for: the way to a program and back [ns].
+
+    The least of a few: what is taken off must not be more than what is there.
+    """
+    looks = []
+    for _ in range(IDLE_LOOKS):
+        begun = before()
+        for _, dt in calls:
+            engine.advance(world, 0, dt)
+        looks.append(after() - begun)
+    return np.min(looks, axis=0)
+
+
+def wall_of_steps(engine: ModuleType, world: object, n: int, dt: float) -> float:
+    """Make n steps of dt [s] and return their wall time [s], of a program without the way there and back."""
+    took = timed(engine.advance, world, n, dt)
+    return max(0.0, took - idle(engine, world, [(n, dt)])[2] / 1e9) if hasattr(engine, "said_ns") else took
 
 
 def prepare(engine: ModuleType, world: object, dt: float) -> None:
@@ -176,11 +207,11 @@ def prepare(engine: ModuleType, world: object, dt: float) -> None:
         engine.prepare(world, dt)
 
 
-def sample(advance: Array, deferred: Array) -> Sample:
+def sample(advance: Array, deferred: Array, said: float | None = None) -> Sample:
     """Return a sample of what the clocks say [ns], (4,) each."""
     thread, process, wall, queued = advance.tolist()
     later_thread, later_process, later_wall, later_queued = deferred.tolist()
-    return Sample((thread, process, wall, queued), (later_thread, later_process, later_wall, later_queued))
+    return Sample((thread, process, wall, queued), (later_thread, later_process, later_wall, later_queued), said)
 
 
 def before() -> Array:

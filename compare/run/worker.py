@@ -2,7 +2,6 @@
 
 import math
 import signal
-import sys
 import threading
 from dataclasses import replace
 from pathlib import Path
@@ -11,11 +10,12 @@ from typing import Any, Self
 
 import numpy as np
 
-from compare.run.environments import located
+from compare.run.environments import HERE, Place, located
 from compare.run.flight import Trajectory
 from compare.run.message import Malformed
 from compare.run.process import Died, Process
 from compare.run.questions import (
+    Ended,
     Failure,
     Fly,
     PrepareTimer,
@@ -43,27 +43,26 @@ class Worker:
     """A process that has one engine loaded and flies what it is sent.
 
     engine: ENGINE[@RELEASE] of ours or the path of a user's file; time_limit [s] for each answer; memory_limit [B];
-    python: the interpreter that runs it, which needs nothing but numpy and what the engine imports; without one that
-    of the engine's environment, or ours.
+    place: where it runs; without one in the engine's environment, or beside Tumble.
     """
 
     def __init__(
-        self, engine: str, time_limit: float, memory_limit: int = MEMORY_LIMIT, python: str | None = None
+        self, engine: str, time_limit: float, memory_limit: int = MEMORY_LIMIT, place: Place | None = None
     ) -> None:
-        self.engine, self.time_limit, self.memory_limit, self._python = engine, time_limit, memory_limit, python
+        self.engine, self.time_limit, self.memory_limit, self._place = engine, time_limit, memory_limit, place
         self._turn = threading.Lock()
         self._process: Process | None = None
         self._why_gone = "crashed: its process was ended"
         name, why = engine, ""
-        if python is None:
-            name, python, why = (engine, sys.executable, "") if is_file(engine) else located(engine)
-        if python is None:
+        if place is None:
+            name, place, why = (engine, HERE, "") if is_file(engine) else located(engine)
+        if place is None:
             self._why_gone = f"missing: {why}"
             return
         serve = str(Path(__file__).with_name("serve.py"))
         try:
             # Files in the working directory are the user's, and run only when he names one.
-            self._process = Process([python, "-P", serve, name, str(memory_limit)])
+            self._process = Process([place.python, "-P", serve, name, str(memory_limit)], place.told)
         except OSError as error:
             self._why_gone = f"crashed: its process cannot be started: {error.strerror or error}"
 
@@ -75,7 +74,7 @@ class Worker:
 
     def renewed(self) -> Self:
         """Return a new process in place of one that is gone, under the same limits."""
-        return type(self)(self.engine, self.time_limit, self.memory_limit, self._python)
+        return type(self)(self.engine, self.time_limit, self.memory_limit, self._place)
 
     def describe(self) -> EngineInfo | Failure:
         """Return the engine's info, or why it has none.  Raises BadEngine for a user's file that cannot be used."""
@@ -137,7 +136,8 @@ class Worker:
             try:
                 if question is not None:
                     self._process.send(question, by)
-                return self._process.receive(hint, most_bytes, by)
+                answer = self._process.receive(Ended | hint, most_bytes, by)
+                return self._gone(answer.why) if isinstance(answer, Ended) else answer
             except TimeoutError:
                 return self._gone(f"timeout: no answer within {self.time_limit:g} s (--time-limit)")
             except Malformed as error:

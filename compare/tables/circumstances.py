@@ -10,7 +10,7 @@ import numpy as np
 
 from compare.run.participants import Participant
 from compare.run.provenance import ConditionRow, conditions
-from compare.run.registry import is_file
+from compare.run.registry import files, is_file
 from compare.tables.engines import engine_row
 from compare.tables.files import place
 from compare.tables.frames import read_file, rows
@@ -29,7 +29,8 @@ def circumstances(
     found = [*conditions(command), *(ConditionRow(what, value) for what, value in asked.items())]
     for participant in participants:
         methods = ", ".join(participant.methods) if participant.named else "all methods"
-        file = f", file {digest(Path(participant.engine).read_bytes())}" if is_file(participant.engine) else ""
+        own = files(participant.engine) if is_file(participant.engine) else []
+        file = f", file {digest([path.read_bytes() for path in own])}" if own else ""
         found.append(ConditionRow(f"engine {participant.title}", f"{engine_row(participant).version}, {methods}{file}"))
     return [*found, *(ConditionRow(f"scene {scene.name}", digest(scene)) for scene in scenes)]
 

@@ -51,7 +51,8 @@ def listing(asked: list[str]) -> None:
 def described(environment: environments.Environment) -> str:
     """Return what an environment is, in one line."""
     size = f"{environment.size / 1e6:.0f} MB"
-    return f"{environment.name}: Python {environment.python}, {', '.join(environment.packages)}, {size}"
+    runs = f"node {environment.node}" if environment.node else f"Python {environment.python}"
+    return f"{environment.name}: {runs}, {', '.join(environment.packages)}, {size}"
 
 
 def known(engine: str) -> str:

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from compare.run import environments, registry
-from compare.run.environments import BadEngine, install, located, remove, run, split_release
+from compare.run.environments import HERE, BadEngine, install, located, remove, run, split_release
 from compare.run.worker import Failure, Worker
 
 APART = next(name for name in registry.names() if registry.package(name).apart)
@@ -32,10 +32,10 @@ def test_a_release_is_split_off_and_its_form_is_asked_for():
 
 
 def test_what_is_beside_tumble_needs_no_environment():
-    assert located("tumble") == ("tumble", sys.executable, "")
-    assert located("handcalc") == ("handcalc", sys.executable, "")
+    assert located("tumble") == ("tumble", HERE, "")
+    assert located("handcalc") == ("handcalc", HERE, "")
     here = environments.beside("mujoco")
-    assert located(f"mujoco@{here}") == ("mujoco", sys.executable, "")
+    assert located(f"mujoco@{here}") == ("mujoco", HERE, "")
 
 
 def test_what_is_nowhere_says_how_to_install_it(tumble):
@@ -115,6 +115,6 @@ def test_a_broken_environment_is_none(folder):
     (place / "bin").mkdir()
     (place / "bin" / "python").symlink_to(sys.executable)
     (there,) = environments.environments()
-    assert located("mujoco@1.0") == ("mujoco", there.interpreter, "")
+    assert located("mujoco@1.0") == ("mujoco", there.place, "")
     assert remove("mujoco") == [there]
     assert not place.exists()

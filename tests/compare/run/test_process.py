@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from compare.run.environments import Place
 from compare.run.flight import Trajectory
 from compare.run.message import PREFIX, Malformed, frame, lengths, unpacked
 from compare.run.questions import Failure, Fly, Question
@@ -259,7 +260,7 @@ def test_an_interpreter_with_nothing_but_numpy_serves(tmp_path):
     path = engine(tmp_path, "pass")
     text = "import importlib.util\nassert not any(map(importlib.util.find_spec, ('numba', 'msgspec', 'mpmath')))\n"
     Path(path).write_text(text + Path(path).read_text())
-    with Worker(path, 30.0, python=str(tmp_path / "env" / "bin" / "python")) as worker:
+    with Worker(path, 30.0, place=Place(str(tmp_path / "env" / "bin" / "python"))) as worker:
         assert worker.describe().methods == ("still",)  # type: ignore[union-attr]
         flight = worker.fly(SCENE, "still", SCENE.step)
     assert not isinstance(flight, Failure), flight
@@ -267,7 +268,7 @@ def test_an_interpreter_with_nothing_but_numpy_serves(tmp_path):
 
 
 def test_an_interpreter_that_is_not_there_is_a_failure():
-    with Worker("tumble", 5.0, python="/no/such/python") as worker:
+    with Worker("tumble", 5.0, place=Place("/no/such/python")) as worker:
         assert worker.describe() == Failure("crashed: its process cannot be started: No such file or directory")
         assert not worker.alive
 
