@@ -5,7 +5,7 @@ anew, in other variables; whatever else is asked of a law is asked here.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -19,19 +19,31 @@ class Law:
 
     name: what a scene needs and an engine has among its FEATURES; part: the scene's field that has its numbers, or
     several of it; stored: the energy [J] that one of them holds in states (..., 13), None where it holds none; takes:
-    whether one of them takes energy; numbers: label with unit -> which of its numbers that is.
+    whether one of them takes energy; turns: whether one can start a spin, or move its axis; stiffness: that of one of
+    them at most [N/m]; numbers: label with unit -> which of its numbers that is, each of them a strength.
     """
 
     name: str
     part: str
-    stored: Callable[[Any, Any, Array], Array] | None
-    takes: Callable[[Any], bool]
-    numbers: dict[str, str]
+    stored: Callable[[Any, Any, Array], Array] | None = None
+    takes: Callable[[Any], bool] = lambda one: False
+    turns: Callable[[Any], bool] = lambda one: False
+    stiffness: Callable[[Any, Any], float] = lambda one, scene: 0.0
+    numbers: dict[str, str] = field(default_factory=dict)
 
     def all_of(self, scene: Any) -> tuple[Any, ...]:
         """Return the numbers of each of its kind that the scene has."""
         part = getattr(scene, self.part)
         return part if isinstance(part, tuple) else () if part is None else (part,)
+
+    def scaled(self, scene: Any, by: float, *keys: str) -> Any:
+        """Return a scene that has the law with its strengths, or those keys of them, times a factor."""
+        keys = keys or tuple(self.numbers.values())
+        found = tuple(
+            replace(one, **{key: by * getattr(one, key) for key in keys}) if keys else by * one
+            for one in self.all_of(scene)
+        )
+        return replace(scene, **{self.part: found if isinstance(getattr(scene, self.part), tuple) else found[0]})
 
 
 def height(gravity: Array, scene: Any, states: Array) -> Array:
@@ -51,34 +63,32 @@ def dent(floor: Any, scene: Any, states: Array) -> Array:
     return floor.stiffness / 2 * (depth**2).sum(axis=-1)
 
 
-GRAVITY = Law("gravity", "gravity", height, lambda gravity: False, {})
-LAWS = (
-    GRAVITY,
-    Law(
-        "tether",
-        "tethers",
-        stretch,
-        lambda tether: bool(tether.damping),
-        {"tether stiffness [N/m]": "stiffness", "tether damping [N s/m]": "damping"},
-    ),
-    Law(
-        "drag",
-        "drag",
-        None,
-        lambda drag: True,
-        {"linear drag [N s/m]": "linear", "angular drag [N m s/rad]": "angular"},
-    ),
-    Law(
-        "floor",
-        "floor",
-        dent,
-        lambda floor: bool(floor.damping),
-        {"floor stiffness [N/m]": "stiffness", "floor damping [N s/m]": "damping"},
-    ),
+GRAVITY = Law("gravity", "gravity", stored=height)
+TETHER = Law(
+    "tether",
+    "tethers",
+    stored=stretch,
+    takes=lambda tether: bool(tether.damping),
+    turns=lambda tether: bool(tether.point_body.any()),
+    stiffness=lambda tether, scene: tether.stiffness,
+    numbers={"tether stiffness [N/m]": "stiffness", "tether damping [N s/m]": "damping"},
 )
-
-
-PULLING = tuple(law for law in LAWS if law is not GRAVITY)
+DRAG = Law(
+    "drag",
+    "drag",
+    takes=lambda drag: True,
+    numbers={"linear drag [N s/m]": "linear", "angular drag [N m s/rad]": "angular"},
+)
+FLOOR = Law(
+    "floor",
+    "floor",
+    stored=dent,
+    takes=lambda floor: bool(floor.damping),
+    turns=lambda floor: True,
+    stiffness=lambda floor, scene: floor.stiffness * len(scene.body.points),
+    numbers={"floor stiffness [N/m]": "stiffness", "floor damping [N s/m]": "damping"},
+)
+LAWS = (GRAVITY, TETHER, DRAG, FLOOR)
 
 
 def acting(scene: Any) -> tuple[Law, ...]:
@@ -91,10 +101,20 @@ def takes_energy(scene: Any) -> bool:
     return any(law.takes(one) for law in LAWS for one in law.all_of(scene))
 
 
-def stored(scene: Any, states: Array, laws: tuple[Law, ...] = LAWS) -> Array:
-    """Return what these laws hold in states (..., 13) [J], (...)."""
+def can_turn(scene: Any) -> bool:
+    """Return whether anything that acts can start a spin, or move its axis."""
+    return any(law.turns(one) for law in LAWS for one in law.all_of(scene))
+
+
+def stiffness(scene: Any) -> float:
+    """Return the stiffness of all springs at once [N/m]."""
+    return sum(law.stiffness(one, scene) for law in LAWS for one in law.all_of(scene))
+
+
+def stored(scene: Any, states: Array, but: Law | None = None) -> Array:
+    """Return what all laws, but one, hold in states (..., 13) [J], (...)."""
     held = np.zeros(states.shape[:-1])
-    for law in laws:
-        if law.stored:
+    for law in LAWS:
+        if law.stored and law is not but:
             held += sum(law.stored(one, scene, states) for one in law.all_of(scene))
     return held

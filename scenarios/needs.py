@@ -5,7 +5,7 @@ Where the numbers do not settle a question, because only a flight can tell, the 
 
 import numpy as np
 
-from scenarios.forces import LAWS, acting
+from scenarios.forces import LAWS, acting, can_turn
 from scenarios.frames import Array
 from scenarios.impulse import RayMissed, jump
 from scenarios.scene import Body, Impulse, Scene
@@ -40,14 +40,13 @@ def _spins(scene: Scene) -> Array | None:
     Angular drag and blows at the centre leave a spin about the axis it has; a body that does not spin has at every
     blow the attitude of the start, and where it is then is known as long as only gravity pulls.
     """
-    if scene.floor is not None or any(tether.point_body.any() for tether in scene.tethers):
+    if can_turn(scene):
         return None
-    falls_freely = not (scene.tethers or scene.drag)
     states, now = scene.start, 0.0
     for impulse in scene.impulses:
         if impulse.time > now:
             states, now = _fallen(states, impulse.time - now, scene.gravity), impulse.time
-            followed = impulse.point_body is not None or falls_freely
+            followed = impulse.point_body is not None or scene.is_free
             if not _at_centre(impulse) and (states[:, 10:13].any() or not followed):
                 return None
         try:

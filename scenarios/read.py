@@ -1,54 +1,23 @@
-"""From a scene file (TOML) to a Scene, or to the one line that says what is wrong with it.
+"""From the name of a scene or its file (TOML) to a Scene, or to the one line that says what is wrong with it.
 
-`scenarios.format` holds a file against keys, types and signs; this room checks what a type cannot say, and builds.
-Reading runs no code and opens no file but the scene and its mesh.
+`scenarios.format` holds a file against keys, types and signs; `scenarios.build` checks what a type cannot say, and
+builds.  Reading runs no code and opens no file but the scene and its mesh.
 """
 
 import os
-import sys
 import tomllib
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from scenarios import mass
+from scenarios.build import scene_from
 from scenarios.files import plain_bytes, why_unread
-from scenarios.format import (
-    BodyTable,
-    BoxTable,
-    DragTable,
-    EnsembleTable,
-    File,
-    FloorTable,
-    ImpulseTable,
-    Keys,
-    MeshTable,
-    RayTable,
-    Refused,
-    RigidTable,
-    TetherTable,
-    dotted,
-    nearest,
-    printable,
-    short,
-    tables,
-    value_at,
-)
-from scenarios.frames import Array, quaternion_product, rotation_matrix, vertices
-from scenarios.impulse import RayMissed, jump
+from scenarios.format import Refused, dotted, nearest, printable, short, tables, value_at
 from scenarios.refusal import UsersError
-from scenarios.scene import Body, Drag, Floor, Impulse, Ray, Scene, Tether, Written, WrittenBlow, frozen_array
-from scenarios.surface import read_surface
+from scenarios.scene import Scene
 
 CATALOGUE = Path(__file__).parent / "catalogue"
-MOST_STEPS = 1e9
-ROUNDING = 1e-12  # relative: how far a tensor may be from symmetric, or from A + B >= C
-UNIT = 4 * sys.float_info.epsilon  # how far the square of a unit vector of rounded numbers may be from 1
-SMALLEST = sys.float_info.min  # below which a float has not all its digits
-LANDINGS = ("point", "vertex", "point_body", "ray")
-BLOW_SPREADS = ("magnitude", "cone", "point")
 
 
 class BadScene(UsersError):
@@ -78,7 +47,7 @@ def scene_of(text: str, path: Path, shown: str, flown: bool = True) -> Scene:
     try:
         # What overflows is refused by its result, not by a warning on the way.
         with np.errstate(all="ignore"):
-            return _scene(tables(document), path, flown)
+            return scene_from(tables(document), path, flown)
     except Refused as refused:
         value = f" = {short(value_at(document, refused.keys))}" if refused.show_value else ""
         raise BadScene(f"{shown}: {dotted(refused.keys)}{value}: {refused.why}") from None
@@ -121,244 +90,3 @@ def _document(text: str, shown: str) -> dict:
         raise BadScene(f"{shown}: not TOML: nested too deeply") from None
     except ValueError as error:  # besides TOMLDecodeError: an integer of thousands of digits
         raise BadScene(f"{shown}: not TOML: {printable(str(error))}") from None
-
-
-def _scene(file: File, path: Path, flown: bool) -> Scene:
-    """Return the scene; raises Refused for what the types alone could not see."""
-    if file.step is None and flown:
-        raise Refused(("step",), "missing; must be a number > 0", False)
-    step = file.duration if file.step is None else file.step
-    if not file.title.isprintable():
-        raise Refused(("title",), "must be one line of printable text")
-    if file.duration / step > MOST_STEPS:
-        raise Refused(("step",), f"must be at least the duration / {MOST_STEPS:.0e}")
-    body, file_points = _body(file.body, path.parent)
-    start = _start(file.body, body)
-    impulses = [_impulse(table, ("impulse", i), file.duration, body, start) for i, table in enumerate(file.impulse)]
-    tethers = [_tether(table, ("tether", i), body) for i, table in enumerate(file.tether)]
-    floor = _floor(file.floor) if file.floor else None
-    written = Written(
-        body=body,
-        inertia=frozen_array(file.body.inertia) if isinstance(file.body, RigidTable) else None,
-        points=file_points,
-        start=start[0],
-        orientation=frozen_array(file.body.orientation),
-        blows=tuple(map(_written_blow, impulses, file.impulse)),
-        normal=None if floor is None else floor.normal,
-        file_normal=None if file.floor is None else frozen_array(file.floor.normal),
-    )
-    if file.ensemble:
-        start = _throws(file.ensemble, start, impulses, body)
-        impulses = [impulse for impulse in impulses if impulse.time > 0]
-    return Scene(
-        name=path.stem,
-        title=file.title,
-        source=file.source,
-        duration=file.duration,
-        times=_times(file, flown),
-        step=step,
-        body=body,
-        start=start,
-        gravity=frozen_array(file.gravity) if any(file.gravity) else None,
-        written=written,
-        impulses=tuple(sorted((impulse for impulse in impulses if impulse.value.any()), key=lambda it: it.time)),
-        tethers=tuple(tether for tether in tethers if tether.stiffness or tether.damping),
-        drag=_drag(file.drag) if file.drag else None,
-        floor=floor,
-    )
-
-
-def _times(file: File, flown: bool) -> Array:
-    """Return the sample instants [s], (S,): the end alone where nothing is flown and none are given."""
-    if file.times is not None and file.samples is not None:
-        raise Refused(("samples",), "must be left out where times are given")
-    if file.times is not None:
-        times, keys = np.array(file.times), ("times",)
-    elif file.samples is not None:
-        times, keys = np.linspace(0, file.duration, file.samples + 1)[1:], ("samples",)
-    elif not flown:
-        times, keys = np.array([file.duration]), ("duration",)
-    else:
-        raise Refused(("times",), "missing; must be a list of instants, or samples a number of them", False)
-    if not (np.diff(times) > 0).all():
-        raise Refused(keys, "must be strictly increasing instants")
-    if times[0] < 0 or times[-1] > file.duration:
-        raise Refused(keys, f"must be within the duration, 0 to {file.duration!r}")
-    return frozen_array(times)
-
-
-def _body(table: BoxTable | MeshTable | RigidTable, folder: Path) -> tuple[Body, Array | None]:
-    """Return the body in its principal axes, and its points as the file gives them, (n, 3), None for a box."""
-    size, file_points, where = None, None, ("body",)
-    if isinstance(table, BoxTable):
-        size = frozen_array(table.size)
-        points, faces, tensor = mass.box_corners(size), mass.BOX_FACES, mass.box(table.mass, size).tensor
-    elif isinstance(table, MeshTable):
-        file_points, points, faces, tensor = _solid(table, folder)
-    else:
-        points, faces, tensor = np.array(table.points), np.empty((0, 3), dtype=int), np.array(table.inertia)
-        file_points, where = frozen_array(points), ("body", "inertia")
-    moments, file_axes = _principal(tensor, where)
-    points = frozen_array(points @ rotation_matrix(file_axes).T)
-    shape = str(table.__struct_config__.tag)
-    return Body(shape, table.mass, moments, points, frozen_array(faces, int), size, file_axes), file_points
-
-
-def _principal(tensor: Array, where: Keys) -> tuple[Array, Array]:
-    """Return moments and axes, as mass.principal_axes does, of a tensor that some body could have."""
-    if not np.isfinite(tensor).all():
-        raise Refused(where, "must have finite moments of inertia")
-    if (np.abs(tensor - tensor.T) > ROUNDING * np.abs(tensor).max()).any():
-        raise Refused(where, "must be symmetric")
-    moments, file_axes = mass.principal_axes(tensor / 2 + tensor.T / 2)
-    a, b, c = sorted(moments)
-    if a < SMALLEST:
-        raise Refused(where, f"must have principal moments of inertia > 0, but one is {a:.3g}")
-    if a + b < c * (1 - ROUNDING):
-        raise Refused(where, f"inertia that no body has: A + B >= C must hold, but {a:.6g} + {b:.6g} < {c:.6g}")
-    return moments, file_axes
-
-
-def _solid(table: MeshTable, folder: Path) -> tuple[Array, Array, np.ndarray, Array]:
-    """Return a mesh's points [m], (n, 3), as in the file and from its centre of mass, its outward faces, (m, 3), and
-
-    its tensor [kg m2], (3, 3).
-    """
-    try:
-        points, faces = read_surface(folder / table.file)
-        solid = mass.mesh(table.mass, points, faces)
-    except ValueError as error:
-        raise Refused(("body", "file"), str(error)) from None
-    outward = faces if solid.volume > 0 else faces[:, ::-1]
-    return frozen_array(points), points - solid.centre, outward, solid.tensor
-
-
-def _start(table: BodyTable, body: Body) -> Array:
-    """Return the state before any impulse, (1, 13)."""
-    # The file says how its own axes stand; the state, how the principal axes do.
-    to_file_axes = body.file_axes * (1, -1, -1, -1)
-    q = quaternion_product(_unit(table.orientation, ("body", "orientation")), to_file_axes)
-    start = frozen_array([[*table.position, *q, *table.velocity, *table.angular_velocity]])
-    if not np.isfinite(vertices(start, body.points)).all():
-        raise Refused(("body",), "must have vertices at finite coordinates")
-    return start
-
-
-def _throws(table: EnsembleTable, start: Array, impulses: list[Impulse], body: Body) -> Array:
-    """Return the state of every throw after the impulses of t = 0, (N, 13)."""
-    for key in BLOW_SPREADS:
-        if getattr(table, key) and any(impulse.time > 0 for impulse in impulses):
-            raise Refused(("ensemble", key), "must be 0 where an impulse comes after t = 0: only those at 0 are spread")
-        if getattr(table, key) and not impulses:
-            raise Refused(("ensemble", key), "must be 0 where there is no impulse to spread")
-    from scenarios.ensemble import OutOfReach, throws  # only many throws pay for random numbers
-
-    first = [impulse for impulse in impulses if impulse.time == 0 and impulse.value.any()]
-    spreads = (table.magnitude, table.cone, table.point, table.orientation)
-    try:
-        starts = throws(start, first, body, table.throws, table.seed, *spreads)
-    except RayMissed as missed:
-        raise Refused(("ensemble", "orientation"), f"must let every ray meet the body: {missed}") from None
-    except OutOfReach as missed:
-        raise Refused(("ensemble", "point"), f"must reach the body's surface: {missed}") from None
-    if not np.isfinite(vertices(starts, body.points)).all() or not np.isfinite(starts).all():
-        raise Refused(("ensemble",), "must give every throw a finite start", False)
-    return frozen_array(starts)
-
-
-def _unit(vector: tuple[float, ...], keys: Keys) -> Array:
-    largest = max(map(abs, vector))
-    scaled = np.array(vector) / (largest or 1.0)  # whose squares neither overflow nor all underflow
-    if not scaled.any():
-        raise Refused(keys, "must not be zero")
-    # Dividing by a length of 1 that is rounded would only move digits that are right.
-    is_unit = abs(float(np.dot(vector, vector)) - 1) <= UNIT if largest < 2 else False
-    return frozen_array(vector if is_unit else scaled / np.linalg.norm(scaled))
-
-
-def _vertex(vertex: int, keys: Keys, body: Body) -> Array:
-    if vertex >= len(body.points):
-        raise Refused(keys, f"must be a vertex of the body, 0 to {len(body.points) - 1}")
-    return body.points[vertex]
-
-
-def _written_blow(impulse: Impulse, table: ImpulseTable) -> WrittenBlow:
-    """Return an impulse as its table gives it."""
-    aim = None if table.ray is None else frozen_array(table.ray.direction)
-    return WrittenBlow(
-        made=impulse,
-        magnitude=table.magnitude,
-        direction=aim if table.direction is None else frozen_array(table.direction),
-        ray_direction=aim,
-        point_body=None if table.point_body is None else frozen_array(table.point_body),
-    )
-
-
-def _impulse(table: ImpulseTable, keys: Keys, duration: float, body: Body, start: Array) -> Impulse:
-    if table.time > duration:
-        raise Refused((*keys, "time"), f"must be within the duration, 0 to {duration!r}")
-    impulse = Impulse(table.time, _blow(table, keys), **_landing(table, keys, body))
-    if impulse.ray and table.time > 0:
-        return impulse  # whether it meets the body, only the flight can tell
-    try:
-        # Blows of one instant do not move the body, so each meets it as it starts; a later one is tried for size.
-        struck = jump(impulse, start, body)
-    except RayMissed as error:
-        raise Refused((*keys, "ray"), f"must meet the body's surface from outside: {error}") from None
-    if not np.isfinite(struck).all():
-        raise Refused(keys, "must leave the body with a finite velocity")
-    return impulse
-
-
-def _blow(table: ImpulseTable, keys: Keys) -> Array:
-    """Return the impulse itself [N s], (3,)."""
-    if table.value is not None and table.magnitude is None:
-        if table.direction is not None:
-            raise Refused((*keys, "direction"), "must be left out where value is given")
-        return frozen_array(table.value)
-    if table.magnitude is None or table.value is not None:
-        raise Refused(keys, "must have either value, or magnitude with a direction")
-    if table.direction is not None:
-        return frozen_array(table.magnitude * _unit(table.direction, (*keys, "direction")))
-    if table.ray is not None:
-        return frozen_array(table.magnitude * _unit(table.ray.direction, (*keys, "ray", "direction")))
-    raise Refused((*keys, "magnitude"), "must come with a direction, or with a ray that gives it")
-
-
-def _landing(table: ImpulseTable, keys: Keys, body: Body) -> dict[str, Any]:
-    """Return the one field of an Impulse that says where it lands."""
-    given = [key for key in LANDINGS if getattr(table, key) is not None]
-    if len(given) != 1:
-        has = " and ".join(given) or "none"
-        raise Refused(keys, f"must have exactly one of {', '.join(LANDINGS)}; it has {has}")
-    where = getattr(table, given[0])
-    keys = (*keys, given[0])
-    match given[0]:
-        case "point":
-            return {"point_world": frozen_array(where)}
-        case "vertex":
-            return {"point_body": _vertex(where, keys, body)}
-        case "point_body":
-            return {"point_body": frozen_array(rotation_matrix(body.file_axes) @ where)}
-        case _:
-            return {"ray": _ray(where, keys, body)}
-
-
-def _ray(table: RayTable, keys: Keys, body: Body) -> Ray:
-    if not len(body.faces):
-        raise Refused(keys, "must meet a surface, and a rigid body has none: give a point or a vertex")
-    return Ray(frozen_array(table.origin), _unit(table.direction, (*keys, "direction")))
-
-
-def _tether(table: TetherTable, keys: Keys, body: Body) -> Tether:
-    point_body = _vertex(table.vertex, (*keys, "vertex"), body)
-    return Tether(point_body, frozen_array(table.anchor), table.stiffness, table.damping, table.rest_length)
-
-
-def _drag(table: DragTable) -> Drag | None:
-    return Drag(table.linear, table.angular) if table.linear or table.angular else None
-
-
-def _floor(table: FloorTable) -> Floor | None:
-    normal = _unit(table.normal, ("floor", "normal"))
-    return Floor(table.height, normal, table.stiffness, table.damping) if table.stiffness or table.damping else None

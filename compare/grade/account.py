@@ -6,7 +6,7 @@ The account of a program without mistakes is `truthful`; a mistake replaces some
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -28,6 +28,7 @@ from compare.grade.stepping import (
     Scheme,
     fly,
 )
+from scenarios.forces import Law, stiffness
 from scenarios.frames import Array, rotation_matrix
 from scenarios.impulse import strike_point
 from scenarios.scene import Body, Impulse, Scene
@@ -37,6 +38,8 @@ from solver.forces import Forces
 SEARCHING, FINE = 0.2, 0.02
 # Of the shortest time in which a spring swings by a radian.
 SPRING_STEP = 0.1
+# Of a force's strength: no sum has a digit of it, and it is not the 0 that would leave a term out of the kernel.
+NO_STRENGTH = 1e-200
 # Of impulses applied in some way; the same are flown again and again with other mistakes.
 EVENTS_KEPT = 1024
 # Where a clock's instant divided by its tick is a whole number but for rounding, it is that number.
@@ -115,8 +118,9 @@ Writing = Callable[[Pose], Pose]
 class Account:
     """One throw as a program understood it, flew it and wrote it down.
 
-    mass [kg]; moments [kg m2], (3,); start: (13,); gravity [m/s2], (3,); forces: the scene's others; damping to caps:
-    as `stepping.Laws` has them; writings: what is done to a pose, in this order; rounding: of printed instants [s].
+    mass [kg]; moments [kg m2], (3,); start: (13,); gravity [m/s2], (3,); forces: the scene's others, and how stiff they
+    are [N/m]; damping to caps: as `stepping.Laws` has them; writings: what is done to a pose, in this order; rounding:
+    of printed instants [s].
     """
 
     body: Body
@@ -126,6 +130,7 @@ class Account:
     gravity: Array
     impulses: tuple[Impulse, ...]
     forces: Forces
+    stiffness: float
     damping: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)
     damps: int = AS_FORCE
     decays: int = LINEARLY
@@ -205,9 +210,8 @@ class Account:
 
     def _spring_rate(self) -> float:
         """Return at most how fast a spring of the scene can make the body swing [rad/s]."""
-        stiffness = _stiffness(self.forces)
         reach = (self.body.points**2).sum(axis=1).max()
-        return float(np.sqrt(stiffness * (1 / self.mass + reach / self.moments.min()))) if stiffness else 0.0
+        return float(np.sqrt(self.stiffness * (1 / self.mass + reach / self.moments.min())))
 
 
 def pose_of(times: Array, rows: Array) -> Pose:
@@ -219,10 +223,16 @@ def truthful(scene: Scene, throw: int, rounding: float = 0.0) -> Account:
     """Return the account of a program that makes no mistake; rounding: of its instants [s].  Raises RayMissed."""
     gravity = np.zeros(3) if scene.gravity is None else np.array(scene.gravity)
     start, moments = np.array(scene.start[throw]), np.array(scene.body.moments)
-    account = Account(scene.body, scene.body.mass, moments, start, gravity, (), forces_of(scene), rounding=rounding)
+    forces = forces_of(scene), stiffness(scene)
+    account = Account(scene.body, scene.body.mass, moments, start, gravity, (), *forces, rounding=rounding)
     for impulse in scene.impulses:
         account = replace(account, impulses=(*account.impulses, _landed(impulse, account)))
     return account
+
+
+def without_strength(law: Law, scene: Scene) -> Any:
+    """Return an acting law's numbers as the account's forces have them, but for its strength."""
+    return getattr(forces_of(law.scaled(scene, NO_STRENGTH)), law.part)
 
 
 def _landed(impulse: Impulse, before: Account) -> Impulse:
@@ -263,10 +273,3 @@ def _events(impulses: tuple[Impulse, ...], stroke: Stroke) -> Array:
         if rows[number][1] == END:
             events[place, 15] = order.index(number - 1)  # a force is listed as it begins, then as it ends
     return events
-
-
-def _stiffness(forces: Forces) -> float:
-    """Return the sum of all springs' stiffness [N/m]."""
-    tethers = 0.0 if forces.tethers is None else float(forces.tethers[:, 6].sum())
-    floor = 0.0 if forces.floor is None or forces.points is None else forces.floor[4] * len(forces.points)
-    return tethers + floor

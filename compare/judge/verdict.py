@@ -26,7 +26,7 @@ import numpy as np
 from compare.judge import mechanics
 from compare.judge.errors import Run, largest, lost_torque, quietly
 from compare.run.worker import Failure
-from scenarios.forces import PULLING, stored, takes_energy
+from scenarios.forces import GRAVITY, acting, can_turn, stored, takes_energy
 from scenarios.frames import Array, rotation_matrix, vertices
 from scenarios.needs import needs
 from scenarios.scene import Body, Scene
@@ -180,7 +180,7 @@ def fall(states: Array, scene: Scene) -> Array:
 
 def moving_and_stored(states: Array, scene: Scene) -> Array:
     """Return kinetic energy and what tethers and floor hold [J]."""
-    return mechanics.kinetic_energy(states, scene.body) + stored(scene, states, PULLING)
+    return mechanics.kinetic_energy(states, scene.body) + stored(scene, states, but=GRAVITY)
 
 
 def mechanical_energy(states: Array, scene: Scene) -> Array:
@@ -229,7 +229,8 @@ def is_clamped(run: Run, balances: list[Balance]) -> str:
     A fall that drag brings to one speed is not judged.  Without a truth only the start can tell what physics keeps.
     """
     states, truth = run.flight.states, run.truth
-    if (run.scene.drag and run.scene.gravity is not None) or max(each.top for each in balances) > HIDES_NOTHING:
+    brakes = any(law.stored is None for law in acting(run.scene))
+    if (brakes and run.scene.gravity is not None) or max(each.top for each in balances) > HIDES_NOTHING:
         return ""
     energy = max(each.scale for each in balances)
     for name, unit, part, inertia in (
@@ -267,7 +268,7 @@ def is_frozen(run: Run, balances: list[Balance]) -> str:
 
 def has_lost_torque(run: Run, balances: list[Balance]) -> str:
     """Say so where the angular velocity stands still and the true one turns."""
-    if run.truth is None or run.scene.tethers or run.scene.floor or "gyroscopic" not in needs(run.scene):
+    if run.truth is None or can_turn(run.scene) or "gyroscopic" not in needs(run.scene):
         return ""
     lost = lost_torque(run.scene, run.flight.states, run.truth.states)
     return "the angular velocity stands still where the true one turns" if lost else ""

@@ -59,7 +59,7 @@ class Trajectory:
 
 def check_step(scene: Scene, dt: float | None) -> None:
     """Raise BadStep where a step [s] asked for instead of the scene's own makes more steps than a flight may have."""
-    from scenarios.read import MOST_STEPS  # by the one who asks: who flies may have nothing but numpy
+    from scenarios.build import MOST_STEPS  # by the one who asks: who flies may have nothing but numpy
 
     if dt is not None and scene.duration / dt > MOST_STEPS:
         raise BadStep(f"--dt = {dt:g}: must be at least {scene.duration / MOST_STEPS:g} s for {scene.name}")

@@ -10,7 +10,7 @@ import numpy as np
 
 from compare.run.truths import Answer
 from compare.stability.modes import Mode, stiffest_mode
-from scenarios.forces import LAWS, PULLING
+from scenarios.forces import GRAVITY, LAWS, Law
 from scenarios.frames import Array
 from scenarios.read import BadScene
 from scenarios.scene import Scene
@@ -24,46 +24,41 @@ ANSWERS = 1.1
 PROBED, PROBED_ROWS = 1000, 64
 
 
-NO_FORCES = {item.name: item.default for item in fields(Scene) if item.name in {law.part for law in PULLING}}
+NO_FORCES = {
+    item.name: item.default for item in fields(Scene) if item.name in {law.part for law in LAWS if law is not GRAVITY}
+}
 
 
 @dataclass(frozen=True)
 class Parameter:
-    """A number that can make a scene stiff: its name with its unit, which part of the scene has it, and its key there.
+    """A number that can make a scene stiff: its name with its unit, the law that has it, and its key there.
 
-    That of all tethers is one number; the spin has no key: it is that of the start with its impulses.
+    That of all tethers is one number; the spin is no law's: it is that of the start with its impulses.
     """
 
     name: str
-    part: str
+    law: Law | None = None
     key: str = ""
 
     def value(self, scene: Scene) -> float:
         """Return the number, the largest of several tethers, or 0 where the scene has it not."""
-        if not self.key:
+        if self.law is None:
             return stiffest_mode(replace(scene, **NO_FORCES)).rate
-        return max((getattr(one, self.key) for one in self._parts(scene)), default=0.0)
+        return max((getattr(one, self.key) for one in self.law.all_of(scene)), default=0.0)
 
     def scaled(self, scene: Scene, by: float) -> Scene:
         """Return the scene with the number times a factor."""
-        if not self.key:
-            return spun(scene, by)
-        changed = tuple(replace(one, **{self.key: by * getattr(one, self.key)}) for one in self._parts(scene))
-        return replace(scene, **{self.part: changed if isinstance(getattr(scene, self.part), tuple) else changed[0]})
-
-    def _parts(self, scene: Scene) -> tuple:
-        part = getattr(scene, self.part)
-        return part if isinstance(part, tuple) else (part,) if part else ()
+        return spun(scene, by) if self.law is None else self.law.scaled(scene, by, self.key)
 
 
 # Springs before what only takes: of two that make the mode equally fast the first is asked.
 PARAMETERS = (
     *(
-        Parameter(name, law.part, key)
+        Parameter(name, law, key)
         for law in sorted(LAWS, key=lambda law: law.stored is None)
         for name, key in law.numbers.items()
     ),
-    Parameter("spin [rad/s]", "start"),
+    Parameter("spin [rad/s]"),
 )
 
 

@@ -14,6 +14,7 @@ from compare.run.participants import Participant
 from compare.run.registry import OWN_SCHEME
 from compare.run.worker import Failure
 from compare.stability.modes import Mode
+from scenarios.forces import stiffness
 from scenarios.frames import Array
 from scenarios.scene import Scene
 
@@ -96,7 +97,7 @@ def theory(participant: Participant, method: str, scene: Scene, mode: Mode) -> T
     if name == "a-stable":
         return A_STABLE
     if name == "drag-implicit-euler":
-        name = "semi-implicit-euler" if scene.tethers or scene.floor else "damping-implicit-euler"
+        name = "semi-implicit-euler" if stiffness(scene) else "damping-implicit-euler"
     if name != OWN_SCHEME:
         title, scheme = SCHEMES[name]
         return Theory(limit_of(scheme, mode), f"{title}: {STABILITY_FUNCTION}")

@@ -1,15 +1,16 @@
 """One table of force laws: what acts, what is stored, what is lost, what is stiff, all asked of the same entries."""
 
-from dataclasses import fields, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 import pytest
 
+from compare.judge.verdict import moving_and_stored
 from compare.stability.columns import PARAMETERS
-from scenarios.forces import GRAVITY, LAWS, PULLING, acting, stored, takes_energy
+from scenarios.forces import GRAVITY, LAWS, Law, acting, can_turn, stiffness, stored, takes_energy
 from scenarios.needs import FORCES, needs
 from scenarios.read import catalogue, read_scene
-from scenarios.scene import Scene
+from scenarios.scene import Drag, Scene
 from scenarios.wrench import wrench
 
 FORCED = [name for name in catalogue() if not read_scene(name).is_free]
@@ -24,8 +25,39 @@ def test_every_part_of_a_scene_that_can_pull_has_its_entry():
 
 def test_who_asks_asks_the_table():
     assert tuple(law.name for law in LAWS) == FORCES
-    numbers = {(law.part, key) for law in LAWS for key in law.numbers.values()}
-    assert {(each.part, each.key) for each in PARAMETERS if each.key} == numbers
+    numbers = {(law, key) for law in LAWS for key in law.numbers.values()}
+    assert {(each.law, each.key) for each in PARAMETERS if each.law} == numbers
+
+
+@dataclass(frozen=True, eq=False)
+class Held(Scene):
+    """A scene with a spring of stiffness [N/m] that holds the centre of mass at the origin."""
+
+    hold: Drag | None = None
+
+
+def test_an_entry_more_is_asked_by_all(monkeypatch):
+    law = Law(
+        "hold",
+        "hold",
+        stored=lambda hold, scene, states: hold.linear / 2 * (states[..., 0:3] ** 2).sum(axis=-1),
+        takes=lambda hold: bool(hold.angular),
+        turns=lambda hold: True,
+        stiffness=lambda hold, scene: hold.linear,
+        numbers={"hold [N/m]": "linear"},
+    )
+    monkeypatch.setattr("scenarios.forces.LAWS", (*LAWS, law))
+    fallen = read_scene("die-straight")
+    scene = Held(**{item.name: getattr(fallen, item.name) for item in fields(fallen)}, hold=Drag(80.0, 0.0))
+    assert not scene.is_free
+    assert "rotation" in needs(scene)  # for all that is known, it turns
+    assert (takes_energy(scene), can_turn(scene), stiffness(scene)) == (False, True, 80.0)
+    assert takes_energy(replace(scene, hold=Drag(80.0, 0.1)))
+    away = scene.start + np.eye(13)[0]
+    assert moving_and_stored(away, scene) - moving_and_stored(scene.start, scene) == pytest.approx(
+        40.0 * (away[0, 0:3] @ away[0, 0:3] - scene.start[0, 0:3] @ scene.start[0, 0:3])
+    )
+    assert stiffness(law.scaled(scene, 3.0)) == 240.0
 
 
 @pytest.mark.parametrize("name", catalogue())
@@ -51,7 +83,7 @@ def test_what_is_stored_pulls_as_the_law_says(name):
         there, here = lifted.copy(), lifted.copy()
         there[0, axis] += step
         here[0, axis] -= step
-        slope[axis] = (stored(scene, there, PULLING) - stored(scene, here, PULLING))[0] / (2 * step)
+        slope[axis] = (stored(scene, there, but=GRAVITY) - stored(scene, here, but=GRAVITY))[0] / (2 * step)
     force = wrench(scene)(lifted)[0, 0:3]
     # Of quadratic energies a central difference is exact but for rounding: eps E / step.
     rounding = 1e-15 * max(1.0, float(stored(scene, lifted)[0])) / step

@@ -5,9 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from compare.grade.account import Account
+from compare.grade.account import Account, without_strength
 from compare.grade.hypotheses import Hypothesis, Question, choice, grid
 from compare.grade.stepping import AFTER_FORCES, AS_FORCE, LAST
+from scenarios.forces import GRAVITY, acting
 
 STANDARD = 9.81  # m/s2
 SIZES = {9.8: "9.8 m/s2", 9.80665: "9.80665 m/s2", 10.0: "10 m/s2"}
@@ -148,19 +149,15 @@ def _caps(question: Question) -> Iterator[Hypothesis]:
 
 def _left_out(question: Question) -> Iterator[Hypothesis]:
     """Yield that a force of the scene is missing: it stays without strength, so that no kernel is compiled for it."""
-    here = question.account.forces
-    without: dict[str, object] = {}
-    if here.tethers is not None:
-        without["tethers"] = here.tethers * np.repeat((1.0, 0.0, 1.0), (6, 2, 1))
-    if here.drag is not None:
-        without["drag"] = tuple(coefficient and 0.0 for coefficient in here.drag)
-    if here.floor is not None:
-        without["floor"] = (*here.floor[:4], 0.0, 0.0)
-    for name, rest in without.items():
-        said = name.removesuffix("s")
+    for law in acting(question.scene):
+        if law is GRAVITY:
+            continue
+        rest = without_strength(law, question.scene)
         yield Hypothesis(
-            f"{said} missing",
-            said,
-            f"{said} missing",
-            lambda account, _, name=name, rest=rest: replace(account, forces=account.forces._replace(**{name: rest})),
+            f"{law.name} missing",
+            law.name,
+            f"{law.name} missing",
+            lambda account, _, part=law.part, rest=rest: replace(
+                account, forces=account.forces._replace(**{part: rest})
+            ),
         )
