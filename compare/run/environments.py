@@ -217,7 +217,14 @@ def make_node(place: Path, pins: list[str]) -> str:
     if node is None or npm is None:
         raise BadEngine("it needs node and npm, which are not here")
     (place / "package.json").write_text("{}")
-    quiet = ("--no-audit", "--no-fund", "--no-update-notifier", "--loglevel=error", "--fetch-retries=1")
+    quiet = (
+        "--no-audit",
+        "--no-fund",
+        "--no-update-notifier",
+        "--loglevel=error",
+        "--fetch-retries=1",
+        "--fetch-retry-mintimeout=1000",
+    )
     exact = [pin.replace("==", "@") for pin in pins]
     run([npm, "install", "--prefix", str(place), "--ignore-scripts", *quiet, *exact])
     done = subprocess.run([node, "--version"], capture_output=True, text=True, check=True)

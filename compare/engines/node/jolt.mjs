@@ -1,0 +1,95 @@
+// Jolt.  Its gyroscopic torque is asked for; damping, limits of speed and sleep are off.  A body has the box around its
+// points for a shape, by which Jolt sees whether it moves; it collides with nothing.
+import { beyond, installed, serve } from "./contestant.mjs";
+
+const { default: initJolt } = await installed("jolt-physics/dist/jolt-physics.wasm-compat.js");
+const jolt = await initJolt();
+const BOUNDLESS = 3e38, LAYER = 0;
+const LARGEST_SPEED = 500, LARGEST_SPIN = 15 * Math.PI;
+// Values that are handed over for the length of a call.
+const [first, second, position, rotation] = [new jolt.Vec3(), new jolt.Vec3(), new jolt.RVec3(), new jolt.Quat(0, 0, 0, 1)];
+
+// One layer, whose bodies collide with nothing.
+function settings(throws) {
+  const made = new jolt.JoltSettings();
+  made.mMaxBodies = throws + 8;
+  made.mMaxWorkerThreads = 0;
+  const pairs = new jolt.ObjectLayerPairFilterTable(1);
+  const layers = new jolt.BroadPhaseLayerInterfaceTable(1, 1);
+  layers.MapObjectToBroadPhaseLayer(LAYER, new jolt.BroadPhaseLayer(0));
+  made.mObjectLayerPairFilter = pairs;
+  made.mBroadPhaseLayerInterface = layers;
+  made.mObjectVsBroadPhaseLayerFilter = new jolt.ObjectVsBroadPhaseLayerFilterTable(layers, 1, pairs, 1);
+  return made;
+}
+
+function body(mass, moments, points, manner) {
+  first.Set(...[0, 1, 2].map((axis) => Math.max(...points.map((point) => Math.abs(point[axis])))));
+  const shape = new jolt.BoxShape(first, 0);
+  const made = new jolt.BodyCreationSettings(shape, position, rotation, jolt.EMotionType_Dynamic, LAYER);
+  made.mOverrideMassProperties = jolt.EOverrideMassProperties_MassAndInertiaProvided;
+  made.mMassPropertiesOverride.mMass = mass;
+  first.Set(...moments);
+  made.mMassPropertiesOverride.mInertia = jolt.Mat44.prototype.sScaleVec3(first);
+  if (manner !== "defaults") {
+    made.mApplyGyroscopicForce = true;
+    made.mLinearDamping = made.mAngularDamping = 0;
+    made.mMaxLinearVelocity = made.mMaxAngularVelocity = BOUNDLESS;
+    made.mAllowSleeping = false;
+  }
+  return made;
+}
+
+await serve({
+  build({ throws, mass, moments, points, gravity = [0, 0, 0] }, manner) {
+    const world = new jolt.JoltInterface(settings(throws));
+    const system = world.GetPhysicsSystem(), interfaceOf = system.GetBodyInterface();
+    first.Set(...gravity);
+    system.SetGravity(first);
+    const bodies = Array.from({ length: throws }, () => {
+      const one = interfaceOf.CreateBody(body(mass, moments, points, manner));
+      interfaceOf.AddBody(one.GetID(), jolt.EActivation_Activate);
+      return one;
+    });
+    return { world, bodies, interfaceOf };
+  },
+  put({ bodies, interfaceOf }, row, [x, y, z, w, i, j, k, ...rest]) {
+    const id = bodies[row].GetID();
+    position.Set(x, y, z);
+    rotation.Set(i, j, k, w);
+    interfaceOf.SetPositionAndRotation(id, position, rotation, jolt.EActivation_Activate);
+    first.Set(...rest.slice(0, 3));
+    second.Set(...rest.slice(3));
+    interfaceOf.SetLinearAndAngularVelocity(id, first, second);
+    bodies[row].ResetForce();
+    bodies[row].ResetTorque();
+  },
+  get({ bodies }, row) {
+    const one = bodies[row];
+    // What they return lies in one place: each is read before the next is asked for.
+    const parts = [];
+    for (const part of [() => one.GetPosition(), () => one.GetRotation(), () => one.GetLinearVelocity(), () => one.GetAngularVelocity()]) {
+      const value = part();
+      if (value.GetW) parts.push(value.GetW());
+      parts.push(value.GetX(), value.GetY(), value.GetZ());
+    }
+    return parts;
+  },
+  push({ bodies }, row, force, torque) {
+    first.Set(...force);
+    second.Set(...torque);
+    bodies[row].AddForce(first);
+    bodies[row].AddTorque(second);
+  },
+  step({ world }, dt) {
+    world.Step(dt, 1);
+  },
+  audit({ manner, fastest }) {
+    if (manner !== "defaults") return [];
+    const clamped = [...beyond("|v|", "m/s", fastest[0], LARGEST_SPEED), ...beyond("|w|", "rad/s", fastest[1], LARGEST_SPIN)];
+    return [["damped", "v and w are damped, times 1 - 0.05 dt"], ...clamped];
+  },
+  end({ world }) {
+    jolt.destroy(world);
+  },
+});

@@ -1,0 +1,53 @@
+// Rapier.  One substep, so that a step is dt; its limits of 400 m/s and pi/4 a step cannot be lifted from JavaScript.
+import { beyond, installed, serve } from "./contestant.mjs";
+
+const { default: rapier } = await installed("@dimforge/rapier3d-compat/dist/rapier.mjs");
+await rapier.init();
+const LARGEST_SPEED = 400, LARGEST_TURN = Math.PI / 4;
+const vector = ([x, y, z]) => ({ x, y, z });
+const ORIGIN = vector([0, 0, 0]), IDENTITY = { x: 0, y: 0, z: 0, w: 1 };
+
+await serve({
+  build({ throws, mass, moments, gravity = [0, 0, 0] }, manner) {
+    const world = new rapier.World(vector(gravity));
+    if (manner !== "defaults") world.numSolverIterations = 1;
+    const bodies = Array.from({ length: throws }, () => {
+      const desc = rapier.RigidBodyDesc.dynamic().setAdditionalMassProperties(mass, ORIGIN, vector(moments), IDENTITY);
+      return world.createRigidBody(desc.setCanSleep(manner === "defaults"));
+    });
+    return { world, bodies };
+  },
+  put({ bodies }, row, [x, y, z, w, i, j, k, ...rest]) {
+    const body = bodies[row];
+    body.setTranslation({ x, y, z }, true);
+    body.setRotation({ x: i, y: j, z: k, w }, true);
+    body.setLinvel(vector(rest.slice(0, 3)), true);
+    body.setAngvel(vector(rest.slice(3)), true);
+    body.resetForces(true);
+    body.resetTorques(true);
+  },
+  get({ bodies }, row) {
+    const body = bodies[row];
+    const [x, q, v, w] = [body.translation(), body.rotation(), body.linvel(), body.angvel()];
+    return [x.x, x.y, x.z, q.w, q.x, q.y, q.z, v.x, v.y, v.z, w.x, w.y, w.z];
+  },
+  push({ bodies }, row, force, torque) {
+    const body = bodies[row];
+    body.resetForces(true);
+    body.resetTorques(true);
+    body.addForce(vector(force), true);
+    body.addTorque(vector(torque), true);
+  },
+  step({ world }, dt) {
+    world.timestep = dt;
+    world.step();
+  },
+  audit({ fastest, longest }) {
+    if (!longest) return [];
+    const spin = beyond("|w|", "rad/s", fastest[1], LARGEST_TURN / longest);
+    return [...beyond("|v|", "m/s", fastest[0], LARGEST_SPEED), ...spin];
+  },
+  end({ world }) {
+    world.free();
+  },
+});
