@@ -78,7 +78,9 @@ def answer(scene: str, runs: Sequence[Run]) -> str:
     flown = ranked(runs)
     if not flown:
         return f"{scene}: nobody flew it to its end; below is why."
-    best, lost = flown[0], [run for run in runs if not run.has_errors or not math.isfinite(worst_m(run))]
+    # What was clamped, or looked up, is no answer to be near the truth with, unless there is no other.
+    best = next((run for run in flown if run.status == "ok"), flown[0])
+    lost = [run for run in runs if not run.has_errors or not math.isfinite(worst_m(run))]
     parts = [f"{scene}: {best.name} is nearest to the truth, {off(best)}."]
     engines = [run for run in ranked(default_runs(runs)) if run is not best and run.engine != OWN]
     if engines:

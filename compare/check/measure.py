@@ -90,7 +90,7 @@ def fly(participant: Participant, scene: Scene, method: str, true: Truth | None)
     """Return one contestant's run, and a ladder around it where the method has an order to be read."""
 
     def at(dt: float) -> Run:
-        return Run(scene, participant.title, method, dt, participant.fly(scene, method, dt), true)
+        return Run(scene, participant.title, method, dt, participant.fly(scene, method, dt, untold=True), true)
 
     own = at(scene.step)
     if not order.readable(own):

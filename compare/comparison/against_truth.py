@@ -37,7 +37,7 @@ def compare(
 
     def task(scene: Scene, participant: Participant, method: str) -> Task[Trajectory | Failure]:
         key = scene.name, participant.title, method
-        return Task(key, participant, lambda able: able.fly(scene, method, dt or scene.step))
+        return Task(key, participant, lambda able: able.fly(scene, method, dt or scene.step, untold=True))
 
     tasks = [
         [task(scene, participant, method) for participant in participants for method in participant.methods_for(scene)]

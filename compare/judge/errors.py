@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from compare.judge import mechanics
+from compare.judge.lookup import looked_up
 from compare.run.flight import Trajectory
 from compare.run.participants import Participant
 from compare.run.worker import Failure
@@ -158,7 +159,7 @@ def audit(scene: Scene, flight: Trajectory, truth: Truth) -> list[str]:
     moved = np.abs(truth.vertices - truth.vertices[0]).max()
     if moved > truth.limit.max() and (flight.vertices == flight.vertices[0]).all():
         return ["frozen: the body never moved"]
-    notes = []
+    notes = [found] if (found := looked_up(scene, flight, truth)) else []
     if scene.is_free:
         off = np.linalg.norm(flight.states[..., 7:10] - truth.states[..., 7:10], axis=-1).max(axis=1)
         worst, speed = int(np.argmax(off)), largest(truth.states[..., 7:10])

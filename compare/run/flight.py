@@ -9,10 +9,14 @@ from numpy.typing import ArrayLike
 
 from compare.run.registry import Finding, built, findings
 from compare.run.timer import prepare, wall_of_steps
-from scenarios.frames import Array, vertices
+from scenarios.frames import Array, quaternion_product, vertices
 from scenarios.impulse import RayMissed, jump
 from scenarios.refusal import UsersError
 from scenarios.scene import Scene
+
+# A start that an engine is not told of is so much another one, of the body's size, a radian and its velocities; it is
+# flown for so many steps.
+ALTERED, PROBE_STEPS = 1e-4, 100
 
 
 class BadStep(UsersError):
@@ -29,12 +33,24 @@ class Leg:
 
 
 @dataclass(frozen=True, eq=False)
+class Probe:
+    """Two short flights of one throw: from the start that the engine was told of, and from one next to it.
+
+    starts, ends: (2, 13); time: between them [s].
+    """
+
+    starts: Array
+    ends: Array
+    time: float
+
+
+@dataclass(frozen=True, eq=False)
 class Trajectory:
     """What an engine answered: one row for t = 0 and one a sample.
 
     times [s], (R,); states (R, N, 13); vertices [m], (R, N, n, 3), world; steps in all; wall_s: their native loops [s];
-    findings: those of the engine's own audit; remark: what else it has to say.  After the state stopped being finite
-    the rows are NaN.
+    findings: those of the engine's own audit; remark: what else it has to say; probe: what it made of a start
+    that it was not told of.  After the state stopped being finite the rows are NaN.
     """
 
     times: Array
@@ -44,6 +60,7 @@ class Trajectory:
     wall_s: float
     findings: tuple[Finding, ...]
     remark: str = ""
+    probe: Probe | None = None
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -83,10 +100,18 @@ def legs(scene: Scene, dt: float) -> list[Leg]:
     return found
 
 
-def fly(engine: ModuleType, scene: Scene, method: str, dt: float, keep: frozenset[str] = frozenset()) -> Trajectory:
+def fly(
+    engine: ModuleType,
+    scene: Scene,
+    method: str,
+    dt: float,
+    keep: frozenset[str] = frozenset(),
+    untold: bool = False,
+) -> Trajectory:
     """Fly the scene in one engine.
 
-    dt [s]; keep: what of its OPTIONAL the engine is to build all the same.
+    dt [s]; keep: what of its OPTIONAL the engine is to build all the same; untold: whether to fly a start as well that
+    it is not told of.
     Raises whatever the engine raises, and ValueError where read or audit answers what the contract has not.
     """
     world = built(engine, scene, method, keep)
@@ -129,7 +154,33 @@ def fly(engine: ModuleType, scene: Scene, method: str, dt: float, keep: frozense
         wall_s,
         tuple(dict.fromkeys(found)),
         engine.remark(world) if hasattr(engine, "remark") else "",
+        probe(engine, scene, method, dt, keep) if untold else None,
     )
+
+
+def probe(engine: ModuleType, scene: Scene, method: str, dt: float, keep: frozenset[str] = frozenset()) -> Probe:
+    """Return what the engine makes of the scene's start and of an altered one, on the first steps of dt [s].
+
+    Each has a world of its own: who only counts the time is to begin at 0.
+    """
+    leg, size = legs(scene, dt)[0], float(np.linalg.norm(scene.body.points, axis=1).max())
+    n, told = min(leg.n, PROBE_STEPS), struck(scene, 0.0, scene.start.copy(), [])
+    starts, ends = (told, altered(told, size)), []
+    for states in starts:
+        world = built(engine, scene, method, keep)
+        prepare(engine, world, leg.dt)
+        engine.write(world, states.copy())
+        engine.advance(world, n, leg.dt)
+        ends.append(real(engine.read(world))[0])
+    return Probe(np.array([states[0] for states in starts]), np.array(ends), n * leg.dt)
+
+
+def altered(states: Array, size: float) -> Array:
+    """Return states, (N, 13), that are a little elsewhere, turned and swifter, for a body of that size [m]."""
+    turn = np.concatenate(([1.0], ALTERED / 2 * np.array((0.48, 0.6, 0.64))))
+    x, q, velocities = np.split(states, (3, 7), axis=1)
+    q = quaternion_product(q, turn / np.linalg.norm(turn))
+    return np.hstack((x + ALTERED * size * np.array((0.6, 0.64, 0.48)), q, velocities * (1 + ALTERED)))
 
 
 def real(answer: ArrayLike) -> Array:

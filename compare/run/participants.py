@@ -66,12 +66,15 @@ class Participant:
         """Return the tolerance under which the method chooses its steps, None of one that does not."""
         return None if isinstance(self.info, Failure) else self.info.tolerance(method)
 
-    def fly(self, scene: Scene, method: str, dt: float, keep: frozenset[str] = frozenset()) -> Trajectory | Failure:
-        """Return the flight, dt [s], or why there is none; keep: what of its OPTIONAL the engine is to build.
+    def fly(
+        self, scene: Scene, method: str, dt: float, keep: frozenset[str] = frozenset(), untold: bool = False
+    ) -> Trajectory | Failure:
+        """Return the flight, dt [s], or why there is none.
 
-        Raises Halted.
+        keep: what of its OPTIONAL the engine is to build; untold: whether it is to fly a start as well that it is not
+        told of, which finds those that look the answer up.  Raises Halted.
         """
-        return self.unsupported(scene) or self.ensure_running() or self.worker.fly(scene, method, dt, keep)
+        return self.unsupported(scene) or self.ensure_running() or self.worker.fly(scene, method, dt, keep, untold)
 
     def prepare_timer(
         self, key: str, scene: Scene, method: str, pace: Pace, keep: frozenset[str] = frozenset()

@@ -49,16 +49,17 @@ class Loaded:
 
 @dataclass(frozen=True)
 class Fly:
-    """Fly the scene with steps of dt [s]."""
+    """Fly the scene with steps of dt [s]; untold: and for a moment from a start that the engine is not told of."""
 
     scene: Scene
     method: str
     dt: float
     keep: frozenset[str]
+    untold: bool = False
 
     def answer(self, engine: Loaded) -> Trajectory:
         """Return the flight."""
-        return fly(engine.module, self.scene, self.method, self.dt, self.keep)
+        return fly(engine.module, self.scene, self.method, self.dt, self.keep, self.untold)
 
 
 @dataclass(frozen=True)

@@ -85,10 +85,12 @@ class Worker:
             raise BadEngine(f"{self.engine}: cannot be loaded: {answer.status}")
         return answer
 
-    def fly(self, scene: Scene, method: str, dt: float, keep: frozenset[str] = frozenset()) -> Trajectory | Failure:
+    def fly(
+        self, scene: Scene, method: str, dt: float, keep: frozenset[str] = frozenset(), untold: bool = False
+    ) -> Trajectory | Failure:
         """Return the flight, or why there is none; after `crashed` or `timeout` the process may be gone."""
-        numbers = len(scene.rows) * (1 + len(scene.start) * (13 + scene.body.points.size))
-        answer = self._ask(Fly(told(scene), method, dt, keep), Trajectory | Failure, numbers * FLOAT.itemsize)
+        numbers = len(scene.rows) * (1 + len(scene.start) * (13 + scene.body.points.size)) + 4 * 13
+        answer = self._ask(Fly(told(scene), method, dt, keep, untold), Trajectory | Failure, numbers * FLOAT.itemsize)
         if isinstance(answer, Trajectory) and not is_flight_of(answer, scene):
             return self._gone("crashed: what it sent is no flight of this scene")
         return answer
@@ -178,6 +180,7 @@ def is_flight_of(answer: Trajectory, scene: Scene) -> bool:
         and answer.states.shape == (rows, throws, 13)
         and answer.vertices.shape == (rows, throws, *scene.body.points.shape)
         and all(array.dtype == FLOAT for array in (answer.times, answer.states, answer.vertices))
+        and (answer.probe is None or answer.probe.starts.shape == answer.probe.ends.shape == (2, 13))
         and answer.steps > 0
         and 0.0 <= answer.wall_s < math.inf
     )

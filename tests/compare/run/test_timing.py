@@ -130,6 +130,26 @@ def test_an_untimed_engine_is_nobodys_cheapest(tmp_path, tumble):
     assert "mine:m: untimed: 1048576 steps in" in done.stdout
 
 
+def rows_of(path: Path) -> dict[str, dict[str, str]]:
+    return {row["engine"]: row for row in csv.DictReader(path.read_text().splitlines())}
+
+
+@pytest.mark.parametrize("name", ["lazy", "asynchronous"])
+def test_work_that_is_left_to_be_read_counts_in_compare(tmp_path, tumble, name):
+    (tmp_path / "mine.py").write_text(ENGINE + ENGINES[name])
+    done = tumble("compare", "yardstick", "-e", "./mine.py", "--dt", "0.02", "-o", "out")
+    assert done.returncode == 0, done.stderr
+    assert float(rows_of(tmp_path / "out" / "runs.csv")["mine"]["wall_ns_per_step"]) > 18_000
+
+
+def test_work_that_is_left_to_be_read_counts_in_check(tmp_path, tumble):
+    """20 us a step, where our own rk4 takes a thousandth of that."""
+    (tmp_path / "mine.py").write_text(ENGINE + ENGINES["asynchronous"])
+    done = tumble("check", "yardstick", "-e", "./mine.py", "-e", "tumble:rk4", "--accept", "-o", "record")
+    assert done.returncode == 0, done.stderr
+    assert float(rows_of(tmp_path / "record" / "times.csv")["mine"]["time_ratio_low"]) > 50
+
+
 def flat(thread: float, process: float, wall: float, deferred=0.0, queued=0.0) -> Reading:
     return reading([Sample((thread, process, wall, queued), (deferred, deferred, deferred, 0.0))] * 8)
 
