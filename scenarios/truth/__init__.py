@@ -2,14 +2,14 @@
 
 Free flight under gravity and impulses has a closed form, worked out in extended precision: Jacobi functions by Landen's
 steps, attitude by Carlson's integral.  `elliptic` has the functions, `rotation` the closed form, `flight` the whole
-throw, `limit` how good the answer is.  A flight with tether, drag or floor is integrated: `forced`.  Both start from
-the numbers as they are written, in fractions: `throw` and `inertia`.  Neither shares a formulation with the solver or
-an engine.
+throw, `limit` how good the answer is, and `bulk` is the same compiled, for many throws.  A flight with tether, drag or
+floor is integrated: `forced`.  All start from the numbers as they are written, in fractions: `throw` and `inertia`.
+None shares a formulation with the solver or an engine.
 """
 
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,11 +18,16 @@ from scenarios.refusal import UsersError
 from scenarios.scene import Scene
 from scenarios.truth.flight import Pose
 from scenarios.truth.inertia import Numbers
-from scenarios.truth.limit import Answer, input_floor, own_error, settle
+from scenarios.truth.limit import Answer, input_floor, own_error, rounding, settle
 from scenarios.truth.throw import Throw, read_throw
+
+if TYPE_CHECKING:
+    from scenarios.truth.bulk.flight import Flights
 
 # A truth that is not known to this share of the body's size, and this share of its distance, is none.
 TRUSTED, FAR = 1e-6, 1e-12
+# So many throws take longer one by one than compiled code takes to load.
+MANY = 64
 
 
 class NoTruth(UsersError):
@@ -84,13 +89,36 @@ def truth(scene: Scene, floor: bool = True) -> Truth:
     # A context of our own: whoever else uses mpmath keeps its precision.
     mp = MPContext()
     try:
-        flights = [_flight(mp, scene, row, floor) for row in range(len(scene.start))]
+        told, how, why = _told(mp, scene, floor)
     except OverflowError:
         raise NoTruth("the true flight cannot be told: its numbers leave the range of doubles") from None
-    *columns, how, why = zip(*flights, strict=True)
-    told = [np.stack(column, axis=1) for column in columns]
     answer = Truth(scene.rows, *told, how=" / ".join(dict.fromkeys(how)))
     return _until_horizon(answer, scene, " / ".join(dict.fromkeys(filter(None, why))))
+
+
+def _told(mp: Any, scene: Scene, floor: bool) -> tuple[list[Array], list[str], list[str]]:
+    """Return states, vertices, bound and floor of all throws, how they were made and why some end."""
+    many = _many(mp, scene)
+    left = np.arange(len(scene.start)) if many is None else np.flatnonzero(np.isnan(many.floor).any(axis=0))
+    flights = [_flight(mp, scene, row, floor) for row in left.tolist()]
+    *columns, how, why = map(list, zip(*flights, strict=True)) if flights else [[]] * 6
+    told = [np.stack(column, axis=1) for column in columns if column]
+    if many is None:
+        return told, how, why
+    for every, own in zip(many, told, strict=False):
+        every[:, left] = own
+    if not floor:
+        many.floor[:] = 0.0
+    return list(many), ["exact", *how], why
+
+
+def _many(mp: Any, scene: Scene) -> "Flights | None":
+    """Return the throws of a free scene without blows, where they are so many that compiled code pays, or None."""
+    if not scene.is_free or scene.impulses or len(scene.start) < MANY:
+        return None
+    from scenarios.truth.bulk.flight import fly_all
+
+    return fly_all(mp, scene)
 
 
 def _until_horizon(answer: Truth, scene: Scene, why: str) -> Truth:
@@ -116,8 +144,8 @@ def _flight(mp: Any, scene: Scene, row: int, floor: bool) -> tuple[Array, Array,
     states = np.array([_state(mp, pose, throw.state_axes) for pose in answer.flight.poses])
     _follow_sign(states[:, 3:7], scene.start[row, 3:7])
     vertices = _vertices(answer.flight.poses, throw.points, answer.flight.bits)
-    rounding = np.linalg.norm(np.spacing(np.abs(vertices)) / 2, axis=-1).max(axis=-1)
-    told = (states, np.nan), (vertices, np.nan), (answer.error + rounding, np.inf), (answer.floor, np.inf)
+    bound = answer.error + rounding(vertices)
+    told = (states, np.nan), (vertices, np.nan), (bound, np.inf), (answer.floor, np.inf)
     states, vertices, bound, moved = (_filled(*each, rows=len(throw.times)) for each in told)
     return states, vertices, bound, moved, answer.how, answer.why
 

@@ -78,6 +78,11 @@ def own_error(rougher: Flight, finer: Flight, points: Array) -> Array:
     return np.linalg.norm(points @ np.swapaxes(np.array(turned, dtype=float), 1, 2), axis=-1).max(axis=-1)
 
 
+def rounding(vertices: Array) -> Array:
+    """Return what telling vertices, (..., n, 3), in doubles costs, the worst vertex [m], (...)."""
+    return np.linalg.norm(np.spacing(np.abs(vertices)) / 2, axis=-1).max(axis=-1)
+
+
 def input_floor(mp: Any, scene: Scene, row: int, throw: Throw, plain: Flight) -> Array:
     """Return how far the vertices move when every number of the scene is changed by half its last bit [m], (R,).
 

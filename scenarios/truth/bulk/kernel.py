@@ -1,0 +1,262 @@
+"""The compiled loop over many free throws of one body: in numbers of 32 digits, and in doubles what the inputs do."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from scenarios.frames import Array
+from scenarios.truth.bulk.elliptic import MOST
+from scenarios.truth.bulk.number import (
+    Columns,
+    Number,
+    Vector,
+    along,
+    dot,
+    long,
+    near,
+    number,
+    rest,
+    root,
+    vector,
+)
+from scenarios.truth.bulk.rotation import Moments, is_steady, polhode, spun, turned
+from scenarios.truth.compilation import inner, kernel
+from scenarios.truth.limit import OPPOSITE, PATTERNS, PROPORTIONAL, SMALL
+
+# Where the numbers of a body stand: principal moments and their gaps, the principal axes along those of a state column
+# by column, and gravity.
+MOMENTS, GAPS, AXES, GRAVITY, NUMBERS = 0, 3, 6, 15, 18
+# A start's: as in every state of the harness.
+PLACE, QUATERNION, VELOCITY, SPIN, STATE = 0, 3, 7, 10, 13
+# Of the bodies that a share makes: as it is, changed by each pattern of signs, and by the first turned round.
+READINGS = PATTERNS + 2
+
+
+class Bodies(NamedTuple):
+    """A body as it is and as its numbers are changed, for some shares: pairs.
+
+    numbers: (shares, READINGS, 2, NUMBERS); points from the centre of mass, principal axes [m]: (..., 2, n, 3); times
+    [s]: (..., 2, R).
+    """
+
+    numbers: Array
+    points: Array
+    times: Array
+
+
+class Room(NamedTuple):
+    """What a flight is worked out in: (MOST, 4) and (MOST, 2)."""
+
+    means: Array
+    angles: Array
+
+
+@inner
+def axes_of(q0: Number, q1: Number, q2: Number, q3: Number) -> Columns:
+    """Return the rotation matrix of a quaternion of any length, its columns.  Source: Shoemake (1985) over |q|^2."""
+    ww, xx, yy, zz = q0 * q0, q1 * q1, q2 * q2, q3 * q3
+    share = 2.0 / (ww + xx + yy + zz)
+    wx, wy, wz, xy, xz, yz = q0 * q1, q0 * q2, q0 * q3, q1 * q2, q1 * q3, q2 * q3
+    return (
+        (1.0 - (yy + zz) * share, (xy + wz) * share, (xz - wy) * share),
+        ((xy - wz) * share, 1.0 - (xx + zz) * share, (yz + wx) * share),
+        ((xz + wy) * share, (yz - wx) * share, 1.0 - (xx + yy) * share),
+    )
+
+
+@inner
+def write_quaternion(axes: Columns, before: Array, q: Array) -> None:
+    """Write the unit quaternion of a rotation matrix, (4,), of the two the one nearer to that before.
+
+    Source: Shepperd, "Quaternion from rotation matrix", J. Guidance and Control 1 (1978) 223.
+    """
+    x, y, z = axes
+    trace = x[0] + y[1] + z[2]
+    squares = 1.0 + trace, 1.0 - trace + x[0] * 2.0, 1.0 - trace + y[1] * 2.0, 1.0 - trace + z[2] * 2.0
+    w_x, w_y, w_z = y[2] - z[1], z[0] - x[2], x[1] - y[0]
+    x_y, x_z, y_z = y[0] + x[1], z[0] + x[2], z[1] + y[2]
+    largest = 0
+    for place in range(1, 4):
+        if near(squares[place]) > near(squares[largest]):
+            largest = place
+    # Four times the products of the quaternion's numbers by the largest of them.
+    if largest == 0:
+        line = squares[0], w_x, w_y, w_z
+    elif largest == 1:
+        line = w_x, squares[1], x_y, x_z
+    elif largest == 2:
+        line = w_y, x_y, squares[2], y_z
+    else:
+        line = w_z, x_z, y_z, squares[3]
+    length = root(squares[largest]) * 2.0
+    total = 0.0
+    for place in range(4):
+        q[place] = near(line[place] / length)
+        total += q[place] * before[place]
+    if total < 0.0:
+        for place in range(4):
+            q[place] = -q[place]
+
+
+@inner
+def fly(
+    kind: Number, start: Array, body: Array, points: Array, times: Array, room: Room, vertices: Array, states: Array
+) -> None:
+    """Write where the vertices are at the times, (2, R, n, 3), and where there is room the states, (R, STATE)."""
+    none = number(kind, 0.0, 0.0)
+    x = none + start[0], none + start[1], none + start[2]
+    v = none + start[7], none + start[8], none + start[9]
+    w = none + start[10], none + start[11], none + start[12]
+    gravity = vector(kind, body, GRAVITY)
+    own = vector(kind, body, AXES), vector(kind, body, AXES + 3), vector(kind, body, AXES + 6)
+    moments = Moments(vector(kind, body, MOMENTS), vector(kind, body, GAPS))
+    state_axes = axes_of(none + start[3], none + start[4], none + start[5], none + start[6])
+    axes = along(state_axes, own[0]), along(state_axes, own[1]), along(state_axes, own[2])
+    w_body = dot(axes[0], w), dot(axes[1], w), dot(axes[2], w)
+    first, second, third = moments.values
+    L = first * w_body[0], second * w_body[1], third * w_body[2]
+    steady = is_steady(moments, L)
+    if not steady:
+        curve = polhode(moments, axes, L, room.means, room.angles)
+    before = start[QUATERNION:VELOCITY]
+    for row in range(times.shape[1]):
+        t = number(kind, times[0, row], times[1, row])
+        here, L_here = axes, L
+        if near(t) != 0.0:
+            if steady:
+                here = spun(axes, w_body, t)
+            else:
+                here, L_here = turned(curve, t, room.means, room.angles)  # type: ignore[reportPossiblyUnboundVariable]
+        fallen = t * t * 0.5
+        place = (
+            x[0] + v[0] * t + gravity[0] * fallen,
+            x[1] + v[1] * t + gravity[1] * fallen,
+            x[2] + v[2] * t + gravity[2] * fallen,
+        )
+        write_vertices(kind, place, here, points, vertices, row)
+        if len(states):
+            speed = v[0] + gravity[0] * t, v[1] + gravity[1] * t, v[2] + gravity[2] * t
+            turning = along(here, (L_here[0] / first, L_here[1] / second, L_here[2] / third))
+            for axis in range(3):
+                states[row, axis] = near(place[axis])
+                states[row, VELOCITY + axis] = near(speed[axis])
+                states[row, SPIN + axis] = near(turning[axis])
+            turned_axes = (
+                along(here, (own[0][0], own[1][0], own[2][0])),
+                along(here, (own[0][1], own[1][1], own[2][1])),
+                along(here, (own[0][2], own[1][2], own[2][2])),
+            )
+            write_quaternion(turned_axes, before, states[row, QUATERNION:VELOCITY])
+            before = states[row, QUATERNION:VELOCITY]
+
+
+@inner
+def write_vertices(kind: Number, place: Vector, axes: Columns, points: Array, vertices: Array, row: int) -> None:
+    """Write x + R p of one instant."""
+    for vertex in range(points.shape[1]):
+        point = vector(kind, points[:, vertex], 0)
+        arm = along(axes, point)
+        for axis in range(3):
+            coordinate = place[axis] + arm[axis]
+            vertices[0, row, vertex, axis] = near(coordinate)
+            vertices[1, row, vertex, axis] = rest(coordinate)
+
+
+@inner
+def write_moves(
+    start: Array,
+    shares: Array,
+    signs: Array,
+    bodies: Bodies,
+    trial: int,
+    size: float,
+    room: Room,
+    here: Array,
+    there: Array,
+    moves: Array,
+) -> bool:
+    """Write the largest move of a vertex when each number is changed by half its last bit [m], (R,), from a derivative;
+
+    return whether it is one.  here, there: room for vertices; the rest as in `scenarios.truth.limit`.
+    """
+    changed, no_states, kind = np.empty(STATE), np.empty((0, STATE)), 0.0
+    fly(kind, start, bodies.numbers[trial, 0], bodies.points[trial, 0], bodies.times[trial, 0], room, here, no_states)
+    found = np.empty((2, len(moves)))
+    for row in range(len(moves)):
+        moves[row] = 0.0
+    for reading in range(READINGS - 1, 0, -1):
+        share = shares[trial] * (OPPOSITE if reading == READINGS - 1 else 1.0)
+        pattern = 0 if reading == READINGS - 1 else reading - 1
+        for place in range(STATE):
+            value = start[place]
+            changed[place] = value + signs[pattern, place] * share * np.spacing(abs(value)) / 2.0 if value else 0.0
+        fly(
+            kind, changed, bodies.numbers[trial, reading], bodies.points[trial, reading],
+            bodies.times[trial, reading], room, there, no_states,
+        )  # fmt: skip
+        for row in range(len(moves)):
+            furthest = 0.0
+            for vertex in range(here.shape[2]):
+                total = 0.0
+                for axis in range(3):
+                    total += (there[0, row, vertex, axis] - here[0, row, vertex, axis]) ** 2
+                furthest = max(furthest, total)
+            move = np.sqrt(furthest) / abs(share)
+            if reading == READINGS - 1:
+                found[1, row] = move
+            else:
+                moves[row] = max(moves[row], move)
+                found[0, row] = move
+    for row in range(len(moves)):
+        far = max(abs(here[0, row, 0, 0]), abs(here[0, row, 0, 1]), abs(here[0, row, 0, 2]))
+        small = shares[trial] * found[0, row] <= SMALL * size + shares[trial] * 2.0**-50 * far
+        even = abs(found[0, row] - found[1, row]) <= PROPORTIONAL * max(found[0, row], found[1, row])
+        if not (small and even):
+            return False
+    return True
+
+
+@kernel
+def throws(
+    starts: Array,
+    shares: Array,
+    signs: Array,
+    bodies: Bodies,
+    vertices: Array,
+    states: Array,
+    floor: Array,
+) -> None:
+    """Write every throw's vertices, pairs, (2, R, N, n, 3), states, (R, N, STATE), and floor, (R, N), nan where the
+
+    inputs' effect is no derivative.  starts: (N, STATE); signs: (PATTERNS, STATE).
+    """
+    count, points = vertices.shape[1], vertices.shape[3]
+    room = Room(np.empty((MOST, 4)), np.empty((MOST, 2)))
+    exact, here, there = (
+        np.empty((2, count, points, 3)),
+        np.empty((2, count, points, 3)),
+        np.empty((2, count, points, 3)),
+    )
+    told, moves = np.empty((count, STATE)), np.empty(count)
+    size = 0.0
+    for vertex in range(points):
+        x, y, z = (
+            bodies.points[0, 0, 0, vertex, 0],
+            bodies.points[0, 0, 0, vertex, 1],
+            bodies.points[0, 0, 0, vertex, 2],
+        )
+        size = max(size, np.sqrt(x * x + y * y + z * z))
+    for place in range(len(starts)):
+        start = starts[place]
+        fly(long(0.0, 0.0), start, bodies.numbers[0, 0], bodies.points[0, 0], bodies.times[0, 0], room, exact, told)  # type: ignore[call-arg]
+        known = False
+        for trial in range(len(shares)):
+            known = known or write_moves(start, shares, signs, bodies, trial, size, room, here, there, moves)
+        for row in range(count):
+            floor[row, place] = moves[row] if known else np.nan
+            for number_told in range(STATE):
+                states[row, place, number_told] = told[row, number_told]
+            for vertex in range(points):
+                for axis in range(3):
+                    vertices[0, row, place, vertex, axis] = exact[0, row, vertex, axis]
+                    vertices[1, row, place, vertex, axis] = exact[1, row, vertex, axis]
