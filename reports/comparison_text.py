@@ -10,10 +10,13 @@ from rich.table import Table
 from rich.text import Text
 
 from compare.comparison.against_truth import Comparison
+from compare.comparison.findings import scene_findings
 from compare.comparison.hints import hints
 from compare.comparison.table_4_1 import BudgetRow, budget_rows, is_table_4_1, published_rows
 from compare.engines import OWN
 from compare.judge.errors import Run
+from compare.tables.runs import run_row
+from compare.tables.shared import FindingRow
 from reports.numerals import counted, listed
 from reports.terminal import LIST_WIDTH, columns, figure, length, plain, reasons_text, ruler, thinned, vector
 from scenarios.published import VERTEX
@@ -75,41 +78,30 @@ def default_runs(runs: Sequence[Run]) -> list[Run]:
 
 def answer(scene: str, runs: Sequence[Run]) -> str:
     """Return who is how far off, in a person's words: the nearest, and the engines as they are by default."""
-    flown = ranked(runs)
-    if not flown:
+    found: dict[str, list[FindingRow]] = {}
+    for row in scene_findings([run_row(run) for run in runs]):
+        found.setdefault(row.finding, []).append(row)
+    if "nearest" not in found:
         return f"{scene}: nobody flew it to its end; below is why."
-    # What was clamped, or looked up, is no answer to be near the truth with, unless there is no other.
-    best = next((run for run in flown if run.status == "ok"), flown[0])
-    lost = [run for run in runs if not run.has_errors or not math.isfinite(worst_m(run))]
-    parts = [f"{scene}: {best.name} is nearest to the truth, {off(best)}."]
-    engines = [run for run in ranked(default_runs(runs)) if run is not best and run.engine != OWN]
+    best, worst = found["nearest"][0].contestant, found["furthest"][0]
+    parts = [f"{scene}: {best} is nearest to the truth, {off(found['nearest'][0])}."]
+    engines = [row for row in found.get("asked for", ()) if row.contestant != best]
+    said = engines[:MOST_SAID]
     if engines:
-        said = [f"{run.name} {off(run)}" for run in engines[:MOST_SAID]]
         more = len(engines) - len(said)
         rest = f", {more} more further" if more else ""
-        parts.append(f"The engines as asked for: {listed(said)}{rest}.")
-    if len(flown) > 1 and flown[-1] not in engines[:MOST_SAID]:
-        parts.append(f"Worst: {flown[-1].name}, {off(flown[-1])}.")
-    if lost:
-        parts.append(f"{counted(len(lost), 'contestant')} did not finish.")
+        parts.append(f"The engines as asked for: {listed([f'{row.contestant} {off(row)}' for row in said])}{rest}.")
+    if worst.contestant not in (best, *(row.contestant for row in said)):
+        parts.append(f"Worst: {worst.contestant}, {off(worst)}.")
+    for row in found.get("unfinished", ()):
+        parts.append(f"{counted(round(row.value or 0), 'contestant')} did not finish.")
     return " ".join(parts)
 
 
-def off(run: Run) -> str:
-    """Return how far off a run is at most, in words."""
-    worst, limit = worst_m(run), float(run.limits.max())
+def off(row: FindingRow) -> str:
+    """Return how far off somebody is at most, in words."""
+    worst, limit = row.value or 0.0, row.limit or 0.0
     return f"at its limit of {length(limit)}" if worst <= limit else f"{length(worst)} off"
-
-
-def worst_m(run: Run) -> float:
-    """Return the largest distance of a vertex from its true place [m]."""
-    return float(run.distances.max())
-
-
-def ranked(runs: Sequence[Run]) -> list[Run]:
-    """Return the runs that flew to their end, the nearest to the truth first."""
-    flown = [run for run in runs if run.has_errors and math.isfinite(worst_m(run))]
-    return sorted(flown, key=lambda run: max(worst_m(run), float(run.limits.max())))
 
 
 def standings(runs: Sequence[Run]) -> Iterator[RenderableType]:

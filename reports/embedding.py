@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from compare.engines import OWN
+from compare.engines import BY_HAND, OWN
 from scenarios.frames import quaternion_product
 
-HAND, TRUTH = "handcalc", "truth"
+TRUTH = "truth"
 # These become films, or are too long to carry whole.
 PACKED = ("motion.csv", "deformed.csv", "vertex-errors.csv", "error-over-time.csv")
 X, V, W = ([f"{name}{axis}{unit}" for axis in "xyz"] for name, unit in (("", "_m"), ("v", "_m_s"), ("w", "_rad_s")))
@@ -35,7 +35,7 @@ def data_of(tables: Mapping[str, pd.DataFrame]) -> str:
     kept = {name: table for name, table in read.items() if len(table) and name not in PACKED[:2]}
     whole = {
         "ours": OWN,
-        "byHand": HAND,
+        "byHand": BY_HAND,
         "files": [name for name, table in read.items() if len(table)],
         "tables": {name: embedded(table) for name, table in kept.items()},
         "films": films,

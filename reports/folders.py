@@ -6,13 +6,15 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from compare.tables.frames import read_tables
+from compare.comparison.findings import error_findings
+from compare.tables.frames import frame, read_tables, rows
 from compare.tables.known import SWEEP
 from compare.tables.schema import BadTable
+from compare.tables.shared import FINDINGS, RUNS
 
 CONTESTANT = ["scene", "engine", "method"]
 # What only a sweep leaves; its runs are many to a contestant, and stand apart from those at the scenes' own steps.
-SWEPT = ("digits.csv", "orders.csv", "throws.csv", "same.csv", "clock.csv")
+SWEPT = ("work-precision.csv", "digits.csv", "orders.csv", "throws.csv", "same.csv", "clock.csv")
 ERRORS = ["max_error_m", "limit_m", "status"]
 
 
@@ -25,6 +27,8 @@ def gathered(folder: Path) -> dict[str, pd.DataFrame]:
         return {(SWEEP if name in (*SWEPT, "runs.csv") else "") + name: table for name, table in found.items()}
     if "cells.csv" in found:
         found |= of_record(found["cells.csv"], found["questions.csv"])
+    if "runs.csv" in found and FINDINGS.file not in found:  # a record of check, or what an older release left
+        found[FINDINGS.file] = frame(FINDINGS, error_findings(rows(RUNS, found["runs.csv"])))
     if not found.keys() & {"runs.csv", "limits.csv"}:
         raise BadTable(f"{folder}: has no tables of report, compare, sweep, stability or check")
     return found
@@ -34,9 +38,16 @@ def of_record(cells: pd.DataFrame, questions: pd.DataFrame) -> dict[str, pd.Data
     """Return the runs and scenes of a record of `tumble check`."""
     steps = questions.filter(["scene", "step_s"]).rename(columns={"step_s": "dt_s"})
     scenes = questions.filter(["scene", "step_s", "samples", "truth"]).assign(
-        title="", source="", needs="", duration_s=np.nan, bound_m=questions["limit_m"], floor_m=questions["limit_m"]
+        title="",
+        source="",
+        needs="",
+        duration_s=np.nan,
+        bound_m=questions["limit_m"],
+        floor_m=questions["limit_m"],
+        horizon_s=np.nan,
     )
-    return {"runs.csv": cells.merge(steps, on="scene").assign(tolerance=np.nan), "scenes.csv": scenes}
+    runs = cells.merge(steps, on="scene").reindex(columns=RUNS.names)  # a record keeps no tolerance and no wall time
+    return {"runs.csv": runs, "scenes.csv": scenes}
 
 
 def changes(before: Mapping[str, pd.DataFrame], after: Mapping[str, pd.DataFrame]) -> dict[str, pd.DataFrame]:

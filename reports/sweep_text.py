@@ -11,11 +11,11 @@ from compare.sweep.frontier import (
     by_contestant,
     digit_rows,
     error,
-    frontier,
     order_rows,
     reach,
     same_rows,
     usable,
+    work_precision_rows,
 )
 from compare.sweep.schemas import DigitRow
 from compare.sweep.sweep import Sweep, Timed
@@ -39,7 +39,8 @@ def sweep_text(sweep: Sweep, reference: str) -> Iterator[RenderableType]:
         best = "" if order is None else figure(order.best_error_m)
         table.add_row(plain(":".join(name)), shown, *map(cost, digits), best)
     yield table
-    edge = dict.fromkeys(f"{each.run.engine}:{each.run.method.partition('@')[0]}" for each in frontier(sweep.timed))
+    measured = sorted(work_precision_rows(sweep), key=lambda row: row.flight_us)
+    edge = dict.fromkeys(f"{row.engine}:{row.method.partition('@')[0]}" for row in measured if row.frontier)
     yield plain(f"nobody is cheaper at any error than {', '.join(edge)}")
     same = list(same_rows(sweep))
     for members in joined((row.contestant_a, row.contestant_b) for row in same):

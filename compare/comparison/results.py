@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import pandas as pd
 
 from compare.comparison.against_truth import Comparison
+from compare.comparison.findings import agreement_findings, column_findings, error_findings
 from compare.comparison.schemas import AGREEMENT, BUDGET, PUBLISHED
 from compare.comparison.table_4_1 import budget_rows, is_table_4_1, published_rows
 from compare.judge.agreement import agreements
@@ -13,14 +14,15 @@ from compare.run.provenance import conditions
 from compare.tables.engines import engine_row
 from compare.tables.frames import frame
 from compare.tables.runs import run_row
-from compare.tables.shared import CONDITIONS, ENGINES, RUNS, SCENES, SceneRow
+from compare.tables.shared import CONDITIONS, ENGINES, FINDINGS, RUNS, SCENES, SceneRow
 from compare.tables.vertices import error_over_time_table, vertex_error_table
 from scenarios.needs import needs
 
 
 def scene_row(comparison: Comparison) -> SceneRow:
     """Return the row of one scene."""
-    scene, truth = comparison.scene, None if comparison.truth is None else comparison.truth.until_horizon()
+    scene, whole = comparison.scene, comparison.truth
+    truth = None if whole is None else whole.until_horizon()
     return SceneRow(
         scene.name,
         scene.title,
@@ -34,6 +36,7 @@ def scene_row(comparison: Comparison) -> SceneRow:
         comparison.why_no_truth or (f"{truth.how}{truth.ends}" if truth else ""),
         None if truth is None else float(truth.bound.max()),
         None if truth is None else float(truth.floor.max()),
+        whole.horizon if whole and whole.known < len(whole.times) else None,
     )
 
 
@@ -42,15 +45,20 @@ def comparison_tables(
 ) -> dict[str, pd.DataFrame]:
     """Return every table by file name; command reruns them."""
     runs = [run for comparison in comparisons for run in comparison.runs]
+    rows = [run_row(run) for run in runs]
+    pairs = [row for each in comparisons for row in agreements(each.runs)]
     published = [row for each in comparisons if is_table_4_1(each.scene) for row in published_rows(each)]
+    budget = list(budget_rows(published))
+    findings = [*error_findings(rows), *agreement_findings(pairs), *column_findings(budget)]
     return {
         "scenes.csv": frame(SCENES, map(scene_row, comparisons)),
         "engines.csv": frame(ENGINES, map(engine_row, participants)),
-        "runs.csv": frame(RUNS, map(run_row, runs)),
+        "runs.csv": frame(RUNS, rows),
         "vertex-errors.csv": vertex_error_table(runs),
         "error-over-time.csv": error_over_time_table(runs),
-        "agreement.csv": frame(AGREEMENT, (row for each in comparisons for row in agreements(each.runs))),
+        "agreement.csv": frame(AGREEMENT, pairs),
         "table-4-1.csv": frame(PUBLISHED, published),
-        "table-4-1-budget.csv": frame(BUDGET, budget_rows(published)),
+        "table-4-1-budget.csv": frame(BUDGET, budget),
+        "findings.csv": frame(FINDINGS, findings),
         "conditions.csv": frame(CONDITIONS, conditions(command)),
     }

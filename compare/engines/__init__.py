@@ -65,6 +65,7 @@ folder, and so no engine.  Where an engine must be told the force, it is `scenar
 force hold the same; a user would write those few lines himself.
 """
 
+BY_HAND = "handcalc"  # the class report's hand calculation: no engine that anybody would choose
 OWN = "tumble"  # our own solver's file: the first in every list, and what flies where no engine is named
 
 LAWS = {

@@ -21,6 +21,7 @@ from compare.motion.schemas import (
     MotionRow,
     PointRow,
 )
+from compare.run.flight import Trajectory
 from compare.tables.frames import frame
 from scenarios.frames import Array, vertices
 from scenarios.impulse import RayMissed, strike_point
@@ -138,15 +139,23 @@ def rows_of(film: Film, contestant: tuple[str, str], dt_s: float, states: Array,
         )
 
 
-def deformed_rows(film: Film) -> Iterator[DeformedRow]:
-    """Yield where the vertices are of those whose body is no longer rigid."""
+def bent(film: Film) -> dict[tuple[str, str], Trajectory]:
+    """Return the flights, by engine and method, of those whose body is no longer rigid."""
     body = film.scene.body
     size = float(np.linalg.norm(body.points, axis=1).max())
+    found = {}
     for contestant, flight in film.flights.items():
         with np.errstate(all="ignore"):
             apart = np.abs(flight.vertices - vertices(flight.states, body.points))
         if np.nanmax(apart, initial=0.0) > RIGID * size:
-            for time, points in zip(film.truth.times.tolist(), flight.vertices[:, 0], strict=False):
-                for vertex, point in enumerate(points.tolist()):
-                    if np.isfinite(point).all():
-                        yield DeformedRow(film.scene.name, *contestant, time, vertex, *point)
+            found[contestant] = flight
+    return found
+
+
+def deformed_rows(film: Film) -> Iterator[DeformedRow]:
+    """Yield where the vertices are of those whose body is no longer rigid."""
+    for contestant, flight in bent(film).items():
+        for time, points in zip(film.truth.times.tolist(), flight.vertices[:, 0], strict=False):
+            for vertex, point in enumerate(points.tolist()):
+                if np.isfinite(point).all():
+                    yield DeformedRow(film.scene.name, *contestant, time, vertex, *point)

@@ -185,6 +185,7 @@ def limits(ladder: dict[float, Run], steps: Sequence[float]) -> list[float]:
 
 def work_precision_rows(sweep: Sweep) -> Iterator[WorkPrecisionRow]:
     """Yield error and time of every run that was timed."""
+    edge = {id(each) for each in frontier(sweep.timed)}
     for each in sweep.timed:
         run, reading = each.run, each.reading
         flight_us, steps = each.flight_ns / 1e3, run.flight.steps if each.per_step else None
@@ -201,4 +202,5 @@ def work_precision_rows(sweep: Sweep) -> Iterator[WorkPrecisionRow]:
             flight_us * reading.spread[1] / reading.ns,
             None if steps is None else each.flight_ns / steps,
             reading.clock,
+            id(each) in edge,
         )

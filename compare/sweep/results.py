@@ -6,15 +6,16 @@ import pandas as pd
 
 from compare.run.participants import Participant
 from compare.run.provenance import conditions
+from compare.sweep.findings import sweep_findings
 from compare.sweep.frontier import clock_rows, digit_rows, order_rows, same_rows, throws_rows, work_precision_rows
 from compare.sweep.schemas import CLOCK, DIGITS, ORDERS, SAME, THROWS, WORK_PRECISION
 from compare.sweep.sweep import Sweep
 from compare.tables.engines import engine_row
 from compare.tables.frames import frame
 from compare.tables.runs import run_row
-from compare.tables.shared import CONDITIONS, ENGINES, RUNS
+from compare.tables.shared import CONDITIONS, ENGINES, FINDINGS, RUNS
 
-MEASURED = (RUNS, WORK_PRECISION, DIGITS, ORDERS, THROWS, SAME, CLOCK)
+MEASURED = (RUNS, WORK_PRECISION, DIGITS, ORDERS, THROWS, SAME, CLOCK, FINDINGS)
 
 
 def measured(sweeps: Sequence[Sweep], reference: str) -> dict[str, pd.DataFrame]:
@@ -27,6 +28,7 @@ def measured(sweeps: Sequence[Sweep], reference: str) -> dict[str, pd.DataFrame]
         "throws.csv": frame(THROWS, (row for sweep in sweeps for row in throws_rows(sweep))),
         "same.csv": frame(SAME, (row for sweep in sweeps for row in same_rows(sweep))),
         "clock.csv": frame(CLOCK, (row for sweep in sweeps for row in clock_rows(sweep))),
+        "findings.csv": frame(FINDINGS, (row for sweep in sweeps for row in sweep_findings(sweep))),
     }
 
 

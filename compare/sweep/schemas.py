@@ -25,6 +25,7 @@ class WorkPrecisionRow:
     p90_flight_us: Annotated[float, "the same, upper decile"]
     step_ns: Annotated[float | None, "time of one step of one throw; empty where a flight is what was timed"]
     clock: Annotated[str, "thread CPU, process CPU or wall: the one that is right for it"]
+    frontier: Annotated[bool, "whether no run of anybody here is cheaper and as near"]
 
 
 @dataclass(frozen=True)

@@ -100,6 +100,10 @@ class SceneRow:
     truth: Annotated[str, "how the truth is made, or why there is none"]
     bound_m: Annotated[float | None, "the truth's own error, largest over the samples"]
     floor_m: Annotated[float | None, "what rounding the scene's numbers moves, largest over the samples"]
+    horizon_s: Annotated[
+        float | None,
+        "after it no double-precision program can follow and nobody is judged; empty where it never comes",
+    ] = None
 
 
 @dataclass(frozen=True)
@@ -121,6 +125,44 @@ class EngineRow:
         return told(self.status, self.why)
 
 
+FINDING_WORDS = {
+    "nearest": "who is nearest to the truth, by its largest vertex error",
+    "nearest engine": "the same of engines that are not ours",
+    "asked for": "an engine's first method, by its largest vertex error, the nearest engine first",
+    "as shipped": "an engine with nothing set, else its first method, by its largest vertex error",
+    "furthest": "who of those that finished is furthest off",
+    "unfinished": "how many contestants did not finish",
+    "apart": "two engines that agree far better than either is right: how far they are from each other",
+    "both off": "the same two: the larger of their errors",
+    "right column": "the printed column of Table 4.1 that the exact motion is nearer to by far, and how near",
+    "wrong column": "the other column, and how far it is",
+    "coordinate rounding": "what single precision rounds the furthest coordinate of the flight to",
+    "longest step": "who bears the longest step, in radians of the stiffest mode",
+    "shortest step": "who bears the shortest",
+    "left out": "whose step would be longest if it left nothing out, over its own",
+    "bent edge": "of a body that lost its shape the edge furthest from its true length, over that, at the end",
+}
+
+
+@dataclass(frozen=True)
+class FindingRow:
+    """One number of a sentence that the terminal or the page says: what was found, of whom, and how much."""
+
+    finding: Annotated[str, "; ".join(f"{name}: {meaning}" for name, meaning in FINDING_WORDS.items())]
+    scene: SceneName
+    engine: Annotated[str, "engine it was found of; empty where of nobody"]
+    method: Annotated[str, "and its METHOD[@TOLERANCE]"]
+    other: Annotated[str, "ENGINE:METHOD of whom else, or the column of a printed table; empty where of nothing else"]
+    value: Annotated[float | None, "the number; empty where there is a name and no number"]
+    unit: Annotated[str, "its unit; 1 of a pure number"]
+    limit: Annotated[float | None, "what the truth can tell: a value below it says nothing more"] = None
+
+    @property
+    def contestant(self) -> str:
+        """ENGINE:METHOD, ENGINE where the method is not known."""
+        return f"{self.engine}:{self.method}" if self.method else self.engine
+
+
 CONTESTANT = ("scene", "engine", "method")
 RUNS = Table("runs.csv", RunRow, (*CONTESTANT, "dt_s"))
 VERTEX_ERRORS = Table("vertex-errors.csv", VertexErrorRow, (*CONTESTANT, "dt_s", "t_s", "vertex"))
@@ -128,7 +170,8 @@ ERROR_OVER_TIME = Table("error-over-time.csv", ErrorOverTimeRow, (*CONTESTANT, "
 SCENES = Table("scenes.csv", SceneRow, ("scene",))
 ENGINES = Table("engines.csv", EngineRow, ("engine",))
 CONDITIONS = Table("conditions.csv", ConditionRow, ("what",))
-TABLES = (RUNS, VERTEX_ERRORS, ERROR_OVER_TIME, SCENES, ENGINES, CONDITIONS)
+FINDINGS = Table("findings.csv", FindingRow, ("finding", *CONTESTANT, "other"))
+TABLES = (RUNS, VERTEX_ERRORS, ERROR_OVER_TIME, SCENES, ENGINES, CONDITIONS, FINDINGS)
 
 
 def told(status: str, why: str) -> str:

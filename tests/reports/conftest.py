@@ -11,12 +11,17 @@ from playwright.sync_api import Page
 
 from compare.comparison.against_truth import compare
 from compare.comparison.results import comparison_tables
+from compare.motion.findings import film_findings
 from compare.motion.motion import film
 from compare.motion.results import film_tables
 from compare.run.participants import launched
+from compare.stability.findings import stability_findings
+from compare.stability.schemas import LIMITS
 from compare.stability.store import quick_tables
 from compare.sweep.results import measured
 from compare.sweep.sweep import BRIEF, sweep
+from compare.tables.frames import frame, rows
+from compare.tables.shared import FINDINGS
 from reports.page import page
 from scenarios.read import read_scene
 from scenarios.scene import frozen_array
@@ -38,10 +43,15 @@ def real() -> dict[str, pd.DataFrame]:
     swept = replace(read_scene("yardstick"), duration=1.0, times=frozen_array([1.0]))
     with launched(ENGINES) as participants:
         found = comparison_tables(compare(participants, scenes), participants, COMMAND)
-        found |= film_tables(film(participants, scenes))
+        films = film(participants, scenes)
+        found |= film_tables(films)
         costs = measured([sweep(participants, swept, effort=replace(BRIEF, budget_s=BUDGET_S))], REFERENCE)
-        found |= {f"sweep-{name}": table for name, table in costs.items()}
+        found |= {f"sweep-{name}": table for name, table in costs.items() if name != FINDINGS.file}
         found |= quick_tables(participants, [scenes[-1]])
+    said = [*film_findings(films), *stability_findings(rows(LIMITS, found[LIMITS.file]))]
+    found[FINDINGS.file] = pd.concat(
+        [found[FINDINGS.file], costs[FINDINGS.file], frame(FINDINGS, said)], ignore_index=True
+    )
     return found
 
 

@@ -358,3 +358,31 @@ def test_the_sentence_on_agreement_is_of_a_pair_of_two_engines(real, html, opene
     assert found
     assert found[2].partition(":")[0] != found[3].partition(":")[0]
     assert found[1] in SCENES
+
+
+def test_sentences_say_what_findings_say(real, opened):
+    """Another number in findings.csv, and nothing else changed, is another number in the sentence."""
+    changed = dict(real)
+    found = real["findings.csv"].copy()
+    found.loc[(found["finding"] == "nearest engine") & (found["scene"] == "two-hits"), "value"] = 0.25
+    found.loc[found["finding"] == "longest step", "value"] = 7.77
+    changed["findings.csv"] = found
+    tab = opened(page(changed), "#at=stability")
+    assert "250\u202fmm" in tab.locator("#scene-two-hits .headline").inner_text()
+    assert "ω·dt = 7.77" in tab.locator("#stability .headline").inner_text()
+
+
+def test_a_horizon_is_drawn_where_a_scene_has_one(real, opened):
+    changed = dict(real)
+    changed["scenes.csv"] = real["scenes.csv"].assign(
+        horizon_s=real["scenes.csv"]["duration_s"].where(real["scenes.csv"]["scene"] == "two-hits") / 2
+    )
+    tab = opened(page(changed), "#open=two-hits,die-vertex&at=scene-two-hits")
+    band = tab.locator("#error-two-hits .horizon")
+    expect(band).to_have_count(1)
+    expect(tab.locator("#error-die-vertex .point").first).to_be_attached()
+    assert tab.locator("#error-die-vertex .horizon").count() == 0
+    touch = tab.locator("#error-two-hits .touch")
+    # Half the flight: the band begins in the middle of the time axis.
+    middle = float(touch.get_attribute("x") or 0) + float(touch.get_attribute("width") or 0) / 2
+    assert abs(float(band.get_attribute("x") or 0) - middle) < 0.5

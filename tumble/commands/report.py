@@ -8,21 +8,27 @@ from pathlib import Path
 import pandas as pd
 
 from compare.ablation.ablation import QUICK_SPAN_S, ablate
-from compare.ablation.results import ablation_tables
+from compare.ablation.findings import ablation_findings
+from compare.ablation.schemas import ABLATION
 from compare.comparison.against_truth import compare
 from compare.comparison.results import comparison_tables
 from compare.judge.cost import REFERENCE
+from compare.motion.findings import film_findings
 from compare.motion.motion import film
 from compare.motion.results import film_tables
 from compare.run.flight import check_step
 from compare.run.participants import flights, launched
+from compare.stability.findings import stability_findings
+from compare.stability.schemas import LIMITS
 from compare.stability.store import kept_tables, quick_tables
 from compare.stability.tasks import STIFF
 from compare.sweep.results import measured
 from compare.sweep.sweep import BRIEF, YARDSTICK, sweep
 from compare.tables.files import write_folder, write_whole
-from compare.tables.frames import csv_texts
+from compare.tables.frames import csv_texts, frame, rows
+from compare.tables.known import SWEEP
 from compare.tables.schema import BadTable
+from compare.tables.shared import FINDINGS
 from reports.folders import changes, gathered
 from reports.page import page
 from scenarios.needs import needs
@@ -75,15 +81,25 @@ def flown(options: Namespace, scenes: list[Scene], folder: Path) -> dict[str, pd
     ):
         comparisons = compare(participants, scenes, options.dt, tick)
         frames = comparison_tables(comparisons, participants, command)
-        frames |= film_tables(film(participants, scenes, options.dt, tick))
+        films = film(participants, scenes, options.dt, tick)
+        frames |= film_tables(films)
         judged = [each.scene for each in comparisons if each.truth]
         sweeps = [sweep(participants, scene, tick, BRIEF) for scene in swept if scene in judged]
         plainest = min(scenes, key=lambda scene: len(needs(scene)))
         ablation = ablate(participants, plainest, tick, QUICK_SPAN_S, most_methods=1)
-        frames["ablation.csv"] = ablation_tables([ablation], participants, command)["ablation.csv"]
-        frames |= {f"sweep-{name}": table for name, table in measured(sweeps, REFERENCE).items()}
+        swept_tables = measured(sweeps, REFERENCE)
+        frames["ablation.csv"] = frame(ABLATION, ablation.rows)
+        frames |= {f"{SWEEP}{name}": table for name, table in swept_tables.items() if name != FINDINGS.file}
         # All maps take a minute or two: those that `tumble stability -o` left there are drawn, else one row of one.
         frames |= kept_tables(folder / "stability")
         if "limits.csv" not in frames:
             frames |= quick_tables(participants, [scene for scene in scenes if scene.name == STIFF[0]], tick)
+    found = [
+        *film_findings(films),
+        *ablation_findings(ablation.rows),
+        *stability_findings(rows(LIMITS, frames[LIMITS.file])),
+    ]
+    frames[FINDINGS.file] = pd.concat(
+        [frames[FINDINGS.file], swept_tables[FINDINGS.file], frame(FINDINGS, found)], ignore_index=True
+    )
     return frames

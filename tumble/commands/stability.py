@@ -6,12 +6,14 @@ from pathlib import Path
 
 from compare.run.participants import launched
 from compare.stability.extremes import cases
-from compare.stability.schemas import EXTREMES
+from compare.stability.findings import stability_findings
+from compare.stability.schemas import EXTREMES, LIMITS
 from compare.stability.store import pieces, store, tables_of
 from compare.stability.tasks import STIFF, keys, stability
 from compare.tables.circumstances import circumstances, digest
 from compare.tables.files import write_whole
-from compare.tables.frames import rows
+from compare.tables.frames import csv_text, frame, rows
+from compare.tables.shared import FINDINGS
 from reports.stability_text import stability_text
 from reports.terminal import console
 from scenarios.read import read_scenes
@@ -54,6 +56,8 @@ def main(options: Namespace) -> int:
             for piece in stability_text(pieces(kept.tables), rows(EXTREMES, kept.tables[EXTREMES.file])):
                 console().print(piece)
     if folder:
+        findings = frame(FINDINGS, stability_findings(rows(LIMITS, kept.tables[LIMITS.file])))
+        write_whole(folder / FINDINGS.file, csv_text(findings))
         for case in extreme_cases:
             write_whole(folder / "extremes" / f"{case.scene.name}.toml", case.text)
         note(f"tables written to {folder}")

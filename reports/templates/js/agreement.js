@@ -6,18 +6,18 @@ function pairOf(row, side) {
 
 function agreementSection(host) {
   const pairs = rows("agreement.csv");
-  const across = pairs.filter((row) => row.engine_a !== row.engine_b);
-  const best = across.sort((a, b) => a.apart_m / a.error_a_m - b.apart_m / b.error_a_m)[0];
+  const apart = findings("apart").map((row) => ({ ...row, off: findings("both off", row.scene)[0].value }));
+  const [best] = apart.sort((a, b) => a.value / a.off - b.value / b.off);
   host.append(
     make(
       "p",
       { class: "headline" },
       best
-        ? `No: in ${best.scene} ${pairOf(best, "a")} and ${pairOf(best, "b")} agree ${best.apart_m ? `to ${si(best.apart_m, "m", 2)}` : "to the last digit"}, and both are ${si(Math.max(best.error_a_m, best.error_b_m), "m", 2)} from the truth.`
+        ? `No: in ${best.scene} ${nameOf(best)} and ${best.other} agree ${best.value ? `to ${si(best.value, "m", 2)}` : "to the last digit"}, and both are ${si(best.off, "m", 2)} from the truth.`
         : "No two engines here agree better than they are right.",
     ),
   );
-  if (best) agreementBars(host, across);
+  if (best) agreementBars(host, apart);
   foldedTable(host, {
     id: "agreement",
     caption: "Pairs that agree far better than they are right",
@@ -34,8 +34,8 @@ function agreementSection(host) {
 }
 
 /** For each scene: how far two engines are apart, and how far both are off. */
-function agreementBars(host, pairs) {
-  const best = [...groupBy(pairs, (row) => row.scene).values()].map((own) => own.reduce((a, b) => (a.apart_m / a.error_a_m < b.apart_m / b.error_a_m ? a : b))).sort((a, b) => b.error_a_m - a.error_a_m);
+function agreementBars(host, apart) {
+  const best = [...apart].sort((a, b) => b.off - a.off);
   const svg = draw("svg", { class: "chart", role: "img", id: "agreement-figure", "aria-label": "Distance of two engines from each other and from the truth, by scene" });
   const box = make("figure", { class: "chart-box" }, svg, make("figcaption", {}, "○ how far two engines are from each other, ● how far both are from the truth."), figureTools("agreement-figure", () => svg));
   host.append(box);
@@ -43,8 +43,8 @@ function agreementBars(host, pairs) {
     const width = Math.max(280, box.clientWidth || 600);
     const height = 30 + 19 * best.length;
     const area = { left: 130, right: width - 14 };
-    const least = Math.max(1e-18, Math.min(...best.map((row) => row.apart_m || 1e-17)));
-    const X = scale({ log: true }, [least / 2, Math.max(...best.map((row) => row.error_a_m)) * 2], [area.left, area.right]);
+    const least = Math.max(1e-18, Math.min(...best.map((row) => row.value || 1e-17)));
+    const X = scale({ log: true }, [least / 2, Math.max(...best.map((row) => row.off)) * 2], [area.left, area.right]);
     svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
     svg.replaceChildren(
       ...X.ticks.flatMap((value) => [
@@ -53,8 +53,8 @@ function agreementBars(host, pairs) {
       ]),
       ...best.map((row, at) => {
         const y = 12 + 19 * at;
-        const [near, far] = [X.place(Math.max(row.apart_m, least)), X.place(row.error_a_m)];
-        const said = [row.scene, `${pairOf(row, "a")} and ${pairOf(row, "b")}`, `${figure(row.apart_m)} m apart, ${figure(row.error_a_m)} m off`];
+        const [near, far] = [X.place(Math.max(row.value, least)), X.place(row.off)];
+        const said = [row.scene, `${nameOf(row)} and ${row.other}`, `${figure(row.value)} m apart, ${figure(row.off)} m off`];
         return draw(
           "g",
           { pointermove: (event) => tell(said, event), pointerleave: () => tell(null) },

@@ -203,10 +203,9 @@ function hero(host) {
 /** The default that is furthest off in a scene; null where nobody is. */
 function worstDefault(scene) {
   const film = filmOf(scene);
-  const off = [...ENGINE_DEFAULTS.values()]
-    .filter((name) => film.others.has(name))
-    .map((name) => ({ name, run: (RUNS.get(name) ?? []).find((run) => run.scene === scene) }))
-    .map(({ name, run }) => ({ name, error: run ? errorOf(run) : null }))
+  const off = findings("as shipped", scene)
+    .map((row) => ({ name: contestantOf(row), error: toldValue(row) }))
+    .filter(({ name }) => film.others.has(name))
     .filter(({ error }) => error !== null && Number.isFinite(error) && error > 1e-6 * film.size)
     .sort((a, b) => b.error - a.error);
   return off[0] ?? null;

@@ -34,11 +34,11 @@ function costSection(host, scene) {
     y: { label: "largest vertex error", log: true, show: (value) => si(value, "m", 1) },
     series: () => series,
     limit: limit > 0 ? [{ x: Math.min(...runs.map((run) => run.flight_us)), y: limit }] : [],
-    under: (frame) => [...frontier(frame), ...float32Floor(frame, scene), ...toleranceLine(frame)],
+    under: (frame) => [...frontier(frame, runs), ...float32Floor(frame, scene), ...toleranceLine(frame)],
     height: 460,
   });
   host.append(
-    make("p", { class: "note" }, `Each point is one step or tolerance, crosses are runs that are no plain results. The broad grey line is the frontier of those shown, the bars reach to the time that nine rounds in ten stay below, the grey floor is what the truth can tell. `, make("code", {}, `tumble sweep ${scene}`)),
+    make("p", { class: "note" }, `Each point is one step or tolerance, crosses are runs that are no plain results. The broad grey line is the frontier: nobody, shown or not, is cheaper and nearer, the bars reach to the time that nine rounds in ten stay below, the grey floor is what the truth can tell. `, make("code", {}, `tumble sweep ${scene}`)),
   );
   costTable(host, scene);
   orderTable(host, scene);
@@ -52,23 +52,18 @@ function costPoint(run) {
   return { x: time, y: error, plain: run.status === "ok", told: said, low: time, high: run.p90_flight_us };
 }
 
-/** The line below and left of which nobody shown is. */
-function frontier({ X, Y, area, drawn }) {
-  const points = drawn.flatMap((one) => one.points.filter((point) => point.plain)).sort((a, b) => a.x - b.x || a.y - b.y);
-  const kept = [];
-  for (const point of points) if (!kept.length || point.y < kept.at(-1).y) kept.push(point);
+/** The line below and left of which nobody is, shown or not. */
+function frontier({ X, Y, area }, runs) {
+  const kept = runs.filter((run) => run.frontier && run.error_m > 0).sort((a, b) => a.flight_us - b.flight_us);
   if (kept.length < 2) return [];
-  let path = `M${X.place(kept[0].x)},${area.top}`;
-  for (const point of kept) path += `H${X.place(point.x).toFixed(1)}V${Y.place(point.y).toFixed(1)}`;
+  let path = `M${X.place(kept[0].flight_us)},${area.top}`;
+  for (const run of kept) path += `H${X.place(run.flight_us).toFixed(1)}V${Y.place(run.error_m).toFixed(1)}`;
   return [draw("path", { d: `${path}H${area.right}`, fill: "none", stroke: "var(--ink)", "stroke-opacity": 0.13, "stroke-width": 7 })];
 }
 
 /** Where single precision stops: its rounding of the furthest coordinate. */
 function float32Floor({ Y, area }, scene) {
-  const film = filmOf(scene);
-  if (!film) return [];
-  const reach = Math.max(...film.truth.map((frame) => Math.hypot(frame[0], frame[1], frame[2]))) + film.size;
-  return [level(Y, area, reach * 2 ** -24, "float32 rounds here")];
+  return findings("coordinate rounding", scene).map((row) => level(Y, area, row.value, "float32 rounds here"));
 }
 
 function toleranceLine({ Y, area }) {
@@ -92,7 +87,7 @@ function costHeadline(scene) {
   if (!reaching.length) return [`Nobody shown reaches ${chosen(state.tol, "m")}.`];
   const last = reaching.at(-1);
   const parts = [`Of those shown ${reaching.length} reach ${chosen(state.tol, "m")}; `, make("b", {}, reaching[0].name), ` does it soonest${costInWords(reaching[0])}`];
-  if (reaching.length > 1) parts.push(`, ${last.name} takes ${times(last.run.flight_us / reaching[0].run.flight_us)} the time`);
+  if (reaching.length > 1) parts.push(`, ${last.name} last${costInWords(last)}`);
   return [...parts, "."];
 }
 

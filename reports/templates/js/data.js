@@ -35,6 +35,16 @@ function errorOf(row) {
   return row.max_error_m === null ? null : Math.max(row.max_error_m, row.limit_m ?? 0);
 }
 
+/** What was found: the rows of findings.csv of that name, of one scene or of all. */
+function findings(name, scene = null) {
+  return rows("findings.csv").filter((row) => row.finding === name && (scene === null || row.scene === scene));
+}
+
+/** A finding's number as it can be told: not below the truth's limit. */
+function toldValue(row) {
+  return row.value === null ? null : Math.max(row.value, row.limit ?? 0);
+}
+
 function groupBy(list, key) {
   const found = new Map();
   for (const item of list) {

@@ -65,19 +65,8 @@ function markOf(name, size = 12) {
   );
 }
 
-/** What an engine does unless told otherwise: as it ships where that was flown, else its first method. */
-const ENGINE_DEFAULTS = engineDefaults();
-
-function engineDefaults() {
-  const found = new Map();
-  for (const engine of rows("engines.csv")) {
-    const first = engine.methods.split(", ")[0];
-    const shipped = `${engine.engine}:${first}+defaults`;
-    const name = FIELD.has(shipped) ? shipped : `${engine.engine}:${first}`;
-    if (FIELD.has(name) && !FIELD.get(name).byHand) found.set(engine.engine, name);
-  }
-  return found;
-}
+/** What an engine does unless told otherwise, by engine. */
+const ENGINE_DEFAULTS = new Map(findings("as shipped").map((row) => [row.engine, contestantOf(row)]).filter(([, name]) => FIELD.has(name)));
 
 const RUNS = groupBy(rows("runs.csv"), contestantOf);
 
@@ -113,7 +102,8 @@ function leading(tolerance = state.tol) {
   for (const engine of new Set([...FIELD.values()].filter((one) => !one.byHand).map((one) => one.engine))) {
     names.push(ENGINE_DEFAULTS.get(engine), bestOf(engine, tolerance));
   }
-  return [...new Set(names.filter(Boolean))];
+  const found = [...new Set(names.filter(Boolean))];
+  return found.length ? found : [...FIELD.keys()]; // tables of a sweep or of maps alone know no defaults
 }
 
 const PRESETS = {

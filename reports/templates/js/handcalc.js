@@ -5,15 +5,11 @@ const MISTAKES = {
   vertex: "the vertex was not taken from the centre of mass",
   clock: "time was read off the screen, and physics moves in steps behind it",
 };
-// One column is called right where the exact motion is so many times nearer to it than to the other.
-const NEARER = 10;
-
 function reportSection(host) {
   const budget = rows("table-4-1-budget.csv");
   const scene = budget[0]?.scene;
   const own = budget.filter((row) => row.scene === scene);
-  const exact = own.find((row) => row.engine === "exact");
-  host.append(make("p", { class: "headline" }, exact ? reportHeadline(exact) : "The exact motion was not worked out."));
+  host.append(make("p", { class: "headline" }, reportHeadline(scene)));
   const hand = own.filter((row) => row.engine === DATA.byHand);
   if (hand.length) {
     host.append(make("dl", { class: "facts" }, Object.entries(MISTAKES).map(([name, words]) => make("div", {}, make("dt", {}, name), make("dd", {}, words)))));
@@ -39,11 +35,12 @@ function vector(row, prefix) {
   return `(${["x", "y", "z"].map((axis) => row[`${prefix}${axis}_m`].toFixed(2).replace("-", MINUS)).join(", ")})`;
 }
 
-function reportHeadline({ max_to_application_m: shownAt, max_to_calculated_m: calculated }) {
-  let who = "Neither column of the table is the exact motion";
-  if (shownAt * NEARER < calculated) who = "Its Unity application was right and its hand calculation was not";
-  else if (calculated * NEARER < shownAt) who = "Its hand calculation was right and its Unity application was not";
-  return `${who}: exact motion stays within ${shownAt.toFixed(3)} m of the application's positions and comes as far as ${calculated.toFixed(3)} m from the calculated ones.`;
+function reportHeadline(scene) {
+  const [right] = findings("right column", scene);
+  const [wrong] = findings("wrong column", scene);
+  if (!right) return "Neither column of the table is the exact motion.";
+  const names = { application: "Unity application", calculated: "hand calculation" };
+  return `Its ${names[right.other]} was right and its ${names[wrong.other]} was not: exact motion stays within ${right.value.toFixed(3)} m of the ${right.other} positions and comes as far as ${wrong.value.toFixed(3)} m from the ${wrong.other} ones.`;
 }
 
 /** How far the hand calculation is from the application as its mistakes are mended, one by one and together. */
@@ -76,11 +73,10 @@ function mendingBars(host, hand) {
 
 /** The body whose rotation nobody repairs, beside one that stays rigid, both in flight. */
 function matrixSection(host) {
-  const bent = Object.keys(DATA.films)
-    .map((scene) => ({ scene, film: filmOf(scene) }))
-    .flatMap(({ scene, film }) => [...film.others].filter(([, one]) => one.vertices).map(([name, one]) => ({ scene, name, film, off: stretch(film, one.vertices.at(-1)) })))
-    .filter(({ film, off }) => film.body.shape === "box" && Number.isFinite(off))
-    .sort((a, b) => Math.abs(Math.log(a.off / 1.5)) - Math.abs(Math.log(b.off / 1.5)))[0];
+  const [bent] = findings("bent edge")
+    .map((row) => ({ scene: row.scene, name: contestantOf(row), film: filmOf(row.scene), off: row.value }))
+    .filter(({ name, film }) => film?.body.shape === "box" && film.others.get(name)?.vertices)
+    .sort((a, b) => Math.abs(Math.log(a.off / 1.5)) - Math.abs(Math.log(b.off / 1.5)));
   if (!bent) return false;
   const { scene, name, film, off } = bent;
   const rigid = name.replace("matrix", "quaternion");
@@ -97,15 +93,4 @@ function matrixSection(host) {
   }
   host.append(pair);
   return true;
-}
-
-/** The edge that is furthest from its true length, over that length. */
-function stretch(film, vertices) {
-  let worst = 1;
-  for (const { ends: [a, b] } of film.edges) {
-    const own = Math.hypot(...[0, 1, 2].map((i) => vertices[3 * a + i] - vertices[3 * b + i]));
-    const ratio = own / Math.hypot(...minus(film.points[a], film.points[b]));
-    if (Math.abs(Math.log(ratio)) > Math.abs(Math.log(worst))) worst = ratio;
-  }
-  return worst;
 }

@@ -10,7 +10,7 @@ function sceneSection(host, scene) {
   const fold = make(
     "details",
     { class: "scene", id },
-    make("summary", {}, make("h3", {}, scene.title || scene.scene), make("span", { class: "headline" }, sceneHeadline(scene, runs))),
+    make("summary", {}, make("h3", {}, scene.title || scene.scene), make("span", { class: "headline" }, sceneHeadline(scene))),
   );
   const body = make("div", { class: "scene-body" });
   fold.append(body);
@@ -30,15 +30,13 @@ function sceneSection(host, scene) {
 }
 
 /** Who is off by default, and who is nearest. */
-function sceneHeadline(scene, runs) {
-  const finished = runs.filter((run) => run.status === "ok" && Number.isFinite(errorOf(run)) && errorOf(run) !== null);
-  if (!finished.length) return scene.bound_m === null ? `No truth: ${scene.truth}` : "Nobody finished.";
-  const defaults = [...ENGINE_DEFAULTS.values()].filter((name) => !FIELD.get(name).ours);
-  const worst = runs.filter((run) => defaults.includes(contestantOf(run)) && Number.isFinite(errorOf(run)) && errorOf(run) !== null).sort((a, b) => errorOf(b) - errorOf(a))[0];
-  const engines = finished.filter((run) => !FIELD.get(contestantOf(run)).ours && !FIELD.get(contestantOf(run)).byHand).sort((a, b) => errorOf(a) - errorOf(b));
+function sceneHeadline(scene) {
+  if (!findings("nearest", scene.scene).length) return scene.bound_m === null ? `No truth: ${scene.truth}` : "Nobody finished.";
+  const shipped = findings("as shipped", scene.scene).filter((row) => row.engine !== DATA.ours && Number.isFinite(toldValue(row)) && row.value !== null);
+  const [worst] = shipped.sort((a, b) => toldValue(b) - toldValue(a));
   const said = [];
-  if (worst) said.push(`By default ${worst.engine} is up to ${si(errorOf(worst), "m", 2)} off`);
-  if (engines.length) said.push(`the nearest engine, ${contestantOf(engines[0])}, ${si(errorOf(engines[0]), "m", 2)}`);
+  if (worst) said.push(`By default ${worst.engine} is up to ${si(toldValue(worst), "m", 2)} off`);
+  for (const row of findings("nearest engine", scene.scene)) said.push(`the nearest engine, ${contestantOf(row)}, ${si(toldValue(row), "m", 2)}`);
   return `${said.join("; ")}${said.length ? "." : ""}`;
 }
 
@@ -66,6 +64,8 @@ function fillScene(body, scene, runs) {
         y: { label: "largest vertex error", log: true, show: (value) => si(value, "m", 1) },
         series: () => error,
         limit: limitOf(film, name),
+        range: scene.horizon_s === null ? null : [0, scene.duration_s],
+        under: (frame) => horizonLine(frame, scene.horizon_s),
         cursor,
       }),
     );
@@ -97,6 +97,17 @@ function fillScene(body, scene, runs) {
   body.append(factsOf(scene, runs));
   runTable(body, name, runs);
   vertexTable(body, name);
+}
+
+/** Where the scene has one: the time after which nobody can be judged. */
+function horizonLine({ X, area }, time) {
+  if (time === null) return [];
+  const at = X.place(time);
+  return [
+    draw("rect", { class: "horizon", x: at, y: area.top, width: area.right - at, height: area.bottom - area.top, fill: "var(--ink)", "fill-opacity": 0.05 }),
+    draw("line", { x1: at, x2: at, y1: area.top, y2: area.bottom, stroke: "var(--warn)", "stroke-dasharray": "6 3" }),
+    draw("text", { x: at - 5, y: area.top + 12, "text-anchor": "end", fill: "var(--warn)", "font-size": 11 }, `horizon at ${given(time)} s: no double-precision program can follow further`),
+  ];
 }
 
 function told(time, error, limit) {

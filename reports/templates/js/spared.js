@@ -2,10 +2,8 @@
 
 function sparedSection(host) {
   const all = rows("ablation.csv");
-  const whole = all.filter((row) => row.feature === "everything" && row.ratio !== null).sort((a, b) => b.ratio - a.ratio);
-  const stepping = whole.filter((row) => row.cpu_ns_per_step_without >= 1);
-  const [first] = stepping;
-  host.append(make("p", { class: "headline" }, first ? `In ${first.scene}, which has no use for most of it, ${contestantOf(first)} would take ${times(first.ratio)} as long a step if it left nothing out.` : "Nobody's step is measurably cheaper for what is left out."));
+  const [first] = findings("left out").sort((a, b) => b.value - a.value);
+  host.append(make("p", { class: "headline" }, first ? `In ${first.scene}, which has no use for most of it, ${contestantOf(first)} would take ${times(first.value)} as long a step if it left nothing out.` : "Nobody's step is measurably cheaper for what is left out."));
   foldedTable(host, {
     id: "ablation",
     caption: "Time of a step with what the scene has no use for, and without",

@@ -26,11 +26,11 @@ function stableSections(host) {
 }
 
 function stableHeadline() {
-  const finite = rows("limits.csv").filter((row) => row.w_dt_limit > 0 && Number.isFinite(row.w_dt_limit) && FIELD.get(contestantOf(row))?.manner === "tuned");
-  const ranked = finite.sort((a, b) => b.w_dt_limit - a.w_dt_limit);
-  if (!ranked.length) return "How long a step each contestant bears on its stiffest spring.";
-  const [most, least] = [ranked[0], ranked.at(-1)];
-  return `With ω the stiffest mode's rate, ${contestantOf(most)} bears steps of up to ω·dt = ${figure(most.w_dt_limit)} and ${contestantOf(least)} of ${figure(least.w_dt_limit)}; beyond that it ${STABILITY[least.beyond]?.[1] ?? least.beyond}.`;
+  const [most] = findings("longest step").sort((a, b) => b.value - a.value);
+  const [least] = findings("shortest step").sort((a, b) => a.value - b.value);
+  if (!most) return "How long a step each contestant bears on its stiffest spring.";
+  const beyond = rows("limits.csv").find((row) => row.scene === least.scene && nameOf(row) === nameOf(least)).beyond;
+  return `With ω the stiffest mode's rate, ${nameOf(most)} bears steps of up to ω·dt = ${figure(most.value)} (${most.scene}) and ${nameOf(least)} of ${figure(least.value)} (${least.scene}); beyond that: ${STABILITY[beyond]?.[1] ?? beyond}.`;
 }
 
 /** One scene's limits: a mark where each was measured, a bar where theory puts it. */

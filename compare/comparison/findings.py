@@ -1,0 +1,93 @@
+"""What a comparison found: the numbers of its sentences, read off its tables."""
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+
+from compare.comparison.table_4_1 import BudgetRow
+from compare.engines import BY_HAND, OWN
+from compare.judge.agreement import AgreementRow
+from compare.tables.shared import FindingRow, RunRow
+
+SHIPPED = "+defaults"  # the manner of a method with which its engine is left as it ships
+# One column of Table 4.1 is called right where the exact motion is so many times nearer to it than to the other.
+NEARER = 10
+
+
+def error_findings(runs: Iterable[RunRow]) -> Iterator[FindingRow]:
+    """Yield, scene by scene, who is nearest and furthest, the engines as asked for and as shipped, and who got lost."""
+    scenes: dict[str, list[RunRow]] = {}
+    for run in runs:
+        scenes.setdefault(run.scene, []).append(run)
+    for own in scenes.values():
+        yield from scene_findings(own)
+
+
+def scene_findings(runs: Sequence[RunRow]) -> Iterator[FindingRow]:
+    """Yield what was found in one scene."""
+    flown = ranked(runs)
+    engines: dict[str, list[RunRow]] = {}
+    for run in runs:
+        engines.setdefault(run.engine, []).append(run)
+    first = ranked(own[0] for engine, own in engines.items() if engine != OWN)
+    others = [run for run in flown if run.engine not in (OWN, BY_HAND)]
+    for finding, found in (
+        ("nearest", plainest(flown)),
+        ("nearest engine", plainest(others)),
+        ("asked for", first),
+        ("as shipped", [as_shipped(own) for engine, own in engines.items() if engine != BY_HAND]),
+        ("furthest", flown[-1:]),
+    ):
+        yield from (error_finding(finding, run) for run in found)
+    if lost := len(runs) - len(flown):
+        yield FindingRow("unfinished", runs[0].scene, "", "", "", lost, "1")
+
+
+def ranked(runs: Iterable[RunRow]) -> list[RunRow]:
+    """Return the runs that flew to their end, the nearest to the truth first."""
+    return sorted((run for run in runs if math.isfinite(error_m(run))), key=error_m)
+
+
+def plainest(ranked: Sequence[RunRow]) -> list[RunRow]:
+    """Return the nearest run: what was clamped or looked up is nobody to be near by, unless there is no other."""
+    return [run for run in ranked if run.status == "ok"][:1] or list(ranked[:1])
+
+
+def error_m(run: RunRow) -> float:
+    """Return the largest error, not below what the truth can tell [m]; infinite where there is none."""
+    return math.inf if run.max_error_m is None else max(run.max_error_m, run.limit_m or 0.0)
+
+
+def as_shipped(runs: Sequence[RunRow]) -> RunRow:
+    """Return of an engine's runs that with nothing set, where there is one, else the first."""
+    return next((run for run in runs if run.method.endswith(SHIPPED)), runs[0])
+
+
+def error_finding(finding: str, run: RunRow) -> FindingRow:
+    """Return a finding that is the error of a run."""
+    return FindingRow(finding, run.scene, run.engine, run.method, "", run.max_error_m, "m", run.limit_m)
+
+
+def agreement_findings(pairs: Iterable[AgreementRow]) -> Iterator[FindingRow]:
+    """Yield, for each scene, the two engines whose agreement misleads most: how far apart, and how far off."""
+    scenes: dict[str, list[AgreementRow]] = {}
+    for pair in pairs:
+        if pair.engine_a != pair.engine_b:
+            scenes.setdefault(pair.scene, []).append(pair)
+    for scene, own in scenes.items():
+        best = min(own, key=lambda pair: pair.apart_m / min(pair.error_a_m, pair.error_b_m))
+        key = scene, best.engine_a, best.method_a, best.contestant_b
+        yield FindingRow("apart", *key, best.apart_m, "m")
+        yield FindingRow("both off", *key, max(best.error_a_m, best.error_b_m), "m")
+
+
+def column_findings(budget: Iterable[BudgetRow]) -> Iterator[FindingRow]:
+    """Yield which printed column the exact motion is nearer to, and how far both are, where that is clear."""
+    for row in budget:
+        if row.engine != "exact":
+            continue
+        near, far = sorted(
+            (("application", row.max_to_application_m), ("calculated", row.max_to_calculated_m)), key=lambda one: one[1]
+        )
+        if NEARER * near[1] < far[1]:
+            for finding, (column, distance) in zip(("right column", "wrong column"), (near, far), strict=True):
+                yield FindingRow(finding, row.scene, row.engine, row.method, column, distance, "m")

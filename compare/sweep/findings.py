@@ -1,0 +1,17 @@
+"""What a sweep found: the numbers of its sentences that no row of its tables has."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from compare.sweep.sweep import Sweep
+from compare.tables.shared import FindingRow
+
+
+def sweep_findings(sweep: Sweep) -> Iterator[FindingRow]:
+    """Yield what single precision rounds the furthest coordinate of the flight to, half a unit of its last place."""
+    true = next((run.truth for run in sweep.runs if run.truth is not None), None)
+    if true is not None:
+        reach = float(np.abs(true.vertices).max())
+        rounding = float(np.spacing(np.float32(reach))) / 2
+        yield FindingRow("coordinate rounding", sweep.scene.name, "", "", "", rounding, "m")
