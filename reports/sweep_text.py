@@ -1,7 +1,7 @@
 """What `tumble sweep` and `tumble advise` print: what each digit costs, and the cheapest way to an error."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 
 from rich.console import RenderableType
 from rich.constrain import Constrain
@@ -17,7 +17,7 @@ from compare.sweep.frontier import (
     usable,
     work_precision_rows,
 )
-from compare.sweep.schemas import DigitRow
+from compare.sweep.schemas import DigitRow, OrderRow
 from compare.sweep.sweep import Sweep, Timed
 from reports.families import joined
 from reports.terminal import LIST_WIDTH, columns, figure, length, plain, reasons_text
@@ -46,8 +46,24 @@ def sweep_text(sweep: Sweep, reference: str) -> Iterator[RenderableType]:
     for members in joined((row.contestant_a, row.contestant_b) for row in same):
         apart = max(row.furthest_apart_m for row in same if row.contestant_a in members)
         yield plain(f"{', '.join(members)} are one integrator: at most {figure(apart)} m apart at any step")
+    yield from precision_text(orders.values())
     yield from clock_text(sweep, [row for digits in costs.values() for row in digits])
     yield from reasons_text((run.name, run.status) for run in sweep.untimed if run.status != "ok")
+
+
+def precision_text(orders: Collection[OrderRow]) -> Iterator[RenderableType]:
+    """Yield who gets worse below a step, and by how much, and the least that single precision can hold here."""
+    for row in orders:
+        if row.worsens:
+            worse = f"{figure(row.finest_error_m)} m at {row.finest_dt_s:.2g} s"
+            yield plain(
+                f"{row.engine}:{row.method} gets worse below a step of {row.best_dt_s:.2g} s: "
+                f"{figure(row.best_error_m)} m there, {worse}"
+            )
+    single = {row.engine: row.rounding_m for row in orders if row.precision == "single"}
+    if single:
+        least = figure(max(single.values()))
+        yield plain(f"single precision ({', '.join(single)}) can hold no corner here to less than {least} m")
 
 
 def clock_text(sweep: Sweep, digits: Sequence[DigitRow]) -> Iterator[RenderableType]:

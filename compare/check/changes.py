@@ -12,6 +12,7 @@ from compare.check.record import Record
 from compare.check.schemas import CellRow, QuestionRow, TimeRow
 from compare.check.tolerances import Tolerances
 from compare.run.participants import engine_files, titles
+from compare.run.precision import DOUBLE, rounding
 
 Verdict = Literal["incomparable", "worse", "gone", "better", "changed", "new"]
 VERDICTS: tuple[Verdict, ...] = ("incomparable", "worse", "gone", "better", "changed", "new")
@@ -23,8 +24,8 @@ ORDERS = ("attitude_order", "translation_order")
 # From good to bad: a flight that was flagged is better than one that diverged, and that than none.
 STATUSES = {"ok": 0, "flagged": 1, "diverged": 2, "skipped": 3, "missing": 4, "timeout": 4, "crashed": 4}
 NO_ANSWER = 4
-# What the rounding of one step may add to a drift.
-ROUNDING = 2.0**-52
+# What the rounding of one step may add to a drift, in roundings of a number.
+ROUNDINGS = 2.0
 # A true answer that moved by more than this share of the body, beyond the truth's limit, is that to another question.
 SAME_ANSWER = 1e-9
 
@@ -108,13 +109,14 @@ def hold_against(baseline: Record, candidate: Record, tolerances: Tolerances) ->
     ]
     incomparable = {change.scene for change in found if change.verdict == "incomparable"}
     sizes = {row.scene: row.size_m for row in baseline.questions}
+    roundings = {row.engine: rounding(row.precision) for row in (*baseline.engines, *candidate.engines)}
     for key, cell in old.items():
         now = counterpart(key, new)
         if now is None:
             if not any(other[:2] == key[:2] for other in new if not key[2]):
                 found.append(Change("gone", *key, "status", cell.told, None))
         elif key[0] not in incomparable:
-            found += cell_changes(cell, now, sizes[cell.scene], tolerances)
+            found += cell_changes(cell, now, sizes[cell.scene], roundings.get(cell.engine, DOUBLE), tolerances)
     found += [
         Change("new", *key, "status", None, cell.told)
         for key, cell in new.items()
@@ -174,8 +176,13 @@ def answer(question: QuestionRow) -> tuple[float, float, float] | None:
     return question.x_m, question.y_m, question.z_m
 
 
-def cell_changes(old: CellRow, new: CellRow, size_m: float, tolerances: Tolerances) -> Iterator[Change]:
-    """Yield what differs beyond the tolerances between two cells; size_m: the body's."""
+def cell_changes(
+    old: CellRow, new: CellRow, size_m: float, rounding: float, tolerances: Tolerances
+) -> Iterator[Change]:
+    """Yield what differs beyond the tolerances between two cells.
+
+    size_m: the body's; rounding: what one moves a number of size 1 in the engine's precision.
+    """
     key = old.scene, old.engine, old.method
     if verdict := status_verdict(old, new):
         yield Change(verdict, *key, "status", old.told, new.told)
@@ -183,8 +190,8 @@ def cell_changes(old: CellRow, new: CellRow, size_m: float, tolerances: Toleranc
         return
     rounding_m = max(old.rounding_m or 0.0, new.rounding_m or 0.0)
     limit_m = max(old.limit_m or 0.0, new.limit_m or 0.0)
-    rounding = ROUNDING * max(old.steps or 0, new.steps or 0) + (rounding_m / size_m if size_m else 0.0)
-    for columns, least, slack in ((ERRORS, limit_m, rounding_m), (DRIFTS, 0.0, rounding)):
+    drift = ROUNDINGS * rounding * max(old.steps or 0, new.steps or 0) + (rounding_m / size_m if size_m else 0.0)
+    for columns, least, slack in ((ERRORS, limit_m, rounding_m), (DRIFTS, 0.0, drift)):
         for column in columns:
             before, now = magnitude(getattr(old, column), least), magnitude(getattr(new, column), least)
             if verdict := growth(before, now, getattr(tolerances, column), slack):

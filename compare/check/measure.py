@@ -27,7 +27,7 @@ from scenarios.scene import Scene, frozen_array
 from scenarios.truth import Truth
 
 # One rounding of a number of size 1, up and down by turns.
-NUDGE = 2.0**-53 * np.resize((1.0, -1.0, -1.0, 1.0, 1.0), 13)
+NUDGE = np.resize((1.0, -1.0, -1.0, 1.0, 1.0), 13)
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,12 +90,13 @@ def fly(participant: Participant, scene: Scene, method: str, true: Truth | None)
     """Return one contestant's run, and a ladder around it where the method has an order to be read."""
 
     def at(dt: float) -> Run:
-        return Run(scene, participant.title, method, dt, participant.fly(scene, method, dt, untold=True), true)
+        answer = participant.fly(scene, method, dt, untold=True)
+        return Flown.of(participant, method, dt, answer).run(scene, participant.title, true)
 
     own = at(scene.step)
     if not order.readable(own):
         return Cell(plain(own), [], None)
-    other = participant.fly(replace(scene, start=nudged(scene.start)), method, scene.step)
+    other = participant.fly(replace(scene, start=nudged(scene.start, participant.rounding)), method, scene.step)
     own_steps = participant.takes_own_steps(method)
     # Every step rounds once, this way or that: n of them come to the square root of n of one.
     rounded = len(legs(scene, scene.step)) if own_steps else own.flight.steps
@@ -105,14 +106,14 @@ def fly(participant: Participant, scene: Scene, method: str, true: Truth | None)
 
 def plain(run: Run) -> Flown:
     """Return a run without its scene and truth."""
-    return Flown(run.method, run.dt, run.answer, run.tolerance)
+    return Flown(run.method, run.dt, run.answer, run.tolerance, run.rounding)
 
 
-def nudged(start: Array) -> Array:
-    """Return states, (N, 13), moved by one rounding of the vector that each number belongs to."""
+def nudged(start: Array, rounding: float) -> Array:
+    """Return states, (N, 13), moved by one rounding, a share, of the vector that each number belongs to."""
     parts = np.split(start, (3, 7, 10), axis=1)
     scales = [np.repeat(np.linalg.norm(part, axis=1, keepdims=True), part.shape[1], axis=1) for part in parts]
-    return frozen_array(start + np.hstack(scales) * NUDGE)
+    return frozen_array(start + np.hstack(scales) * rounding * NUDGE)
 
 
 def apart(one: Trajectory, other: Trajectory | Failure) -> float:

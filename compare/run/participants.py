@@ -12,6 +12,7 @@ from pathlib import Path
 from compare.run import registry
 from compare.run.environments import split_release
 from compare.run.flight import Trajectory
+from compare.run.precision import DOUBLE, rounding
 from compare.run.registry import BadEngine, EngineInfo
 from compare.run.timer import Pace, Ready, Sample
 from compare.run.worker import MEMORY_LIMIT, Failure, Worker
@@ -56,6 +57,11 @@ class Participant:
             return self.info
         lacking = [need for need in needs(scene) if need in FORCES and need not in self.info.features]
         return Failure(f"skipped: {self.title} has no {' or '.join(lacking)}") if lacking else None
+
+    @property
+    def rounding(self) -> float:
+        """What one rounding moves a number of size 1, in the precision that the engine says it has."""
+        return DOUBLE if isinstance(self.info, Failure) else rounding(self.info.precision)
 
     def takes_own_steps(self, method: str) -> bool:
         """Whether the method's steps are its own, so that a flight is the unit of its time."""

@@ -12,7 +12,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from compare.engines import OWN
-from compare.judge.errors import Run
+from compare.judge.errors import Flown
 from compare.judge.verdict import verdict
 from compare.run.flight import Trajectory, legs
 from compare.run.participants import Participant
@@ -140,7 +140,7 @@ def extreme(participant: Participant, method: str, case: Case, true: Truth, budg
     """Return what one contestant makes of one case, in a native loop of at most budget_s [s]."""
     scene = case.scene
     answer = too_long(participant, method, scene, budget_s) or participant.fly(scene, method, scene.step)
-    run = Run(scene, participant.title, method, scene.step, answer, true)
+    run = Flown.of(participant, method, scene.step, answer).run(scene, participant.title, true)
     said = verdict(run)
     key = scene.name, scene.title, participant.title, method, scene.step
     if isinstance(answer, Failure):

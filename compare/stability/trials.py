@@ -13,7 +13,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from compare.judge.errors import Run
+from compare.judge.errors import Flown, Run
 from compare.judge.verdict import Verdict, bounded, verdict
 from compare.run.participants import Participant
 from compare.stability.columns import PROBED, ROWS, Column, Question, truth_of
@@ -115,7 +115,7 @@ class Trials:
 
     def _judged(self, column: Column, flown: Scene, dt: float, true: Truth | None) -> Cell:
         answer = self.participant.fly(flown, self.method, dt)
-        run = Run(flown, self.participant.title, self.method, dt, answer, true)
+        run = Flown.of(self.participant, self.method, dt, answer).run(flown, self.participant.title, true)
         return Cell(column, dt, run, verdict(run))
 
     def piece(self) -> Piece:

@@ -9,6 +9,7 @@ from compare.judge.agreement import SHARED
 from compare.judge.cost import Timed
 from compare.judge.errors import Run
 from compare.judge.orders import ASYMPTOTIC, LAST, Rung, local_orders, parts
+from compare.run.precision import precision
 from compare.run.readings import ratio
 from compare.sweep.schemas import ClockRow, DigitRow, OrderRow, SameRow, ThrowsRow, WorkPrecisionRow
 from compare.sweep.sweep import Sweep
@@ -132,6 +133,10 @@ def order_rows(sweep: Sweep) -> Iterator[OrderRow]:
             error(best),
             best.run.dt,
             best is not ladder[-1],
+            ladder[-1].run.dt,
+            error(ladder[-1]),
+            precision(best.run.rounding),
+            best.run.rounding * float(abs(best.run.flight.vertices).max()),
             shown.run.dt,
             attitude,
             translation,

@@ -6,6 +6,8 @@ from typing import Annotated
 from compare.tables.schema import Table
 from compare.tables.shared import CONTESTANT, Engine, Limit, Method, SceneName, Status, Step, Tolerance, Why
 
+WORSE = 2.0
+
 
 @dataclass(frozen=True)
 class WorkPrecisionRow:
@@ -68,9 +70,18 @@ class OrderRow:
     best_error_m: Annotated[float, "least error of all runs"]
     best_dt_s: Annotated[float, "its step"]
     bends: Annotated[bool, "whether smaller steps were worse"]
+    finest_dt_s: Annotated[float, "the smallest step of all runs"]
+    finest_error_m: Annotated[float, "its error"]
+    precision: Annotated[str, "single or double"]
+    rounding_m: Annotated[float, "half an ulp, in that precision, of the furthest coordinate of a corner"]
     dt_s: Annotated[float, "step at which the parts are read"]
     attitude_m: Annotated[float, "largest vertex error from the attitude alone"]
     translation_m: Annotated[float, "largest error of the centre of mass"]
+
+    @property
+    def worsens(self) -> bool:
+        """Whether steps below the best one are so much worse that it is no accident."""
+        return self.finest_error_m > WORSE * self.best_error_m
 
 
 @dataclass(frozen=True)

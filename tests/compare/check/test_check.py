@@ -723,3 +723,17 @@ def test_the_accepted_record_is_whole():
     assert all(len(astuple(cell)) == len(fields(CellRow)) for cell in record.cells)
     assert {cell.engine for cell in record.cells} == {"tumble", "handcalc", "mujoco", "pybullet"}
     assert told(record, record).changes == ()
+
+
+def test_a_drift_that_roundings_of_single_precision_explain_is_no_change():
+    """The same change is one in an engine of doubles."""
+    from compare.check.changes import cell_changes
+    from compare.check.tolerances import Tolerances
+    from compare.run.precision import ROUNDINGS
+
+    old = replace(CELL, steps=1000, angular_momentum_drift=1e-6, rounding_m=0.0)
+    new = replace(old, angular_momentum_drift=5e-5)
+    told = {
+        name: [each.column for each in cell_changes(old, new, 1.0, by, Tolerances())] for name, by in ROUNDINGS.items()
+    }
+    assert told == {"double": ["angular_momentum_drift"], "single": []}

@@ -8,6 +8,7 @@ import pytest
 from compare.judge.agreement import agreements
 from compare.judge.errors import Run
 from compare.run.flight import Trajectory
+from compare.run.precision import ROUNDINGS
 from compare.run.registry import Finding
 from compare.run.worker import Failure
 from compare.tables.runs import run_row
@@ -16,6 +17,7 @@ from scenarios.read import read_scene
 from scenarios.truth import truth
 
 SCENE = read_scene("brick-tumble")
+SINGLE = ROUNDINGS["single"]
 TRUTH = truth(SCENE)
 
 
@@ -68,6 +70,20 @@ def test_drifts_have_sign_and_scale():
         return states
 
     assert planted(slowed).drifts[0] < 0
+
+
+def test_rounding_a_step_is_no_hidden_damping_in_single_precision_and_damping_is():
+    def slower(by):
+        def change(states):
+            states[1:, :, 7:10] *= 1.0 - by
+            return states
+
+        return planted(change)
+
+    rounded, damped = slower(1.3e-4), slower(1e-2)
+    assert "as by damping" in rounded.status, "doubles do not round like that"
+    assert replace(rounded, rounding=SINGLE).status == "ok", "4000 roundings of 6e-8"
+    assert "as by damping" in replace(damped, rounding=SINGLE).status
 
 
 def frozen(states):

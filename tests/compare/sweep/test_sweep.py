@@ -72,6 +72,14 @@ def test_where_smaller_steps_stop_paying():
     (row,) = order_rows(of([planted(2.0**-k, off, 100.0 * 2**k) for k, off in enumerate(errors)]))
     assert row.bends
     assert row.best_dt_s == 2.0**-6
+    assert row.worsens
+    assert (row.finest_dt_s, row.finest_error_m) == (2.0**-11, pytest.approx(32e-10))
+    single = of([replace(each, run=replace(each.run, rounding=2.0**-24)) for each in ladder(1, 1e-2)])
+    (straight,) = order_rows(single)
+    assert not straight.worsens
+    assert straight.precision == "single"
+    furthest = float(abs(TRUTH.vertices).max())
+    assert straight.rounding_m == pytest.approx(furthest * 2.0**-24, rel=1e-2)
     assert row.order == pytest.approx(4, abs=0.2)
 
 
