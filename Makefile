@@ -3,7 +3,7 @@
 PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
 
-.PHONY: report lab test check bench truth-check venv venv-lab venv-test
+.PHONY: report lab test check bench truth-check requirements venv venv-lab venv-test
 
 report: venv
 	$(BIN)/tumble report -o report/tumble.html
@@ -27,22 +27,35 @@ bench: venv-test
 truth-check: venv-test
 	$(BIN)/python docs/truth_check.py --scenes 30 --write
 
+# What is installed, every version pinned and every file's hash, from the names in pyproject.toml and requirements*.in.
+# It keeps the versions that it can; `make requirements UPGRADE=--upgrade` takes the newest.
+COMPILE := CUSTOM_COMPILE_COMMAND="make requirements" .venv/requirements/bin/pip-compile --quiet --generate-hashes \
+  --allow-unsafe --strip-extras --no-annotate --no-emit-index-url --no-emit-trusted-host --no-emit-find-links \
+  --no-emit-options $(UPGRADE)
+requirements: venv
+	$(PYTHON) -m venv --clear .venv/requirements
+	.venv/requirements/bin/python -m pip install --quiet --disable-pip-version-check pip-tools==7.6.2
+	$(COMPILE) -o requirements.txt pyproject.toml requirements.in
+	$(COMPILE) -o requirements-lab.txt --extra lab -c requirements.txt pyproject.toml requirements.in
+	$(COMPILE) -o requirements-test.txt --extra lab -c requirements-lab.txt \
+	  pyproject.toml requirements.in requirements-test.in
+
 # The environment remembers the pins it was made from, and is made anew only when they are others.
 venv:
 	@cmp -s requirements.txt .venv/requirements.txt || { \
 	  echo "making .venv with $(PYTHON)" && \
 	  $(PYTHON) -c 'import sys; sys.exit("Tumble needs Python 3.11 or newer" if sys.version_info < (3, 11) else 0)' && \
 	  $(PYTHON) -m venv --clear .venv && \
-	  $(BIN)/python -m pip install --quiet --disable-pip-version-check -r requirements.txt && \
+	  $(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements.txt && \
 	  $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation --no-deps -e . && \
 	  cp requirements.txt .venv/requirements.txt; }
 
 venv-lab: venv
 	@cmp -s requirements-lab.txt .venv/requirements-lab.txt || { \
-	  $(BIN)/python -m pip install --quiet --disable-pip-version-check -r requirements-lab.txt && \
+	  $(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements-lab.txt && \
 	  cp requirements-lab.txt .venv/requirements-lab.txt; }
 
 venv-test: venv-lab
 	@cmp -s requirements-test.txt .venv/requirements-test.txt || { \
-	  $(BIN)/python -m pip install --quiet --disable-pip-version-check -r requirements-test.txt && \
+	  $(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements-test.txt && \
 	  cp requirements-test.txt .venv/requirements-test.txt; }
