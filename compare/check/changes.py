@@ -1,18 +1,22 @@
-"""Two records held against each other: what is worse, better, changed, new or gone, and beyond which tolerance."""
+"""Two records joined by the keys of their tables: what is worse, better, changed, new or gone beyond the tolerances."""
 
-import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
+
+import numpy as np
+import pandas as pd
 
 from compare.check.energy import TRENDS
 from compare.check.record import Record
-from compare.check.schemas import CellRow, QuestionRow, TimeRow
+from compare.check.schemas import CELLS, QUESTIONS, TIMES
 from compare.check.tolerances import Tolerances
 from compare.run.participants import engine_files, titles
 from compare.run.precision import DOUBLE, rounding
+from compare.tables.schema import Table
+from compare.tables.shared import CONTESTANT, told
 
 Verdict = Literal["incomparable", "worse", "gone", "better", "changed", "new"]
 VERDICTS: tuple[Verdict, ...] = ("incomparable", "worse", "gone", "better", "changed", "new")
@@ -28,8 +32,11 @@ NO_ANSWER = 4
 ROUNDINGS = 2.0
 # A true answer that moved by more than this share of the body, beyond the truth's limit, is that to another question.
 SAME_ANSWER = 1e-9
+ANSWER = ["x_m", "y_m", "z_m"]
 
-Key = tuple[str, str, str]
+# A DataFrame and a Series: what pandas says of their types no checker can follow.
+Frame = Any
+Column = Any
 
 
 @dataclass(frozen=True)
@@ -49,7 +56,7 @@ class Change:
     reference: str = ""
 
     @property
-    def key(self) -> Key:
+    def key(self) -> tuple[str, str, str]:
         """Scene, engine and method."""
         return self.scene, self.engine, self.method
 
@@ -85,138 +92,170 @@ def within(
     named_as = titles((*engines, *engine_files(beside)))
     methods = {named_as[engine]: named for engine, named in engines.items()}
 
-    def asked(row: CellRow | TimeRow) -> bool:
-        named = methods.get(row.engine, () if not methods else None)
-        return (not names or row.scene in names) and named is not None and (not named or row.method in named)
+    def of_scenes(table: Frame) -> Frame:
+        return table[table.scene.isin(names)] if names else table
 
-    return replace(
-        record,
-        questions=tuple(row for row in record.questions if not names or row.scene in names),
-        cells=tuple(filter(asked, record.cells)),
-        times=None if record.times is None else tuple(filter(asked, record.times)),
-    )
+    def asked(table: Frame) -> Frame:
+        if not methods:
+            return of_scenes(table)
+        wanted = [
+            engine in methods and (not methods[engine] or method in methods[engine])
+            for engine, method in zip(table.engine, table.method, strict=True)
+        ]
+        return of_scenes(table[np.array(wanted, dtype=bool)])
+
+    times = None if record.times is None else asked(record.times)
+    return replace(record, questions=of_scenes(record.questions), cells=asked(record.cells), times=times)
 
 
 def hold_against(baseline: Record, candidate: Record, tolerances: Tolerances) -> Outcome:
     """Return what changed from the baseline to the candidate."""
-    old, new = cells(baseline), cells(candidate)
-    questions = {row.scene: row for row in candidate.questions}
+    questions = joined(QUESTIONS, baseline.questions, candidate.questions)
+    cells = joined(CELLS, baseline.cells, each_method(candidate.cells, baseline.cells))
+    cells = cells.merge(baseline.questions[["scene", "size_m"]], how="left", on="scene")
+    engines = pd.concat([baseline.engines, candidate.engines]).drop_duplicates("engine", keep="last")
+    share = dict(zip(engines.engine, engines.precision.map(rounding), strict=True))
+    cells["rounding"] = cells.engine.map(share).fillna(DOUBLE)
+    asked = question_changes(questions[questions.side == "both"])
+    others = cells.scene.isin([change.scene for change in asked if change.verdict == "incomparable"])
+    # An engine that was missing had one row, for all of its methods that are there now.
+    found_again = (cells.method == "") & cells.duplicated(["scene", "engine"], keep=False)
     found = [
-        change
-        for row in baseline.questions
-        if row.scene in questions
-        for change in question_changes(row, questions[row.scene])
+        *asked,
+        *presence(cells[(cells.side == "left_only") & ~found_again], "gone"),
+        *cell_changes(cells[(cells.side == "both") & ~others], tolerances),
+        *presence(cells[cells.side == "right_only"], "new"),
+        *(each for each in time_changes(baseline, candidate, tolerances) if each.scene not in set(cells.scene[others])),
     ]
-    incomparable = {change.scene for change in found if change.verdict == "incomparable"}
-    sizes = {row.scene: row.size_m for row in baseline.questions}
-    roundings = {row.engine: rounding(row.precision) for row in (*baseline.engines, *candidate.engines)}
-    for key, cell in old.items():
-        now = counterpart(key, new)
-        if now is None:
-            if not any(other[:2] == key[:2] for other in new if not key[2]):
-                found.append(Change("gone", *key, "status", cell.told, None))
-        elif key[0] not in incomparable:
-            found += cell_changes(cell, now, sizes[cell.scene], roundings.get(cell.engine, DOUBLE), tolerances)
-    found += [
-        Change("new", *key, "status", None, cell.told)
-        for key, cell in new.items()
-        if key not in old and (key[2] or not any(other[:2] == key[:2] for other in old))
-    ]
-    found += [change for change in time_changes(baseline, candidate, tolerances) if change.scene not in incomparable]
     touched = {change.key for change in found}
-    unchanged = sum(key not in touched and key[0] not in incomparable for key in old)
-    return Outcome(
-        baseline, candidate, tuple(sorted(found, key=lambda change: VERDICTS.index(change.verdict))), unchanged
-    )
+    held = cells.loc[(cells.side != "right_only") & ~others, list(CONTESTANT)]
+    unchanged = sum(key not in touched for key in held.itertuples(index=False, name=None))
+    worst_first = sorted(found, key=lambda change: VERDICTS.index(change.verdict))
+    return Outcome(baseline, candidate, tuple(worst_first), unchanged)
 
 
-def cells(record: Record) -> dict[Key, CellRow]:
-    """Return the cells by scene, engine and method."""
-    return {(cell.scene, cell.engine, cell.method): cell for cell in record.cells}
+def joined(table: Table, old: Frame, new: Frame) -> Frame:
+    """Return the rows of both by the table's key, those of the old first, with columns X_old and X_new.
+
+    side: both, left_only of what is gone, right_only of what is new.
+    """
+    old, new = (each.assign(place=np.arange(len(each))) for each in (old, new))
+    pairs = old.merge(new, how="outer", on=list(table.key), suffixes=("_old", "_new"), indicator="side")
+    return pairs.sort_values(["place_old", "place_new"], ignore_index=True)
+
+
+def each_method(cells: Frame, other: Frame) -> Frame:
+    """Return cells with the one of a missing engine in place of each of its methods that the other record has."""
+    engine = ["scene", "engine"]
+    missing = cells[cells.method == ""]
+    missing = missing[pd.MultiIndex.from_frame(missing[engine]).isin(pd.MultiIndex.from_frame(other[engine]))]
+    instead = other[[*engine, "method"]].merge(missing.drop(columns="method"), on=engine)
+    return pd.concat([cells.drop(missing.index), instead], ignore_index=True)[CELLS.names]
+
+
+def changed(pairs: Frame, column: str, verdicts: Column, old: Column, new: Column) -> list[Change]:
+    """Return the changes of one column, where there is a verdict; old, new: its values, or None for none at all."""
+    rows = np.flatnonzero(np.asarray(verdicts, dtype=object) != "")
+    keys = pairs.reindex(columns=[*CONTESTANT, "reference"], fill_value="").to_numpy(dtype=object)[rows]
+    before, now = (np.broadcast_to(np.asarray(each, dtype=object), len(pairs))[rows] for each in (old, new))
+    return [
+        Change(verdicts[row], scene, engine, method, column, known(was), known(is_), reference)
+        for row, (scene, engine, method, reference), was, is_ in zip(rows, keys, before, now, strict=True)
+    ]
+
+
+def known(value: Any) -> Any:
+    """Return a cell's value, None where there is none."""
+    return None if pd.isna(value) else value
+
+
+def in_order(pairs: Frame, changes: Iterable[Change]) -> list[Change]:
+    """Return changes row by row as the pairs are."""
+    keys = pairs.reindex(columns=list(CONTESTANT), fill_value="").itertuples(index=False, name=None)
+    rows = {key: row for row, key in enumerate(keys)}
+    return sorted(changes, key=lambda change: rows[change.key])
+
+
+def presence(pairs: Frame, verdict: Verdict) -> list[Change]:
+    """Return the cells that only one of the records has, as changes of their status."""
+    old, new = (statuses(pairs, "old"), None) if verdict == "gone" else (None, statuses(pairs, "new"))
+    return changed(pairs, "status", [verdict] * len(pairs), old, new)
+
+
+def statuses(pairs: Frame, which: str) -> list[str]:
+    """Return the statuses with their reasons."""
+    return [told(*each) for each in zip(pairs[f"status_{which}"], pairs[f"why_{which}"], strict=True)]
 
 
 def failures(record: Record) -> dict[str, str]:
     """Return the status of each contestant that crashed, hung or is missing, by its name and its scenes."""
-    scenes: dict[tuple[str, str], list[str]] = {}
-    for cell in record.cells:
-        if rank(cell.status) == NO_ANSWER:
-            name = f"{cell.engine}:{cell.method}" if cell.method else cell.engine
-            scenes.setdefault((name, cell.told), []).append(cell.scene)
-    return {f"{name} on {', '.join(its)}": status for (name, status), its in scenes.items()}
+    failed: Frame = record.cells[rank(record.cells.status) == NO_ANSWER]
+    return {
+        f"{engine}:{method}".strip(":") + f" on {', '.join(own.scene)}": told(status, why)
+        for (engine, method, status, why), own in failed.groupby(["engine", "method", "status", "why"], sort=False)
+    }
 
 
-def counterpart(key: Key, new: Mapping[Key, CellRow]) -> CellRow | None:
-    """Return the candidate's cell; an engine that is missing has one cell, which stands for all of its methods."""
-    return new.get(key) or new.get((*key[:2], ""))
-
-
-def question_changes(old: QuestionRow, new: QuestionRow) -> Iterator[Change]:
-    """Yield where a scene does not ask any more what it asked."""
-    key = old.scene, "", ""
+def question_changes(pairs: Frame) -> list[Change]:
+    """Return where a scene does not ask any more what it asked."""
+    made: list[Change] = []
     for column in ("step_s", "samples"):
-        before, now = getattr(old, column), getattr(new, column)
-        if before != now:
-            yield Change("incomparable", *key, column, before, now)
-    before, now = answer(old), answer(new)
-    if before is None or now is None:
-        if before is not None:
-            yield Change("worse", *key, "truth", old.truth, new.truth)
-        elif now is not None:
-            yield Change("better", *key, "truth", old.truth, new.truth)
-    else:
-        moved, told = math.dist(before, now), SAME_ANSWER * old.size_m + (old.limit_m or 0) + (new.limit_m or 0)
-        if not moved <= told:
-            yield Change("incomparable", *key, "answer", None, moved)
+        old, new = both(pairs, column)
+        made += changed(pairs, column, np.where(old != new, "incomparable", ""), old, new)
+    before, now = (pairs[[f"{each}_{which}" for each in ANSWER]].to_numpy() for which in ("old", "new"))
+    had, has = (~np.isnan(each).any(axis=1) for each in (before, now))
+    lost = np.select([had & ~has, has & ~had], ["worse", "better"], "")
+    made += changed(pairs, "truth", lost, *both(pairs, "truth"))
+    moved = np.linalg.norm(now - before, axis=1)
+    known = SAME_ANSWER * pairs.size_m_old + pairs.limit_m_old.fillna(0.0) + pairs.limit_m_new.fillna(0.0)
+    other = np.where(had & has & ~(moved <= known), "incomparable", "")
+    return in_order(pairs, [*made, *changed(pairs, "answer", other, None, moved)])
 
 
-def answer(question: QuestionRow) -> tuple[float, float, float] | None:
-    """Return where the last vertex truly is at the last sample [m], None where there is no truth."""
-    if question.x_m is None or question.y_m is None or question.z_m is None:
-        return None
-    return question.x_m, question.y_m, question.z_m
+def cell_changes(pairs: Frame, tolerances: Tolerances) -> list[Change]:
+    """Return what differs beyond the tolerances between two cells.
 
-
-def cell_changes(
-    old: CellRow, new: CellRow, size_m: float, rounding: float, tolerances: Tolerances
-) -> Iterator[Change]:
-    """Yield what differs beyond the tolerances between two cells.
-
-    size_m: the body's; rounding: what one moves a number of size 1 in the engine's precision.
+    pairs: with size_m, the body's, and rounding, what one moves a number of size 1 in the engine's precision.
     """
-    key = old.scene, old.engine, old.method
-    if verdict := status_verdict(old, new):
-        yield Change(verdict, *key, "status", old.told, new.told)
-    if old.max_error_m is None or new.max_error_m is None:
-        return
-    rounding_m = max(old.rounding_m or 0.0, new.rounding_m or 0.0)
-    limit_m = max(old.limit_m or 0.0, new.limit_m or 0.0)
-    drift = ROUNDINGS * rounding * max(old.steps or 0, new.steps or 0) + (rounding_m / size_m if size_m else 0.0)
+    made = changed(pairs, "status", status_verdicts(pairs), statuses(pairs, "old"), statuses(pairs, "new"))
+    judged = pairs[pairs.max_error_m_old.notna() & pairs.max_error_m_new.notna()]
+    rounding_m, limit_m, steps = (larger(judged, column) for column in ("rounding_m", "limit_m", "steps"))
+    drift = ROUNDINGS * judged.rounding * steps + (rounding_m / judged.size_m).where(judged.size_m > 0, 0.0)
     for columns, least, slack in ((ERRORS, limit_m, rounding_m), (DRIFTS, 0.0, drift)):
         for column in columns:
-            before, now = magnitude(getattr(old, column), least), magnitude(getattr(new, column), least)
-            if verdict := growth(before, now, getattr(tolerances, column), slack):
-                yield Change(verdict, *key, column, before, now)
+            old, new = (each.abs().clip(lower=least) for each in both(judged, column))
+            made += changed(judged, column, growth(old, new, getattr(tolerances, column), slack), old, new)
     for column in ORDERS:
-        before, now = getattr(old, column), getattr(new, column)
-        if verdict := order_verdict(before, now, getattr(tolerances, column)):
-            yield Change(verdict, *key, column, before, now)
-    if old.spin_energy and new.spin_energy and old.spin_energy != new.spin_energy:
-        verdict = ranked(TRENDS[old.spin_energy], TRENDS[new.spin_energy])
-        yield Change(verdict, *key, "spin_energy", old.spin_energy, new.spin_energy)
+        old, new = both(judged, column)
+        made += changed(judged, column, order_verdicts(old, new, getattr(tolerances, column)), old, new)
+    old, new = both(judged, "spin_energy")
+    kinds = np.where((old != "") & (new != "") & (old != new), ranked(old.map(TRENDS), new.map(TRENDS)), "")
+    return in_order(pairs, [*made, *changed(judged, "spin_energy", kinds, old, new)])
 
 
-def status_verdict(old: CellRow, new: CellRow) -> Verdict | None:
-    """Return how a status changed in kind, or in the reasons it was flagged for; their numbers do not count."""
-    if old.status != new.status:
-        return ranked(rank(old.status), rank(new.status))
-    if new.status == "flagged" and reasons(old.why) != reasons(new.why):
-        return "worse" if reasons(new.why) - reasons(old.why) else "better"
-    return None
+def both(pairs: Frame, column: str) -> tuple[Column, Column]:
+    """Return the old and the new values of a column."""
+    return pairs[f"{column}_old"], pairs[f"{column}_new"]
 
 
-def rank(status: str) -> int:
-    """Return the place of a status from good to bad."""
-    return STATUSES.get(status, NO_ANSWER)
+def larger(pairs: Frame, column: str) -> Column:
+    """Return the larger of the old and the new value, 0 for one that is not there."""
+    return pairs[[f"{column}_old", f"{column}_new"]].astype(float).fillna(0.0).max(axis=1)
+
+
+def status_verdicts(pairs: Frame) -> np.ndarray:
+    """Return how statuses changed in kind, or in the reasons they were flagged for; their numbers do not count."""
+    old, new = both(pairs, "status")
+    verdicts = np.where(old != new, ranked(rank(old), rank(new)), "").astype(object)
+    for row in np.flatnonzero((old == new) & (new == "flagged")):
+        before, now = reasons(pairs.why_old.iloc[row]), reasons(pairs.why_new.iloc[row])
+        verdicts[row] = "" if before == now else "worse" if now - before else "better"
+    return verdicts
+
+
+def rank(statuses: Column) -> Column:
+    """Return the places of statuses from good to bad."""
+    return statuses.map(STATUSES).fillna(NO_ANSWER)
 
 
 def reasons(why: str) -> set[str]:
@@ -224,47 +263,30 @@ def reasons(why: str) -> set[str]:
     return set(re.sub(r"[-+]?\d[\d.e+-]*", "#", why).split("; "))
 
 
-def ranked(old: int, new: int) -> Verdict:
-    """Return the verdict on two ranks, the lower the better."""
-    return "changed" if old == new else "worse" if new > old else "better"
+def ranked(old: Column, new: Column) -> np.ndarray:
+    """Return the verdicts on pairs of ranks, the lower the better."""
+    return np.select([new > old, old > new], ["worse", "better"], "changed")
 
 
-def magnitude(value: float | None, least: float) -> float | None:
-    """Return the size of a value, no less than what can be told from none; not a number is without bound."""
-    if value is None:
-        return None
-    return math.inf if math.isnan(value) else max(abs(value), least)
+def growth(old: Column, new: Column, share: float, slack: Column | float = 0.0) -> np.ndarray:
+    """Return where sizes grew or shrank by more than a share and what rounding explains."""
+    grew, shrank = new > old * (1 + share) + slack, old > new * (1 + share) + slack
+    return np.select([old == new, grew, shrank], ["", "worse", "better"], "")
 
 
-def growth(old: float | None, new: float | None, share: float, slack: float = 0.0) -> Verdict | None:
-    """Return whether a size grew or shrank by more than a share and what rounding explains."""
-    if old is None or new is None or old == new:
-        return None
-    if new > old * (1 + share) + slack:
-        return "worse"
-    return "better" if old > new * (1 + share) + slack else None
+def order_verdicts(old: Column, new: Column, tolerance: float) -> np.ndarray:
+    """Return where orders fell or rose; one that cannot be read any more, or now can, is neither good nor bad."""
+    read, moved = old.isna() != new.isna(), (new - old).abs() > tolerance
+    return np.select([read, ~moved, new < old], ["changed", "", "worse"], "better")
 
 
-def order_verdict(old: float | None, new: float | None, tolerance: float) -> Verdict | None:
-    """Return whether an order fell or rose; one that cannot be read any more, or now can, is neither good nor bad."""
-    if old is None or new is None:
-        return None if old == new else "changed"
-    if abs(new - old) <= tolerance:
-        return None
-    return "worse" if new < old else "better"
-
-
-def time_changes(baseline: Record, candidate: Record, tolerances: Tolerances) -> Iterator[Change]:
-    """Yield the ratios of run time that changed: their intervals are further apart than the tolerance."""
-    before = {row.key: row for row in baseline.times or ()}
-    for row in candidate.times or ():
-        if (old := before.get(row.key)) is None:
-            continue
-        verdict = None
-        if growth(old.time_ratio_high, row.time_ratio_low, tolerances.time_ratio) == "worse":
-            verdict = "worse"
-        elif growth(old.time_ratio_low, row.time_ratio_high, tolerances.time_ratio) == "better":
-            verdict = "better"
-        if verdict:
-            figures = old.time_ratio, row.time_ratio
-            yield Change(verdict, row.scene, row.engine, row.method, "time_ratio", *figures, row.reference)
+def time_changes(baseline: Record, candidate: Record, tolerances: Tolerances) -> list[Change]:
+    """Return the ratios of run time that changed: their intervals are further apart than the tolerance."""
+    if baseline.times is None or candidate.times is None:
+        return []
+    pairs = candidate.times.merge(baseline.times, on=list(TIMES.key), suffixes=("_new", "_old"))
+    slower = growth(pairs.time_ratio_high_old, pairs.time_ratio_low_new, tolerances.time_ratio) == "worse"
+    faster = growth(pairs.time_ratio_low_old, pairs.time_ratio_high_new, tolerances.time_ratio) == "better"
+    return changed(
+        pairs, "time_ratio", np.select([slower, faster], ["worse", "better"], ""), *both(pairs, "time_ratio")
+    )

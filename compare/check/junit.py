@@ -5,13 +5,15 @@ from xml.etree import ElementTree
 
 from compare.check.changes import FAILING, Outcome
 from compare.check.words import by_cell, rerun, sentence
+from compare.tables.shared import told
 from scenarios.format import visible
 
 
 def junit(outcome: Outcome, against: Sequence[str]) -> str:
     """Return the XML; against: the words that name baseline and tolerances in the command that reruns a cell."""
     changes = by_cell(outcome.changes)
-    statuses = {(row.scene, row.engine, row.method): row.told for row in outcome.candidate.cells}
+    cells = outcome.candidate.cells.to_dict("records")
+    statuses = {(row["scene"], row["engine"], row["method"]): told(row["status"], row["why"]) for row in cells}
     top = ElementTree.Element("testsuites", name="tumble check")
     for scene in dict.fromkeys(key[0] for key in (*changes, *statuses)):
         suite = ElementTree.SubElement(top, "testsuite", name=visible(scene))

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from itertools import chain
 
 import numpy as np
@@ -11,7 +11,7 @@ import numpy as np
 from compare.check import order
 from compare.check.energy import spin_energy
 from compare.check.record import Record
-from compare.check.schemas import CellRow, QuestionRow
+from compare.check.schemas import CELLS, QUESTIONS, TIMES, CellRow, QuestionRow
 from compare.check.times import time_rows
 from compare.judge.errors import Flown, Run
 from compare.run.flight import Trajectory, legs
@@ -21,7 +21,9 @@ from compare.run.tasks import Task, run
 from compare.run.truths import Answer, Truths
 from compare.run.worker import Failure
 from compare.tables.engines import engine_row
+from compare.tables.frames import frame
 from compare.tables.runs import run_row
+from compare.tables.shared import ENGINES
 from scenarios.frames import Array
 from scenarios.scene import Scene, frozen_array
 from scenarios.truth import Truth
@@ -73,10 +75,10 @@ def measure(
         tuple(asked[0]),
         tuple(asked[1]),
         command,
-        tuple(question_row(scene, *answer) for scene, answer in zip(scenes, answers, strict=True)),
-        tuple(map(engine_row, participants)),
-        tuple(rows),
-        tuple(times) if timed else None,
+        frame(QUESTIONS, (question_row(scene, *answer) for scene, answer in zip(scenes, answers, strict=True))),
+        frame(ENGINES, map(engine_row, participants)),
+        frame(CELLS, rows),
+        frame(TIMES, times) if timed else None,
     )
 
 
@@ -134,22 +136,12 @@ def question_row(scene: Scene, true: Truth | None, why_no_truth: str) -> Questio
 def cell_row(scene: Scene, true: Truth | None, engine: str, cell: Cell) -> CellRow:
     """Return the row of one contestant on one scene."""
     own = cell.own.run(scene, engine, true)
-    row = run_row(own)
+    row = asdict(run_row(own))
+    attitude_order, translation_order = order.orders([each.run(scene, engine, true) for each in cell.ladder])
     return CellRow(
-        row.scene,
-        row.engine,
-        row.method,
-        row.steps,
-        row.status,
-        row.why,
-        row.max_error_m,
-        row.rms_error_m,
-        row.final_error_m,
-        row.limit_m,
-        cell.rounding_m,
-        row.energy_drift,
-        row.momentum_drift,
-        row.angular_momentum_drift,
-        *order.orders([each.run(scene, engine, true) for each in cell.ladder]),
-        spin_energy(own),
+        **{name: row[name] for name in CELLS.names if name in row},
+        rounding_m=cell.rounding_m,
+        attitude_order=attitude_order,
+        translation_order=translation_order,
+        spin_energy=spin_energy(own),
     )

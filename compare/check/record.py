@@ -3,18 +3,17 @@
 import shlex
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from compare.check.energy import TRENDS
-from compare.check.schemas import CELLS, QUESTIONS, TIMES, CellRow, QuestionRow, TimeRow
+from compare.check.schemas import CELLS, QUESTIONS, TIMES
 from compare.run.provenance import ConditionRow, versions
 from compare.tables.files import place
-from compare.tables.frames import csv_text, frame, read_file, rows
+from compare.tables.frames import csv_text, frame, read_file
 from compare.tables.schema import BadTable, Table
-from compare.tables.shared import CONDITIONS, ENGINES, EngineRow
+from compare.tables.shared import CONDITIONS, ENGINES
 from scenarios.files import why_unread
 from scenarios.format import printable, short
 from scenarios.refusal import UsersError
@@ -29,21 +28,22 @@ class BadRecord(UsersError):
     """A folder that is no record, or none that can be read; the message is the one line for the user."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Record:
     """Everything one check measured.
 
     scenes, contestants: the words it was asked for with, so that it can be asked again; empty means all there are.
-    times: None where run times were not measured.
+    questions, engines, cells, times: the tables of `compare.check.schemas` and `compare.tables.shared`; times is None
+    where run times were not measured.
     """
 
     scenes: tuple[str, ...]
     contestants: tuple[str, ...]
     command: str
-    questions: tuple[QuestionRow, ...]
-    engines: tuple[EngineRow, ...]
-    cells: tuple[CellRow, ...]
-    times: tuple[TimeRow, ...] | None = None
+    questions: pd.DataFrame
+    engines: pd.DataFrame
+    cells: pd.DataFrame
+    times: pd.DataFrame | None = None
 
 
 def texts(record: Record) -> dict[str, str]:
@@ -57,7 +57,7 @@ def texts(record: Record) -> dict[str, str]:
     )
     tables = {QUESTIONS: record.questions, ENGINES: record.engines, CELLS: record.cells}
     tables |= {} if record.times is None else {TIMES: record.times}
-    return {table.file: csv_text(frame(table, own)) for table, own in {**tables, CONDITIONS: said}.items()}
+    return {table.file: csv_text(own) for table, own in {**tables, CONDITIONS: frame(CONDITIONS, said)}.items()}
 
 
 def is_record(folder: Path) -> bool:
@@ -71,7 +71,8 @@ def read_record(folder: Path) -> Record:
     if not is_record(folder):
         why = "is no record of `tumble check`: it has no conditions.csv" if folder.is_dir() else "no such folder"
         raise BadRecord(f"{shown}: {why}")
-    said = {row.what: row.value for row in read(folder, CONDITIONS)}
+    conditions = read(folder, CONDITIONS)
+    said = dict(zip(conditions.what, conditions.value, strict=True))
     if said.get("format") != FORMAT:
         found = f"is in format {short(said['format'])}" if "format" in said else "names no format"
         raise BadRecord(f"{shown}: {found}; this Tumble reads {FORMAT!r}: move it away, and record again with --accept")
@@ -84,9 +85,9 @@ def read_record(folder: Path) -> Record:
         read(folder, CELLS),
         read(folder, TIMES) if place(folder, TIMES.file).exists() else None,
     )
-    if odd := {row.spin_energy for row in record.cells} - {*TRENDS, ""}:
+    if odd := set(record.cells.spin_energy) - {*TRENDS, ""}:
         raise BadRecord(f"{shown}: cells.csv: spin_energy = {short(min(odd))}: must be one of {', '.join(TRENDS)}")
-    if stray := {row.scene for row in record.cells} - {row.scene for row in record.questions}:
+    if stray := set(record.cells.scene) - set(record.questions.scene):
         raise BadRecord(f"{shown}: cells.csv has scene {short(min(stray))}, and questions.csv has not")
     return record
 
@@ -99,8 +100,8 @@ def words(folder: Path, said: dict[str, str], what: str) -> tuple[str, ...]:
         raise BadRecord(f"{printable(str(folder))}: conditions.csv: {what} cannot be read: {error}") from None
 
 
-def read(folder: Path, table: Table) -> tuple[Any, ...]:
-    """Return the rows of a table of a record.  Raises BadRecord where it has not what a record may hold."""
+def read(folder: Path, table: Table) -> pd.DataFrame:
+    """Return a table of a record.  Raises BadRecord where it has not what a record may hold."""
     path = place(folder, table.file)
     shown = printable(str(path))
     try:
@@ -112,7 +113,7 @@ def read(folder: Path, table: Table) -> tuple[Any, ...]:
     if table is not CONDITIONS:
         refuse_twice(shown, found, table)
     refuse_beyond(shown, found, table)
-    return tuple(rows(table, found))
+    return found
 
 
 def refuse_twice(shown: str, found: pd.DataFrame, table: Table) -> None:

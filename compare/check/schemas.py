@@ -5,7 +5,22 @@ from typing import Annotated
 
 from compare.check.energy import TRENDS
 from compare.tables.schema import Table
-from compare.tables.shared import CONTESTANT, Engine, Limit, Method, SceneName, Status, Why, told
+from compare.tables.shared import (
+    CONTESTANT,
+    AngularMomentumDrift,
+    EnergyDrift,
+    Engine,
+    FinalError,
+    Limit,
+    MaxError,
+    Method,
+    MomentumDrift,
+    RmsError,
+    SceneName,
+    Status,
+    Steps,
+    Why,
+)
 
 
 @dataclass(frozen=True)
@@ -36,27 +51,20 @@ class CellRow:
     scene: SceneName
     engine: Engine
     method: Method
-    steps: Annotated[int | None, "steps of the whole flight; empty where none flew, or the method chose them"]
+    steps: Steps
     status: Status
     why: Why = ""
-    max_error_m: Annotated[float | None, "largest error of any vertex, sample and throw; inf of one that diverged"] = (
-        None
-    )
-    rms_error_m: Annotated[float | None, "root mean square over all vertices, samples and throws"] = None
-    final_error_m: Annotated[float | None, "largest error of any vertex and throw at the last sample"] = None
+    max_error_m: MaxError = None
+    rms_error_m: RmsError = None
+    final_error_m: FinalError = None
     limit_m: Limit = None
     rounding_m: Annotated[float | None, "what the roundings of all steps may come to on another processor"] = None
-    energy_drift: Annotated[float | None, "largest difference from the true energy, over the largest kinetic"] = None
-    momentum_drift: Annotated[float | None, "largest difference from the true momentum, over the largest"] = None
-    angular_momentum_drift: Annotated[float | None, "the same of the angular momentum"] = None
+    energy_drift: EnergyDrift = None
+    momentum_drift: MomentumDrift = None
+    angular_momentum_drift: AngularMomentumDrift = None
     attitude_order: Annotated[float | None, "order of the attitude's error; empty where it cannot be read"] = None
     translation_order: Annotated[float | None, "order of the centre of mass's error; likewise"] = None
     spin_energy: Annotated[str, f"{', '.join(TRENDS)}: the energy of the spin; empty where nothing turns freely"] = ""
-
-    @property
-    def told(self) -> str:
-        """The status with its reason."""
-        return told(self.status, self.why)
 
 
 @dataclass(frozen=True)
@@ -70,11 +78,6 @@ class TimeRow:
     time_ratio: Annotated[float | None, "ratio of times; empty where it would say nothing"]
     time_ratio_low: Annotated[float | None, "from this"] = None
     time_ratio_high: Annotated[float | None, "to this: the interval that covers it in 95 of 100 runs"] = None
-
-    @property
-    def key(self) -> tuple[str, str, str, str]:
-        """What two rows of the same time have in common."""
-        return self.scene, self.engine, self.method, self.reference
 
 
 QUESTIONS = Table("questions.csv", QuestionRow, ("scene",))

@@ -1,11 +1,13 @@
 """Run times as ratios to one reference contestant, sampled in the same rounds: all that two machines have in common."""
 
-import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
-from dataclasses import replace
+from typing import Any
 
-from compare.check.schemas import TimeRow
+import numpy as np
+import pandas as pd
+
+from compare.check.schemas import TIMES, TimeRow
 from compare.judge.cost import REFERENCE, time_runs
 from compare.judge.errors import Run
 from compare.run.flight import Trajectory
@@ -45,16 +47,17 @@ def time_rows(
             yield TimeRow(scene.name, run.engine, run.method, REFERENCE, *figures)
 
 
-def nearer(before: Sequence[TimeRow], found: Sequence[TimeRow], again: Sequence[TimeRow]) -> Iterator[TimeRow]:
-    """Yield the times found, each as what is nearer to the one before: itself, or what was found of it again."""
-    ratios = {row.key: row.time_ratio for row in before}
-    repeated = {row.key: row for row in again}
-    for row in found:
-        other = repeated.get(row.key, row)
-        old, first, second = ratios.get(row.key), row.time_ratio, other.time_ratio
-        if not first or not second:
-            yield replace(row, time_ratio=None, time_ratio_low=None, time_ratio_high=None)
-        elif old and abs(math.log(second / old)) < abs(math.log(first / old)):
-            yield other
-        else:
-            yield row
+def nearer(before: pd.DataFrame, found: pd.DataFrame, again: pd.DataFrame) -> pd.DataFrame:
+    """Return the times found, each as what is nearer to the one before: itself, or what was found of it again.
+
+    One that could not be told both times is left empty.
+    """
+    key, figures = list(TIMES.key), ["time_ratio", "time_ratio_low", "time_ratio_high"]
+    old, first, second = (each.set_index(key)[figures] for each in (before, found, again))
+    either: Any = pd.concat([second, first])
+    second = either[~either.index.duplicated()].reindex(first.index)
+    known: Any = old.time_ratio.reindex(first.index)
+    off = [np.log(each.time_ratio / known).abs() for each in (first, second)]
+    nearest: Any = first.mask(off[1] < off[0], second)
+    nearest[~(first.time_ratio > 0) | ~(second.time_ratio > 0)] = np.nan
+    return nearest.reset_index()[TIMES.names]

@@ -9,6 +9,7 @@ from pathlib import Path
 from compare.check.changes import ERRORS, Change, Outcome, Verdict
 from compare.check.record import Record
 from compare.run.participants import engine_files, titles
+from compare.tables.shared import told
 
 FIGURES = {
     "max_error_m": ("largest error", " m"),
@@ -65,9 +66,9 @@ def sentence(change: Change) -> str:
 
 def sentences(changes: Sequence[Change]) -> Iterator[Change]:
     """Yield the changes of one cell worth a sentence: of three errors that tell the same, the largest speaks."""
-    told = {(change.column, change.verdict) for change in changes}
+    said = {(change.column, change.verdict) for change in changes}
     for change in changes:
-        if change.column not in ERRORS[1:] or (ERRORS[0], change.verdict) not in told:
+        if change.column not in ERRORS[1:] or (ERRORS[0], change.verdict) not in said:
             yield change
 
 
@@ -116,11 +117,13 @@ def by_cell(changes: Sequence[Change]) -> dict[tuple[str, str, str], list[Change
 
 def versions(outcome: Outcome) -> Iterator[str]:
     """Yield the engines whose version is another one, or that are not installed in one of the two."""
-    old = {row.engine: row.version or row.told for row in outcome.baseline.engines}
-    for row in outcome.candidate.engines:
-        new = row.version or row.told
-        if row.engine in old and old[row.engine] != new:
-            yield f"{row.engine} {old[row.engine]} -> {new}"
+    old, new = (
+        {row["engine"]: row["version"] or told(row["status"], row["why"]) for row in record.engines.to_dict("records")}
+        for record in (outcome.baseline, outcome.candidate)
+    )
+    for engine, version in new.items():
+        if old.get(engine, version) != version:
+            yield f"{engine} {old[engine]} -> {version}"
 
 
 def rerun(record: Record, change: Change, against: Sequence[str]) -> str:

@@ -15,6 +15,13 @@ Instant = Annotated[float, "time of the sample"]
 Vertex = Annotated[int, "number of the vertex"]
 Status = Annotated[str, "ok, flagged, diverged, skipped, missing, crashed or timeout"]
 Why = Annotated[str, "the reason of a status that is not ok"]
+Steps = Annotated[int | None, "steps of the whole flight; empty where none flew, or the method chose them"]
+MaxError = Annotated[float | None, "largest error of any vertex, sample and throw; inf of one that diverged"]
+RmsError = Annotated[float | None, "root mean square over all vertices, samples and throws"]
+FinalError = Annotated[float | None, "largest error of any vertex and throw at the last sample"]
+EnergyDrift = Annotated[float | None, "largest difference from the true energy, over the largest kinetic"]
+MomentumDrift = Annotated[float | None, "largest difference from the true momentum, over the largest"]
+AngularMomentumDrift = Annotated[float | None, "the same of the angular momentum"]
 Limit = Annotated[float | None, "what the truth can tell: an error below it says nothing more"]
 
 
@@ -67,18 +74,16 @@ class RunRow:
     method: Method
     dt_s: Step
     tolerance: Tolerance
-    steps: Annotated[int | None, "steps of the whole flight; empty where none flew, or the method chose them"]
+    steps: Steps
     status: Status
     why: Why = ""
-    max_error_m: Annotated[float | None, "largest error of any vertex, sample and throw; inf of one that diverged"] = (
-        None
-    )
-    rms_error_m: Annotated[float | None, "root mean square over all vertices, samples and throws"] = None
-    final_error_m: Annotated[float | None, "largest error of any vertex and throw at the last sample"] = None
+    max_error_m: MaxError = None
+    rms_error_m: RmsError = None
+    final_error_m: FinalError = None
     limit_m: Limit = None
-    energy_drift: Annotated[float | None, "largest difference from the true energy, over the largest kinetic"] = None
-    momentum_drift: Annotated[float | None, "largest difference from the true momentum, over the largest"] = None
-    angular_momentum_drift: Annotated[float | None, "the same of the angular momentum"] = None
+    energy_drift: EnergyDrift = None
+    momentum_drift: MomentumDrift = None
+    angular_momentum_drift: AngularMomentumDrift = None
     wall_s: Annotated[float | None, "wall time of the native loop over the whole flight, one pass"] = None
     wall_ns_per_step: Annotated[float | None, "the same for one step of all throws"] = None
     wall_per_sim_s: Annotated[float | None, "the same for one second of flight"] = None

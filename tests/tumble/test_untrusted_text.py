@@ -23,11 +23,12 @@ from compare.check.changes import hold_against
 from compare.check.junit import junit
 from compare.check.markdown import code, summary
 from compare.check.record import Record
-from compare.check.schemas import CellRow, QuestionRow
+from compare.check.schemas import CELLS, QUESTIONS, CellRow, QuestionRow
 from compare.check.tolerances import Tolerances
 from compare.tables.cells import CONTROL as OBEYED
 from compare.tables.cells import float_cells, lines_text, text_cell, text_of_cell
-from compare.tables.shared import EngineRow
+from compare.tables.frames import frame
+from compare.tables.shared import ENGINES, EngineRow
 
 MINE = (Path(__file__).parents[1] / "plugins/mine.py").read_text(encoding="utf-8")
 HTML = "<script>alert(1)</script><img src=x onerror=alert(2)>"
@@ -151,27 +152,24 @@ def test_a_page_shows_it_as_it_is(hostile):
     assert not [attributes for tag, attributes in elements(html) if any(name.startswith("on") for name in attributes)]
 
 
-def record(words: str) -> Record:
+def record(words: str, cells: list[CellRow], version: str) -> Record:
     """Return a record in which these words stand wherever text may."""
-    figures = 1e-3, 1e-3, 1e-3, 1e-15, 1e-13, 0.0, 0.0, 0.0
-    cell = CellRow(words, words, words, 9, "flagged", words, *figures, spin_energy="kept")
     question = QuestionRow(words, 0.5, 5, "exact", 1e-15, 0.3, 1.0, 2.0, 3.0)
-    return Record((words,), (words,), words, (question,), (EngineRow(words, "ok", "", words, "", "", "", ""),), (cell,))
+    engine = EngineRow(words, "ok", "", version, "", "", "", "")
+    return Record(
+        (words,), (words,), words, frame(QUESTIONS, [question]), frame(ENGINES, [engine]), frame(CELLS, cells)
+    )
 
 
 def said(words: str) -> tuple[str, str]:
     """Return the summary and the XML of a check in which everything that can be said is said of these words."""
-    old = record(words)
-    (cell,) = old.cells
-    (engine,) = old.engines
+    figures = 1e-3, 1e-3, 1e-3, 1e-15, 1e-13, 0.0, 0.0, 0.0
+    cell = CellRow(words, words, words, 9, "flagged", words, *figures, spin_energy="kept")
     changed = replace(cell, status=f"crashed: {words}", max_error_m=None)
     worse = replace(cell, method=f"{words}2", max_error_m=1.0, spin_energy="grows")
-    old = replace(old, cells=(cell, replace(worse, max_error_m=1e-3, spin_energy="kept"), replace(cell, method="gone")))
-    new = replace(
-        old,
-        cells=(changed, worse, replace(cell, method="new")),
-        engines=(replace(engine, version=f"{words}2"),),
-    )
+    before = replace(worse, max_error_m=1e-3, spin_energy="kept")
+    old = record(words, [cell, before, replace(cell, method="gone")], words)
+    new = record(words, [changed, worse, replace(cell, method="new")], f"{words}2")
     outcome = hold_against(old, new, Tolerances())
     assert {change.verdict for change in outcome.changes} >= {"worse", "gone", "new"}
     against = ("--baseline", words)

@@ -115,12 +115,13 @@ def timed_again(options: Namespace, old: Record, new: Record, tolerances: Tolera
     not told.
     """
     changed = {change.scene for change in time_changes(old, new, tolerances)}
-    if not changed or new.times is None:
+    if not changed or old.times is None or new.times is None:
         return new
     note(f"run times have changed on {', '.join(sorted(changed))}: measured again, to be sure")
     words = [word for word in options.scene or old.scenes or sorted(changed) if Path(word).stem in changed]
     again = fly(Namespace(**{**vars(options), "scene": words}), old)
-    return replace(new, times=tuple(nearer(old.times or (), new.times, again.times or ())))
+    assert again.times is not None  # the old record has them
+    return replace(new, times=nearer(old.times, new.times, again.times))
 
 
 def accept(folder: Path, new: Record, outcome: Outcome | None, with_failures: bool) -> int:

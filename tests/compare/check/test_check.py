@@ -11,11 +11,12 @@ import shutil
 import subprocess
 import sys
 from argparse import Namespace
-from dataclasses import astuple, fields, replace
+from dataclasses import fields, replace
 from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from compare.check.changes import Outcome, hold_against, within
@@ -24,12 +25,14 @@ from compare.check.junit import junit
 from compare.check.markdown import MOST_CHARACTERS, summary
 from compare.check.order import one_order
 from compare.check.record import FORMAT, BadRecord, Record, read_record, texts
-from compare.check.schemas import CellRow, QuestionRow, TimeRow
+from compare.check.schemas import CELLS, QUESTIONS, TIMES, CellRow, QuestionRow, TimeRow
 from compare.check.times import nearer
 from compare.check.tolerances import BadTolerance, Tolerances, read_tolerances
 from compare.check.words import behaviours
 from compare.tables.files import write_folder
-from compare.tables.shared import EngineRow, worded
+from compare.tables.frames import frame
+from compare.tables.frames import rows as rows_of
+from compare.tables.shared import ENGINES, EngineRow, worded
 from solver.registry import METHODS
 from tumble.commands import check as check_command
 
@@ -57,19 +60,27 @@ CELL = CellRow(
     "s", "e", "m", 100, "ok", "", 1e-3, 5e-4, 9e-4, 1e-15, 1e-13, -1e-3, 1e-14, 2e-3, attitude_order=2.0,
     translation_order=1.0, spin_energy="decays",
 )  # fmt: skip
+QUESTION = QuestionRow("s", 0.5, 5, "exact", 1e-15, 0.3, 1.0, 2.0, 3.0)
+ENGINE = EngineRow("e", "ok", "", "1.0", "double", "m", "gravity", "")
 BASE = Record(
     ("s",),
     ("e",),
     "tumble check s -e e --accept -o base",
-    (QuestionRow("s", 0.5, 5, "exact", 1e-15, 0.3, 1.0, 2.0, 3.0),),
-    (EngineRow("e", "ok", "", "1.0", "double", "m", "gravity", ""),),
-    (CELL,),
+    frame(QUESTIONS, [QUESTION]),
+    frame(ENGINES, [ENGINE]),
+    frame(CELLS, [CELL]),
 )
+TABLES = {"questions": QUESTIONS, "engines": ENGINES, "cells": CELLS, "times": TIMES}
+
+
+def of(**tables) -> Record:
+    """Return a record with these rows in its tables, by their names."""
+    return replace(BASE, **{name: frame(TABLES[name], rows) for name, rows in tables.items()})
 
 
 def told(old: Record | CellRow, new: Record | CellRow, tolerances: Tolerances = Tolerances()) -> Outcome:  # noqa: B008
     """Hold two records, or two that have only these cells, against each other."""
-    old, new = (replace(BASE, cells=(each,)) if isinstance(each, CellRow) else each for each in (old, new))
+    old, new = (of(cells=[each]) if isinstance(each, CellRow) else each for each in (old, new))
     return hold_against(old, new, tolerances)
 
 
@@ -119,8 +130,8 @@ def test_what_rounding_explains_is_no_change():
     assert verdicts(CELL, replace(CELL, momentum_drift=4e-13)) == {"momentum_drift": "worse"}
 
 
-def test_not_a_number_is_worse_than_any():
-    lost = replace(CELL, status="diverged", why="at 1 s", max_error_m=math.nan, final_error_m=math.inf)
+def test_without_bound_is_worse_than_any():
+    lost = replace(CELL, status="diverged", why="at 1 s", max_error_m=math.inf, final_error_m=math.inf)
     assert verdicts(CELL, lost) == {"status": "worse", "max_error_m": "worse", "final_error_m": "worse"}
     assert verdicts(lost, lost) == {}
     assert verdicts(lost, CELL) == {"status": "better", "max_error_m": "better", "final_error_m": "better"}
@@ -187,27 +198,27 @@ def test_orders_of_attitude_and_translation_are_told_apart_and_by_name():
 def test_gone_fails_and_new_does_not():
     other = replace(CELL, method="n")
     assert [change.verdict for change in told(CELL, other).changes] == ["gone", "new"]
-    gone = told(replace(BASE, cells=(CELL, other)), BASE)
+    gone = told(of(cells=[CELL, other]), BASE)
     assert gone.failed
     assert gone.unchanged == 1
-    assert not told(BASE, replace(BASE, cells=(CELL, other))).failed
+    assert not told(BASE, of(cells=[CELL, other])).failed
 
 
 def test_a_missing_engine_is_missing_by_every_method():
     missing = CellRow("s", "e", "", None, "missing", "no module named e")
-    two = replace(BASE, cells=(CELL, replace(CELL, method="n")))
+    two = of(cells=[CELL, replace(CELL, method="n")])
     lost = told(two, missing)
     assert [(change.method, change.verdict, change.column) for change in lost.changes] == [
         ("m", "worse", "status"),
         ("n", "worse", "status"),
     ]
-    found = told(replace(BASE, cells=(missing,)), two)
+    found = told(of(cells=[missing]), two)
     assert [change.verdict for change in found.changes] == ["new", "new"]
 
 
 @pytest.mark.parametrize("changed", [{"step_s": 0.02}, {"samples": 6}, {"x_m": 1.0 + 1e-9}])
 def test_another_question_is_not_compared_and_fails(changed):
-    new = replace(BASE, questions=(replace(BASE.questions[0], **changed),), cells=(replace(CELL, max_error_m=9.0),))
+    new = of(questions=[replace(QUESTION, **changed)], cells=[replace(CELL, max_error_m=9.0)])
     outcome = told(BASE, new)
     assert [change.verdict for change in outcome.changes] == ["incomparable"]
     assert outcome.failed
@@ -215,18 +226,22 @@ def test_another_question_is_not_compared_and_fails(changed):
 
 
 def test_the_truths_own_rounding_is_the_same_question():
-    moved = replace(BASE.questions[0], x_m=1.0 + 1e-10)  # a billionth of 0.3 m
-    assert told(BASE, replace(BASE, questions=(moved,))).changes == ()
+    moved = replace(QUESTION, x_m=1.0 + 1e-10)  # a billionth of 0.3 m
+    assert told(BASE, of(questions=[moved])).changes == ()
 
 
 def test_what_was_not_asked_for_is_not_gone():
     other = replace(CELL, engine="f")
-    both = replace(BASE, cells=(CELL, other))
-    assert within(replace(BASE, cells=(CELL, replace(CELL, method="n"))), ["s"], {"e": ["m"]}).cells == (CELL,)
-    assert within(both, ["s"], {"e": ["m"]}).cells == (CELL,)
-    assert within(both, ["./s.toml"], {"dir/f.py": []}).cells == (other,)
-    assert within(both, [], {}).cells == both.cells
-    assert within(both, ["t"], {}).cells == ()
+    both = of(cells=[CELL, other])
+
+    def kept(record: Record, *asked) -> list[CellRow]:
+        return rows_of(CELLS, within(record, *asked).cells)
+
+    assert kept(of(cells=[CELL, replace(CELL, method="n")]), ["s"], {"e": ["m"]}) == [CELL]
+    assert kept(both, ["s"], {"e": ["m"]}) == [CELL]
+    assert kept(both, ["./s.toml"], {"dir/f.py": []}) == [other]
+    assert kept(both, [], {}) == [CELL, other]
+    assert kept(both, ["t"], {}) == []
 
 
 def time_row(ratio: float | None, scene="s", method="m", reference="r", within=0.1) -> TimeRow:
@@ -236,10 +251,10 @@ def time_row(ratio: float | None, scene="s", method="m", reference="r", within=0
 
 
 def test_times_have_changed_where_their_intervals_are_further_apart_than_the_tolerance():
-    timed = replace(BASE, times=(time_row(2.0),))
+    timed = of(times=[time_row(2.0)])
 
-    def verdict(ratio: float | None, **of) -> list[str]:
-        new = replace(BASE, times=(time_row(ratio, **of),))
+    def verdict(ratio: float | None, **row) -> list[str]:
+        new = of(times=[time_row(ratio, **row)])
         return [change.verdict for change in told(timed, new).changes]
 
     assert verdict(3.1) == [], "from 1.8 to 2.2, and from 2.8: less than half more"
@@ -257,9 +272,10 @@ def test_of_two_measurements_the_nearer_counts():
     def row(ratio, method="m"):
         return time_row(ratio, method=method)
 
-    before = (row(2.0), row(2.0, "n"), row(2.0, "o"))
-    found = (row(4.0), row(1.0, "n"), row(5.0, "o"), row(7.0, "p"))
-    assert list(nearer(before, found, (row(2.1), row(0.5, "n"), row(None, "o")))) == [
+    before = [row(2.0), row(2.0, "n"), row(2.0, "o")]
+    found = [row(4.0), row(1.0, "n"), row(5.0, "o"), row(7.0, "p")]
+    again = [row(2.1), row(0.5, "n"), row(None, "o")]
+    assert rows_of(TIMES, nearer(*(frame(TIMES, each) for each in (before, found, again)))) == [
         row(2.1),  # an accident of the first process
         row(1.0, "n"),  # found twice
         row(None, "o"),  # not steady
@@ -270,7 +286,7 @@ def test_of_two_measurements_the_nearer_counts():
 @pytest.mark.parametrize(("again", "told_of"), [(2.1, []), (4.2, ["worse"])])
 def test_a_changed_time_is_told_only_if_it_is_found_twice(monkeypatch, again, told_of):
     def timed(ratio: float) -> Record:
-        return replace(BASE, times=(time_row(ratio), time_row(1.0, scene="t")))
+        return of(times=[time_row(ratio), time_row(1.0, scene="t")])
 
     asked = []
 
@@ -283,7 +299,8 @@ def test_a_changed_time_is_told_only_if_it_is_found_twice(monkeypatch, again, to
     new = check_command.timed_again(options, old, timed(4.0), Tolerances())
     assert asked == [["dir/s.toml"]], "the other scene's times have not changed"
     assert [change.verdict for change in told(old, new).changes if change.column == "time_ratio"] == told_of
-    assert check_command.timed_again(options, old, timed(2.2), Tolerances()) == timed(2.2)
+    steady = timed(2.2)
+    assert check_command.timed_again(options, old, steady, Tolerances()) is steady
     assert len(asked) == 1
 
 
@@ -407,7 +424,7 @@ def test_a_spoiled_engine_is_worse_in_words_and_the_command_it_names_shows_it(re
     assert case.get("name") == "mine:semi-implicit-euler"
     assert again in case.find("failure").text
     assert suite.get("failures") == "1"
-    assert read_record(folder / "out").cells != read_record(folder / "base").cells
+    assert not read_record(folder / "out").cells.equals(read_record(folder / "base").cells)
 
 
 def test_blessing_shows_the_change_fails_once_and_then_holds(recorded, tmp_path):
@@ -471,8 +488,8 @@ def test_what_is_missing_is_no_record_either(tmp_path):
 def test_two_records_are_compared_and_nothing_is_flown(recorded, tmp_path):
     folder = copy(recorded, tmp_path)
     new = read_record(folder / "base")
-    slower = replace(new, cells=tuple(replace(cell, attitude_order=2.0) for cell in new.cells if cell.method == "rk4"))
-    engines = tuple(replace(row, version=row.version + "x") for row in new.engines)
+    slower = replace(new, cells=new.cells[new.cells.method == "rk4"].assign(attitude_order=2.0))
+    engines = new.engines.assign(version=new.engines.version + "x")
     write_folder(folder / "new", texts(replace(slower, engines=engines)))
     (folder / "mine.py").unlink()
     (folder / "spin.toml").unlink()
@@ -501,29 +518,32 @@ def test_a_record_comes_back(tmp_path):
         ("./a b.toml", "it's"),
         ("./x.py:m",),
         "tumble check '=1'",
-        (replace(BASE.questions[0], scene="=1+1", truth="-no", x_m=None, y_m=None, z_m=None),),
-        (replace(BASE.engines[0], version="+1", switched_off="@x"),),
-        (hostile, replace(hostile, method="'''", max_error_m=math.inf)),
-        (TimeRow("=1+1", "'=x", "m", "r", None),),
+        frame(QUESTIONS, [replace(QUESTION, scene="=1+1", truth="-no", x_m=None, y_m=None, z_m=None)]),
+        frame(ENGINES, [replace(ENGINE, version="+1", switched_off="@x")]),
+        frame(CELLS, [hostile, replace(hostile, method="'''", max_error_m=math.inf)]),
+        frame(TIMES, [TimeRow("=1+1", "'=x", "m", "r", None)]),
     )
     write_folder(tmp_path, texts(record))
-    assert read_record(tmp_path) == record
-    write_folder(tmp_path, texts(replace(record, times=())))
-    assert read_record(tmp_path).times == ()
+    back = read_record(tmp_path)
+    assert (back.scenes, back.contestants, back.command) == (record.scenes, record.contestants, record.command)
+    for name in TABLES:
+        pd.testing.assert_frame_equal(getattr(back, name), getattr(record, name))
+    write_folder(tmp_path, texts(replace(record, times=frame(TIMES, []))))
+    assert len(read_record(tmp_path).times) == 0
 
 
 def test_conditions_come_last_so_that_half_a_record_is_none():
     assert list(texts(BASE))[-1] == "conditions.csv"
 
 
-CELLS = ",".join(field.name for field in fields(CellRow))
+HEADER = ",".join(CELLS.names)
 BROKEN = {
     ("conditions.csv", FORMAT, "tumble check 1"): "is in format 'tumble check 1'; this Tumble reads",
     ("conditions.csv", FORMAT, "tumble tables 1"): "is in format 'tumble tables 1'; this Tumble reads",
     ("conditions.csv", "format,", "formt,"): "names no format; this Tumble reads",
     ("conditions.csv", "what,value", "what;value"): "conditions.csv: columns 'what;value': must be what,value",
     ("conditions.csv", "scenes,s", "scenes,'s"): "conditions.csv: scenes cannot be read",
-    ("cells.csv", "scene,engine", "scene,machine"): f"must be {CELLS}",
+    ("cells.csv", "scene,engine", "scene,machine"): f"must be {HEADER}",
     ("cells.csv", "s,e,m,100,", "s,e,m,1x,"): "cells.csv: line 2: steps = '1x': must be a whole number",
     ("cells.csv", "s,e,m,100,", "s,e,m,-1,"): "row 1: steps = -1: must be a whole number from 0 to 10",
     ("cells.csv", ",2.0,1.0,decays", ",2.0,one,decays"): "line 2: translation_order = 'one': must be a number",
@@ -551,7 +571,7 @@ def test_a_broken_or_foreign_record_is_refused_in_one_line(tmp_path, damage):
 
 
 def test_a_row_that_is_there_twice_is_refused(tmp_path):
-    write_folder(tmp_path, texts(replace(BASE, cells=(CELL, CELL))))
+    write_folder(tmp_path, texts(of(cells=[CELL, CELL])))
     with pytest.raises(BadRecord, match="two rows for 's e m'"):
         read_record(tmp_path)
 
@@ -617,7 +637,7 @@ def test_a_file_overrides_what_it_names(tmp_path):
 def test_a_summary_fits_a_comment_and_says_what_it_left_out():
     cells = [replace(CELL, method=f"m{number}") for number in range(2000)]
     worse = [replace(cell, max_error_m=1.0) for cell in cells]
-    outcome = told(replace(BASE, cells=tuple(cells)), replace(BASE, cells=tuple(worse)))
+    outcome = told(of(cells=cells), of(cells=worse))
     text = summary(outcome, AGAINST)
     assert MOST_CHARACTERS - 500 < len(text) < 65_536
     assert re.search(r"and \d+ lines more", text)
@@ -626,7 +646,7 @@ def test_a_summary_fits_a_comment_and_says_what_it_left_out():
 
 
 def test_junit_counts_what_it_holds():
-    new = replace(BASE, cells=(replace(CELL, max_error_m=1.0), CellRow("s", "e", "n", None, "skipped", "no floor")))
+    new = of(cells=[replace(CELL, max_error_m=1.0), CellRow("s", "e", "n", None, "skipped", "no floor")])
     root = ElementTree.fromstring(junit(told(BASE, new), AGAINST))
     (suite,) = root
     assert (suite.get("tests"), suite.get("failures"), suite.get("skipped")) == ("2", "1", "0"), (
@@ -719,21 +739,19 @@ def test_the_workflows_steps_guard_an_engine(tmp_path):
 def test_the_accepted_record_is_whole():
     record = read_record(ROOT / "tests/golden")
     assert record.times is None, "no time of one machine binds another"
-    assert {row.status for row in record.engines} == {"ok"}
-    assert all(len(astuple(cell)) == len(fields(CellRow)) for cell in record.cells)
-    assert {cell.engine for cell in record.cells} == {"tumble", "handcalc", "mujoco", "pybullet"}
+    assert set(record.engines.status) == {"ok"}
+    assert set(record.cells.engine) == {"tumble", "handcalc", "mujoco", "pybullet"}
     assert told(record, record).changes == ()
 
 
 def test_a_drift_that_roundings_of_single_precision_explain_is_no_change():
     """The same change is one in an engine of doubles."""
-    from compare.check.changes import cell_changes
-    from compare.check.tolerances import Tolerances
-    from compare.run.precision import ROUNDINGS
-
     old = replace(CELL, steps=1000, angular_momentum_drift=1e-6, rounding_m=0.0)
     new = replace(old, angular_momentum_drift=5e-5)
-    told = {
-        name: [each.column for each in cell_changes(old, new, 1.0, by, Tolerances())] for name, by in ROUNDINGS.items()
-    }
-    assert told == {"double": ["angular_momentum_drift"], "single": []}
+
+    def columns(precision: str) -> list[str]:
+        engines = [replace(ENGINE, precision=precision)]
+        outcome = told(of(cells=[old], engines=engines), of(cells=[new], engines=engines))
+        return [change.column for change in outcome.changes]
+
+    assert (columns("double"), columns("single")) == (["angular_momentum_drift"], [])
