@@ -17,6 +17,7 @@ from compare.engines import OWN
 from compare.judge.errors import Run
 from compare.tables.runs import run_row
 from compare.tables.shared import FindingRow
+from reports.charts import GOOD, coloured, error_chart
 from reports.numerals import counted, listed
 from reports.terminal import LIST_WIDTH, columns, figure, length, plain, reasons_text, ruler, thinned, vector
 from scenarios.published import VERTEX
@@ -25,10 +26,12 @@ from scenarios.truth import Truth
 MOST_SAID = 4  # engines that one sentence can hold
 
 
-def comparison_text(comparison: Comparison, vertex: int | None, everything: bool = False) -> Iterator[RenderableType]:
+def comparison_text(
+    comparison: Comparison, vertex: int | None, everything: bool = False, charts: bool = False
+) -> Iterator[RenderableType]:
     """Yield the text: the answer, the ranking, and error tables of the engines' default methods, or of all.
 
-    vertex: the one to print, None for where the contestants stray most.
+    vertex: the one to print, None for where the contestants stray most; charts: whether a chart stands before them.
     """
     scene, truth, runs = comparison.scene, comparison.truth, comparison.runs
     defaults = default_runs(runs)
@@ -39,6 +42,8 @@ def comparison_text(comparison: Comparison, vertex: int | None, everything: bool
     else:
         yield Constrain(plain(answer(scene.name, runs)), LIST_WIDTH)
     yield Text()
+    if charts:
+        yield from error_chart([run_row(run) for run in runs])
     yield from standings(runs)
     if truth is not None:
         yield Constrain(plain(f"{scene.title}. {known(truth)}"), LIST_WIDTH)
@@ -114,10 +119,10 @@ def standings(runs: Sequence[Run]) -> Iterator[RenderableType]:
         table.add_row(
             plain(run.name),
             "default" if run in defaults and run.engine != OWN else "",
-            f"≤{figure(limit)}" if worst <= limit else figure(worst),
+            Text(f"≤{figure(limit)}", style=GOOD) if worst <= limit else figure(worst),
             figure(float(np.sqrt((run.distances**2).mean()))),
             figure(run.drifts[0]),
-            run.status.partition(":")[0],
+            coloured(run.status.partition(":")[0]),
         )
     if flown:
         yield table

@@ -10,28 +10,33 @@ from rich.text import Text
 from compare.judge.verdict import WORDS
 from compare.stability.extremes import BEST, FLOORS, ExtremeRow, missed
 from compare.stability.trials import Piece
+from reports.charts import coloured, limit_chart
 from reports.rows import contestant
 from reports.terminal import columns, figure, plain, reasons_text
 
 FULL = 6  # so many contestants of an extreme case are told one by one
 
 
-def stability_text(pieces: Sequence[Piece], extremes: Sequence[ExtremeRow]) -> Iterator[RenderableType]:
-    """Yield the text of all scenes, then that of the extreme cases."""
+def stability_text(
+    pieces: Sequence[Piece], extremes: Sequence[ExtremeRow], charts: bool = False
+) -> Iterator[RenderableType]:
+    """Yield the text of all scenes, with a chart of each where they are wanted, then that of the extreme cases."""
     scenes: dict[str, list[Piece]] = {}
     for piece in pieces:
         scenes.setdefault(piece.limit.scene, []).append(piece)
     for name, own in scenes.items():
-        yield from scene_text(name, own)
+        yield from scene_text(name, own, charts)
         yield Text()
     if extremes:
         yield from extremes_text(extremes)
 
 
-def scene_text(name: str, pieces: Sequence[Piece]) -> Iterator[RenderableType]:
+def scene_text(name: str, pieces: Sequence[Piece], charts: bool) -> Iterator[RenderableType]:
     """Yield one scene's limits, and why a contestant has none."""
     first = pieces[0].limit
     yield plain(f"{name}: the stiffest mode turns at w = {first.w_rad_s:.4g} rad/s")
+    if charts:
+        yield from limit_chart([piece.limit for piece in pieces])
     yield plain(f"steps [s] at {first.parameter} = {first.value:g}")
     flown = [piece for piece in pieces if len(piece.rows) > 1]
     table = columns("contestant", "w dt", "theory", "then", "bounded", "1 %", "1 mm", right=(1, 2, 4, 5, 6))
@@ -43,7 +48,7 @@ def scene_text(name: str, pieces: Sequence[Piece]) -> Iterator[RenderableType]:
             plain(contestant(limit)),
             "its own" if own_steps else bound(limit.w_dt_limit),
             "" if own_steps else bound(limit.theory_w_dt),
-            worst if own_steps else limit.beyond,
+            coloured(worst if own_steps else limit.beyond),
             *("" if dt is None else figure(dt) for dt in (limit.dt_stable_s, limit.dt_1pct_s, limit.dt_1mm_s)),
         )
     if flown:

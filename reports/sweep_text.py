@@ -19,13 +19,19 @@ from compare.sweep.frontier import (
 )
 from compare.sweep.schemas import DigitRow, OrderRow
 from compare.sweep.sweep import Sweep, Timed
+from reports.charts import cost_chart
 from reports.families import joined
 from reports.terminal import LIST_WIDTH, columns, figure, length, plain, reasons_text
 
 
-def sweep_text(sweep: Sweep, reference: str) -> Iterator[RenderableType]:
-    """Yield what `tumble sweep` prints: what each digit costs, the frontier, and who is the same integrator."""
+def sweep_text(sweep: Sweep, reference: str, charts: bool = False) -> Iterator[RenderableType]:
+    """Yield what `tumble sweep` prints: what each digit costs, the frontier, and who is the same integrator.
+
+    charts: whether a chart stands before them.
+    """
     yield plain(f"{sweep.scene.name}: {sweep.scene.title}")
+    if charts:
+        yield from cost_chart(list(digit_rows(sweep, reference)))
     yield plain("native time of a flight [us] to reach an error; in brackets the ratio to " + reference)
     orders = {(row.engine, row.method): row for row in order_rows(sweep)}
     costs: dict[tuple[str, str], list[DigitRow]] = {}
@@ -82,7 +88,9 @@ def cost(row: DigitRow) -> str:
     if row.flight_us is None:
         return row.verdict
     sign = "<=" if row.verdict == "at most" else ""
-    ratio = f" ({row.ratio:.2g})" if row.ratio is not None else " (?)" if row.no_ratio else ""
+    ratio = (
+        f" ({row.ratio:.{2 if row.ratio < 100 else 3}g})" if row.ratio is not None else " (?)" if row.no_ratio else ""
+    )
     return f"{sign}{row.flight_us:.3g}{ratio}"
 
 

@@ -89,6 +89,10 @@ def parser() -> Parser:
         to.add_argument("--time-limit", type=seconds, default=60.0, metavar="S", help="for each flight [s]; default 60")
         to.add_argument("--memory-limit", type=gibibytes, default=4 << 30, metavar="GIB", help=MEMORY_HELP)
 
+    def figure_options(to: argparse.ArgumentParser) -> None:
+        to.add_argument("--svg", metavar="FILE", help="also save the figure; needs `pip install 'tumble[figures]'`")
+        to.add_argument("--png", metavar="FILE", help="the same, as PNG")
+
     scenes = command("scenes", "list the catalogue with what each scene needs, or print a scene of it")
     scenes.add_argument("scene", nargs="?", metavar="NAME", help="print this scene's TOML, to copy and change")
     engines = command("engines", "list the engines: versions, methods, precision, what is missing and why")
@@ -111,6 +115,7 @@ def parser() -> Parser:
         "--vertex", type=int, metavar="K", help="vertex to print; default: where the engines stray most"
     )
     compare.add_argument("-o", "--output", metavar="DIR", help="also write all tables, every vertex, as CSV into DIR")
+    figure_options(compare)
 
     sweep = command("sweep", "error against run time: every contestant over a ladder of steps or tolerances")
     sweep.add_argument("scene", nargs="*", metavar="SCENE", help=SCENE_HELP + "; default: yardstick")
@@ -119,6 +124,7 @@ def parser() -> Parser:
     sweep.add_argument("--time-limit", type=seconds, default=60.0, metavar="S", help="for each flight [s]; default 60")
     sweep.add_argument("--memory-limit", type=gibibytes, default=4 << 30, metavar="GIB", help=MEMORY_HELP)
     sweep.add_argument("-o", "--output", metavar="DIR", help="also write the tables as CSV into DIR")
+    figure_options(sweep)
 
     advise = command("advise", "the cheapest engine, method and step that stays within an error")
     advise.add_argument("scene", nargs="+", metavar="SCENE", help=SCENE_HELP)
@@ -135,6 +141,7 @@ def parser() -> Parser:
     )
     stability.add_argument("--memory-limit", type=gibibytes, default=4 << 30, metavar="GIB", help=MEMORY_HELP)
     stability.add_argument("-o", "--output", metavar="DIR", help="keep the tables in DIR as CSV, and go on from there")
+    figure_options(stability)
 
     grade = command("grade", "judge a trajectory that some other program wrote, and say what is most likely wrong")
     grade.add_argument(

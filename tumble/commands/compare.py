@@ -16,6 +16,10 @@ from tumble.notes import note, progress
 
 def main(options: Namespace) -> int:
     """Put each scene to every contestant, print answer, ranking and error tables, and write all of them where asked."""
+    if options.svg or options.png:
+        from reports.figures import check_figures  # slow to load
+
+        check_figures(options.svg, options.png)
     scenes = read_scenes(options.scene)
     for scene in scenes:
         check_step(scene, options.dt)
@@ -32,12 +36,16 @@ def main(options: Namespace) -> int:
         for number, comparison in enumerate(comparisons):
             if number:
                 out.print()
-            for piece in comparison_text(comparison, options.vertex, options.all):
+            for piece in comparison_text(comparison, options.vertex, options.all, out.is_terminal):
                 out.print(piece)
-        if folder:
+        if folder or options.svg or options.png:
             from compare.comparison.results import comparison_tables  # pandas is slow to load
             from compare.tables.frames import csv_texts
+            from reports.figures import error_figure, save_figures
 
-            write_folder(folder, csv_texts(comparison_tables(comparisons, participants, shlex.join(options.words))))
-            note(f"tables written to {folder}")
+            frames = comparison_tables(comparisons, participants, shlex.join(options.words))
+            save_figures(options.svg, options.png, error_figure, frames["runs.csv"])
+            if folder:
+                write_folder(folder, csv_texts(frames))
+                note(f"tables written to {folder}")
     return 0

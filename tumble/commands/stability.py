@@ -14,6 +14,7 @@ from compare.tables.circumstances import circumstances, digest
 from compare.tables.files import write_whole
 from compare.tables.frames import csv_text, frame, rows
 from compare.tables.shared import FINDINGS
+from reports.figures import check_figures, limit_figure, save_figures
 from reports.stability_text import stability_text
 from reports.terminal import console
 from scenarios.read import read_scenes
@@ -25,6 +26,7 @@ def main(options: Namespace) -> int:
 
     Scenes that are named are mapped alone, without the extreme cases.
     """
+    check_figures(options.svg, options.png)
     scenes = read_scenes(options.scene or STIFF)
     extreme_cases = [] if options.scene else cases()
     folder = Path(options.output) if options.output else None
@@ -53,8 +55,11 @@ def main(options: Namespace) -> int:
             raise KeyboardInterrupt(f"interrupted; {left}") from None
         finally:
             kept.write()
-            for piece in stability_text(pieces(kept.tables), rows(EXTREMES, kept.tables[EXTREMES.file])):
-                console().print(piece)
+            out = console()
+            extremes = rows(EXTREMES, kept.tables[EXTREMES.file])
+            for piece in stability_text(pieces(kept.tables), extremes, out.is_terminal):
+                out.print(piece)
+    save_figures(options.svg, options.png, limit_figure, kept.tables[LIMITS.file])
     if folder:
         findings = frame(FINDINGS, stability_findings(rows(LIMITS, kept.tables[LIMITS.file])))
         write_whole(folder / FINDINGS.file, csv_text(findings))

@@ -7,6 +7,7 @@ from pathlib import Path
 from compare.run.kept import Kept
 from compare.run.participants import flights, launched
 from compare.sweep.results import MEASURED, measured
+from compare.sweep.schemas import WORK_PRECISION
 from compare.sweep.sweep import YARDSTICK, sweep
 from compare.tables.circumstances import binding, circumstances
 from compare.tables.engines import engine_row
@@ -14,6 +15,7 @@ from compare.tables.files import write_whole
 from compare.tables.frames import csv_text, frame
 from compare.tables.shared import ENGINES
 from compare.tables.store import Store
+from reports.figures import check_figures, cost_figure, save_figures
 from reports.sweep_text import sweep_text
 from reports.terminal import console
 from scenarios.read import read_scenes
@@ -22,6 +24,7 @@ from tumble.notes import note, progress
 
 def main(options: Namespace) -> int:
     """Sweep every scene, print what each digit costs, and keep the tables where asked, scene by scene."""
+    check_figures(options.svg, options.png)
     scenes = read_scenes(options.scene or [YARDSTICK])
     folder = Path(options.output) if options.output else None
     if folder:
@@ -51,8 +54,9 @@ def main(options: Namespace) -> int:
             store.write()
             out = console()
             for each in sweeps:
-                for piece in sweep_text(each, options.reference):
+                for piece in sweep_text(each, options.reference, out.is_terminal):
                     out.print(piece)
+        save_figures(options.svg, options.png, cost_figure, store.tables[WORK_PRECISION.file])
         if folder and kept:
             kept.forget()
             write_whole(folder / "engines.csv", csv_text(frame(ENGINES, map(engine_row, participants))))

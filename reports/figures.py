@@ -1,0 +1,121 @@
+"""One figure of a command's tables as SVG or PNG, by Altair and vl-convert, which are an extra: `tumble[figures]`."""
+
+from collections.abc import Callable
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+
+from compare.tables.files import write_whole
+from scenarios.refusal import UsersError
+
+if TYPE_CHECKING:
+    import altair
+
+LIBRARIES = ("altair", "vl_convert")
+PNG_SCALE = 2.0
+WIDTH = 560
+
+
+class NoFigures(UsersError):
+    """The libraries that draw figures are not there; the message is the one line for the user."""
+
+
+def check_figures(*files: str | None) -> None:
+    """Raise NoFigures where a figure is asked for and what draws it is not installed; before anything is flown."""
+    missing = [name.replace("_", "-") for name in LIBRARIES if find_spec(name) is None]
+    if any(files) and missing:
+        raise NoFigures(f"--svg and --png need {' and '.join(missing)}: pip install 'tumble[figures]'")
+
+
+def save_figures(svg: str | None, png: str | None, figure: Callable[[pd.DataFrame], Any], table: pd.DataFrame) -> None:
+    """Save the figure of a table where it is asked for.  Raises OSError."""
+    if not (svg or png):
+        return
+    import vl_convert
+
+    spec = figure(table).to_json()
+    if svg:
+        write_whole(Path(svg), vl_convert.vegalite_to_svg(spec))
+    if png:
+        write_whole(Path(png), vl_convert.vegalite_to_png(spec, scale=PNG_SCALE))
+
+
+def error_figure(runs: pd.DataFrame) -> "altair.TopLevelMixin":
+    """Return each contestant's largest error, scene beside scene; runs: as in runs.csv."""
+    import altair
+
+    shown = named(runs.loc[finite(runs, "max_error_m")])
+    shown = shown.assign(told_m=shown[["max_error_m", "limit_m"]].max(axis=1))
+    chart = altair.Chart(records(shown)).encode(
+        y=altair.Y("contestant:N", sort=altair.EncodingSortField("told_m", op="min"), title=None),
+        x=altair.X("told_m:Q", scale=altair.Scale(type="log"), title="largest vertex error [m]", axis=powers()),
+        color=altair.Color("engine:N", title=None),
+        shape=altair.Shape("status:N", title=None),
+    )
+    points = chart.mark_point(filled=True, size=70)
+    return points.properties(width=WIDTH).facet(row=altair.Row("scene:N", title=None)).resolve_scale(y="independent")
+
+
+def cost_figure(measured: pd.DataFrame) -> "altair.TopLevelMixin":
+    """Return error against time of every run, a line a contestant; measured: as in work-precision.csv."""
+    import altair
+
+    shown = named(measured.loc[finite(measured, "error_m") & (measured["status"] == "ok").to_numpy()])
+    chart = altair.Chart(records(shown)).encode(
+        x=altair.X("flight_us:Q", scale=altair.Scale(type="log"), title="native time of a flight [us]", axis=powers()),
+        y=altair.Y("error_m:Q", scale=altair.Scale(type="log"), title="largest vertex error [m]", axis=powers()),
+        color=altair.Color("engine:N", title=None),
+        detail="contestant:N",
+        shape=altair.Shape("contestant:N", title=None, legend=altair.Legend(symbolLimit=0)),
+        order="flight_us:Q",
+    )
+    drawn = (chart.mark_line(strokeWidth=1) + chart.mark_point(filled=True, size=40)).properties(
+        width=WIDTH, height=380
+    )
+    return drawn.facet(row=altair.Row("scene:N", title=None))
+
+
+def limit_figure(limits: pd.DataFrame) -> "altair.TopLevelMixin":
+    """Return the longest step each contestant bears, and theory's as a line; limits: as in limits.csv."""
+    import altair
+
+    shown = named(limits.loc[finite(limits, "w_dt_limit") & (limits["w_dt_limit"] > 0).to_numpy()])
+    chart = altair.Chart(records(shown)).encode(
+        y=altair.Y("contestant:N", sort=altair.EncodingSortField("w_dt_limit", order="descending"), title=None),
+        color=altair.Color("beyond:N", title="beyond it"),
+    )
+    scale = altair.Scale(type="log")
+    measured = chart.mark_point(filled=True, size=70).encode(
+        x=altair.X("w_dt_limit:Q", scale=scale, title="largest stable step, w dt [rad]; a line where theory has it")
+    )
+    theory = chart.mark_tick(thickness=2, size=16, color="black").encode(x=altair.X("theory_w_dt:Q", scale=scale))
+    drawn = (measured + theory).properties(width=WIDTH)
+    return drawn.facet(row=altair.Row("scene:N", title=None)).resolve_scale(y="independent")
+
+
+def named(table: pd.DataFrame) -> pd.DataFrame:
+    """Return a table with a column ENGINE:METHOD, the tolerances of an adaptive method together."""
+    return table.assign(contestant=table["engine"] + ":" + table["method"].str.partition("@")[0])
+
+
+def finite(table: pd.DataFrame, column: str) -> np.ndarray:
+    """Return which cells of a column are finite numbers."""
+    return np.isfinite(table[column].to_numpy(dtype=float))
+
+
+def records(table: pd.DataFrame) -> "altair.Data":
+    """Return a table as data of a figure, without what JSON has no number for."""
+    import altair
+
+    plain = table.astype(object).where(table.notna(), None).replace([float("inf"), -float("inf")], None)
+    return altair.Data(values=plain.to_dict("records"))
+
+
+def powers() -> "altair.Axis":
+    """Return an axis of powers of ten."""
+    import altair
+
+    return altair.Axis(format=".0e", tickCount=8)
