@@ -16,18 +16,18 @@ import numpy as np
 from scenarios.frames import Array
 from scenarios.refusal import UsersError
 from scenarios.scene import Scene
-from scenarios.truth.flight import Pose
+from scenarios.truth.flight import Pose, quaternion
 from scenarios.truth.inertia import Numbers
-from scenarios.truth.limit import Answer, input_floor, own_error, rounding, settle
+from scenarios.truth.limit import FAR, TRUSTED, Answer, input_floor, own_error, rounding, settle
 from scenarios.truth.throw import Throw, read_throw
 
 if TYPE_CHECKING:
     from scenarios.truth.bulk.flight import Flights
 
-# A truth that is not known to this share of the body's size, and this share of its distance, is none.
-TRUSTED, FAR = 1e-6, 1e-12
 # So many throws take longer one by one than compiled code takes to load.
-MANY = 64
+MANY, MANY_INSTANTS = 64, 400
+# Instants worked out together where the compiled loop has left some.
+AT_A_TIME = 32
 
 
 class NoTruth(UsersError):
@@ -123,9 +123,7 @@ def _many(mp: Any, scene: Scene) -> "Flights | None":
 
 def _until_horizon(answer: Truth, scene: Scene, why: str) -> Truth:
     """Return the answer with its horizon.  Raises NoTruth where that lies before the first sample."""
-    size = np.linalg.norm(scene.body.points, axis=1).max()
-    away = np.abs(answer.vertices).max(axis=(2, 3))
-    blurred = ~(answer.limit <= TRUSTED * size + FAR * away).all(axis=1)
+    blurred = _blurred(scene, answer.vertices, answer.limit).any(axis=1)
     if not blurred.any():
         return answer
     known = int(np.argmax(blurred))
@@ -136,8 +134,43 @@ def _until_horizon(answer: Truth, scene: Scene, why: str) -> Truth:
     return replace(answer, horizon=float(answer.times[known - 1]), why=why)
 
 
+def _blurred(scene: Scene, vertices: Array, limit: Array) -> np.ndarray:
+    """Return where a limit [m], (...), of vertices, (..., n, 3), is more than a truth may have."""
+    size = np.linalg.norm(scene.body.points, axis=1).max()
+    return ~(limit <= TRUSTED * size + FAR * np.abs(vertices).max(axis=(-2, -1)))
+
+
 def _flight(mp: Any, scene: Scene, row: int, floor: bool) -> tuple[Array, Array, Array, Array, str, str]:
     """Return states (R, 13), vertices (R, n, 3), bound and floor (R,) of one throw; how it was made and why it ends."""
+    if scene.is_free and len(scene.rows) >= MANY_INSTANTS:
+        from scenarios.truth.bulk.samples import fly_one
+
+        if (found := fly_one(mp, scene, row)) is not None:
+            return _completed(mp, scene, row, floor, [column[:, 0] for column in found])
+    return _one_by_one(mp, scene, row, floor)
+
+
+def _completed(mp: Any, scene: Scene, row: int, floor: bool, told: list[Array]) -> tuple:
+    """Return a flight with the rows that the compiled loop has left, up to the first that is beyond the horizon."""
+    left = np.flatnonzero(np.isnan(told[3]))
+    for first in range(0, len(left), AT_A_TIME):
+        some = left[first : first + AT_A_TIME]
+        part = _one_by_one(mp, replace(scene, times=scene.rows[some]), row, True)[:4]
+        for every, own in zip(told, part, strict=True):
+            every[some] = own[-len(some) :]
+        lost: np.ndarray = some[_blurred(scene, told[1][some], np.maximum(told[2][some], told[3][some]))]
+        if len(lost):
+            for every, filling in zip(told, (np.nan, np.nan, np.inf, np.inf), strict=True):
+                every[left[left > lost[0]]] = filling
+            break
+    _follow_sign(told[0][:, 3:7], scene.start[row, 3:7])
+    if not floor:
+        told[3][:] = 0.0
+    return *told, "exact", ""
+
+
+def _one_by_one(mp: Any, scene: Scene, row: int, floor: bool) -> tuple[Array, Array, Array, Array, str, str]:
+    """Return the same, instant by instant."""
     throw = read_throw(scene, row)
     answer = _closed(mp, scene, row, throw, floor) if scene.is_free else _integrated(mp, scene, row, throw)
     mp.prec = answer.flight.bits
@@ -170,23 +203,7 @@ def _integrated(mp: Any, scene: Scene, row: int, throw: Throw) -> Answer:
 
 
 def _state(mp: Any, pose: Pose, state_axes: Numbers) -> Array:
-    return np.concatenate((pose.x, _quaternion(mp, pose.axes @ state_axes.T), pose.v, pose.w_world)).astype(float)
-
-
-def _quaternion(mp: Any, axes: Numbers) -> Numbers:
-    """Return the unit quaternion w x y z, (4,), of a rotation matrix, (3, 3).
-
-    Source: Shepperd, "Quaternion from rotation matrix", J. Guidance and Control 1 (1978) 223.
-    """
-    trace = axes.trace()
-    # Four times the products of the quaternion's numbers by one another; the row of the largest is the safest.
-    products = np.empty((4, 4), dtype=object)
-    products[0, 0] = 1 + trace
-    products[0, 1:] = products[1:, 0] = axes[2, 1] - axes[1, 2], axes[0, 2] - axes[2, 0], axes[1, 0] - axes[0, 1]
-    products[1:, 1:] = axes + axes.T
-    products[np.arange(1, 4), np.arange(1, 4)] += 1 - trace
-    largest = products[products.diagonal().argmax()]
-    return largest / mp.sqrt(largest @ largest)
+    return np.concatenate((pose.x, quaternion(mp, pose.axes @ state_axes.T), pose.v, pose.w_world)).astype(float)
 
 
 def _follow_sign(quaternions: Array, first: Array) -> None:

@@ -31,27 +31,44 @@ def fly(mp: Any, throw: Throw, own: Principal) -> list[Pose]:
 
     mp: mpmath context at the wanted precision; own: principal moments and axes, to that precision.  Raises RayMissed.
     """
-    arc = Arc(throw.x, throw.v, throw.gravity, Fraction(0))
-    turning = Turning(mp, throw.solid.tensor, own)
-    rotation = turning.start(throw.axes, throw.solid.tensor @ (throw.axes.T @ throw.w_world))
-    turned = Fraction(0)
-    blows = deque(throw.blows)
-    poses = []
+    following = deque(stretches(mp, throw, own))
+    now, poses, inertia = following.popleft(), [], inverse(throw.solid.tensor)
     for time in throw.times:
-        while blows and blows[0].time <= time:
-            blow = blows.popleft()
-            x, v = arc.at(blow.time)
-            arc = Arc(x, v + blow.value / throw.solid.mass, throw.gravity, blow.time)
-            axes, L_body = rotation.at(blow.time - turned)
-            torque = np.cross(lever(blow, x, axes, throw), blow.value)
-            # A central blow leaves the rotation on its exact curve: to start it anew would round it.
-            if torque.any():
-                rotation = turning.start(axes, L_body + axes.T @ torque)
-                turned = blow.time
-        x, v = arc.at(time)
-        axes, L_body = rotation.at(time - turned)
-        poses.append(Pose(x, axes, v, axes @ (turning.inverse @ L_body)))
+        while following and following[0].arc.since <= time:
+            now = following.popleft()
+        x, v = now.arc.at(time)
+        axes, L_body = now.rotation.at(time - now.turned)
+        poses.append(Pose(x, axes, v, axes @ (inertia @ L_body)))
     return poses
+
+
+class Stretch(NamedTuple):
+    """A flight from the start or a blow on: parabola, and rotation since an instant `turned` [s], maybe earlier."""
+
+    arc: "Arc"
+    rotation: Rotation
+    turned: Fraction
+
+
+def stretches(mp: Any, throw: Throw, own: Principal) -> list[Stretch]:
+    """Return the flights from the start and from each blow until the last instant on, as `fly` puts them together."""
+    turning = Turning(mp, throw.solid.tensor, own)
+    arc = Arc(throw.x, throw.v, throw.gravity, Fraction(0))
+    rotation = turning.start(throw.axes, throw.solid.tensor @ (throw.axes.T @ throw.w_world))
+    found = [Stretch(arc, rotation, Fraction(0))]
+    for blow in throw.blows:
+        if blow.time > throw.times[-1]:
+            break
+        arc, rotation, turned = found[-1]
+        x, v = arc.at(blow.time)
+        arc = Arc(x, v + blow.value / throw.solid.mass, throw.gravity, blow.time)
+        axes, L_body = rotation.at(blow.time - turned)
+        torque = np.cross(lever(blow, x, axes, throw), blow.value)
+        # A central blow leaves the rotation on its exact curve: to start it anew would round it.
+        if torque.any():
+            rotation, turned = turning.start(axes, L_body + axes.T @ torque), blow.time
+        found.append(Stretch(arc, rotation, turned))
+    return found
 
 
 class Turning:
@@ -95,6 +112,22 @@ class Arc(NamedTuple):
         """Return (x [m], v [m/s])."""
         t = time - self.since
         return self.x + self.v * t + self.gravity * (t * t / 2), self.v + self.gravity * t
+
+
+def quaternion(mp: Any, axes: Numbers) -> Numbers:
+    """Return the unit quaternion w x y z, (4,), of a rotation matrix, (3, 3).
+
+    Source: Shepperd, "Quaternion from rotation matrix", J. Guidance and Control 1 (1978) 223.
+    """
+    trace = axes.trace()
+    # Four times the products of the quaternion's numbers by one another; the row of the largest is the safest.
+    products = np.empty((4, 4), dtype=object)
+    products[0, 0] = 1 + trace
+    products[0, 1:] = products[1:, 0] = axes[2, 1] - axes[1, 2], axes[0, 2] - axes[2, 0], axes[1, 0] - axes[0, 1]
+    products[1:, 1:] = axes + axes.T
+    products[np.arange(1, 4), np.arange(1, 4)] += 1 - trace
+    largest = products[products.diagonal().argmax()]
+    return largest / mp.sqrt(largest @ largest)
 
 
 def lever(blow: Blow, x: Numbers, axes: Numbers, throw: Throw) -> Numbers:

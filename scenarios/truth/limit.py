@@ -16,6 +16,8 @@ from scenarios.truth.throw import Throw, changing, read_throw
 PRECISIONS = (112, 168, 252, 378, 567, 850, 1275, 1913, 2869, 4304)  # bits
 # Agreement that leaves the rounding to doubles, 2^-53, nothing to do with the truth's own error.
 AGREEMENT = 2.0**-75
+# A truth that is not known to this share of the body's size, and this share of its distance, is none.
+TRUSTED, FAR = 1e-6, 1e-12
 PATTERNS = 8
 # The changes that a derivative is taken from, in half last bits: much beyond what doubles round, still in proportion.
 SHARES = 2.0**23, 2.0**11
@@ -144,15 +146,21 @@ def in_proportion(there: Array, back: Array, share: float, points: Array, far: A
     return small & (abs(there - back) <= PROPORTIONAL * np.maximum(there, back))
 
 
-def _in_doubles(mp: Any, throw: Throw) -> Flight:
-    """Return the flight by the same closed form in doubles, which take a tenth of the time."""
+def doubles(mp: Any, throw: Throw) -> tuple[Any, Principal]:
+    """Return mpmath's context of doubles and the throw's principal axes in it."""
     from mpmath import fp
 
     mp.prec = PRECISIONS[0]
     own = principal(mp, throw.solid.tensor)
     if not isinstance(own.axes[0, 0], Fraction):
         own = Principal(own.moments, own.axes.astype(float))
-    return Flight(53, fly(fp, throw, own))
+    return fp, own
+
+
+def _in_doubles(mp: Any, throw: Throw) -> Flight:
+    """Return the flight by the same closed form in doubles, which take a tenth of the time."""
+    context, own = doubles(mp, throw)
+    return Flight(53, fly(context, throw, own))
 
 
 def _moved(plain: Flight, changed: Flight, throw: Throw, other: Throw) -> Array:

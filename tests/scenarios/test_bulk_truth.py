@@ -8,10 +8,11 @@ from mpmath import MPContext
 
 from scenarios import truth as rooms
 from scenarios.mass import BOX_FACES
+from scenarios.read import read_scene
 from scenarios.scene import Body, Scene, frozen_array
 from scenarios.truth import truth
 from scenarios.truth.bulk import flight as bulk
-from scenarios.truth.bulk.bodies import bodies
+from scenarios.truth.bulk.bodies import bodies, readings
 
 CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * (0.2, 0.075, 0.05)
 
@@ -75,7 +76,8 @@ def test_errors_are_what_they_are_said_to_be(case):
     scene = a_scene(body, starts, end)
     mp = MPContext()
     mp.prec = bulk.BITS
-    vertices, _, floor = bulk.flown(scene.start[:1], bulk.signs(), bodies(mp, scene))
+    inputs = bulk.signed(bodies(mp, readings(scene, 0), np.array((scene.rows, 0 * scene.rows))))
+    vertices, _, floor = bulk.flown(bulk.as_written(scene.start[:1]), inputs)
     off = bulk.off_by(mp, scene, 0, vertices[:, :, 0])
     assert (off <= bulk.SHARE_OF_FLOOR * floor[:, 0]).all()
     # The second double counts: with one alone they would not be.
@@ -109,3 +111,39 @@ def test_throws_too_delicate_for_32_digits_are_worked_out_one_by_one():
     assert (answer.floor[:, 1] == alone.floor[:, 0]).all()
     assert (answer.vertices[:, 1] == alone.vertices[:, 0]).all()
     assert answer.horizon == alone.horizon == 0.1
+
+
+def dense(file, samples, **changed):
+    scene = read_scene(file)
+    return replace(scene, times=frozen_array(np.linspace(0, scene.duration, samples + 1)[1:]), **changed)
+
+
+@pytest.mark.parametrize("file", ["two-hits", "die-ray", "dzhanibekov", "mesh-die"])
+def test_many_instants_are_the_same_as_a_few(file):
+    scene = dense(file, 2 * rooms.MANY_INSTANTS)
+    every = scene.times[99::100]
+    assert len(every) + 1 < rooms.MANY_INSTANTS
+    many, few = truth(scene), truth(replace(scene, times=every))
+    of_few = np.searchsorted(many.times, few.times)
+    off = abs(many.vertices[of_few] - few.vertices)
+    assert (off <= np.spacing(abs(few.vertices)) + 1e-30).all()
+    assert (off == 0).mean() > 0.95
+    # Of q and -q each takes the one near to the row before, which is another row here.
+    turned = np.sign((many.states[of_few, :, 3:7] * few.states[..., 3:7]).sum(axis=-1, keepdims=True))
+    few.states[..., 3:7] *= turned
+    assert abs(many.states[of_few] - few.states).max() <= 1e-15 * abs(few.states).max()
+    assert (many.bound[of_few] <= 1.01 * few.bound).all()
+    # The same patterns of signs, so the same derivative.
+    assert many.floor[of_few] == pytest.approx(few.floor, rel=1e-3)
+
+
+def test_instants_beyond_the_horizon_are_left_where_it_lies():
+    start = np.concatenate((np.zeros(3), (1, 0, 0, 0), np.zeros(3), (2.0, 0.1, 1.0)))[np.newaxis]
+    times = frozen_array(np.linspace(0, 80.0, 801)[1:])
+    scene = Scene("case", "", "", 80.0, times, 1e-3, body(3.0, 4.0, 6.0), frozen_array(start))
+    many, few = truth(scene), truth(replace(scene, times=times[310:325]))
+    assert many.known < len(many.times)
+    assert "last bit" in many.why
+    assert many.horizon == few.horizon
+    assert np.isinf(many.bound[-1, 0])
+    assert np.isnan(many.vertices[-1]).all()

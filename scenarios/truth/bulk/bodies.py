@@ -1,4 +1,4 @@
-"""What all throws of a body share, worked out once: its numbers as they are, and changed by patterns of signs."""
+"""What all instants and throws of a body share, worked out once: its numbers as they are, and changed by signs."""
 
 from fractions import Fraction
 from random import Random
@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from scenarios.frames import Array
 from scenarios.scene import Scene
 from scenarios.truth.bulk.kernel import Bodies
 from scenarios.truth.double_double import pairs
@@ -14,24 +15,33 @@ from scenarios.truth.limit import OPPOSITE, PATTERNS, SHARES
 from scenarios.truth.rotation import exact
 from scenarios.truth.throw import Throw, changing, read_throw
 
+Readings = list[list[Throw]]
 
-def bodies(mp: Any, scene: Scene) -> Bodies:
-    """Return the body for every share and pattern of signs: as `scenarios.truth.limit` changes them.
 
-    mp: mpmath context, whose precision is that of the principal axes.
+def readings(scene: Scene, row: int) -> Readings:
+    """Return a throw as it is and as `scenarios.truth.limit` changes it, for each share one of every READINGS."""
+    plain = read_throw(scene, row)
+    patterns = [*((pattern, 1.0) for pattern in range(PATTERNS)), (0, OPPOSITE)]
+    return [
+        [plain, *(read_throw(scene, row, changing(Random(pattern), part * share)) for pattern, part in patterns)]
+        for share in SHARES
+    ]
+
+
+def bodies(mp: Any, read: Readings, times: Array) -> Bodies:
+    """Return the bodies of the readings, and the times by their clocks.
+
+    mp: mpmath context, whose precision is that of the principal axes; times: pairs, (2, R) [s].
     """
-    plain = read_throw(scene, 0)
-    told = []
-    for share in SHARES:
-        patterns = [(pattern, share) for pattern in range(PATTERNS)] + [(0, OPPOSITE * share)]
-        changed = [read_throw(scene, 0, changing(Random(pattern), part)) for pattern, part in patterns]
-        told.append([_told(mp, throw) for throw in (plain, *changed)])
-    numbers, points, times = (np.array([[one[part] for one in each] for each in told]) for part in range(3))
-    return Bodies(numbers, points, times)
+    told = [[_told(mp, throw) for throw in throws] for throws in read]
+    numbers, points = (np.array([[one[part] for one in each] for each in told]) for part in range(2))
+    clocks = [[float(throw.times[-1] / read[0][0].times[-1]) for throw in throws] for throws in read]
+    # Only the first of each keeps all digits, and needs them.
+    return Bodies(numbers, points, np.array(clocks)[..., np.newaxis, np.newaxis] * times)
 
 
-def _told(mp: Any, throw: Throw) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return a body's numbers, its points along its principal axes, and the times, as pairs."""
+def _told(mp: Any, throw: Throw) -> tuple[Array, Array]:
+    """Return a body's numbers and its points along its principal axes, as pairs."""
     moments, axes = principal(mp, throw.solid.tensor)
     order = sorted(range(3), key=lambda axis: moments[axis])
     moments, axes = _fractions(moments)[order], _fractions(axes)[:, order]
@@ -39,8 +49,7 @@ def _told(mp: Any, throw: Throw) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         axes = axes * [-1, 1, 1]
     first, second, third = moments
     gaps = [second - first, third - first, third - second]
-    numbers = [*moments, *gaps, *(throw.state_axes @ axes).T.flat, *throw.gravity]
-    return pairs(numbers), pairs(throw.points @ axes), pairs(list(throw.times))
+    return pairs([*moments, *gaps, *(throw.state_axes @ axes).T.flat, *throw.gravity]), pairs(throw.points @ axes)
 
 
 def _fractions(numbers: Numbers) -> Numbers:

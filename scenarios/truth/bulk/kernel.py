@@ -44,6 +44,18 @@ class Bodies(NamedTuple):
     times: Array
 
 
+class Inputs(NamedTuple):
+    """How the inputs are changed: by some shares of half their last bits, those of a start by signs, (PATTERNS, STATE),
+
+    or to starts that are given, (shares, READINGS, STATE), if any are.
+    """
+
+    bodies: Bodies
+    shares: Array
+    signs: Array
+    starts: Array
+
+
 class Room(NamedTuple):
     """What a flight is worked out in: (MOST, 4) and (MOST, 2)."""
 
@@ -102,15 +114,16 @@ def write_quaternion(axes: Columns, before: Array, q: Array) -> None:
 def fly(
     kind: Number, start: Array, body: Array, points: Array, times: Array, room: Room, vertices: Array, states: Array
 ) -> None:
-    """Write where the vertices are at the times, (2, R, n, 3), and where there is room the states, (R, STATE)."""
-    none = number(kind, 0.0, 0.0)
-    x = none + start[0], none + start[1], none + start[2]
-    v = none + start[7], none + start[8], none + start[9]
-    w = none + start[10], none + start[11], none + start[12]
+    """Write where the vertices are at the times, (2, R, n, 3), and where there is room the states, (R, STATE).
+
+    start: pairs, (2, STATE).
+    """
+    x, v, w = vector(kind, start, PLACE), vector(kind, start, VELOCITY), vector(kind, start, SPIN)
+    q0, (q1, q2, q3) = number(kind, start[0, QUATERNION], start[1, QUATERNION]), vector(kind, start, QUATERNION + 1)
     gravity = vector(kind, body, GRAVITY)
     own = vector(kind, body, AXES), vector(kind, body, AXES + 3), vector(kind, body, AXES + 6)
     moments = Moments(vector(kind, body, MOMENTS), vector(kind, body, GAPS))
-    state_axes = axes_of(none + start[3], none + start[4], none + start[5], none + start[6])
+    state_axes = axes_of(q0, q1, q2, q3)
     axes = along(state_axes, own[0]), along(state_axes, own[1]), along(state_axes, own[2])
     w_body = dot(axes[0], w), dot(axes[1], w), dot(axes[2], w)
     first, second, third = moments.values
@@ -118,7 +131,7 @@ def fly(
     steady = is_steady(moments, L)
     if not steady:
         curve = polhode(moments, axes, L, room.means, room.angles)
-    before = start[QUATERNION:VELOCITY]
+    before = start[0, QUATERNION:VELOCITY]
     for row in range(times.shape[1]):
         t = number(kind, times[0, row], times[1, row])
         here, L_here = axes, L
@@ -163,97 +176,74 @@ def write_vertices(kind: Number, place: Vector, axes: Columns, points: Array, ve
 
 
 @inner
-def write_moves(
-    start: Array,
-    shares: Array,
-    signs: Array,
-    bodies: Bodies,
-    trial: int,
-    size: float,
-    room: Room,
-    here: Array,
-    there: Array,
-    moves: Array,
+def write_floor(
+    start: Array, inputs: Inputs, trial: int, size: float, room: Room, here: Array, there: Array, floor: Array
 ) -> bool:
-    """Write the largest move of a vertex when each number is changed by half its last bit [m], (R,), from a derivative;
+    """Write the largest move of a vertex when each number is changed by half its last bit [m], (R,), where it is not
 
-    return whether it is one.  here, there: room for vertices; the rest as in `scenarios.truth.limit`.
+    known yet and the moves for this share are a derivative; return whether it is known everywhere then.
+    start: pairs, (2, STATE); here, there: room for vertices; the rest as in `scenarios.truth.limit`.
     """
-    changed, no_states, kind = np.empty(STATE), np.empty((0, STATE)), 0.0
-    fly(kind, start, bodies.numbers[trial, 0], bodies.points[trial, 0], bodies.times[trial, 0], room, here, no_states)
-    found = np.empty((2, len(moves)))
-    for row in range(len(moves)):
-        moves[row] = 0.0
-    for reading in range(READINGS - 1, 0, -1):
-        share = shares[trial] * (OPPOSITE if reading == READINGS - 1 else 1.0)
-        pattern = 0 if reading == READINGS - 1 else reading - 1
+    bodies, share = inputs.bodies, inputs.shares[trial]
+    rows, last = len(floor), READINGS - 1
+    moves, changed, no_states = np.empty((READINGS, rows)), np.zeros((2, STATE)), np.empty((0, STATE))
+    for reading in range(READINGS):
         for place in range(STATE):
-            value = start[place]
-            changed[place] = value + signs[pattern, place] * share * np.spacing(abs(value)) / 2.0 if value else 0.0
+            if len(inputs.starts):
+                changed[0, place] = inputs.starts[trial, reading, place]
+            else:
+                value, part = start[0, place], share * (OPPOSITE if reading == last else 1.0)
+                half_bit = np.spacing(abs(value)) / 2.0 if value and reading > 0 else 0.0
+                changed[0, place] = value + inputs.signs[0 if reading == last else reading - 1, place] * part * half_bit
         fly(
-            kind, changed, bodies.numbers[trial, reading], bodies.points[trial, reading],
-            bodies.times[trial, reading], room, there, no_states,
+            0.0, changed, bodies.numbers[trial, reading], bodies.points[trial, reading],
+            bodies.times[trial, reading], room, there if reading else here, no_states,
         )  # fmt: skip
-        for row in range(len(moves)):
+        for row in range(rows):
             furthest = 0.0
             for vertex in range(here.shape[2]):
                 total = 0.0
                 for axis in range(3):
                     total += (there[0, row, vertex, axis] - here[0, row, vertex, axis]) ** 2
                 furthest = max(furthest, total)
-            move = np.sqrt(furthest) / abs(share)
-            if reading == READINGS - 1:
-                found[1, row] = move
-            else:
-                moves[row] = max(moves[row], move)
-                found[0, row] = move
-    for row in range(len(moves)):
+            moves[reading, row] = np.sqrt(furthest) / (share * abs(OPPOSITE) if reading == last else share)
+    known = True
+    for row in range(rows):
+        one, back = moves[1, row], moves[last, row]
         far = max(abs(here[0, row, 0, 0]), abs(here[0, row, 0, 1]), abs(here[0, row, 0, 2]))
-        small = shares[trial] * found[0, row] <= SMALL * size + shares[trial] * 2.0**-50 * far
-        even = abs(found[0, row] - found[1, row]) <= PROPORTIONAL * max(found[0, row], found[1, row])
-        if not (small and even):
-            return False
-    return True
+        small = share * one <= SMALL * size + share * 2.0**-50 * far
+        if np.isnan(floor[row]) and small and abs(one - back) <= PROPORTIONAL * max(one, back):
+            for reading in range(1, last):
+                floor[row] = moves[reading, row] if reading == 1 else max(floor[row], moves[reading, row])
+        known = known and not np.isnan(floor[row])
+    return known
 
 
 @kernel
-def throws(
-    starts: Array,
-    shares: Array,
-    signs: Array,
-    bodies: Bodies,
-    vertices: Array,
-    states: Array,
-    floor: Array,
-) -> None:
+def throws(starts: Array, inputs: Inputs, vertices: Array, states: Array, floor: Array) -> None:
     """Write every throw's vertices, pairs, (2, R, N, n, 3), states, (R, N, STATE), and floor, (R, N), nan where the
 
-    inputs' effect is no derivative.  starts: (N, STATE); signs: (PATTERNS, STATE).
+    inputs' effect is no derivative.  starts: pairs, (N, 2, STATE).
     """
     count, points = vertices.shape[1], vertices.shape[3]
-    room = Room(np.empty((MOST, 4)), np.empty((MOST, 2)))
-    exact, here, there = (
-        np.empty((2, count, points, 3)),
-        np.empty((2, count, points, 3)),
-        np.empty((2, count, points, 3)),
-    )
-    told, moves = np.empty((count, STATE)), np.empty(count)
+    room, bodies = Room(np.empty((MOST, 4)), np.empty((MOST, 2))), inputs.bodies
+    exact, here = np.empty((2, count, points, 3)), np.empty((2, count, points, 3))
+    there, told, moved = np.empty((2, count, points, 3)), np.empty((count, STATE)), np.empty(count)
     size = 0.0
     for vertex in range(points):
-        x, y, z = (
-            bodies.points[0, 0, 0, vertex, 0],
-            bodies.points[0, 0, 0, vertex, 1],
-            bodies.points[0, 0, 0, vertex, 2],
-        )
-        size = max(size, np.sqrt(x * x + y * y + z * z))
+        total = 0.0
+        for axis in range(3):
+            total += bodies.points[0, 0, 0, vertex, axis] ** 2
+        size = max(size, np.sqrt(total))
     for place in range(len(starts)):
-        start = starts[place]
+        start, known = starts[place], False
         fly(long(0.0, 0.0), start, bodies.numbers[0, 0], bodies.points[0, 0], bodies.times[0, 0], room, exact, told)  # type: ignore[call-arg]
-        known = False
-        for trial in range(len(shares)):
-            known = known or write_moves(start, shares, signs, bodies, trial, size, room, here, there, moves)
         for row in range(count):
-            floor[row, place] = moves[row] if known else np.nan
+            moved[row] = np.nan
+        for trial in range(len(inputs.shares)):
+            known = known or write_floor(start, inputs, trial, size, room, here, there, moved)
+        for row in range(count):
+            floor[row, place] = moved[row]
             for number_told in range(STATE):
                 states[row, place, number_told] = told[row, number_told]
             for vertex in range(points):

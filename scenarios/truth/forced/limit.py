@@ -12,11 +12,11 @@ import numpy as np
 from scenarios.frames import Array
 from scenarios.scene import Scene
 from scenarios.truth.flight import Pose
-from scenarios.truth.forced.flight import BUDGET_S, Pilot
+from scenarios.truth.forced.flight import BUDGET_S, Pilot, length_of
 from scenarios.truth.forced.laws import AXES, MOMENTUM, V, X
 from scenarios.truth.forced.passage import Manner
 from scenarios.truth.inertia import inverse
-from scenarios.truth.limit import PATTERNS, Answer, Flight, in_proportion
+from scenarios.truth.limit import PATTERNS, TRUSTED, Answer, Flight, in_proportion
 from scenarios.truth.throw import Throw, changing, read_throw
 
 # Of the numbers told: those of the two doubles that the integration keeps of each, and some for arithmetic.
@@ -31,6 +31,8 @@ ROUNDING_PER_STEP = 2.0**-47
 # The inputs are changed by many times half their last bit, so that what comes of it stands out from the doubles'
 # rounding, and the effect is scaled down.
 CHANGES, QUICK_CHANGES = ((PLAIN, 2.0**23), (PLAIN, 2.0**8)), ((QUICK, 2.0**36),)
+# So many steps make a flight slow; and how many times as many instants are tried next.
+MANY_STEPS, FURTHER = 5000, 4
 
 
 def answer(mp: Any, scene: Scene, row: int, throw: Throw) -> Answer:
@@ -38,7 +40,7 @@ def answer(mp: Any, scene: Scene, row: int, throw: Throw) -> Answer:
     mp.prec = BITS
     fine, rough = (Pilot(throw, manner, thread_time() + BUDGET_S).flown() for manner in (FINE, ROUGH))
     changes = QUICK_CHANGES if fine.crept else CHANGES
-    floor, why = input_floor(scene, row, throw, min(len(fine.rows), len(rough.rows)), changes)
+    floor, why = input_floor(scene, row, throw, min(len(fine.rows), len(rough.rows)), changes, fine.steps)
     known = len(floor)
     points = throw.points.astype(float)
     apart = moved(rough.rows[:known], fine.rows[:known], points, 0 * points)
@@ -70,21 +72,29 @@ def moved(rows: Array, others: Array, points: Array, grown: Array) -> Array:
 
 
 def input_floor(
-    scene: Scene, row: int, throw: Throw, known: int, changes: tuple[tuple[Manner, float], ...]
+    scene: Scene, row: int, throw: Throw, known: int, changes: tuple[tuple[Manner, float], ...], steps: int
 ) -> tuple[Array, str]:
     """Return how far the vertices move when each number of the file moves by half its last bit [m], (R,), R <= known,
 
     and why there are not so many.  The numbers, the signs and their patterns are those of
-    `scenarios.truth.limit.input_floor`.
+    `scenarios.truth.limit.input_floor`.  steps: those of the flight; where they are many, far instants, which may be
+    beyond the horizon, are not tried before near ones.
     """
     floor, deadline = np.empty(0), thread_time() + BUDGET_S
     for manner, share in changes:
         tried = Sensitivity(scene, row, throw, manner, share, deadline)
-        floor = np.concatenate((floor, tried.moves()[len(floor) : min(known, tried.proportional())]))
+        reach = known if steps < MANY_STEPS else min(len(floor) + 1, known)
+        while (count := tried.proportional(reach)) == reach < known:
+            reach = min(FURTHER * reach, known)
+        floor = np.concatenate((floor, tried.moves(count)[len(floor) :]))
         if len(floor) == known:
             return floor, ""
     longer = Sensitivity(scene, row, throw, ROUGH, 1.0, deadline)
-    return np.concatenate((floor, longer.moves()[len(floor) : known])), longer.why
+    for reach in (len(floor) + 1, known):
+        floor = np.concatenate((floor, longer.moves(reach)[len(floor) :]))
+        if longer.why or floor[-1] > TRUSTED * length_of(throw):
+            break
+    return floor, longer.why
 
 
 class Sensitivity:
@@ -97,32 +107,34 @@ class Sensitivity:
         self._read = lambda pattern, signed: read_throw(scene, row, changing(Random(pattern), signed))
         self._throw, self._manner, self._share, self._deadline = throw, manner, share, deadline
         self.why = ""
-        self._plain = self._flown(throw)
-        self._there = self._moved(0, share)
 
-    def proportional(self) -> int:
-        """Return at how many rows, from the first on, the opposite change does the same."""
-        back = self._moved(0, -self._share)
-        count = min(len(back), len(self._there))
-        far = np.abs(self._plain[:count, 0, X:V]).max(axis=1)
+    def proportional(self, reach: int) -> int:
+        """Return at how many of the first rows the opposite change does the same."""
+        plain = self._flown(self._throw, reach)
+        there, back = self._moved(plain, 0, self._share), self._moved(plain, 0, -self._share)
+        count = min(len(back), len(there))
+        far = np.abs(plain[:count, 0, X:V]).max(axis=1)
         points = self._throw.points.astype(float)
-        even = in_proportion(self._there[:count], back[:count], self._share, points, far)
+        even = in_proportion(there[:count], back[:count], self._share, points, far)
         return count if even.all() else int(np.argmin(even))
 
-    def moves(self) -> Array:
-        """Return the largest move over the sign patterns [m], (R,)."""
-        moves = [self._there, *(self._moved(pattern, self._share) for pattern in range(1, PATTERNS))]
+    def moves(self, reach: int) -> Array:
+        """Return the largest move over the sign patterns at the first rows [m], (R,), R <= reach."""
+        if not reach:
+            return np.empty(0)
+        plain = self._flown(self._throw, reach)
+        moves = [self._moved(plain, pattern, self._share) for pattern in range(PATTERNS)]
         reached = min(map(len, moves))
         return np.maximum.reduce([move[:reached] for move in moves])
 
-    def _moved(self, pattern: int, signed: float) -> Array:
+    def _moved(self, plain: Array, pattern: int, signed: float) -> Array:
         throw = self._read(pattern, signed)
-        rows = self._flown(throw)
-        reached = min(len(rows), len(self._plain))
+        rows = self._flown(throw, len(plain))
+        plain = plain[: len(rows)]
         points, grown = self._throw.points.astype(float), (throw.points - self._throw.points).astype(float)
-        return moved(self._plain[:reached], rows[:reached], points, grown) / self._share
+        return moved(plain, rows, points, grown) / self._share
 
-    def _flown(self, throw: Throw) -> Array:
-        flown = Pilot(throw, self._manner, self._deadline).flown()
+    def _flown(self, throw: Throw, reach: int) -> Array:
+        flown = Pilot(throw._replace(times=throw.times[:reach]), self._manner, self._deadline).flown()
         self.why = self.why or flown.why
         return flown.rows
