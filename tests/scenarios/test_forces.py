@@ -5,7 +5,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 import pytest
 
-from compare.judge.verdict import moving_and_stored
+from compare.judge.balance import moving_and_stored
 from compare.stability.columns import PARAMETERS
 from scenarios.forces import GRAVITY, LAWS, Law, acting, can_turn, stiffness, stored, takes_energy
 from scenarios.needs import FORCES, needs

@@ -12,8 +12,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from compare.engines import FINDINGS
+from compare.judge.balance import energies, mechanical_energy
 from compare.judge.errors import Run
-from compare.judge.verdict import AUDITED, HOLDS, WORDS, bounded, energies, mechanical_energy, verdict
+from compare.judge.verdict import AUDITED, HOLDS, WORDS, bounded, verdict
 from compare.run.flight import Trajectory, fly
 from compare.run.registry import Finding
 from compare.run.worker import Failure
