@@ -21,6 +21,10 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         "tumble check two-hits -e ./mine.py --no-times --accept -o baseline",
         "tumble check -e ./mine.py --baseline baseline -o checked",
     ),
+    "releases": (
+        "tumble releases mujoco",
+        "tumble releases mujoco --from 3.6.0 --install -o ledger",
+    ),
     "ablate": ("tumble ablate die-straight -e tumble:rk4 -e mujoco:rk4",),
     "lab": ("tumble lab", "tumble lab table-4-1 -e mujoco:euler -e ./mine.py --no-open"),
     "report": ("tumble report dzhanibekov ./brick.toml -o dzhanibekov.html",),

@@ -196,6 +196,20 @@ def parser() -> Parser:
     ablate.add_argument("--memory-limit", type=gibibytes, default=4 << 30, metavar="GIB", help=MEMORY_HELP)
     ablate.add_argument("-o", "--output", metavar="DIR", help="also write the tables as CSV into DIR")
 
+    releases = command("releases", "what changed between an engine's releases, found from the numbers")
+    releases.add_argument("engine", metavar="ENGINE", help="an engine with releases of its own (see `tumble engines`)")
+    releases.add_argument("scene", nargs="*", metavar="SCENE", help=SCENE_HELP + "; default: three that tell most")
+    releases.add_argument("--from", dest="first", metavar="RELEASE", help="leave out those before this one")
+    releases.add_argument("--to", dest="last", metavar="RELEASE", help="leave out those after this one")
+    releases.add_argument(
+        "--install", action="store_true", help="first install, in an environment each, what the package index has"
+    )
+    releases.add_argument(
+        "--time-limit", type=seconds, default=60.0, metavar="S", help="for each flight [s]; default 60"
+    )
+    releases.add_argument("--memory-limit", type=gibibytes, default=4 << 30, metavar="GIB", help=MEMORY_HELP)
+    releases.add_argument("-o", "--output", metavar="DIR", help="keep CSV and Markdown in DIR, and go on from there")
+
     lab = command("lab", "click the die in a browser, and watch all engines fly against the truth")
     lab.add_argument(
         "scene", nargs="?", default="two-hits", metavar="SCENE", help=SCENE_HELP + "; default: %(default)s"

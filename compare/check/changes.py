@@ -9,10 +9,10 @@ from typing import Any, Literal
 import numpy as np
 import pandas as pd
 
-from compare.check.energy import TRENDS
 from compare.check.record import Record
 from compare.check.schemas import CELLS, QUESTIONS, TIMES
 from compare.check.tolerances import Tolerances
+from compare.judge.trend import TRENDS
 from compare.run.participants import engine_files, titles
 from compare.run.precision import DOUBLE, rounding
 from compare.tables.schema import Table

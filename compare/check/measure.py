@@ -8,12 +8,12 @@ from itertools import chain
 
 import numpy as np
 
-from compare.check import order
-from compare.check.energy import spin_energy
 from compare.check.record import Record
 from compare.check.schemas import CELLS, QUESTIONS, TIMES, CellRow, QuestionRow
 from compare.check.times import time_rows
+from compare.judge import ladder as order
 from compare.judge.errors import Flown, Run
+from compare.judge.trend import spin_energy
 from compare.run.flight import Trajectory, legs
 from compare.run.kept import Kept
 from compare.run.participants import Participant

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from compare.check.energy import TRENDS
 from compare.check.schemas import CELLS, QUESTIONS, TIMES
+from compare.judge.trend import TRENDS
 from compare.run.provenance import ConditionRow, versions
 from compare.tables.files import place
 from compare.tables.frames import csv_text, frame, read_file

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Annotated
 
-from compare.check.energy import TRENDS
+from compare.judge.trend import TRENDS
 from compare.tables.schema import Table
 from compare.tables.shared import (
     CONTESTANT,

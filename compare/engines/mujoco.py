@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 # Those that put the whole state back to the model's start where auto-reset is on.
 BAD_STATES = (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC)
 
-RELEASE = tuple(int(part) for part in mujoco.__version__.split(".")[:2])
+RELEASE = tuple(int(part) for part in mujoco.__version__.split(".")[:3])
 INTEGRATORS = {  # as a method here: as MuJoCo spells it; `discrete` came with 4.0
     method: spelled
     for method, spelled in (
@@ -69,9 +69,14 @@ SCHEMES = {
     **dict.fromkeys(("rk4+held", "rk4+defaults"), "held-parabola"),
 }
 GYROSCOPIC = {"euler": "explicit"} | {method: "implicit" for method in INTEGRATORS if method not in ("euler", "rk4")}
-# Its changelog has it so for 3.7 to 3.10.
-if (3, 7) <= RELEASE < (3, 11):
+# As its notes have it, and docs/releases/mujoco shows: `implicitfast` had no derivative of the torque before 3.7; the
+# midpoint rule came with 3.7.0, left `implicit` with 3.8.1 and `implicitfast` with 3.11.
+if RELEASE < (3, 7):
+    GYROSCOPIC["implicitfast"] = "explicit"
+elif RELEASE < (3, 11):
     GYROSCOPIC["implicitfast"] = "midpoint"
+if (3, 7) <= RELEASE < (3, 8, 1):
+    GYROSCOPIC["implicit"] = "midpoint"
 ABOUT = {
     "version": mujoco.__version__,
     "precision": "double",

@@ -11,7 +11,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -265,3 +265,39 @@ def remove(engine: str) -> list[Environment]:
         (folder() / one.name / MARK).unlink()  # from here on it is none
         shutil.rmtree(folder() / one.name)
     return gone
+
+
+def releases_here(engine: str) -> list[str]:
+    """Return the releases of an engine that can take part: beside Tumble and in environments, the oldest first."""
+    here = beside(engine)
+    return in_order({*(one.release for one in environments() if one.engine == engine), *((here,) if here else ())})
+
+
+def releases_on_index(engine: str) -> list[str]:
+    """Return the releases that the package index has for this machine, the oldest first.  Raises BadEngine."""
+    package = registry.package(engine)
+    if package.installer == "npm":
+        done = asked_of(["npm", "view", package.packages[0], "versions", "--json"], engine)
+        return in_order(json.loads(done))
+    asked = [sys.executable, "-m", "pip", "index", "versions", package.packages[0], "--disable-pip-version-check"]
+    found = re.search(r"^Available versions: (.*)$", asked_of([*asked, "--retries", "2"], engine), re.MULTILINE)
+    return in_order(found.group(1).split(", ") if found else ())
+
+
+def asked_of(command: list[str], engine: str) -> str:
+    """Return what a client of the package index answers.  Raises BadEngine."""
+    done = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, text=True, errors="replace")
+    if done.returncode:
+        raise BadEngine(f"{engine}: the package index does not say which releases there are")
+    return done.stdout
+
+
+def in_order(releases: Iterable[str]) -> list[str]:
+    """Return releases by their numbers, those with letters, which are no releases yet, left out."""
+    plain = [release for release in releases if re.fullmatch(r"\d+(\.\d+)*(\.post\d+)?", release)]
+    return sorted(plain, key=numbers_of)
+
+
+def numbers_of(release: str) -> list[int]:
+    """Return the numbers of a release, in its order."""
+    return [int(number) for number in re.findall(r"\d+", release)]

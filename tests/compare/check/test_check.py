@@ -20,15 +20,15 @@ import pandas as pd
 import pytest
 
 from compare.check.changes import Outcome, hold_against, within
-from compare.check.energy import trend
 from compare.check.junit import junit
 from compare.check.markdown import MOST_CHARACTERS, summary
-from compare.check.order import one_order
 from compare.check.record import FORMAT, BadRecord, Record, read_record, texts
 from compare.check.schemas import CELLS, QUESTIONS, TIMES, CellRow, QuestionRow, TimeRow
 from compare.check.times import nearer
 from compare.check.tolerances import BadTolerance, Tolerances, read_tolerances
 from compare.check.words import behaviours
+from compare.judge.ladder import one_order
+from compare.judge.trend import trend
 from compare.tables.files import write_folder
 from compare.tables.frames import frame
 from compare.tables.frames import rows as rows_of

@@ -1,0 +1,1 @@
+"""What changed between an engine's releases, found from the numbers."""

@@ -1,0 +1,154 @@
+"""The same questions to every release of an engine, each in its environment; what neighbours answer is held together.
+
+All speeds are those of one scene, sampled in the same rounds, so that releases are compared and not hours of the day.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+from compare.judge import ladder, trend
+from compare.judge.errors import Flown, Run
+from compare.releases.schemas import ReleaseRow
+from compare.run.environments import split_release
+from compare.run.kept import Kept
+from compare.run.participants import Participant
+from compare.run.readings import USUAL, Reading, Sampling, ratio
+from compare.run.tasks import Task, run
+from compare.run.timing import Cost, Load, costs
+from compare.run.truths import Truths
+from compare.run.worker import Failure
+from compare.tables.runs import run_row
+from scenarios.scene import Scene
+from scenarios.truth import Truth
+
+# A brick that tumbles and falls, two blows, and a force that is no gravity.
+SCENES = ("brick-tumble", "two-hits", "tether-undamped")
+
+Named = tuple[str, str]  # release and method
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What one method of one release answered: at the scene's own step, and on the ladder around it."""
+
+    own: Flown
+    ladder: list[Flown]
+
+
+@dataclass(frozen=True, eq=False)
+class Ledger:
+    """The releases of an engine, the oldest first; a row a method, release and scene; the speeds of the first scene."""
+
+    engine: str
+    releases: tuple[str, ...]
+    rows: tuple[ReleaseRow, ...]
+    speeds: dict[Named, Reading]
+
+
+def release_of(participant: Participant) -> str:
+    """Return the release that a participant is."""
+    _, release = split_release(participant.engine)
+    return release or ("" if isinstance(participant.info, Failure) else participant.info.version)
+
+
+def ledger(
+    participants: Sequence[Participant],
+    scenes: Sequence[Scene],
+    tick: Callable[[str], object] = lambda what: None,
+    kept: Kept | None = None,
+    sampling: Sampling = USUAL,
+) -> Ledger:
+    """Return the ledger of one engine's releases, the oldest first.
+
+    kept: flights that are done already, and where those are kept that get done; times are always taken anew.
+    Raises RayMissed as compare does.
+    """
+
+    def task(scene: Scene, true: Callable[[], Truth | None], participant: Participant, method: str) -> Task[Asked]:
+        key = scene.name, participant.title, method
+        return Task(key, participant, lambda able: asked(able, scene, method, true()), Asked)
+
+    with Truths(scenes, tick) as truths:
+        tasks = [
+            (scene, future, task(scene, lambda future=future: future.result().truth, each, method))
+            for scene, future in zip(scenes, truths.futures, strict=True)
+            for each in participants
+            for method in each.methods_for(scene)
+        ]
+        answers = run([one for _, _, one in tasks], truths, tick=tick, kept=kept)
+        rows = [
+            row(scene, one.participant, answer, future.result().truth)
+            for (scene, future, one), answer in zip(tasks, answers, strict=True)
+        ]
+    speeds = speeds_on(scenes[0], participants, sampling)
+    tick("timed")
+    newest = release_of(participants[-1])
+    return Ledger(
+        split_release(participants[0].engine)[0],
+        tuple(map(release_of, participants)),
+        tuple(with_speed(each, speeds, newest) if each.scene == scenes[0].name else each for each in rows),
+        speeds,
+    )
+
+
+def asked(participant: Participant, scene: Scene, method: str, true: Truth | None) -> Asked:
+    """Return one method's flight, and a ladder around it where it has an order to be read."""
+
+    def at(dt: float) -> Run:
+        return Flown.of(participant, method, dt, participant.fly(scene, method, dt)).run(scene, participant.title, true)
+
+    own = at(scene.step)
+    around = ladder.ladder(own, at) if ladder.readable(own) and not participant.takes_own_steps(method) else []
+    plain = [Flown(each.method, each.dt, each.answer, each.tolerance, each.rounding) for each in (own, *around)]
+    return Asked(plain[0], plain[1:])
+
+
+def row(scene: Scene, participant: Participant, answer: Asked, true: Truth | None) -> ReleaseRow:
+    """Return the row of one answer."""
+    own = answer.own.run(scene, participant.title, true)
+    said = run_row(own)
+    return ReleaseRow(
+        split_release(participant.engine)[0],
+        release_of(participant),
+        scene.name,
+        answer.own.method,
+        said.dt_s,
+        said.status,
+        said.why,
+        said.max_error_m,
+        said.limit_m,
+        said.energy_drift,
+        said.angular_momentum_drift,
+        *ladder.orders([each.run(scene, participant.title, true) for each in answer.ladder]),
+        trend.spin_energy(own),
+    )
+
+
+def speeds_on(scene: Scene, participants: Sequence[Participant], sampling: Sampling) -> dict[Named, Reading]:
+    """Return what every method of every release takes on one scene, all in the same rounds."""
+    loads = {
+        (release_of(each), method): Load(each, scene, method)
+        for each in participants
+        if not isinstance(each.info, Failure) and not each.unsupported(scene)
+        for method in each.methods_for(scene)
+    }
+    found = costs({f"{release} {method}": load for (release, method), load in loads.items()}, sampling)
+    by_name = {name: found[" ".join(name)] for name in loads}
+    return {name: cost.reading for name, cost in by_name.items() if isinstance(cost, Cost)}
+
+
+def with_speed(row: ReleaseRow, speeds: dict[Named, Reading], newest: str) -> ReleaseRow:
+    """Return the row with its method's speed, beside the newest release's where that has the method."""
+    own, last = (speeds.get((release, row.method)) for release in (row.release, newest))
+    if own is None:
+        return row
+    told = replace(row, step_ns=own.ns)
+    found = ratio(own, last) if last else None
+    if found is None or found.refusal:
+        return told
+    return replace(told, time_ratio=found.value, time_ratio_low=found.low, time_ratio_high=found.high)
+
+
+def neighbours(ledger: Ledger) -> Iterator[tuple[str, str]]:
+    """Yield each release after the first with the one before it."""
+    yield from zip(ledger.releases[1:], ledger.releases, strict=False)

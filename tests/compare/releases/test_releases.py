@@ -1,0 +1,173 @@
+"""The ledger of releases: what changed is found from the numbers, nothing else is, and it goes on where it was."""
+
+import csv
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from apart import engine
+
+from compare.releases.changes import changes
+from compare.releases.ledger import Ledger, ledger
+from compare.releases.notes import Notes, shipped_notes
+from compare.releases.schemas import ReleaseRow
+from compare.run.environments import folder, in_order
+from compare.run.kept import Kept
+from compare.run.participants import launched
+from compare.run.readings import Reading, Sampling
+from reports.releases import answer, ledger_markdown, ledger_text, sentence
+from scenarios.read import read_scene
+
+RELEASES = ("3.9.0", "3.10.0", "4.0.0")
+ROW = ReleaseRow(
+    "mujoco", "", "brick-tumble", "rk4", 0.002, "ok", "", 2e-5, 1e-13, 1e-9, 1e-9, 2.0, None, "kept", 3000.0
+)  # fmt: skip
+NOTES = """
+Changelog
+=========
+
+Version 4.0.0 (November 6, 2026)
+--------------------------------
+1. :commit:`9a7f240f0` The ``RK4`` :ref:`integrator<option-integrator>` is now fourth-order
+   accurate. More.
+- ``rk45`` is another.
+
+Version 3.10.0
+--------------
+- Nothing about it.
+"""
+
+
+def planted(*changed: ReleaseRow, speeds=None) -> Ledger:
+    same = [replace(ROW, release=release) for release in RELEASES]
+    rows = {(row.release, row.scene, row.method): row for row in (*same, *changed)}
+    return Ledger("mujoco", RELEASES, tuple(rows.values()), speeds or {})
+
+
+def test_where_nothing_changed_nothing_is_told():
+    own = planted(replace(ROW, release="4.0.0", max_error_m=2.001e-5, attitude_order=2.1))
+    assert list(changes(own, Notes(NOTES))) == []
+    assert "none flies otherwise" in answer(own, [])
+
+
+def test_below_what_the_truth_can_tell_nothing_is_told():
+    own = [
+        replace(ROW, release=release, max_error_m=off)
+        for release, off in zip(RELEASES, (2e-13, 9e-13, 1e-14), strict=True)
+    ]
+    assert list(changes(planted(*own), Notes(""))) == []
+
+
+def test_what_changed_is_told_with_the_notes_own_words():
+    own = planted(replace(ROW, release="4.0.0", max_error_m=5e-10, attitude_order=4.1))
+    order, error = changes(own, Notes(NOTES))
+    assert (order.release, order.before, order.method, order.what) == ("4.0.0", "3.10.0", "rk4", "attitude_order")
+    assert sentence(order) == "order of the attitude: 2.0 -> 4.1 (brick-tumble)"
+    assert sentence(error) == "largest error: 2e-05 m -> 5e-10 m (brick-tumble)"
+    assert order.notes == "The RK4 integrator is now fourth-order accurate. More."
+    assert "4.0.0 flies otherwise" in answer(own, [order, error])
+    page = ledger_markdown(own, [order, error], "tumble releases mujoco")
+    assert "| 4.0.0 | rk4 | order of the attitude: 2.0 -&gt; 4.1" in page.replace("->", "-&gt;")
+    assert "\n    tumble releases mujoco\n" in page
+    assert list(ledger_text(own, [order, error]))
+
+
+def test_a_method_that_comes_a_status_and_a_trend_are_changes():
+    found = changes(
+        planted(
+            replace(ROW, release="4.0.0", method="discrete"),
+            replace(ROW, release="3.10.0", status="diverged", why="at 3 s", max_error_m=np.inf),
+            replace(ROW, release="4.0.0", spin_energy="grows"),
+        ),
+        Notes(""),
+    )
+    told = [(row.release, row.method, row.what) for row in found]
+    assert told == [
+        ("3.10.0", "rk4", "status"),
+        ("3.10.0", "rk4", "max_error_m"),
+        ("4.0.0", "rk4", "status"),
+        ("4.0.0", "rk4", "spin_energy"),
+        ("4.0.0", "rk4", "max_error_m"),
+        ("4.0.0", "discrete", "method"),
+    ]
+
+
+@pytest.mark.parametrize(("faster", "told"), [(1.1, 0), (2.0, 1)])
+def test_a_time_is_told_where_its_interval_leaves_no_doubt(faster, told):
+    noise = 1.0 + 0.02 * np.sin(np.arange(40))
+    speeds = {(release, "rk4"): Reading(1000.0 * noise) for release in RELEASES[:2]}
+    speeds["4.0.0", "rk4"] = Reading(1000.0 / faster * noise)
+    found = list(changes(planted(speeds=speeds), Notes("")))
+    assert [(row.release, row.what) for row in found] == [("4.0.0", "time")] * told
+
+
+def test_releases_are_in_the_order_of_their_numbers():
+    assert in_order(["3.10.0", "3.9.0", "4.0.0rc1", "3.9.0.post1"]) == ["3.9.0", "3.9.0.post1", "3.10.0"]
+
+
+def test_the_notes_of_mujoco_are_shipped_and_read():
+    notes = shipped_notes("mujoco")
+    assert "fourth-order accurate" in notes.about("4.0.0", "rk4")
+    assert "midpoint" in notes.about("3.11.0", "implicitfast+held")
+    assert notes.about("3.9.0", "rk4") == ""
+
+
+def test_it_finds_what_changed_in_mujoco_and_nothing_else(tumble, tmp_path, monkeypatch):
+    with engine("mujoco@3.10.0"):
+        pass
+    (tmp_path / "environments").mkdir()
+    (tmp_path / "environments" / "mujoco@3.10.0").symlink_to(folder() / "mujoco@3.10.0")
+    monkeypatch.setenv("TUMBLE_ENVIRONMENTS", str(tmp_path / "environments"))
+    done = tumble("releases", "mujoco", "brick-tumble", "-o", "ledger")
+    assert done.returncode == 0, done.stderr
+    rows = list(csv.DictReader((tmp_path / "ledger" / "release-changes.csv").read_text().splitlines()))
+    found = {(row["release"], row["method"], row["what"]) for row in rows if row["what"] != "time"}
+    assert ("4.0.0", "rk4", "attitude_order") in found
+    assert ("4.0.0", "implicitfast", "attitude_order") in found, "from the midpoint rule to implicit Euler"
+    assert {method for _, method, _ in found} == {"rk4", "implicitfast", "discrete"}, "euler and implicit are unchanged"
+    assert done.stdout.startswith("mujoco, 2 releases from 3.10.0 to 4.0.0: 4.0.0 flies otherwise")
+    assert max(map(len, done.stdout.splitlines())) <= 80
+    assert not (tmp_path / "ledger" / ".unfinished").exists()
+
+
+def test_it_goes_on_where_it_was_interrupted(tmp_path):
+    scene = read_scene("die-straight")
+    with launched(["mujoco@4.0.0"]) as participants:
+        flown = []
+        fly = participants[0].fly
+
+        def counted(scene, method, dt, **more):
+            flown.append(method)
+            return fly(scene, method, dt, **more)
+
+        def interrupt(what):
+            if what.endswith("rk4"):
+                raise KeyboardInterrupt
+
+        participants[0].fly = counted
+        with pytest.raises(KeyboardInterrupt):
+            ledger(participants, [scene], interrupt, Kept(tmp_path, "one"))
+        before = {*flown}
+        flown.clear()
+        found = ledger(participants, [scene], kept=Kept(tmp_path, "one"), sampling=Sampling(0.0, 4, 0.1))
+    assert {"euler", "rk4"} <= before
+    assert not {"euler", "rk4"} & {*flown}
+    assert {row.method for row in found.rows} >= {"euler", "rk4", "implicit"}
+    assert all(row.step_ns for row in found.rows)
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("handcalc",), "handcalc: has no releases of its own"),
+        (("nope",), "unknown engine 'nope'"),
+        (("mujoco:rk4",), "mujoco:rk4: releases are those of an ENGINE alone"),
+        (("mujoco", "--from", "99.0"), "mujoco: two releases at least are needed; here: "),
+        (("mujoco", "--from", "newest"), "mujoco has no release newest; there are "),
+    ],
+)
+def test_wrong_words_are_one_line(tumble, words, said):
+    done = tumble("releases", *words)
+    assert done.returncode == 2
+    (line,) = done.stderr.splitlines()
+    assert said in line

@@ -1,0 +1,88 @@
+"""`tumble releases`: what changed between an engine's releases."""
+
+import shlex
+from argparse import Namespace
+from pathlib import Path
+
+from compare.releases.changes import changes
+from compare.releases.ledger import SCENES, ledger
+from compare.releases.notes import shipped_notes
+from compare.run import environments, registry
+from compare.run.kept import Kept
+from compare.run.participants import flights, launched, split
+from compare.run.registry import BadEngine
+from compare.tables.files import write_folder
+from reports.releases import ledger_markdown, ledger_text
+from reports.terminal import console
+from scenarios.read import read_scenes
+from tumble.notes import note, progress
+
+
+def main(options: Namespace) -> int:
+    """Put the same scenes to every release that is here, and say what changed at which."""
+    engine = with_releases(options.engine)
+    scenes = read_scenes(options.scene or SCENES)
+    asked = [f"{engine}@{release}" for release in chosen(engine, options)]
+    folder = Path(options.output) if options.output else None
+    if folder:
+        folder.mkdir(parents=True, exist_ok=True)
+    with launched(asked, options.time_limit, options.memory_limit) as participants:
+        kept = None
+        if folder:
+            from compare.tables.circumstances import binding, circumstances
+
+            limit = {"time limit [s]": f"{options.time_limit:g}"}
+            kept = Kept(folder, binding(circumstances(participants, scenes, limit, "")))
+        try:
+            with progress(flights(participants, scenes) + len(scenes) + 1) as tick:
+                found = ledger(participants, scenes, tick, kept)
+        except KeyboardInterrupt:
+            where = f"the flights that are done are kept in {folder}; the same command goes on from there"
+            raise KeyboardInterrupt(f"interrupted; {where if kept else 'nothing was written'}") from None
+        told = list(changes(found, shipped_notes(engine)))
+        for piece in ledger_text(found, told):
+            console().print(piece)
+        if folder and kept:
+            from compare.releases.results import ledger_tables  # pandas is slow to load
+            from compare.tables.frames import csv_texts
+
+            command = shlex.join(options.words)
+            texts = csv_texts(ledger_tables(found, told, participants, command))
+            write_folder(folder, {**texts, "releases.md": ledger_markdown(found, told, command)})
+            kept.forget()
+            note(f"tables and releases.md written to {folder}")
+    return 0
+
+
+def with_releases(engine: str) -> str:
+    """Return the engine.  Raises BadEngine for one that has none."""
+    name, method = split(engine)
+    if method or "@" in name or registry.is_file(name):
+        raise BadEngine(f"{engine}: releases are those of an ENGINE alone")
+    if not registry.package(name).pins:
+        raise BadEngine(f"{name}: has no releases of its own")
+    return name
+
+
+def chosen(engine: str, options: Namespace) -> list[str]:
+    """Return the releases asked for, the oldest first, installed where that is asked for too.  Raises BadEngine."""
+    there = environments.releases_on_index(engine) if options.install else environments.releases_here(engine)
+    for release in (options.first, options.last):
+        if release and release not in there and (options.install or not environments.in_order([release])):
+            raise BadEngine(f"{engine} has no release {release}; there are {', '.join(there)}")
+    first, last = (environments.numbers_of(end) if end else None for end in (options.first, options.last))
+    found = [
+        release
+        for release in there
+        if (first is None or environments.numbers_of(release) >= first)
+        and (last is None or environments.numbers_of(release) <= last)
+    ]
+    if len(found) < 2:
+        here = ", ".join(environments.releases_here(engine)) or "none"
+        raise BadEngine(f"{engine}: two releases at least are needed; here: {here}; --install gets what the index has")
+    if options.install:
+        for release in found:
+            if environments.located(f"{engine}@{release}")[1] is None:
+                note(f"making an environment for {engine}@{release}")
+                environments.install(f"{engine}@{release}")
+    return found
