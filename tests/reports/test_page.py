@@ -39,11 +39,31 @@ def test_every_section_draws_and_every_chart_has_marks(html, opened):
     tab = opened(html, "#show=all")
     everything_drawn(tab)
     tab.locator("#scene-two-hits > summary").click()
+    expect(tab.locator("#polhode-two-hits path").nth(4)).to_be_attached()
     charts = tab.locator("svg.chart")
     assert charts.count() >= 6
     for chart in charts.all():
-        assert chart.locator(".point").count() > 0, chart.get_attribute("id")
-    assert tab.locator("#polhode-two-hits path").count() > 4
+        expect(chart.locator(".point").first).to_be_attached()
+
+
+def test_every_row_and_every_figure_has_an_address_of_its_own(html, opened):
+    tab = opened(html, "#show=all&open=die-vertex,table-4-1&at=first")
+    everything_drawn(tab)
+    for fold in tab.locator("details.fold > summary").all():
+        if fold.is_visible():
+            fold.click()
+    expect(tab.locator("#fold-runs-die-vertex table.data tbody tr").first).to_be_attached()
+    without = tab.evaluate("""() => {
+        const parts = "table.data tbody tr, #board tbody tr, figure svg:not(.mark), canvas.stage";
+        const linked = (each) => (each.closest("figure, tr") ?? each.parentElement).querySelector("button.link");
+        return [...document.querySelectorAll(parts)]
+          .filter((each) => !each.id || !linked(each))
+          .map((each) => each.outerHTML.slice(0, 200));
+    }""")
+    assert without == []
+    ids = tab.evaluate("() => [...document.querySelectorAll('[id]')].map((each) => each.id)")
+    assert len(ids) == len(set(ids))
+    assert len([each for each in ids if each.startswith(("runs-", "vertices-", "agreement-", "table-4-1-"))]) > 30
 
 
 def test_the_page_is_small_and_runs_no_script_but_its_own(html, browser, tmp_path):

@@ -22,6 +22,7 @@ function agreementSection(host) {
     id: "agreement",
     caption: "Pairs that agree far better than they are right",
     list: pairs,
+    key: (row) => `${row.scene}-${pairOf(row, "a")}-${pairOf(row, "b")}`,
     columns: [
       { key: "scene", label: "scene", words: true },
       { key: "a", label: "one", words: true, show: (row) => pairOf(row, "a"), sort: (row) => pairOf(row, "a") },
@@ -35,17 +36,22 @@ function agreementSection(host) {
 
 /** For each scene: how far two engines are apart, and how far both are off. */
 function agreementBars(host, apart) {
-  const best = [...apart].sort((a, b) => b.off - a.off);
   const svg = draw("svg", { class: "chart", role: "img", id: "agreement-figure", "aria-label": "Distance of two engines from each other and from the truth, by scene" });
   const box = make("figure", { class: "chart-box" }, svg, make("figcaption", {}, "○ how far two engines are from each other, ● how far both are from the truth."), figureTools("agreement-figure", () => svg));
   host.append(box);
   const render = () => {
     const width = Math.max(280, box.clientWidth || 600);
-    const height = 30 + 19 * best.length;
+    const engines = new Set([...shown()].map((name) => FIELD.get(name).engine));
+    const best = apart.filter((row) => engines.has(row.engine) && engines.has(row.other.split(":")[0])).sort((a, b) => b.off - a.off);
+    const height = 30 + 19 * Math.max(1, best.length);
     const area = { left: 130, right: width - 14 };
+    svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
+    if (!best.length) {
+      svg.replaceChildren(draw("text", { x: 0, y: 20, fill: "var(--soft)", "font-size": FONT + 1 }, "No two engines of those shown agree so: choose more above."));
+      return;
+    }
     const least = Math.max(1e-18, Math.min(...best.map((row) => row.value || 1e-17)));
     const X = scale({ log: true }, [least / 2, Math.max(...best.map((row) => row.off)) * 2], [area.left, area.right]);
-    svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
     svg.replaceChildren(
       ...X.ticks.flatMap((value) => [
         draw("line", { x1: X.place(value), x2: X.place(value), y1: 2, y2: height - 22, stroke: "var(--rule)" }),
@@ -67,6 +73,6 @@ function agreementBars(host, apart) {
       }),
     );
   };
-  render();
+  follow(["show", "tol"], render);
   new ResizeObserver(render).observe(box);
 }

@@ -74,8 +74,8 @@ function board(host) {
       ...names.map(({ name, within, flown }) =>
         make(
           "tr",
-          { "data-name": name, pointerenter: () => pick(name), pointerleave: () => pick("") },
-          make("th", { scope: "row", class: "name" }, markOf(name), make("span", {}, brokenName(name), make("span", { class: "note" }, rolesOf(name)))),
+          { id: `board-${name}`, "data-name": name, pointerenter: () => pick(name), pointerleave: () => pick("") },
+          make("th", { scope: "row", class: "name" }, markOf(name), make("span", {}, brokenName(name), make("span", { class: "note" }, rolesOf(name))), linkTo(`board-${name}`)),
           make("td", { class: "score" }, flown ? `${within}/${flown}` : "–"),
           scenes.map((scene) => boardCell(runs.get(`${name} ${scene.scene}`), scene.scene)),
         ),
@@ -195,7 +195,7 @@ function hero(host) {
     const worst = worstDefault(scene);
     const ghosts = worst ? [worst.name] : [];
     host.append(make("p", { class: "hero-title" }, make("a", { href: `#scene-${scene}`, click: (event) => openScene(event, scene) }, rows("scenes.csv").find((row) => row.scene === scene).title || scene)));
-    stage = player(host, scene, { ghosts: () => ghosts, label: `The die of ${scene} in flight: the truth solid${worst ? `, ${worst.name} as a frame` : ""}`, autoplay: true });
+    stage = player(host, scene, { ghosts: () => ghosts, id: "flight-first", label: `The die of ${scene} in flight: the truth solid${worst ? `, ${worst.name} as a frame` : ""}`, autoplay: true });
     host.append(make("p", { class: "note" }, "Solid: the truth. ", worst ? [markOf(worst.name), ` ${worst.name}${rolesOf(worst.name) ? `, ${rolesOf(worst.name)}` : ""}: up to ${si(worst.error, "m", 2)} off.`] : "Nobody is off."));
   });
 }

@@ -19,6 +19,7 @@ function reportSection(host) {
     id: "table-4-1",
     caption: "Table 4.1, as printed and recomputed",
     list: rows("table-4-1.csv").filter((row) => row.scene === scene && (row.engine === "exact" || row.engine === DATA.byHand)),
+    key: (row) => `${nameOf(row)}-${row.t_clock_s}`,
     columns: [
       { key: "engine", label: "by", words: true, show: nameOf, sort: nameOf },
       { key: "t_clock_s", label: "t on screen", unit: "s", show: (row) => given(row.t_clock_s) },
@@ -88,7 +89,7 @@ function matrixSection(host) {
     if (!film.others.has(who)) continue;
     const box = make("figure");
     pair.append(box);
-    player(box, scene, { ghosts: () => [who], label: `${who} in ${scene}`, alone: true, controls: who === name });
+    player(box, scene, { ghosts: () => [who], id: `flight-alone-${who.replaceAll(":", "-")}`, label: `${who} in ${scene}`, alone: true, controls: who === name });
     box.append(make("figcaption", {}, markOf(who), ` ${who}: ${words}`));
   }
   host.append(pair);

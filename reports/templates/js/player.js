@@ -61,12 +61,13 @@ function paceOf(clock) {
 
 /**
  * Put a scene's stage with its controls into host.
- * ghosts(): who flies beside the truth; label: what is to be seen; alone: draw one contestant solid, without the truth.
+ * id: its address; ghosts(): who flies beside the truth; label: what is to be seen; alone: draw one contestant solid,
+ * without the truth.
  */
-function player(host, scene, { ghosts, label, alone = false, controls = true, autoplay = false }) {
+function player(host, scene, { id, ghosts, label, alone = false, controls = true, autoplay = false }) {
   const film = filmOf(scene);
   const clock = clockOf(scene);
-  const canvas = make("canvas", { class: "stage", role: "img", "aria-label": label });
+  const canvas = make("canvas", { id, class: "stage", role: "img", "aria-label": label });
   host.append(canvas);
   let inView = false;
   const paint = () => {
@@ -80,6 +81,7 @@ function player(host, scene, { ghosts, label, alone = false, controls = true, au
   }).observe(canvas);
   clock.followers.add(paint);
   if (controls) host.append(controlsOf(clock, film));
+  host.append(canvasTools(id, canvas));
   follow(["show", "tol", "mag"], paint);
   whenThemeChanges(paint);
   new ResizeObserver(paint).observe(canvas);

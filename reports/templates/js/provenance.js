@@ -23,6 +23,7 @@ function provenanceSection(host) {
     id: "audit",
     caption: "What went wrong silently",
     list: flagged,
+    key: (row) => `${row.scene}-${nameOf(row)}`,
     columns: [
       { key: "scene", label: "scene", words: true },
       { key: "method", label: "contestant", words: true, show: nameOf, sort: nameOf },

@@ -49,7 +49,7 @@ function fillScene(body, scene, runs) {
   if (film) {
     const show = make("div", { class: "flight" });
     body.append(show);
-    player(show, name, { ghosts, label: `The body of ${name} in flight: the truth solid, contestants as frames in their colours` });
+    player(show, name, { ghosts, id: `flight-${name}`, label: `The body of ${name} in flight: the truth solid, contestants as frames in their colours` });
   }
   const graph = make("div", { class: "graph" });
   body.append(graph);
@@ -196,6 +196,7 @@ function vertexTable(body, scene) {
     id: `vertices-${scene}`,
     caption: `Error at each vertex at the end of ${scene}`,
     list,
+    key: (row) => `${nameOf(row)}-${row.vertex}`,
     columns: [
       { key: "method", label: "contestant", words: true, show: nameOf, sort: nameOf },
       { key: "vertex", label: "vertex", show: (row) => String(row.vertex) },

@@ -8,6 +8,7 @@ function sparedSection(host) {
     id: "ablation",
     caption: "Time of a step with what the scene has no use for, and without",
     list: all,
+    key: (row) => `${row.scene}-${nameOf(row)}-${row.feature}`,
     columns: [
       { key: "method", label: "contestant", words: true, show: nameOf, sort: nameOf },
       { key: "feature", label: "kept", words: true, show: (row) => row.feature || row.why },

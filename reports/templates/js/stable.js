@@ -101,9 +101,14 @@ function fillMaps(fold, cells) {
     alike.get(key).names.push(name);
   }
   const theory = new Map(rows("limits.csv").filter((row) => row.scene === cells[0].scene).map((row) => [contestantOf(row), row]));
-  for (const { names, own } of alike.values()) box.append(mapOf(names, own, theory.get(names[0])));
   const seen = new Set(cells.map((row) => row.verdict));
   fold.append(make("p", { class: "key" }, Object.entries(STABILITY).filter(([word]) => seen.has(word)).map(([word, [sign, meaning]]) => make("span", {}, make("span", { class: `swatch s-${word}` }, sign), ` ${meaning}`))), box);
+  follow(["show", "tol"], () => {
+    const wanted = shown();
+    const maps = [...alike.values()].map(({ names, own }) => ({ names: names.filter((name) => wanted.has(name)), own })).filter(({ names }) => names.length);
+    box.replaceChildren(...maps.map(({ names, own }) => mapOf(names, own, theory.get(names[0]))));
+    if (!maps.length) box.append(make("p", { class: "note" }, "Nobody shown has a map here: choose others above."));
+  });
 }
 
 function mapOf(names, cells, limit) {
@@ -133,7 +138,7 @@ function mapOf(names, cells, limit) {
     svg.append(draw("path", { d: `M${x},0V${values.length * side}`, stroke: "var(--ink)", "stroke-width": 2.5 }));
   }
   svg.append(draw("text", { x: (wide * side) / 2, y: values.length * side + 13, "text-anchor": "middle", "font-size": 10, fill: "var(--soft)" }, "longer steps →"));
-  return make("figure", { class: "map" }, svg, make("figcaption", {}, names.join(", ")));
+  return make("figure", { class: "map" }, svg, make("figcaption", {}, names.join(", ")), figureTools(id, () => svg));
 }
 
 function limitTable(host, scene) {

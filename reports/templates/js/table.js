@@ -3,9 +3,9 @@
 /**
  * Put a table into host.
  * columns: {key, label, unit, show(row) -> text or element, sort(row) -> value, words: whether it is text}
- * list: rows as their file has them, which is what is saved; id: of the table and, with key(row), of its rows.
+ * list: rows as their file has them, which is what is saved; id: of the table and, with key(row), of each row.
  */
-function dataTable(host, { id, caption, columns, list, key = null, file = id }) {
+function dataTable(host, { id, caption, columns, list, key, file = id }) {
   if (!list.length) return;
   let sorted = { column: null, down: false };
   let words = "";
@@ -54,11 +54,11 @@ function dataTable(host, { id, caption, columns, list, key = null, file = id }) 
       ...kept.map((row) =>
         make(
           "tr",
-          key ? { id: `${id}-${key(row)}` } : {},
+          { id: `${id}-${key(row)}` },
           columns.map((column, at) => {
             const shownCell = column.show ? column.show(row) : row[column.key];
             const content = typeof shownCell === "number" ? figure(shownCell) : (shownCell ?? "");
-            const parts = at === 0 && key ? [content, linkTo(`${id}-${key(row)}`)] : [content];
+            const parts = at === 0 ? [content, linkTo(`${id}-${key(row)}`)] : [content];
             return make(at === 0 ? "th" : "td", { scope: at === 0 ? "row" : null, class: column.words ? "words" : "" }, parts);
           }),
         ),
