@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from solver.ensemble.blocks import LANES, share_out
-from solver.ensemble.exact import flown, ordered, throw
+from solver.ensemble.exact import flown, throw
+from solver.ensemble.frames import ordered
 from solver.ensemble.lanes import lane, lanes_kernel, widest_vectors
 from solver.integrators.exact import exact
 from solver.vectors import Vector

@@ -28,22 +28,13 @@ from solver.body import momentum_rate
 from solver.compilation import inner, kernel
 from solver.quaternion import Quaternion, exponential, normalise, product
 from solver.spins import load_anchor, store
+from solver.theta import Pair, alternating, even_sums, half, hyperbolic, landen, less, nome_of, shifted, total
 from solver.vectors import Vector, dot, scale, times
 
-Pair = tuple[float, float]
 Axes = tuple[int, int, int]
-Terms = tuple[float, float, float, float]
 
-# Steps of the arithmetic-geometric mean from a modulus of at most sqrt(1/2): the fifth would change nothing.
-LANDEN_STEPS = 4
+# Of a component of L over the largest.
 SPECK = 1e-150
-
-
-class Harmonics(NamedTuple):
-    """Odd harmonics, n = 0 ... 3: nome^(n (n + 1)) times cosh and sinh of (2n + 1) x, all over e^x / 2."""
-
-    cosh: Terms
-    sinh: Terms
 
 
 class Polhode(NamedTuple):
@@ -77,123 +68,17 @@ class Path(NamedTuple):
 
 
 @inner
-def _small_arctangent(t: float) -> float:
-    """Return arctan t for |t| < 0.0076, to rounding."""
-    square = t * t
-    return t * (1.0 - square * (1 / 3 - square * (1 / 5 - square * (1 / 7))))
-
-
-@inner
-def _landen(m: float, m1: float, real: Pair, imaginary: Pair) -> tuple[float, Pair, Pair]:
-    """Return pi/(2 K(m)), then the angles pi u/(2 K) of a real and of an imaginary argument u, for m = 1 - m1 <= 1/2.
-
-    real: cn u and sn u; returned are the cosine and the sine.  imaginary: 1 and sn(u)/i, or any multiple of the two;
-    returned are multiples of 1 and of the hyperbolic sine.
-    Source: Gauss's mean, DLMF 22.20(ii): am doubles and gains arctan((b - a) tan am / (a + b tan^2 am)), so the angle
-    is am + gain/2 + gain/4 + ...; the first gain is halved by a bisector, the rest are small.  The imaginary argument:
-    Landen's step DLMF 22.7.2, solved for the next sn.
-    """
-    a, b, c_squared = 1.0, math.sqrt(m1), m
-    (cosine, sine), (one, sinh) = real, imaginary
-    root = math.sqrt(m1 * sine * sine + cosine * cosine)
-    bisector = normalise((cosine * (root + 1.0), sine * (root + b), 0.0, 0.0))
-    rest, weight = 0.0, 0.25
-    for _ in range(LANDEN_STEPS):
-        one, sinh = a * one + math.sqrt(a * a * one * one + c_squared * sinh * sinh), (a + b) * sinh
-        cosine, sine = a * cosine * cosine - b * sine * sine, (a + b) * sine * cosine
-        a, b = (a + b) / 2.0, math.sqrt(a * b)
-        c = c_squared / (4.0 * a)
-        c_squared = c * c
-        tangent = (b - a) * sine * cosine / (a * cosine * cosine + b * sine * sine)
-        rest += weight * _small_arctangent(tangent)
-        weight /= 2.0
-    square = rest * rest
-    turn_cosine = 1.0 - square / 2.0 * (1.0 - square / 12.0)
-    turn_sine = rest * (1.0 - square / 6.0 * (1.0 - square / 20.0))
-    cosine, sine = bisector[0], bisector[1]
-    angle = (cosine * turn_cosine - sine * turn_sine, sine * turn_cosine + cosine * turn_sine)
-    return a, angle, (one, sinh)
-
-
-@inner
-def _nome(m: float, m1: float) -> float:
-    """Return the nome q of m = 1 - m1 <= 1/2.  Source: DLMF 20.9.1 and 22.2.1; Hermite's series, to rounding."""
-    modulus = math.sqrt(m1)
-    half = m / (2.0 * (1.0 + modulus) * (1.0 + math.sqrt(modulus)) ** 2)
-    fourth = half**4
-    return half * (1.0 + fourth * (2.0 + fourth * (15.0 + fourth * 150.0)))
-
-
-@inner
-def _hyperbolic(nome: float, decay: float, one_minus_decay: float) -> Harmonics:
-    """Return the harmonics of x from decay = exp(-2 x), which is not below the nome."""
-    growth = nome / decay if decay > 0.0 else 0.0
-    up1, down1 = nome * growth, (nome * decay) ** 2
-    up2, down2 = up1 * up1 * nome * nome, down1 * decay * nome**4
-    up3 = up2 * growth * nome**5
-    return Harmonics(
-        (1.0 + decay, up1 + down1, up2 + down2, up3),
-        (one_minus_decay, up1 - down1, up2 - down2, up3),
-    )
-
-
-@inner
-def _sum(terms: Terms) -> float:
-    return terms[0] + terms[1] + terms[2] + terms[3]
-
-
-@inner
-def _alternating(terms: Terms) -> float:
-    return terms[0] - terms[1] + terms[2] - terms[3]
-
-
-@inner
-def _shifted(waves: Harmonics, angle: Pair) -> Pair:
-    """Return the parts of theta1(angle + i x): sum (-1)^n sinh cos and sum (-1)^n cosh sin of the odd harmonics."""
-    cosine, sine = angle
-    double = 2.0 * (cosine - sine) * (cosine + sine)
-    cosine3, sine3 = cosine * (double - 1.0), sine * (double + 1.0)
-    cosine5, sine5 = double * cosine3 - cosine, double * sine3 - sine
-    cosine7, sine7 = double * cosine5 - cosine3, double * sine5 - sine3
-    cosh, sinh = waves
-    return (
-        _alternating((sinh[0] * cosine, sinh[1] * cosine3, sinh[2] * cosine5, sinh[3] * cosine7)),
-        _alternating((cosh[0] * sine, cosh[1] * sine3, cosh[2] * sine5, cosh[3] * sine7)),
-    )
-
-
-@inner
-def _less(phase: Pair, other: Pair) -> Pair:
-    """Return a complex number whose phase is the first's less the other's."""
-    return (phase[0] * other[0] + phase[1] * other[1], phase[1] * other[0] - phase[0] * other[1])
-
-
-@inner
-def _half(phase: Pair) -> Pair:
-    """Return a complex number whose phase is half of the other's, which is within half a turn of 0."""
-    return (phase[0] + math.sqrt(phase[0] * phase[0] + phase[1] * phase[1]), phase[1])
-
-
-@inner
-def _even_sums(nome: float, double: float) -> Pair:
-    """Return theta3 and theta4 of an angle from twice the cosine of its double."""
-    fourth = double * double - 2.0
-    near, far = nome * double, nome**9 * (double * fourth - double)
-    even = 1.0 + nome**4 * fourth
-    return even + near + far, even - near - far
-
-
-@inner
 def _circular_path(polhode: Polhode, gained: float) -> Path:
     """Follow the polhode while u grows by gained, m <= 1/2: series in the nome of m.
 
-    cn, sn, dn are theta2, theta1, theta3 over theta4 of pi u/(2 K), each with its factor.
+    Of pi u/(2 K), DLMF 22.2.4-6: cn = theta4(0)/theta2(0) theta2/theta4, sn = theta3(0)/theta2(0) theta1/theta4 and
+    dn = theta4(0)/theta3(0) theta3/theta4, where theta4(0)/theta3(0) = sqrt(k') and theta3(0)^2 = 2 K/pi.
     """
     m, m1, (a1, a2, a3), aspect, phase, shift = polhode
-    mean, (cosine, sine), (one, sinh) = _landen(m, m1, phase, shift)
-    nome = _nome(m, m1)
+    mean, (cosine, sine), (one, sinh) = landen(m, m1, phase, shift)
+    nome = nome_of(m, m1)
     exp = sinh + math.sqrt(one * one + sinh * sinh)
-    waves = _hyperbolic(nome, (one / exp) ** 2, 2.0 * sinh / exp)
+    waves = hyperbolic(nome, (one / exp) ** 2, 2.0 * sinh / exp)
     (c1, c3, c5, c7), (s1, s3, s5, s7) = waves
     lag = mean * (s1 + 3.0 * s3 + 5.0 * s5 + 7.0 * s7) / (c1 + c3 + c5 + c7)
 
@@ -204,13 +89,13 @@ def _circular_path(polhode: Polhode, gained: float) -> Path:
         began = now.phase
         cosine, sine = cosine * c - sine * s, sine * c + cosine * s
         double = 2.0 * (cosine - sine) * (cosine + sine)
-        theta3, theta4 = _even_sums(nome, double)
+        theta3, theta4 = even_sums(nome, double)
         cosine3, sine3 = cosine * (double - 1.0), sine * (double + 1.0)
         theta1 = sine - squared * sine3 + sixth * (double * sine3 - sine)
         theta2 = cosine + squared * cosine3 + sixth * (double * cosine3 - cosine)
         direction = (a1 * root * null * theta2 / theta4, a2 * null * theta1 / theta4, a3 * root * theta3 / theta4)
         meridian = (aspect[0] * root * theta2, aspect[1] * theta1)
-        now = Seen(direction, _less(_shifted(waves, (cosine, sine)), meridian))
+        now = Seen(direction, less(shifted(waves, (cosine, sine)), meridian))
     return Path(lag, began, now)
 
 
@@ -218,17 +103,18 @@ def _circular_path(polhode: Polhode, gained: float) -> Path:
 def _hyperbolic_path(polhode: Polhode, gained: float) -> Path:
     """Follow the polhode while u grows by gained, m > 1/2: series in the nome of 1 - m.
 
-    cn, sn, dn are theta4, theta1/i, theta3 over theta2 of i x, x = pi u/(2 K'), each with its factor.  A half period
+    Of i x, x = pi u/(2 K'), DLMF 22.6(iv): cn = theta2(0)/theta4(0) theta4/theta2, sn = theta3(0)/theta4(0)
+    theta1/(i theta2) and dn = theta2(0)/theta3(0) theta3/theta2, where theta4(0)/theta3(0) = sqrt(k).  A half period
     on, L1 and L2 have changed their signs and all else is the same.
     """
     m, m1, (a1, a2, a3), aspect, phase, shift = polhode
-    mean, angle, (one, sinh) = _landen(m1, m, shift, phase)
-    nome = _nome(m1, m)
+    mean, angle, (one, sinh) = landen(m1, m, shift, phase)
+    nome = nome_of(m1, m)
     half_period = -math.log(nome) / 2.0 if nome > 0.0 else math.inf
     turn = math.atan2(angle[1], angle[0]) / half_period
     sine2, double = 2.0 * angle[0] * angle[1], 2.0 * (angle[0] - angle[1]) * (angle[0] + angle[1])
     slope4 = 4.0 * nome * sine2 * (1.0 - 2.0 * nome**3 * double + 3.0 * nome**8 * (double * double - 1.0))
-    lag = mean * (turn + slope4 / _even_sums(nome, double)[1])
+    lag = mean * (turn + slope4 / even_sums(nome, double)[1])
 
     root = math.sqrt(math.sqrt(m))
     null = math.sqrt(mean) * (1.0 + nome**2 + nome**6)
@@ -242,21 +128,21 @@ def _hyperbolic_path(polhode: Polhode, gained: float) -> Path:
         sign, side = 1.0 - 2.0 * (halves % 2.0), math.copysign(1.0, x)
         fall = math.exp(-abs(x))
         decay = fall * fall
-        waves = _hyperbolic(nome, decay, 1.0 - decay)
+        waves = hyperbolic(nome, decay, 1.0 - decay)
         growth = nome / decay
         near, far = growth + nome * decay, nome**6 * growth**3 + nome**9 * decay**3
         even = 1.0 + (nome * growth) ** 2 + nome**4 * decay * decay
-        theta1, theta2 = side * _alternating(waves.sinh), _sum(waves.cosh)
+        theta1, theta2 = side * alternating(waves.sinh), total(waves.cosh)
         theta3, theta4 = 2.0 * fall * (even + near + far), 2.0 * fall * (even - near - far)
         direction = (
             sign * a1 * null / root * theta4 / theta2,
             sign * a2 / root * theta1 / theta2,
             a3 * null * theta3 / theta2,
         )
-        sinh_cosine, cosh_sine = _shifted(waves, angle)
+        sinh_cosine, cosh_sine = shifted(waves, angle)
         meridian = (aspect[0] * null * theta4, aspect[1] * theta1)
         linear = (math.cos(turn * x), -math.sin(turn * x))
-        now = Seen(direction, _less(_less((cosh_sine, side * sinh_cosine), meridian), linear))
+        now = Seen(direction, less(less((cosh_sine, side * sinh_cosine), meridian), linear))
     return Path(lag, began, now)
 
 
@@ -269,7 +155,7 @@ def _turn_between(start: Vector, path: Path, turned: float) -> Quaternion:
     d1, d2, d3 = start
     e1, e2, e3 = path.now.direction
     cosine, sine = math.cos(turned / 2.0), math.sin(turned / 2.0)
-    c, s = _less(_half(path.now.phase), _half(path.began))
+    c, s = less(half(path.now.phase), half(path.began))
     about_L = (cosine * c - sine * s, 0.0, 0.0, cosine * s + sine * c)
     return normalise(product((1.0 + d3, -d2, d1, 0.0), product(about_L, (1.0 + e3, e2, -e1, 0.0))))
 
