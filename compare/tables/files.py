@@ -10,27 +10,30 @@ import os
 import shutil
 import stat
 import tempfile
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import suppress
 from glob import escape
 from pathlib import Path
 
+# What is written: at once, or piece by piece.
+Text = str | bytes | Iterable[str]
+
 READY, DRAFTS = ".tables-ready", ".tables-draft-"
 
 
-def write_whole(path: Path, text: str | bytes) -> None:
+def write_whole(path: Path, text: Text) -> None:
     """Write a file whole or not at all, making its folder where needed.  Raises OSError."""
     write_together({path: text})
 
 
-def write_together(texts: Mapping[Path, str | bytes]) -> None:
+def write_together(texts: Mapping[Path, Text]) -> None:
     """Write files whole, and all of them or none, making their folders where needed.  Raises OSError.
 
     A file that is there keeps its mode and its owner, and a link goes on pointing to it.  What is no plain file is
     written to as it is, before any file is changed.
     """
     drafts: dict[Path, Path] = {}
-    streams: dict[Path, str | bytes] = {}
+    streams: dict[Path, Text] = {}
     try:
         for path, text in texts.items():
             before = existing(path)
@@ -155,11 +158,12 @@ def standard_stream(found: os.stat_result) -> int | None:
     return None
 
 
-def write(descriptor: int, text: str | bytes) -> None:
+def write(descriptor: int, text: Text) -> None:
     """Write a text, or bytes as they are, and close the descriptor, on the disk if that is where it leads."""
     # A file's name may hold bytes that are no text; they are written out rather than refused.
     with os.fdopen(descriptor, "wb") as file:
-        file.write(text if isinstance(text, bytes) else text.encode("utf-8", "backslashreplace"))
+        for piece in [text] if isinstance(text, str | bytes) else text:
+            file.write(piece if isinstance(piece, bytes) else piece.encode("utf-8", "backslashreplace"))
         file.flush()
         if stat.S_ISREG(os.fstat(descriptor).st_mode):
             os.fsync(descriptor)

@@ -21,14 +21,16 @@ def trajectory_header(vertices: int, throws: int) -> list[str]:
     return ["throw"] * (throws > 1) + STATE_COLUMNS + points
 
 
-def trajectory_text(flight: Trajectory, body: Body) -> str:
-    """Return a trajectory, throw after throw; the quaternion is that of the scene file's axes."""
+def trajectory_text(flight: Trajectory, body: Body, first: int = 0, of: int | None = None) -> str:
+    """Return a trajectory, throw after throw; the quaternion is that of the scene file's axes.
+
+    first: the number of its first throw, where it is a part of one of so many throws; the first part has the header.
+    """
     samples, throws = flight.states.shape[:2]
-    header = trajectory_header(len(body.points), throws)
-    numbers = [str(throw) for throw in range(throws) for _ in range(samples)] if throws > 1 else None
-    return lines_text(
-        header, ([numbers] if numbers else []) + [float_cells(each, "nan") for each in columns(flight, body)]
-    )
+    header = trajectory_header(len(body.points), of or throws)
+    numbers = [[str(first + throw) for throw in range(throws) for _ in range(samples)]] * (header[0] == "throw")
+    text = lines_text(header, numbers + [float_cells(each, "nan") for each in columns(flight, body)])
+    return text[text.index("\n") + 1 :] if first else text
 
 
 def columns(flight: Trajectory, body: Body) -> Iterator[Array]:

@@ -2,17 +2,26 @@
 
 import sys
 from argparse import Namespace
+from collections.abc import Iterator
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
+from shutil import copyfileobj
+from tempfile import SpooledTemporaryFile
 
 from compare.engines import OWN
 from compare.run.flight import check_step
-from compare.run.participants import launched
+from compare.run.participants import Participant, launched
 from compare.run.registry import BadEngine
 from compare.run.worker import Failure
 from compare.tables.files import write_whole
 from compare.tables.trajectory import trajectory_text
 from scenarios.read import read_scene
+from scenarios.scene import Scene
 from tumble.notes import note
+
+# Numbers of a trajectory that are flown at a time, and characters of its text that are kept in memory.
+NUMBERS, IN_MEMORY = 2**19, 2**24
 
 
 def main(options: Namespace) -> int:
@@ -24,21 +33,36 @@ def main(options: Namespace) -> int:
         raise BadEngine(f"-o {options.output}: is a folder; run writes one file, e.g. -o {example}")
     scene = read_scene(options.scene)
     check_step(scene, options.dt)
-    with launched(options.engine or [OWN], options.time_limit, options.memory_limit) as (participant,):
-        method = participant.methods[0]
-        flight = participant.fly(scene, method, options.dt or scene.step)
-    name = f"{participant.title}:{method}"
-    if isinstance(flight, Failure):
-        raise BadEngine(f"{name} on {scene.name}: {flight.status}")
-    if flight.diverged_at is not None:
-        note(f"{name} diverged at {flight.diverged_at:.6g} s")
-    if flight.remark:
-        note(f"{name} {flight.remark}")
-    for found in flight.notes:
-        note(f"{name} flagged: {found}")
-    text = trajectory_text(flight, scene.body)
-    if options.output:
-        write_whole(Path(options.output), text)
-    else:
-        sys.stdout.write(text)
+    with (
+        launched(options.engine or [OWN], options.time_limit, options.memory_limit) as (participant,),
+        # Whole or not at all, and not all of it in memory.
+        SpooledTemporaryFile(IN_MEMORY, "w+", encoding="utf-8", errors="backslashreplace", newline="") as text,
+    ):
+        text.writelines(pieces(participant, scene, options.dt or scene.step))
+        text.seek(0)
+        if options.output:
+            write_whole(Path(options.output), iter(partial(text.read, IN_MEMORY), ""))
+        else:
+            copyfileobj(text, sys.stdout)
     return 0
+
+
+def pieces(participant: Participant, scene: Scene, dt: float) -> Iterator[str]:
+    """Yield the trajectory's text, flown and written some throws at a time, and say what there is to say of it."""
+    method, throws = participant.methods[0], len(scene.start)
+    name = f"{participant.title}:{method}"
+    at_a_time = max(1, NUMBERS // (len(scene.rows) * (13 + scene.body.points.size)))
+    diverged, said = [], {}
+    for first in range(0, throws, at_a_time):
+        part = replace(scene, start=scene.start[first : first + at_a_time])
+        flight = participant.fly(part, method, dt)
+        if isinstance(flight, Failure):
+            raise BadEngine(f"{name} on {scene.name}: {flight.status}")
+        if flight.diverged_at is not None:
+            diverged.append(flight.diverged_at)
+        said |= dict.fromkeys([flight.remark] * bool(flight.remark) + [f"flagged: {found}" for found in flight.notes])
+        yield trajectory_text(flight, scene.body, first, throws)
+    if diverged:
+        note(f"{name} diverged at {min(diverged):.6g} s")
+    for line in said:
+        note(f"{name} {line}")
