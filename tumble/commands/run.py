@@ -38,7 +38,8 @@ def main(options: Namespace) -> int:
         # Whole or not at all, and not all of it in memory.
         SpooledTemporaryFile(IN_MEMORY, "w+", encoding="utf-8", errors="backslashreplace", newline="") as text,
     ):
-        text.writelines(pieces(participant, scene, options.dt or scene.step))
+        for piece in pieces(participant, scene, options.dt or scene.step):
+            text.write(piece)
         text.seek(0)
         if options.output:
             write_whole(Path(options.output), iter(partial(text.read, IN_MEMORY), ""))
