@@ -3,7 +3,7 @@
 PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
 
-.PHONY: report lab test check bench truth-check requirements venv venv-lab venv-test
+.PHONY: report lab test attack check bench truth-check requirements venv venv-lab venv-test
 
 report: venv
 	$(BIN)/tumble report -o report/tumble.html
@@ -39,6 +39,10 @@ requirements: venv
 	$(COMPILE) -o requirements-lab.txt --extra lab -c requirements.txt pyproject.toml requirements.in
 	$(COMPILE) -o requirements-test.txt --extra lab -c requirements-lab.txt \
 	  pyproject.toml requirements.in requirements-test.in
+
+# Kills, damage, misbehaving engines, starved machines and a million damaged files: hours, and the table of docs/attacks.md.
+attack: venv-test
+	$(BIN)/python tests/attack/attacks.py
 
 # The environment remembers the pins it was made from, and is made anew only when they are others.
 venv:

@@ -10,6 +10,7 @@ if __name__ == "__main__" and not sys.flags.safe_path and sys.path[0] != dirname
 
 import argparse
 import importlib
+import io
 import signal
 import threading
 
@@ -22,7 +23,7 @@ def main(words: list[str] | None = None) -> int:
     """Run one command and return its exit code: 0 done, 1 a check failed, 2 the user's mistake, 3 a bug of ours."""
     # The matrices here are 3 x 3: waking a BLAS's threads would take longer than all that it does.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    end_as_by_ctrl_c()
+    set_signals()
     open_streams()
     top = parser()
     if "_ARGCOMPLETE" in os.environ:
@@ -71,13 +72,22 @@ def open_streams() -> None:
             os.open(os.devnull, os.O_WRONLY if name == "stderr" else os.O_RDONLY)
             os.set_inheritable(descriptor, True)
             setattr(sys, name, os.fdopen(descriptor, "r" if name == "stdin" else "w", closefd=False))
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            # What its encoding has no letters for, or is no text at all, is written out.
+            stream.reconfigure(errors="backslashreplace")
 
 
-def end_as_by_ctrl_c() -> None:
+def set_signals() -> None:
     """Let the signals that ask to end do what Ctrl-C does, but for those that somebody has set, `nohup` for one."""
+    if threading.current_thread() is not threading.main_thread():
+        return
     for number in (signal.SIGTERM, signal.SIGHUP):
-        if signal.getsignal(number) == signal.SIG_DFL and threading.current_thread() is threading.main_thread():
+        if signal.getsignal(number) == signal.SIG_DFL:
             signal.signal(number, signal.default_int_handler)
+    # Children that end are waited for, also where whoever started this process waits for none of his.
+    if signal.getsignal(signal.SIGCHLD) == signal.SIG_IGN:
+        signal.signal(signal.SIGCHLD, signal.SIG_DFL)
 
 
 def drop_output() -> None:

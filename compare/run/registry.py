@@ -195,7 +195,7 @@ def load_file(path: str) -> ModuleType:
     try:
         spec.loader.exec_module(module)
     except SyntaxError as error:
-        raise BadEngine(f"{error.filename}:{error.lineno}: {error.msg}") from error
+        raise BadEngine(f"{error.filename or path}:{error.lineno or 1}: {error.msg}") from error
     except FileNotFoundError as error:
         raise BadEngine(f"{path}: no such engine file") from error
     except Exception as error:

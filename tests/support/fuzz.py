@@ -20,6 +20,7 @@ from unittest.mock import patch
 from xml.etree import ElementTree
 
 import numpy as np
+import trimesh
 
 from compare.check.changes import hold_against
 from compare.check.junit import junit
@@ -32,11 +33,18 @@ from compare.grade.foreign import Trajectory
 from compare.grade.mapping import mapping_file, mapping_of
 from compare.grade.reference import Reference
 from compare.grade.residual import measure
+from compare.run.flight import Probe
+from compare.run.flight import Trajectory as Flight
+from compare.run.message import PREFIX, Malformed, frame, lengths, unpacked
+from compare.run.questions import Failure
+from compare.run.registry import BadEngine, Finding, engine_info, load
+from compare.run.timer import Sample
 from compare.tables.files import write_folder
 from compare.tables.frames import frame
 from compare.tables.shared import ENGINES, EngineRow
 from scenarios.frames import rotation_matrix, vertices
 from scenarios.read import BadScene, read_scene
+from scenarios.surface import read_surface
 from tumble.__main__ import main as tumble
 
 ROOT = Path(__file__).parents[2]
@@ -374,7 +382,85 @@ def graded(file: Path, each: Foreign, tables: Path) -> None:
     assert code == 2 or "error: largest" in said.getvalue(), said.getvalue()
 
 
-PARSERS = {"scenes": scenes, "tolerances": tolerances, "records": records, "trajectories": trajectories}
+def meshes(folder: Path, count: int) -> tuple[int, int]:
+    """Fuzz mesh files, in text and in bytes, of each format that is read."""
+    rng = random.Random(5)
+    seeds = {".stl": [(ROOT / "scenarios/catalogue/mesh_die.stl").read_bytes()], ".ply": [], ".off": []}
+    solid = trimesh.load_mesh(ROOT / "scenarios/catalogue/mesh_die.stl")
+    for ending in seeds:
+        seeds[ending].append(solid.export(file_type=ending[1:]))
+    seeds = {
+        ending: [each.encode() if isinstance(each, str) else each for each in texts] for ending, texts in seeds.items()
+    }
+
+    def read() -> None:
+        ending = rng.choice(list(seeds))
+        (folder / f"mesh{ending}").write_bytes(damaged(rng, seeds[ending], seeds[ending]))
+        read_surface(folder / f"mesh{ending}")
+
+    return outcomes(read, ValueError, count)
+
+
+def messages(folder: Path, count: int) -> tuple[int, int]:
+    """Fuzz what the process of an engine sends: flights, samples, failures and words."""
+    rng, scene = random.Random(6), read_scene("two-hits")
+    rows = len(scene.rows)
+    states, points = np.ones((rows, 1, 13)), np.ones((rows, 1, *scene.body.points.shape))
+    probe = Probe(states[:2, 0], states[:2, 0], 1.0)
+    flight = Flight(scene.rows, states, points, 7, 1.0, (Finding("other", "x"),), probe=probe)
+    answers = (
+        (Flight | Failure, flight),
+        (Flight | Failure, Failure("timeout")),
+        (Sample | Failure, Sample((1.0,) * 4, (0.0,) * 4)),
+        (str | Failure, "how"),
+    )
+    hints, whole = zip(*((hint, b"".join(map(bytes, frame(answer)))) for hint, answer in answers), strict=True)
+
+    def read() -> None:
+        place = rng.randrange(len(whole))
+        data = whole[place]
+        head, _ = lengths(data[: PREFIX.size])
+        if rng.random() < 0.1:
+            lengths(damaged(rng, [data], list(whole))[: PREFIX.size].ljust(PREFIX.size))
+        parts = [data[PREFIX.size : PREFIX.size + head], data[PREFIX.size + head :]]
+        hit = rng.random() < 0.7
+        parts[not hit] = damaged(rng, [parts[not hit]], parts)
+        unpacked(hints[place], *parts)
+
+    return outcomes(read, Malformed, count)
+
+
+def programs(folder: Path, count: int) -> tuple[int, int]:
+    """Fuzz the files that say how a program is started; none is."""
+    rng, file = random.Random(7), folder / "mine.toml"
+    good = (
+        b'command = ["sh", "-c", "exit"]\nmethods = ["rk4", "euler"]\nfeatures = ["gravity"]\nprecision = "double"\n'
+        b'version = "1.2"\nswitched_off = []\n',
+        b'command = ["true"]\nmethods = ["m"]\nfeatures = []\nprecision = "single"\nlargest_turn = 0.5\n'
+        b'[schemes]\nm = "rk4"\n[exempt]\ngravity = "none"\n',
+    )
+
+    def read() -> None:
+        file.write_bytes(damaged(rng, list(good), list(good)))
+        engine_info(str(file), load(str(file)))
+
+    return outcomes(read, BadEngine, count)
+
+
+PARSERS = {
+    "scenes": scenes,
+    "tolerances": tolerances,
+    "records": records,
+    "trajectories": trajectories,
+    "meshes": meshes,
+    "messages": messages,
+    "programs": programs,
+}
+# Of all that is tried: what people write most, and strangers send, most often.
+SHARES = {
+    "scenes": 0.25, "tolerances": 0.05, "records": 0.1, "trajectories": 0.2, "meshes": 0.1, "messages": 0.2,
+    "programs": 0.1,
+}  # fmt: skip
 
 
 def main(count: int, names: Sequence[str]) -> None:
