@@ -227,33 +227,38 @@ def engine_info(engine: str, module: ModuleType) -> EngineInfo:
         raise BadEngine(f"{engine}: METHODS is empty; at least one name is needed")
     schemes = names_by_method(engine, module, "SCHEMES", SCHEME_NAMES)
     gyroscopic = names_by_method(engine, module, "GYROSCOPIC", GYROSCOPIC_NAMES)
-    largest_turn = getattr(module, "LARGEST_TURN", None)
     step_ns = getattr(module, "STEP_NS", STEP_NS)
     if not isinstance(step_ns, int | float) or not 0 < step_ns < math.inf:
         raise BadEngine(f"{engine}: STEP_NS must be a number above 0, is {step_ns!r}")
-    exempt = dict(getattr(module, "EXEMPT", {}))
-    for law in exempt:
+    adaptive = tolerances(engine, module)
+    try:
+        largest_turn = getattr(module, "LARGEST_TURN", None)
+        exempt = dict(getattr(module, "EXEMPT", {}))
+        info = EngineInfo(
+            methods,
+            adaptive,
+            frozenset(words(getattr(module, "WHOLE", ()))),
+            words(getattr(module, "FORCED", ())),
+            words(getattr(module, "ON_REQUEST", ())),
+            words(getattr(module, "SHOWN", methods)),
+            words(getattr(module, "OPTIONAL", ())),
+            features,
+            str(about.get("version", "")),
+            str(about.get("precision", "")),
+            switched_off,
+            words(about.get("defaults", ())),
+            schemes,
+            gyroscopic,
+            None if largest_turn is None else float(largest_turn),
+            {str(law): str(why) for law, why in exempt.items()},
+            float(step_ns),
+        )
+    except (TypeError, ValueError, OverflowError) as error:
+        raise BadEngine(f"{engine}: what it says of itself cannot be read: {error}") from error
+    for law in info.exempt:
         if law not in LAWS:
             raise BadEngine(f"{engine}: EXEMPT: no law {law!r}: there are {', '.join(LAWS)}")
-    return EngineInfo(
-        methods,
-        tolerances(engine, module),
-        frozenset(words(getattr(module, "WHOLE", ()))),
-        words(getattr(module, "FORCED", ())),
-        words(getattr(module, "ON_REQUEST", ())),
-        words(getattr(module, "SHOWN", methods)),
-        words(getattr(module, "OPTIONAL", ())),
-        features,
-        str(about.get("version", "")),
-        str(about.get("precision", "")),
-        switched_off,
-        words(about.get("defaults", ())),
-        schemes,
-        gyroscopic,
-        None if largest_turn is None else float(largest_turn),
-        {law: str(why) for law, why in exempt.items()},
-        float(step_ns),
-    )
+    return info
 
 
 def names_by_method(engine: str, module: ModuleType, table: str, known: Collection[str]) -> dict[str, str]:
@@ -263,7 +268,7 @@ def names_by_method(engine: str, module: ModuleType, table: str, known: Collecti
         raise BadEngine(f"{engine}: {table} must be a dict by method, is {stated!r}")
     for method, name in stated.items():
         own = callable(name) and table == "SCHEMES"
-        if not own and name not in known:
+        if not own and not (isinstance(name, str) and name in known):
             raise BadEngine(f"{engine}: {table}: {method}: no {name!r}: there are {', '.join(known)}")
     return {str(method): OWN_SCHEME if callable(name) else str(name) for method, name in stated.items()}
 
@@ -275,7 +280,7 @@ def tolerances(engine: str, module: ModuleType) -> dict[str, float]:
         return dict.fromkeys(words(stated), math.nan)
     try:
         return {str(method): float(tolerance) for method, tolerance in stated.items()}
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise BadEngine(f"{engine}: ADAPTIVE must be tolerances by method, is {stated!r}") from error
 
 
