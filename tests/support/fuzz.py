@@ -33,9 +33,10 @@ from compare.grade.foreign import Trajectory
 from compare.grade.mapping import mapping_file, mapping_of
 from compare.grade.reference import Reference
 from compare.grade.residual import measure
+from compare.run import message
 from compare.run.flight import Probe
 from compare.run.flight import Trajectory as Flight
-from compare.run.message import PREFIX, Malformed, frame, lengths, unpacked
+from compare.run.message import PREFIX, Malformed, lengths, unpacked
 from compare.run.questions import Failure
 from compare.run.registry import BadEngine, Finding, engine_info, load
 from compare.run.timer import Sample
@@ -414,7 +415,7 @@ def messages(folder: Path, count: int) -> tuple[int, int]:
         (Sample | Failure, Sample((1.0,) * 4, (0.0,) * 4)),
         (str | Failure, "how"),
     )
-    hints, whole = zip(*((hint, b"".join(map(bytes, frame(answer)))) for hint, answer in answers), strict=True)
+    hints, whole = zip(*((hint, b"".join(map(bytes, message.frame(answer)))) for hint, answer in answers), strict=True)
 
     def read() -> None:
         place = rng.randrange(len(whole))
