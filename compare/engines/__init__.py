@@ -105,6 +105,7 @@ SCHEME_NAMES = {
 }
 
 GYROSCOPIC_NAMES = {
+    "none": "not at all: the angular velocity stands still",
     "explicit": "by explicit Euler, which adds energy at every step",
     "implicit": "by implicit Euler, which takes energy at every step",
     "rescaled": "explicitly, and the angular momentum set back to its length",

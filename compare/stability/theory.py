@@ -75,6 +75,7 @@ A_STABLE = Theory(UNLIMITED, "A-stable: bounded at every step (Hairer and Wanner
 
 # What a step may turn a free body by [rad], by the names of compare.engines.GYROSCOPIC_NAMES.
 FREE = {
+    "none": Theory(UNLIMITED, "no gyroscopic torque: the angular velocity stands still"),
     "explicit": Theory(0.0, "gyroscopic torque by explicit Euler: |1 + i h lambda| > 1 at every step"),
     "implicit": Theory(UNLIMITED, "gyroscopic torque by implicit Euler: damps at every step"),
     "rescaled": Theory(UNLIMITED, "keeps the length of the angular momentum L at every step, and so 2 T <= L^2/A"),
