@@ -7,6 +7,8 @@ import numpy as np
 import pandas as pd
 
 from compare.comparison.findings import error_findings
+from compare.stability.findings import stability_findings
+from compare.stability.schemas import LIMITS
 from compare.tables.frames import frame, read_tables, rows
 from compare.tables.known import SWEEP
 from compare.tables.schema import BadTable
@@ -27,8 +29,10 @@ def gathered(folder: Path) -> dict[str, pd.DataFrame]:
         return {(SWEEP if name in (*SWEPT, "runs.csv") else "") + name: table for name, table in found.items()}
     if "cells.csv" in found:
         found |= of_record(found["cells.csv"], found["questions.csv"])
-    if "runs.csv" in found and FINDINGS.file not in found:  # a record of check, or what an older release left
-        found[FINDINGS.file] = frame(FINDINGS, error_findings(rows(RUNS, found["runs.csv"])))
+    if FINDINGS.file not in found:  # a record of check, maps that are not done yet, or what an older release left
+        said = list(error_findings(rows(RUNS, found["runs.csv"]))) if RUNS.file in found else []
+        said += stability_findings(rows(LIMITS, found[LIMITS.file])) if LIMITS.file in found else []
+        found[FINDINGS.file] = frame(FINDINGS, said)
     if not found.keys() & {"runs.csv", "limits.csv"}:
         raise BadTable(f"{folder}: has no tables of report, compare, sweep, stability or check")
     return found

@@ -2,6 +2,7 @@
 
 import io
 import math
+from itertools import pairwise
 
 from rich.console import Console
 
@@ -85,6 +86,25 @@ def test_the_line_of_theory_stands_between_the_steps_it_parts(opened):
     lefts = sorted({float(rect.get_attribute("x")) for rect in first.locator("rect").all()})
     assert lefts == [0.0, 14.0, 28.0, 42.0]
     assert line.startswith(f"M{lefts[1] + 7:g},")
+
+
+def test_a_row_of_fewer_steps_leaves_no_gap(opened):
+    """Of the upper value only the first and the last of four steps: each reaches half way to the other."""
+    cells = [row for row in PIECES[3].rows if row.value == 1e6 or row.dt_s * W * 10 > 7.9 or row.dt_s * W * 10 < 1.1]
+    tables = {CELLS.file: frame(CELLS, cells), LIMITS.file: frame(LIMITS, [PIECES[3].limit])}
+    tab = opened(page(tables), "#show=all&at=maps-springy")
+    rects = tab.locator("#maps-springy figure.map rect")
+    rects.first.wait_for()
+    spans: dict[float, list[tuple[float, float]]] = {}
+    for rect in rects.all():
+        x, y, width = (float(rect.get_attribute(name) or 0) for name in ("x", "y", "width"))
+        spans.setdefault(y, []).append((x, x + width))
+    rows = [sorted(own) for _, own in sorted(spans.items())]
+    assert [len(own) for own in rows] == [2, 4]
+    for own in rows:
+        assert own[0][0] == 0.0
+        assert own[-1][1] == 4 * 14 - 1
+        assert all(after[0] - before[1] == 1.0 for before, after in pairwise(own))
 
 
 def test_limits_stand_beside_theory(opened):

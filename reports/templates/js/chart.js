@@ -39,7 +39,7 @@ function evenly(a, b, pixels) {
  * limit: [{x, y}], below which an error says nothing; under(frame): what is drawn first; among(names): who of those
  * shown is drawn here; cursor: {get(), set(x)}; id: its address.
  */
-function chart(host, { id, label, x, y, series, limit = [], under = () => [], cursor = null, height = 300, range = null, joined = true }) {
+function chart(host, { id, label, x, y, series, limit = [], under = () => [], cursor = null, height: least = 300, range = null, joined = true }) {
   const svg = draw("svg", { class: "chart", role: "group", "aria-label": label, id });
   const box = make("figure", { class: "chart-box" }, svg, figureTools(id, () => svg));
   host.append(box);
@@ -51,8 +51,9 @@ function chart(host, { id, label, x, y, series, limit = [], under = () => [], cu
     width = Math.max(280, Math.round(box.clientWidth));
     const names = shown();
     const drawn = all.filter((one) => names.has(one.name) && one.points.length);
-    svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
     svg.replaceChildren();
+    const height = Math.max(least, drawn.length * LABEL_GAP * 0.9 + 64); // every label has room
+    svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
     const longest = Math.max(8, ...drawn.map((one) => one.name.length)) * 6.4 + 34;
     const labelled = longest < 0.45 * width;
     const right = labelled ? longest : 12;

@@ -102,7 +102,7 @@ function fillMaps(fold, cells) {
   }
   const theory = new Map(rows("limits.csv").filter((row) => row.scene === cells[0].scene).map((row) => [contestantOf(row), row]));
   const seen = new Set(cells.map((row) => row.verdict));
-  fold.append(make("p", { class: "key" }, Object.entries(STABILITY).filter(([word]) => seen.has(word)).map(([word, [sign, meaning]]) => make("span", {}, make("span", { class: `swatch s-${word}` }, sign), ` ${meaning}`))), box);
+  fold.append(make("p", { class: "key" }, Object.entries(STABILITY).filter(([word]) => seen.has(word)).map(([word, [sign, meaning]]) => make("span", {}, make("span", { class: `swatch s-${word}` }, sign || "\u00a0"), ` ${meaning}`))), box);
   follow(["show", "tol"], () => {
     const wanted = shown();
     const maps = [...alike.values()].map(({ names, own }) => ({ names: names.filter((name) => wanted.has(name)), own })).filter(({ names }) => names.length);
@@ -117,16 +117,23 @@ function mapOf(names, cells, limit) {
   const side = 14;
   const columns = (row) => Math.round(Math.log2(longest.get(row.value) / row.dt_s));
   const wide = Math.max(...cells.map(columns)) + 1;
+  const broad = Math.max(wide * side, 90);
   const id = `map-${cells[0].scene}-${names[0].replaceAll(":", "-")}`;
-  const svg = draw("svg", { id, role: "img", viewBox: `-44 0 ${wide * side + 48} ${values.length * side + 18}`, width: wide * side + 48, "aria-label": `Stability of ${names.join(", ")}` });
+  const svg = draw("svg", { id, role: "img", viewBox: `-44 0 ${broad + 48} ${values.length * side + 18}`, width: broad + 48, "aria-label": `Stability of ${names.join(", ")}` });
+  const taken = new Map(values.map((value) => [value, cells.filter((row) => row.value === value).map(columns).sort((a, b) => a - b)]));
   for (const row of cells) {
-    const [x, y] = [(wide - 1 - columns(row)) * side, values.indexOf(row.value) * side];
+    // Where few steps were flown a cell reaches half way to its neighbours.
+    const [column, flown] = [columns(row), taken.get(row.value)];
+    const at = flown.indexOf(column);
+    const later = at + 1 < flown.length ? (flown[at + 1] - column) / 2 : 0.5;
+    const sooner = at > 0 ? (column - flown[at - 1]) / 2 : 0.5;
+    const [x, y, width] = [(wide - 0.5 - column - later) * side, values.indexOf(row.value) * side, (later + sooner) * side];
     svg.append(
       draw(
         "g",
         { pointermove: (event) => tell([names.join(", "), `${row.parameter} ${figure(row.value)}, step ${figure(row.dt_s)} s`, STABILITY[row.verdict]?.[1] ?? row.verdict, row.max_error_m === null ? "" : `${figure(row.max_error_m)} m off`].filter(Boolean), event), pointerleave: () => tell(null) },
-        draw("rect", { x, y, width: side - 1, height: side - 1, class: `s-${row.verdict}` }),
-        draw("text", { x: x + side / 2 - 0.5, y: y + side - 4, "text-anchor": "middle", "font-size": 10, fill: "var(--ink)" }, STABILITY[row.verdict]?.[0] ?? ""),
+        draw("rect", { x, y, width: width - 1, height: side - 1, class: `s-${row.verdict}` }),
+        draw("text", { x: (wide - 0.5 - column) * side - 0.5, y: y + side - 4, "text-anchor": "middle", "font-size": 10, fill: "var(--ink)" }, STABILITY[row.verdict]?.[0] ?? ""),
       ),
     );
   }
