@@ -13,6 +13,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import partial
+from itertools import chain
 from pathlib import Path
 
 import damaged
@@ -79,7 +80,7 @@ def each(what: str, attacks: Mapping[str, Callable[[Path], object]], say: Callab
     return tally
 
 
-def inputs(count: int, say: Callable[[str], object]) -> Iterator[Tally]:
+def inputs(count: int) -> Iterator[Tally]:
     """Give each parser its share of so many damaged files."""
     for name, parser in fuzz.PARSERS.items():
         share = round(count * fuzz.SHARES[name])
@@ -95,7 +96,6 @@ def inputs(count: int, say: Callable[[str], object]) -> Iterator[Tally]:
                 tally.tried = share
                 tally.lost.append(f"{name}: {type(error).__name__}: {' '.join(str(error).split())[:200]}")
         tally.seconds = time.monotonic() - begin
-        say(tally.row)
         yield tally
 
 
@@ -125,16 +125,16 @@ def main() -> None:
 
     kinds = {
         "engine files": engine_files.all_attacks(),
-        "starved machines": starved.all_attacks(),
         "damages to each file of a folder": damaged.all_attacks(),
         "kills": {str(seed): partial(kills.attack, seed=seed) for seed in range(options.kills)},
+        "starved machines": starved.all_attacks(),
     }
-    tallies = []
-    for what, attacks in kinds.items():
-        tallies.append(each(what, attacks, say))
-        say(tallies[-1].row)
-    tallies += inputs(options.inputs, say)
-    options.o.write_text(page(tallies), encoding="utf-8")
+    tallies: list[Tally] = []
+    # Hours: what is known is kept.
+    for tally in chain(inputs(options.inputs), (each(what, attacks, say) for what, attacks in kinds.items())):
+        tallies.append(tally)
+        say(tally.row)
+        options.o.write_text(page(tallies), encoding="utf-8")
     lost = sum(len(tally.lost) for tally in tallies)
     sys.exit(f"{lost} attacks were lost" if lost else 0)
 
