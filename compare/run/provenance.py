@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-from compare.run import registry
+from compare.run import others, registry
 
 # What the tables of a comparison or a sweep are called; to be counted up when a column changes its name or meaning.
 FORMAT = "tumble tables 2"
@@ -31,6 +31,7 @@ def conditions(command: str) -> Iterator[ConditionRow]:
     yield ConditionRow("processor", processor())
     yield ConditionRow("cores", str(os.cpu_count()))
     yield ConditionRow("system", platform.platform())
+    yield from (ConditionRow("other work", words) for words in others.seen)
     yield from versions()
 
 

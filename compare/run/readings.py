@@ -16,6 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from compare.run.others import machine, other_work, say
 from compare.run.timer import Sample
 from scenarios.frames import Array
 
@@ -166,10 +167,11 @@ def round_robin(
 ) -> dict[str, Reading]:
     """Sample all in turn and return what each said.
 
-    At least that many rounds and that long [s], and on until the ratios are narrow or the budget [s] is spent.
+    At least that many rounds and that long [s], and on until the ratios are narrow or the budget [s] is spent.  What
+    else the machine did meanwhile is said once, on standard error.
     """
     said: dict[str, list[Sample]] = {key: [] for key in samplers}
-    begin = monotonic()
+    begin, before = monotonic(), machine()
     taken, look_again = 0, rounds
     while True:
         for key, sample in samplers.items():
@@ -184,6 +186,7 @@ def round_robin(
             if narrow([reading(samples) for samples in said.values()]):
                 break
             look_again = taken + taken // 4
+    say(other_work(before, machine()))
     return {key: reading(samples) for key, samples in said.items()}
 
 

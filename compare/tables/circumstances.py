@@ -17,8 +17,8 @@ from compare.tables.frames import read_file, rows
 from compare.tables.shared import CONDITIONS
 from scenarios.scene import Scene
 
-# Another command may ask for the same, and on how many cores moves no number.
-OF_NO_ACCOUNT = ("command", "cores")
+# Another command may ask for the same; on how many cores, and beside what, moves no number.
+OF_NO_ACCOUNT = ("command", "cores", "other work")
 TABLE = "table "  # before the name of a table that a digest is of
 
 

@@ -3,11 +3,15 @@
 import csv
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from compare.run import others
+from compare.run.others import Machine, other_work
+from compare.run.provenance import conditions
 from compare.run.readings import Reading, narrow, ratio, reading, round_robin
 from compare.run.timer import Pace, Ready, Sample
 from compare.run.worker import Failure, Worker
@@ -236,3 +240,43 @@ def test_intervals_on_a_busy_machine_cover_the_ratio_of_a_quiet_one():
         burner.kill()
         burner.wait()
     assert sum(one.low <= 3.0 <= one.high for one in found) >= 19, found
+
+
+def looks(work: float, stolen: float = 0.0) -> tuple[Machine, Machine]:
+    return Machine(100.0, 50.0, 1.0), Machine(110.0, 60.0 + 10.0 * work, 1.0 + 10.0 * stolen)
+
+
+def test_other_work_on_the_machine_is_seen(monkeypatch):
+    monkeypatch.setattr(others, "share_of_frequency", lambda: 1.0)
+    monkeypatch.setattr(others.os, "cpu_count", lambda: 4)
+    assert other_work(*looks(0.1, 0.01)) == ""
+    assert other_work(*looks(1.5)) == "other work had 1.5 of 4 cores"
+    assert other_work(*looks(0.0, 0.4)) == "the host took 10% of the time"
+    monkeypatch.setattr(others, "share_of_frequency", lambda: 0.5)
+    assert other_work(*looks(0.0)) == "the processors ran at 50% of their frequency"
+
+
+def test_other_work_is_said_once_and_stands_in_the_conditions(monkeypatch, capsys):
+    """Beside processes of the test's own that burn two cores; the clock's own work is no other work's."""
+    monkeypatch.setattr(others, "seen", [])
+    burners = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(2)]
+    sample = Sample((1e6,) * 4, (0.0,) * 4)  # type: ignore[arg-type]
+
+    def working() -> Sample:
+        until = time.thread_time() + 0.002
+        while time.thread_time() < until:
+            pass
+        return sample
+
+    try:
+        for _ in range(2):
+            round_robin({"a": working}, span_s=1.0, rounds=24)
+    finally:
+        for burner in burners:
+            burner.kill()
+            burner.wait()
+    said = capsys.readouterr().err
+    assert said.startswith("tumble: while times were taken ")
+    assert "other work had" in said
+    assert len(said.splitlines()) == 1, "twice sampled, once said"
+    assert [row.value for row in conditions("x") if row.what == "other work"] == others.seen
