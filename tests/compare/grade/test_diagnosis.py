@@ -1,0 +1,34 @@
+"""Which of many explanations is told: not one that is padded, and one of each kind."""
+
+from compare.grade.diagnosis import LEAST_HELP, MUCH_HELP, _distinct, _is_padded
+from compare.grade.explanation import Explanation, Mistake
+from compare.grade.hypotheses import Hypothesis
+
+
+def explanation(names, weighed_m, nothing=False):
+    mistakes = tuple(Mistake(Hypothesis(name, name, name, lambda account, _: account)) for name in names)
+    return Explanation(mistakes, weighed_m, weighed_m, nothing, False, 0.0, weighed_m)
+
+
+ALONE, PAIR = explanation("a", 1.0), explanation("ab", 1.0)
+
+
+def test_a_second_mistake_that_helps_little_is_padding():
+    assert _is_padded(explanation("ab", 1.01 / MUCH_HELP), [ALONE])
+    assert not _is_padded(explanation("ab", 0.99 / MUCH_HELP), [ALONE])
+
+
+def test_one_that_leaves_nothing_needs_to_help_less():
+    assert not _is_padded(explanation("ab", 0.99 / LEAST_HELP, nothing=True), [ALONE])
+    assert _is_padded(explanation("ab", 1.01 / LEAST_HELP, nothing=True), [ALONE])
+    assert _is_padded(explanation("ab", 1e-9, nothing=True), [explanation("a", 1e-6, nothing=True)])
+
+
+def test_only_some_of_its_own_mistakes_make_it_padding():
+    assert not _is_padded(PAIR, [explanation("c", 0.1), explanation("abc", 0.1), PAIR])
+    assert _is_padded(ALONE, [explanation("", 1.0)])
+
+
+def test_of_explanations_with_the_same_names_the_first_is_told():
+    first, same, other = explanation("ab", 1.0), explanation("ba", 2.0), explanation("a", 3.0)
+    assert list(_distinct([first, same, other])) == [first, other]

@@ -1,0 +1,46 @@
+"""What printed figures tell: the place of the last digit, single precision, clocks rounded to a place."""
+
+import numpy as np
+import pytest
+
+from compare.grade.digits import alike, digits, rounded_times
+
+
+def test_figures_of_a_fixed_format_leave_half_of_their_last_place_open():
+    told = digits([f"{value:.4f}" for value in np.linspace(-3.0, 7.0, 40)])
+    assert told.fixed
+    assert told.place == pytest.approx(1e-4)
+    np.testing.assert_allclose(told.half(np.array([0.01, 7.0])), 0.5e-4)
+
+
+def test_figures_of_six_digits_leave_more_open_where_a_number_is_large():
+    told = digits([f"{value:.6g}" for value in np.geomspace(1e-3, 7e3, 40)])
+    assert told.figures == 6
+    np.testing.assert_allclose(told.half(np.array([1234.56, 0.001234567])), [0.5e-2, 0.5e-8])
+
+
+def test_numbers_of_single_precision_are_told_from_doubles():
+    values = np.random.default_rng(1).normal(size=30)
+    single, double = (digits(map(repr, kind.tolist())) for kind in (values.astype(np.float32).astype(float), values))
+    assert (single.single, single.telling) == (True, True)
+    assert not double.single
+    # Nine digits of a double are a number of single precision one time in a hundred.
+    assert digits([f"{value:.9g}" for value in values.astype(np.float32).astype(float)]).single
+    assert not digits([f"{value:.9g}" for value in values]).single
+
+
+def test_a_short_column_is_taken_for_one_of_its_neighbours():
+    short, long = digits(["0.05", "0.1", "0.15"]), digits(["0.05123", "0.1", "0.15777"])
+    assert [each.place for each in alike([short, long])] == pytest.approx([1e-5, 1e-5])
+    assert alike([short]) == [short]
+
+
+def test_a_constant_column_says_nothing_of_rounding():
+    assert digits(["1.5"] * 5).half(np.array([1.5]))[0] < 1e-15
+
+
+def test_an_even_clock_that_is_rounded_is_told_from_an_uneven_one():
+    even = np.arange(1, 30) / 60
+    assert rounded_times(even.round(3), 1e-3)
+    assert not rounded_times(even, 1e-3)
+    assert not rounded_times(even + 5e-3 * np.sin(np.arange(29.0)), 1e-3)
