@@ -1,4 +1,6 @@
-"""Drake: explicit Runge-Kutta methods with a fixed step, and its discrete plant, whose step is fixed when built.
+"""Drake: explicit Runge-Kutta methods with a fixed step or error control, and its discrete plant.
+
+Under error control each throw has a simulator of its own: one for all would choose its steps by all of them.
 
 It is given none of a scene's forces but gravity.  A floating body's coordinates are its quaternion w x y z and then its
 position, its velocities w and then v, all in world axes.
@@ -8,7 +10,7 @@ position, its velocities w and then v, all in world axes.
 # pyright: reportMissingImports=false
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
@@ -24,7 +26,8 @@ if TYPE_CHECKING:
     from scenarios.scene import Scene
 
 INTEGRATORS = {"rk3": "runge_kutta3", "rk5": "runge_kutta5"}
-METHODS = (*INTEGRATORS, "discrete")
+ADAPTIVE = {"error-controlled": 1e-9}  # runge_kutta5; Drake's own accuracy for it is no more than 1e-3
+METHODS = (*INTEGRATORS, "discrete", *ADAPTIVE)
 FEATURES = {"gravity"}
 STEP_NS = 20_000
 PACKAGES = ("drake",)
@@ -36,7 +39,7 @@ ABOUT = {
     "version": version("drake"),
     "precision": "double",
     "switched_off": [
-        "error control: the step is the one asked for",
+        "error control, but of error-controlled: the step is the one asked for",
         "geometry",
         "the check of a body's moments",
     ],
@@ -48,21 +51,35 @@ ABOUT = {
 class World:
     """The scene, and a plant with its body once for every throw, in a simulator whose clock began `steps` steps ago.
 
-    dt [s]: the step that the simulator is for.  written: the states as Drake has them, (N, 13).
+    accuracy: of error control, None without it; dt [s]: the step that the simulator is for.
+    written: the states as Drake has them, (N, 13).
     """
 
     scene: "Scene"
     method: str
     plant: Any
     simulator: Any
+    accuracy: float | None = None
     dt: float = 0.0
     steps: int = 0
     written: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 13)))
     moved: int = 0
 
 
-def build(scene: "Scene", method: str) -> World:
-    """Return a world with the scene's body once for every throw."""
+@dataclass(eq=False)
+class Apart:
+    """A world for each throw."""
+
+    worlds: list[World]
+
+
+def build(scene: "Scene", method: str) -> World | Apart:
+    """Return a world with the scene's body once for every throw, or one for every throw."""
+    kind, _, accuracy = method.partition("@")
+    if kind in ADAPTIVE:
+        own = float(accuracy or ADAPTIVE[kind])
+        alone = (replace(scene, start=start[np.newaxis]) for start in scene.start)
+        return Apart([World(one, kind, plant := plant_of(one, 0.0), Simulator(plant), own) for one in alone])
     plant = plant_of(scene, 0.0)
     return World(scene, method, plant, Simulator(plant))
 
@@ -79,8 +96,12 @@ def plant_of(scene: "Scene", time_step: float) -> Any:
     return plant
 
 
-def prepare(world: World, dt: float) -> None:
+def prepare(world: World | Apart, dt: float) -> None:
     """Make a simulator for steps of dt [s] that goes on from the state as it is."""
+    if isinstance(world, Apart):
+        for one in world.worlds:
+            prepare(one, dt)
+        return
     if dt == world.dt:
         return
     context = world.simulator.get_context()
@@ -101,12 +122,22 @@ def restart(world: World, q: NDArray[np.float64], v: NDArray[np.float64]) -> Non
     if world.dt and world.method in INTEGRATORS:
         integrator = ResetIntegratorFromFlags(world.simulator, INTEGRATORS[world.method], world.dt)
         integrator.set_fixed_step_mode(True)
+    elif world.dt and world.accuracy is not None:
+        # Where it begins with a longer step than a turn it may not come back.
+        longest = min(world.dt, 1.0 / max(1e-9, float(np.abs(v).max())))
+        integrator = ResetIntegratorFromFlags(world.simulator, "runge_kutta5", longest)
+        integrator.set_fixed_step_mode(False)
+        integrator.set_target_accuracy(world.accuracy)
     world.simulator.Initialize()
     world.steps = 0
 
 
-def write(world: World, states: NDArray[np.float64]) -> None:
+def write(world: World | Apart, states: NDArray[np.float64]) -> None:
     """Put the throws into these states, (N, 13)."""
+    if isinstance(world, Apart):
+        for one, state in zip(world.worlds, states, strict=True):
+            write(one, state[np.newaxis])
+        return
     q = states[:, 3:7] / np.linalg.norm(states[:, 3:7], axis=1, keepdims=True)
     positions = np.hstack((q, states[:, 0:3])).ravel()
     restart(world, positions, np.hstack((states[:, 10:13], states[:, 7:10])).ravel())
@@ -114,8 +145,12 @@ def write(world: World, states: NDArray[np.float64]) -> None:
     world.written = read(world)
 
 
-def advance(world: World, n: int, dt: float) -> None:
+def advance(world: World | Apart, n: int, dt: float) -> None:
     """Make n steps of dt [s], as prepared for: each to an instant that is counted, so that none is left over."""
+    if isinstance(world, Apart):
+        for one in world.worlds:
+            advance(one, n, dt)
+        return
     first, world.steps = world.steps, world.steps + n
     world.moved += n
     go = world.simulator.AdvanceTo
@@ -126,8 +161,10 @@ def advance(world: World, n: int, dt: float) -> None:
             go((k + 1) * dt)
 
 
-def read(world: World) -> NDArray[np.float64]:
+def read(world: World | Apart) -> NDArray[np.float64]:
     """Return the states of the throws, (N, 13)."""
+    if isinstance(world, Apart):
+        return np.vstack([read(one) for one in world.worlds])
     context = world.simulator.get_context()
     positions = world.plant.GetPositions(context).reshape(-1, 7)
     velocities = world.plant.GetVelocities(context).reshape(-1, 6)
@@ -135,6 +172,10 @@ def read(world: World) -> NDArray[np.float64]:
     return np.hstack((positions[:, 4:7], q, velocities[:, 3:6], velocities[:, 0:3]))
 
 
-def audit(world: World) -> Iterator[tuple[str, str]]:
+def audit(world: World | Apart) -> Iterator[tuple[str, str]]:
     """Yield what went wrong without a word since `write`."""
+    if isinstance(world, Apart):
+        for one in world.worlds:
+            yield from audit(one)
+        return
     yield from stood_still(world.written, read(world), world.moved)

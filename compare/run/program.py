@@ -28,7 +28,18 @@ ENVIRONMENT = "TUMBLE_ENVIRONMENT"
 # What it says of itself, as the names in capitals of an engine file; the first four it must say.
 NEEDED = ("command", "methods", "features", "precision")
 ABOUT = ("version", "precision", "switched_off", "defaults")
-STATED = ("adaptive", "whole", "forced", "on_request", "shown", "schemes", "gyroscopic", "largest_turn", "exempt")
+STATED = (
+    "step_ns",
+    "adaptive",
+    "whole",
+    "forced",
+    "on_request",
+    "shown",
+    "schemes",
+    "gyroscopic",
+    "largest_turn",
+    "exempt",
+)
 # What brings one of ours: compare.run.registry.Package.
 BROUGHT = ("packages", "pins", "installer", "apart", "megabytes")
 PRECISIONS = ("single", "double")

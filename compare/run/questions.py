@@ -146,7 +146,7 @@ def answer_all(line: socket.socket, engine: str, memory_limit: int) -> None:
         return
     except SystemExit as error:
         if isinstance(error.code, str):  # otherwise the code says it
-            send(line, Failure(f"crashed: its process ended: {' '.join(error.code.split())}"))
+            send(line, Ended(f"crashed: its process ended: {' '.join(error.code.split())}"))
             raise SystemExit(1) from None  # it is told once, and not on standard error as well
         raise
 

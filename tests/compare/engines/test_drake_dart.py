@@ -8,6 +8,7 @@ from apart import broken_laws, engine, flight, throw
 
 from compare.judge.errors import Run
 from compare.run.laws import scene
+from compare.run.worker import Failure
 from scenarios.frames import rotation_matrix
 from scenarios.truth import truth
 
@@ -34,6 +35,23 @@ def test_its_order(contestant, order):
     errors = [Run(QUESTION, name, method, 0.0, each, TRUE).distances.max() for each in flights]
     found = np.log2(errors[0] / errors[1])
     assert order - 0.25 < found < order + 1.1, "rk5 of a free body comes near to six"
+
+
+def test_error_control_comes_as_near_as_it_is_asked_to():
+    with engine("drake", "error-controlled@1e-4", "error-controlled@1e-10") as participant:
+        flights = [participant.fly(QUESTION, method, QUESTION.duration) for method in participant.methods]
+    loose, tight = (float(Run(QUESTION, "drake", "", 4.0, each, TRUE).distances.max()) for each in flights)
+    assert 1e-7 < loose < 1e-2
+    assert tight < 1e-7, "accuracy is that of a step"
+
+
+def test_what_error_control_makes_of_no_number_is_a_row_and_the_next_flight_is_one():
+    with engine("drake", "error-controlled") as participant:
+        lost = participant.fly(replace(QUESTION, start=throw(w=(np.nan, 0.0, 0.0))), "error-controlled", 4.0)
+        assert isinstance(lost, Failure)
+        assert lost.status.startswith("crashed: its process ended: Failure at "), "Drake ends the interpreter"
+        again = participant.fly(QUESTION, "error-controlled", 4.0)
+        assert not isinstance(again, Failure), again
 
 
 @pytest.mark.parametrize("contestant", ["drake:discrete", "dart:semi-implicit-euler"])
