@@ -2,6 +2,11 @@
 
 An engine's process is lent to one throw at a time; where none is free another is started.  One that is still at work
 when its throw is over, because it hangs or is slow, is ended, so that nobody ever waits for it.
+
+The runner of studies (`compare.run.tasks`) does not fit here: it works through a list that is known when it begins,
+one process an engine, and stops all of them when one task is given up.  Here throws come while others fly, each gives
+up its own flights alone, and one engine flies for several pages at once.  What a process is, what one flight is, time
+limits and what becomes of a process that died are the same: `launched` and `Participant.fly`.
 """
 
 import multiprocessing

@@ -27,12 +27,11 @@ from tumble.lab.picture import captioned
 from tumble.lab.readings import Reading, error_rows, errors_over_time, readings
 from tumble.lab.sentences import sentence
 from tumble.lab.session import Refused, Session, Shown
-from tumble.lab.stage import PALETTE, Stage
+from tumble.lab.stage import FOREIGN, PALETTE, Stage, css
 from tumble.lab.throw import Throw
 
 FRAME_S, NUMBERS_S, CHART_S, PICTURE_S = 1 / 40, 0.12, 0.4, 20.0
 TABLE_4_1 = "table-4-1-ray"
-FOREIGN = (60, 60, 60)
 
 
 class Page:
@@ -43,9 +42,8 @@ class Page:
     ) -> None:
         self._client, self._crew = client, crew
         self._news = threading.Event()
-        self._closed = False
+        self._closed = self._is_table_4_1 = False
         self._refused = self._said = ""
-        self._is_table_4_1 = False
         self._report: subprocess.Popen[str] | None = None
         self._colours: dict[Contestant, int] = {}
         self.session = Session(draft, contestants, crew, folder, self._news.set)
@@ -300,8 +298,3 @@ class Page:
     def _colour(self, contestant: Contestant) -> tuple[int, int, int]:
         """Return a contestant's colour, the same as long as the page is open."""
         return PALETTE[self._colours.setdefault(contestant, len(self._colours)) % len(PALETTE)]
-
-
-def css(colour: tuple[int, int, int]) -> str:
-    """Return a colour as a page writes it."""
-    return f"rgb({', '.join(map(str, colour))})"

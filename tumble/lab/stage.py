@@ -23,6 +23,7 @@ PALETTE = (
     (120, 94, 240),
     (0, 0, 0),
 )
+FOREIGN = (60, 60, 60)  # a trajectory from a file
 TRUE, UNPROVEN = (250, 238, 208), (150, 156, 166)
 RAY, HIT, BLOW, EDGE, TETHER = (90, 90, 90), (220, 38, 38), (220, 38, 38), (70, 70, 70), (110, 70, 20)
 APPLICATION, CALCULATED = (16, 120, 60), (150, 40, 150)
@@ -243,3 +244,8 @@ def turned_from_z(up: Array) -> Array:
         return np.array([0.0, 1.0, 0.0, 0.0])
     q = np.array([1 + up[2], -up[1], up[0], 0.0])
     return q / np.linalg.norm(q)
+
+
+def css(colour: tuple[int, int, int]) -> str:
+    """Return a colour as a page writes it."""
+    return f"rgb({', '.join(map(str, colour))})"
