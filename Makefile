@@ -3,10 +3,15 @@
 PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
 
-.PHONY: report lab test attack check bench truth-check requirements venv venv-lab venv-test
+.PHONY: report docs lab test attack check bench truth-check requirements venv venv-lab venv-test
 
 report: venv
 	$(BIN)/tumble report -o report/tumble.html
+
+# The page that is shown before anybody installs, and the README's picture of it.
+docs: venv-test report
+	cp report/tumble.html docs/example.html
+	$(BIN)/python docs/picture.py
 
 lab: venv-lab
 	$(BIN)/tumble lab

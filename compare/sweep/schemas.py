@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Annotated
 
-from compare.tables.schema import Table
+from compare.tables.schema import EMPTY, Table
 from compare.tables.shared import CONTESTANT, Engine, Limit, Method, SceneName, Status, Step, Tolerance, Why
 
 WORSE = 2.0
@@ -21,7 +21,12 @@ class WorkPrecisionRow:
     steps: Annotated[int | None, "steps of the whole flight; empty where a flight is what was timed"]
     status: Status
     why: Why
-    error_m: Annotated[float, "largest error of any vertex and sample; the median over the throws where there are many"]
+    error_m: Annotated[
+        float,
+        "largest error of any vertex and sample, the median over the throws where there are many; empty of one that "
+        "diverged",
+        EMPTY,
+    ]
     limit_m: Limit
     flight_us: Annotated[float, "time of one throw's flight: lower decile of the rounds"]
     p90_flight_us: Annotated[float, "the same, upper decile"]

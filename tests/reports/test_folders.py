@@ -32,6 +32,16 @@ def test_a_sweeps_folder_draws_its_costs(real, tmp_path):
     assert "runs.csv" not in gathered(tmp_path / "swept")
 
 
+def test_a_run_that_blew_up_is_read_back_and_drawn_by_nobody(real, tmp_path, opened):
+    lost = real["sweep-work-precision.csv"].copy()
+    lost.loc[0, ["error_m", "status"]] = [np.nan, "diverged"]
+    write_folder(tmp_path / "lost", csv_texts(real | {"sweep-work-precision.csv": lost}))
+    found = gathered(tmp_path / "lost")
+    assert np.isnan(found["sweep-work-precision.csv"]["error_m"][0])
+    tab = opened(page(found), "#show=all&at=cost")
+    assert tab.locator("#cost svg.chart .curve").count() > 3
+
+
 def test_a_record_of_check_is_drawn(tumble, tmp_path):
     made = tumble(
         "check", "die-vertex", "-e", "tumble:rk4", "-e", "mujoco:euler", "--accept", "--no-times", "-o", "kept"

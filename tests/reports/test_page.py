@@ -10,11 +10,13 @@ import numpy as np
 import pandas as pd
 import pytest
 from axe_playwright_python.sync_playwright import Axe
-from conftest import SCENES, until
+from conftest import SCENES, data_in, until
 from playwright.sync_api import expect
 
-from reports.page import page
+from compare.tables.known import schema
+from reports.page import TEMPLATES, page, whole_script
 from scenarios.frames import rotation_matrix
+from scenarios.read import catalogue
 
 EVIL = "</script><script>alert(1)</script><img src=x onerror=alert(2)>"
 TOWARDS_EYE = np.array((0.55, 0.5, 1.0)) / np.linalg.norm((0.55, 0.5, 1.0))
@@ -406,3 +408,28 @@ def test_a_horizon_is_drawn_where_a_scene_has_one(real, opened):
     # Half the flight: the band begins in the middle of the time axis.
     middle = float(touch.get_attribute("x") or 0) + float(touch.get_attribute("width") or 0) / 2
     assert abs(float(band.get_attribute("x") or 0) - middle) < 0.5
+
+
+@pytest.mark.parametrize("kept", ["docs/example.html", "report/tumble.html"])
+def test_a_whole_page_opens_small_and_soon(kept, opened, request):
+    """The page that is committed, and in CI the one that `make report` made just before."""
+    file = request.config.rootpath / kept
+    if not file.exists():
+        pytest.skip("no page was made here; CI makes it before the tests")
+    html = file.read_text(encoding="utf-8")
+    assert len(html.encode()) < 3_000_000
+    tab = opened(html, "#show=all")
+    everything_drawn(tab)
+    for chart in tab.locator("svg.chart").all():
+        expect(chart.locator(".point").first).to_be_attached()
+    scenes = set(data_in(html)["tables"]["scenes.csv"]["values"]["scene"]["words"])
+    assert set(catalogue()) <= scenes
+
+
+def test_the_committed_page_is_drawn_as_pages_are_now(request):
+    """After a change of the page's script or style: `make docs`."""
+    html = (request.config.rootpath / "docs/example.html").read_text(encoding="utf-8")
+    assert whole_script() in html
+    assert (TEMPLATES / "page.css").read_text(encoding="utf-8") in html
+    carried = data_in(html)["tables"]
+    assert all(list(carried[name]["columns"]) == schema(name).names for name in ("runs.csv", "findings.csv"))

@@ -80,8 +80,9 @@ function player(host, scene, { id, ghosts, label, alone = false, controls = true
     paint();
   }).observe(canvas);
   clock.followers.add(paint);
-  if (controls) host.append(controlsOf(clock, film));
-  host.append(canvasTools(id, canvas));
+  const tools = canvasTools(id, canvas);
+  if (controls) host.append(filled(controlsOf(clock, film), {}, [tools]));
+  else host.append(tools);
   follow(["show", "tol", "mag"], paint);
   whenThemeChanges(paint);
   new ResizeObserver(paint).observe(canvas);
