@@ -206,7 +206,8 @@ def question_changes(pairs: Frame) -> list[Change]:
     had, has = (~np.isnan(each).any(axis=1) for each in (before, now))
     lost = np.select([had & ~has, has & ~had], ["worse", "better"], "")
     made += changed(pairs, "truth", lost, *both(pairs, "truth"))
-    moved = np.linalg.norm(now - before, axis=1)
+    with np.errstate(over="ignore"):  # of a record that tells of another world
+        moved = np.linalg.norm(now - before, axis=1)
     known = SAME_ANSWER * pairs.size_m_old + pairs.limit_m_old.fillna(0.0) + pairs.limit_m_new.fillna(0.0)
     other = np.where(had & has & ~(moved <= known), "incomparable", "")
     return in_order(pairs, [*made, *changed(pairs, "answer", other, None, moved)])

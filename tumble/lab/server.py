@@ -2,19 +2,24 @@
 
 import contextlib
 import io
+import re
 import threading
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 
 import viser
+import websockets.asyncio.server as sockets
 
 from tumble.lab.crew import Contestant, Crew
 from tumble.lab.draft import Draft
 from tumble.lab.page import Page
 
 HOST = "127.0.0.1"
+# Pages that may connect: those of this machine; and what is no page and says nothing of where it comes from.
+OWN_PAGES = (re.compile(r"http://(127\.0\.0\.1|localhost|\[::1\]):\d+"), None)
 
 
 class LocalServer(viser.ViserServer):
@@ -25,9 +30,21 @@ class LocalServer(viser.ViserServer):
 
 
 @contextmanager
+def own_pages_only() -> Iterator[None]:
+    """Let a server that is started meanwhile refuse pages of other sites, which viser itself does not."""
+    serve = sockets.serve
+    sockets.serve = partial(serve, origins=OWN_PAGES)  # type: ignore[misc, assignment]
+    try:
+        yield
+    finally:
+        sockets.serve = serve  # type: ignore[misc]
+
+
+@contextmanager
 def serving(draft: Draft, contestants: list[Contestant], crew: Crew, folder: Path, port: int) -> Iterator[str]:
     """Serve the lab and give its address; another port is taken where that one is.  folder: where throws are kept."""
-    with contextlib.redirect_stdout(io.StringIO()):  # viser greets there, and standard output is for results
+    # viser greets on standard output, which is for results.
+    with own_pages_only(), contextlib.redirect_stdout(io.StringIO()):
         server = LocalServer(host=HOST, port=port, label="Tumble lab", verbose=False)
     # What was on its way when a browser was closed is no news.
     warnings.filterwarnings("ignore", "Queued a .* on a closed connection", UserWarning)
