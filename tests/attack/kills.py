@@ -22,7 +22,7 @@ COMMANDS = (
     ("compare", "die-straight", "table-4-1", *ENGINES, "-o", "out"),
     ("check", "die-straight", *ENGINES, "--no-times", "--accept", "-o", "out"),
     ("run", "two-hits", "-e", "mujoco:rk4", "-o", "out/flight.csv"),
-    ("ablate", "die-straight", "-e", "mujoco:euler", "-o", "out"),
+    ("compare", "two-hits", *ENGINES, "-o", "out"),
 )
 SIGNALS = (signal.SIGKILL, signal.SIGKILL, signal.SIGTERM, signal.SIGHUP, signal.SIGINT)
 # What a command takes on a quiet machine at most; a kill comes earlier, or finds it done [s].
