@@ -74,7 +74,8 @@ def ledger_text(ledger: Ledger, changes: Sequence[ReleaseChangeRow]) -> Iterator
     yield Constrain(plain(answer(ledger, changes)), LIST_WIDTH)
     quoted: set[str] = set()
     for entry in entries(changes):
-        yield plain(f"\n{entry.release} {', '.join(entry.methods)}")
+        yield plain("")
+        yield plain(f"{entry.release} {', '.join(entry.methods)}")
         for told in entry.sentences:
             yield Constrain(plain(f"  {told}"), LIST_WIDTH)
         if entry.notes and entry.notes not in quoted:
@@ -86,7 +87,8 @@ def ledger_text(ledger: Ledger, changes: Sequence[ReleaseChangeRow]) -> Iterator
     for row in ledger.rows:
         if row.scene == scene and row.release in shown:
             table.add_row(*map(plain, cells(row)))
-    yield plain(f"\n{scene}:")
+    yield plain("")
+    yield plain(f"{scene}:")
     yield table
 
 

@@ -11,7 +11,9 @@ from tumble.examples import epilog
 EXIT_USER = 2  # the user's mistake
 SHELLS = ("bash", "zsh", "fish")
 SCENE_HELP = "a scene of the catalogue (see `tumble scenes`) or the path of a TOML file"
-ENGINE_HELP = "ENGINE[@RELEASE][:METHOD] or the path of an engine file of your own, ./mine.py[:METHOD]; may be repeated"
+ENGINE_HELP = (
+    "ENGINE[@RELEASE][:METHOD] or your own engine, ./mine.py[:METHOD] or ./mine.toml[:METHOD]; may be repeated"
+)
 MEMORY_HELP = "for each engine's process [GiB]; default 4"
 
 

@@ -127,6 +127,7 @@ def test_it_finds_what_changed_in_mujoco_and_nothing_else(tumble, tmp_path, monk
     assert {method for _, method, _ in found} == {"rk4", "implicitfast", "discrete"}, "euler and implicit are unchanged"
     assert done.stdout.startswith("mujoco, 2 releases from 3.10.0 to 4.0.0: 4.0.0 flies otherwise")
     assert max(map(len, done.stdout.splitlines())) <= 80
+    assert "\\n" not in done.stdout, "control characters are made visible: a line is a line of its own"
     assert not (tmp_path / "ledger" / ".unfinished").exists()
 
 
