@@ -46,30 +46,41 @@ def comparison_text(
         yield from error_chart([run_row(run) for run in runs])
     yield from standings(runs)
     if truth is not None:
-        yield Constrain(plain(f"{scene.title}. {known(truth)}"), LIST_WIDTH)
+        yield Constrain(plain(f"{scene.title}. {known(truth, comparison.cost_of_doubles)}"), LIST_WIDTH)
         for hint in hints(scene) if truth.ends else ():
             yield Constrain(plain(f"Look at this: {hint}"), LIST_WIDTH)
         vertex = worst_vertex(runs) if vertex is None else vertex
         shown = [run for run in (runs if everything else defaults) if run.has_errors]
         for run in shown:
             yield Text()
-            yield plain(f"{run.name}, dt = {run.dt:g} s, vertex {vertex}")
+            of_throw = f", throw 0 of {len(scene.start)}" if len(scene.start) > 1 else ""
+            yield plain(f"{run.name}, dt = {run.dt:g} s, vertex {vertex}{of_throw}")
             yield error_table(run, vertex)
         if left := sum(run.has_errors for run in runs) - len(shown):
             yield plain(f"{counted(left, 'more table')} with --all, every vertex with -o DIR")
+        if len(scene.start) > 1:
+            yield plain("The ranking is over all throws; with -o DIR, every-throw.csv has every throw.")
     if is_table_4_1(scene):
         yield Text()
         yield plain("largest distance over the five rows from the columns printed in Table 4.1")
         yield budget_table(list(budget_rows(list(published_rows(comparison)))))
 
 
-def known(truth: Truth) -> str:
-    """Return how well the truth is known, and, where the inputs set it, the limit for every program."""
+def known(truth: Truth, cost_of_doubles: float) -> str:
+    """Return how well the truth is known, where the inputs set it the limit for every program, and what engines lose
+
+    by being handed doubles, where that is more [m].
+    """
     until = truth.until_horizon()
     said = f"Truth known to {figure(until.bound.max())} m{truth.ends}."
     # Where the truth is known no better than that, it is the truth and not the inputs that sets the limit.
     if until.floor.max() >= until.bound.max():
         said += f" No double-precision program can be held to less than {figure(until.floor.max())} m."
+    if cost_of_doubles > until.limit.max():
+        said += (
+            " Engines are handed moments, axes and points as doubles, and none can make up for that: it alone moves a "
+            f"corner by up to {figure(cost_of_doubles)} m."
+        )
     return said
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 from compare.judge.errors import Flown, Run
 from compare.run.flight import Trajectory
@@ -11,6 +12,7 @@ from compare.run.truths import Truths
 from compare.run.worker import Failure
 from scenarios.scene import Scene
 from scenarios.truth import Truth
+from scenarios.truth.handed import cost_of_doubles
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,6 +23,11 @@ class Comparison:
     truth: Truth | None
     why_no_truth: str
     runs: tuple[Run, ...]
+
+    @cached_property
+    def cost_of_doubles(self) -> float:
+        """How far what engines are handed, in doubles, is from the scene as it is written, at most [m]; 0 untold."""
+        return 0.0 if self.truth is None else cost_of_doubles(self.scene, self.truth)
 
 
 def compare(

@@ -15,7 +15,7 @@ from compare.tables.engines import engine_row
 from compare.tables.frames import frame
 from compare.tables.runs import run_row
 from compare.tables.shared import CONDITIONS, ENGINES, FINDINGS, RUNS, SCENES, SceneRow
-from compare.tables.vertices import error_over_time_table, vertex_error_table
+from compare.tables.vertices import error_over_time_table, throw_table, vertex_error_table
 from scenarios.needs import needs
 
 
@@ -37,6 +37,7 @@ def scene_row(comparison: Comparison) -> SceneRow:
         None if truth is None else float(truth.bound.max()),
         None if truth is None else float(truth.floor.max()),
         whole.horizon if whole and whole.known < len(whole.times) else None,
+        None if truth is None else comparison.cost_of_doubles,
     )
 
 
@@ -56,6 +57,7 @@ def comparison_tables(
         "runs.csv": frame(RUNS, rows),
         "vertex-errors.csv": vertex_error_table(runs),
         "error-over-time.csv": error_over_time_table(runs),
+        "every-throw.csv": throw_table(runs),
         "agreement.csv": frame(AGREEMENT, pairs),
         "table-4-1.csv": frame(PUBLISHED, published),
         "table-4-1-budget.csv": frame(BUDGET, budget),

@@ -63,6 +63,20 @@ class ErrorOverTimeRow:
 
 
 @dataclass(frozen=True)
+class ThrowRow:
+    """One throw of a scene of many, in one run: its largest vertex error, and the truth's limit."""
+
+    scene: SceneName
+    engine: Engine
+    method: Method
+    dt_s: Step
+    tolerance: Tolerance
+    throw: Annotated[int, "number of the throw; 0 is the one as written"]
+    max_error_m: Annotated[float, "largest error of any vertex and sample; empty of one that diverged", EMPTY]
+    limit_m: Annotated[float, "what the truth can tell of this throw: an error below it says nothing more"]
+
+
+@dataclass(frozen=True)
 class RunRow:
     """One run: errors over all vertices and samples, drifts from the truth, and what its native loop took.
 
@@ -108,6 +122,9 @@ class SceneRow:
     horizon_s: Annotated[
         float | None,
         "after it no double-precision program can follow and nobody is judged; empty where it never comes",
+    ] = None
+    doubles_m: Annotated[
+        float | None, "what engines lose by being handed moments, axes and points as doubles, largest over the samples"
     ] = None
 
 
@@ -172,11 +189,12 @@ CONTESTANT = ("scene", "engine", "method")
 RUNS = Table("runs.csv", RunRow, (*CONTESTANT, "dt_s"))
 VERTEX_ERRORS = Table("vertex-errors.csv", VertexErrorRow, (*CONTESTANT, "dt_s", "t_s", "vertex"))
 ERROR_OVER_TIME = Table("error-over-time.csv", ErrorOverTimeRow, (*CONTESTANT, "dt_s", "t_s"))
+EVERY_THROW = Table("every-throw.csv", ThrowRow, (*CONTESTANT, "dt_s", "throw"))
 SCENES = Table("scenes.csv", SceneRow, ("scene",))
 ENGINES = Table("engines.csv", EngineRow, ("engine",))
 CONDITIONS = Table("conditions.csv", ConditionRow, ("what",))
 FINDINGS = Table("findings.csv", FindingRow, ("finding", *CONTESTANT, "other"))
-TABLES = (RUNS, VERTEX_ERRORS, ERROR_OVER_TIME, SCENES, ENGINES, CONDITIONS, FINDINGS)
+TABLES = (RUNS, VERTEX_ERRORS, ERROR_OVER_TIME, EVERY_THROW, SCENES, ENGINES, CONDITIONS, FINDINGS)
 
 
 def told(status: str, why: str) -> str:

@@ -8,7 +8,7 @@ import pandas as pd
 from compare.judge.errors import Run
 from compare.tables.frames import typed
 from compare.tables.runs import step_of
-from compare.tables.shared import ERROR_OVER_TIME, VERTEX_ERRORS
+from compare.tables.shared import ERROR_OVER_TIME, EVERY_THROW, VERTEX_ERRORS
 from scenarios.frames import Array
 
 
@@ -45,6 +45,20 @@ def error_over_time_table(runs: Sequence[Run]) -> pd.DataFrame:
             "t_s": joined([run.scene.times for run in judged]),
             "error_m": joined([run.distances.max(axis=(1, 2)) for run in judged]),
             "limit_m": joined([run.limits.max(axis=1) for run in judged]),
+        },
+    )
+
+
+def throw_table(runs: Sequence[Run]) -> pd.DataFrame:
+    """Return every-throw.csv: the runs of many throws that have errors, each by throw."""
+    judged = [run for run in runs if run.has_errors and len(run.scene.start) > 1]
+    return typed(
+        EVERY_THROW,
+        {
+            **keys(judged, [len(run.scene.start) for run in judged]),
+            "throw": joined([np.arange(len(run.scene.start), dtype=float) for run in judged]),
+            "max_error_m": joined([run.distances.max(axis=(0, 2)) for run in judged]),
+            "limit_m": joined([run.limits.max(axis=0) for run in judged]),
         },
     )
 

@@ -176,7 +176,7 @@ def _one_by_one(mp: Any, scene: Scene, row: int, floor: bool) -> tuple[Array, Ar
     mp.prec = answer.flight.bits
     states = np.array([_state(mp, pose, throw.state_axes) for pose in answer.flight.poses])
     _follow_sign(states[:, 3:7], scene.start[row, 3:7])
-    vertices = _vertices(answer.flight.poses, throw.points, answer.flight.bits)
+    vertices = told_vertices(answer.flight.poses, throw.points, answer.flight.bits)
     bound = answer.error + rounding(vertices)
     told = (states, np.nan), (vertices, np.nan), (bound, np.inf), (answer.floor, np.inf)
     states, vertices, bound, moved = (_filled(*each, rows=len(throw.times)) for each in told)
@@ -213,7 +213,7 @@ def _follow_sign(quaternions: Array, first: Array) -> None:
             q *= -1
 
 
-def _vertices(poses: list[Pose], points: Numbers, bits: int) -> Array:
+def told_vertices(poses: list[Pose], points: Numbers, bits: int) -> Array:
     """Return x + R p, (R, n, 3), each number the nearest double: a sum of whole numbers, divided once."""
     whole, unit = np.vectorize(round, otypes=[object]), 2**bits
     # Points in units of the largest, axes of 1: all have that many bits.

@@ -45,17 +45,27 @@ def answer(mp: Any, scene: Scene, row: int, throw: Throw) -> Answer:
     points = throw.points.astype(float)
     apart = moved(rough.rows[:known], fine.rows[:known], points, 0 * points)
     error = SAFETY * np.maximum.accumulate(apart) + ROUNDING_PER_STEP * fine.steps * np.maximum.accumulate(floor)
-    poses = [_pose(mp, numbers, throw) for numbers in fine.rows[:known]]
+    poses = _poses(mp, fine.rows[:known], throw)
     by = f"Taylor series of orders {FINE.order} and {ROUGH.order}"
     by += f", Radau collocation of {FINE.creeping[0]} and {ROUGH.creeping[0]} stages" if fine.crept else ""
     how = f"{by}, in 32 digits, restarted at every switch"
     return Answer(Flight(BITS, poses), error, floor, how, fine.why or rough.why or why)
 
 
-def _pose(mp: Any, numbers: Array, throw: Throw) -> Pose:
-    state = np.array([mp.mpf(high) + mp.mpf(low) for high, low in numbers.T.tolist()])
-    axes = state[AXES:MOMENTUM].reshape(3, 3)
-    return Pose(state[X:V], axes, state[V:AXES], axes @ (inverse(throw.solid.tensor) @ state[MOMENTUM:]))
+def flown(mp: Any, throw: Throw) -> Flight:
+    """Return the answer alone, as far as it could be worked out.  Raises RayMissed."""
+    mp.prec = BITS
+    return Flight(BITS, _poses(mp, Pilot(throw, FINE, thread_time() + BUDGET_S).flown().rows, throw))
+
+
+def _poses(mp: Any, rows: Array, throw: Throw) -> list[Pose]:
+    """Return the poses of rows of pairs, (R, 2, SIZE)."""
+    inertia, poses = inverse(throw.solid.tensor), []
+    for numbers in rows:
+        state = np.array([mp.mpf(high) + mp.mpf(low) for high, low in numbers.T.tolist()])
+        axes = state[AXES:MOMENTUM].reshape(3, 3)
+        poses.append(Pose(state[X:V], axes, state[V:AXES], axes @ (inertia @ state[MOMENTUM:])))
+    return poses
 
 
 def moved(rows: Array, others: Array, points: Array, grown: Array) -> Array:

@@ -1,0 +1,55 @@
+"""What it costs engines that they are handed doubles: moments, principal axes, points and blows, rounded once more.
+
+It is no error of theirs, nor is it the floor: a program that reads the file itself need not pay it.
+"""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from scenarios.impulse import RayMissed
+from scenarios.scene import Scene
+from scenarios.truth import Truth, told_vertices
+from scenarios.truth.inertia import principal
+from scenarios.truth.limit import PRECISIONS, Flight
+from scenarios.truth.throw import Throw, read_throw
+
+# The first throws and so many instants, the last that is known among them, tell it well enough.
+THROWS, INSTANTS = 8, 32
+
+
+def cost_of_doubles(scene: Scene, answer: Truth) -> float:
+    """Return how far the vertices of the scene in doubles are from the true ones within the horizon, at most [m].
+
+    Infinite where a ray meets the body as it is written, but not as it is handed.
+    """
+    if scene.written is None:
+        return 0.0
+    from mpmath import MPContext
+
+    mp = MPContext()
+    rows = np.unique(np.linspace(0, answer.known - 1, INSTANTS).round().astype(int))
+    handed = replace(scene, written=None, times=answer.times[rows], start=scene.start[:THROWS])
+    furthest = 0.0
+    for row in range(len(handed.start)):
+        throw = read_throw(handed, row)
+        try:
+            flight = _flown(mp, scene, throw)
+        except RayMissed:
+            return np.inf
+        vertices = told_vertices(flight.poses, throw.points, flight.bits)
+        off = vertices - answer.vertices[rows[: len(vertices)], row]
+        furthest = max(furthest, float(np.linalg.norm(off, axis=-1).max()))
+    return furthest
+
+
+def _flown(mp: Any, scene: Scene, throw: Throw) -> Flight:
+    if scene.is_free:
+        from scenarios.truth.flight import fly
+
+        mp.prec = PRECISIONS[2]
+        return Flight(mp.prec, fly(mp, throw, principal(mp, throw.solid.tensor)))
+    from scenarios.truth.forced import flown
+
+    return flown(mp, throw)
