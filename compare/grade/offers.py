@@ -37,6 +37,12 @@ UNIT_WORDS = {
     "µs": "us", "meter": "m", "meters": "m", "metre": "m", "metres": "m", "m_sec": "m_s", "deg_sec": "deg_s",
     "rad_sec": "rad_s",
 }  # fmt: skip
+# How a name ends in a unit, the longest unit first.
+ENDINGS = tuple(
+    (ending, unit)
+    for unit in sorted({*UNIT_WORDS, *(unit for units in UNITS.values() for unit in units if unit)}, key=len)[::-1]
+    for ending in (f"_{unit}", f" {unit}", f".{unit}", f" {unit.replace('_', '/')}")
+)
 # More options than this are no line to copy.
 MOST_OFFERED = 32
 
@@ -102,10 +108,9 @@ def _parts(column: str) -> tuple[str, str]:
     bracketed = re.fullmatch(r"(.*?)\s*[(\[]([^()\[\]]*[^()\[\]\d][^()\[\]]*)[)\]]", name)
     if bracketed:
         return bracketed[1], re.sub(r"[\s/.]+", "_", bracketed[2].strip().replace("°", "deg"))
-    for unit in sorted({*UNIT_WORDS, *(unit for units in UNITS.values() for unit in units if unit)}, key=len)[::-1]:
-        for ending in (f"_{unit}", f" {unit}", f".{unit}", f" {unit.replace('_', '/')}"):
-            if name.endswith(ending):
-                return name.removesuffix(ending), unit
+    for ending, unit in ENDINGS:
+        if name.endswith(ending):
+            return name.removesuffix(ending), unit
     return name, ""
 
 

@@ -99,11 +99,11 @@ def inputs(count: int) -> Iterator[Tally]:
         yield tally
 
 
-def page(tallies: list[Tally]) -> str:
+def page(tallies: list[Tally], asked: str) -> str:
     """Return the page."""
     lost = [f"- {tally.what}: {line}" for tally in tallies for line in tally.lost]
     when = (
-        f"{sum(tally.tried for tally in tallies)} attacks on {time.strftime('%Y-%m-%d')}, Python "
+        f"{sum(tally.tried for tally in tallies)} attacks ({asked}) on {time.strftime('%Y-%m-%d')}, Python "
         f"{platform.python_version()}, {platform.system()}, {os.cpu_count()} cores, load {os.getloadavg()[2]:.1f}."
     )
     rows = "\n".join(tally.row for tally in tallies)
@@ -134,7 +134,7 @@ def main() -> None:
     for tally in chain(inputs(options.inputs), (each(what, attacks, say) for what, attacks in kinds.items())):
         tallies.append(tally)
         say(tally.row)
-        options.o.write_text(page(tallies), encoding="utf-8")
+        options.o.write_text(page(tallies, f"--kills {options.kills} --inputs {options.inputs}"), encoding="utf-8")
     lost = sum(len(tally.lost) for tally in tallies)
     sys.exit(f"{lost} attacks were lost" if lost else 0)
 
