@@ -14,8 +14,9 @@ import numpy as np
 
 from compare.grade.account import truthful
 from compare.grade.answer import parameters, stable_name
-from compare.grade.engines import Laws, combinations, table
+from compare.grade.engines import combinations, table
 from compare.grade.hypotheses import Hypothesis, Question
+from compare.grade.law_hypotheses import Laws
 from compare.grade.mistakes import hypotheses
 from compare.tables.files import write_whole
 from scenarios.read import scene_of
@@ -35,7 +36,9 @@ orientation = [0.9, 0.1, -0.3, 0.3]
 velocity = [0.4, 2.0, -0.7]
 angular_velocity = [1.0, 2.0, -0.5]
 """
-IMPULSES = "".join(f"[[impulse]]\ntime = {time}\nvalue = [0.7, -0.3, 1.1]\nvertex = 5\n" for time in (0.0, 0.5))
+IMPULSES = "".join(
+    f"[[impulse]]\ntime = {t}\nvalue = [0.7, -0.3, {z}]\nvertex = 5\n" for t, z in ((0.0, 1.1), (0.5, 2.0))
+)
 FORCES = """
 [[tether]]
 vertex = 7
@@ -59,7 +62,8 @@ def questions() -> Iterator[Question]:
         scene = scene_of(text, Path("room.toml"), "room.toml")
         account = truthful(scene, 0)
         first = np.array((0.1, 0.2, 0.3, 0.8, 0.6, 0.0, 0.0))
-        yield Question(scene, account, kind, ROWS, scene.duration, 0.3, SPACING_S, first, centred)
+        offset = np.array((0.3, 0.15, 0.05))
+        yield Question(scene, account, kind, ROWS, scene.duration, 0.3, SPACING_S, first, centred, offset)
 
 
 def tried() -> Iterator[Hypothesis]:

@@ -48,7 +48,12 @@ def inlined(function: F) -> F:
 
 def kernel(function: F) -> F:
     """Compile a loop over the rows of an array, and keep it on disk."""
-    return cast(F, keep(njit(**OPTIONS)(function), SOURCE))
+    return kernel_with()(function)
+
+
+def kernel_with(*folders: Path) -> Callable[[F], F]:
+    """Return the same for a loop whose parts lie in other folders as well."""
+    return lambda function: cast(F, keep(njit(**OPTIONS)(function), SOURCE, folders))
 
 
 @contextmanager

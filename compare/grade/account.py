@@ -11,8 +11,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from compare.engines.tumble import forces_of
-from compare.grade.stepping import (
+from compare.grade.kernel.laws import (
     AS_FORCE,
+    AS_THE_BODY,
     BEGIN,
     END,
     EVENT,
@@ -23,16 +24,16 @@ from compare.grade.stepping import (
     SMOOTH,
     TURNED,
     UNMIXED,
-    WIDTH,
     Laws,
     Scheme,
-    fly,
 )
+from compare.grade.kernel.stepping import WIDTH, fly
 from scenarios.forces import Law, stiffness
 from scenarios.frames import Array, rotation_matrix
 from scenarios.impulse import strike_point
 from scenarios.scene import Body, Impulse, Scene
 from solver.forces import Forces
+from solver.vectors import Vector
 
 # Radians a smooth step turns at most: order 4 leaves 1e-5 of a radian turned while searching, 1e-9 in the end.
 SEARCHING, FINE = 0.2, 0.02
@@ -42,6 +43,7 @@ SPRING_STEP = 0.1
 NO_STRENGTH = 1e-200
 # Of impulses applied in some way; the same are flown again and again with other mistakes.
 EVENTS_KEPT = 1024
+NOTHING: Vector = (0.0, 0.0, 0.0)
 # Where a clock's instant divided by its tick is a whole number but for rounding, it is that number.
 WHOLE = 1e-6
 
@@ -86,7 +88,8 @@ class Stroke(NamedTuple):
     """How an impulse J is applied.
 
     lasts: [s], as a constant force J/lasts, 0 for a jump; ends: the force stops then; turns: so does its torque, which
-    otherwise acts at once; arm, held, unturned: of the lever, as `stepping.Laws` has them; strength: of J.
+    otherwise acts at once; arm, held, levers: of the lever, as `kernel.laws.Laws` has them; strength: of J; in_body: J
+    is meant in body axes; moves: the centre as well.
     """
 
     lasts: float = 0.0
@@ -95,7 +98,9 @@ class Stroke(NamedTuple):
     arm: tuple[float, float, float, float, float] = (1.0, 1.0, 0.0, 0.0, 0.0)
     held: int = POINT_MOVES
     strength: float = 1.0
-    unturned: bool = False
+    levers: int = AS_THE_BODY
+    in_body: bool = False
+    moves: bool = True
 
 
 class Pose(NamedTuple):
@@ -110,7 +115,7 @@ class Pose(NamedTuple):
     q: Array
 
 
-AT_ONCE, RIGHT, IN_NO_STEPS = Stroke(), Clock(), Scheme(0.0, SMOOTH, EXPLICIT, False, 0.0, False)
+AT_ONCE, RIGHT, IN_NO_STEPS = Stroke(), Clock(), Scheme(0.0, SMOOTH, EXPLICIT, False, 0.0)
 Writing = Callable[[Pose], Pose]
 
 
@@ -118,9 +123,9 @@ Writing = Callable[[Pose], Pose]
 class Account:
     """One throw as a program understood it, flew it and wrote it down.
 
-    mass [kg]; moments [kg m2], (3,); start: (13,); gravity [m/s2], (3,); forces: the scene's others, and how stiff they
-    are [N/m]; damping to caps: as `stepping.Laws` has them; writings: what is done to a pose, in this order; rounding:
-    of printed instants [s].
+    mass [kg]; moments [kg m2], (3,); start: (13,); gravity [m/s2], (3,), from an instant [s] on; forces: the scene's
+    others, and how stiff they are [N/m]; damping to caps: as `kernel.laws.Laws` has them; writings: what is done to a
+    pose, in this order; rounding: of printed instants [s].
     """
 
     body: Body
@@ -132,6 +137,8 @@ class Account:
     forces: Forces
     stiffness: float
     damping: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)
+    brakes: tuple[Vector, Vector, Vector] = (NOTHING, NOTHING, NOTHING)
+    falls_from: float = 0.0
     damps: int = AS_FORCE
     decays: int = LINEARLY
     gyroscopic: float = 1.0
@@ -175,13 +182,16 @@ class Account:
         return Pose(times, (1 - share) * before.x + share * after.x, axes, q)
 
     def flown(self, times: Array, fineness: float = SEARCHING) -> Array:
-        """Return rows as `stepping` has them at instants [s] that do not decrease, (T, 22), each after its impulses."""
+        """Return rows of `kernel.stepping` at instants [s] that do not decrease, (T, 22), each after its impulses."""
         rows = np.empty((len(times), WIDTH))
-        forces = self.forces._replace(mass=self.mass, gravity=tuple(self.gravity.tolist()))
+        gravity = tuple(self.gravity.tolist())
+        late = (self.falls_from, *(self.mass * self.gravity).tolist()) if self.falls_from else None
+        forces = self.forces._replace(mass=self.mass, gravity=NOTHING if late else gravity)
         laws = Laws(
             moments=tuple(self.moments.tolist()),
             forces=forces,
             damping=self.damping,
+            brakes=self.brakes,
             damps=self.damps,
             decays=self.decays,
             gyroscopic=self.gyroscopic,
@@ -193,7 +203,8 @@ class Account:
             caps=self.caps,
             arm=self.stroke.arm,
             held=self.stroke.held,
-            unturned=self.stroke.unturned,
+            levers=self.stroke.levers,
+            strikes_in_body=self.stroke.in_body,
         )
         scheme = self.scheme if self.scheme.attitude != SMOOTH else self.scheme._replace(step=fineness)
         fly(
@@ -201,7 +212,7 @@ class Account:
             times,
             rows,
             laws,
-            _events(self.impulses, self.stroke),
+            _events(self.impulses, self.stroke, late),
             self._spring_rate() * fineness / SPRING_STEP,
             scheme,
             self.rounding,
@@ -250,15 +261,17 @@ def with_writing(account: Account, writing: Writing) -> Account:
 
 
 @lru_cache(maxsize=EVENTS_KEPT)
-def _events(impulses: tuple[Impulse, ...], stroke: Stroke) -> Array:
-    """Return the events of `stepping`, (E, 16)."""
-    rows = []
+def _events(
+    impulses: tuple[Impulse, ...], stroke: Stroke, late: tuple[float, float, float, float] | None = None
+) -> Array:
+    """Return the events of `kernel.stepping`, (E, 16); late: from when on a force acts on the centre, and which."""
+    rows: list[tuple[float, ...]] = [(late[0], BEGIN, *late[1:], *NOTHING, *NOTHING, False)] if late else []
     for impulse in impulses:
         value = stroke.strength * impulse.value
         in_body = impulse.point_body is not None
         place = (*(impulse.point_body if in_body else impulse.point_world), in_body)  # type: ignore[misc]
         if not stroke.lasts:
-            rows.append((impulse.time, JUMP, *value, *value, *place))
+            rows.append((impulse.time, JUMP, *(value if stroke.moves else NOTHING), *value, *place))
             continue
         force, turning = value / stroke.lasts, value / stroke.lasts if stroke.turns else np.zeros(3)
         if not stroke.turns:

@@ -3,8 +3,8 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from compare.grade.block import Block, axes_of, vertices_of
 from compare.grade.columns import CENTRE, SPIN, VELOCITY, Shown
-from compare.grade.foreign import Block, axes_of, vertices_of
 from compare.judge import mechanics
 from scenarios.frames import Array
 from scenarios.scene import Scene

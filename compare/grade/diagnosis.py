@@ -96,6 +96,7 @@ class Search:
         if not min(found, key=_by_weight).nothing:
             found += self._lawful.combined()
         alone = min(found, key=_by_weight)
+        self._flights.look_for(alone.rms_m)
         # Its mistake with each of those that help it most.
         on_top = [] if alone.nothing or self._is_small(nothing) else self._on_top(alone.mistakes)
         if on_top and (not alone.noise or self._glanced(on_top[0]) < self._glanced(alone.mistakes) - ALIKE):
@@ -192,6 +193,7 @@ class Search:
         deeper: list[Explanation] = []
         starts = sorted(found, key=_by_weight)[:STARTS]
         while not self._is_enough(starts[0]):
+            self._flights.look_for(starts[0].rms_m)
             candidates = [more for start in starts if start.mistakes for more in self._on_top(start.mistakes)]
             more = self._explained(sorted(candidates, key=self._glanced)[:FINALISTS])
             deeper += more

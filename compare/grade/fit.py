@@ -8,9 +8,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from compare.grade.block import vertices_of
 from compare.grade.columns import AnglesUnread, BadTrajectory
 from compare.grade.conventions import AXES, EULER, Reading
-from compare.grade.foreign import Trajectory, vertices_of
+from compare.grade.foreign import Trajectory
 from compare.grade.offers import map_option
 from compare.grade.reference import Reference
 from scenarios.scene import Scene

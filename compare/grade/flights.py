@@ -9,15 +9,17 @@ from scipy.spatial.distance import cdist
 from compare.grade.account import FINE, RIGHT, SEARCHING, Account, Pose
 from compare.grade.explanation import Explanation, Mistake, Mistakes
 from compare.grade.hypotheses import Hypothesis, Question
+from compare.grade.kernel.laws import SMOOTH
 from compare.grade.mistakes.writings import WRITTEN
 from compare.grade.noise import Scale, chosen, relation, root_mean_square
 from compare.grade.residual import Kept, golden
 from compare.grade.single import single_floor
-from compare.grade.stepping import SMOOTH
 from scenarios.frames import Array
 
 # Rows that a search takes, of those kept, and a first look of these.
 SOUGHT, GLANCE = 96, 24
+# Radians in a step of a first look where more than this share of the body's size is to be explained.
+COARSE, LARGE = 0.4, 0.02
 # Instants of a flight that rows are sought at: so many in a radian of the body's turn, and no more than so many.
 IN_A_RADIAN, MOST_INSTANTS = 10, 2000
 
@@ -51,6 +53,15 @@ class Flights:
         self._duration, self._turn_s = question.duration, question.turn_s
         self._place = {hypothesis: number for number, hypothesis in enumerate(hypotheses)}
         self._flown: dict[tuple, Pose] = {}
+        self._glancing = SEARCHING
+        self.look_for(root_mean_square(kept.vertices - kept.true))
+
+    def look_for(self, left_m: float) -> None:
+        """Take first looks at flights as fine as it takes to explain so much [m]."""
+        glancing = COARSE if left_m > LARGE * self.scale.size_m else SEARCHING
+        if glancing != self._glancing:
+            self._glancing = glancing
+            self._flown.clear()
 
     def explain(self, mistakes: Mistakes) -> Explanation:
         """Return what mistakes leave of all rows, flown finely."""
@@ -107,7 +118,7 @@ class Flights:
         """Return what a program with these mistakes writes down, flown once."""
         pose = self._flown.get(flight)
         if pose is None:
-            pose = self._flown[flight] = self.changed(flight).written(self.glance.times, SEARCHING)
+            pose = self._flown[flight] = self.changed(flight).written(self.glance.times, self._glancing)
         return pose
 
     def written(self, pose: Pose, mistakes: Sequence[Mistake]) -> Pose:

@@ -36,7 +36,8 @@ class Question:
 
     account: of a program without mistakes; kind: what the file shows; rows: so many; duration: to the last of them [s];
     turn_s: the time in which the body turns by a radian [s]; spacing_s: from row to row; first: x [m] and q of the row
-    at t = 0, (7,), where there is one; centred: the file says where the body is.
+    at t = 0, (7,), where there is one; centred: the file says where the body is; offset: constant, of what it says is
+    the centre, body axes [m], (3,), where there is one.
     """
 
     scene: Scene
@@ -48,6 +49,7 @@ class Question:
     spacing_s: float
     first: Array | None = None
     centred: bool = True
+    offset: Array | None = None
 
     @property
     def ticks(self) -> dict[float, str]:
@@ -73,8 +75,8 @@ class Hypothesis:
     only_known: no others are believed.  sought: where the flight jumps as the value changes, the value that instants as
     written and as the physics had reached them [s], (S,), speak for; None where it is smooth.
     variant: differs little from the one of its name that stands before it and is none.  rare: tried alone and on top of
-    others, not in all pairs.  unit: of its value.  details: what else it says, for tables.  taken: numbers that it
-    takes from the file itself.
+    others, not in all pairs.  of_scene: it may be the scene that says what was not flown.  unit: of its value.
+    details: what else it says, for tables.  taken: numbers that it takes from the file itself.
     """
 
     name: str
@@ -88,6 +90,7 @@ class Hypothesis:
     sought: Callable[[Array, Array], float] | None = None
     variant: bool = False
     rare: bool = False
+    of_scene: bool = False
     unit: str = ""
     details: tuple[tuple[str, str], ...] = ()
     taken: int = 0

@@ -3,9 +3,10 @@
 from collections.abc import Iterable
 from dataclasses import replace
 
-from compare.grade.engines import ENGINES, GYROSCOPIC, LATE, ROTATION, Flown, Law, Laws, combinations, table
+from compare.grade.engines import ENGINES, GYROSCOPIC, LATE, ROTATION, Flown, Law, combinations, table
 from compare.grade.explanation import Explanation, Mistake, Mistakes
 from compare.grade.flights import Flights
+from compare.grade.law_hypotheses import Laws
 
 # Laws that are looked at closely, of those that leave least.
 FINALISTS = 3
@@ -61,8 +62,8 @@ class Lawful:
         return self._flights.explain(self._stepped(best.mistakes, place, details))
 
     def _stepped(self, mistakes: Mistakes, place: int, details: dict[str, str]) -> Mistakes:
-        falls, lengthens = int(details["substeps"] or 1), bool(details["normalised"])
-        hypothesis = self._laws.step(details["gyroscopic"], details["rotation"], falls, lengthens)
+        falls, normalises = int(details["substeps"] or 1), 0 if details["normalised"] else 1
+        hypothesis = self._laws.step(details["gyroscopic"], details["rotation"], falls, normalises)
         step = Mistake(hypothesis, mistakes[place].value)
         return (*mistakes[:place], step, *mistakes[place + 1 :])
 

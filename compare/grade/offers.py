@@ -105,9 +105,10 @@ def _likely(column: str) -> Iterator[tuple[str, str]]:
 def _parts(column: str) -> tuple[str, str]:
     """Return a name and its unit, in small letters: what stands in brackets at its end, or the unit that it ends in."""
     name = column.strip("# ").lower()
-    bracketed = re.fullmatch(r"(.*?)\s*[(\[]([^()\[\]]*[^()\[\]\d][^()\[\]]*)[)\]]", name)
-    if bracketed:
-        return bracketed[1], re.sub(r"[\s/.]+", "_", bracketed[2].strip().replace("°", "deg"))
+    bracket = max(name.rfind("("), name.rfind("["))
+    said = name[bracket + 1 : -1]
+    if bracket >= 0 and name.endswith((")", "]")) and not said.isdigit() and not set(said) & set(")]") and said:
+        return name[:bracket].rstrip(), re.sub(r"[\s/.]+", "_", said.strip().replace("°", "deg"))
     for ending, unit in ENDINGS:
         if name.endswith(ending):
             return name.removesuffix(ending), unit

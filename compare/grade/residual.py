@@ -5,9 +5,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from compare.grade.block import Block, vertices_of
 from compare.grade.columns import CENTRE, MATRIX, QUATERNION, SPIN, TIME, BadTrajectory, Shown
 from compare.grade.conserved import Conserved
-from compare.grade.foreign import Block, Trajectory, vertices_of
+from compare.grade.foreign import Trajectory
 from compare.grade.reference import Reference
 from scenarios.frames import Array, vertices
 from scenarios.scene import Scene

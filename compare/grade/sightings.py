@@ -6,6 +6,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from compare.grade.conserved import posed
+from compare.grade.hits import hits
+from compare.grade.offset import Offset
 from compare.grade.residual import Kept, Measured
 from scenarios.frames import Array
 from scenarios.scene import Scene
@@ -14,24 +16,30 @@ from scenarios.scene import Scene
 SEEN = 4.0
 # A body that is right for less than this share of the duration is not said to be right until then.
 RIGHT_FOR = 0.05
-# A jump of the velocity is so many times as large as velocities change from row to row otherwise.
-JUMP, MOST_JUMPS = 30.0, 3
+# Of the body's size: points nearer than this are one.
+SAME_POINT = 1e-3
 # Intervals between rows differ by less than this share of themselves, or are said to be uneven.
 EVEN = 0.02
 
 
-def sightings(measured: Measured, scene: Scene, floors_m: Array, points: Array) -> Iterator[str]:
-    """Yield one sentence for each thing seen.  floors_m: of each row's axes, (S, 3); points: the vertices seen."""
+def sightings(measured: Measured, scene: Scene, floors_m: Array, points: Array, offset: Offset | None) -> Iterator[str]:
+    """Yield one sentence for each thing seen.
+
+    floors_m: of each row's axes, (S, 3); points: the vertices seen; offset: by which the centre is off in every row.
+    """
     kept = measured.kept
     if len(kept) < 3:
         return
     yield from _clock(measured)
     off = np.linalg.norm(kept.vertices - kept.true, axis=-1).max(axis=1)
     seen = off > SEEN * np.linalg.norm(floors_m, axis=1) + measured.limit_m
-    yield from _start(kept, seen, points)
+    if offset is not None:
+        yield from _offset(offset, points)
+    if offset is None or not offset.body.any():
+        yield from _start(kept, seen, points)
     yield from _still(kept, measured)
     yield from _right_until(kept, seen, scene)
-    yield from _jumps(kept, measured, scene)
+    yield from hits(kept, measured, scene)
 
 
 def _clock(measured: Measured) -> Iterator[str]:
@@ -46,6 +54,34 @@ def _clock(measured: Measured) -> Iterator[str]:
         yield f"Rows are uneven: {intervals.min():.4g} to {intervals.max():.4g} s apart."
     elif lost:
         yield f"{lost} rows are missing: most are {measured.spacing_s:.4g} s apart, some {intervals.max():.4g} s."
+
+
+def _offset(offset: Offset, points: Array) -> Iterator[str]:
+    """Yield by which constant vector the centre is off, and which point of the body that is."""
+    body, world = offset
+    if body.any():
+        said = _vector(body)
+        yield f"What it calls the centre of mass is off by {said} m in body axes, in every row{_of(body, points)}."
+    if world.any():
+        yield f"Its centre is off by {_vector(world)} m in world axes, in every row."
+
+
+def _of(offset: Array, points: Array) -> str:
+    """Return which point of the body lies there: a vertex, or the middle of a side."""
+    near = SAME_POINT * float(np.ptp(points, axis=0).max())
+    for number, point in enumerate(points):
+        if np.linalg.norm(point - offset) < near:
+            return f": vertex {number}, a corner, was logged"
+    for axis, name in enumerate("xyz"):
+        for sign, side in ((1.0, "+"), (-1.0, "-")):
+            face = points[np.isclose(sign * points[:, axis], (sign * points[:, axis]).max())]
+            if len(face) > 2 and np.linalg.norm(face.mean(axis=0) - offset) < near:
+                return f": the middle of its side at {side}{name}, a base, was logged"
+    return ": another point of the body was logged"
+
+
+def _vector(values: Array) -> str:
+    return "(" + ", ".join(f"{value:.4g}" for value in values) + ")"
 
 
 def _start(kept: Kept, seen: Array, points: Array) -> Iterator[str]:
@@ -84,20 +120,3 @@ def _right_until(kept: Kept, seen: Array, scene: Scene) -> Iterator[str]:
     acts = [n for n, impulse in enumerate(scene.impulses, 1) if before - 1e-9 <= impulse.time < after]
     when = f", when impulse {acts[0]} acts" if acts else ""
     yield f"It is right until t = {before:.4g} s{when}."
-
-
-def _jumps(kept: Kept, measured: Measured, scene: Scene) -> Iterator[str]:
-    """Yield where the velocity of the vertices' middle jumps and no impulse acts; rows as they are in the file only."""
-    steps = np.diff(kept.times)
-    if len(kept) < measured.rows / measured.throws or len(kept) < 8:
-        return
-    v = np.diff(kept.vertices.mean(axis=1) - kept.true.mean(axis=1), axis=0) / steps[:, None]
-    change = np.linalg.norm(np.diff(v, axis=0), axis=1)
-    usual = float(np.median(change)) + 4 * measured.half_m / float(np.median(steps))
-    for row in np.flatnonzero(change > JUMP * usual)[:MOST_JUMPS]:
-        begin, end = kept.times[row], kept.times[row + 2]
-        if not any(begin <= impulse.time <= end for impulse in scene.impulses):
-            yield (
-                f"At t = {kept.times[row + 1]:.4g} s its velocity jumps by {change[row]:.3g} m/s, and the scene has "
-                "nothing there: an impulse at another time, or something that it hits."
-            )

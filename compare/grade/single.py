@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from compare.grade.account import SEARCHING, Account
-from compare.grade.stepping import BIASED, EXPONENTIAL, RESCALED, ROUNDED, Scheme
+from compare.grade.kernel.laws import BIASED, EXPONENTIAL, RESCALED, ROUNDED, Scheme
 from scenarios.frames import Array
 
 # What rounding after every step moves the vertices by, and what it could if all of it went one way, times so much: an

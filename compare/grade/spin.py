@@ -3,8 +3,8 @@
 import numpy as np
 
 from compare.grade.account import FINE, Account
+from compare.grade.kernel.stepping import WIDTH
 from compare.grade.residual import Kept
-from compare.grade.stepping import WIDTH
 from scenarios.frames import Array
 
 # Written otherwise, the angular velocity must fit so much better, and miss by so much as it is, to be called mistaken.

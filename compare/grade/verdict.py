@@ -1,7 +1,7 @@
 """Grades one file: reads it, measures it, looks for what is wrong, and says how sure that is."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -17,6 +17,7 @@ from compare.grade.foreign import Trajectory
 from compare.grade.hypotheses import Question
 from compare.grade.mistakes import hypotheses
 from compare.grade.noise import ALIKE, FLIGHT, Scale, independent
+from compare.grade.offset import constant_offset
 from compare.grade.reference import Reference
 from compare.grade.residual import Kept, Measured, measure
 from compare.grade.sightings import sightings
@@ -122,7 +123,10 @@ def grade(
     if measured.excess_m > 0 and len(kept) > 1:
         tell(measured)
         points = scene.body.points[list(measured.shown.vertices)]
-        seen = tuple(sightings(measured, scene, scale.floors_m, points))
+        offset = constant_offset(kept, points, scale.floors_m) if measured.shown.centred else None
+        seen = tuple(sightings(measured, scene, scale.floors_m, points, offset))
+        if offset is not None and offset.body.any():
+            question = replace(question, offset=offset.body)
         diagnosis = diagnose(question, measured.shown, kept, scale, measured.single)
     account = diagnosis.account if diagnosis else question.account
     return Grade(trajectory.name, scene, measured, diagnosis, spin_mistake(kept, account), scale, seen)

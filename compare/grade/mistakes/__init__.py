@@ -8,11 +8,12 @@ from compare.grade.mistakes.clocks import clocks
 from compare.grade.mistakes.forces import forces
 from compare.grade.mistakes.impulses import impulses
 from compare.grade.mistakes.rotation import rotation
+from compare.grade.mistakes.size import size
 from compare.grade.mistakes.start import start
 from compare.grade.mistakes.steps import steps
 from compare.grade.mistakes.writings import writings
 
-PARTS = (start, impulses, forces, rotation, steps, clocks, writings)
+PARTS = (start, impulses, forces, size, rotation, steps, clocks, writings)
 
 
 def hypotheses(question: Question) -> list[Hypothesis]:

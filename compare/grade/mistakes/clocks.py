@@ -23,6 +23,7 @@ ROWS_FOR_A_TICK = 10
 MOST_TICKS = 2000
 # How far from the best tick others are tried, in turn, of what they were apart.
 CLOSER = (1.0, 0.04)
+WHOLE_HZ = (5, 8, 10, 12, 15, 16, 20, 24, 25, 30, 32, 40, 48, 50, 60, 64, 72, 75, 80, 90, 100, 120, 128, 144, 200, 240)
 BEHIND = {0.0: "", 1.0: ", one step late"}
 BETWEEN = {ALONG_ARCS: "", STRAIGHT: " (the quaternion straight)"}
 LAGS = (
@@ -85,14 +86,17 @@ def _ticks(question: Question) -> Iterator[Hypothesis]:
     used = {tick: name for tick, name in question.ticks.items() if tick < longest}
     few = question.rows < ROWS_FOR_A_TICK
     values = tuple(sorted(used)) if few else tuple(sorted({*grid(longest / 50, longest, 16), *used}))
-    for (late, when), (between, how) in product(BEHIND.items(), BETWEEN.items()):
+    # Rows between ticks are smooth in the tick, but only near the right one: those of whole rates are tried, each.
+    rates = {1 / rate: f"1/{rate} s" for rate in WHOLE_HZ if question.spacing_s / 2 < 1 / rate < longest}
+    between_rows = rates | used
+    for (late, when), (between, how) in product(BEHIND.items(), BETWEEN.items()) if between_rows else ():
         yield Hypothesis(
             "interpolated rows",
             "clock tick",
             f"physics moves in whole steps of {{}} s{when}, and rows between two are interpolated{how}",
             lambda account, tick, late=late, between=between: _clocked(account, tick=tick, lag=late, between=between),
-            tuple(sorted({*grid(longest / 50, longest, 16), *used})),
-            known=used,
+            tuple(sorted(between_rows)),
+            known=between_rows,
             only_known=True,
             rare=True,
             variant=bool(late or how),

@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 
 from compare.grade.account import Account, without_strength
-from compare.grade.hypotheses import Hypothesis, Question, choice, grid
-from compare.grade.stepping import AFTER_FORCES, AS_FORCE, LAST
+from compare.grade.hypotheses import STEPS, Hypothesis, Question, choice, grid
+from compare.grade.kernel.laws import AFTER_FORCES, AS_FORCE, LAST
 from scenarios.forces import GRAVITY, acting
 
 STANDARD = 9.81  # m/s2
@@ -31,6 +31,7 @@ def forces(question: Question) -> Iterator[Hypothesis]:
     yield from _gravity(question)
     yield from _damping(question)
     yield from _drag(question)
+    yield from _brakes(question)
     yield from _caps(question)
     yield from _left_out(question)
 
@@ -72,6 +73,24 @@ def _gravity(question: Question) -> Iterator[Hypothesis]:
         lambda account, factor: replace(account, gravity=factor * gravity),
         grid(0.5, 1.6, 9),
         known={other / size: name for other, name in SIZES.items() if other != size},
+    )
+    yield _late_gravity(question)
+
+
+def _late_gravity(question: Question) -> Hypothesis:
+    """Return that gravity begins to act only after a while, as after an engine's first step."""
+    longest = 0.5 * question.duration
+    known = {question.spacing_s: "one row"} | STEPS
+    known = {instant: name for instant, name in known.items() if instant < longest}
+    return Hypothesis(
+        "gravity late",
+        "gravity start",
+        "gravity acts from t = {} s on",
+        lambda account, instant: replace(account, falls_from=instant),
+        tuple(sorted({*grid(min(0.002, 1e-2 * longest), longest, 9), *known})),
+        known=known,
+        rare=True,
+        unit="s",
     )
 
 
@@ -121,6 +140,34 @@ def _drag(question: Question) -> Iterator[Hypothesis]:
             rare=True,
             unit=unit,
         )
+
+
+def _brakes(question: Question) -> Iterator[Hypothesis]:
+    """Yield damping along one axis only."""
+    rates = grid(1e-3 / question.duration, 4 / question.duration, 11)
+    for kind, what, axes in (
+        (0, "linear damping along {}", "velocity along {} decays at {{}} /s"),
+        (1, "angular damping about the body's {}", "angular velocity about the body's {} decays at {{}} /s"),
+        (2, "angular damping about {}", "angular velocity about the world's {} decays at {{}} /s"),
+    ):
+        for number, axis in enumerate("xyz"):
+            yield Hypothesis(
+                what.format(axis),
+                what.format(axis),
+                axes.format(axis),
+                lambda account, rate, kind=kind, number=number: _braked(account, kind, number, rate),
+                rates,
+                known=RATES,
+                rare=True,
+                unit="1/s",
+            )
+
+
+def _braked(account: Account, kind: int, axis: int, rate: float) -> Account:
+    brakes = [list(brake) for brake in account.brakes]
+    brakes[kind][axis] = rate
+    of_v, of_body, of_world = ((x, y, z) for x, y, z in brakes)
+    return replace(account, brakes=(of_v, of_body, of_world))
 
 
 def _caps(question: Question) -> Iterator[Hypothesis]:

@@ -7,12 +7,18 @@ import numpy as np
 
 from compare.grade.account import Account
 from compare.grade.hypotheses import STEPS, Hypothesis, Question, choice, grid
-from compare.grade.stepping import POINT_MOVES, POINT_STAYS, TORQUE_STAYS
+from compare.grade.kernel.laws import (
+    AS_AT_THE_START,
+    NOT_TURNED,
+    POINT_MOVES,
+    POINT_STAYS,
+    TORQUE_STAYS,
+    TORQUE_UNTURNED,
+)
+from compare.grade.mistakes.one_impulse import MOST_VERTICES, one_impulse
 from scenarios.frames import Array
 from scenarios.scene import Impulse
 
-# Bodies of more vertices than this are meshes, whose vertices nobody takes for one another.
-MOST_VERTICES = 27
 N_S_AS_N = {1.0: "N s read as N"}
 # What becomes of the place where a force acts that lasts.
 HELD = {POINT_MOVES: "", POINT_STAYS: " at a point that stays in the world", TORQUE_STAYS: " with a constant torque"}
@@ -24,7 +30,7 @@ def impulses(question: Question) -> Iterator[Hypothesis]:
         yield from _lasting(question)
         yield from _landing(question)
         yield from _strength(question)
-        yield from _each(question)
+        yield from one_impulse(question)
     elif question.account.start[7:10].any():
         yield Hypothesis(
             "impulse as force",
@@ -95,20 +101,33 @@ def _landing(question: Question) -> Iterator[Hypothesis]:
     ):
         arm = (sign, share, 0.0, 0.0, 0.0)
         yield Hypothesis(name, "lever", says, lambda account, _, arm=arm: _stroke(account, arm=arm))
+    for name, says, levers in (
+        ("impulse lever not turned", "lever of the impulse in body axes, not turned to the world", NOT_TURNED),
+        ("impulse lever as at the start", "lever of the impulse turned as it was at the start", AS_AT_THE_START),
+    ):
+        yield Hypothesis(
+            name, "lever", says, lambda account, _, levers=levers: _stroke(account, levers=levers), rare=True
+        )
     yield Hypothesis(
-        "impulse lever not turned",
-        "lever",
-        "lever of the impulse in body axes, not turned to the world",
-        lambda account, _: _stroke(account, unturned=True),
+        "impulse only turns",
+        "strength",
+        "impulse only turns the body: its centre of mass is not pushed",
+        lambda account, _: _stroke(account, moves=False),
         rare=True,
     )
-    turned = tuple(_in_body(impulse, account) for impulse in account.impulses)
-    if any((one.value != other.value).any() for one, other in zip(turned, account.impulses, strict=True)):
+    yield Hypothesis(
+        "impulse torque in body axes",
+        "lever",
+        "torque of the impulse taken to be in body axes: I^-1 (r x J) without a turn",
+        lambda account, _: replace(account, struck=TORQUE_UNTURNED),
+        rare=True,
+    )
+    if any(_is_turned(impulse, account) for impulse in account.impulses):
         yield Hypothesis(
             "impulse in body axes",
             "strength",
             "impulse taken in body axes",
-            lambda account, _: replace(account, impulses=turned),
+            lambda account, _: _stroke(account, in_body=True),
             rare=True,
         )
     if account.impulses[-1].time > 0:
@@ -127,6 +146,7 @@ def _landing(question: Question) -> Iterator[Hypothesis]:
             lambda account, number: _at(account, points[others[int(number)]]),
             choice(len(others)),
             tuple(f"vertex {number}" for number in others),
+            of_scene=True,
         )
 
 
@@ -162,95 +182,42 @@ def _strength(question: Question) -> Iterator[Hypothesis]:
     yield Hypothesis(
         "impulse of another size",
         "strength",
-        "impulse {} times what it is, or mass and inertia so much less",
+        "impulse {} times what it is, or mass and inertia so much less than the scene says",
         lambda account, strength: _stroke(account, strength=strength),
         grid(1e-4, 1e4, 49),
         known={size: name for size, name in (steps | sizes).items() if size != 1.0},
         rare=True,
+        of_scene=True,
     )
+    lengths = [float(np.linalg.norm(impulse.value)) for impulse in question.account.impulses]
+    if len(lengths) > 1 and not np.allclose(lengths, lengths[0]):
+        unit = tuple(
+            replace(impulse, value=impulse.value / length)
+            for impulse, length in zip(question.account.impulses, lengths, strict=True)
+        )
+        yield Hypothesis(
+            "impulses of unit length",
+            "strength",
+            "only the direction of each impulse is used: all are of 1 N s",
+            lambda account, _: replace(account, impulses=unit),
+            rare=True,
+        )
     yield Hypothesis(
         "another mass",
         "mass",
-        "impulse divided by {} times the mass, though the inertia is right",
+        "impulse divided by {} times the mass that the scene says, though the inertia is right",
         lambda account, factor: replace(account, mass=factor * account.mass),
         grid(1e-3, 1e3, 37),
         known={1e3: "kg taken for g", 1e-3: "g taken for kg"},
         rare=True,
+        of_scene=True,
     )
 
 
-def _each(question: Question) -> Iterator[Hypothesis]:
-    """Yield mistakes with one impulse of several, and with the time of any."""
-    impulses = question.account.impulses
-    centre = np.zeros(3)
-    for number, impulse in enumerate(impulses):
-        which = f"impulse {number + 1}" if len(impulses) > 1 else "the impulse"
-        times = np.linspace(-impulse.time, question.duration - impulse.time, 25)
-        yield Hypothesis(
-            "impulse at another time",
-            "impulse time",
-            f"{which} acts {{}} s after its time",
-            lambda account, late, number=number: _changed(account, number, late=late),
-            tuple(times.tolist()),
-            known={step: name for step, name in STEPS.items() if step < times[-1]},
-            rare=True,
-            unit="s",
-        )
-        if len(impulses) == 1:
-            continue
-        for name, says, factor in (
-            ("one impulse missing", "missing", 0.0),
-            ("one impulse doubled", "applied twice", 2.0),
-            ("one impulse reversed", "of the wrong sign", -1.0),
-        ):
-            yield Hypothesis(
-                name,
-                "one impulse",
-                f"{which} {says}",
-                lambda account, _, number=number, factor=factor: _changed(account, number, factor=factor),
-                rare=True,
-            )
-        yield Hypothesis(
-            "one impulse of another size",
-            "one impulse",
-            f"{which} {{}} times what it is",
-            lambda account, factor, number=number: _changed(account, number, factor=factor),
-            grid(1e-3, 1e3, 25),
-            rare=True,
-        )
-        yield Hypothesis(
-            "one impulse at the centre",
-            "one impulse",
-            f"{which} applied at the centre of mass",
-            lambda account, _, number=number: _changed(account, number, point=centre),
-            rare=True,
-        )
-        if impulse.point_body is not None:
-            reversed_ = -impulse.point_body
-            yield Hypothesis(
-                "one impulse lever reversed",
-                "one impulse",
-                f"torque of {which} of the wrong sign",
-                lambda account, _, number=number, point=reversed_: _changed(account, number, point=point),
-                rare=True,
-            )
-
-
-def _changed(
-    account: Account, number: int, late: float = 0.0, factor: float = 1.0, point: Array | None = None
-) -> Account:
-    """Return the account with one impulse later, of another size or at another point of the body."""
-    impulses = list(account.impulses)
-    old = impulses[number]
-    new = replace(old, time=old.time + late, value=factor * old.value)
-    impulses[number] = new if point is None else replace(new, point_world=None, point_body=point)
-    return replace(account, impulses=tuple(sorted(impulses, key=lambda impulse: impulse.time)))
-
-
-def _in_body(impulse: Impulse, account: Account) -> Impulse:
-    """Return an impulse whose value was meant in body axes."""
+def _is_turned(impulse: Impulse, account: Account) -> bool:
+    """Whether an impulse in body axes would be another one."""
     axes = account.flown(np.array([impulse.time]))[0, 3:12].reshape(3, 3)
-    return replace(impulse, value=axes @ impulse.value)
+    return not np.allclose(axes @ impulse.value, impulse.value)
 
 
 def _stroke(account: Account, **changes: object) -> Account:

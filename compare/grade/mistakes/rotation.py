@@ -8,10 +8,12 @@ import numpy as np
 
 from compare.grade.account import Account
 from compare.grade.hypotheses import Hypothesis, Question, choice, grid
-from compare.grade.stepping import FROZEN, MIXED_BODY, MIXED_MOMENTUM, MIXED_WORLD, NEVER_TURNED, TURNED_BACK
+from compare.grade.kernel.laws import FROZEN, MIXED_BODY, MIXED_MOMENTUM, MIXED_WORLD, NEVER_TURNED, TURNED_BACK
 from scenarios.frames import rotation_matrix
 
 DEGREE = np.pi / 180
+# Inertia that is so much larger or smaller than it should be is rare.
+FAR = 31.6
 
 
 def rotation(question: Question) -> Iterator[Hypothesis]:
@@ -29,14 +31,19 @@ def rotation(question: Question) -> Iterator[Hypothesis]:
 
 def _inertia_size() -> Iterator[Hypothesis]:
     """Yield what shows only where something strikes the body: free rotation does not depend on the size of inertia."""
-    yield Hypothesis(
-        "another inertia",
-        "inertia size",
-        "inertia {} times what it is",
-        lambda account, factor: replace(account, moments=factor * account.moments),
-        grid(1e-3, 1e3, 61),
-        known={0.25: "half edges taken for edges", 4.0: "edges taken for half edges"},
-    )
+    # Far ones are tried alone and on top of others only: a body that spins a thousand times as fast takes long to fly.
+    far = (*grid(1e-3, 1 / FAR, 16), *grid(FAR, 1e3, 16))
+    for values, is_far in ((grid(1 / FAR, FAR, 31), False), (far, True)):
+        yield Hypothesis(
+            "another inertia",
+            "inertia size",
+            "inertia {} times what it is",
+            lambda account, factor: replace(account, moments=factor * account.moments),
+            values,
+            known={} if is_far else {0.25: "half edges taken for edges", 4.0: "edges taken for half edges"},
+            rare=is_far,
+            variant=is_far,
+        )
 
 
 def _turning() -> Iterator[Hypothesis]:
@@ -100,13 +107,18 @@ def _unequal_moments(question: Question) -> Iterator[Hypothesis]:
             rare=True,
         )
     if account.impulses:
-        yield Hypothesis(
-            "inertia not turned in the impulse",
-            "inertia axes",
-            "inertia tensor not turned with the body where an impulse acts",
-            lambda account, _: replace(account, struck=NEVER_TURNED),
-            rare=True,
-        )
+        for name, says, tensor in (
+            ("inertia not turned in the impulse", "not turned with the body", NEVER_TURNED),
+            ("inertia frozen in the impulse", "as it was at the start", FROZEN),
+            ("inertia turned the wrong way in the impulse", "turned the wrong way, R^T I R,", TURNED_BACK),
+        ):
+            yield Hypothesis(
+                name,
+                "inertia axes",
+                f"inertia tensor {says} where an impulse acts",
+                lambda account, _, tensor=tensor: replace(account, struck=tensor),
+                rare=True,
+            )
     yield Hypothesis(
         "inverse for inertia",
         "inertia",

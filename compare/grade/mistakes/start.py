@@ -6,7 +6,8 @@ from dataclasses import replace
 import numpy as np
 
 from compare.grade.account import Account
-from compare.grade.hypotheses import Hypothesis, Question
+from compare.grade.hypotheses import Hypothesis, Question, choice
+from compare.grade.mistakes.axes import axis_names, signed_permutations
 from scenarios.frames import Array, rotation_matrix
 
 POSITION, ATTITUDE, VELOCITY, SPIN = slice(0, 3), slice(3, 7), slice(7, 10), slice(10, 13)
@@ -46,8 +47,39 @@ def start(question: Question) -> Iterator[Hypothesis]:
         changes.append(("another start attitude", "start attitude", says, ATTITUDE, q))
     for name, part, says, place, value in changes:
         if _differs(account.start[place], value, place):
-            taken = 3 if name.startswith("another") else 0
-            yield Hypothesis(name, part, says, _set(place, value), rare=True, taken=taken)
+            is_taken = name.startswith("another")
+            taken = 3 if is_taken else 0
+            yield Hypothesis(name, part, says, _set(place, value), rare=True, of_scene=is_taken, taken=taken)
+    yield from _in_other_axes(account)
+
+
+def _in_other_axes(account: Account) -> Iterator[Hypothesis]:
+    """Yield that only a part of the start was turned into other axes, as y up into z up."""
+    renamings = [*signed_permutations(1), *signed_permutations(-1)]
+    q = account.start[ATTITUDE]
+    for name, part, what, place, values in (
+        ("start velocity", "start velocity", "velocity", VELOCITY, [a @ account.start[VELOCITY] for a in renamings]),
+        ("start spin", "spin", "angular velocity", SPIN, [a @ account.start[SPIN] for a in renamings]),
+        # An attitude in mirrored axes is one in others that are not: its axis turns round as well.
+        ("start attitude", "start attitude", "attitude", ATTITUDE, [_renamed(a, q) for a in signed_permutations(1)]),
+    ):
+        others = [number for number, value in enumerate(values) if _differs(account.start[place], value, place)]
+        if others:
+            yield Hypothesis(
+                f"{name} in other axes",
+                part,
+                f"{what} of the start in other axes: for x y z stand {{}}",
+                lambda account, number, place=place, values=values, others=others: _set(
+                    place, values[others[int(number)]]
+                )(account, 0.0),
+                choice(len(others)),
+                tuple(axis_names(renamings[number]) for number in others),
+                rare=True,
+            )
+
+
+def _renamed(axes: Array, q: Array) -> Array:
+    return np.array([q[0], *(axes @ q[1:])])
 
 
 def _set(place: slice, value: Array) -> Callable[[Account, float], Account]:

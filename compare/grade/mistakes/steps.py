@@ -6,16 +6,22 @@ from dataclasses import replace
 import numpy as np
 
 from compare.grade.account import Account
-from compare.grade.hypotheses import Hypothesis, Question, grid
-from compare.grade.stepping import (
+from compare.grade.hypotheses import Hypothesis, Question, choice, grid
+from compare.grade.kernel.laws import (
     EXPLICIT,
     EXPONENTIAL,
+    HEUN,
     IMPLICIT,
+    IN_WORLD,
     MATRIX,
     MOMENTUM,
+    ORDER_2,
+    ORDER_3,
+    ORDER_4,
     QUATERNION,
     RUNGE_KUTTA,
     SMOOTH,
+    VERLET,
     WORLD,
     Scheme,
 )
@@ -24,6 +30,12 @@ from compare.grade.stepping import (
 MOST_STEPS, MOST_KNOWN_STEPS = 5_000, 10_000
 # Values tried first, and how much shorter than the longest the shortest is.
 TRIED, RANGE = 7, 200
+RARELY = (2, 3, 4, 5, 8, 10, 16, 20, 25, 30, 32, 50, 60, 64, 100, 120, 128, 240, 500, 1000)
+METHODS = {
+    "midpoint method": ORDER_2, "Heun's method": HEUN, "velocity Verlet": VERLET,
+    "Runge-Kutta of order 3": ORDER_3, "Runge-Kutta of order 4": ORDER_4,
+}  # fmt: skip
+WORLD_AXES = ", w in world axes"
 BODY, KEPT, IMPLICITLY = ", w in body axes", ", the angular momentum kept", ", the gyroscopic term implicit"
 TURNED, FIRST_ORDER = ", turned by rotations", ", q to first order"
 
@@ -55,15 +67,26 @@ def steps(question: Question) -> Iterator[Hypothesis]:
             )
     for spin, kept in ((WORLD, ""), (EXPLICIT, BODY), (MOMENTUM, KEPT))[: 1 if equal else 3]:
         never = f"{explicit}{kept}, the quaternion never normalised"
-        yield _euler(question, "not normalised", never, QUATERNION, spin, lengthens=True, variant=bool(kept))
+        yield _euler(question, "not normalised", never, QUATERNION, spin, normalises=0, variant=bool(kept))
     if question.kind != "pose":
         shears = "explicit Euler on the rotation matrix with a step of {} s: the shape is not rigid"
         yield _euler(question, "matrix Euler", shears, MATRIX, MOMENTUM)
-    for name, order in (("midpoint method", 2), ("Runge-Kutta of order 3", 3), ("Runge-Kutta of order 4", 4)):
-        says = f"{name} with a step of {{}} s"
-        hypothesis = _euler(question, name, says, RUNGE_KUTTA, order)
+    kinds = [(name, method, "") for name, method in METHODS.items()]
+    kinds += [(name, method + IN_WORLD, WORLD_AXES) for name, method in METHODS.items() if method != VERLET]
+    for name, method, axes in kinds:
+        says = f"{name} with a step of {{}} s{axes}"
+        hypothesis = _euler(question, name, says, RUNGE_KUTTA, method, variant=bool(axes))
         # So little is wrong that any step would fit: only those that programs take are believed.
         yield replace(hypothesis, rare=True, values=tuple(sorted(hypothesis.known)), only_known=True)
+    yield Hypothesis(
+        "normalised rarely",
+        "normalisation",
+        "the quaternion normalised every {} steps only",
+        lambda account, number: replace(account, scheme=account.scheme._replace(normalises=RARELY[int(number)])),
+        choice(len(RARELY)),
+        tuple(map(str, RARELY)),
+        rare=True,
+    )
     yield from _falls(question)
 
 
@@ -74,7 +97,7 @@ def _euler(
     attitude: int,
     spin: int,
     semi: bool = False,
-    lengthens: bool = False,
+    normalises: int = 1,
     variant: bool = False,
 ) -> Hypothesis:
     longest = min(0.1 * question.duration, 0.5 * question.turn_s, question.spacing_s)
@@ -84,7 +107,7 @@ def _euler(
         "steps",
         says,
         lambda account, step: replace(
-            account, scheme=Scheme(step, attitude, spin, semi, 1.0 if semi else 0.0, lengthens)
+            account, scheme=Scheme(step, attitude, spin, semi, 1.0 if semi else 0.0, normalises)
         ),
         grid(min(shortest, longest / 2), longest, TRIED),
         known={

@@ -1,19 +1,33 @@
 """Mistakes in what is written down: numbers in another order, an inverse, another centre, other axes."""
 
 from collections.abc import Iterator, Sequence
-from itertools import permutations, product
 
 import numpy as np
 
 from compare.grade.account import Pose, Writing, with_writing
 from compare.grade.hypotheses import Hypothesis, Question, choice, grid
+from compare.grade.mistakes.axes import axis_names, signed_permutations
 from scenarios.frames import Array, rotation_matrix
 
 EARTH_RAD_S = 7.292115e-5
+UNITS = {
+    "cm for m": 100.0, "mm for m": 1000.0, "km for m": 1e-3, "feet for m": 1 / 0.3048, "inches for m": 1 / 0.0254,
+    "m for cm": 0.01, "m for feet": 0.3048,
+}  # fmt: skip
 BOX_CORNERS = 8
 # Whose mistakes need no other flight: the same poses are written otherwise.
 WRITTEN = frozenset(
-    {"quaternion order", "conjugate", "half angle", "pivot", "logged point", "turning axes", "axes", "body axes"}
+    {
+        "quaternion order",
+        "conjugate",
+        "half angle",
+        "pivot",
+        "logged point",
+        "unit",
+        "turning axes",
+        "axes",
+        "body axes",
+    }
 )
 
 
@@ -34,6 +48,7 @@ def writings(question: Question) -> Iterator[Hypothesis]:
         lambda account, _: with_writing(account, _about_origin(account.start)),
     )
     yield from _logged_points(question)
+    yield from _units(question)
     yield Hypothesis(
         "half angle missing",
         "half angle",
@@ -56,11 +71,32 @@ def _orders() -> Iterator[Hypothesis]:
         yield Hypothesis(
             name, "quaternion order", says, lambda account, _, writing=writing: with_writing(account, writing)
         )
+    # Without a mirror they are other axes of the attitude; all three reversed are the conjugate.
+    mirrors = [names for names in signed_permutations(-1) if (names != -np.eye(3)).any()]
+    yield Hypothesis(
+        "quaternion's vector mirrored",
+        "quaternion order",
+        "signs or order of the quaternion's x y z: for them stand {}",
+        lambda account, number: with_writing(account, _vector_renamed(mirrors[int(number)])),
+        choice(len(mirrors)),
+        tuple(map(axis_names, mirrors)),
+        rare=True,
+    )
 
 
 def _logged_points(question: Question) -> Iterator[Hypothesis]:
     """Yield that another point of the body was logged for its centre of mass, where the centre is written."""
     points = question.scene.body.points
+    if question.offset is not None:
+        offset = question.offset
+        yield Hypothesis(
+            "constant offset in body axes",
+            "logged point",
+            f"the point ({', '.join(f'{value:.4g}' for value in offset)}) m in body axes logged for the centre of mass",
+            lambda account, _: with_writing(account, _shifted(offset)),
+            rare=True,
+            taken=3,
+        )
     if question.kind == "vertices" or len(points) != BOX_CORNERS:
         return
     corners = [(f"vertex {number}", point) for number, point in enumerate(points)]
@@ -85,16 +121,37 @@ def _shifted(point: Array) -> Writing:
     return lambda pose: pose._replace(x=pose.x + pose.axes @ point)
 
 
+def _units(question: Question) -> Iterator[Hypothesis]:
+    """Yield that lengths are written in another unit than the column says."""
+    names, sizes = tuple(UNITS), tuple(UNITS.values())
+    whole = question.kind == "vertices"
+
+    def written(number: float) -> Writing:
+        size = sizes[int(number)]
+        return lambda pose: pose._replace(x=size * pose.x, axes=size * pose.axes if whole else pose.axes)
+
+    if question.centred:
+        yield Hypothesis(
+            "another unit of length",
+            "unit",
+            "places written in another unit: {}",
+            lambda account, number: with_writing(account, written(number)),
+            choice(len(names)),
+            names,
+            rare=True,
+        )
+
+
 def _half_converted(question: Question) -> Iterator[Hypothesis]:
     """Yield that axes were renamed of the centre only, or of the attitude only."""
     if question.kind == "vertices":
         return
-    matrices = [names for determinant in (-1, 1) for names in _signed_permutations(determinant)]
-    said = tuple(map(_axis_names, matrices))
     for name, says, centre in (
         ("only the centre in other axes", "only the centre is written in other axes: for x y z stand {}", True),
         ("only the attitude in other axes", "only the attitude is written in other axes: for x y z stand {}", False),
     ):
+        # Of the attitude a mirror is no other than other axes: it turns round the axis of the turn as well.
+        matrices = [*(signed_permutations(-1) if centre else ()), *signed_permutations(1)]
         writings = [_partly_renamed(names, centre) for names in matrices]
         yield Hypothesis(
             name,
@@ -102,7 +159,7 @@ def _half_converted(question: Question) -> Iterator[Hypothesis]:
             says,
             lambda account, number, writings=writings: with_writing(account, writings[int(number)]),
             choice(len(matrices)),
-            said,
+            tuple(map(axis_names, matrices)),
             rare=True,
         )
 
@@ -117,7 +174,7 @@ def _mirrored(question: Question) -> Iterator[Hypothesis]:
     """Yield that the body itself has other axes: vertices of its mirror image, or another order of its edges."""
     determinants = (-1, 1) if question.kind == "vertices" else (1,)
     points = question.scene.body.points
-    matrices = [names for determinant in determinants for names in _signed_permutations(determinant)]
+    matrices = [names for determinant in determinants for names in signed_permutations(determinant)]
     # A box is its own mirror image but for the numbers of its vertices.
     matrices = [names for names in matrices if not np.allclose(points @ names.T, points)]
     yield Hypothesis(
@@ -126,7 +183,7 @@ def _mirrored(question: Question) -> Iterator[Hypothesis]:
         "the body's own axes are others (or mirrored): for its x y z stand {}",
         lambda account, number: with_writing(account, _of_body(matrices[int(number)])),
         choice(len(matrices)),
-        tuple(map(_axis_names, matrices)),
+        tuple(map(axis_names, matrices)),
         rare=True,
     )
 
@@ -154,14 +211,14 @@ def _renamed_axes(question: Question) -> Iterator[Hypothesis]:
         ("left-handed axes", "left-handed axes: for x y z stand {}", -1),
         ("other axes", "other axes: for x y z stand {}", 1),
     ):
-        renamings = [_renamed(axes, question.kind == "vertices") for axes in _signed_permutations(determinant)]
+        renamings = [_renamed(axes, question.kind == "vertices") for axes in signed_permutations(determinant)]
         yield Hypothesis(
             name,
             "axes",
             says,
             lambda account, number, renamings=renamings: with_writing(account, renamings[int(number)]),
             choice(len(renamings)),
-            tuple(map(_axis_names, _signed_permutations(determinant))),
+            tuple(map(axis_names, signed_permutations(determinant))),
         )
 
 
@@ -173,6 +230,17 @@ def _shuffled(order: Sequence[int]) -> Writing:
         square = (q * q).sum(axis=1)
         axes = square[:, None, None] * rotation_matrix(q / np.sqrt(square)[:, None])
         return pose._replace(axes=axes)
+
+    return write
+
+
+def _vector_renamed(names: Array) -> Writing:
+    """Return how a pose is written whose quaternion has other numbers for its vector."""
+
+    def write(pose: Pose) -> Pose:
+        q = np.hstack((pose.q[:, :1], pose.q[:, 1:] @ names.T))
+        square = (q * q).sum(axis=1)
+        return pose._replace(q=q, axes=square[:, None, None] * rotation_matrix(q / np.sqrt(square)[:, None]))
 
     return write
 
@@ -215,17 +283,3 @@ def _renamed(names: Array, vertices: bool) -> Writing:
         return pose._replace(x=pose.x @ names.T, axes=axes if vertices else axes @ names.T)
 
     return write
-
-
-def _signed_permutations(determinant: int) -> list[Array]:
-    """Return the matrices that rename and reverse axes, but for the one that does nothing."""
-    matrices = [
-        np.diag(signs).astype(float)[list(order)]
-        for order in permutations(range(3))
-        for signs in product((1, -1), repeat=3)
-    ]
-    return [axes for axes in matrices if round(np.linalg.det(axes)) == determinant and (axes != np.eye(3)).any()]
-
-
-def _axis_names(axes: Array) -> str:
-    return " ".join(("-" if row.min() < 0 else "") + "xyz"[int(np.argmax(np.abs(row)))] for row in axes)

@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from compare.grade.foreign import LOOKED_AT, Trajectory
+from compare.grade.cells import LOOKED_AT
+from compare.grade.foreign import Trajectory
 from compare.grade.residual import measure
 from scenarios.read import read_scene
 from tumble.__main__ import main
