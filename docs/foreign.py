@@ -15,7 +15,7 @@ import csv
 import sys
 from argparse import ArgumentParser
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,6 +23,7 @@ from statistics import median
 from time import perf_counter
 
 from compare.grade.diagnosis import Diagnosis
+from compare.grade.engines import ENGINES, Law
 from compare.grade.verdict import EXPLAINED_PARTLY, EXPLAINED_WHOLLY, Grade, grade
 from compare.tables.files import write_whole
 from compare.tables.frames import csv_text, frame
@@ -150,12 +151,15 @@ def judged(graded: Grade, truth: dict[str, str]) -> str:
     return "right" if firmly else "nearest"
 
 
-def row(job: tuple[Path, Path, dict[str, str]]) -> ForeignRow:
-    """Grade one file and judge what was said."""
+Job = tuple[Path, Path, dict[str, str]]
+
+
+def row(job: Job, engines: Sequence[Law] = ENGINES) -> ForeignRow:
+    """Grade one file by the laws of some engines and judge what was said.  job: the file, its scene, what is true."""
     file, scene, truth = job
     own = read_scene(str(scene) if scene.exists() else scene.stem)
     begin = perf_counter()
-    graded = grade(file, own, {})
+    graded = grade(file, own, {}, engines=engines)
     wall_s = perf_counter() - begin
     diagnosis = graded.diagnosis
     said = "; ".join(mistake.said for mistake in diagnosis.best.mistakes) if diagnosis else ""
@@ -172,12 +176,17 @@ def row(job: tuple[Path, Path, dict[str, str]]) -> ForeignRow:
     )
 
 
-def rows(folder: Path, pattern: str, processes: int) -> Iterator[ForeignRow]:
-    """Yield the rows of all files, as they are done."""
+def jobs_of(folder: Path, pattern: str) -> list[Job]:
+    """Return the files of a folder whose truth is known."""
     with (folder / "truth.csv").open(newline="") as file:
         truths = {truth["file"]: truth for truth in csv.DictReader(file)}
     files = [file for file in sorted((folder / "csv").glob(pattern)) if file.name in truths]
-    jobs = [(file, folder / "scenes" / f"{file.name.split('.')[1]}.toml", truths[file.name]) for file in files]
+    return [(file, folder / "scenes" / f"{file.name.split('.')[1]}.toml", truths[file.name]) for file in files]
+
+
+def rows(folder: Path, pattern: str, processes: int) -> Iterator[ForeignRow]:
+    """Yield the rows of all files, as they are done."""
+    jobs = jobs_of(folder, pattern)
     if processes == 1:
         yield from map(row, jobs)
         return

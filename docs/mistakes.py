@@ -63,7 +63,9 @@ def questions() -> Iterator[Question]:
         account = truthful(scene, 0)
         first = np.array((0.1, 0.2, 0.3, 0.8, 0.6, 0.0, 0.0))
         offset = np.array((0.3, 0.15, 0.05))
-        yield Question(scene, account, kind, ROWS, scene.duration, 0.3, SPACING_S, first, centred, offset)
+        yield Question(
+            scene, account, kind, ROWS, scene.duration, 0.3, SPACING_S, first, centred, offset, np.ones((2, 3))
+        )
 
 
 def tried() -> Iterator[Hypothesis]:

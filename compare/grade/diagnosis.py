@@ -7,6 +7,7 @@ from itertools import combinations, groupby
 import numpy as np
 
 from compare.grade.account import FINE, Account, Pose
+from compare.grade.engines import ENGINES, Law
 from compare.grade.explanation import Explanation, Mistake, Mistakes
 from compare.grade.fitting import Fitter
 from compare.grade.flights import Flights
@@ -54,9 +55,9 @@ class Diagnosis:
 class Search:
     """Looks for explanations of the rows that flights are held against."""
 
-    def __init__(self, flights: Flights) -> None:
+    def __init__(self, flights: Flights, engines: Sequence[Law] = ENGINES) -> None:
         self._flights, self._fitter, self._glanced = flights, Fitter(flights), flights.glanced
-        self._lawful = Lawful(flights)
+        self._lawful = Lawful(flights, engines)
 
     def diagnose(self) -> Diagnosis:
         """Return what explains the rows best."""

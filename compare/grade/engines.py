@@ -139,14 +139,15 @@ class Flown:
     forced: bool = False
 
 
-def table(question: Question) -> Iterator[Flown]:
+def table(question: Question, laws: Sequence[Law] = ENGINES) -> Iterator[Flown]:
     """Yield every engine at one step a row and parts of it, with its rows on time, a tick late and a tick early."""
-    yield from _flown(question, ENGINES)
+    yield from _flown(question, laws)
 
 
-def combinations(question: Question) -> Iterator[Flown]:
+def combinations(question: Question, laws: Sequence[Law] = ENGINES) -> Iterator[Flown]:
     """Yield what no engine of the table does: every scheme, rotation and damping of them with every other."""
-    kinds = product(GYROSCOPIC, ROTATION, dict.fromkeys(law.damping for law in ENGINES))
+    parts = ((law.gyroscopic, law.rotation, law.damping) for law in laws)
+    kinds = product(*(dict.fromkeys(part) for part in zip(*parts, strict=True)))
     for flown in _flown(question, [Law("", *kind) for kind in kinds]):
         if flown.late == 0 and not flown.forced:
             yield flown

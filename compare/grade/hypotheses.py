@@ -37,7 +37,8 @@ class Question:
     account: of a program without mistakes; kind: what the file shows; rows: so many; duration: to the last of them [s];
     turn_s: the time in which the body turns by a radian [s]; spacing_s: from row to row; first: x [m] and q of the row
     at t = 0, (7,), where there is one; centred: the file says where the body is; offset: constant, of what it says is
-    the centre, body axes [m], (3,), where there is one.
+    the centre, body axes [m], (3,), drift: what its velocity and acceleration [m/s, m/s2], (2, 3), are off by, where
+    there is one.
     """
 
     scene: Scene
@@ -50,6 +51,7 @@ class Question:
     first: Array | None = None
     centred: bool = True
     offset: Array | None = None
+    drift: Array | None = None
 
     @property
     def ticks(self) -> dict[float, str]:

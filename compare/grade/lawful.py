@@ -1,6 +1,6 @@
 """Flies the laws of engines as whole hypotheses, without a search, and says which engines do what a file shows."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 from compare.grade.engines import ENGINES, GYROSCOPIC, LATE, ROTATION, Flown, Law, combinations, table
@@ -15,12 +15,12 @@ FINALISTS = 3
 class Lawful:
     """Holds laws against the rows."""
 
-    def __init__(self, flights: Flights) -> None:
-        self._flights, self._laws = flights, Laws(flights.question)
+    def __init__(self, flights: Flights, engines: Sequence[Law] = ENGINES) -> None:
+        self._flights, self._laws, self._table = flights, Laws(flights.question), engines
 
     def engines(self) -> tuple[list[Explanation], tuple[str, ...]]:
         """Return the explanations by engines that leave least, best first, and those that do so if it is whole."""
-        found = self._closest(table(self._flights.question))
+        found = self._closest(table(self._flights.question, self._table))
         flown, best = found[0]
         if best.nothing:
             return [self._plain(best)], tuple(self._engines(flown))
@@ -28,7 +28,7 @@ class Lawful:
 
     def combined(self) -> list[Explanation]:
         """Return the explanations by what no engine does, but parts of several, best first."""
-        found = [explanation for _, explanation in self._closest(combinations(self._flights.question))]
+        found = [explanation for _, explanation in self._closest(combinations(self._flights.question, self._table))]
         return [self._plain(found[0])] if found[0].nothing else found
 
     def _closest(self, laws: Iterable[Flown]) -> list[tuple[Flown, Explanation]]:
@@ -71,7 +71,9 @@ class Lawful:
         """Return the engines that do as well at the same step, those first whose rows need not be shifted as well."""
         ticks = flown.law.late + flown.late
         for shifts in ((0,), LATE[1:]):
-            engines = [law.engine for law in ENGINES if ticks - law.late in shifts and self._does(flown, law, ticks)]
+            engines = [
+                law.engine for law in self._table if ticks - law.late in shifts and self._does(flown, law, ticks)
+            ]
             if engines:
                 return list(dict.fromkeys(engines))
         return []

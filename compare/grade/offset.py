@@ -1,4 +1,4 @@
-"""Whether what a file says is the centre of mass is off from it by one vector, in body axes or in the world's."""
+"""Whether what a file says is the centre of mass is off by constant vectors: of place, of velocity, of acceleration."""
 
 from typing import NamedTuple
 
@@ -43,4 +43,34 @@ def constant_offset(kept: Kept, points: Array, floors_m: Array) -> Offset | None
             if matrix is only_body:
                 return Offset(found, nothing)
             return Offset(nothing, found) if matrix is only_world else Offset(found[:3], found[3:])
+    return None
+
+
+class Drift(NamedTuple):
+    """By what the velocity at the start is off [m/s], (3,), and the acceleration all the time [m/s2], (3,)."""
+
+    velocity: Array
+    acceleration: Array
+
+
+def constant_drift(kept: Kept, points: Array, floors_m: Array) -> Drift | None:
+    """Return the velocity or the acceleration, or both, that leave nothing of how far the centre is off, if any do.
+
+    points: the vertices seen [m], (K, 3); floors_m: of each row's axes, (S, 3).
+    """
+    if len(points) < 4 or len(kept) < 4 or kept.times[0] > 0:
+        return None
+    off = posed(kept.vertices, points)[:, 0:3] - posed(kept.true, points)[:, 0:3]
+    floor, t = float(np.median(floors_m)), kept.times
+    off = off - off[0]  # where it starts is another matter
+    if np.abs(off).max() < MUCH * floor:
+        return None
+    nothing = np.zeros(3)
+    for columns in ((t,), (t * t / 2,), (t, t * t / 2)):
+        matrix = np.stack(columns, axis=1)
+        found = np.asarray(np.linalg.lstsq(matrix, off, rcond=None)[0], dtype=np.float64)
+        if np.sqrt(np.mean((matrix @ found - off) ** 2)) < LEFT * floor:
+            if len(columns) == 2:
+                return Drift(found[0], found[1])
+            return Drift(found[0], nothing) if columns[0] is t else Drift(nothing, found[0])
     return None

@@ -1,6 +1,6 @@
 """Grades one file: reads it, measures it, looks for what is wrong, and says how sure that is."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -12,12 +12,13 @@ from compare.grade.columns import Shown
 from compare.grade.conserved import posed
 from compare.grade.conventions import Reading
 from compare.grade.diagnosis import Diagnosis, Search
+from compare.grade.engines import ENGINES, Law
 from compare.grade.flights import Flights
 from compare.grade.foreign import Trajectory
 from compare.grade.hypotheses import Question
 from compare.grade.mistakes import hypotheses
 from compare.grade.noise import ALIKE, FLIGHT, Scale, independent
-from compare.grade.offset import constant_offset
+from compare.grade.offset import constant_drift, constant_offset
 from compare.grade.reference import Reference
 from compare.grade.residual import Kept, Measured, measure
 from compare.grade.sightings import sightings
@@ -27,7 +28,7 @@ from scenarios.frames import Array
 from scenarios.scene import Scene
 
 # Of the floor: an error no larger than so many of it is of an engine that is known, or of nobody that could be named.
-BARELY = 3.0
+BARELY = 10.0
 # Noise is believed to be all that is left only where it is so much less than the error.
 LEFT_AS_NOISE = 0.2
 # An explanation that leaves more than this share of the error has not explained it.
@@ -107,11 +108,12 @@ def grade(
     decimal: str = ".",
     tell: Callable[[Measured], None] = lambda _: None,
     reading: Reading | None = None,
+    engines: Sequence[Law] = ENGINES,
 ) -> Grade:
     """Grade one file.
 
-    tell: is told what is known before a search; reading: what is said of the whole file.  Raises BadTrajectory,
-    NoTruth, RayMissed.
+    tell: is told what is known before a search; reading: what is said of the whole file; engines: whose laws are tried.
+    Raises BadTrajectory, NoTruth, RayMissed.
     """
     trajectory = Trajectory(path, scene, mapping, by, decimal, reading)
     measured = measure(trajectory, scene)
@@ -127,7 +129,9 @@ def grade(
         seen = tuple(sightings(measured, scene, scale.floors_m, points, offset))
         if offset is not None and offset.body.any():
             question = replace(question, offset=offset.body)
-        diagnosis = diagnose(question, measured.shown, kept, scale, measured.single)
+        elif measured.shown.centred and (drift := constant_drift(kept, points, scale.floors_m)) is not None:
+            question = replace(question, drift=np.stack(drift))
+        diagnosis = diagnose(question, measured.shown, kept, scale, measured.single, engines)
     account = diagnosis.account if diagnosis else question.account
     return Grade(trajectory.name, scene, measured, diagnosis, spin_mistake(kept, account), scale, seen)
 
@@ -173,7 +177,14 @@ def first_pose(kept: Kept, points: Array) -> Array | None:
     return posed(kept.vertices[:1], points)[0]
 
 
-def diagnose(question: Question, shown: Shown, kept: Kept, scale: Scale, single: bool = False) -> Diagnosis:
+def diagnose(
+    question: Question,
+    shown: Shown,
+    kept: Kept,
+    scale: Scale,
+    single: bool = False,
+    engines: Sequence[Law] = ENGINES,
+) -> Diagnosis:
     """Look for what explains the rows kept of one throw; single: its numbers are of single precision."""
     points = question.scene.body.points[list(shown.vertices)]
-    return Search(Flights(question, hypotheses(question), kept, points, scale, single)).diagnose()
+    return Search(Flights(question, hypotheses(question), kept, points, scale, single), engines).diagnose()

@@ -39,6 +39,16 @@ def forces(question: Question) -> Iterator[Hypothesis]:
 def _gravity(question: Question) -> Iterator[Hypothesis]:
     gravity = question.account.gravity
     size = float(np.linalg.norm(gravity))
+    if question.drift is not None and question.drift[1].any():
+        more = question.drift[1]
+        yield Hypothesis(
+            "constant acceleration",
+            "gravity",
+            f"an acceleration of ({', '.join(f'{value:.4g}' for value in more)}) m/s2 that the scene has not got",
+            lambda account, _: replace(account, gravity=account.gravity + more),
+            rare=True,
+            taken=3,
+        )
     if not size:
         yield Hypothesis(
             "gravity added",

@@ -45,6 +45,10 @@ def start(question: Question) -> Iterator[Hypothesis]:
         changes.append(("another start position", "start position", says, POSITION, x))
         says = f"it starts with the attitude {_numbers(q)}, not with the scene's"
         changes.append(("another start attitude", "start attitude", says, ATTITUDE, q))
+    if question.drift is not None and question.drift[0].any():
+        velocity = account.start[VELOCITY] + question.drift[0]
+        says = f"it starts with a velocity of {_numbers(velocity)} m/s, not with the scene's"
+        changes.append(("another start velocity", "start velocity", says, VELOCITY, velocity))
     for name, part, says, place, value in changes:
         if _differs(account.start[place], value, place):
             is_taken = name.startswith("another")

@@ -5,7 +5,9 @@ import importlib.util
 import sys
 from pathlib import Path
 
+import planted
 import pytest
+import unnamed
 
 DOCS = Path(__file__).parents[3] / "docs"
 
@@ -30,7 +32,7 @@ def shown():
 @pytest.mark.parametrize("number", [0, -1])
 def test_a_planted_row_is_what_the_script_makes(heldout, shown, number):
     row = [row for row in shown if row["source"] == "planted"][number]
-    made = heldout.planted((row["case"], row["scene"]))
+    made = heldout.planted((row["source"], row["case"], row["scene"]))
     assert (made.judged, made.verdict) == (row["judged"], row["verdict"])
     assert made.max_error_m == pytest.approx(float(row["max_error_m"]), rel=1e-4)  # six figures are written
 
@@ -49,5 +51,27 @@ def test_the_spoilt_program_is_right_but_for_its_mistake(heldout, tmp_path):
     """What is judged is the mistake, not the program: without one its file is correct to its digits."""
     scene = heldout.SCENES["struck"]
     throw = heldout.read(scene)
-    heldout.write(tmp_path / "right.csv", list(heldout.Spoilt(throw).rows()), throw.vertices, form="{:.6g}".format)
+    heldout.write(tmp_path / "right.csv", list(unnamed.Spoilt(throw).rows()), throw.vertices, form="{:.6g}".format)
     assert heldout.grade(tmp_path / "right.csv", heldout.read_scene(str(scene)), {}).verdict.startswith("correct")
+
+
+@pytest.mark.parametrize(
+    "mistake",
+    [
+        "impulse 2 at vertex 7",
+        "torque of impulses in body axes",
+        "start spin, y and z swapped",
+        "inertia turned the wrong way",
+        "damping of the body's z",
+        "gravity a row late",
+        "positions in feet",
+        "edges in another order",
+    ],
+)
+def test_a_mistake_with_a_name_is_named_alone(heldout, mistake):
+    made = heldout.planted((heldout.NAMED, mistake, planted.CASES[mistake].scene))
+    assert made.judged == heldout.RIGHT, made
+
+
+def test_every_mistake_with_a_name_is_in_the_table(shown):
+    assert {row["case"] for row in shown if row["source"] == "named"} == set(planted.CASES)
