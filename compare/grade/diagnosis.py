@@ -17,14 +17,14 @@ from compare.grade.mistakes.writings import WRITTEN
 from compare.grade.noise import ALIKE
 
 # Pairs that are looked at again, and explanations that are fitted finely.
-AGAIN = 24
+AGAIN = 16
 FINALISTS = 6
 # Single mistakes that are fitted finely: one that is right may look no better at first than others.
 SINGLES = 12
 # Flights after which no more mistakes are put on top of others.
 ENOUGH = 25_000
-# Single mistakes upon which all others are tried with care.
-STARTS = 3
+# Single mistakes upon which all others are tried with care, and explanations upon which more are.
+TOGETHER, STARTS = 6, 3
 MOST_MISTAKES = 5
 # An error below this share of the body's size is of one mistake, if of any.
 SMALL = 1e-6
@@ -105,6 +105,7 @@ class Search:
             found += self._deeper(found)
         found += self._finer(min(found, key=_by_weight))
         found += self._with_one_fewer(found)
+        found += self._swapped(min(found, key=_by_weight))
         return found[len(laws) :]
 
     def _is_small(self, nothing: Explanation) -> bool:
@@ -114,7 +115,7 @@ class Search:
     def _together(self, on_top: Sequence[Mistakes], singles: Sequence[Mistakes]) -> list[Mistakes]:
         """Return the best pairs: of all, and of the best alone with any other tried with care, as on_top has them."""
         pairs = self._pairs({single[0].hypothesis: single[0].value for single in singles})
-        careful = [*on_top, *(more for start in singles[1:STARTS] for more in self._on_top(start))]
+        careful = [*on_top, *(more for start in singles[1:TOGETHER] for more in self._on_top(start))]
         return [*pairs, *sorted(careful, key=self._glanced)[:FINALISTS]]
 
     def _pairs(self, alone: dict[Hypothesis, float]) -> list[Mistakes]:
@@ -123,7 +124,7 @@ class Search:
         written = [h for h in self._flights.hypotheses if h.part in WRITTEN and not h.rare]
         rough = [self._rough_pair(*pair, alone) for pair in combinations(flown, 2) if pair[0].part != pair[1].part]
         rough += [self._rough_pair(*pair, alone) for pair in combinations(written, 2) if pair[0].part != pair[1].part]
-        rough += self._written_pairs(flown, written)
+        rough += self._written_pairs(flown, [h for h in self._flights.hypotheses if h.part in WRITTEN])
         rough.sort(key=self._glanced)
         again = (self._fitter.polished(self._varied(self._fitter.polished(pair))) for pair in rough[:AGAIN])
         return sorted(again, key=self._glanced)[:FINALISTS]
@@ -220,6 +221,17 @@ class Search:
         more = (each.mistakes for each in best if len(each.mistakes) > 1)
         fewer = (some for mistakes in more for some in combinations(mistakes, len(mistakes) - 1))
         return [self._flights.explain(some) for some in dict.fromkeys(fewer)]
+
+    def _swapped(self, best: Explanation) -> list[Explanation]:
+        """Return the best explanation with each mistake in turn as those of its part that have no number."""
+        plain = [h for h in self._flights.hypotheses if not h.values]
+        swaps = (
+            (*best.mistakes[:place], Mistake(h), *best.mistakes[place + 1 :])
+            for place, mistake in enumerate(best.mistakes if len(best.mistakes) > 1 else ())
+            for h in plain
+            if h.part == mistake.hypothesis.part and h is not mistake.hypothesis
+        )
+        return [self._flights.explain(some) for some in swaps]
 
     def _explained(self, candidates: Iterable[Mistakes]) -> list[Explanation]:
         """Return candidates fitted finely, each as well with values that have a name."""
