@@ -71,7 +71,3 @@ def test_the_spoilt_program_is_right_but_for_its_mistake(heldout, tmp_path):
 def test_a_mistake_with_a_name_is_named_alone(heldout, mistake):
     made = heldout.planted((heldout.NAMED, mistake, planted.CASES[mistake].scene))
     assert made.judged == heldout.RIGHT, made
-
-
-def test_every_mistake_with_a_name_is_in_the_table(shown):
-    assert {row["case"] for row in shown if row["source"] == "named"} == set(planted.CASES)
