@@ -133,7 +133,8 @@ def _derivative(mp: Any, throw: Throw, readings: list[Reading], share: float) ->
     far = np.abs([pose.x.astype(float) for pose in plain.poses]).max(axis=1)
     if not in_proportion(there, back, share, throw.points.astype(float), far).all():
         return None
-    return np.maximum.reduce([there, *(moves(reading, share) for reading in readings[1:])])
+    found = np.maximum.reduce([there, *(moves(reading, share) for reading in readings[1:])])
+    return found if np.isfinite(found).all() else None  # not where doubles were left, as a denormal's changes may do
 
 
 def in_proportion(there: Array, back: Array, share: float, points: Array, far: Array) -> Array:
