@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from rich.table import Table
 from rich.text import Text
 
-from compare.ablation.ablation import EVERYTHING, Ablation, AblationRow
+from compare.ablation.optional_features import EVERYTHING, Ablation, AblationRow
 from reports.rows import contestant
 from reports.terminal import columns, plain
 

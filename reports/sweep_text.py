@@ -18,7 +18,7 @@ from compare.sweep.frontier import (
     work_precision_rows,
 )
 from compare.sweep.schemas import DigitRow, OrderRow
-from compare.sweep.sweep import Sweep, Timed
+from compare.sweep.work_precision import Sweep, Timed
 from reports.charts import cost_chart
 from reports.families import joined
 from reports.terminal import LIST_WIDTH, columns, figure, length, plain, reasons_text

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 import pandas as pd
 
-from compare.ablation.ablation import Ablation
 from compare.ablation.findings import ablation_findings
+from compare.ablation.optional_features import Ablation
 from compare.ablation.schemas import ABLATION
 from compare.run.participants import Participant
 from compare.run.provenance import conditions

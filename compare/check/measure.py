@@ -85,10 +85,10 @@ def measure(
 def task(scene: Scene, true: Future[Answer], participant: Participant, method: str) -> Task[Cell]:
     """Return the task of one contestant on one scene."""
     key = scene.name, participant.title, method
-    return Task(key, participant, lambda able: fly(able, scene, method, true.result().truth), Cell)
+    return Task(key, participant, lambda able: cell(able, scene, method, true.result().truth), Cell)
 
 
-def fly(participant: Participant, scene: Scene, method: str, true: Truth | None) -> Cell:
+def cell(participant: Participant, scene: Scene, method: str, true: Truth | None) -> Cell:
     """Return one contestant's run, and a ladder around it where the method has an order to be read."""
 
     def at(dt: float) -> Run:

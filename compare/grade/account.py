@@ -27,7 +27,7 @@ from compare.grade.kernel.laws import (
     Laws,
     Scheme,
 )
-from compare.grade.kernel.stepping import WIDTH, fly
+from compare.grade.kernel.stepping import WIDTH, integrate
 from scenarios.forces import Law, stiffness
 from scenarios.frames import Array, rotation_matrix
 from scenarios.impulse import strike_point
@@ -207,7 +207,7 @@ class Account:
             strikes_in_body=self.stroke.in_body,
         )
         scheme = self.scheme if self.scheme.attitude != SMOOTH else self.scheme._replace(step=fineness)
-        fly(
+        integrate(
             self.start,
             times,
             rows,

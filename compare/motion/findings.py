@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from compare.motion.motion import Film
+from compare.motion.film import Film
 from compare.motion.results import bent, faces
 from compare.tables.shared import FindingRow
 from scenarios.frames import Array

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from compare.judge import mechanics
-from compare.motion.motion import Film
+from compare.motion.film import Film
 from compare.motion.schemas import (
     ACTS,
     BODIES,

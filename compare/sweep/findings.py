@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from compare.sweep.sweep import Sweep
+from compare.sweep.work_precision import Sweep
 from compare.tables.shared import FindingRow
 
 

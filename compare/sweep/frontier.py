@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterator, Sequence
 
 import numpy as np
+import pandas as pd
 
 from compare.judge.agreement import SHARED
 from compare.judge.cost import Timed
@@ -12,7 +13,7 @@ from compare.judge.orders import ASYMPTOTIC, LAST, Rung, local_orders, parts
 from compare.run.precision import precision
 from compare.run.readings import ratio
 from compare.sweep.schemas import ClockRow, DigitRow, OrderRow, SameRow, ThrowsRow, WorkPrecisionRow
-from compare.sweep.sweep import Sweep
+from compare.sweep.work_precision import Sweep
 from compare.tables.runs import step_of
 from compare.tables.shared import worded
 from scenarios.frames import Array
@@ -34,7 +35,7 @@ def throws_rows(sweep: Sweep) -> Iterator[ThrowsRow]:
     """Yield the spread over the throws of every plain run, where there are many."""
     if len(sweep.scene.start) > 1:
         for each in usable(sweep.timed):
-            quantiles = np.quantile(throws_errors(each.run), (0.05, 0.5, 0.95)).tolist()
+            quantiles = pd.Series(throws_errors(each.run)).quantile([0.05, 0.5, 0.95]).tolist()
             key = sweep.scene.name, each.run.engine, each.run.method
             yield ThrowsRow(*key, *step_of(each.run), len(sweep.scene.start), *quantiles)
 

@@ -9,7 +9,7 @@ from compare.run.provenance import conditions
 from compare.sweep.findings import sweep_findings
 from compare.sweep.frontier import clock_rows, digit_rows, order_rows, same_rows, throws_rows, work_precision_rows
 from compare.sweep.schemas import CLOCK, DIGITS, ORDERS, SAME, THROWS, WORK_PRECISION
-from compare.sweep.sweep import Sweep
+from compare.sweep.work_precision import Sweep
 from compare.tables.engines import engine_row
 from compare.tables.frames import frame
 from compare.tables.runs import run_row

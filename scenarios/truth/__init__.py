@@ -116,9 +116,9 @@ def _many(mp: Any, scene: Scene) -> "Flights | None":
     """Return the throws of a free scene without blows, where they are so many that compiled code pays, or None."""
     if not scene.is_free or scene.impulses or len(scene.start) < MANY:
         return None
-    from scenarios.truth.bulk.flight import fly_all
+    from scenarios.truth.bulk.flight import all_flights
 
-    return fly_all(mp, scene)
+    return all_flights(mp, scene)
 
 
 def _until_horizon(answer: Truth, scene: Scene, why: str) -> Truth:
@@ -143,9 +143,9 @@ def _blurred(scene: Scene, vertices: Array, limit: Array) -> np.ndarray:
 def _flight(mp: Any, scene: Scene, row: int, floor: bool) -> tuple[Array, Array, Array, Array, str, str]:
     """Return states (R, 13), vertices (R, n, 3), bound and floor (R,) of one throw; how it was made and why it ends."""
     if scene.is_free and len(scene.rows) >= MANY_INSTANTS:
-        from scenarios.truth.bulk.samples import fly_one
+        from scenarios.truth.bulk.samples import one_flight
 
-        if (found := fly_one(mp, scene, row)) is not None:
+        if (found := one_flight(mp, scene, row)) is not None:
             return _completed(mp, scene, row, floor, [column[:, 0] for column in found])
     return _one_by_one(mp, scene, row, floor)
 

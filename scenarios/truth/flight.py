@@ -26,7 +26,7 @@ class Pose(NamedTuple):
     w_world: Numbers
 
 
-def fly(mp: Any, throw: Throw, own: Principal) -> list[Pose]:
+def poses(mp: Any, throw: Throw, own: Principal) -> list[Pose]:
     """Return the pose at each of the throw's instants, blows of that instant included.
 
     mp: mpmath context at the wanted precision; own: principal moments and axes, to that precision.  Raises RayMissed.
@@ -51,7 +51,7 @@ class Stretch(NamedTuple):
 
 
 def stretches(mp: Any, throw: Throw, own: Principal) -> list[Stretch]:
-    """Return the flights from the start and from each blow until the last instant on, as `fly` puts them together."""
+    """Return the flights from the start and from each blow until the last instant on, as `poses` puts them together."""
     turning = Turning(mp, throw.solid.tensor, own)
     arc = Arc(throw.x, throw.v, throw.gravity, Fraction(0))
     rotation = turning.start(throw.axes, throw.solid.tensor @ (throw.axes.T @ throw.w_world))

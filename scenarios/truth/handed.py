@@ -46,10 +46,10 @@ def cost_of_doubles(scene: Scene, answer: Truth) -> float:
 
 def _flown(mp: Any, scene: Scene, throw: Throw) -> Flight:
     if scene.is_free:
-        from scenarios.truth.flight import fly
+        from scenarios.truth.flight import poses
 
         mp.prec = PRECISIONS[2]
-        return Flight(mp.prec, fly(mp, throw, principal(mp, throw.solid.tensor)))
+        return Flight(mp.prec, poses(mp, throw, principal(mp, throw.solid.tensor)))
     from scenarios.truth.forced import flown
 
     return flown(mp, throw)

@@ -8,7 +8,7 @@ import numpy as np
 
 from scenarios.frames import Array
 from scenarios.scene import Scene
-from scenarios.truth.flight import Pose, fly
+from scenarios.truth.flight import Pose, poses
 from scenarios.truth.inertia import Numbers, Principal, principal
 from scenarios.truth.throw import Throw, changing, read_throw
 
@@ -63,7 +63,7 @@ def settle(mp: Any, throw: Throw) -> tuple[Flight, Flight]:
 
 def _flight(mp: Any, throw: Throw, bits: int) -> Flight:
     mp.prec = bits
-    return Flight(bits, fly(mp, throw, principal(mp, throw.solid.tensor)))
+    return Flight(bits, poses(mp, throw, principal(mp, throw.solid.tensor)))
 
 
 def _agree(rough: Pose, fine: Pose) -> bool:
@@ -161,7 +161,7 @@ def doubles(mp: Any, throw: Throw) -> tuple[Any, Principal]:
 def _in_doubles(mp: Any, throw: Throw) -> Flight:
     """Return the flight by the same closed form in doubles, which take a tenth of the time."""
     context, own = doubles(mp, throw)
-    return Flight(53, fly(context, throw, own))
+    return Flight(53, poses(context, throw, own))
 
 
 def _moved(plain: Flight, changed: Flight, throw: Throw, other: Throw) -> Array:

@@ -43,7 +43,7 @@ def turn(spins: Array, n: int, dt: float, method: Scheme, inverse_moments: Vecto
     spins[:] = rows[:, SPIN]
 
 
-def fly(
+def integrate(
     rows: Array,
     n: int,
     dt: float,

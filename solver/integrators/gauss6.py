@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solver.collocation.scheme import scheme
-from solver.collocation.steps import fly, turn
+from solver.collocation.steps import integrate, turn
 from solver.forces import Forces
 from solver.vectors import Vector
 
@@ -52,4 +52,4 @@ def gauss6_forced(
     Source: Hairer, "Energy-preserving variant of collocation methods" (2010); Cohen & Hairer, "Linear energy-preserving
     integrators for Poisson systems" (2011), which keep |q| as well; order 6.
     """
-    fly(rows, n, dt, GAUSS, moments, inverse_moments, gyroscopic, forces)
+    integrate(rows, n, dt, GAUSS, moments, inverse_moments, gyroscopic, forces)

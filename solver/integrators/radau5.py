@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solver.collocation.scheme import scheme
-from solver.collocation.steps import fly, turn
+from solver.collocation.steps import integrate, turn
 from solver.forces import Forces
 from solver.vectors import Vector
 
@@ -41,4 +41,4 @@ def radau5_forced(
     L-stable: a decay of any rate ends with the step.  An undamped mode with w dt above 1 is damped too: `gauss6`.
     Source: as of radau5.
     """
-    fly(rows, n, dt, RADAU, moments, inverse_moments, gyroscopic, forces)
+    integrate(rows, n, dt, RADAU, moments, inverse_moments, gyroscopic, forces)

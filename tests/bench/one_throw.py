@@ -16,7 +16,7 @@ from compare.run.participants import launched
 from compare.run.readings import Reading, ratio
 from compare.run.worker import Failure
 from compare.sweep.frontier import by_contestant, error, reach
-from compare.sweep.sweep import YARDSTICK, Sweep, sweep
+from compare.sweep.work_precision import YARDSTICK, Sweep, sweep
 from scenarios.read import read_scene
 
 EXACT = ("tumble", "exact")

@@ -11,15 +11,15 @@ from playwright.sync_api import Page
 
 from compare.comparison.against_truth import compare
 from compare.comparison.results import comparison_tables
+from compare.motion.film import film
 from compare.motion.findings import film_findings
-from compare.motion.motion import film
 from compare.motion.results import film_tables
 from compare.run.participants import launched
 from compare.stability.findings import stability_findings
 from compare.stability.schemas import LIMITS
 from compare.stability.store import quick_tables
 from compare.sweep.results import measured
-from compare.sweep.sweep import BRIEF, sweep
+from compare.sweep.work_precision import BRIEF, sweep
 from compare.tables.frames import frame, rows
 from compare.tables.shared import FINDINGS
 from reports.page import page

@@ -88,7 +88,7 @@ def test_errors_are_what_they_are_said_to_be(case):
 
 def test_a_wrong_flight_is_seen_on_the_sample(monkeypatch):
     scene = a_scene(*CASES["brick"][:2], 10.0)
-    assert bulk.fly_all(MPContext(), scene) is not None
+    assert bulk.all_flights(MPContext(), scene) is not None
 
     def off_by_little(*arguments):
         made = bodies(*arguments)
@@ -96,7 +96,7 @@ def test_a_wrong_flight_is_seen_on_the_sample(monkeypatch):
         return made
 
     monkeypatch.setattr(bulk, "bodies", off_by_little)
-    assert bulk.fly_all(MPContext(), scene) is None
+    assert bulk.all_flights(MPContext(), scene) is None
 
 
 def test_throws_too_delicate_for_32_digits_are_worked_out_one_by_one():
@@ -104,7 +104,7 @@ def test_throws_too_delicate_for_32_digits_are_worked_out_one_by_one():
     # On the separatrix whether it falls at all is not known, 20 e-folds later; it has to be so to all its digits.
     starts[1] = np.concatenate((np.zeros(3), (1, 0, 0, 0), np.zeros(3), (2.0, 0.1, 1.0)))
     scene = a_scene(body(3.0, 4.0, 6.0), starts, 0.1, 80.0)
-    flights = bulk.fly_all(MPContext(), scene)
+    flights = bulk.all_flights(MPContext(), scene)
     assert flights is not None
     assert np.flatnonzero(np.isnan(flights.floor).any(axis=0)).tolist() == [1]
     answer, alone = truth(scene), truth(replace(scene, start=scene.start[1:2]))

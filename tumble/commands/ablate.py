@@ -4,7 +4,7 @@ import shlex
 from argparse import Namespace
 from pathlib import Path
 
-from compare.ablation.ablation import SCENES, ablate
+from compare.ablation.optional_features import SCENES, ablate
 from compare.run.participants import flights, launched
 from compare.tables.files import write_folder
 from reports.ablation import ablation_text

@@ -3,7 +3,7 @@
 from argparse import Namespace
 
 from compare.run.participants import flights, launched
-from compare.sweep.sweep import Effort, sweep
+from compare.sweep.work_precision import Effort, sweep
 from reports.sweep_text import advice_text
 from reports.terminal import console
 from scenarios.read import read_scenes

@@ -7,14 +7,14 @@ from pathlib import Path
 
 import pandas as pd
 
-from compare.ablation.ablation import QUICK_SPAN_S, ablate
 from compare.ablation.findings import ablation_findings
+from compare.ablation.optional_features import QUICK_SPAN_S, ablate
 from compare.ablation.schemas import ABLATION
 from compare.comparison.against_truth import compare
 from compare.comparison.results import comparison_tables
 from compare.judge.cost import REFERENCE
+from compare.motion.film import film
 from compare.motion.findings import film_findings
-from compare.motion.motion import film
 from compare.motion.results import film_tables
 from compare.run.flight import check_step
 from compare.run.participants import flights, launched
@@ -23,7 +23,7 @@ from compare.stability.schemas import LIMITS
 from compare.stability.store import kept_tables, quick_tables
 from compare.stability.tasks import STIFF
 from compare.sweep.results import measured
-from compare.sweep.sweep import BRIEF, YARDSTICK, sweep
+from compare.sweep.work_precision import BRIEF, YARDSTICK, sweep
 from compare.tables.files import write_folder, write_whole
 from compare.tables.frames import csv_texts, frame, rows
 from compare.tables.known import SWEEP

@@ -8,7 +8,7 @@ from compare.run.kept import Kept
 from compare.run.participants import flights, launched
 from compare.sweep.results import MEASURED, measured
 from compare.sweep.schemas import WORK_PRECISION
-from compare.sweep.sweep import YARDSTICK, sweep
+from compare.sweep.work_precision import YARDSTICK, sweep
 from compare.tables.circumstances import binding, circumstances
 from compare.tables.engines import engine_row
 from compare.tables.files import write_whole

@@ -45,7 +45,7 @@ def _write(row: Array, motion: Motion, q: Quaternion, columns: Array, w_matrix: 
 
 
 @kernel_with(Path(__file__).parent)
-def fly(
+def integrate(
     start: Array,
     times_s: Array,
     found: Array,

@@ -35,7 +35,7 @@ class Flights(NamedTuple):
     floor: Array
 
 
-def fly_all(mp: Any, scene: Scene) -> Flights | None:
+def all_flights(mp: Any, scene: Scene) -> Flights | None:
     """Return the flights of a free scene without blows; None where one of the sample is not what its error says.
 
     mp: mpmath context, whose precision is set here.
@@ -49,7 +49,7 @@ def fly_all(mp: Any, scene: Scene) -> Flights | None:
         np.empty((rows, count, STATE)), np.empty((rows, count, points, 3)), *np.empty((2, rows, count))
     )  # fmt: skip
 
-    def fly(first: int) -> None:
+    def work_out(first: int) -> None:
         part = slice(first, first + at_a_time)
         (vertices, _), states, floor = flown(as_written(scene.start[part]), inputs)
         floor[:, ~np.isfinite(vertices.sum(axis=(0, 2, 3)) + states.sum(axis=(0, 2)))] = np.nan
@@ -58,7 +58,7 @@ def fly_all(mp: Any, scene: Scene) -> Flights | None:
             every[:, part] = own
 
     with ThreadPoolExecutor(os.cpu_count()) as threads:
-        for done in [threads.submit(fly, first) for first in range(0, count, at_a_time)]:
+        for done in [threads.submit(work_out, first) for first in range(0, count, at_a_time)]:
             done.result()
     return flights if proven(mp, scene, inputs, drawn(flights.floor)) else None
 

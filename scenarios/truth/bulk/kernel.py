@@ -111,7 +111,7 @@ def write_quaternion(axes: Columns, before: Array, q: Array) -> None:
 
 
 @inner
-def fly(
+def write_poses(
     kind: Number, start: Array, body: Array, points: Array, times: Array, room: Room, vertices: Array, states: Array
 ) -> None:
     """Write where the vertices are at the times, (2, R, n, 3), and where there is room the states, (R, STATE).
@@ -195,7 +195,7 @@ def write_floor(
                 value, part = start[0, place], share * (OPPOSITE if reading == last else 1.0)
                 half_bit = np.spacing(abs(value)) / 2.0 if value and reading > 0 else 0.0
                 changed[0, place] = value + inputs.signs[0 if reading == last else reading - 1, place] * part * half_bit
-        fly(
+        write_poses(
             0.0, changed, bodies.numbers[trial, reading], bodies.points[trial, reading],
             bodies.times[trial, reading], room, there if reading else here, no_states,
         )  # fmt: skip
@@ -237,7 +237,8 @@ def throws(starts: Array, inputs: Inputs, vertices: Array, states: Array, floor:
         size = max(size, np.sqrt(total))
     for place in range(len(starts)):
         start, known = starts[place], False
-        fly(long(0.0, 0.0), start, bodies.numbers[0, 0], bodies.points[0, 0], bodies.times[0, 0], room, exact, told)  # type: ignore[call-arg]
+        point, time = bodies.points[0, 0], bodies.times[0, 0]
+        write_poses(long(0.0, 0.0), start, bodies.numbers[0, 0], point, time, room, exact, told)  # type: ignore[call-arg]
         for row in range(count):
             moved[row] = np.nan
         for trial in range(len(inputs.shares)):

@@ -18,7 +18,7 @@ from scenarios.truth.rotation import exact
 from scenarios.truth.throw import Throw
 
 
-def fly_one(mp: Any, scene: Scene, row: int) -> Flights | None:
+def one_flight(mp: Any, scene: Scene, row: int) -> Flights | None:
     """Return one throw of a free scene; None where a blow is beyond doubles or the sample is not what its error says.
 
     mp: mpmath context, whose precision is set here.  Raises RayMissed.

@@ -28,7 +28,7 @@ from scenarios.truth.forced.passage import (
     Scales,
     appraise,
     complete_step,
-    fly,
+    integrate,
 )
 from scenarios.truth.forced.series import Program
 from scenarios.truth.forced.switches import ABOVE, HEIGHT, IDLE, PRESSING, THRUST
@@ -132,7 +132,7 @@ class Pilot:
         high = np.zeros((program.series, self._manner.order + 1))
         low = np.zeros_like(high) if self._manner.longer else None
         self.steps += AT_A_TIME
-        return fly(
+        return integrate(
             state, clock, span, times, part, done, h,
             program, high, low, gauges, contacts, scales, self._manner.tolerance, AT_A_TIME,
         )  # fmt: skip

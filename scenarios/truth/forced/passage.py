@@ -52,7 +52,7 @@ class Outcome(NamedTuple):
 
 
 @kernel
-def fly(
+def integrate(
     state: Array,
     clock: Array,
     end: Array,
@@ -69,7 +69,7 @@ def fly(
     tolerance: float,
     most_steps: int,
 ) -> Outcome:
-    """Fly on from a state, (2, SIZE), at a clock, (2,) [s], both changed in place, and write the state at the times.
+    """Integrate a state, (2, SIZE), from a clock, (2,) [s], both changed in place, and write the state at the times.
 
     end: (2,) [s]; times: (2, R) [s]; rows: (R, 2, SIZE), from `done` on; h: about how long a step may be [s];
     high, low: room for the series, (series, order + 1), the low parts None for doubles.

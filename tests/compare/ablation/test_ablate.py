@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from compare.ablation.ablation import EVERYTHING, AblationRow, ablate, apart_m
+from compare.ablation.optional_features import EVERYTHING, AblationRow, ablate, apart_m
 from compare.run.flight import Trajectory
 from compare.run.participants import launched
 from reports.ablation import band, others, times

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from compare.comparison.against_truth import compare
-from compare.motion.motion import FRAMES, film, filmed, instants
+from compare.motion.film import FRAMES, film, filmed, instants
 from compare.motion.results import TRUTH, film_tables, hull
 from compare.run.flight import legs
 from compare.run.participants import launched

@@ -28,7 +28,7 @@ from compare.sweep.frontier import (
     work_precision_rows,
 )
 from compare.sweep.results import measured
-from compare.sweep.sweep import Effort, Sweep, Timed, at_floor, climb, rungs, sweep
+from compare.sweep.work_precision import Effort, Sweep, Timed, at_floor, climb, rungs, sweep
 from scenarios.frames import vertices
 from scenarios.read import read_scene
 from scenarios.truth import truth

@@ -67,7 +67,7 @@ class Build:
         """What the clock reads."""
         return Load(self.participant, self.scene, self.method, self.keep)
 
-    def fly(self) -> Trajectory | Failure:
+    def flight(self) -> Trajectory | Failure:
         """Return its flight."""
         return self.participant.fly(self.scene, self.method, self.scene.step, self.keep)
 
@@ -148,17 +148,17 @@ def pairs(
 ) -> Iterator[Pair | AblationRow]:
     """Yield one method with everything kept that it can keep, and with one after the other."""
     lean = Build(participant, scene, method)
-    straight = lean.fly()
+    straight = lean.flight()
     if isinstance(straight, Failure):
         yield lean.row(straight.status)
         return
     flown = [
-        (build, build.fly()) for build in (Build(participant, scene, method, it, frozenset({it})) for it in optional)
+        (build, build.flight()) for build in (Build(participant, scene, method, it, frozenset({it})) for it in optional)
     ]
     able = frozenset(build.kept for build, flight in flown if isinstance(flight, Trajectory))
     if able:
         everything = Build(participant, scene, method, EVERYTHING, able)
-        flown.insert(0, (everything, everything.fly()))
+        flown.insert(0, (everything, everything.flight()))
     refused: dict[str, list[str]] = {}
     for build, flight in flown:
         if isinstance(flight, Failure):
