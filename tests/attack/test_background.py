@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
-TESTS = ("-p", "no:cacheprovider", "-n", "0", "tests/tumble/test_cli.py", "-k", "ctrl_c")
+TESTS = ("-p", "no:cacheprovider", "-n", "0", "tests/compare/run/test_tasks.py", "-k", "ctrl_c and compare")
 
 
 def test_the_tests_of_ctrl_c_pass_where_it_is_ignored():
