@@ -44,6 +44,17 @@ def positive(text: str, unit: str) -> float:
     return value
 
 
+def instant(text: str) -> float:
+    """Return a time [s], before zero or after it."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number of seconds")
+    return value
+
+
 def seconds(text: str) -> float:
     """Return a positive number of seconds."""
     return positive(text, "seconds")
@@ -162,7 +173,7 @@ def parser() -> Parser:
     grade.add_argument("--map-file", metavar="TOML", help="the same in a table [columns]; default: FILE.csv.toml")
     grade.add_argument("--by", choices=("pose", "matrix", "vertices"), help="what to grade where a file has several")
     grade.add_argument("--columns", metavar="NAME,...", help="names of the columns of a file that has no header")
-    grade.add_argument("--start", type=float, metavar="S", help="what the file's clock shows at the scene's start [s]")
+    grade.add_argument("--start", type=instant, metavar="S", help="what the file's clock shows at the start [s]")
     grade.add_argument(
         "--euler",
         metavar="ORDER",

@@ -3,6 +3,7 @@
 The tests give each parser a few; `python tests/support/fuzz.py 100000 [PARSER ...]` gives each that many.
 """
 
+import json
 import os
 import random
 import re
@@ -12,7 +13,7 @@ import tempfile
 import time
 import warnings
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, redirect_stderr, redirect_stdout
+from contextlib import ExitStack, contextmanager, redirect_stderr, redirect_stdout
 from dataclasses import dataclass, replace
 from io import StringIO
 from pathlib import Path
@@ -21,6 +22,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import trimesh
+from scipy.spatial.transform import Rotation
 
 from compare.check.changes import hold_against
 from compare.check.junit import junit
@@ -29,6 +31,8 @@ from compare.check.record import BadRecord, Record, read_record, texts
 from compare.check.schemas import CELLS, QUESTIONS, TIMES, CellRow, QuestionRow, TimeRow
 from compare.check.tolerances import BadTolerance, Tolerances, read_tolerances
 from compare.grade.columns import BadTrajectory
+from compare.grade.conventions import Reading
+from compare.grade.dialect import plain
 from compare.grade.foreign import Trajectory
 from compare.grade.mapping import mapping_file, mapping_of
 from compare.grade.reference import Reference
@@ -204,8 +208,9 @@ class Foreign:
     options: tuple[str, ...] = ()
 
     def text(self) -> bytes:
-        """Return the file."""
-        lines = (self.separator.join(cells) + self.end for cells in (self.header, *self.rows))
+        """Return the file; with no header of its own it begins with the rows."""
+        written = (self.header, *self.rows) if self.header else self.rows
+        lines = (self.separator.join(cells) + self.end for cells in written)
         return self.mark + "".join(lines).encode()
 
 
@@ -235,7 +240,19 @@ def foreign() -> list[Foreign]:
     maps = tuple(word for column, name in said.items() for word in ("--map", f"{column}={name}"))
     other = rows(x * 100, q[:, [1, 2, 3, 0]])
     other = [[f"{float(row[0]) * 1000:g}", *row[1:]] for row in other]
+    angles = Rotation.from_quat(q[:, [1, 2, 3, 0]]).as_euler("YXZ", degrees=True)[:, [1, 0, 2]]
+    turned = [*pose[:4], "rx_deg", "ry_deg", "rz_deg"]
+    spoken_json = [[json.dumps(dict(zip(pose, map(float, row), strict=True)))] for row in posed]
+    nested = [
+        [json.dumps({"t_s": float(row[0]), "p": [float(cell) for cell in row[1:4]], "q": row[4:]})] for row in posed
+    ]
     return [
+        Foreign("two-hits", [], posed, options=("--columns", ",".join(pose))),
+        Foreign("two-hits", [], posed, "  ", options=("--columns", ",".join(pose), "--start", "0.0")),
+        Foreign("two-hits", pose, posed, " ", mark=b"# made by hand\n", options=("--axes", "x,y,z")),
+        Foreign("two-hits", turned, rows(x, angles), options=("--euler", "unity")),
+        Foreign("two-hits", [], spoken_json),
+        Foreign("two-hits", [], nested, options=("--map", "p_x=x_m")),
         Foreign("two-hits", pose, posed),
         Foreign("two-hits", swift, rows(x, q, states[:, 7:13], form=".17g")),
         Foreign("two-hits", matrix, rows(x, rotation_matrix(q).reshape(-1, 9))),
@@ -314,6 +331,8 @@ def scaled(cell: str, factor: float) -> str:
 OPTIONS = (
     ("--by", "vertices"), ("--by", "matrix"), ("--decimal", ","), ("--map", "x_m=y_m"), ("--map", "qw=qx"),
     ("--map", "t_s=t_ms"), ("--map", "=t_s"), ("--map", "t_s"), ("--map", "nothing=t_s"), ("--map", "x_m=ignore"),
+    ("--euler", "zxy"), ("--euler", "extrinsic-"), ("--axes", "unity"), ("--axes", "x,y"), ("--axes", "z,-x,y"),
+    ("--start", "0.5"), ("--start", "-1e9"), ("--columns", "t_s,x_m"), ("--columns", "x"),
     ("--map", "t_s=t_s", "--map", "t_s=t_s"), ("--map-file", "/nowhere.toml"), ("--map", "x_m=v0x_km"),
 )  # fmt: skip
 # Of the trajectories that are read one in so many goes through the whole command: its search takes many seconds.
@@ -349,11 +368,15 @@ def trajectories(folder: Path, count: int) -> tuple[int, int]:
         pairs = [word for option, word in zip(each.options[::2], each.options[1::2], strict=True) if option == "--map"]
         chosen = dict(zip(each.options[::2], each.options[1::2], strict=True))
         by, decimal = chosen.get("--by"), chosen.get("--decimal", ".")
+        columns = chosen["--columns"].split(",") if "--columns" in chosen else []
+        start = float(chosen["--start"]) if "--start" in chosen else None
         mapping = mapping_file(beside) if each.map_file else {}
         scene = scenes[each.scene]
         # The truth takes 0.2 s and knows nothing of a file but its times: it is left to the whole command.
-        with patch.object(Reference, "limit", lambda *_: 1e-12):
-            found = measure(Trajectory(file, scene, mapping | mapping_of(pairs), by, decimal), scene)
+        with patch.object(Reference, "limit", lambda *_: 1e-12), ExitStack() as drafts:
+            path, name, first_line = plain(str(file), columns, decimal, drafts)
+            reading = Reading(chosen.get("--euler"), chosen.get("--axes"), start, name, first_line)
+            found = measure(Trajectory(path, scene, mapping | mapping_of(pairs), by, decimal, reading), scene)
         assert np.isfinite((found.worst_m, found.rms_m, found.final_m, found.half_m)).all(), found
         read_so_far += 1
         if read_so_far % WHOLLY == 0:

@@ -3,11 +3,14 @@
 import csv
 import re
 import shlex
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from compare.grade.conventions import matrix_of
+from scenarios.read import read_scene
 from tumble.__main__ import main
 
 SCENE = "two-hits"
@@ -172,3 +175,13 @@ def test_a_bad_option_is_one_line(grade, flown, words, why):
     assert (code, out) == (2, "")
     assert why in err
     assert err.count("\n") == 1
+
+
+@pytest.mark.parametrize("name", [*THEIRS, "Unity"])
+@pytest.mark.parametrize("up", [1, 2])
+def test_a_named_programs_up_is_the_scenes_up(name, up):
+    scene = replace(read_scene(SCENE), gravity=np.where(np.arange(3) == up, -9.81, 0.0))
+    to_world = matrix_of(name, scene)
+    their_up = 1 if name.lower() in ("unity", "godot") else 2
+    assert to_world[:, their_up].tolist() == np.eye(3)[up].tolist()
+    assert np.linalg.det(to_world) == (-1.0 if name.lower() in ("unity", "unreal") else 1.0)
