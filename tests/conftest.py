@@ -13,9 +13,11 @@ import pytest
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
 
-# Whoever started the tests in the background (`nohup make test &`) may have Ctrl-C ignored, and children inherit that.
-if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
-    signal.signal(signal.SIGINT, signal.default_int_handler)
+# Whoever started the tests in the background (`nohup make test &`) may have Ctrl-C and the hang-up ignored, and
+# children inherit that.
+for one, usual in ((signal.SIGINT, signal.default_int_handler), (signal.SIGHUP, signal.SIG_DFL)):
+    if signal.getsignal(one) == signal.SIG_IGN:
+        signal.signal(one, usual)
 
 Tumble = Callable[..., subprocess.CompletedProcess[str]]
 

@@ -28,4 +28,4 @@ def single_floor(account: Account, times: Array, points: Array) -> Array:
 
 def in_steps(account: Account, step: float) -> Account:
     """Return the account of a program that flies right but for its steps [s]."""
-    return replace(account, scheme=Scheme(step, EXPONENTIAL, RESCALED, True, 1.0, False))
+    return replace(account, scheme=Scheme(step, EXPONENTIAL, RESCALED, True, 1.0))

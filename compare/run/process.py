@@ -2,6 +2,7 @@
 
 import fcntl
 import os
+import resource
 import select
 import signal
 import socket
@@ -35,6 +36,8 @@ class Process:
         self._line, far_line = socket.socketpair()
         far_lifeline, self._lifeline = os.pipe()
         far_ends = far_line.fileno(), far_lifeline
+        # A new process's ru_maxrss begins with that of the one that started it: only more than that is surely its own.
+        self._begun_with = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
         try:
             self._process = subprocess.Popen(
                 [*command, *map(str, far_ends)],
@@ -53,7 +56,7 @@ class Process:
             os.close(far_lifeline)
         self._line.setblocking(False)
         self._sentinel = sentinel(self._process.pid)
-        self.peak_bytes = 0
+        self.peak_bytes, self.peak_is_its_own = 0, False
 
     def send(self, value: object, by: float) -> None:
         """Send a message before that instant of the monotonic clock [s].  Raises TimeoutError, Died, TypeError."""
@@ -122,6 +125,7 @@ class Process:
         _, status, usage = os.wait4(self._process.pid, 0)
         self._process.returncode = os.waitstatus_to_exitcode(status)
         self.peak_bytes = usage.ru_maxrss * (1 if sys.platform == "darwin" else 1024)
+        self.peak_is_its_own = usage.ru_maxrss > self._begun_with
         self._line.close()
         os.close(self._sentinel)
         os.close(self._lifeline)

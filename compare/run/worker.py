@@ -36,6 +36,8 @@ MEMORY_LIMIT = 4 << 30
 TO_END_S = 5.0
 # What a process may write to and never has: nearer its limit than this [B], it ended for want of memory.
 UNTOUCHED = 128 << 20
+# How native code ends that is given no memory.
+BROKEN_OFF = (signal.SIGABRT, signal.SIGSEGV, signal.SIGBUS, signal.SIGKILL)
 FLOAT = np.dtype(float)
 
 
@@ -149,7 +151,8 @@ class Worker:
 
     def _died(self, process: Process) -> Failure:
         code = self._end(TO_END_S)
-        if process.peak_bytes > self.memory_limit - UNTOUCHED:
+        broken_off = code is not None and -code in BROKEN_OFF
+        if process.peak_bytes > self.memory_limit - UNTOUCHED and (process.peak_is_its_own or broken_off):
             return self._gone(f"crashed: {more_than(self.memory_limit)}")
         if code is None:
             return self._gone("crashed: its process closed its line")

@@ -167,7 +167,7 @@ def test_a_scheme_may_be_a_function(tmp_path, monkeypatch):
             "SCHEMES: semi-implicit-euler: no 'leapfrog': there are",
         ),
         ("SCHEMES = 3", "SCHEMES must be a dict by method, is 3"),
-        ("GYROSCOPIC = {'semi-implicit-euler': 'none'}", "GYROSCOPIC: semi-implicit-euler: no 'none': there are exp"),
+        ("GYROSCOPIC = {'semi-implicit-euler': 'half'}", "GYROSCOPIC: semi-implicit-euler: no 'half': there are "),
         ("EXEMPT = {'gravitation': 'no'}", "EXEMPT: no law 'gravitation': there are read after write"),
     ],
 )

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from compare.grade.account import ALONG_ARCS, FINE, STRAIGHT, Clock, Stroke, truthful, with_writing
-from compare.grade.stepping import (
+from compare.grade.kernel.laws import (
     EXPLICIT,
     EXPONENTIALLY,
     IMPLICITLY,
@@ -26,7 +26,7 @@ STEP = 0.01
 
 def stepped(scene, fall=0.5, **changes):
     """Return the account of a program that takes steps of STEP."""
-    return replace(truthful(scene, 0), scheme=Scheme(STEP, QUATERNION, EXPLICIT, False, fall, False), **changes)
+    return replace(truthful(scene, 0), scheme=Scheme(STEP, QUATERNION, EXPLICIT, False, fall), **changes)
 
 
 def test_a_clock_has_reached_its_last_whole_tick():
@@ -76,7 +76,7 @@ def test_momentum_that_is_kept_is_kept_and_an_explicit_step_gains_energy():
     brick = read_scene("brick-tumble")
     moments = brick.body.moments
     rows = {
-        spin: replace(truthful(brick, 0), scheme=Scheme(STEP, QUATERNION, spin, False, 0.5, False)).flown(TIMES)
+        spin: replace(truthful(brick, 0), scheme=Scheme(STEP, QUATERNION, spin, False, 0.5)).flown(TIMES)
         for spin in (EXPLICIT, MOMENTUM)
     }
     w_body = {

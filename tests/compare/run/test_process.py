@@ -34,6 +34,7 @@ def read(world): return world["states"]
 def advance(world, n, dt):
 """
 SCENE = read_scene("brick-tumble")
+ROOT = Path(__file__).parents[3]
 
 
 def engine(folder: Path, advance: str) -> str:
@@ -222,6 +223,15 @@ os.abort()
 def test_memory_has_its_limit(tmp_path, hoard):
     path = engine(tmp_path, HOARDS[hoard])
     assert flown(path, memory_limit=1 << 29) == "crashed: more than 0.5 GiB of memory (--memory-limit)"
+
+
+def test_what_a_large_parent_holds_is_not_taken_for_its_childs(tmp_path):
+    path = engine(tmp_path, "os._exit(3)")
+    large = "from test_process import *\nheld = b'x' * (1 << 29)\nprint(flown(sys.argv[1], memory_limit=1 << 29))"
+    words = [sys.executable, "-P", "-c", large, path]
+    env = {**os.environ, "PYTHONPATH": os.pathsep.join((str(ROOT), str(Path(__file__).parent)))}
+    done = subprocess.run(words, env=env, capture_output=True, text=True, timeout=60)
+    assert done.stdout == "crashed: its process ended with code 3\n", done.stderr
 
 
 def test_memory_that_is_held_all_along_counts_from_the_start(tmp_path, tumble):
