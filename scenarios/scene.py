@@ -51,6 +51,11 @@ class Body(_Frozen):
     size: Array | None = None
     file_axes: Array = field(default_factory=lambda: frozen_array((1.0, 0.0, 0.0, 0.0)))
 
+    @property
+    def reach(self) -> float:
+        """How far the furthest point is from the centre of mass [m]."""
+        return float(np.linalg.norm(self.points, axis=1).max())
+
 
 @dataclass(frozen=True, eq=False)
 class Ray(_Frozen):

@@ -129,7 +129,7 @@ def question_row(scene: Scene, true: Truth | None, why_no_truth: str) -> Questio
     """Return the row of one scene."""
     limit, last = (None, (None,) * 3) if true is None else (float(true.limit.max()), true.vertices[-1, 0, -1].tolist())
     return QuestionRow(
-        scene.name, scene.step, len(scene.times), why_no_truth or "exact", limit, order.reach(scene), *last
+        scene.name, scene.step, len(scene.times), why_no_truth or "exact", limit, scene.body.reach, *last
     )
 
 

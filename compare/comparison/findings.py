@@ -4,11 +4,10 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 
 from compare.comparison.table_4_1 import BudgetRow
-from compare.engines import BY_HAND, OWN
+from compare.engines import BY_HAND, OWN, SHIPPED
 from compare.judge.agreement import AgreementRow
 from compare.tables.shared import FindingRow, RunRow
 
-SHIPPED = "+defaults"  # the manner of a method with which its engine is left as it ships
 # One column of Table 4.1 is called right where the exact motion is so many times nearer to it than to the other.
 NEARER = 10
 

@@ -15,7 +15,7 @@ MANY_RADIANS = 1e5
 
 def hints(scene: Scene) -> Iterator[str]:
     """Yield questions about the scene, the likeliest mistake first."""
-    size = float(np.linalg.norm(scene.body.points, axis=1).max())
+    size = scene.body.reach
     for number, tether in enumerate(scene.tethers):
         point = vertices(scene.start[:1], tether.point_body[None])[0, 0]
         stretch = float(np.linalg.norm(point - tether.anchor)) - tether.rest_length

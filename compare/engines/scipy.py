@@ -96,7 +96,7 @@ def build(scene: "Scene", method: str) -> World:
         return World(spin, asked, gravity)
     slope = partial(pulled, scene.body.mass, np.array(scene.body.moments), np.array(gravity), *numbers(scene))
     slope(0.0, np.ones(13))
-    return World(slope, asked, gravity, float(np.linalg.norm(scene.body.points, axis=1).max()))
+    return World(slope, asked, gravity, scene.body.reach)
 
 
 @partial(keep, source=HERE)

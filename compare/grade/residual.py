@@ -250,7 +250,7 @@ def half_digits(trajectory: Trajectory, rows: Block, shown: Shown, scene: Scene,
     def half(names: Sequence[str]) -> Array:
         return np.stack([trajectory.half_digits(name, rows.values[name]) for name in names], axis=1)
 
-    reach = float(np.linalg.norm(scene.body.points, axis=1).max())
+    reach = scene.body.reach
     speed = np.linalg.norm(states[:, 7:10], axis=1) + reach * np.linalg.norm(states[:, 10:13], axis=1)
     late = (speed * trajectory.half_times(rows.times))[:, None]
     if shown.kind == "vertices":

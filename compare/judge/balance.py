@@ -125,5 +125,5 @@ def balance(name: str, law: Law, unit: Law, scene: Scene, states: Array, true: A
 
 def own_scale(scene: Scene) -> float:
     """Return an energy to measure by where nothing moves at first and nothing is stored: that of a fall by its size."""
-    size = float(np.linalg.norm(scene.body.points, axis=1).max())
+    size = scene.body.reach
     return scene.body.mass * size * float(np.linalg.norm(scene.gravity if scene.gravity is not None else 0.0)) or 1.0

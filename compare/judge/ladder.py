@@ -9,7 +9,6 @@ import numpy as np
 from compare.judge.errors import Run
 from compare.judge.orders import ASYMPTOTIC, FLOOR, LAST, Rung, local_orders, parts
 from compare.run.flight import legs
-from scenarios.scene import Scene
 
 PAIRS = 3
 MOST_STEPS, FINEST = 1 << 16, 16
@@ -25,7 +24,7 @@ def ladder(own: Run, fly: Callable[[float], Run]) -> list[Run]:
     scene's step, nor to more than MOST_STEPS.
     """
     runs = [own]
-    small = ASYMPTOTIC * reach(own.scene)
+    small = ASYMPTOTIC * own.scene.body.reach
     longest = min(leg.n * leg.dt for leg in legs(own.scene, own.dt)) / 2
     while readable(runs[0]) and worst(runs[0]) < small and 2 * runs[0].dt <= longest:
         runs.insert(0, fly(2 * runs[0].dt))
@@ -50,11 +49,6 @@ def worst(run: Run) -> float:
     return float(run.distances.max())
 
 
-def reach(scene: Scene) -> float:
-    """Return how far the body's furthest point is from its centre of mass [m]."""
-    return float(np.linalg.norm(scene.body.points, axis=1).max())
-
-
 def orders(runs: Sequence[Run]) -> tuple[float | None, float | None]:
     """Return the orders of attitude and translation that a ladder shows, None where it shows none.
 
@@ -62,7 +56,7 @@ def orders(runs: Sequence[Run]) -> tuple[float | None, float | None]:
     """
     if not runs:
         return None, None
-    size = reach(runs[0].scene)
+    size = runs[0].scene.body.reach
     attitude, translation = zip(*(rungs(run) for run in runs), strict=True)
     return (
         one_order(local_orders(attitude, ASYMPTOTIC * size)) or one_order(local_orders(attitude, size)[-LAST:]),

@@ -61,7 +61,7 @@ def swifter(scene: Scene, probe: Probe) -> Array:
     """Return by how much the change of the start moves centre of mass and corners a second [m/s], (2,)."""
     change = probe.starts[1] - probe.starts[0]
     v, w = float(np.linalg.norm(change[7:10])), float(np.linalg.norm(change[10:13]))
-    return np.array((v, w * np.linalg.norm(scene.body.points, axis=1).max()))
+    return np.array((v, w * scene.body.reach))
 
 
 @lru_cache(64)

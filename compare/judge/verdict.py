@@ -212,9 +212,9 @@ def off_by(run: Run, law: Callable[[Array, Body], Array]) -> float:
 
 def deformed(run: Run) -> str:
     """Say so where the vertices are not where the state has them: an attitude that is no rotation any more."""
-    flight, points = run.flight, run.scene.body.points
-    size = float(np.linalg.norm(points, axis=1).max())
-    off = float(np.linalg.norm(flight.vertices - vertices(flight.states, points), axis=-1).max())
+    flight, body = run.flight, run.scene.body
+    size = body.reach
+    off = float(np.linalg.norm(flight.vertices - vertices(flight.states, body.points), axis=-1).max())
     return (
         f"no rigid body any more: vertices {off / size:.2g} of its size out of place" if off > STRETCHED * size else ""
     )

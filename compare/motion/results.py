@@ -142,7 +142,7 @@ def rows_of(film: Film, contestant: tuple[str, str], dt_s: float, states: Array,
 def bent(film: Film) -> dict[tuple[str, str], Trajectory]:
     """Return the flights, by engine and method, of those whose body is no longer rigid."""
     body = film.scene.body
-    size = float(np.linalg.norm(body.points, axis=1).max())
+    size = body.reach
     found = {}
     for contestant, flight in film.flights.items():
         with np.errstate(all="ignore"):

@@ -3,6 +3,7 @@
 import math
 from dataclasses import dataclass
 from types import ModuleType
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -120,8 +121,8 @@ def fly(
     found: list[Finding] = []
     rows: dict[float, tuple[Array, Array]] = {}
 
-    def look(time: float) -> Array:
-        states = real(engine.read(world))
+    def look(time: float, read: Any) -> Array:
+        states = real(read)
         if states.shape != scene.start.shape:
             raise ValueError(f"read() returned shape {states.shape}, not {scene.start.shape}")
         seen = where(world, scene.body.points) if where else vertices(states, scene.body.points)
@@ -129,19 +130,20 @@ def fly(
         return states
 
     engine.write(world, struck(scene, 0.0, scene.start.copy(), found))
-    states = look(0.0)
+    states = look(0.0, engine.read(world))
     steps, wall_s = 0, 0.0
     for leg in legs(scene, dt):
         prepare(engine, world, leg.dt)
-        wall_s += wall_of_steps(engine, world, leg.n, leg.dt)
+        took, read = wall_of_steps(engine, world, leg.n, leg.dt)
+        wall_s += took
         steps += leg.n
-        states = look(leg.end)
+        states = look(leg.end, read)
         if not np.isfinite(states).all():
             break
         if any(impulse.time == leg.end for impulse in scene.impulses):
             found += findings(audit(world))
             engine.write(world, struck(scene, leg.end, states, found))
-            look(leg.end)
+            look(leg.end, engine.read(world))
     found += findings(audit(world))
 
     nowhere = np.full_like(states, np.nan), np.full((len(states), *scene.body.points.shape), np.nan)
@@ -163,7 +165,7 @@ def probe(engine: ModuleType, scene: Scene, method: str, dt: float, keep: frozen
 
     Each has a world of its own: who only counts the time is to begin at 0.
     """
-    leg, size = legs(scene, dt)[0], float(np.linalg.norm(scene.body.points, axis=1).max())
+    leg, size = legs(scene, dt)[0], scene.body.reach
     n, told = min(leg.n, PROBE_STEPS), struck(scene, 0.0, scene.start.copy(), [])
     starts, ends = (told, altered(told, size)), []
     for states in starts:

@@ -168,3 +168,8 @@ def end_with_parent(lifeline: int) -> None:
 def _wait_and_end(lifeline: int) -> None:
     os.read(lifeline, 1)
     kill_group(os.getpgrp())
+
+
+def signal_name(number: int) -> str:
+    """Return what a signal is called, its number where it has no name."""
+    return signal.Signals(number).name if number in set(signal.Signals) else f"signal {number}"

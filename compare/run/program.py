@@ -7,7 +7,6 @@ it.  Every question has one answer, a line; anything else ends the program, and 
 import json
 import os
 import shutil
-import signal
 import subprocess
 import tomllib
 import weakref
@@ -20,6 +19,7 @@ from typing import Any
 
 import numpy as np
 
+from compare.run.process import signal_name
 from scenarios.frames import Array
 from scenarios.scene import Scene
 
@@ -133,8 +133,7 @@ class Talk:
         except subprocess.TimeoutExpired:
             return f"its program closed its line{amid}"
         if code < 0:
-            name = signal.Signals(-code).name if -code in set(signal.Signals) else f"signal {-code}"
-            return f"its program was killed by {name}{amid}"
+            return f"its program was killed by {signal_name(-code)}{amid}"
         return f"its program ended with code {code}{amid}"
 
 

@@ -230,13 +230,12 @@ def engine_info(engine: str, module: ModuleType) -> EngineInfo:
     step_ns = getattr(module, "STEP_NS", STEP_NS)
     if not isinstance(step_ns, int | float) or not 0 < step_ns < math.inf:
         raise BadEngine(f"{engine}: STEP_NS must be a number above 0, is {step_ns!r}")
-    adaptive = tolerances(engine, module)
     try:
         largest_turn = getattr(module, "LARGEST_TURN", None)
         exempt = dict(getattr(module, "EXEMPT", {}))
         info = EngineInfo(
             methods,
-            adaptive,
+            tolerances(module),
             frozenset(words(getattr(module, "WHOLE", ()))),
             words(getattr(module, "FORCED", ())),
             words(getattr(module, "ON_REQUEST", ())),
@@ -273,15 +272,15 @@ def names_by_method(engine: str, module: ModuleType, table: str, known: Collecti
     return {str(method): OWN_SCHEME if callable(name) else str(name) for method, name in stated.items()}
 
 
-def tolerances(engine: str, module: ModuleType) -> dict[str, float]:
-    """Return the tolerance that each adaptive method takes alone, nan where it is not told.  Raises BadEngine."""
+def tolerances(module: ModuleType) -> dict[str, float]:
+    """Return the tolerance that each adaptive method takes alone, nan where it is not told.  Raises TypeError."""
     stated = getattr(module, "ADAPTIVE", ())
     if not isinstance(stated, Mapping):
         return dict.fromkeys(words(stated), math.nan)
     try:
         return {str(method): float(tolerance) for method, tolerance in stated.items()}
     except (TypeError, ValueError, OverflowError) as error:
-        raise BadEngine(f"{engine}: ADAPTIVE must be tolerances by method, is {stated!r}") from error
+        raise TypeError(f"ADAPTIVE must be tolerances by method, is {stated!r}") from error
 
 
 def findings(raw: Iterable[str | tuple[str, str]]) -> list[Finding]:

@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from time import perf_counter, perf_counter_ns, process_time_ns, thread_time_ns
 from types import ModuleType
+from typing import Any
 
 import numpy as np
 
@@ -197,17 +198,21 @@ def idle(engine: ModuleType, world: object, calls: Sequence[tuple[int, float]]) 
     return np.min(looks, axis=0)
 
 
-def wall_of_steps(engine: ModuleType, world: object, n: int, dt: float) -> float:
-    """Make n steps of dt [s] and return their wall time [s], of a program without the way there and back.
+def wall_of_steps(engine: ModuleType, world: object, n: int, dt: float) -> tuple[float, Any]:
+    """Make n steps of dt [s]; return their wall time [s], and the states read after them.
 
-    What `advance` has left to be done when it is read counts.
+    What `advance` has left to be done when it is read counts; of a program, the way there and back does not.
     """
     took = timed(engine.advance, world, n, dt)
-    first = timed(engine.read, world)
+    begin = perf_counter()
+    states = engine.read(world)
+    first = perf_counter() - begin
     if first > LEFT_S:
         left = first - timed(engine.read, world)
         took += left if left > LEFT_S else 0.0
-    return max(0.0, took - idle(engine, world, [(n, dt)])[2] / 1e9) if hasattr(engine, "said_ns") else took
+    if hasattr(engine, "said_ns"):
+        took = max(0.0, took - idle(engine, world, [(n, dt)])[2] / 1e9)
+    return took, states
 
 
 def prepare(engine: ModuleType, world: object, dt: float) -> None:

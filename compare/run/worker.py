@@ -13,7 +13,7 @@ import numpy as np
 from compare.run.environments import HERE, Place, located
 from compare.run.flight import Trajectory
 from compare.run.message import Malformed
-from compare.run.process import Died, Process
+from compare.run.process import Died, Process, signal_name
 from compare.run.questions import (
     Ended,
     Failure,
@@ -187,8 +187,3 @@ def is_flight_of(answer: Trajectory, scene: Scene) -> bool:
         and answer.steps > 0
         and 0.0 <= answer.wall_s < math.inf
     )
-
-
-def signal_name(number: int) -> str:
-    """Return what a signal is called, its number where it has no name."""
-    return signal.Signals(number).name if number in set(signal.Signals) else f"signal {number}"

@@ -68,7 +68,7 @@ def pulled(scene: Scene, state: Array, axes: Array) -> Array:
     """Return the derivatives of the accelerations that forces give, (6, 12), by central differences."""
     from scenarios.wrench import wrench  # it brings a compiler, which a free scene has no use for
 
-    size = float(np.linalg.norm(scene.body.points, axis=1).max())
+    size = scene.body.reach
     steps = DIFFERENCE * np.repeat((size, 1.0, size, 1.0), 3)
     sides = [np.array([moved(state, axes, sign * change) for change in np.diag(steps)]) for sign in (1.0, -1.0)]
     ahead, behind = map(wrench(scene), sides)

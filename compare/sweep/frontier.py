@@ -114,7 +114,7 @@ def step_reached(timed: Timed | None) -> tuple[float | None, float | None]:
 
 def order_rows(sweep: Sweep) -> Iterator[OrderRow]:
     """Yield order, floor and the parts of the error of each fixed-step contestant."""
-    size = float(np.linalg.norm(sweep.scene.body.points, axis=1).max())
+    size = sweep.scene.body.reach
     for (engine, method), timed in by_contestant(sweep.timed).items():
         ladder = sorted((each for each in usable(timed) if each.per_step), key=lambda each: -each.run.dt)
         if not ladder:

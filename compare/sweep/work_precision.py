@@ -7,8 +7,6 @@ method, and one that takes a flight in one step, is timed by whole flights.
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 
-import numpy as np
-
 from compare.judge.cost import Timed, time_runs
 from compare.judge.errors import Flown, Run
 from compare.run.flight import legs
@@ -149,5 +147,5 @@ def at_floor(runs: Sequence[Run]) -> bool:
     limit = float(runs[-1].limits.max())
     if len(errors) > 1 and max(errors[-2:]) <= limit:
         return True
-    size = float(np.linalg.norm(runs[-1].scene.body.points, axis=1).max())
+    size = runs[-1].scene.body.reach
     return len(errors) > OVER and max(errors[-OVER - 1 :]) < ASYMPTOTIC * size and errors[-1] > GAIN * errors[-OVER - 1]

@@ -136,7 +136,7 @@ def _until_horizon(answer: Truth, scene: Scene, why: str) -> Truth:
 
 def _blurred(scene: Scene, vertices: Array, limit: Array) -> np.ndarray:
     """Return where a limit [m], (...), of vertices, (..., n, 3), is more than a truth may have."""
-    size = np.linalg.norm(scene.body.points, axis=1).max()
+    size = scene.body.reach
     return ~(limit <= TRUSTED * size + FAR * np.abs(vertices).max(axis=(-2, -1)))
 
 

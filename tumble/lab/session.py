@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from compare.engines import SHIPPED
 from scenarios.frames import Array, vertices
 from scenarios.impulse import RayMissed, strike_point
 from scenarios.read import BadScene
@@ -24,7 +25,6 @@ from tumble.lab.throw import Throw
 
 WATCHED_S = 4.0  # a flight is shown in about this time, at one of the speeds
 SPEEDS = (1.0, 0.5, 0.2, 0.1, 0.05, 0.02, 0.01)
-DEFAULTS = "+defaults"
 
 
 class Refused(ValueError):
@@ -183,7 +183,7 @@ class Session:
         found = []
         for one in self.contestants:
             info = self._crew.engines.get(one.engine)
-            shipped = one.method.partition("+")[0] + DEFAULTS
+            shipped = one.method.partition("+")[0] + SHIPPED
             has = self.at_defaults and info is not None and shipped in info.on_request
             found.append(self._crew.contestant(one.engine, shipped) if has else one)
         return list(dict.fromkeys(found))

@@ -59,7 +59,7 @@ class Stage:
             self._blows, self._blows_shown, self._ghosts = [], [], {}
             self._scene, self._edges, self._faces = scene, outline.edges(scene.body), outline.faces(scene.body)
             self._up = upwards(scene)
-            self._radius = float(np.linalg.norm(scene.body.points, axis=1).max())
+            self._radius = scene.body.reach
             # Under a name of its own: a browser keeps the place of a name that comes back.
             self._worlds += 1
             self._root = f"/world{self._worlds}"
@@ -233,7 +233,7 @@ def eye(scene: Scene, *, is_narrow: bool = False) -> tuple[Array, Array]:
     aside = np.array([0.0, 0.0, 1.0]) if abs(up[2]) < 0.9 else np.array([0.0, -1.0, 0.0])
     across = np.cross(up, aside)
     towards = aside + 0.55 * across + 0.45 * up
-    radius = float(np.linalg.norm(scene.body.points, axis=1).max())
+    radius = scene.body.reach
     centre = scene.start[0, 0:3] - (radius * up if is_narrow else 0.0)
     return centre + 4.2 * radius * towards / np.linalg.norm(towards), centre
 

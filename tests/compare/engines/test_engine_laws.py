@@ -168,6 +168,8 @@ def test_a_scheme_may_be_a_function(tmp_path, monkeypatch):
         ),
         ("SCHEMES = 3", "SCHEMES must be a dict by method, is 3"),
         ("GYROSCOPIC = {'semi-implicit-euler': 'half'}", "GYROSCOPIC: semi-implicit-euler: no 'half': there are "),
+        ("ADAPTIVE = 3", "what it says of itself cannot be read: 3 is not a list of names"),
+        ("ADAPTIVE = {'semi-implicit-euler': 'fine'}", "ADAPTIVE must be tolerances by method, is"),
         ("EXEMPT = {'gravitation': 'no'}", "EXEMPT: no law 'gravitation': there are read after write"),
     ],
 )
