@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 
 from compare.comparison.findings import error_findings
+from compare.releases.schemas import RELEASES
 from compare.stability.findings import stability_findings
 from compare.stability.schemas import LIMITS
 from compare.tables.frames import frame, read_tables, rows
@@ -33,8 +34,8 @@ def gathered(folder: Path) -> dict[str, pd.DataFrame]:
         said = list(error_findings(rows(RUNS, found["runs.csv"]))) if RUNS.file in found else []
         said += stability_findings(rows(LIMITS, found[LIMITS.file])) if LIMITS.file in found else []
         found[FINDINGS.file] = frame(FINDINGS, said)
-    if not found.keys() & {"runs.csv", "limits.csv"}:
-        raise BadTable(f"{folder}: has no tables of report, compare, sweep, stability or check")
+    if not found.keys() & {"runs.csv", "limits.csv", RELEASES.file}:
+        raise BadTable(f"{folder}: has no tables of report, compare, sweep, stability, releases or check")
     return found
 
 

@@ -10,8 +10,7 @@ from compare.run.provenance import ConditionRow
 from compare.stability.schemas import CELLS, EXTREMES, LIMITS, TABLES, ExtremeRow
 from compare.stability.tasks import Done, Key, keys, stability
 from compare.stability.trials import Piece
-from compare.tables.files import place
-from compare.tables.frames import frame, read_file, rows
+from compare.tables.frames import frame, rows
 from compare.tables.shared import CONTESTANT
 from compare.tables.store import Store
 from scenarios.scene import Scene
@@ -47,11 +46,3 @@ def quick_tables(
     found = store(None, keys(participants, scenes, []))
     stability(participants, scenes, [], lambda piece: found.keep(piece.key, tables_of(piece)), tick, factors=[1.0])
     return found.tables
-
-
-def kept_tables(folder: Path) -> dict[str, pd.DataFrame]:
-    """Return the tables that `tumble stability -o` left in a folder, nothing where it did not.  Raises BadTable."""
-    places = {table.file: (table, place(folder, table.file)) for table in TABLES}
-    if not all(path.exists() for _, path in places.values()):
-        return {}
-    return {name: read_file(path, table) for name, (table, path) in places.items()}

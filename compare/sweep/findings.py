@@ -4,14 +4,18 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from compare.sweep.frontier import order_rows
 from compare.sweep.work_precision import Sweep
 from compare.tables.shared import FindingRow
 
 
 def sweep_findings(sweep: Sweep) -> Iterator[FindingRow]:
-    """Yield what single precision rounds the furthest coordinate of the flight to, half a unit of its last place."""
+    """Yield what single precision rounds the furthest coordinate to, half a unit of its last place; who gets worse."""
     true = next((run.truth for run in sweep.runs if run.truth is not None), None)
     if true is not None:
         reach = float(np.abs(true.vertices).max())
         rounding = float(np.spacing(np.float32(reach))) / 2
         yield FindingRow("coordinate rounding", sweep.scene.name, "", "", "", rounding, "m")
+    for row in order_rows(sweep):
+        if row.worsens:
+            yield FindingRow("worse below", row.scene, row.engine, row.method, "", row.best_dt_s, "s")

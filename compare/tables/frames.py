@@ -13,6 +13,7 @@ import numpy as np
 import pandas as pd
 
 from compare.tables.cells import float_cells, lines_text, text_cell, text_of_cell
+from compare.tables.files import place
 from compare.tables.known import schema
 from compare.tables.schema import BadTable, Column, Table
 from scenarios.files import plain_bytes
@@ -76,6 +77,14 @@ def read_tables(source: Path | Mapping[str, str]) -> dict[str, pd.DataFrame]:
                 read_file(source / name, table) if isinstance(source, Path) else read_text(name, source[name], table)
             )
     return found
+
+
+def kept_tables(folder: Path, tables: Iterable[Table]) -> dict[str, pd.DataFrame]:
+    """Return these tables of a folder by file name, nothing unless all of them are there.  Raises BadTable, OSError."""
+    places = {table: place(folder, table.file) for table in tables}
+    if not all(path.exists() for path in places.values()):
+        return {}
+    return {table.file: read_file(path, table) for table, path in places.items()}
 
 
 def read_file(path: Path, table: Table) -> pd.DataFrame:

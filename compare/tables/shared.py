@@ -159,6 +159,7 @@ FINDING_WORDS = {
     "right column": "the printed column of Table 4.1 that the exact motion is nearer to by far, and how near",
     "wrong column": "the other column, and how far it is",
     "coordinate rounding": "what single precision rounds the furthest coordinate of the flight to",
+    "worse below": "who gets worse below a step, and that step; its errors are in the orders",
     "longest step": "who bears the longest step, in radians of the stiffest mode",
     "shortest step": "who bears the shortest",
     "left out": "whose step would be longest if it left nothing out, over its own",

@@ -16,16 +16,18 @@ from compare.judge.cost import REFERENCE
 from compare.motion.film import film
 from compare.motion.findings import film_findings
 from compare.motion.results import film_tables
+from compare.releases.schemas import TABLES as RELEASES
 from compare.run.flight import check_step
 from compare.run.participants import flights, launched
 from compare.stability.findings import stability_findings
 from compare.stability.schemas import LIMITS
-from compare.stability.store import kept_tables, quick_tables
+from compare.stability.schemas import TABLES as STABILITY
+from compare.stability.store import quick_tables
 from compare.stability.tasks import STIFF
 from compare.sweep.results import measured
 from compare.sweep.work_precision import BRIEF, YARDSTICK, sweep
 from compare.tables.files import write_folder, write_whole
-from compare.tables.frames import csv_texts, frame, rows
+from compare.tables.frames import csv_texts, frame, kept_tables, rows
 from compare.tables.known import SWEEP
 from compare.tables.schema import BadTable
 from compare.tables.shared import FINDINGS
@@ -91,9 +93,10 @@ def flown(options: Namespace, scenes: list[Scene], folder: Path) -> dict[str, pd
         frames["ablation.csv"] = frame(ABLATION, ablation.rows)
         frames |= {f"{SWEEP}{name}": table for name, table in swept_tables.items() if name != FINDINGS.file}
         # All maps take a minute or two: those that `tumble stability -o` left there are drawn, else one row of one.
-        frames |= kept_tables(folder / "stability")
+        frames |= kept_tables(folder / "stability", STABILITY)
         if "limits.csv" not in frames:
             frames |= quick_tables(participants, [scene for scene in scenes if scene.name == STIFF[0]], tick)
+        frames |= kept_tables(folder / "releases", RELEASES)  # as `tumble releases -o` left them there
     found = [
         *film_findings(films),
         *ablation_findings(ablation.rows),

@@ -40,6 +40,7 @@ function costSection(host, scene) {
   host.append(
     make("p", { class: "note" }, `Each point is one step or tolerance, crosses are runs that are no plain results. The broad grey line is the frontier: nobody, shown or not, is cheaper and nearer, the bars reach to the time that nine rounds in ten stay below, the grey floor is what the truth can tell. `, make("code", {}, `tumble sweep ${scene}`)),
   );
+  worsening(host, scene);
   costTable(host, scene);
   orderTable(host, scene);
 }

@@ -9,6 +9,7 @@ const SECTIONS = {
   matrix: ["deformed", matrixSection],
   "class-report": ["table-4-1-budget.csv", reportSection],
   spared: ["ablation.csv", sparedSection],
+  releases: ["releases.csv", releasesSections],
   how: ["conditions.csv", provenanceSection],
 };
 

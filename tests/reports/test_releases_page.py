@@ -1,0 +1,58 @@
+"""The ledger of releases on the page, and who gets worse below a step."""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from compare.releases.schemas import TABLES
+from compare.tables.frames import frame, kept_tables
+from compare.tables.shared import FINDINGS, FindingRow
+from reports.folders import gathered
+from reports.page import page
+
+LEDGER = Path(__file__).parents[2] / "docs" / "releases" / "mujoco"
+
+
+def test_a_folder_of_releases_is_a_page(opened):
+    tab = opened(page(gathered(LEDGER)), "#at=releases")
+    said = tab.locator("#releases .headline").inner_text()
+    assert "mujoco, 14 releases from 3.6.0 to 4.0.0: 3.7.0," in said
+    assert said.endswith("4.0.0 fly otherwise than the one before; the others do not.")
+    tab.locator("#fold-release-changes-mujoco > summary").click()
+    row = tab.locator('[id="release-changes-mujoco-4.0.0-rk4-attitude_order"]')
+    assert "fourth-order" in row.inner_text(), "the notes' own words"
+    assert tab.locator("section h2").count() == 2, "of the others there is nothing, but how it was measured"
+
+
+def test_a_ledger_that_is_there_is_taken_onto_the_page_and_none_is_none(tmp_path, opened, real):
+    assert kept_tables(tmp_path, TABLES) == {}
+    tab = opened(page(real | kept_tables(LEDGER, TABLES)), "#at=releases")
+    assert tab.locator("#releases .fold").count() == 2
+    assert opened(page(real)).locator("#releases").count() == 0
+
+
+def test_releases_that_all_fly_alike_are_said_to(opened):
+    found = kept_tables(LEDGER, TABLES)
+    calm = {name: table.iloc[:0] if "changes" in name else table for name, table in found.items()}
+    assert opened(page(calm), "#at=releases").locator("#releases .headline").inner_text().endswith(
+        "none flies otherwise than the one before it."
+    )  # fmt: skip
+
+
+def test_who_gets_worse_below_a_step_is_said_to_where_he_is_shown(real, opened):
+    changed = dict(real)
+    orders = real["sweep-orders.csv"].copy()
+    at = int(np.flatnonzero(((orders["engine"] == "mujoco") & (orders["method"] == "euler")).to_numpy())[0])
+    orders.loc[at, ["precision", "best_error_m", "finest_error_m", "finest_dt_s"]] = ["single", 0.025, 0.19, 1.5e-4]
+    found = frame(FINDINGS, [FindingRow("worse below", "yardstick", "mujoco", "euler", "", 2e-4, "s")])
+    changed["sweep-orders.csv"] = orders
+    changed["findings.csv"] = pd.concat([real["findings.csv"], found], ignore_index=True)
+    told = page(changed)
+    said = opened(told, "#show=mujoco:euler&at=cost").locator("#cost .note", has_text="Smaller steps").inner_text()
+    assert said == (
+        "Smaller steps make it worse: mujoco:euler, in single precision, below 200\u202fµs, where it is 25\u202fmm off, "
+        "190\u202fmm at 150\u202fµs."
+    )
+    alone = opened(told, "#show=mujoco:rk4&at=cost")
+    assert "mujoco:euler" not in alone.locator("#worse-below-yardstick").inner_text()
