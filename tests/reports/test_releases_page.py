@@ -51,8 +51,8 @@ def test_who_gets_worse_below_a_step_is_said_to_where_he_is_shown(real, opened):
     told = page(changed)
     said = opened(told, "#show=mujoco:euler&at=cost").locator("#cost .note", has_text="Smaller steps").inner_text()
     assert said == (
-        "Smaller steps make it worse: mujoco:euler, in single precision, below 200\u202fµs, where it is 25\u202fmm off, "
-        "190\u202fmm at 150\u202fµs."
+        "Smaller steps make it worse: mujoco:euler, in single precision, below 200\u202fµs, where it is 25\u202fmm "
+        "off, 190\u202fmm at 150\u202fµs."
     )
     alone = opened(told, "#show=mujoco:rk4&at=cost")
     assert "mujoco:euler" not in alone.locator("#worse-below-yardstick").inner_text()
