@@ -8,6 +8,15 @@ from os.path import dirname, realpath
 if __name__ == "__main__" and not sys.flags.safe_path and sys.path[0] != dirname(dirname(realpath(__file__))):
     del sys.path[0]
 
+# Until there is somebody to say so in one line, an interrupt ends the process and says nothing.  `signal` would take a
+# millisecond to be read.
+import _signal
+
+try:
+    before = _signal.signal(_signal.SIGINT, _signal.SIG_DFL)
+except ValueError:  # another thread of somebody else's program
+    before = None
+
 import argparse
 import importlib
 import io
@@ -16,25 +25,32 @@ import threading
 
 from tumble.parser import EXIT_USER, Parser, complete, parser
 
+if before is not None:
+    signal.signal(signal.SIGINT, before)
+
 EXIT_DONE, EXIT_BUG, EXIT_INTERRUPTED = 0, 3, 130
+INTERRUPTED = "interrupted; nothing was written"
+# The signals that have asked this process to end.
+interrupts: list[int] = []
 
 
 def main(words: list[str] | None = None) -> int:
     """Run one command and return its exit code: 0 done, 1 a check failed, 2 the user's mistake, 3 a bug of ours."""
     # The matrices here are 3 x 3: waking a BLAS's threads would take longer than all that it does.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    set_signals()
-    open_streams()
-    top = parser()
-    if "_ARGCOMPLETE" in os.environ:
-        complete(top)
-    options = top.parse_args(words)
-    options.words = ["tumble", *(sys.argv[1:] if words is None else words)]
+    interrupts.clear()
     try:
+        set_signals()
+        open_streams()
+        top = parser()
+        if "_ARGCOMPLETE" in os.environ:
+            complete(top)
+        options = top.parse_args(words)
+        options.words = ["tumble", *(sys.argv[1:] if words is None else words)]
         code = answer(top, options)
         sys.stdout.flush()
     except KeyboardInterrupt as stop:
-        return refuse(str(stop) or "interrupted; nothing was written", EXIT_INTERRUPTED)
+        return refuse(str(stop) or INTERRUPTED, EXIT_INTERRUPTED)
     except BrokenPipeError:
         drop_output()
         return EXIT_DONE  # the reader has had all it wanted
@@ -45,6 +61,8 @@ def main(words: list[str] | None = None) -> int:
     except Exception as error:
         if is_users(error):
             return refuse(str(error), EXIT_USER)
+        if interrupts:
+            return refuse(INTERRUPTED, EXIT_INTERRUPTED)
         sys.excepthook(type(error), error, error.__traceback__)
         return refuse(f"a bug of ours: {type(error).__name__}: {error}", EXIT_BUG)
     return code
@@ -82,12 +100,18 @@ def set_signals() -> None:
     """Let the signals that ask to end do what Ctrl-C does, but for those that somebody has set, `nohup` for one."""
     if threading.current_thread() is not threading.main_thread():
         return
-    for number in (signal.SIGTERM, signal.SIGHUP):
-        if signal.getsignal(number) == signal.SIG_DFL:
-            signal.signal(number, signal.default_int_handler)
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        if signal.getsignal(number) in (signal.SIG_DFL, signal.default_int_handler):
+            signal.signal(number, interrupt)
     # Children that end are waited for, also where whoever started this process waits for none of his.
     if signal.getsignal(signal.SIGCHLD) == signal.SIG_IGN:
         signal.signal(signal.SIGCHLD, signal.SIG_DFL)
+
+
+def interrupt(number: int, frame: object) -> None:
+    """Raise KeyboardInterrupt, and remember: a library that is just being imported may make something else of it."""
+    interrupts.append(number)
+    raise KeyboardInterrupt
 
 
 def drop_output() -> None:

@@ -6,6 +6,7 @@ import platform
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Annotated
 
@@ -41,7 +42,16 @@ def versions() -> Iterator[ConditionRow]:
     engines = sorted(package for engine in registry.names() for package in registry.package(engine).packages)
     for package in dict.fromkeys((*PACKAGES, *engines)):
         with suppress(importlib.metadata.PackageNotFoundError):
-            yield ConditionRow(package, importlib.metadata.version(package))
+            yield ConditionRow(package, installed(package))
+
+
+@cache
+def installed(package: str) -> str:
+    """Return the version of a package that is installed, looked up once: it is a file of thousands of lines.
+
+    Raises PackageNotFoundError.
+    """
+    return importlib.metadata.version(package)
 
 
 def processor() -> str:

@@ -1,5 +1,7 @@
 """Attacks Tumble in every way there is here, as often as asked, and writes docs/attacks.md: what was tried, and lost.
 
+Everything is split into pieces that processes share, one a core unless told otherwise; each attack has its own folder.
+
 `make attack` is the long form; `python tests/attack/attacks.py --kills 20 --inputs 10000` a shorter one.  The tests
 beside it are a few of each.
 """
@@ -7,14 +9,18 @@ beside it are a few of each.
 import argparse
 import os
 import platform
+import subprocess
 import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, field
-from functools import partial
-from itertools import chain
+from functools import cache
+from itertools import islice
+from multiprocessing import get_context
 from pathlib import Path
+from typing import Any
 
 import damaged
 import engine_files
@@ -27,6 +33,15 @@ sys.path.insert(0, str(ROOT / "tests" / "support"))
 import fuzz  # noqa: E402
 
 PAGE = ROOT / "docs" / "attacks.md"
+FILES = "damaged files"
+# So many damaged files are one piece of work.
+PART = 5000
+KINDS: dict[str, Callable[[], Mapping[str, Callable[[Path], object]]]] = {
+    "kills": kills.all_attacks,
+    "engine files": engine_files.all_attacks,
+    "damages to each file of a folder": damaged.all_attacks,
+    "starved machines": starved.all_attacks,
+}
 TEXT = """# What was done to Tumble, and what was lost
 
 Made by `make attack`, which runs all of it and writes this page; the tests in `tests/attack/` are a few of each.
@@ -57,54 +72,81 @@ class Tally:
     tried: int = 0
     lost: list[str] = field(default_factory=list)
     seconds: float = 0.0
+    read: int = 0
 
     @property
     def row(self) -> str:
         """Its row of the table."""
+        what = self.what
+        if what.startswith(FILES):
+            what += f" ({self.read} read, {self.tried - self.read - len(self.lost)} refused)"
         took = f"{self.seconds / 60:.0f} min" if self.seconds > 90 else f"{self.seconds:.0f} s"
-        return f"| {self.what} | {self.tried} | {self.tried - len(self.lost)} | {len(self.lost)} | {took} |"
+        return f"| {what} | {self.tried} | {self.tried - len(self.lost)} | {len(self.lost)} | {took} |"
+
+    def add(self, other: "Tally") -> None:
+        """Count what became of more of the kind."""
+        self.tried += other.tried
+        self.lost += other.lost
+        self.seconds += other.seconds
+        self.read += other.read
 
 
-def each(what: str, attacks: Mapping[str, Callable[[Path], object]], say: Callable[[str], object]) -> Tally:
-    """Try all attacks of one kind."""
-    tally, begin = Tally(what), time.monotonic()
+def attempt(kind: str, name: str) -> Tally:
+    """Try one attack of a kind."""
+    tally, begin = Tally(kind, 1), time.monotonic()
     with tempfile.TemporaryDirectory() as folder:
-        for name, attack in attacks.items():
-            tally.tried += 1
-            try:
-                attack(Path(folder))
-            except Exception as error:
-                tally.lost.append(f"{name}: {' '.join(str(error).split())[:200]}")
-                say(f"lost: {tally.lost[-1]}")
+        try:
+            attacks(kind)[name](Path(folder))
+        except Exception as error:
+            tally.lost.append(f"{name}: {' '.join(str(error).split())[:200]}")
     tally.seconds = time.monotonic() - begin
     return tally
 
 
-def inputs(count: int) -> Iterator[Tally]:
-    """Give each parser its share of so many damaged files."""
-    for name, parser in fuzz.PARSERS.items():
-        share = round(count * fuzz.SHARES[name])
-        tally, begin = Tally(f"damaged files: {name}"), time.monotonic()
-        with tempfile.TemporaryDirectory() as folder:
-            try:
-                found, refused = parser(Path(folder), share)
-                tally.tried = found + refused
-                tally.what += f" ({found} read, {refused} refused)"
-            except BaseException as error:
-                if isinstance(error, KeyboardInterrupt):
-                    raise
-                tally.tried = share
-                tally.lost.append(f"{name}: {type(error).__name__}: {' '.join(str(error).split())[:200]}")
-        tally.seconds = time.monotonic() - begin
-        yield tally
+@cache
+def attacks(kind: str) -> Mapping[str, Callable[[Path], object]]:
+    """Return the attacks of a kind by their names; kills by their seeds."""
+    return KINDS[kind]()
 
 
-def page(tallies: list[Tally], asked: str) -> str:
+def inputs(parser: str, numbers: range) -> Tally:
+    """Give a parser its damaged files with these numbers."""
+    begin = time.monotonic()
+    outcome = fuzz.fuzz(parser, numbers)
+    tried = outcome.found + outcome.refused + len(outcome.lost)
+    return Tally(f"{FILES}: {parser}", tried, outcome.lost, time.monotonic() - begin, outcome.found)
+
+
+def jobs(kills_asked: int, inputs_asked: int) -> Iterator[tuple[Callable[..., Tally], Any, Any]]:
+    """Yield what is to be done, in pieces of a minute or so at most, those that take longest first."""
+    for parser, share in fuzz.SHARES.items():
+        many = round(inputs_asked * share)
+        yield from ((inputs, parser, range(first, min(first + PART, many))) for first in range(0, many, PART))
+    for kind in KINDS:
+        names = attacks(kind)
+        yield from ((attempt, kind, name) for name in islice(names, kills_asked if kind == "kills" else None))
+
+
+def state_of_the_tree() -> str:
+    """Return the commit that is attacked, and whether anything was changed since."""
+    said = subprocess.run(
+        ["git", "describe", "--always", "--abbrev=12", "--dirty=, with changes"],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+    )
+    return said.stdout.strip() or "unknown"
+
+
+def page(tallies: list[Tally], asked: str, commit: str, seconds: float) -> str:
     """Return the page."""
     lost = [f"- {tally.what}: {line}" for tally in tallies for line in tally.lost]
+    tried = sum(tally.tried for tally in tallies)
+    machine = f"Python {platform.python_version()}, {platform.system()}, {os.cpu_count()} cores"
     when = (
-        f"{sum(tally.tried for tally in tallies)} attacks ({asked}) on {time.strftime('%Y-%m-%d')}, Python "
-        f"{platform.python_version()}, {platform.system()}, {os.cpu_count()} cores, load {os.getloadavg()[2]:.1f}."
+        f"{tried} attacks ({asked}) on commit {commit}, {time.strftime('%Y-%m-%d')}, in {seconds / 60:.0f} min. "
+        f"{machine}, load {os.getloadavg()[2]:.1f} in the end. How long: of all processes together, waiting for a core "
+        "included."
     )
     rows = "\n".join(tally.row for tally in tallies)
     return TEXT.format(
@@ -117,25 +159,28 @@ def main() -> None:
     words = argparse.ArgumentParser(description=__doc__)
     words.add_argument("--kills", type=int, default=100)
     words.add_argument("--inputs", type=int, default=1_000_000)
+    words.add_argument("--processes", type=int, default=os.cpu_count())
     words.add_argument("-o", type=Path, default=PAGE)
     options = words.parse_args()
 
     def say(line: str) -> None:
         print(line, flush=True)
 
-    kinds = {
-        "engine files": engine_files.all_attacks(),
-        "damages to each file of a folder": damaged.all_attacks(),
-        "kills": {str(seed): partial(kills.attack, seed=seed) for seed in range(options.kills)},
-        "starved machines": starved.all_attacks(),
-    }
-    tallies: list[Tally] = []
-    # Hours: what is known is kept.
-    for tally in chain(inputs(options.inputs), (each(what, attacks, say) for what, attacks in kinds.items())):
-        tallies.append(tally)
-        say(tally.row)
-        options.o.write_text(page(tallies, f"--kills {options.kills} --inputs {options.inputs}"), encoding="utf-8")
-    lost = sum(len(tally.lost) for tally in tallies)
+    tallies: dict[str, Tally] = {}
+    asked, commit, begin = f"--kills {options.kills} --inputs {options.inputs}", state_of_the_tree(), time.monotonic()
+    with ProcessPoolExecutor(options.processes, get_context("spawn")) as pool:
+        done = [pool.submit(*job) for job in jobs(options.kills, options.inputs)]
+        for number, each in enumerate(as_completed(done), start=1):
+            found = each.result()
+            tallies.setdefault(found.what, Tally(found.what)).add(found)
+            for line in found.lost:
+                say(f"lost: {found.what}: {line}")
+            if number % 20 == 0 or number == len(done):
+                say(f"{number} of {len(done)} pieces, {(time.monotonic() - begin) / 60:.0f} min")
+    rows = [tallies[what] for what in sorted(tallies)]
+    how = f"{asked}, {options.processes} at once"
+    options.o.write_text(page(rows, how, commit, time.monotonic() - begin), encoding="utf-8")
+    lost = sum(len(tally.lost) for tally in rows)
     sys.exit(f"{lost} attacks were lost" if lost else 0)
 
 

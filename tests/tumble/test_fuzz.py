@@ -16,16 +16,17 @@ FEW = 600
 
 @pytest.mark.parametrize("parser", fuzz.PARSERS)
 def test_any_file_is_read_or_refused_in_one_line(tmp_path, parser):
-    found, refused = fuzz.PARSERS[parser](tmp_path, FEW)
+    outcome = fuzz.PARSERS[parser](tmp_path, range(FEW))
+    assert outcome.lost == []
     # Damage that is nearly always fatal, or nearly never, would try little.
-    assert found > FEW / 20
-    assert refused > FEW / 20
+    assert outcome.found > FEW / 20
+    assert outcome.refused > FEW / 20
 
 
 def test_a_parser_that_hangs_is_noticed(monkeypatch):
     monkeypatch.setattr(fuzz, "LONGEST_S", 1)
-    with pytest.raises(fuzz.HangsError):
-        fuzz.outcomes(lambda: [None for _ in iter(int, 1)], ValueError, 1)
+    outcome = fuzz.outcomes(lambda rng: [None for _ in iter(int, 1)], ValueError, "loops", range(1))
+    assert outcome == fuzz.Outcome(lost=["loops 0: HangsError: took more than 1 s"])
 
 
 def test_a_full_disk_leaves_the_old_record_or_none(tmp_path):
