@@ -10,7 +10,7 @@ if __name__ == "__main__" and not sys.flags.safe_path and sys.path[0] != dirname
 
 # Until there is somebody to say so in one line, an interrupt ends the process and says nothing.  `signal` would take a
 # millisecond to be read.
-import _signal
+import _signal  # type: ignore
 
 try:
     before = _signal.signal(_signal.SIGINT, _signal.SIG_DFL)
