@@ -6,6 +6,14 @@ from typing import Self
 
 import numpy as np
 
+WATCHED_S = 4.0  # a flight is shown in at least this time, at one of the speeds, the fastest that will do
+SPEEDS = (1.0, 0.5, 0.2, 0.1, 0.05, 0.02, 0.01)
+
+
+def pace(duration: float) -> float:
+    """Return the speed at which a flight of so many seconds is shown unless another is asked for."""
+    return next((speed for speed in SPEEDS if duration / speed >= WATCHED_S), SPEEDS[-1])
+
 
 @dataclass(frozen=True)
 class Clock:

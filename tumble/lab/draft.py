@@ -18,9 +18,10 @@ import tomlkit
 from scenarios.format import visible
 from scenarios.read import scene_of, scene_path, scene_text
 from scenarios.scene import Scene
+from tumble.lab.clock import pace
 
-# Frames of a flight: so many a second of it, but at least and at most so many in all.
-FRAMES_A_SECOND, FEWEST, MOST = 30, 60, 300
+# Frames of a flight: so many a second of watching it at its usual pace, but at most so many in all.
+FRAMES_A_SECOND, MOST = 24, 600
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,10 +111,11 @@ class Draft:
 def frames(duration: float, step: float) -> int:
     """Return how many frames a flight is shown in: a whole number of steps [s] apart where that can be.
 
-    Where no such number is near, steps are cut at the frames, as at any sample.
+    Where no such number is near, steps are cut at the frames, as at any sample.  A flight of fewer steps is shown in
+    these: others would be another flight.
     """
     steps = round(duration / step)
-    wanted = min(max(FRAMES_A_SECOND * duration, FEWEST), MOST)
+    wanted = min(FRAMES_A_SECOND * duration / pace(duration), MOST)
     if steps <= wanted:
         return max(steps, 1)
     near = [count for count in range(round(wanted / 2), round(1.5 * wanted) + 1) if steps % count == 0]
@@ -121,11 +123,11 @@ def frames(duration: float, step: float) -> int:
 
 
 def usual_magnitude(scene: Scene) -> float:
-    """Return an impulse [N s] that suits a scene: its own throw's, or what moves the body by its size in a second."""
+    """Return an impulse [N s] that suits a scene: its own throw's, or what moves the body by its size meanwhile."""
     if scene.impulses:
         return float(f"{np.linalg.norm(scene.impulses[0].value):.2g}")
     size = float(np.ptp(scene.body.points, axis=0).max())
-    return float(f"{scene.body.mass * size:.1g}")
+    return float(f"{scene.body.mass * size / scene.duration:.1g}")
 
 
 def _item(value: Any) -> Any:

@@ -1,7 +1,6 @@
 """A trajectory of somebody's own program as one more ghost, and what `tumble grade` says of it."""
 
 import tempfile
-from concurrent.futures import Future
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,7 +9,7 @@ import numpy as np
 from scenarios.format import visible
 from scenarios.frames import Array
 from scenarios.scene import Scene
-from tumble.lab.crew import Crew
+from tumble.lab.aside import Errand, Hands
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,17 +30,17 @@ class Foreign:
         return self.vertices[row] if row >= 0 else None
 
 
-def loading(crew: Crew, folder: Path, name: str, content: bytes, scene: Scene) -> "Future[Foreign]":
+def loading(hands: Hands, folder: Path, name: str, content: bytes, scene: Scene) -> Errand:
     """Return what will be the graded trajectory of a file's content; it lies in the folder only while it is read.
 
-    The future raises BadTrajectory, NoTruth, RayMissed.
+    Its future raises BadTrajectory, NoTruth, RayMissed.
     """
     aside = tempfile.TemporaryDirectory(prefix=".lab-", dir=folder)
     path = Path(aside.name) / "trajectory.csv"
     path.write_bytes(content)
-    future = crew.aside(graded, path, visible(name), scene)
-    future.add_done_callback(lambda _: aside.cleanup())
-    return future
+    errand = hands.send([(graded, path, visible(name), scene)])
+    errand.futures[0].add_done_callback(lambda _: aside.cleanup())
+    return errand
 
 
 def graded(path: Path, name: str, scene: Scene) -> Foreign:

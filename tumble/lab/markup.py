@@ -92,10 +92,21 @@ def error_row(row: ErrorRow, colour: str, decimals: int) -> Markup:
     told = Markup('<div style="{}" data-lab="status">{}</div>').format(BAD, visible(row.status)) if row.status else ""
     return Markup(
         '<tr data-contestant="{}"><td>{}</td>'
-        '<td style="text-align:right;white-space:nowrap"><b data-lab="off">{}</b></td></tr>'
+        '<td style="text-align:right;white-space:nowrap">'
+        '<span style="{};font-size:11px">vertex {}</span> <b data-lab="off">{}</b></td></tr>'
         '<tr><td colspan="2" style="{};font-size:11px"><span>({})</span>'
         '<span style="float:right">{}</span>{}</td></tr>'
-    ).format(row.contestant.name, name, distance(row), FAINT, numbers(row.position, decimals), errors(row), told)
+    ).format(
+        row.contestant.name,
+        name,
+        FAINT,
+        row.vertex,
+        distance(row),
+        FAINT,
+        numbers(row.position, decimals),
+        errors(row),
+        told,
+    )
 
 
 def distance(row: ErrorRow) -> str:

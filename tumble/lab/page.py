@@ -13,7 +13,6 @@ import numpy as np
 import viser
 
 from compare.run.registry import BadEngine
-from scenarios.frames import Array
 from scenarios.impulse import RayMissed
 from scenarios.published import VERTEX, table_4_1
 from scenarios.read import BadScene, catalogue
@@ -27,10 +26,11 @@ from tumble.lab.picture import captioned
 from tumble.lab.readings import Reading, error_rows, errors_over_time, readings
 from tumble.lab.sentences import sentence
 from tumble.lab.session import Refused, Session, Shown
-from tumble.lab.stage import FOREIGN, PALETTE, Stage, css
+from tumble.lab.stage import FOREIGN, PALETTE, Colour, Ghost, Stage, css
 from tumble.lab.throw import Throw
 
-FRAME_S, NUMBERS_S, CHART_S, PICTURE_S = 1 / 40, 0.12, 0.4, 20.0
+FRAME_S, NUMBERS_S, CHART_S, PICTURE_S = 1 / 40, 0.12, 1.0, 20.0
+PICTURE_WIDTH = 960
 TABLE_4_1 = "table-4-1-ray"
 
 
@@ -66,7 +66,7 @@ class Page:
         self._charted: Any = None
         self._numbers_at = self._chart_at = 0.0
         self._is_asked = self._is_behind = True
-        self._set_up()
+        self._show_opened()
         threading.Thread(target=self._keep_up, daemon=True, name="page").start()
 
     def close(self) -> None:
@@ -103,7 +103,7 @@ class Page:
         match what:
             case "Reset":
                 self.session.reset()
-                self._set_up()
+                self._set_up(look=True)
             case "Again":
                 self.session.again()
             case "As written":
@@ -127,13 +127,13 @@ class Page:
 
     def _open(self, name: str) -> None:
         self.session.open(name)
-        self._set_up()
+        self._show_opened()
 
     def _edit(self, path: tuple[str, ...], value: Any) -> None:
         try:
             self.session.edit({path: list(value) if isinstance(value, tuple) else float(value)})
         finally:
-            self._set_up()
+            self._set_up(look=False)
 
     def _keep(self, what: str) -> None:
         files = self.session.files()
@@ -163,15 +163,20 @@ class Page:
         threading.Thread(target=wait, daemon=True).start()
 
     def _take_picture(self, files: Kept) -> None:
-        """Keep what the browser sees; outside the lock, for it is the browser that draws it."""
+        """Keep what the browser sees, at an instant; outside the lock, for it is the browser that draws it."""
+        with self.session.lock:
+            self.session.pause()
+            shown, throw = self.session.shown(), self.session.throw
+            with self._client.atomic():
+                self._show_picture(shown)
+            told, size = self._readings(shown)
+            rows = [] if throw is None else error_rows(throw, shown.frame, None)
+            colours = {row.contestant: self._colour(row.contestant) for row in rows}
         try:
             camera = self._client.camera
-            pixels = self._client.get_render(
-                camera.image_height, camera.image_width, transport_format="png", timeout=PICTURE_S
-            )
-            with self.session.lock:
-                told, size = self._readings(self.session.shown())
-                path = files.picture(captioned(pixels, told, places(size)))
+            height = round(PICTURE_WIDTH * camera.image_height / camera.image_width)
+            pixels = self._client.get_render(height, PICTURE_WIDTH, transport_format="png", timeout=PICTURE_S)
+            path = files.picture(captioned(pixels, told, rows, colours, places(size)))
             self._tell(f"Written: {path.name}")
         except (RuntimeError, TimeoutError, OSError) as error:
             self._tell(f"No picture: {error}")
@@ -187,24 +192,23 @@ class Page:
         self._news.set()
 
     def _add_or_drop(self, name: str) -> None:
-        one = next(each for each in self._all_contestants() if each.name == name)
+        one = next(each for each in self._crew.all_contestants() if each.name == name)
         others = [each for each in self.session.contestants if each != one]
         self.session.engage(others if one in self.session.contestants else [*others, one])
 
-    def _set_up(self) -> None:
-        scene = (self.session.thrown or self.session.draft).scene
-        self._stage.set_up(scene)
-        self._is_table_4_1 = self._panel.marked.visible = False
-        names = [each.name for each in self._all_contestants()]
-        self._panel.show_question(scene, self.session.draft.path.stem, usual_magnitude(scene), names)
-        self._is_asked = True
+    def _show_opened(self) -> None:
+        """Show a scene that is new: what was chosen for the last one does not hold for it."""
+        self._set_up(look=True)
+        scene = self.session.draft.scene
+        self._panel.show_scene(scene, self.session.draft.path.stem, usual_magnitude(scene))
 
-    def _all_contestants(self) -> list[Contestant]:
-        return [
-            self._crew.contestant(engine, method)
-            for engine, info in self._crew.engines.items()
-            for method in (*info.methods, *info.forced, *info.on_request)
-        ]
+    def _set_up(self, *, look: bool) -> None:
+        """Build what is seen of the scene as it is now, its body at the start; look: at it, from the usual place."""
+        scene = (self.session.thrown or self.session.draft).scene
+        self._stage.set_up(scene, look=look)
+        self._is_table_4_1 = self._panel.marked.visible = False
+        self._panel.show_question(scene)
+        self._is_asked = True
 
     # What is shown: by the page's own thread
 
@@ -254,14 +258,15 @@ class Page:
         factor = float(self._panel.magnified.value)
         for one in session.flying():  # colours in their order, not in that of their answers
             self._colour(one)
-        ghosts: dict[Hashable, tuple[Array, tuple[int, int, int]]] = {}
+        ghosts: dict[Hashable, Ghost] = {}
         for contestant, flight in ({} if throw is None else throw.flights()).items():
             seen = flight.vertices[shown.frame, 0]
             if np.isfinite(seen).all():
-                ghosts[contestant] = magnified(shown.vertices, seen, factor), self._colour(contestant)
+                state = flight.states[shown.frame, 0] if factor == 1.0 else None
+                ghosts[contestant] = Ghost(magnified(shown.vertices, seen, factor), state, self._colour(contestant))
         foreign = None if session.foreign is None else session.foreign.at(shown.time)
         if session.foreign is not None and foreign is not None and foreign.shape == shown.vertices.shape:
-            ghosts[session.foreign.name] = magnified(shown.vertices, foreign, factor), FOREIGN
+            ghosts[session.foreign.name] = Ghost(magnified(shown.vertices, foreign, factor), None, FOREIGN)
         stage.show_ghosts(ghosts)
         stage.show_blows(session.impulses_until(shown.time))
 
@@ -269,6 +274,7 @@ class Page:
         session, panel, throw = self.session, self._panel, self.session.throw
         told, size = self._readings(shown)
         panel.readings.content = readings_table(told, size)
+        panel.show_contestants([one.name for one in self._crew.all_contestants()])
         vertex = None if panel.vertex.value == WORST else int(panel.vertex.value)
         rows = [] if throw is None else error_rows(throw, shown.frame, vertex)
         colours = {row.contestant: css(self._colour(row.contestant)) for row in rows}
@@ -295,6 +301,6 @@ class Page:
             times, {one: (errors, css(self._colour(one))) for one, errors in curves.items()}, throw.true_limit
         )
 
-    def _colour(self, contestant: Contestant) -> tuple[int, int, int]:
+    def _colour(self, contestant: Contestant) -> Colour:
         """Return a contestant's colour, the same as long as the page is open."""
         return PALETTE[self._colours.setdefault(contestant, len(self._colours)) % len(PALETTE)]

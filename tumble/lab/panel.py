@@ -1,5 +1,6 @@
 """The controls and numbers beside the scene; viser's side of them.  Every control calls one function of the page."""
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
@@ -11,15 +12,15 @@ import viser
 from scenarios.frames import Array
 from scenarios.published import table_4_1
 from scenarios.scene import Scene
+from tumble.lab.clock import SPEEDS
 from tumble.lab.crew import Contestant
 from tumble.lab.markup import said
-from tumble.lab.session import SPEEDS
 
 WORST = "worst of each"
 MAGNIFIED = ("1", "10", "100", "1000")
 PLAY, PAUSE = "Play", "Pause"
 PRINTED_S = table_4_1().physics_times.tolist()
-CHART_HEIGHT = 190
+CHART_HEIGHT, TYPED = 190, 12  # pixels; decimals that can be typed
 
 
 @dataclass(frozen=True)
@@ -77,7 +78,7 @@ class Panel:
 
     def _add_throwing(self, gui: viser.GuiApi) -> None:
         self.magnitude = gui.add_slider("Impulse [N s]", 0.0, 1.0, 0.01, 0.5)
-        throwing = gui.add_button_group("Throw", ("Reset", "Again", "As written"))
+        throwing = gui.add_button_group("Throw", ("Reset", "Again", "As written", "Table 4.1"))
         self._asks(throwing, lambda value: self._actions.throwing(value))
 
     def _add_time(self, gui: viser.GuiApi) -> None:
@@ -108,8 +109,6 @@ class Panel:
     def _add_question(self, gui: viser.GuiApi, scenes: Sequence[str]) -> None:
         self.scene = gui.add_dropdown("Scene", tuple(scenes), initial_value=scenes[0])
         self._asks(self.scene, lambda value: self._actions.open(str(value)))
-        self.preset = gui.add_button("Table 4.1", hint="The coursework's throw, with its printed positions")
-        self._asks(self.preset, lambda _: self._actions.throwing("Table 4.1"))
         self.size = gui.add_vector3("Size [m]", (1.0, 1.0, 1.0))
         self.mass = gui.add_number("Mass [kg]", 1.0, step=None)
         self.gravity = gui.add_vector3("Gravity [m/s²]", (0.0, 0.0, 0.0))
@@ -146,12 +145,23 @@ class Panel:
 
     # What is shown in them
 
-    def show_question(self, scene: Scene, name: str, magnitude: float, contestants: Sequence[str]) -> None:
-        """Set the controls to a scene that was chosen or edited."""
+    def show_scene(self, scene: Scene, name: str, magnitude: float) -> None:
+        """Set what a person chooses for a throw to what suits a scene that was opened, an impulse [N s] among it."""
         scenes = self.scene.options
         if name not in scenes:
             self.scene.options = (*scenes, name)
         self.scene.value = name
+        self.magnified.value = MAGNIFIED[0]
+        self.vertex.value = WORST
+        self.vertex.options = (WORST, *map(str, range(len(scene.body.points))))
+        self.follow.value = flies_far(scene)
+        top = 4 * magnitude
+        self.magnitude.max, self.magnitude.step = top, top / 200
+        self.magnitude.precision = worth_showing(top)
+        self.magnitude.value = magnitude
+
+    def show_question(self, scene: Scene) -> None:
+        """Set the controls to a scene that was opened or edited."""
         body = scene.body
         self.size.visible = body.size is not None
         shown: Any = (
@@ -162,19 +172,16 @@ class Panel:
             (self.duration, (scene.duration,)),
         )
         for control, numbers in shown:
-            # With fewer decimals a browser would show, and send back, another number.
-            control.precision = max(map(decimals, numbers))
+            # With fewer decimals a browser would show, and send back, another number, or let nobody type one.
+            control.precision = max(TYPED, *map(decimals, numbers))
             control.value = numbers if len(numbers) == 3 else numbers[0]
-        self.magnified.value = MAGNIFIED[0]
-        self.vertex.value = WORST
-        self.vertex.options = (WORST, *map(str, range(len(body.points))))
-        self.contestant.options = tuple(contestants)
         self.time.max, self.time.step = scene.duration, scene.duration / (len(scene.rows) - 1)
-        self.time.precision = 4 if scene.duration >= 0.1 else 6
-        self.follow.value = flies_far(scene)
-        top = 4 * magnitude
-        self.magnitude.max, self.magnitude.step = top, top / 200
-        self.magnitude.value = magnitude
+        self.time.precision = worth_showing(scene.duration)
+
+    def show_contestants(self, names: Sequence[str]) -> None:
+        """Offer who can be asked for."""
+        if self.contestant.options != tuple(names):
+            self.contestant.options = tuple(names)
 
     def show_time(self, time: float, is_running: bool, speed: float) -> None:
         """Show where the time is."""
@@ -209,6 +216,7 @@ class Panel:
                 axes=({}, {"size": 40}),
                 legend={"show": False},
                 height=CHART_HEIGHT,
+                padding=(12, 12, 0, 0),
             )
 
 
@@ -220,6 +228,11 @@ def speed_name(speed: float) -> str:
 def decimals(value: float) -> int:
     """Return how many decimals a number is written out with."""
     return max(0, -int(Decimal(repr(value)).normalize().as_tuple().exponent))
+
+
+def worth_showing(most: float) -> int:
+    """Return how many decimals tell apart some thousandths of the largest number that is shown."""
+    return max(4, 3 - math.floor(math.log10(most)))
 
 
 def flies_far(scene: Scene) -> bool:

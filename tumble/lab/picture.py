@@ -1,30 +1,55 @@
 """The picture that is kept: what the browser sees, and below it the numbers, as on the coursework's screen."""
 
 import io
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from itertools import accumulate
+from typing import NamedTuple
 
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from reports.numerals import fixed
-from tumble.lab.readings import Reading
+from scenarios.format import visible
+from tumble.lab.crew import Contestant
+from tumble.lab.readings import ErrorRow, Reading
 
-LINE, MARGIN, COLUMNS = 18, 12, 2
+LINE, MARGIN, SQUARE = 18, 14, 11
 PAPER, INK = (255, 255, 255), (30, 30, 30)
+Colour = tuple[int, int, int]
 
 
-def captioned(pixels: np.ndarray, readings: Sequence[Reading], decimals: int) -> bytes:
-    """Return a PNG of pixels (h, w, 4) with the readings under them."""
+class Line(NamedTuple):
+    """A line of the caption, and the colour of the square before it, if it has one."""
+
+    text: str
+    colour: Colour | None = None
+
+
+def captioned(
+    pixels: np.ndarray, readings: Sequence[Reading], rows: Sequence[ErrorRow], colours: Mapping[Contestant, Colour],
+    decimals: int,
+) -> bytes:  # fmt: skip
+    """Return a PNG of pixels (h, w, 4) with the readings and who is how far off under them, as wide as these need."""
     seen = Image.fromarray(pixels).convert("RGBA")
-    lines = [in_words(one, decimals) for one in readings]
-    rows = -(-len(lines) // COLUMNS)
-    sheet = Image.new("RGB", (seen.width, seen.height + rows * LINE + 2 * MARGIN), PAPER)
-    sheet.paste(seen, (0, 0), seen)
-    draw, font = ImageDraw.Draw(sheet), ImageFont.load_default(13)
-    for number, line in enumerate(lines):
-        column, row = divmod(number, rows)
-        place = MARGIN + column * seen.width // COLUMNS, seen.height + MARGIN + row * LINE
-        draw.text(place, line, fill=INK, font=font)
+    font = ImageFont.load_default(13)
+    told = [Line(in_words(one, decimals)) for one in readings]
+    half = -(-len(told) // 2)
+    off = [Line("largest error of a vertex")] * bool(rows)
+    off += [Line(told_off(row), colours[row.contestant]) for row in rows]
+    columns = [column for column in (told[:half], told[half:], off) if column]
+    widths = [max(font.getlength(line.text) for line in column) + SQUARE + 3 * MARGIN for column in columns]
+    stretch = max(seen.width / sum(widths), 1.0)
+    height = seen.height + max(map(len, columns)) * LINE + 2 * MARGIN
+    sheet = Image.new("RGB", (round(sum(widths) * stretch), height), PAPER)
+    sheet.paste(seen, ((sheet.width - seen.width) // 2, 0), seen)
+    draw = ImageDraw.Draw(sheet)
+    for column, left in zip(columns, accumulate([0.0, *widths]), strict=False):
+        for number, line in enumerate(column):
+            x, y = MARGIN + left * stretch, seen.height + MARGIN + number * LINE
+            if line.colour:
+                draw.rectangle((x, y + 3, x + SQUARE, y + 3 + SQUARE), fill=line.colour)
+                x += SQUARE + 6
+            draw.text((x, y), line.text, fill=INK, font=font)
     out = io.BytesIO()
     sheet.save(out, "PNG")
     return out.getvalue()
@@ -35,3 +60,11 @@ def in_words(reading: Reading, decimals: int) -> str:
     digits = decimals if reading.unit == "m" else 3
     numbers = ", ".join(fixed(value, digits) for value in reading.values).replace("\N{MINUS SIGN}", "-")
     return f"{reading.name}: {numbers or '-'} {reading.unit}".rstrip()
+
+
+def told_off(row: ErrorRow) -> str:
+    """Return who is how far off, or why that is not known, on one line."""
+    if np.isnan(row.off_m):
+        return visible(f"{row.contestant.name}: {row.status or 'no truth here'}")
+    how_far = f"at most {row.limit_m:.2g}" if row.off_m <= row.limit_m else f"{row.off_m:.3g}"
+    return visible(f"{row.contestant.name}: {how_far} m, vertex {row.vertex}")

@@ -25,11 +25,12 @@ class Reading:
 class ErrorRow:
     """One contestant at the time shown, as a row of Table 4.1: one vertex, its error, and how far off.
 
-    position and error [m], (3,); off_m: their distance, limit_m: the least that can be told from none; status: why
-    there is nothing to show, or what is wrong with what is shown.
+    vertex: which; position and error [m], (3,); off_m: their distance, limit_m: the least that can be told from none;
+    status: why there is nothing to show, or what is wrong with what is shown.
     """
 
     contestant: Contestant
+    vertex: int | None
     position: Array | None
     error: Array | None
     off_m: float
@@ -64,7 +65,7 @@ def error_rows(throw: Throw, frame: int, vertex: int | None) -> list[ErrorRow]:
         answer = answers.get(contestant)
         if contestant not in flights:
             status = answer.status if isinstance(answer, Failure) else "flying"
-            rows.append(ErrorRow(contestant, None, None, np.nan, np.nan, status))
+            rows.append(ErrorRow(contestant, None, None, None, np.nan, np.nan, status))
             continue
         flight = flights[contestant]
         seen, true = flight.vertices[frame, 0], throw.true_vertices[frame]
@@ -74,9 +75,8 @@ def error_rows(throw: Throw, frame: int, vertex: int | None) -> list[ErrorRow]:
         lost = flight.diverged_at
         notes = f"diverged at {lost:.6g} s" if lost is not None else "; ".join(map(str, flight.notes))
         worst = int(np.argmax(np.where(np.isnan(off), -1.0, off))) if vertex is None else vertex
-        rows.append(
-            ErrorRow(contestant, seen[worst], errors[worst], float(off[worst]), float(throw.true_limit[frame]), notes)
-        )
+        limit = float(throw.true_limit[frame])
+        rows.append(ErrorRow(contestant, worst, seen[worst], errors[worst], float(off[worst]), limit, notes))
     return rows
 
 

@@ -15,16 +15,15 @@ from scenarios.frames import Array, vertices
 from scenarios.impulse import RayMissed, strike_point
 from scenarios.read import BadScene
 from scenarios.scene import Impulse
+from tumble.lab.aside import Errand
 from tumble.lab.click import hit_point, impulse_table
-from tumble.lab.clock import Clock
+from tumble.lab.clock import Clock, pace
 from tumble.lab.crew import Contestant, Crew
 from tumble.lab.draft import Draft
 from tumble.lab.foreign import Foreign, loading
 from tumble.lab.keep import Kept
 from tumble.lab.throw import Throw
 
-WATCHED_S = 4.0  # a flight is shown in about this time, at one of the speeds
-SPEEDS = (1.0, 0.5, 0.2, 0.1, 0.05, 0.02, 0.01)
 
 
 class Refused(ValueError):
@@ -59,7 +58,6 @@ class Session:
     ) -> None:
         self.folder = folder
         self.lock = threading.RLock()
-        self.contestants = list(contestants)
         self.at_defaults = False
         self.aiming = False
         self.draft = draft
@@ -68,12 +66,21 @@ class Session:
         self.kept: Kept | None = None
         self.foreign: Foreign | None = None
         self._crew, self._changed = crew, changed
+        self._asked = list(contestants)
+        self._loading: Errand | None = None
         self.clock = self._stopped_clock()
 
     def close(self) -> None:
-        """End what still flies."""
+        """End what still flies or is read."""
         if self.throw:
             self.throw.stop()
+        if self._loading:
+            self._loading.stop()
+
+    @property
+    def contestants(self) -> list[Contestant]:
+        """Who is asked to fly."""
+        return [self._crew.resolved(one) for one in self._asked]
 
     # What is asked
 
@@ -100,7 +107,7 @@ class Session:
 
     def engage(self, contestants: Sequence[Contestant]) -> None:
         """Let others fly; what was thrown is thrown again."""
-        self.contestants = list(contestants)
+        self._asked = list(contestants)
         self._fly_again()
 
     def use_defaults(self, at_defaults: bool) -> None:
@@ -151,7 +158,7 @@ class Session:
         """Put the body where it starts, ready for the next throw."""
         self.close()
         self.throw, self.thrown, self.aiming = None, None, False
-        self.kept, self.foreign = None, None
+        self.kept, self.foreign, self._loading = None, None, None
         self.clock = self._stopped_clock()
         self._changed()
 
@@ -174,7 +181,7 @@ class Session:
         self.close()
         self.thrown, self.aiming = draft, False
         self.throw = Throw(draft.scene, self.flying(), self._crew, self._changed)
-        self.kept, self.foreign = None, None
+        self.kept, self.foreign, self._loading = None, None, None
         self.clock = self._stopped_clock().put(frame).started(time.monotonic())
         self._changed()
 
@@ -205,26 +212,29 @@ class Session:
         """
         if self.thrown is None or self.throw is None:
             raise Refused("nothing is thrown yet: there is nothing to hold a trajectory against")
-        throw = self.throw
+        if self._loading:
+            self._loading.stop()
+        errand = self._loading = loading(self._crew.hands, self.folder, name, content, self.throw.scene)
 
         def take(future: "Future[Foreign]") -> None:
-            error = None if future.cancelled() else future.exception()
             with self.lock:
-                if self.throw is throw and not future.cancelled() and error is None:
+                if self._loading is not errand or future.cancelled():
+                    return
+                self._loading, error = None, future.exception()
+                if error is None:
                     self.foreign = future.result()
-            done(str(error) if error else "")
+                done(str(error) if error else "")
             self._changed()
 
-        loading(self._crew, self.folder, name, content, throw.scene).add_done_callback(take)
+        errand.futures[0].add_done_callback(take)
 
     # The time shown
 
     def _stopped_clock(self) -> Clock:
         scene = (self.thrown or self.draft).scene
-        pace = next((speed for speed in SPEEDS if scene.duration / speed >= WATCHED_S), SPEEDS[-1])
         former = getattr(self, "clock", None)
         same = former is not None and former.instants[-1] == scene.duration
-        return Clock(scene.rows.tolist(), former.speed if former is not None and same else pace)
+        return Clock(scene.rows.tolist(), former.speed if former is not None and same else pace(scene.duration))
 
     def play(self) -> None:
         """Let time go on, from the start again at the end; there is nothing to play before a throw."""
@@ -270,10 +280,10 @@ class Session:
     def impulses_until(self, at: float) -> list[tuple[Impulse, Array]]:
         """Return the impulses that acted until a time [s], each with the point of the true body that it struck [m].
 
-        One whose point is not known yet is left out.
+        Before a throw nothing acted; one whose point is not known yet is left out.
         """
-        scene = (self.thrown or self.draft).scene
-        acted = [impulse for impulse in scene.impulses if impulse.time <= at]
+        impulses = () if self.thrown is None else self.thrown.scene.impulses
+        acted = [impulse for impulse in impulses if impulse.time <= at]
         places = [(impulse, self._struck(impulse)) for impulse in acted]
         return [(impulse, place) for impulse, place in places if place is not None]
 

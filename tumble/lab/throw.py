@@ -48,8 +48,9 @@ class Throw:
         self._pieces: dict[int, Truth] = {}
         for engine in dict.fromkeys(contestant.engine for contestant in contestants):
             threading.Thread(target=self._fly, args=(engine,), daemon=True).start()
-        self._futures = [crew.aside(truth, replace(scene, times=scene.times[part])) for part in self._parts]
-        for number, future in enumerate(self._futures):
+        calls = [(truth, replace(scene, times=scene.times[part])) for part in self._parts]
+        self._truth = crew.hands.send(calls)
+        for number, future in enumerate(self._truth.futures):
             future.add_done_callback(partial(self._take_truth, number))
 
     def stop(self) -> None:
@@ -58,8 +59,7 @@ class Throw:
             self._stopped = True
             for loan in self._loans:
                 loan.halt()
-        for future in self._futures:
-            future.cancel()
+        self._truth.stop()
 
     @property
     def known(self) -> int:
@@ -136,10 +136,12 @@ class Throw:
         """Fly every method of one engine, one after the other, in one process."""
         own = [one for one in self.contestants if one.engine == engine]
         try:
-            loan = self._crew.lend(engine)
+            loan = self._crew.lend(engine, [one.method for one in own])
         except BadEngine as error:
+            loan = Failure(f"crashed: {error}")
+        if isinstance(loan, Failure):
             for contestant in own:
-                self._take(contestant, Failure(f"crashed: {error}"))
+                self._take(contestant, loan)
             return
         with self._lock:
             self._loans.add(loan)
@@ -147,13 +149,27 @@ class Throw:
             for contestant in own:
                 if self._stopped:
                     return
-                self._take(contestant, loan.fly(self.scene, contestant.method))
+                self._take(*self._flown(loan, self._renamed(contestant, self._crew.resolved(contestant))))
         except Halted:
             pass
         finally:
             with self._lock:
                 self._loans.discard(loan)
             self._crew.take_back(loan)
+
+    def _flown(self, loan: Loan, contestant: Contestant) -> tuple[Contestant, Trajectory | Failure]:
+        """Fly a contestant, or, where its method has not the scene's laws itself, the one that is given their force."""
+        answer = loan.fly(self.scene, contestant.method)
+        held = self._crew.held(contestant)
+        if isinstance(answer, Failure) and answer.status.startswith("skipped") and held and not self.scene.is_free:
+            return self._renamed(contestant, held), loan.fly(self.scene, held.method)
+        return contestant, answer
+
+    def _renamed(self, contestant: Contestant, other: Contestant) -> Contestant:
+        """Put another contestant into the place of one."""
+        with self._lock:
+            self.contestants = tuple(dict.fromkeys(other if one == contestant else one for one in self.contestants))
+        return other
 
     def _take(self, contestant: Contestant, answer: Trajectory | Failure) -> None:
         with self._lock:

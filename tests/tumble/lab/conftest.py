@@ -5,6 +5,7 @@ import time
 from collections.abc import Callable, Iterator
 
 import pytest
+from lab_pages import opening
 
 from tumble.lab.crew import Crew
 from tumble.lab.draft import Draft
@@ -26,6 +27,13 @@ def session(crew, tmp_path) -> Iterator[Session]:
     session = Session(Draft.opened("table-4-1-ray"), crew.ready(WHO), crew, tmp_path, lambda: None)
     yield session
     session.close()
+
+
+@pytest.fixture(scope="module")
+def opened(browser) -> Iterator[Callable]:
+    """Open labs in browsers of their own."""
+    with opening(browser) as open_lab:
+        yield open_lab
 
 
 @pytest.fixture

@@ -15,8 +15,8 @@ EVIL = "<img src=x onerror=alert(1)>"
 
 def test_what_comes_from_a_file_is_text():
     mine = Contestant(f"./{EVIL}.py", "rk4", EVIL)
-    row = ErrorRow(mine, np.zeros(3), np.ones(3), 3**0.5, 0.0, f"flagged: {EVIL}")
-    gone = ErrorRow(mine, None, None, np.nan, np.nan, f"crashed: {EVIL}")
+    row = ErrorRow(mine, 0, np.zeros(3), np.ones(3), 3**0.5, 0.0, f"flagged: {EVIL}")
+    gone = ErrorRow(mine, None, None, None, np.nan, np.nan, f"crashed: {EVIL}")
     pages = (
         error_table([row, gone], {mine: "rgb(1, 2, 3)"}, 1.0, None, 0.5),
         grade_box(Foreign(EVIL, np.zeros(1), np.zeros((1, 8, 3)), (f"Off: {EVIL}", EVIL))),
@@ -30,7 +30,7 @@ def test_what_comes_from_a_file_is_text():
 
 def test_an_error_below_the_limit_is_shown_as_the_limit():
     one = Contestant("mujoco", "rk4", "mujoco")
-    row = ErrorRow(one, np.zeros(3), np.full(3, 1e-16), 2e-16, 1e-15, "")
+    row = ErrorRow(one, 3, np.zeros(3), np.full(3, 1e-16), 2e-16, 1e-15, "")
     assert "≤" in error_table([row], {one: "red"}, 1.0, 3, 0.5)
 
 

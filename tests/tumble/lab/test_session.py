@@ -1,8 +1,11 @@
 """What a person does in the lab, without a browser, with real engines."""
 
+import os
 import shutil
 import subprocess
 import sys
+import time
+from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 
 import numpy as np
@@ -12,12 +15,14 @@ from compare.run.flight import Trajectory
 from compare.run.worker import Failure
 from scenarios.frames import rotation_matrix
 from scenarios.read import BadScene, read_scene
+from tumble.lab.aside import Hands
 from tumble.lab.crew import Contestant, Crew
 from tumble.lab.draft import Draft
 from tumble.lab.readings import error_rows, errors_over_time, readings
 from tumble.lab.session import Refused, Session
 
 PLUGINS = Path(__file__).parents[2] / "plugins"
+PATIENCE_S = 60.0
 EYE = np.array([3.0, 6.0, 20.0])
 HUNG = """
 import os
@@ -90,6 +95,11 @@ def test_run_of_the_saved_scene_is_the_same_trajectory_to_the_last_bit(session, 
     assert kept.read_text(encoding="utf-8") == done.stdout
 
 
+def test_before_a_throw_nothing_has_struck_the_body(session):
+    assert session.draft.scene.impulses
+    assert session.impulses_until(0.0) == []
+
+
 def test_again_is_a_second_impulse_at_the_time_shown(session, until):
     click(session)
     until(lambda: session.throw.is_complete)
@@ -150,6 +160,65 @@ def test_at_its_defaults_pybullet_is_slowed_and_in_fair_settings_it_is_not(sessi
 def test_a_hung_engine_is_a_line_and_the_others_fly(tmp_path, until):
     with Crew(time_limit=600.0) as crew:
         hold_hung_engine(crew, tmp_path, until)
+
+
+def test_an_engine_that_hangs_as_it_starts_is_started_once_and_the_others_fly(tmp_path, until, monkeypatch):
+    monkeypatch.setattr("tumble.lab.crew.READY_S", 0.5)
+    stuck = "from pathlib import Path\nwith Path(__file__).with_name('begun').open('a') as file: file.write('x')\n"
+    (tmp_path / "stuck.py").write_text(f"{stuck}while True: pass", encoding="utf-8")
+    with Crew(time_limit=600.0) as crew:
+        hangs, _ = crew.ready([str(tmp_path / "stuck.py"), "tumble:rk4"])
+        right = crew.contestant("tumble", "rk4")
+        session = Session(Draft.opened("table-4-1-ray"), [hangs, right], crew, tmp_path, lambda: None)
+        until((tmp_path / "begun").exists)
+        for _ in range(3):
+            click(session)
+            until(lambda: right in session.throw.answers)
+            assert hangs.name == "stuck"
+            assert {row.contestant: row for row in error_rows(session.throw, 5, None)}[hangs].status == "flying"
+            session.reset()
+        assert (tmp_path / "begun").read_text() == "x"
+
+
+def test_an_engine_that_nobody_asked_for_flies_its_default_when_it_is_chosen(session, crew, until):
+    (scipy,) = (one for one in crew.all_contestants() if one.engine == "scipy")
+    assert (scipy.method, scipy.name) == ("", "scipy")
+    session.engage([scipy])
+    click(session)
+    until(lambda: session.throw.is_complete)
+    (row,) = error_rows(session.throw, 5, None)
+    assert row.contestant.name == "scipy:dop853"
+    assert row.off_m < 1e-6
+    assert session.contestants == [row.contestant]
+    assert "scipy:dop853" in [one.name for one in crew.all_contestants()]
+
+
+def test_an_engine_without_the_laws_of_a_scene_is_given_their_force(session, until):
+    session.open("tether-critical")
+    session.engage([Contestant("pybullet", "multibody", "pybullet")])
+    session.click([1.0, 2.0, 5.0], [-0.2, -0.4, -1.0], 1.0)
+    until(lambda: session.throw.is_complete)
+    (row,) = error_rows(session.throw, 5, None)
+    assert row.contestant.name == "pybullet:multibody+held"
+    assert row.off_m < 0.1
+
+
+def test_a_truth_that_is_not_wanted_any_more_keeps_nobody_waiting(until):
+    hands = Hands()
+    slow = [hands.send([(time.sleep, 600.0)]) for _ in range(3)]
+    for errand in slow:
+        errand.stop()
+    until(lambda: all(errand.futures[0].done() for errand in slow))
+    assert hands.send([(abs, -1), (abs, -2)]).futures[1].result(PATIENCE_S) == 2
+    hands.close()
+
+
+def test_a_hand_that_died_is_replaced(until):
+    hands = Hands()
+    died = [hands.send([(os._exit, 3)]).futures[0] for _ in range(2)]
+    until(lambda: all(isinstance(future.exception(PATIENCE_S), BrokenProcessPool) for future in died))
+    assert hands.send([(abs, -1)]).futures[0].result(PATIENCE_S) == 1
+    hands.close()
 
 
 def test_two_engine_files_of_one_name_are_two_contestants(tmp_path):

@@ -1,0 +1,143 @@
+"""What a person sees of the lab and does to see it, in a real browser: eye, windows, sizes, Table 4.1, who flies."""
+
+import re
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from lab_pages import Lab, click, reset, saved, serving, thrown
+from playwright.sync_api import Page
+
+from scenarios.read import read_scene
+from scenarios.scene import Impulse
+from tumble.lab.stage import PALETTE
+
+GRAIN = """
+title = "A grain, a kilometre away"
+duration = 0.05
+step = 0.0005
+samples = 20
+
+[body]
+shape = "box"
+size = [2e-4, 3e-4, 4e-4]
+mass = 1e-7
+position = [1000.0, 0.0, -2000.0]
+"""
+CENTRE, CORNER = np.array([1000.0, 0.0, -2000.0]), np.array([1e-4, 1.5e-4, 2e-4])
+WALKED_MS = 400
+BESIDE = 560, 690  # on the canvas, beside the body
+SPOT = 20  # pixels that are surely no accident
+
+
+@pytest.fixture(scope="module")
+def lab(tmp_path_factory) -> Iterator[Lab]:
+    folder = tmp_path_factory.mktemp("views")
+    (folder / "grain.toml").write_text(GRAIN, encoding="utf-8")
+    with serving(folder, "grain.toml", "-e", "tumble:rk4", "-e", "mujoco:euler") as lab:
+        yield lab
+
+
+@pytest.fixture(scope="module")
+def first_page(lab, opened) -> Page:
+    return opened(lab)
+
+
+@pytest.fixture
+def page(first_page) -> Page:
+    """A page on which nothing is thrown yet."""
+    reset(first_page)
+    return first_page
+
+
+def struck(lab: Lab, page: Page, place, *, is_narrow: bool = False) -> Impulse:
+    """Click a place [m] of the grain as the lab shows it at first, and return the impulse of the scene it saves."""
+    click(page, place, str(lab.folder / "grain.toml"), is_narrow)
+    thrown(page)
+    (impulse,) = read_scene(str(saved(lab, page, "Scene"))).impulses
+    return impulse
+
+
+def test_a_grain_far_from_the_origin_is_struck_where_it_is_clicked(lab, page):
+    place = CENTRE + CORNER * (0.4, -0.3, 1.0)
+    ray = struck(lab, page, place).ray
+    hit = ray.origin + ray.direction * (place[2] - ray.origin[2]) / ray.direction[2]
+    assert np.abs(hit - place).max() < 0.01 * np.linalg.norm(CORNER)
+
+
+def test_w_walks_towards_the_body_however_small_it_is_and_an_edit_leaves_the_eye_there(lab, page):
+    reach = read_scene(str(lab.folder / "grain.toml")).body.reach
+    before = np.linalg.norm(struck(lab, page, CENTRE).ray.origin - CENTRE) / reach
+    reset(page)
+    page.mouse.click(*BESIDE)
+    page.keyboard.down("w")
+    page.wait_for_timeout(WALKED_MS)
+    page.keyboard.up("w")
+    page.get_by_text("The question", exact=True).click()
+    numbers = page.locator("input[inputmode=decimal], input[inputmode=numeric]")
+    magnitude, mass = numbers.nth(0), numbers.nth(5)
+    chosen = magnitude.input_value()
+    assert float(chosen) > 0
+    mass.fill("0.0000002")
+    mass.press("Enter")
+    page.get_by_text("The question", exact=True).click()
+    impulse = struck(lab, page, CENTRE)
+    walked = np.linalg.norm(impulse.ray.origin - CENTRE) / reach
+    assert before == pytest.approx(4.2, abs=0.1)
+    assert 0.0 < walked < before - 0.2
+    assert np.linalg.norm(impulse.value) == pytest.approx(float(chosen))
+    newest = max(lab.folder.glob("grain-*.toml"), key=lambda file: file.stat().st_mtime_ns)
+    assert read_scene(str(newest)).body.mass == 2e-7
+
+
+def test_the_coursework_is_replayed_with_its_five_times_and_its_printed_positions(lab, opened):
+    page = opened(lab)
+    page.get_by_role("button", name="Table 4.1").click()
+    for time in ("0.06", "0.28", "0.42", "0.5", "0.36"):
+        page.get_by_role("button", name=time, exact=True).click()
+    expect(page.locator("[data-lab=time]")).to_have_text("0.36", timeout=PATIENCE_MS)
+    expect(page.locator("[data-lab=said]")).to_contain_text("the application (green) 0.00917 m", timeout=PATIENCE_MS)
+    expect(page.locator("[data-lab=errors]")).to_contain_text("vertex 5", timeout=PATIENCE_MS)
+    pixels = picture_of(lab, page)
+    red, green, blue = np.moveaxis(pixels.astype(int), -1, 0)
+    assert ((green - red > 60) & (green - blue > 40)).sum() > SPOT
+    assert ((red - green > 60) & (blue - green > 60)).sum() > SPOT
+
+
+def test_an_engine_is_added_in_the_panel(page, lab):
+    page.get_by_text("Who flies", exact=True).click()
+    page.get_by_label("Contestant").click()
+    page.get_by_role("option", name="scipy", exact=True).click()
+    page.get_by_role("button", name="Add or drop it").click()
+    page.get_by_text("Who flies", exact=True).click()
+    struck(lab, page, CENTRE)
+    flown = page.locator("[data-contestant='scipy:dop853'] [data-lab=off]")
+    expect(flown).to_have_text(re.compile(r"\d"), timeout=PATIENCE_MS)
+
+
+def test_in_a_narrow_window_all_of_the_body_is_above_the_controls(lab, opened):
+    page = opened(lab, width=400, height=800)
+    top = page.get_by_text("Tumble lab").bounding_box()["y"]
+    camera = Camera(page, str(lab.folder / "grain.toml"), is_narrow=True)
+    signs = np.array(list(np.ndindex(2, 2, 2))) * 2 - 1
+    corners = np.array([camera.pixel(CENTRE + sign * CORNER) for sign in signs])
+    assert (corners > 0).all()
+    assert corners[:, 0].max() < 400
+    assert corners[:, 1].max() < top
+    ray = struck(lab, page, CENTRE, is_narrow=True).ray
+    assert np.linalg.norm(np.cross(CENTRE - ray.origin, ray.direction)) < 0.02 * np.linalg.norm(CORNER)
+
+
+def picture_of(lab: Lab, page: Page) -> np.ndarray:
+    """Keep a picture and return its pixels, (h, w, 3)."""
+    return np.asarray(Image.open(saved(lab, page, "Screenshot")).convert("RGB"))
+
+
+def test_the_picture_shows_the_body_and_tells_who_is_how_far_off(lab, page):
+    struck(lab, page, CENTRE)
+    pixels = picture_of(lab, page)
+    seen = pixels[: int(0.75 * len(pixels))]
+    assert pixels.shape[1] >= 960
+    assert seen[len(seen) // 2, pixels.shape[1] // 2].min() < 250
+    for colour in PALETTE[:2]:
+        assert (pixels == colour).all(axis=-1).any()
