@@ -1,5 +1,6 @@
 """A lab at work and a browser before it: how tests click its canvas and where they then look."""
 
+import re
 import signal
 import subprocess
 import sys
@@ -20,6 +21,8 @@ LISTENING_MS, PATIENCE_MS = 1_000, 180_000  # of a fresh clone, whose kernels ar
 CUBE = "table-4-1-ray"
 # Places on three faces of the cube of 5 m at (0, 2.5, 0), those that the eye sees [m].
 PLACES = {"front": (1.2, 3.4, 2.5), "side": (2.5, 1.6, 0.9), "top": (-0.8, 5.0, 1.3)}
+
+ENDINGS = {"Scene": ".toml", "CSV": "/", "Screenshot": ".png"}
 
 
 class Lab(NamedTuple):
@@ -124,7 +127,7 @@ def saved(lab: Lab, page: Page, what: str) -> Path:
         page.get_by_text("Keep", exact=True).click()
     button.click()
     said = page.locator("[data-lab=said]")
-    expect(said).to_contain_text("Written: ", timeout=PATIENCE_MS)
+    expect(said).to_have_text(re.compile(rf"Written: .*{re.escape(ENDINGS[what])}\s*"), timeout=PATIENCE_MS)
     return lab.folder / said.inner_text().removeprefix("Written: ").strip().removesuffix("/")
 
 

@@ -147,6 +147,7 @@ class Page:
             case "Report":
                 self._make_report(files, throw)
             case "Screenshot":
+                self._said = "Taking the picture."
                 threading.Thread(target=self._take_picture, args=(files,), daemon=True).start()
 
     def _make_report(self, files: Kept, throw: Throw) -> None:

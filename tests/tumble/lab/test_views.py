@@ -5,8 +5,9 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from lab_pages import Lab, click, reset, saved, serving, thrown
-from playwright.sync_api import Page
+from lab_pages import PATIENCE_MS, Camera, Lab, click, reset, saved, serving, thrown
+from PIL import Image
+from playwright.sync_api import Page, expect
 
 from scenarios.read import read_scene
 from scenarios.scene import Impulse
