@@ -25,7 +25,6 @@ from tumble.lab.keep import Kept
 from tumble.lab.throw import Throw
 
 
-
 class Refused(ValueError):
     """What the lab does not do; the text is the one line for the user."""
 
