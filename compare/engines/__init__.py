@@ -45,6 +45,7 @@ An engine of ours says, as literals, which are read where the engine itself is n
     PINS        what an environment of its own gets (`tumble engines --install`), as pip reads it: first PACKAGES[0],
                 with the release of it that is meant where none is asked for
     PYTHON      the release of Python that its wheels are for, where they are not for all
+    INSTALLER   "apt" where the first of PINS is in Debian and on no index, and DEBIAN the packages that bring it
     APART       whether it has an environment of its own everywhere, and takes part only when asked for
     MEGABYTES   what such an environment takes
 

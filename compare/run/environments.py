@@ -1,19 +1,17 @@
 """Environments: an engine's own interpreter and packages, one folder each, so that any release of it can take part.
 
 They lie in the user's cache folder, or where TUMBLE_ENVIRONMENTS says.  One is made under another name and moved into
-place when its engine has been loaded in it: there is never a half-made one.  Only `install` downloads anything.
+place when its engine has been loaded in it: there is never a half-made one.  compare.run.installing makes them.
 """
 
 import json
 import os
 import re
-import shutil
 import subprocess
 import sys
-import tempfile
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from compare.run import registry
@@ -21,12 +19,8 @@ from compare.run.program import ENVIRONMENT
 from compare.run.registry import BadEngine
 
 MARK = "environment.json"  # written last; a folder without it is no environment
+LIBRARIES = "libraries"  # what Debian has beside its package of Python
 RELEASE = re.compile(r"[0-9A-Za-z][0-9A-Za-z.!+_-]*")
-UNREACHED = re.compile(
-    "NewConnectionError|Failed to establish|Temporary failure|dns error|Timeout|versions: none"
-    "|ENOTFOUND|ECONNREFUSED|EAI_AGAIN|ETIMEDOUT"
-)
-NO_SPACE = re.compile(r"No space left on device|Errno 28|os error 28|ENOSPC")
 
 
 @dataclass(frozen=True)
@@ -67,7 +61,10 @@ HERE = Place(sys.executable)
 
 def place_of(environment: Path, node: str) -> Place:
     """Return where the engine of an environment runs, of node's where there is one."""
-    return Place(sys.executable, {ENVIRONMENT: str(environment)}) if node else Place(interpreter(environment))
+    if node:
+        return Place(sys.executable, {ENVIRONMENT: str(environment)})
+    libraries = environment / LIBRARIES
+    return Place(interpreter(environment), {"LD_LIBRARY_PATH": str(libraries)} if libraries.is_dir() else {})
 
 
 def folder() -> Path:
@@ -136,135 +133,6 @@ def located(engine: str) -> tuple[str, Place | None, str]:
 def pinned(engine: str) -> str:
     """Return the release that is installed where none is asked for."""
     return registry.package(engine).pins[0].partition("==")[2]
-
-
-def install(engine: str) -> Environment:
-    """Make the environment of ENGINE[@RELEASE], or find it there.  Raises BadEngine; then nothing of it is left."""
-    name, release = split_release(engine)
-    package = registry.package(name)
-    if not package.pins:
-        raise BadEngine(f"{name} comes with Tumble: there is nothing to install")
-    release = release or pinned(name)
-    if present := next((one for one in environments() if one.name == f"{name}@{release}"), None):
-        return present
-    pins = [f"{package.pins[0].partition('==')[0]}=={release}", *package.pins[1:]]
-    place = folder() / f"{name}@{release}"
-    try:
-        folder().mkdir(parents=True, exist_ok=True)
-        making = Path(tempfile.mkdtemp(prefix=f"making-{name}-", dir=folder()))
-    except OSError as error:
-        raise BadEngine(f"{error.filename}: {error.strerror}") from error
-    try:
-        node = make_node(making, pins) if package.installer == "npm" else ""
-        if not node:
-            make(making, pins, package.python)
-        fly_once(name, place_of(making, node))
-        python = "" if node else python_of(making)
-        found = Environment(name, release, python, tuple(pins), size_of(making), node)
-        (making / MARK).write_text(json.dumps(asdict(found), indent=1), encoding="utf-8")
-        if present := next((one for one in environments() if one.name == found.name), None):
-            return present  # another process was faster
-        shutil.rmtree(place, ignore_errors=True)  # a broken one
-        making.rename(place)
-    except OSError as error:
-        raise BadEngine(f"{name}@{release}: {error.filename or place}: {error.strerror or error}") from error
-    except BadEngine as error:
-        raise BadEngine(f"{name}@{release}: {error}") from error
-    finally:
-        shutil.rmtree(making, ignore_errors=True)
-    return found
-
-
-def make(place: Path, pins: list[str], python: str) -> None:
-    """Make an interpreter with those packages.  Raises BadEngine."""
-    own = f"{sys.version_info.major}.{sys.version_info.minor}"
-    wanted = python or own
-    uv = shutil.which("uv")
-    if uv:
-        run([uv, "venv", "--quiet", "--clear", "--python", wanted, str(place)])
-        run([uv, "pip", "install", "--quiet", "--only-binary", ":all:", "--python", interpreter(place), *pins])
-        return
-    base = sys.executable if wanted == own else shutil.which(f"python{wanted}")
-    if base is None:
-        raise BadEngine(f"it needs Python {wanted}, and there is no python{wanted} here")
-    run([base, "-m", "venv", str(place)])
-    quiet = ("--quiet", "--disable-pip-version-check", "--no-input", "--retries", "2")
-    run([interpreter(place), "-m", "pip", "install", *quiet, "--only-binary", ":all:", *pins])
-
-
-def run(command: list[str]) -> None:
-    """Run a command.  Raises BadEngine with what went wrong in one line."""
-    done = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, text=True, errors="replace")
-    if done.returncode == 0:
-        return
-    said = done.stdout + done.stderr
-    if NO_SPACE.search(said):
-        raise BadEngine("no space left on the disk; nothing was kept")
-    lines = [line.strip() for line in said.splitlines() if line.strip()]
-    told = [line.removeprefix("ERROR: ") for line in lines if line.startswith("ERROR: ")] or lines
-    where = " (the package index was not reached, or has none)" if UNREACHED.search(said) else ""
-    raise BadEngine(
-        f"{told[-1] if told else f'{command[0]} ended with code {done.returncode}'}{where}; nothing was kept"
-    )
-
-
-def make_node(place: Path, pins: list[str]) -> str:
-    """Install those packages of npm there, without running any script of theirs, and return node's release.
-
-    Raises BadEngine.
-    """
-    node, npm = shutil.which("node"), shutil.which("npm")
-    if node is None or npm is None:
-        raise BadEngine("it needs node and npm, which are not here")
-    (place / "package.json").write_text("{}")
-    quiet = (
-        "--no-audit",
-        "--no-fund",
-        "--no-update-notifier",
-        "--loglevel=error",
-        "--fetch-retries=1",
-        "--fetch-retry-mintimeout=1000",
-    )
-    exact = [pin.replace("==", "@") for pin in pins]
-    run([npm, "install", "--prefix", str(place), "--ignore-scripts", *quiet, *exact])
-    done = subprocess.run([node, "--version"], capture_output=True, text=True, check=True)
-    return done.stdout.strip().removeprefix("v")
-
-
-def fly_once(engine: str, place: Place) -> None:
-    """See that the engine can be used there.  Raises BadEngine."""
-    from compare.run.worker import Failure, Worker
-
-    with Worker(engine, 120.0, place=place) as worker:
-        said = worker.describe()
-        if not isinstance(said, Failure):
-            said = worker.law_broken("the scene", said.methods[0])
-    if isinstance(said, Failure):
-        raise BadEngine(f"installed, but it cannot be used: {said.status}; nothing was kept")
-
-
-def python_of(place: Path) -> str:
-    """Return the release of an environment's Python."""
-    words = [interpreter(place), "-c", "import platform; print(platform.python_version())"]
-    return subprocess.run(words, capture_output=True, text=True, check=True).stdout.strip()
-
-
-def size_of(place: Path) -> int:
-    """Return what all files of a folder take [bytes]."""
-    return sum(file.lstat().st_size for file in place.rglob("*"))
-
-
-def remove(engine: str) -> list[Environment]:
-    """Remove the environment of ENGINE@RELEASE, or all of ENGINE, and return them.  Raises BadEngine for none."""
-    name, release = split_release(engine)
-    gone = [one for one in environments() if one.engine == name and release in ("", one.release)]
-    if not gone:
-        there = ", ".join(one.name for one in environments()) or "none"
-        raise BadEngine(f"{engine} is not installed in an environment of its own; there is {there}")
-    for one in gone:
-        (folder() / one.name / MARK).unlink()  # from here on it is none
-        shutil.rmtree(folder() / one.name)
-    return gone
 
 
 def releases_here(engine: str) -> list[str]:

@@ -50,8 +50,8 @@ class Package:
     """What brings an engine, read from its file without running it: all that is known of one that is not installed.
 
     packages: the one to install first; pins: what an environment of its own gets, that package first; python: the only
-    release of Python that it has wheels for, empty where it has them for all; installer: what installs them, "pip" or
-    "npm"; apart: whether it has an environment of its own everywhere, and takes part only when asked for; megabytes:
+    release of Python that it has wheels for, empty where it has them for all; installer: what installs them, "pip",
+    "npm" or "apt"; debian: of the last the packages that bring the first pin, that of Python first; apart: whether it has an environment of its own everywhere, and takes part only when asked for; megabytes:
     what such an environment takes.
     """
 
@@ -59,6 +59,7 @@ class Package:
     pins: tuple[str, ...] = ()
     python: str = ""
     installer: str = "pip"
+    debian: tuple[str, ...] = ()
     apart: bool = False
     megabytes: int = 0
 

@@ -4,7 +4,7 @@ from contextlib import contextmanager
 
 import numpy as np
 
-from compare.run.environments import install
+from compare.run.installing import install
 from compare.run.examine import examined
 from compare.run.flight import Trajectory
 from compare.run.laws import scene

@@ -4,7 +4,7 @@ from argparse import Namespace
 from collections.abc import Iterator
 
 from compare.engines import LAWS
-from compare.run import environments, registry
+from compare.run import environments, installing, registry
 from compare.run.examine import Examined, examined
 from compare.run.participants import launched, split
 from compare.run.registry import BadEngine
@@ -19,11 +19,11 @@ FAILED, DONE = 1, 0
 def main(options: Namespace) -> int:
     """List every engine with its version, methods and precision, or why it is missing; or install or check some."""
     for engine in options.remove:
-        for gone in environments.remove(known(engine)):
+        for gone in installing.remove(known(engine)):
             print_line(f"removed {described(gone)}")
     for engine in options.install:
         note(f"making an environment for {known(engine)}")
-        print_line(described(environments.install(engine)))
+        print_line(described(installing.install(engine)))
     if options.check:
         return check(options.check, options.time_limit)
     if not (options.install or options.remove):

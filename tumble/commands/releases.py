@@ -7,7 +7,7 @@ from pathlib import Path
 from compare.releases.changes import changes
 from compare.releases.ledger import SCENES, ledger
 from compare.releases.notes import shipped_notes
-from compare.run import environments, registry
+from compare.run import environments, installing, registry
 from compare.run.kept import Kept
 from compare.run.participants import flights, launched, split
 from compare.run.registry import BadEngine
@@ -84,5 +84,5 @@ def chosen(engine: str, options: Namespace) -> list[str]:
         for release in found:
             if environments.located(f"{engine}@{release}")[1] is None:
                 note(f"making an environment for {engine}@{release}")
-                environments.install(f"{engine}@{release}")
+                installing.install(f"{engine}@{release}")
     return found

@@ -9,7 +9,7 @@ from apart import broken_laws, engine, flight, throw
 
 from compare.judge.errors import Run
 from compare.run import environments
-from compare.run.environments import install
+from compare.run.installing import install
 from compare.run.participants import launched
 from compare.run.registry import BadEngine, names, package
 from scenarios.read import read_scene

@@ -11,7 +11,8 @@ from pathlib import Path
 import pytest
 
 from compare.run import environments, registry
-from compare.run.environments import HERE, BadEngine, install, located, remove, run, split_release
+from compare.run.environments import HERE, BadEngine, located, split_release
+from compare.run.installing import install, remove, run
 from compare.run.worker import Failure, Worker
 
 APART = next(name for name in registry.names() if registry.package(name).apart)
