@@ -26,13 +26,14 @@ if TYPE_CHECKING:
 
 METHODS = ("semi-implicit-euler",)
 FORCED = ("semi-implicit-euler+held",)
+ON_REQUEST = ("semi-implicit-euler+defaults",)  # which is the same: nothing that it ships with alters a free flight
 FEATURES = {"gravity", "tether", "drag", "floor"}
 STEP_NS = 6000
 PACKAGES = ("dartpy",)
 PINS = ("dartpy==6.20.0", "numpy==2.4.6")
 APART = True
 MEGABYTES = 165
-SCHEMES = dict.fromkeys(FORCED, "semi-implicit-euler")
+SCHEMES = dict.fromkeys((*FORCED, *ON_REQUEST), "semi-implicit-euler")
 GYROSCOPIC = {"semi-implicit-euler": "explicit"}
 ABOUT = {
     "version": version("dartpy"),

@@ -2,7 +2,8 @@
 
 Under error control each throw has a simulator of its own: one for all would choose its steps by all of them.
 
-It is given none of a scene's forces but gravity.  A floating body's coordinates are its quaternion w x y z and then its
+It has none of a scene's forces but gravity: `+held` is given them once a step, and error control, whose steps are its
+own, cannot be.  `error-controlled+defaults` is its simulator as it ships.  A floating body's coordinates are its quaternion w x y z and then its
 position, its velocities w and then v, all in world axes.
 """
 
@@ -16,24 +17,32 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.math import SpatialForce
+from pydrake.multibody.plant import ExternallyAppliedSpatialForce, MultibodyPlant
 from pydrake.multibody.tree import SpatialInertia, UnitInertia
 from pydrake.systems.analysis import ResetIntegratorFromFlags, Simulator
 
 from compare.engines.parts.audits import stood_still
+from compare.engines.parts.held import held_wrench
 
 if TYPE_CHECKING:
     from scenarios.scene import Scene
+    from scenarios.wrench import Wrench
 
 INTEGRATORS = {"rk3": "runge_kutta3", "rk5": "runge_kutta5"}
-ADAPTIVE = {"error-controlled": 1e-9}  # runge_kutta5; Drake's own accuracy for it is no more than 1e-3
+ADAPTIVE = {"error-controlled": 1e-9}  # runge_kutta5; as Drake ships it is runge_kutta3 to 1e-4
 METHODS = (*INTEGRATORS, "discrete", *ADAPTIVE)
-FEATURES = {"gravity"}
+WHOLE = ("error-controlled+defaults",)  # its accuracy is what it is
+FORCED = ("rk3+held", "rk5+held", "discrete+held")
+ON_REQUEST = ("error-controlled+defaults",)
+FEATURES = {"gravity", "tether", "drag", "floor"}
 STEP_NS = 20_000
 PACKAGES = ("drake",)
 PINS = ("drake==1.51.1", "numpy==2.4.6")
 APART = True
 MEGABYTES = 420
+# A force that is held makes a parabola, which the others take without an error.
+SCHEMES = {"rk3+held": "held-parabola", "rk5+held": "held-parabola", "discrete+held": "semi-implicit-euler"}
 GYROSCOPIC = {"discrete": "explicit"}
 ABOUT = {
     "version": version("drake"),
@@ -43,7 +52,9 @@ ABOUT = {
         "geometry",
         "the check of a body's moments",
     ],
-    "defaults": ["runge_kutta3 with error control at an accuracy of 1e-3, gravity of 9.81 m/s2 along -z"],
+    "defaults": [
+        "runge_kutta3 with error control at an accuracy of 1e-4 and steps of 0.1 s at most, gravity of 9.81 m/s2 along -z"
+    ],
 }
 
 
@@ -51,7 +62,8 @@ ABOUT = {
 class World:
     """The scene, and a plant with its body once for every throw, in a simulator whose clock began `steps` steps ago.
 
-    accuracy: of error control, None without it; dt [s]: the step that the simulator is for.
+    accuracy: of error control, None without it, 0 for its own; held: what gives the wrench of a step; dt [s]: the step
+    that the simulator is for.
     written: the states as Drake has them, (N, 13).
     """
 
@@ -60,6 +72,7 @@ class World:
     plant: Any
     simulator: Any
     accuracy: float | None = None
+    held: "Wrench | None" = None
     dt: float = 0.0
     steps: int = 0
     written: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 13)))
@@ -75,13 +88,19 @@ class Apart:
 
 def build(scene: "Scene", method: str) -> World | Apart:
     """Return a world with the scene's body once for every throw, or one for every throw."""
-    kind, _, accuracy = method.partition("@")
+    asked, _, accuracy = method.partition("@")
+    kind, _, manner = asked.partition("+")
     if kind in ADAPTIVE:
-        own = float(accuracy or ADAPTIVE[kind])
+        if not scene.is_free:
+            raise NotImplementedError(
+                "it has none of these laws itself, and its steps are its own: none can be told it"
+            )
+        own = 0.0 if manner else float(accuracy or ADAPTIVE[kind])
         alone = (replace(scene, start=start[np.newaxis]) for start in scene.start)
         return Apart([World(one, kind, plant := plant_of(one, 0.0), Simulator(plant), own) for one in alone])
+    held = held_wrench(scene, method)
     plant = plant_of(scene, 0.0)
-    return World(scene, method, plant, Simulator(plant))
+    return World(scene, kind, plant, Simulator(plant), held=held)
 
 
 def plant_of(scene: "Scene", time_step: float) -> Any:
@@ -122,7 +141,7 @@ def restart(world: World, q: NDArray[np.float64], v: NDArray[np.float64]) -> Non
     if world.dt and world.method in INTEGRATORS:
         integrator = ResetIntegratorFromFlags(world.simulator, INTEGRATORS[world.method], world.dt)
         integrator.set_fixed_step_mode(True)
-    elif world.dt and world.accuracy is not None:
+    elif world.dt and world.accuracy:
         # Where it begins with a longer step than a turn it may not come back.
         longest = min(world.dt, 1.0 / max(1e-9, float(np.abs(v).max())))
         integrator = ResetIntegratorFromFlags(world.simulator, "runge_kutta5", longest)
@@ -154,11 +173,25 @@ def advance(world: World | Apart, n: int, dt: float) -> None:
     first, world.steps = world.steps, world.steps + n
     world.moved += n
     go = world.simulator.AdvanceTo
-    if world.method == "discrete":
+    if world.method == "discrete" and world.held is None:
         go(world.steps * dt)
-    else:
-        for k in range(first, world.steps):
-            go((k + 1) * dt)
+        return
+    for k in range(first, world.steps):
+        if world.held is not None:
+            hold(world, world.held)
+        go((k + 1) * dt)
+
+
+def hold(world: World, held: "Wrench") -> None:
+    """Apply the forces of the states as they are, in world axes at the centre of mass, until others are."""
+    forces = []
+    for number, total in enumerate(held(read(world))):
+        force = ExternallyAppliedSpatialForce()
+        force.body_index = world.plant.GetBodyByName(f"throw {number}").index()
+        force.F_Bq_W = SpatialForce(total[3:6], total[0:3])
+        forces.append(force)
+    port = world.plant.get_applied_spatial_force_input_port()
+    port.FixValue(world.simulator.get_mutable_context(), forces)
 
 
 def read(world: World | Apart) -> NDArray[np.float64]:

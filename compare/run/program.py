@@ -73,6 +73,7 @@ class Talk:
             raise ProgramFailed(f"its program cannot be started: {error.strerror or error}") from error
         assert self._process.stdin is not None
         assert self._process.stdout is not None
+        self.pid = self._process.pid
         self._to, self._from = self._process.stdin.fileno(), self._process.stdout.fileno()
 
     def ask(self, question: Mapping[str, Any], numbers: int = 0) -> dict[str, Any]:
@@ -188,6 +189,10 @@ class ProgramEngine(ModuleType):
         """Return how long it says that all has taken since this was asked last [ns], NaN where it does not say."""
         said, world.said_ns = world.said_ns, 0.0
         return float(said)
+
+    def process(self, world: World) -> int:
+        """Return the number of its process."""
+        return world.talk.pid
 
     def read(self, world: World) -> Array:
         """Return the states."""

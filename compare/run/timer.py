@@ -87,7 +87,7 @@ class Ready:
 
     call_ns: what a call from Python costs beyond the native loop, for one step or for one flight alone [ns]; build_s:
     building the world [s]; compile_s: what the first steps took beyond those after them [s]; peak_bytes: the most
-    memory that the engine's process has held so far [B].
+    memory that the engine's process, or its program's, has held so far [B].
     """
 
     call_ns: float
@@ -123,7 +123,8 @@ class Timer:
         if pace.by_step:
             self._refuse_no_time()
         call_ns = max(0.0, self._alone - self.sample().ns)
-        self.ready = Ready(call_ns, build_s, max(0.0, first - self._alone) / 1e9, peak_bytes())
+        own = engine.process(self._world) if hasattr(engine, "process") else None
+        self.ready = Ready(call_ns, build_s, max(0.0, first - self._alone) / 1e9, peak_bytes(own))
 
     def _prepare(self) -> None:
         copies = 1 if self._pace.by_step else self._load
@@ -256,11 +257,14 @@ def schedule() -> int | None:
     return None
 
 
-def peak_bytes() -> int:
-    """Return the most memory this process has held [B]."""
+def peak_bytes(process: int | None = None) -> int:
+    """Return the most memory that a process has held [B], this one unless another is named.
+
+    Where the system does not tell of others it is this one's.
+    """
     with suppress(OSError):
         # Not ru_maxrss, which begins with that of the process that started this one.
-        for line in Path("/proc/self/status").read_text().splitlines():
+        for line in Path(f"/proc/{process or 'self'}/status").read_text().splitlines():
             if line.startswith("VmHWM:"):
                 return int(line.split()[1]) << 10
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss

@@ -25,8 +25,11 @@ PAGE = (ROOT / "docs" / "programs.md").read_text(encoding="utf-8")
 EXAMPLES = {
     "cpp": ("engine.cpp", ["g++", "-O2", "-o", "engine", "engine.cpp"]),
     "js": ("engine.mjs", ["node", "--version"]),
+    "cs": ("engine.cs", ["mcs", "-optimize", "engine.cs"]),
     "rust": ("engine.rs", ["rustc", "-O", "-o", "engine", "engine.rs"]),
 }
+# Who needs something to start it, as a comment on the page says.
+STARTED = {"js": '["node", "engine.mjs"]', "cs": '["mono", "engine.exe"]'}
 # An engine that moves bodies along straight lines, and one thing it does otherwise.
 HONEST = """
 import json, os, sys, time
@@ -115,8 +118,8 @@ def test_the_pages_examples_keep_the_laws_and_fly_as_the_engine_file_of_the_test
     (tmp_path / file).write_text(re.search(rf"```{language}\n(.*?)```", PAGE, re.DOTALL).group(1))
     subprocess.run(make, cwd=tmp_path, check=True, capture_output=True)
     stated = re.search(r"```toml\n(.*?)```", PAGE, re.DOTALL).group(1)
-    if language == "js":
-        stated = stated.replace('["./engine"]', '["node", "engine.mjs"]')
+    if language in STARTED:
+        stated = stated.replace('["./engine"]', STARTED[language])
     (tmp_path / "mine.toml").write_text(stated)
     scene = read_scene("two-hits")
     file = str(ROOT / "tests" / "plugins" / "mine.py")
@@ -242,3 +245,15 @@ def test_a_changed_program_is_another_circumstance(tmp_path):
 
     path = script(tmp_path)
     assert files(path) == [Path(path), Path(sys.executable), tmp_path / "engine.py"]
+
+
+def test_the_memory_that_is_told_is_the_programs(tmp_path):
+    """A hundred megabytes are the program's, not those of the process that talks to it."""
+    script(tmp_path)
+    engine = (tmp_path / "engine.py").read_text()
+    (tmp_path / "engine.py").write_text(engine.replace("SAYS = 1.0", "SAYS = 1.0; kept = os.urandom(100 << 20)"))
+    mine = program(tmp_path, [sys.executable, "-I", "engine.py"])
+    scene = read_scene("die-straight")
+    with launched([mine]) as (ours,):
+        ready = ours.prepare_timer("one", scene, "euler", Pace(((1, 0.01),), True))
+    assert 100 << 20 < ready.peak_bytes < 180 << 20

@@ -1,0 +1,188 @@
+"""Newton by Warp, on the processor: single precision; three solvers of its own, and MuJoCo Warp.
+
+`semi-implicit` and `xpbd` keep bodies by pose and twist, `featherstone` and `mujoco` by the coordinates of their free
+joints; the state carries both.  Warp may go on working when a launch returns: `read` waits.  It has none of a scene's
+forces but gravity: `+held` is given them once a step.  Every vector is in world axes, the velocity that of the centre
+of mass; its quaternions are x y z w.  Kernels are compiled where they lie: in the environment, the first time.
+"""
+
+# Its wheels are in an environment of its own.
+# pyright: reportMissingImports=false
+
+import os
+import sys
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import warp
+from numpy.typing import NDArray
+
+from compare.engines.parts.audits import stood_still
+from compare.engines.parts.held import held_wrench
+from compare.engines.parts.scale import scale_to_one
+
+if TYPE_CHECKING:
+    from scenarios.scene import Scene
+    from scenarios.wrench import Wrench
+
+warp.config.log_level = warp.LOG_ERROR  # of devices it has not, and of every kernel that it loads
+if os.access(sys.prefix, os.W_OK):
+    warp.config.kernel_cache_dir = str(Path(sys.prefix) / "kernels")
+
+import newton  # noqa: E402 - it starts Warp, which then asks for no other place
+
+METHODS = ("semi-implicit", "featherstone", "xpbd", "mujoco")
+FORCED = ("semi-implicit+held", "featherstone+held", "xpbd+held", "mujoco+held")
+ON_REQUEST = ("semi-implicit+defaults", "featherstone+defaults", "mujoco+defaults")
+FEATURES = {"gravity", "tether", "drag", "floor"}
+STEP_NS = 3_000_000
+PACKAGES = ("newton", "warp-lang")
+PINS = ("newton==1.8.0", "warp-lang==1.19.0", "mujoco-warp==3.17.0", "mujoco==3.17.0", "numpy==2.4.6")
+APART = True
+MEGABYTES = 720
+SCHEMES = dict.fromkeys((*FORCED, *ON_REQUEST), "semi-implicit-euler")
+GYROSCOPIC = {"semi-implicit": "explicit", "featherstone": "explicit", "xpbd": "explicit"}
+DAMPING = {"semi-implicit": 0.05, "featherstone": 0.05}  # 1/s, of w, unless told otherwise
+ABOUT = {
+    "version": version("newton"),
+    "precision": "single",
+    "switched_off": [
+        "angular damping (0.05 a second by default) of semi-implicit and featherstone",
+        "mujoco's contacts",
+        "the correction of moments that no body has",
+    ],
+    "defaults": ["angular damping 0.05 of semi-implicit and featherstone", "mujoco's integrator is implicitfast"],
+}
+
+
+@dataclass(eq=False)
+class World:
+    """A model with one body a throw, two states that take turns, and what `audit` needs to know since `write`.
+
+    damping [1/s]: of the angular velocity; scale: how many times the scene's masses and forces are what Newton got.
+    """
+
+    model: Any
+    solver: Any
+    now: Any
+    next: Any
+    damping: float
+    scale: float
+    held: "Wrench | None"
+    written: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 13)))
+    steps: int = 0
+    elapsed: float = 0.0
+
+
+def build(scene: "Scene", method: str) -> World:
+    """Return a model with the scene's body once for every throw, each in a world of its own."""
+    kind, _, manner = method.partition("+")
+    defaults, held = manner == "defaults", held_wrench(scene, method)
+    scale = 1.0 if defaults else scale_to_one(scene.body.mass, *scene.body.moments)
+    model = model_of(scene, scale)
+    damping = DAMPING.get(kind, 0.0) if defaults else 0.0
+    return World(model, SOLVERS[kind](model, defaults), model.state(), model.state(), damping, scale, held)
+
+
+def model_of(scene: "Scene", scale: float) -> Any:
+    """Return the model; masses and moments are set once more, for its builder mends those that no body has."""
+    gravity = (0.0, 0.0, 0.0) if scene.gravity is None else tuple(scene.gravity.tolist())
+    mass, moments = scale * scene.body.mass, scale * scene.body.moments
+    builder = newton.ModelBuilder(gravity=gravity)
+    for _ in scene.start:
+        builder.begin_world()
+        builder.add_body(mass=mass, inertia=warp.mat33(*np.diag(moments).ravel().tolist()), lock_inertia=True)
+        builder.end_world()
+    model = builder.finalize(device="cpu")
+    throws = len(scene.start)
+    model.body_mass.assign(np.full(throws, mass, np.float32))
+    model.body_inv_mass.assign(np.full(throws, 1.0 / mass, np.float32))
+    model.body_inertia.assign(np.tile(np.diag(moments), (throws, 1, 1)).astype(np.float32))
+    model.body_inv_inertia.assign(np.tile(np.diag(1.0 / moments), (throws, 1, 1)).astype(np.float32))
+    return model
+
+
+def semi_implicit(model: Any, defaults: bool) -> Any:
+    """Return that solver."""
+    return newton.solvers.SolverSemiImplicit(model, **({} if defaults else {"angular_damping": 0.0}))
+
+
+def featherstone(model: Any, defaults: bool) -> Any:
+    """Return that solver."""
+    return newton.solvers.SolverFeatherstone(model, **({} if defaults else {"angular_damping": 0.0}))
+
+
+def xpbd(model: Any, defaults: bool) -> Any:
+    """Return that solver, which damps nothing as it ships."""
+    return newton.solvers.SolverXPBD(model)
+
+
+def mujoco(model: Any, defaults: bool) -> Any:
+    """Return MuJoCo Warp's.  Raises NotImplementedError for a body that it refuses.
+
+    Its integrator is implicitfast: rk4, which it has too, takes four times as long and ends on the same floor.
+    """
+    settings = {} if defaults else {"disable_contacts": True}
+    try:
+        return newton.solvers.SolverMuJoCo(model, **settings)
+    except ValueError as error:
+        raise NotImplementedError(f"MuJoCo refuses the body: {error}") from error
+
+
+SOLVERS: dict[str, Callable[[Any, bool], Any]] = {
+    "semi-implicit": semi_implicit,
+    "featherstone": featherstone,
+    "xpbd": xpbd,
+    "mujoco": mujoco,
+}
+
+
+def write(world: World, states: NDArray[np.float64]) -> None:
+    """Put the throws into these states, (N, 13)."""
+    q = states[:, 3:7] / np.linalg.norm(states[:, 3:7], axis=1, keepdims=True)
+    poses = np.hstack((states[:, 0:3], q[:, 1:4], q[:, 0:1])).astype(np.float32)
+    twists = states[:, 7:13].astype(np.float32)
+    # A fresh pair: a solver may keep what it needs of a flight in the state.
+    world.now, world.next = world.model.state(), world.model.state()
+    world.now.body_q.assign(poses)
+    world.now.body_qd.assign(twists)
+    world.now.joint_q.assign(poses.ravel())
+    world.now.joint_qd.assign(twists.ravel())
+    world.steps, world.elapsed = 0, 0.0
+    world.written = read(world)
+
+
+def advance(world: World, n: int, dt: float) -> None:
+    """Make n steps of dt [s]."""
+    world.steps += n
+    world.elapsed += n * dt
+    step = world.solver.step
+    for _ in range(n):
+        if world.held is not None:
+            hold(world, world.held)
+        step(world.now, world.next, None, None, dt)
+        world.now, world.next = world.next, world.now
+
+
+def hold(world: World, held: "Wrench") -> None:
+    """Tell the state the forces as they are, at the centre of mass."""
+    world.now.body_f.assign((world.scale * held(read(world))).astype(np.float32))
+
+
+def read(world: World) -> NDArray[np.float64]:
+    """Return the states of the throws, (N, 13), when all that was launched is done."""
+    warp.synchronize_device("cpu")
+    poses, twists = world.now.body_q.numpy(), world.now.body_qd.numpy()
+    return np.hstack((poses[:, 0:3], poses[:, 6:7], poses[:, 3:6], twists)).astype(float)
+
+
+def audit(world: World) -> Iterator[tuple[str, str]]:
+    """Yield what went wrong without a word since `write`."""
+    yield from stood_still(world.written, read(world), world.steps)
+    if world.damping and world.steps:
+        lost = -np.expm1(-world.damping * world.elapsed)
+        yield "damped", f"damped: its default takes {world.damping:g} of w a second, {lost:.2g} of it so far"
