@@ -3,8 +3,8 @@
 Under error control each throw has a simulator of its own: one for all would choose its steps by all of them.
 
 It has none of a scene's forces but gravity: `+held` is given them once a step, and error control, whose steps are its
-own, cannot be.  `error-controlled+defaults` is its simulator as it ships.  A floating body's coordinates are its quaternion w x y z and then its
-position, its velocities w and then v, all in world axes.
+own, cannot be.  `error-controlled+defaults` is its simulator as it ships.  A floating body's coordinates are its
+quaternion w x y z and then its position, its velocities w and then v, all in world axes.
 """
 
 # Its wheel is in an environment of its own.
@@ -53,7 +53,8 @@ ABOUT = {
         "the check of a body's moments",
     ],
     "defaults": [
-        "runge_kutta3 with error control at an accuracy of 1e-4 and steps of 0.1 s at most, gravity of 9.81 m/s2 along -z"
+        "runge_kutta3 with error control at an accuracy of 1e-4 and steps of 0.1 s at most",
+        "gravity of 9.81 m/s2 along -z",
     ],
 }
 
@@ -92,9 +93,7 @@ def build(scene: "Scene", method: str) -> World | Apart:
     kind, _, manner = asked.partition("+")
     if kind in ADAPTIVE:
         if not scene.is_free:
-            raise NotImplementedError(
-                "it has none of these laws itself, and its steps are its own: none can be told it"
-            )
+            raise NotImplementedError("it has none of these laws itself, and is told no force in steps of its own")
         own = 0.0 if manner else float(accuracy or ADAPTIVE[kind])
         alone = (replace(scene, start=start[np.newaxis]) for start in scene.start)
         return Apart([World(one, kind, plant := plant_of(one, 0.0), Simulator(plant), own) for one in alone])

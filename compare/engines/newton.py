@@ -11,6 +11,7 @@ of mass; its quaternions are x y z w.  Kernels are compiled where they lie: in t
 
 import os
 import sys
+import warnings
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from importlib.metadata import version
@@ -24,6 +25,7 @@ from numpy.typing import NDArray
 from compare.engines.parts.audits import stood_still
 from compare.engines.parts.held import held_wrench
 from compare.engines.parts.scale import scale_to_one
+from compare.engines.parts.silence import silenced_stderr
 
 if TYPE_CHECKING:
     from scenarios.scene import Scene
@@ -33,7 +35,8 @@ warp.config.log_level = warp.LOG_ERROR  # of devices it has not, and of every ke
 if os.access(sys.prefix, os.W_OK):
     warp.config.kernel_cache_dir = str(Path(sys.prefix) / "kernels")
 
-import newton  # noqa: E402 - it starts Warp, which then asks for no other place
+with silenced_stderr():  # it looks for a graphics card
+    import newton  # which starts Warp, and that asks for no other place afterwards
 
 METHODS = ("semi-implicit", "featherstone", "xpbd", "mujoco")
 FORCED = ("semi-implicit+held", "featherstone+held", "xpbd+held", "mujoco+held")
@@ -45,7 +48,7 @@ PINS = ("newton==1.8.0", "warp-lang==1.19.0", "mujoco-warp==3.17.0", "mujoco==3.
 APART = True
 MEGABYTES = 720
 SCHEMES = dict.fromkeys((*FORCED, *ON_REQUEST), "semi-implicit-euler")
-GYROSCOPIC = {"semi-implicit": "explicit", "featherstone": "explicit", "xpbd": "explicit"}
+GYROSCOPIC = {"semi-implicit": "explicit", "featherstone": "explicit", "xpbd": "explicit", "mujoco": "implicit"}
 DAMPING = {"semi-implicit": 0.05, "featherstone": 0.05}  # 1/s, of w, unless told otherwise
 ABOUT = {
     "version": version("newton"),
@@ -97,7 +100,8 @@ def model_of(scene: "Scene", scale: float) -> Any:
         builder.begin_world()
         builder.add_body(mass=mass, inertia=warp.mat33(*np.diag(moments).ravel().tolist()), lock_inertia=True)
         builder.end_world()
-    model = builder.finalize(device="cpu")
+    with warnings.catch_warnings(action="ignore"):  # that it has mended them
+        model = builder.finalize(device="cpu")
     throws = len(scene.start)
     model.body_mass.assign(np.full(throws, mass, np.float32))
     model.body_inv_mass.assign(np.full(throws, 1.0 / mass, np.float32))

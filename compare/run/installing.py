@@ -107,7 +107,7 @@ def make_debian(place: Path, pins: list[str], package: Package) -> None:
     with tempfile.TemporaryDirectory(prefix=f"{place.name}-", dir=place.parent) as scratch:
         run(["apt-get", "download", "-qq", *package.debian], scratch)
         archives = sorted(Path(scratch).glob("*.deb"))
-        name, _, release = pins[0].partition("==")
+        release = pins[0].partition("==")[2]
         if not any(archive.name.startswith(f"{package.debian[0]}_{release}-") for archive in archives):
             found = next((one.name.split("_")[1] for one in archives if one.name.startswith(package.debian[0])), "none")
             raise BadEngine(f"Debian here has {found} of it; nothing was kept")

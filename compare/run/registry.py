@@ -51,8 +51,9 @@ class Package:
 
     packages: the one to install first; pins: what an environment of its own gets, that package first; python: the only
     release of Python that it has wheels for, empty where it has them for all; installer: what installs them, "pip",
-    "npm" or "apt"; debian: of the last the packages that bring the first pin, that of Python first; apart: whether it has an environment of its own everywhere, and takes part only when asked for; megabytes:
-    what such an environment takes.
+    "npm" or "apt"; debian: of the last the packages that bring the first pin, that of Python first; apart: whether it
+    has an environment of its own everywhere, and takes part only when asked for; megabytes: what such an environment
+    takes.
     """
 
     packages: tuple[str, ...] = ()

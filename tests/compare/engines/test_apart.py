@@ -8,7 +8,10 @@ from scenarios.read import read_scene
 from scenarios.truth import truth
 
 STEPS = (0.02, 0.01)  # long enough that no rounding shows
-NAMES = ("physx", "rapier", "drake", "dart")
+HELD = (
+    "physx:pgs+held", "rapier:tgs+held", "dart:semi-implicit-euler+held", "drake:discrete+held", "ode:step+held",
+)  # fmt: skip
+NAMES = ("physx", "rapier", "drake", "dart", "ode")
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -22,7 +25,7 @@ def test_table_4_1_lands_on_the_column_of_the_application(tumble, name):
         assert float(application) <= 0.011, "0.0105 m is what rounding of the printed inputs leaves"
 
 
-@pytest.mark.parametrize("method", ["physx:pgs+held", "rapier:tgs+held", "dart:semi-implicit-euler+held"])
+@pytest.mark.parametrize("method", HELD)
 def test_a_held_force_is_held_as_mujoco_holds_it(method):
     """All are semi-implicit Euler there, and a cube has no gyroscopic torque."""
     scene = read_scene("tether-undamped")
@@ -34,6 +37,27 @@ def test_a_held_force_is_held_as_mujoco_holds_it(method):
             flight = participant.fly(scene, kind, scene.step)
         worst[contestant] = float(Run(scene, name, kind, scene.step, flight, true).distances.max())
     assert worst[method] == pytest.approx(worst["mujoco:euler+held"], rel=0.01)
+
+
+def test_a_force_that_drake_holds_over_a_step_is_a_parabola_as_mujocos_is():
+    """No step of a constant force is wrong, only the force is: both blow up, and by the same."""
+    scene = read_scene("tether-undamped")
+    with engine("drake", "rk5+held") as ours, beside("mujoco:rk4+held") as reference:
+        found, expected = ours.fly(scene, "rk5+held", 1e-5), reference.fly(scene, "rk4+held", 1e-5)
+    assert abs(found.vertices - expected.vertices).max() < 1e-9
+    assert abs(found.vertices - truth(scene).vertices).max() > 1e-6
+
+
+def test_drakes_simulator_as_it_ships_and_what_it_cannot_be_told():
+    scene, forced = read_scene("brick-tumble"), read_scene("tether-undamped")
+    with engine("drake", "error-controlled+defaults", "error-controlled") as ours:
+        shipped, ours_error = (
+            float(Run(scene, "drake", method, 0.0, ours.fly(scene, method, scene.step), truth(scene)).distances.max())
+            for method in ours.methods
+        )
+        assert ours.fly(forced, "error-controlled+defaults", 1e-3).status.startswith("skipped: ")
+    assert 1e-4 < shipped < 1.0, "an accuracy of 1e-4 a step"
+    assert ours_error < 1e-6
 
 
 def beside(contestant: str):

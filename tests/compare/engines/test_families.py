@@ -26,6 +26,7 @@ SAID = {
     "drake:discrete": "explicit",
     "dart:semi-implicit-euler": "explicit",
     "ammo:rigidbody": "explicit",
+    "ode:step": "implicit",
     "pybullet:rigidbody": "implicit",
     "mujoco:implicit": "implicit",
     "mujoco:implicitfast": "implicit",
