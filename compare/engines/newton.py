@@ -6,8 +6,8 @@ forces but gravity: `+held` is given them once a step.  Every vector is in world
 of mass; its quaternions are x y z w.  Kernels are compiled where they lie: in the environment, the first time.
 """
 
-# Its wheels are in an environment of its own.
-# pyright: reportMissingImports=false
+# Its wheels are in an environment of its own; where they are not, its name is this file's.
+# pyright: reportMissingImports=false, reportAttributeAccessIssue=false, reportCallIssue=false
 
 import os
 import sys

@@ -5,8 +5,8 @@ for scenes with contacts, `quickstep`, is another way to free bodies too.  It ha
 `+held` is given them once a step.  Every vector is in world axes; its quaternions are w x y z.
 """
 
-# Its module is in an environment of its own.
-# pyright: reportMissingImports=false
+# Its module is in an environment of its own; where it is not, its name is this file's.
+# pyright: reportMissingImports=false, reportAttributeAccessIssue=false, reportCallIssue=false
 
 import importlib.metadata
 from collections.abc import Iterator
