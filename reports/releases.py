@@ -97,7 +97,9 @@ def cells(row: ReleaseRow) -> tuple[str, ...]:
     order = "" if row.attitude_order is None else f"{row.attitude_order:.1f}"
     error = figure(row.max_error_m) if row.status == "ok" and row.max_error_m is not None else row.status
     step = "" if row.step_ns is None else f"{row.step_ns:.0f}"
-    ratio = "" if row.time_ratio is None else f"{row.time_ratio:.2f}"
+    ratio = ""
+    if row.time_ratio is not None:
+        ratio = f"{row.time_ratio:.2f} ({row.time_ratio_low:.2f}-{row.time_ratio_high:.2f})"
     return row.release, row.method, order, error, row.spin_energy, step, ratio
 
 

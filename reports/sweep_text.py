@@ -23,6 +23,9 @@ from reports.charts import cost_chart
 from reports.families import joined
 from reports.terminal import LIST_WIDTH, columns, figure, length, plain, reasons_text
 
+# An interval wider than this, from end to end, is quoted itself, and not its middle.
+WIDE = 2.0
+
 
 def sweep_text(sweep: Sweep, reference: str, charts: bool = False) -> Iterator[RenderableType]:
     """Yield what `tumble sweep` prints: what each digit costs, the frontier, and who is the same integrator.
@@ -73,7 +76,7 @@ def precision_text(orders: Collection[OrderRow]) -> Iterator[RenderableType]:
 
 
 def clock_text(sweep: Sweep, digits: Sequence[DigitRow]) -> Iterator[RenderableType]:
-    """Yield how certain the ratios are, why some are not told, and what the clock found odd."""
+    """Yield how certain the ratios are, why there are none, and what the clock found odd."""
     widths = [math.sqrt(row.ratio_high / row.ratio_low) - 1 for row in digits if row.ratio_high and row.ratio_low]
     if widths:
         yield plain(f"ratios hold to {min(widths):.0%} to {max(widths):.0%}, in 95 of 100 runs")
@@ -84,14 +87,25 @@ def clock_text(sweep: Sweep, digits: Sequence[DigitRow]) -> Iterator[RenderableT
 
 
 def cost(row: DigitRow) -> str:
-    """Return what one digit costs, with its ratio where that may be quoted."""
+    """Return what one digit costs, with its ratio where there is one."""
     if row.flight_us is None:
         return row.verdict
     sign = "<=" if row.verdict == "at most" else ""
-    ratio = (
-        f" ({row.ratio:.{2 if row.ratio < 100 else 3}g})" if row.ratio is not None else " (?)" if row.no_ratio else ""
-    )
-    return f"{sign}{row.flight_us:.3g}{ratio}"
+    return f"{sign}{row.flight_us:.3g}{quoted(row)}"
+
+
+def quoted(row: DigitRow) -> str:
+    """Return the ratio in brackets; one that is hardly known is quoted as the interval it lies in."""
+    if row.ratio is None or row.ratio_low is None or row.ratio_high is None:
+        return " (?)" if row.no_ratio else ""
+    if row.ratio_high > WIDE * row.ratio_low:
+        return f" ({few(row.ratio_low)} to {few(row.ratio_high)})"
+    return f" ({few(row.ratio)})"
+
+
+def few(number: float) -> str:
+    """Return a number as a ratio is quoted."""
+    return f"{number:.{2 if number < 100 else 3}g}"
 
 
 def advice_text(sweep: Sweep, tolerance_m: float) -> Iterator[RenderableType]:

@@ -21,7 +21,7 @@ def time_rows(
 ) -> Iterator[TimeRow]:
     """Yield the time of every flight of one scene over the reference contestant's, which joins where it was not asked.
 
-    A ratio whose interval says nothing is left empty.
+    What has none, because its process has ended, is left empty.
     """
     flown = [run for run in runs if isinstance(run.answer, Trajectory)]
     with ExitStack() as guests:
@@ -39,10 +39,10 @@ def time_rows(
         if each := timed.get(run.name):
             figures: tuple[float | None, ...] = (None, None, None)
             if unit is not None:
-                # Both flights are so many times what their readings are of.
-                scale = each.flight_ns / each.reading.ns * unit.reading.ns / unit.flight_ns
-                found_ratio = ratio(each.reading, unit.reading) * scale
+                found_ratio = ratio(each.reading, unit.reading)
                 if not found_ratio.refusal:
+                    # Both flights are so many times what their readings are of.
+                    found_ratio *= each.flight_ns / each.reading.ns * unit.reading.ns / unit.flight_ns
                     figures = found_ratio.value, found_ratio.low, found_ratio.high
             yield TimeRow(scene.name, run.engine, run.method, REFERENCE, *figures)
 

@@ -86,9 +86,10 @@ def digit_rows(sweep: Sweep, reference: str) -> Iterator[DigitRow]:
             _, own_ns, own_run = reach(own, target)
             found = None
             if run is not None and own_run is not None and flight_ns is not None and own_ns is not None:
-                # Both times are their readings' times what lies between two runs.
-                scale = flight_ns / own_ns * own_run.reading.ns / run.reading.ns
-                found = ratio(run.reading, own_run.reading) * scale
+                found = ratio(run.reading, own_run.reading)
+                if not found.refusal:
+                    # Both times are their readings' times what lies between two runs.
+                    found *= flight_ns / own_ns * own_run.reading.ns / run.reading.ns
             told = found if found and not found.refusal else None
             yield DigitRow(
                 sweep.scene.name,
@@ -98,7 +99,7 @@ def digit_rows(sweep: Sweep, reference: str) -> Iterator[DigitRow]:
                 verdict,
                 None if flight_ns is None else flight_ns / 1e3,
                 *step_reached(run),
-                None if run is None or not run.per_step else 1e9 / run.reading.ns,
+                1e9 / run.reading.ns if run is not None and run.per_step and run.reading.ns else None,
                 reference,
                 *((told.value, told.low, told.high) if told else (None, None, None)),
                 "" if found is None else found.refusal,

@@ -56,7 +56,7 @@ class DigitRow:
     ratio: Annotated[float | None, "time over the reference's; empty where either did not reach the error, or why"]
     ratio_low: Annotated[float | None, "from this"] = None
     ratio_high: Annotated[float | None, "to this: the interval that covers it in 95 of 100 runs"] = None
-    no_ratio: Annotated[str, "why a ratio would say nothing, with the load seen"] = ""
+    no_ratio: Annotated[str, "why there is none: its process ended or its clock stood still, with the load seen"] = ""
 
 
 @dataclass(frozen=True)

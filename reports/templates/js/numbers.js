@@ -59,6 +59,11 @@ function counted(count, noun) {
   return count === 1 ? `1 ${noun}` : `${count} ${noun}s`;
 }
 
+/** The ends of an interval. */
+function between(low, high) {
+  return low === null || low === undefined ? "" : `${figure(low)} to ${figure(high)}`;
+}
+
 /** How many times one is of another, as people say it. */
 function times(ratio) {
   if (ratio === null || ratio === undefined) return "";

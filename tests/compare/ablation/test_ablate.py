@@ -123,7 +123,7 @@ def test_mujoco_leaves_out_a_fifth_without_moving_a_bit(folder):
     with launched(["mujoco:rk4"]) as participants:
         found = ablate(participants, read_scene(str(folder / "brick.toml")), span_s=1.0)
     everything = rows_of(found, "rk4")[EVERYTHING]
-    assert everything.why.startswith("no ratio") or everything.ratio_low > 1
+    assert everything.ratio_low > 1 or everything.ratio_high > 2 * everything.ratio_low
     assert {row.max_difference_m for row in found.rows} == {0.0}
 
 
@@ -132,7 +132,9 @@ def test_our_solver_pays_for_no_term_that_a_cube_has_not_got():
         turning = ablate(participants, read_scene("table-4-1"), span_s=0.5)
         straight = ablate(participants, read_scene("die-straight"), span_s=0.5)
     everything = rows_of(turning, "rk4")[EVERYTHING]
-    assert everything.why.startswith("no ratio") or everything.ratio_low > 1.5
+    assert everything.ratio_low > 1.5 or everything.ratio_high > 2 * everything.ratio_low, (
+        "a machine with no time for it"
+    )
     # What never turns is moved by one product, however many the steps: no time of theirs is left to compare with.
     assert any("without it untimed" in row.why for row in straight.rows), straight.rows
     assert not turning.altered

@@ -4,6 +4,7 @@ import csv
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,7 @@ import pytest
 from compare.run import others
 from compare.run.others import Machine, other_work
 from compare.run.provenance import conditions
-from compare.run.readings import Reading, narrow, ratio, reading, round_robin
+from compare.run.readings import PROCESS, Ratio, Reading, narrow, ratio, reading, round_robin
 from compare.run.timer import Pace, Ready, Sample
 from compare.run.worker import Failure, Worker
 from scenarios.read import read_scene
@@ -175,7 +176,22 @@ def test_the_right_clock_is_chosen():
 
 def test_a_process_that_ended_has_no_ratio():
     gone = reading([Sample((np.nan,) * 4, (np.nan,) * 4)] * 8)  # type: ignore[arg-type]
-    assert ratio(gone, flat(1, 1, 1)).refusal == "its process ended while it was timed"
+    assert ratio(gone, flat(1, 1, 1)).refusal.startswith("its process ended while it was timed: load ")
+
+
+def test_a_clock_that_stood_still_has_no_ratio():
+    still = Reading(np.array([1.0] * 23 + [0.0]))
+    for found in (ratio(still, Reading(np.ones(24))), ratio(Reading(np.ones(24)), still)):
+        assert found.refusal.startswith("the clock stood still while it was timed: load ")
+
+
+def test_a_ratio_is_told_however_wide_its_interval():
+    """Samples that a machine with other work has made ten times as long by turns."""
+    wild = Reading(np.random.default_rng(1).choice([1.0, 10.0], 48))
+    found = ratio(wild, Reading(np.ones(48)))
+    assert found.refusal == ""
+    assert found.low < 1.05
+    assert found.high > 9.5
 
 
 def test_rounds_are_added_until_ratios_are_narrow_or_the_budget_ends():
@@ -205,24 +221,77 @@ def recorded() -> dict[str, list[np.ndarray]]:
     }
 
 
-def test_intervals_of_recorded_samples_cover_what_all_processes_say_together():
+def covered_of_recorded(of: Callable[[Reading, Reading], Ratio]) -> tuple[float, float]:
+    """In how many runs the interval covers the ratio that all processes say together; how wide it is, half of it."""
     samples = recorded()
-    reference = samples["tumble:rk4"]
+    reference = samples.pop("tumble:rk4")
     covered, widths = [], []
-    for name, own in samples.items():
-        if name == "tumble:rk4":
-            continue
-        found = [ratio(Reading(a), Reading(b)) for a, b in zip(own, reference, strict=True)]
+    for own in samples.values():
+        found = [of(Reading(a), Reading(b)) for a, b in zip(own, reference, strict=True)]
         middle = np.median([one.value for one in found])
         covered += [one.low <= middle <= one.high for one in found]
         widths += [np.sqrt(one.high / one.low) - 1 for one in found]
     assert len(covered) >= 100
-    assert np.mean(covered) >= 0.95
-    assert np.median(widths) < 0.1, "an interval that covers everything says nothing"
+    return float(np.mean(covered)), float(np.median(widths))
+
+
+def test_intervals_of_recorded_samples_cover_what_all_processes_say_together():
+    share, width = covered_of_recorded(ratio)
+    assert share >= 0.95
+    assert width < 0.1, "an interval that covers everything says nothing"
+
+
+def unpaired(a: Reading, b: Reading) -> Ratio:
+    """The interval of two medians that know nothing of one another, by the usual bootstrap."""
+    draw, count = np.random.default_rng(0), len(a.samples)
+    logs = [np.median(np.log(each.samples)[draw.integers(0, count, (400, count))], axis=1) for each in (a, b)]
+    return Ratio(*np.exp(np.quantile(logs[0] - logs[1], (0.5, 0.025, 0.975))).tolist())
+
+
+def thinner(factor: float) -> Callable[[Reading, Reading], Ratio]:
+    """Intervals that are so many times as wide as ours."""
+
+    def of(a: Reading, b: Reading) -> Ratio:
+        found = ratio(a, b)
+        low, high = ((end / found.value) ** factor * found.value for end in (found.low, found.high))
+        return Ratio(found.value, low, high)
+
+    return of
+
+
+def of_one_process(a: Reading, b: Reading) -> Ratio:
+    """What chance leaves within one process, and no more."""
+    found = ratio(a, b)
+    return Ratio(found.value, found.low * np.exp(PROCESS), found.high / np.exp(PROCESS))
+
+
+WRONG: dict[str, Callable[[Reading, Reading], Ratio]] = {
+    "unpaired": unpaired,
+    "half as wide": thinner(0.5),
+    "rounds dropped": lambda a, b: ratio(Reading(a.samples[:4]), Reading(b.samples[:4])),
+    "new processes are as this one": of_one_process,
+}
+
+
+@pytest.mark.parametrize("how", WRONG)
+def test_intervals_that_are_made_wrongly_do_not_cover_recorded_samples(how):
+    assert covered_of_recorded(WRONG[how])[0] < 0.92
+
+
+def test_what_the_machine_does_to_both_leaves_ratio_and_interval_alone():
+    """A machine that is by turns ten times as slow: rounds are paired, so that it cancels."""
+    draw = np.random.default_rng(3)
+    a, b = (Reading(draw.lognormal(0.0, 0.02, 48)) for _ in range(2))
+    pace = draw.lognormal(0.0, 1.0, 48)
+    calm, wild = ratio(a, b), ratio(Reading(a.samples * pace), Reading(b.samples * pace))
+    assert (wild.value, wild.low, wild.high) == pytest.approx((calm.value, calm.low, calm.high))
 
 
 def test_intervals_on_a_busy_machine_cover_the_ratio_of_a_quiet_one():
-    """A known ratio, 3, whatever the machine does: two loops of the same kind, beside a process that burns a core."""
+    """A known ratio, 3, whatever the machine does: two loops of the same kind, beside a process that burns a core.
+
+    A hundred runs, each as the rounds of a command are.
+    """
     burner = subprocess.Popen([sys.executable, "-c", "while True: pass"])
     try:
         with Worker(str(Path(__file__).parents[2] / "plugins" / "mine.py"), 60.0) as worker:
@@ -232,14 +301,15 @@ def test_intervals_on_a_busy_machine_cover_the_ratio_of_a_quiet_one():
                 ready = worker.prepare_timer(key, scene, "semi-implicit-euler", Pace(((steps, 0.01),), by_step=True))
                 assert isinstance(ready, Ready), ready
             found = []
-            for _ in range(20):
+            for _ in range(100):
                 taken = [worker.sample(key) for _ in range(24) for key in ("one", "three")]
                 assert not any(isinstance(each, Failure) for each in taken)
                 found.append(ratio(reading(taken[1::2]), reading(taken[::2])))  # type: ignore[arg-type]
     finally:
         burner.kill()
         burner.wait()
-    assert sum(one.low <= 3.0 <= one.high for one in found) >= 19, found
+    assert sum(one.low <= 3.0 <= one.high for one in found) >= 95, found
+    assert np.median([one.high / one.low for one in found]) < 2, "an interval that covers everything says nothing"
 
 
 def looks(work: float, stolen: float = 0.0) -> tuple[Machine, Machine]:

@@ -28,7 +28,9 @@ from compare.sweep.frontier import (
     work_precision_rows,
 )
 from compare.sweep.results import measured
+from compare.sweep.schemas import DigitRow
 from compare.sweep.work_precision import Effort, Sweep, Timed, at_floor, climb, rungs, sweep
+from reports.sweep_text import cost
 from scenarios.frames import vertices
 from scenarios.read import read_scene
 from scenarios.truth import truth
@@ -122,14 +124,31 @@ def test_ratios_are_quoted_against_one_contestant_with_their_interval():
     assert (rows["slow", 1e-12].ratio, rows["slow", 1e-12].no_ratio) == (None, "")
 
 
-def test_a_ratio_that_says_nothing_is_refused_with_the_reason():
+def slow_rows(factors: tuple[float, float]) -> list[DigitRow]:
+    """What is said of a contestant whose samples are by turns so many times as long as those of another."""
     fast = ladder(1, 1e-2, method="fast", speed=4.0)
     steps = [each.run.dt for each in fast]
-    wild = [planted(dt, 1e-2 * dt, 100.0 / dt, "slow", (), (1.0, 9.0)) for dt in steps]
-    rows = [row for row in digit_rows(of(wild + fast), "mine:fast") if row.method == "slow" and row.flight_us]
+    wild = [planted(dt, 1e-2 * dt, 100.0 / dt, "slow", (), factors) for dt in steps]
+    return [row for row in digit_rows(of(wild + fast), "mine:fast") if row.method == "slow" and row.flight_us]
+
+
+def test_a_ratio_that_is_hardly_known_is_told_as_its_interval():
+    rows = slow_rows((1.0, 9.0))
+    assert rows
+    for row in rows:
+        assert row.ratio_low < 4.5
+        assert row.ratio_high > 35
+        assert row.no_ratio == ""
+        assert re.search(r" \([\d.]+ to [\d.]+\)$", cost(row))
+
+
+@pytest.mark.parametrize(("factor", "why"), [(np.nan, "its process ended"), (0.0, "the clock stood still")])
+def test_a_ratio_of_what_was_not_timed_is_refused_with_the_reason_and_the_load(factor, why):
+    rows = slow_rows((1.0, factor))
     assert rows
     assert {row.ratio for row in rows} == {None}
-    assert all(re.match(r"between .* and .*: load .* on \d+ cores", row.no_ratio) for row in rows)
+    assert all(re.match(why + r" while it was timed: load .* on \d+ cores", row.no_ratio) for row in rows)
+    assert {cost(row).rpartition(" ")[2] for row in rows} == {"(?)"}
 
 
 def test_one_integrator_under_two_names_is_found():
