@@ -35,8 +35,9 @@ More names where they are not empty:
                 SCHEME_NAMES, or a function (stiffness s, damping c, step h) -> 2x2 matrix on (u, u')
     GYROSCOPIC  {method: how}: how it takes the torque (I w) x w of a free body, a name of GYROSCOPIC_NAMES
     LARGEST_TURN  rad: no step turns a body further
-    STEP_NS     about what a step of one throw takes [ns], to a factor of a few; 50 000 where it is not said.  A sweep's
-                ladder ends by it and not by a clock, so that its rows are the same whatever else the machine does
+    STEP_NS     about what a step of one throw takes [ns], to a factor of a few, or {method: that} where methods differ;
+                50 000 where it is not said.  A sweep's ladder ends by it and not by a clock, and `tumble stability`
+                refuses what would take too long, so that their rows are the same whatever else the machine does
     EXEMPT      {law: why}: laws that the engine is there to break
 
 An engine of ours says, as literals, which are read where the engine itself is not installed:

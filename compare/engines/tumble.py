@@ -23,7 +23,9 @@ ON_REQUEST = ("auto",)
 SHOWN = ("rk4", "exact", "adaptive", "symplectic-euler", "quaternion-euler", "matrix-euler")
 # Every law of the solver, by the name that a scene has it under: the key of one of its kind.
 FEATURES = {law.removesuffix("s") for law in LAWS}
-STEP_NS = 50
+# Most take less; what a solver of equations or many stages take.
+SLOW_NS = {"magnus6": 90.0, "taylor8": 80.0, "taylor12": 140.0, "splitting8": 800.0, "gauss6": 3500.0, "radau5": 3500.0}
+STEP_NS = dict.fromkeys((*METHODS, *ON_REQUEST), 50.0) | SLOW_NS
 PACKAGES = ("tumble",)
 SCHEMES = {
     "rk4": "rk4",

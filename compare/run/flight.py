@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from compare.run.registry import Finding, built, findings
-from compare.run.timer import prepare, wall_of_steps
+from compare.run.timer import prepare, process_ns, wall_of_steps
 from scenarios.frames import Array, quaternion_product, vertices
 from scenarios.impulse import RayMissed, jump
 from scenarios.refusal import UsersError
@@ -49,8 +49,9 @@ class Probe:
 class Trajectory:
     """What an engine answered: one row for t = 0 and one a sample.
 
-    times [s], (R,); states (R, N, 13); vertices [m], (R, N, n, 3), world; steps in all; wall_s: their native loops [s];
-    findings: those of the engine's own audit; remark: what else it has to say; probe: what it made of a start
+    times [s], (R,); states (R, N, 13); vertices [m], (R, N, n, 3), world; steps in all; wall_s, cpu_s: their native
+    loops by the wall clock, and in CPU time of the process and of children that have ended [s]; findings: those of the
+    engine's own audit; remark: what else it has to say; probe: what it made of a start
     that it was not told of.  After the state stopped being finite the rows are NaN.
     """
 
@@ -62,6 +63,7 @@ class Trajectory:
     findings: tuple[Finding, ...]
     remark: str = ""
     probe: Probe | None = None
+    cpu_s: float = 0.0
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -131,10 +133,12 @@ def fly(
 
     engine.write(world, struck(scene, 0.0, scene.start.copy(), found))
     states = look(0.0, engine.read(world))
-    steps, wall_s = 0, 0.0
+    steps, wall_s, cpu_ns = 0, 0.0, 0
     for leg in legs(scene, dt):
         prepare(engine, world, leg.dt)
+        begun = process_ns()
         took, read = wall_of_steps(engine, world, leg.n, leg.dt)
+        cpu_ns += process_ns() - begun
         wall_s += took
         steps += leg.n
         states = look(leg.end, read)
@@ -157,6 +161,7 @@ def fly(
         tuple(dict.fromkeys(found)),
         engine.remark(world) if hasattr(engine, "remark") else "",
         probe(engine, scene, method, dt, keep) if untold else None,
+        cpu_ns / 1e9,
     )
 
 

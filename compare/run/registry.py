@@ -74,7 +74,8 @@ class EngineInfo:
     on_request: names that take part only when asked for; shown: those that a page is made of; optional: what build
     leaves out of a world that has no use for it, and keeps if told to; schemes and gyroscopic: names by method, as in
     compare.engines, OWN_SCHEME for a function; largest_turn [rad] of a step; exempt: laws that it is there to break,
-    and why; defaults: what a user gets who sets nothing; step_ns: about what a step of one throw takes [ns].
+    and why; defaults: what a user gets who sets nothing; step_ns: by method, or of all as *, about what a step of one
+    throw takes [ns].
     """
 
     methods: tuple[str, ...]
@@ -93,7 +94,11 @@ class EngineInfo:
     gyroscopic: dict[str, str]
     largest_turn: float | None
     exempt: dict[str, str]
-    step_ns: float
+    step_ns: dict[str, float]
+
+    def step_of(self, method: str) -> float:
+        """Return about what a step of one throw takes by a method [ns]."""
+        return self.step_ns.get(method.partition("@")[0], self.step_ns.get("*", STEP_NS))
 
     def tolerance(self, method: str) -> float | None:
         """Return the tolerance under which a method chooses its steps, nan where it is not told; None of others."""
@@ -230,8 +235,9 @@ def engine_info(engine: str, module: ModuleType) -> EngineInfo:
     schemes = names_by_method(engine, module, "SCHEMES", SCHEME_NAMES)
     gyroscopic = names_by_method(engine, module, "GYROSCOPIC", GYROSCOPIC_NAMES)
     step_ns = getattr(module, "STEP_NS", STEP_NS)
-    if not isinstance(step_ns, int | float) or not 0 < step_ns < math.inf:
-        raise BadEngine(f"{engine}: STEP_NS must be a number above 0, is {step_ns!r}")
+    of_each = step_ns if isinstance(step_ns, dict) else {"*": step_ns}
+    if not all(isinstance(ns, int | float) and 0 < ns < math.inf for ns in of_each.values()):
+        raise BadEngine(f"{engine}: STEP_NS must be a number above 0, or one by method, is {step_ns!r}")
     try:
         largest_turn = getattr(module, "LARGEST_TURN", None)
         exempt = dict(getattr(module, "EXEMPT", {}))
@@ -252,7 +258,7 @@ def engine_info(engine: str, module: ModuleType) -> EngineInfo:
             gyroscopic,
             None if largest_turn is None else float(largest_turn),
             {str(law): str(why) for law, why in exempt.items()},
-            float(step_ns),
+            {str(method): float(ns) for method, ns in of_each.items()},
         )
     except (TypeError, ValueError, OverflowError) as error:
         raise BadEngine(f"{engine}: what it says of itself cannot be read: {error}") from error

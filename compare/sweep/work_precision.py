@@ -113,7 +113,7 @@ def climb(
         # An adaptive method's error falls by fits and starts, and its tolerances are few: they are all tried.
         if isinstance(answer, Failure) or (name == method and at_floor(runs)):
             break
-        if over_budget(participant, answer.steps * len(scene.start), effort.budget_s):
+        if over_budget(participant, name, answer.steps * len(scene.start), effort.budget_s):
             break
         if runs[-1].status == "ok" and float(runs[-1].distances.max()) <= enough_m:
             break
@@ -136,9 +136,10 @@ def rungs(
         yield from ((method, scene.duration / (cuts * count)) for count in counts)
 
 
-def over_budget(participant: Participant, steps: int, budget_s: float) -> bool:
+def over_budget(participant: Participant, method: str, steps: int, budget_s: float) -> bool:
     """Whether the next rung would take longer than a flight may; steps: those of all throws in this one."""
-    return not isinstance(participant.info, Failure) and 1.5 * steps * participant.info.step_ns > 1e9 * budget_s
+    info = participant.info
+    return not isinstance(info, Failure) and 1.5 * steps * info.step_of(method) > 1e9 * budget_s
 
 
 def at_floor(runs: Sequence[Run]) -> bool:

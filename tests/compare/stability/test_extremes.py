@@ -9,7 +9,7 @@ import pytest
 
 from compare.run.flight import fly, legs
 from compare.run.participants import launched
-from compare.stability.extremes import BEST, FLOORS, ExtremeRow, cases, extreme, missed, scene_text, texts
+from compare.stability.extremes import BEST, FLOORS, ExtremeRow, cases, extreme, missed, scene_text, texts, too_long
 from scenarios.frames import rotation_matrix
 from scenarios.read import catalogue, read_scene
 from scenarios.scene import Scene
@@ -124,6 +124,44 @@ def test_what_does_not_fit_the_budget_is_told_from_its_first_steps():
         assert "of 0.001" in row.why
     assert "1e+07 steps" in rk4.why
     assert exact.verdict == "stable", "one step for all"
+
+
+STEADY = """
+import time
+METHODS = ("coasts", "crawls", "tastes")
+ADAPTIVE = ("tastes",)
+FEATURES = {"gravity"}
+ABOUT = {"version": "1", "precision": "double", "switched_off": []}
+STEP_NS = {"coasts": 10, "crawls": 1000, "tastes": 10}
+def build(scene, method): return {}
+def write(world, states): world["states"] = states
+def advance(world, n, dt):
+    time.sleep(LATE_S)
+    world["states"][:, 0:3] += n * dt * world["states"][:, 7:10]
+def read(world): return world["states"]
+"""
+
+
+def test_what_is_too_long_is_the_same_on_a_machine_that_is_busy(tmp_path):
+    """Steps that take no time, and the same that are kept waiting: by the wall clock the latter would take minutes."""
+    case = CASES["turns-1e5"]
+    rows = []
+    for name, late_s in (("quiet", "0.0"), ("busy", "0.05")):
+        (tmp_path / f"{name}.py").write_text(STEADY.replace("LATE_S", late_s))
+        with launched([str(tmp_path / f"{name}.py")], 60.0) as (participant,):
+            rows.append([too_long(participant, method, case.scene, 0.1) for method in participant.methods])
+    coasts, crawls, tastes = rows[0]
+    assert (coasts, tastes) == (None, None)
+    assert crawls.status == "timeout: 5e+05 steps would take 0.5 s of 0.1"
+    assert rows[1] == rows[0]
+
+
+def test_an_adaptive_method_that_computes_too_long_is_told_so(tmp_path):
+    busy = "end = time.process_time() + 0.02\n    while time.process_time() < end: pass"
+    (tmp_path / "mine.py").write_text(STEADY.replace("time.sleep(LATE_S)", busy))
+    with launched([str(tmp_path / "mine.py")], 60.0) as (participant,):
+        found = too_long(participant, "tastes", CASES["turns-1e5"].scene, 4.0)
+    assert found.status.startswith("timeout: 1000 s of flight would take 5"), found
 
 
 def test_a_long_flight_takes_no_more_memory():
