@@ -18,6 +18,8 @@ from compare.run.message import PREFIX, Malformed, frame, lengths, unpacked
 
 # A system call waits no longer than this at a time [s]; a deadline may be further away than it can count.
 LONGEST_WAIT_S = 3600.0
+# What ru_maxrss counts in [B].
+MAXRSS = 1 if sys.platform == "darwin" else 1024
 
 
 class Died(Exception):
@@ -124,7 +126,7 @@ class Process:
         kill_group(self._process.pid)
         _, status, usage = os.wait4(self._process.pid, 0)
         self._process.returncode = os.waitstatus_to_exitcode(status)
-        self.peak_bytes = usage.ru_maxrss * (1 if sys.platform == "darwin" else 1024)
+        self.peak_bytes = usage.ru_maxrss * MAXRSS
         self.peak_is_its_own = usage.ru_maxrss > self._begun_with
         self._line.close()
         os.close(self._sentinel)
@@ -139,13 +141,26 @@ def kill_group(leader: int) -> None:
 
 
 def sentinel(pid: int) -> int:
-    """Return a descriptor that can be read once the process has ended, whoever holds its pipes."""
-    if sys.platform == "darwin":
-        queue = select.kqueue()
-        watch = select.kevent(pid, select.KQ_FILTER_PROC, select.KQ_EV_ADD, select.KQ_NOTE_EXIT)
+    """Return a descriptor that can be read once a child of this process has ended, whoever holds its pipes."""
+    with suppress(OSError, AttributeError):  # what the system has not got, or Python on it
+        return os.pidfd_open(pid)
+    with suppress(OSError, AttributeError):
+        bsd: Any = select
+        queue = bsd.kqueue()
+        watch = bsd.kevent(pid, bsd.KQ_FILTER_PROC, bsd.KQ_EV_ADD, bsd.KQ_NOTE_EXIT)
         queue.control([watch], 0)
         return os.dup(queue.fileno())
-    return os.pidfd_open(pid)
+    ended, far_end = os.pipe()
+    threading.Thread(target=_close_at_its_end, args=(pid, far_end), daemon=True).start()
+    return ended
+
+
+def _close_at_its_end(pid: int, descriptor: int) -> None:
+    """Close a descriptor when a process has ended, and leave it to others to wait for it."""
+    # Where it cannot be waited for, kqueue was there and has refused it: it has ended already.
+    with suppress(OSError, AttributeError):
+        os.waitid(os.P_PID, pid, os.WEXITED | os.WNOWAIT)
+    os.close(descriptor)
 
 
 def end_with_parent(lifeline: int) -> None:
@@ -155,7 +170,7 @@ def end_with_parent(lifeline: int) -> None:
     thread waits.  The signal that follows a parent's death (PR_SET_PDEATHSIG) would follow the end of the thread that
     started the process, too.
     """
-    if sys.platform == "linux":
+    if hasattr(fcntl, "F_SETSIG"):
         fcntl.fcntl(lifeline, fcntl.F_SETOWN, -os.getpgrp())
         fcntl.fcntl(lifeline, fcntl.F_SETSIG, signal.SIGKILL)
         fcntl.fcntl(lifeline, fcntl.F_SETFL, fcntl.fcntl(lifeline, fcntl.F_GETFL) | os.O_ASYNC)
