@@ -7,6 +7,7 @@ Malformed.
 """
 
 import json
+import re
 import struct
 import types
 from contextlib import suppress
@@ -19,8 +20,10 @@ MAGIC = b"TMBL"
 PREFIX = struct.Struct("<4sIQ")
 MOST_HEAD = 1 << 24
 ARRAY = "array"
-# Booleans, integers and floats: what an array of ours can hold.
+# Booleans, integers and floats: what an array of ours can hold; how such a type is written.  numpy's own reader of
+# types takes much more than that, and parses some of it as Python.
 KINDS = "biuf"
+TYPE = re.compile(rf"[<>|][{KINDS}]\d\d?", re.ASCII)
 
 
 class Malformed(ValueError):
@@ -127,8 +130,10 @@ def _array(plain: Any, body: memoryview) -> np.ndarray:
     if not isinstance(plain, dict) or set(plain) != {ARRAY}:
         raise Malformed("what it sent has no array where one belongs")
     kind, shape, offset = plain[ARRAY]
+    if not (isinstance(kind, str) and TYPE.fullmatch(kind)):
+        raise Malformed("what it sent has an array of no numbers")
     dtype = np.dtype(kind)
-    if dtype.kind not in KINDS or any(type(length) is not int or length < 0 for length in (*shape, offset)):
+    if any(type(length) is not int or length < 0 for length in (*shape, offset)):
         raise Malformed("what it sent has an array of no numbers")
     return np.ndarray(shape, dtype, body, offset)
 

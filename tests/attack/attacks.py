@@ -7,13 +7,14 @@ beside it are a few of each.
 """
 
 import argparse
+import json
 import os
 import platform
 import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, field
 from functools import cache
@@ -33,6 +34,8 @@ sys.path.insert(0, str(ROOT / "tests" / "support"))
 import fuzz  # noqa: E402
 
 PAGE = ROOT / "docs" / "attacks.md"
+# What the page is made of: a row of each kind, as it was tried last.
+TALLIES = ROOT / "docs" / "attacks.json"
 FILES = "damaged files"
 # So many damaged files are one piece of work.
 PART = 5000
@@ -48,13 +51,14 @@ Made by `make attack`, which runs all of it and writes this page; the tests in `
 Survived means: told in one line with its file, its status or its reason, exit code as documented, nothing half written,
 nothing left running, everybody else's results unharmed. Anything else is lost, and named below the table.
 
-| what | tried | survived | lost | how long |
-| --- | ---: | ---: | ---: | ---: |
+| what | tried | survived | lost | how long | on |
+| --- | ---: | ---: | ---: | ---: | --- |
 {rows}
 
 {lost}
 
-{when}
+{total} attacks. How long: of all processes together, waiting for a core included. A kind that is tried again alone
+(`python tests/attack/attacks.py --only kills`) replaces its own row.
 
 What each is: engine files that raise, die, hang, fork, hoard, lie or write into the line (`engine_files.py`); machines
 without a home, a disk, memory, streams, signals or letters (`starved.py`); folders of tables with each of their files
@@ -73,6 +77,7 @@ class Tally:
     lost: list[str] = field(default_factory=list)
     seconds: float = 0.0
     read: int = 0
+    on: str = ""
 
     @property
     def row(self) -> str:
@@ -81,7 +86,7 @@ class Tally:
         if what.startswith(FILES):
             what += f" ({self.read} read, {self.tried - self.read - len(self.lost)} refused)"
         took = f"{self.seconds / 60:.0f} min" if self.seconds > 90 else f"{self.seconds:.0f} s"
-        return f"| {what} | {self.tried} | {self.tried - len(self.lost)} | {len(self.lost)} | {took} |"
+        return f"| {what} | {self.tried} | {self.tried - len(self.lost)} | {len(self.lost)} | {took} | {self.on} |"
 
     def add(self, other: "Tally") -> None:
         """Count what became of more of the kind."""
@@ -117,12 +122,12 @@ def inputs(parser: str, numbers: range) -> Tally:
     return Tally(f"{FILES}: {parser}", tried, outcome.lost, time.monotonic() - begin, outcome.found)
 
 
-def jobs(kills_asked: int, inputs_asked: int) -> Iterator[tuple[Callable[..., Tally], Any, Any]]:
+def jobs(only: Collection[str], kills_asked: int, inputs_asked: int) -> Iterator[tuple[Callable[..., Tally], Any, Any]]:
     """Yield what is to be done, in pieces of a minute or so at most, those that take longest first."""
     for parser, share in fuzz.SHARES.items():
-        many = round(inputs_asked * share)
+        many = round(inputs_asked * share) if parser in only else 0
         yield from ((inputs, parser, range(first, min(first + PART, many))) for first in range(0, many, PART))
-    for kind in KINDS:
+    for kind in (kind for kind in KINDS if kind in only):
         names = attacks(kind)
         yield from ((attempt, kind, name) for name in islice(names, kills_asked if kind == "kills" else None))
 
@@ -138,20 +143,21 @@ def state_of_the_tree() -> str:
     return said.stdout.strip() or "unknown"
 
 
-def page(tallies: list[Tally], asked: str, commit: str, seconds: float) -> str:
+def page(rows: Mapping[str, Tally]) -> str:
     """Return the page."""
-    lost = [f"- {tally.what}: {line}" for tally in tallies for line in tally.lost]
-    tried = sum(tally.tried for tally in tallies)
-    machine = f"Python {platform.python_version()}, {platform.system()}, {os.cpu_count()} cores"
-    when = (
-        f"{tried} attacks ({asked}) on commit {commit}, {time.strftime('%Y-%m-%d')}, in {seconds / 60:.0f} min. "
-        f"{machine}, load {os.getloadavg()[2]:.1f} in the end. How long: of all processes together, waiting for a core "
-        "included."
-    )
-    rows = "\n".join(tally.row for tally in tallies)
+    order = sorted(rows.values(), key=lambda tally: tally.what)
+    lost = [f"- {tally.what}: {line}" for tally in order for line in tally.lost]
     return TEXT.format(
-        rows=rows, lost="\n".join(lost) if lost else "Nothing was lost.", when=when, damages=len(damaged.DAMAGE)
+        rows="\n".join(tally.row for tally in order),
+        total=sum(tally.tried for tally in order),
+        lost="\n".join(lost) if lost else "Nothing was lost.",
+        damages=len(damaged.DAMAGE),
     )
+
+
+def kept() -> dict[str, Tally]:
+    """Return what earlier runs have tried, by kind."""
+    return {row["what"]: Tally(**row) for row in json.loads(TALLIES.read_text())} if TALLIES.exists() else {}
 
 
 def main() -> None:
@@ -160,27 +166,31 @@ def main() -> None:
     words.add_argument("--kills", type=int, default=100)
     words.add_argument("--inputs", type=int, default=1_000_000)
     words.add_argument("--processes", type=int, default=os.cpu_count())
-    words.add_argument("-o", type=Path, default=PAGE)
+    words.add_argument("--only", nargs="+", choices=(*fuzz.PARSERS, *KINDS), default=(*fuzz.PARSERS, *KINDS))
     options = words.parse_args()
 
     def say(line: str) -> None:
         print(line, flush=True)
 
-    tallies: dict[str, Tally] = {}
-    asked, commit, begin = f"--kills {options.kills} --inputs {options.inputs}", state_of_the_tree(), time.monotonic()
+    tallies, begin = kept(), time.monotonic()
+    new: dict[str, Tally] = {}
+    commit, day = state_of_the_tree(), time.strftime("%Y-%m-%d")
     with ProcessPoolExecutor(options.processes, get_context("spawn")) as pool:
-        done = [pool.submit(*job) for job in jobs(options.kills, options.inputs)]
+        done = [pool.submit(*job) for job in jobs(options.only, options.kills, options.inputs)]
         for number, each in enumerate(as_completed(done), start=1):
             found = each.result()
-            tallies.setdefault(found.what, Tally(found.what)).add(found)
+            own = new.setdefault(found.what, Tally(found.what))
+            own.add(found)
+            machine = f"Python {platform.python_version()}, {platform.system()}, {os.cpu_count()} cores"
+            own.on = f"{commit}, {day}, {machine}, {options.processes} at once, load {os.getloadavg()[2]:.0f}"
             for line in found.lost:
                 say(f"lost: {found.what}: {line}")
             if number % 20 == 0 or number == len(done):
                 say(f"{number} of {len(done)} pieces, {(time.monotonic() - begin) / 60:.0f} min")
-    rows = [tallies[what] for what in sorted(tallies)]
-    how = f"{asked}, {options.processes} at once"
-    options.o.write_text(page(rows, how, commit, time.monotonic() - begin), encoding="utf-8")
-    lost = sum(len(tally.lost) for tally in rows)
+                # Hours: what is known is kept.
+                TALLIES.write_text(json.dumps([vars(tally) for tally in (tallies | new).values()], indent=1) + "\n")
+                PAGE.write_text(page(tallies | new), encoding="utf-8")
+    lost = sum(len(tally.lost) for tally in new.values())
     sys.exit(f"{lost} attacks were lost" if lost else 0)
 
 

@@ -1,5 +1,6 @@
 """An engine's process: what it sends is data, it ends with its parent, and all it started ends with it."""
 
+import json
 import os
 import pickle
 import signal
@@ -202,6 +203,13 @@ def test_what_is_no_plain_value_is_not_sent():
             frame([value])
     with pytest.raises(Malformed):
         unpacked(Scene, b"{}", b"")
+
+
+@pytest.mark.parametrize("kind", ["(01)f8", "f8,f8", "(1,", "<f99", "O", "|V8", "<U1", "<f8\n", 8, None, {}, ["<f8"]])
+def test_a_type_of_an_array_is_one_of_ours_or_malformed(kind):
+    """numpy parses some of these as Python, and raises SyntaxError."""
+    with pytest.raises(Malformed):
+        unpacked(np.ndarray, json.dumps({"array": [kind, [1], 0]}).encode(), bytes(64))
 
 
 HOARDS = {
