@@ -84,9 +84,15 @@ def read_as(m: Measured) -> str:
     return READ_AS[m.shown.kind] if m.shown.centred else f"{READ_AS[m.shown.kind].partition(' and ')[2]}, attitude only"
 
 
-def off_by(file: str, m: Measured) -> str:
-    """Return what is known before a search."""
-    return f"{file}: off by up to {metres(m.worst_m)}, at t = {m.worst_t_s:g} s; looking for what explains it"
+def off_by(file: str, m: Measured, seen: Sequence[str] = ()) -> Iterator[str]:
+    """Yield what is known before a search, a line each."""
+    yield f"{file}: off by up to {metres(m.worst_m)}, at t = {m.worst_t_s:g} s; looking for what explains it"
+    yield from (f"seen at once: {sentence}" for sentence in seen)
+
+
+def so_far(nearest: Explanation) -> str:
+    """Return which engine's law comes nearest, where none is enough."""
+    return f"no engine's defaults are enough; nearest so far, {metres(nearest.max_m)} left: {said(nearest)}; searching"
 
 
 def resolution(m: Measured) -> str:

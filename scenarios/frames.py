@@ -39,6 +39,15 @@ def quaternion_product(p: Array, q: Array) -> Array:
     )
 
 
+def turned_by(p: Array, q: Array) -> Array:
+    """Return by which turn, about its axis in the world's axes [rad], (..., 3), unit quaternions p become q."""
+    away = quaternion_product(q, p * (1.0, -1.0, -1.0, -1.0))
+    away = np.where(away[..., :1] < 0, -away, away)  # the shorter way round
+    sine = np.linalg.norm(away[..., 1:], axis=-1, keepdims=True)
+    ratio = np.divide(2 * np.arctan2(sine, away[..., :1]), sine, out=np.full_like(sine, 2.0), where=sine > 0)
+    return ratio * away[..., 1:]
+
+
 def vertices(states: Array, points: Array) -> Array:
     """Return where the body's points are in the world, p = x + R p0 (CE1051A report, eq. 2.12) [m].
 

@@ -1,7 +1,7 @@
 """What goes to standard error: notes and progress, so that standard output holds results alone."""
 
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 
 from scenarios.format import visible
@@ -10,6 +10,12 @@ from scenarios.format import visible
 def note(line: str) -> None:
     """Print one line to standard error."""
     sys.stderr.write(visible(f"tumble: {line}") + "\n")
+
+
+def notes(lines: Iterable[str]) -> None:
+    """Print lines to standard error."""
+    for line in lines:
+        note(line)
 
 
 @contextmanager

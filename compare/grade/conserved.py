@@ -1,12 +1,11 @@
 """What a free body keeps, of a trajectory: by its velocities where it has them, else by differences of its poses."""
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from compare.grade.block import Block, axes_of, vertices_of
 from compare.grade.columns import CENTRE, SPIN, VELOCITY, Shown
 from compare.judge import mechanics
-from scenarios.frames import Array
+from scenarios.frames import Array, rotation_matrix, turned_by
 from scenarios.scene import Scene
 from solver.quaternion import from_matrix
 
@@ -90,7 +89,7 @@ def posed(places: Array, points: Array) -> Array:
     centre = places.mean(axis=1)
     # from_matrix asks for the rotation of largest trace with B, and B^T = sum of p y^T.
     q = from_matrix(np.einsum("nki,kj->nij", places - centre[:, None], points - middle))
-    turned = np.einsum("nij,j->ni", Rotation.from_quat(q[:, [1, 2, 3, 0]]).as_matrix(), middle)
+    turned = np.einsum("nij,j->ni", rotation_matrix(q), middle)
     return np.hstack((centre - turned, q))
 
 
@@ -99,6 +98,6 @@ def _differenced(poses: Array, times: Array) -> Array:
     if len(times) < 3:
         return np.empty((0, 13))
     span = (times[2:] - times[:-2])[:, None]
-    turns = Rotation.from_quat(poses[:, [4, 5, 6, 3]])
-    w = (turns[2:] * turns[:-2].inv()).as_rotvec() / span
+    units = poses[:, 3:7] / np.linalg.norm(poses[:, 3:7], axis=1)[:, None]
+    w = turned_by(units[:-2], units[2:]) / span
     return np.hstack((poses[1:-1, 0:7], (poses[2:, 0:3] - poses[:-2, 0:3]) / span, w))

@@ -1,6 +1,6 @@
 """Tries every mistake against a trajectory, alone, in pairs and one by one on top, and ranks what it finds."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations, groupby
 
@@ -55,9 +55,14 @@ class Diagnosis:
 class Search:
     """Looks for explanations of the rows that flights are held against."""
 
-    def __init__(self, flights: Flights, engines: Sequence[Law] = ENGINES) -> None:
+    def __init__(
+        self,
+        flights: Flights,
+        engines: Sequence[Law] = ENGINES,
+        nearest: Callable[[Explanation], None] = lambda _: None,
+    ) -> None:
         self._flights, self._fitter, self._glanced = flights, Fitter(flights), flights.glanced
-        self._lawful = Lawful(flights, engines)
+        self._lawful, self._nearest = Lawful(flights, engines), nearest
 
     def diagnose(self) -> Diagnosis:
         """Return what explains the rows best."""
@@ -67,6 +72,7 @@ class Search:
             law, engines = self._lawful.engines()
             found += law
             if not law[0].nothing:
+                self._nearest(law[0])
                 found += self._searched(nothing, law)
         ranked = [each for each in sorted(found, key=_by_weight) if not _is_padded(each, found)]
         best = ranked[0]

@@ -3,7 +3,6 @@
 from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
-from scipy.optimize import minimize, minimize_scalar
 
 from compare.grade.account import SEARCHING
 from compare.grade.explanation import Mistake, Mistakes, value_of, with_value
@@ -65,6 +64,8 @@ class Fitter:
         def left(tried: float) -> float:
             return self._flights.glanced(with_value(mistakes, hypothesis, tried))
 
+        from scipy.optimize import minimize_scalar  # a third of a second that only a search pays
+
         options = {"xatol": 1e-2 * (high - low), "maxiter": 10}
         with np.errstate(all="ignore"):
             found = minimize_scalar(left, bounds=(low, high), method="bounded", options=options)
@@ -106,6 +107,8 @@ class Fitter:
 
         def left(steps: Array) -> float:
             return self._flights.left(tried(steps), fineness)
+
+        from scipy.optimize import minimize
 
         options = {"xatol": 1e-7, "fatol": 1e-9, "maxfev": 60 * len(fitted)}
         least, steps = self._flights.left(mistakes, fineness), np.zeros(len(at))

@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.spatial.distance import cdist
 
 from compare.grade.account import FINE, RIGHT, SEARCHING, Account, Pose
 from compare.grade.explanation import Explanation, Mistake, Mistakes
@@ -132,6 +131,8 @@ class Flights:
 
     def reached(self, account: Account, rows: Kept) -> Array:
         """Return the instants [s] at which a flight comes nearest to rows, by whatever clock, (S,)."""
+        from scipy.spatial.distance import cdist  # as in `fitting`: what is seen at once is told first
+
         count = int(np.clip(IN_A_RADIAN * self._duration / self._turn_s, 2 * len(rows), MOST_INSTANTS))
         instants = np.linspace(0, self._duration, count)
         pose = replace(account, clock=RIGHT).written(instants)

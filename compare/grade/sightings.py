@@ -3,13 +3,12 @@
 from collections.abc import Iterator
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from compare.grade.conserved import posed
 from compare.grade.hits import hits
 from compare.grade.offset import Offset
 from compare.grade.residual import Kept, Measured
-from scenarios.frames import Array
+from scenarios.frames import Array, turned_by
 from scenarios.scene import Scene
 
 # An error of so many times what digits and single precision leave is seen.
@@ -88,13 +87,13 @@ def _start(kept: Kept, seen: Array, points: Array) -> Iterator[str]:
     if kept.times[0] > 0 or not seen[0] or len(points) < 4:
         return
     (is_, should) = (posed(places[:1], points)[0] for places in (kept.vertices, kept.true))
-    turned = Rotation.from_quat([*is_[4:7], is_[3]]) * Rotation.from_quat([*should[4:7], should[3]]).inv()
+    turned = float(np.linalg.norm(turned_by(should[3:7], is_[3:7])))
     off = is_[:3] - should[:3]
     parts = []
     if np.linalg.norm(off) > 1e-9:
         parts.append("its centre is off by (" + ", ".join(f"{value:.4g}" for value in off) + ") m")
-    if turned.magnitude() > 1e-9:
-        parts.append(f"it is turned by {np.degrees(turned.magnitude()):.4g} degrees")
+    if turned > 1e-9:
+        parts.append(f"it is turned by {np.degrees(turned):.4g} degrees")
     if parts:
         yield f"The first row is not the scene's start: {' and '.join(parts)}."
 

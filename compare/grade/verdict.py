@@ -13,6 +13,7 @@ from compare.grade.conserved import posed
 from compare.grade.conventions import Reading
 from compare.grade.diagnosis import Diagnosis, Search
 from compare.grade.engines import ENGINES, Law
+from compare.grade.explanation import Explanation
 from compare.grade.flights import Flights
 from compare.grade.foreign import Trajectory
 from compare.grade.hypotheses import Question
@@ -106,13 +107,15 @@ def grade(
     mapping: Mapping[str, str],
     by: str | None = None,
     decimal: str = ".",
-    tell: Callable[[Measured], None] = lambda _: None,
+    tell: Callable[[Measured, Sequence[str]], None] = lambda measured, seen: None,
     reading: Reading | None = None,
     engines: Sequence[Law] = ENGINES,
+    nearest: Callable[[Explanation], None] = lambda _: None,
 ) -> Grade:
     """Grade one file.
 
-    tell: is told what is known before a search; reading: what is said of the whole file; engines: whose laws are tried.
+    tell: is told what is known before a search; reading: what is said of the whole file; engines: whose laws are tried;
+    nearest: is told which of them leaves least, where none is enough and a search begins.
     Raises BadTrajectory, NoTruth, RayMissed.
     """
     trajectory = Trajectory(path, scene, mapping, by, decimal, reading)
@@ -123,15 +126,15 @@ def grade(
     diagnosis = None
     seen: tuple[str, ...] = ()
     if measured.excess_m > 0 and len(kept) > 1:
-        tell(measured)
         points = scene.body.points[list(measured.shown.vertices)]
         offset = constant_offset(kept, points, scale.floors_m) if measured.shown.centred else None
         seen = tuple(sightings(measured, scene, scale.floors_m, points, offset))
+        tell(measured, seen)
         if offset is not None and offset.body.any():
             question = replace(question, offset=offset.body)
         elif measured.shown.centred and (drift := constant_drift(kept, points, scale.floors_m)) is not None:
             question = replace(question, drift=np.stack(drift))
-        diagnosis = diagnose(question, measured.shown, kept, scale, measured.single, engines)
+        diagnosis = diagnose(question, measured.shown, kept, scale, measured.single, engines, nearest)
     account = diagnosis.account if diagnosis else question.account
     return Grade(trajectory.name, scene, measured, diagnosis, spin_mistake(kept, account), scale, seen)
 
@@ -184,7 +187,8 @@ def diagnose(
     scale: Scale,
     single: bool = False,
     engines: Sequence[Law] = ENGINES,
+    nearest: Callable[[Explanation], None] = lambda _: None,
 ) -> Diagnosis:
     """Look for what explains the rows kept of one throw; single: its numbers are of single precision."""
     points = question.scene.body.points[list(shown.vertices)]
-    return Search(Flights(question, hypotheses(question), kept, points, scale, single), engines).diagnose()
+    return Search(Flights(question, hypotheses(question), kept, points, scale, single), engines, nearest).diagnose()

@@ -16,10 +16,10 @@ from compare.grade.fit import euler_offer
 from compare.grade.mapping import mapping_file, mapping_of
 from compare.grade.verdict import grade
 from compare.tables.files import write_folder
-from reports.grade import grade_text, off_by
+from reports.grade import grade_text, off_by, so_far
 from reports.terminal import console
 from scenarios.read import read_scene
-from tumble.notes import note
+from tumble.notes import note, notes
 
 
 def main(options: Namespace) -> int:
@@ -37,7 +37,16 @@ def main(options: Namespace) -> int:
         path, name, first_line = plain(options.file, columns, options.decimal, drafts)
         reading = Reading(options.euler, options.axes, options.start, name, first_line)
         try:
-            found = grade(path, scene, mapping, options.by, options.decimal, lambda m: note(off_by(name, m)), reading)
+            found = grade(
+                path,
+                scene,
+                mapping,
+                options.by,
+                options.decimal,
+                lambda measured, seen: notes(off_by(name, measured, seen)),
+                reading,
+                nearest=lambda explanation: note(so_far(explanation)),
+            )
         except AnglesUnread as error:
             offer = euler_offer(path, scene, mapping, options.decimal, reading, error)
             raise BadTrajectory(f"{error}; {offer}") from None

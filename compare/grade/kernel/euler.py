@@ -12,6 +12,7 @@ from compare.grade.kernel.laws import (
     BIASED,
     EXPONENTIAL,
     LAST,
+    MIDPOINT,
     MOMENTUM,
     WORLD,
     Array,
@@ -71,7 +72,8 @@ def euler_step(motion: Motion, dt: float, laws: Laws, push: Push, scheme: Scheme
         v, w = decayed(v, w, dt, motion.q, laws)
     v, w = capped(v, laws.caps[0]), capped(w, laws.caps[1])
     x = add(motion.x, scale(dt, add(motion.v, scale(scheme.fall, add(v, scale(-1.0, motion.v))))))
-    turn = scale(dt, turning(motion.q, w, laws) if scheme.semi else turns)
+    mean = scale(0.5, add(motion.w_body, w)) if scheme.spin == MIDPOINT else w
+    turn = scale(dt, turning(motion.q, mean, laws) if scheme.semi else turns)
     q, growth = _turned(motion.q, turn, scheme.attitude)
     if scheme.spin == MOMENTUM:
         w = carried(motion.q, q, w, laws)

@@ -25,7 +25,8 @@ SMOOTH, QUATERNION, EXPONENTIAL, MATRIX, RUNGE_KUTTA = 0, 1, 2, 3, 4
 # in world axes, q' = w q / 2.
 ORDER_2, ORDER_3, ORDER_4, HEUN, VERLET, IN_WORLD = 2, 3, 4, 5, 6, 10
 # What it does to the angular velocity: the gyroscopic term explicit, in body axes; L kept; by one Newton step of
-# implicit Euler; w kept in world axes; explicit with |L| kept; (I - dt [L]) w' = L; by the implicit midpoint rule.
+# implicit Euler; w kept in world axes; explicit with |L| kept; (I - dt [L]) w' = L; by the implicit midpoint rule, with
+# the attitude turned by the mean of the old w and the new.
 EXPLICIT, MOMENTUM, IMPLICIT, WORLD, RESCALED, BACKWARD, MIDPOINT = 0, 1, 2, 3, 4, 5, 6
 # Which angular velocity a program turns the attitude by: the right one; that in world axes as if it were in body axes,
 # where it keeps L, or w; that in body axes as if it were in world axes.
