@@ -6,12 +6,12 @@ knows.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
 
-from compare.grade.hypotheses import NEAR, PARTS, Question
+from compare.grade.hypotheses import NEAR, Question
 from compare.grade.kernel.laws import (
     AFTER_FORCES,
     AS_FORCE,
@@ -67,7 +67,9 @@ class Law:
     """One line of the table: an engine, its gyroscopic scheme and rotation; what it damps.
 
     step: its own [s], 0 for one that the row spacing says; late: rows are one tick late; between: and interpolated;
-    idle: steps until gravity acts; falls: substeps in which a step moves the centre; lengthens: q is never normalised.
+    idle: steps until gravity acts; falls: substeps in which a step moves the centre; lengthens: q is never normalised;
+    substeps: equal parts in which it takes all of a step; fastest: no spin is let past [rad/s], or past so much of a
+    turn a step [rad], 0 for any.
     """
 
     engine: str
@@ -80,21 +82,33 @@ class Law:
     idle: int = 0
     falls: int = 1
     lengthens: bool = False
+    substeps: int = 1
+    fastest: float = 0.0
+    turns: float = 0.0
+
+    def cap(self, step: float) -> float:
+        """Return the spin that a step [s] does not let pass [rad/s], 0 for none."""
+        caps = self.fastest, self.turns / (step * self.substeps)
+        return min(filter(None, caps), default=0.0)
 
 
+QUARTER = np.pi / 4
+# Jolt's default; PhysX's.
+JOLTS, PHYSXS = 15 * np.pi, 100.0
 HUNDREDTH = -float(np.log(0.99))  # v 0.99^dt
 TENTH = -float(np.log(0.9))
 CANNON = Damping(HUNDREDTH, HUNDREDTH, damps=BEFORE_FORCES, decays=EXPONENTIALLY)
 PHYSX = Damping(0.0, 0.05, damps=BEFORE_FORCES)
 HAVOK = Damping(0.0, 0.1, damps=LAST)
 JOLT = Damping(0.05, 0.05)
+BULLET = float(np.float32(0.04))  # a number of single precision in Bullet's double build as well
 
 # Where two engines are one scheme, a file of one is a file of the other.
 ENGINES = (
     Law("MuJoCo (Euler)", "explicit", "exponential"),
     Law("DART", "explicit", "exponential"),
     Law("PyBullet (multibody) without damping", "explicit", "exponential"),
-    Law("PyBullet (multibody)", "explicit", "exponential", Damping(0.04, 0.04, 0.04, AS_FORCE)),
+    Law("PyBullet (multibody)", "explicit", "exponential", Damping(BULLET, BULLET, BULLET, AS_FORCE)),
     Law("PyBullet (rigid body)", "implicit", "exponential"),
     Law("MuJoCo (implicit)", "implicit", "exponential"),
     Law("Bullet (rigid body, Panda3D), read through a motion state", "implicit", "exponential", late=True),
@@ -105,18 +119,19 @@ ENGINES = (
     Law("cannon-es", "none", "first order", CANNON),
     Law("oimo", "none", "first order"),
     Law("oimo at its own step", "none", "first order", step=0.01666),
-    Law("Jolt", "none", "exponential", JOLT),
-    Law("Jolt without damping", "none", "exponential"),
-    Law("Jolt with its gyroscopic flag", "rescaled", "exponential", JOLT),
-    Law("Jolt with its gyroscopic flag, without damping", "rescaled", "exponential"),
-    Law("PhysX without its gyroscopic flag", "none", "exponential", PHYSX),
-    Law("PhysX, Unity", "rescaled", "exponential", PHYSX),
+    Law("Jolt", "none", "exponential", JOLT, fastest=JOLTS),
+    Law("Jolt without damping", "none", "exponential", fastest=JOLTS),
+    Law("Jolt with its gyroscopic flag", "rescaled", "exponential", JOLT, fastest=JOLTS),
+    Law("Jolt with its gyroscopic flag, without damping", "rescaled", "exponential", fastest=JOLTS),
+    Law("PhysX without its gyroscopic flag", "none", "exponential", PHYSX, fastest=PHYSXS),
+    Law("PhysX", "rescaled", "exponential", PHYSX, fastest=PHYSXS),
+    Law("Unity (PhysX)", "rescaled", "exponential", PHYSX, fastest=7.0),
     Law("PhysX without damping", "rescaled", "exponential"),
-    Law("Rapier", "rescaled", "first order"),
+    Law("Rapier", "rescaled", "first order", substeps=4, turns=QUARTER),
     Law("Havok", "none", "exponential", HAVOK, falls=4),
     Law("Havok", "none", "exponential", HAVOK),
-    Law("ammo.js, read from the body", "none", "exponential"),
-    Law("ammo.js, read through a motion state", "none", "exponential", late=True),
+    Law("ammo.js, read from the body", "none", "exponential", turns=QUARTER),
+    Law("ammo.js, read through a motion state", "none", "exponential", late=True, turns=QUARTER),
     Law("ammo.js at its own step", "none", "exponential", step=1 / 60, late=True, between=True),
     Law("ODE", "ode", "first order"),
     Law("Godot 3 (Bullet)", "implicit", "exponential", Damping(TENTH, TENTH, decays=EXPONENTIALLY), late=True, idle=1),
@@ -139,8 +154,13 @@ class Flown:
     forced: bool = False
 
 
+def is_one(one: Law, other: Law) -> bool:
+    """Whether two engines are one scheme, whatever the scene."""
+    return replace(one, engine=other.engine) == other
+
+
 def table(question: Question, laws: Sequence[Law] = ENGINES) -> Iterator[Flown]:
-    """Yield every engine at one step a row and parts of it, with its rows on time, a tick late and a tick early."""
+    """Yield every scheme of an engine at one step a row and parts of it, with its rows on time, a tick late and a tick early."""
     yield from _flown(question, laws)
 
 
@@ -154,10 +174,10 @@ def combinations(question: Question, laws: Sequence[Law] = ENGINES) -> Iterator[
 
 
 def _flown(question: Question, laws: Sequence[Law]) -> Iterator[Flown]:
-    parts = [step for step, name in question.steps.items() if name in PARTS.values()]
+    laws = [law for number, law in enumerate(laws) if not any(is_one(law, other) for other in laws[:number])]
     forced = (False, True) if question.account.impulses else (False,)
     # Between rows that are ticks nothing is interpolated.
     laws = [law for law in laws if not law.between or abs(law.step - question.spacing_s) > NEAR * law.step]
     for law, late, force in product(laws, LATE, forced):
-        for step in (law.step,) if law.step else parts:
-            yield Flown(law, step, late, force)
+        for step in (law.step,) if law.step else question.parts:
+            yield Flown(law, step / law.substeps, late, force)

@@ -21,6 +21,7 @@ NEAR = 1e-4
 # Rows that a tick may last.
 TICKS = (2, 3, 4, 5, 8, 10)
 # And parts of the time from row to row: one step a row is the commonest log there is.
+MOST_A_ROW = 20
 PARTS = {1: "one step a row", 2: "two steps a row", 4: "four steps a row", 10: "ten steps a row"}
 
 
@@ -58,6 +59,17 @@ class Question:
         """Steps that are longer than from row to row: those that programs take, and some rows."""
         rows = {number * self.spacing_s: f"{number} rows" for number in TICKS}
         return {step: name for step, name in STEPS.items() if step > self.spacing_s * (1 + NEAR)} | rows
+
+    @property
+    def parts(self) -> list[float]:
+        """Steps of which a whole number goes from row to row: one, parts of it, and those that programs take [s]."""
+        steps = self.steps
+        counts = {step: self.spacing_s / step for step in steps}
+        return [
+            step
+            for step, count in counts.items()
+            if steps[step] in PARTS.values() or (count <= MOST_A_ROW and abs(count - round(count)) < NEAR * count)
+        ]
 
     @property
     def steps(self) -> dict[float, str]:

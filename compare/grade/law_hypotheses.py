@@ -28,6 +28,8 @@ class Laws:
             found.append(Mistake(self._of(_forced, ()), flown.step))
         if law.idle:
             found.append(Mistake(self._of(_idle, (law.idle,)), flown.step))
+        if (cap := law.cap(flown.step)) and cap * self._question.turn_s < 1:
+            found.append(Mistake(self._of(_spin_cap, ()), cap))
         found += [Mistake(self._of(_damping, key), rate) for key, rate in _dampings(law.damping)]
         if law.gyroscopic == "none" and not self._equal:
             found.append(Mistake(self._of(_no_gyroscopic, ())))
@@ -124,6 +126,16 @@ def _forced() -> Hypothesis:
         "impulse used as a force over a first step of {} s",
         lambda account, step: replace(account, stroke=Stroke(lasts=step)),
         unit="s",
+    )
+
+
+def _spin_cap() -> Hypothesis:
+    return Hypothesis(
+        "spin cap",
+        "spin cap",
+        "angular velocity not let past {} rad/s",
+        lambda account, cap: replace(account, caps=(account.caps[0], cap)),
+        unit="rad/s",
     )
 
 

@@ -10,6 +10,8 @@ from compare.grade.law_hypotheses import Laws
 
 # Laws that are looked at closely, of those that leave least.
 FINALISTS = 3
+# Beneath the floor, which is of what rounding could do at most: so many times more is seen, below this share of it none.
+SEEN, HIDDEN = 3.0, 0.5
 
 
 class Lawful:
@@ -23,7 +25,7 @@ class Lawful:
         found = self._closest(table(self._flights.question, self._table))
         flown, best = found[0]
         if best.nothing:
-            return [self._plain(best)], tuple(self._engines(flown))
+            return [self._plain(best)], tuple(self._engines(flown, best))
         return [explanation for _, explanation in found], ()
 
     def combined(self) -> list[Explanation]:
@@ -41,9 +43,14 @@ class Lawful:
         """Return an explanation without what cannot be seen in this scene: mistakes, and parts of the step."""
         for mistake in best.mistakes:
             fewer = self._flights.explain(tuple(other for other in best.mistakes if other is not mistake))
-            if fewer.nothing:
+            if self._as_good(fewer, best):
                 best = fewer
         return self._without_details(best)
+
+    def _as_good(self, other: Explanation, best: Explanation) -> bool:
+        """Whether another leaves nothing either, and what it leaves beneath the floor is not seen to be more."""
+        room_m = max(SEEN * best.weighed_m, HIDDEN * self._flights.scale.floor_m)
+        return other.nothing and other.weighed_m <= room_m
 
     def _without_details(self, best: Explanation) -> Explanation:
         """Return an explanation with only as much said of its step as other steps would not do as well."""
@@ -57,7 +64,7 @@ class Lawful:
                 for other in others
                 if details[detail] and other not in (details[detail], "none")
             ]
-            if tried and all(each.nothing for each in tried):
+            if tried and all(self._as_good(each, best) for each in tried):
                 details[detail] = ""
         return self._flights.explain(self._stepped(best.mistakes, place, details))
 
@@ -67,18 +74,18 @@ class Lawful:
         step = Mistake(hypothesis, mistakes[place].value)
         return (*mistakes[:place], step, *mistakes[place + 1 :])
 
-    def _engines(self, flown: Flown) -> list[str]:
+    def _engines(self, flown: Flown, best: Explanation) -> list[str]:
         """Return the engines that do as well at the same step, those first whose rows need not be shifted as well."""
         ticks = flown.law.late + flown.late
         for shifts in ((0,), LATE[1:]):
             engines = [
-                law.engine for law in self._table if ticks - law.late in shifts and self._does(flown, law, ticks)
+                law.engine for law in self._table if ticks - law.late in shifts and self._does(flown, best, law, ticks)
             ]
             if engines:
                 return list(dict.fromkeys(engines))
         return []
 
-    def _does(self, flown: Flown, law: Law, ticks: int) -> bool:
-        """Whether an engine leaves nothing."""
+    def _does(self, flown: Flown, best: Explanation, law: Law, ticks: int) -> bool:
+        """Whether an engine does as well."""
         same = replace(flown, law=law, step=law.step or flown.step, late=ticks - law.late)
-        return self._flights.explain(self._laws.mistakes(same)).nothing
+        return self._as_good(self._flights.explain(self._laws.mistakes(same)), best)

@@ -20,7 +20,7 @@ ENGINES = {
     "jolt.brick.60.csv": "Jolt",
     "havok.brick.60.csv": "Havok",
     "rapierjs.brick.60.csv": "Rapier",
-    "sapien.brick.60.csv": "PhysX, Unity",
+    "sapien.brick.60.csv": "PhysX",
     "newton+semi.corner.60.csv": "Newton (semi-implicit)",
     "panda_ode.brick.60.csv": "ODE",
     "pybullet.corner.60.csv": "PyBullet (multibody)",
