@@ -21,11 +21,14 @@ AGAIN = 16
 FINALISTS = 6
 # Single mistakes that are fitted finely: one that is right may look no better at first than others.
 SINGLES = 12
-# Flights after which no more mistakes are put on top of others.
-ENOUGH = 25_000
+# Steps of flights after which no more mistakes are put on top of others, and the share of them that pairs may take:
+# the bound of a search, the same on any machine.
+ENOUGH, OF_PAIRS = 40_000_000, 0.5
 # Single mistakes upon which all others are tried with care, and explanations upon which more are.
 TOGETHER, STARTS = 6, 3
 MOST_MISTAKES = 5
+# What leaves less than this share of the error is surely a part of what is wrong: more is looked for on top of it first.
+SURELY = 0.05
 # An error below this share of the body's size is of one mistake, if of any.
 SMALL = 1e-6
 # Two numbers are tried on a grid of no more points than this, otherwise each where the other alone is best.
@@ -107,8 +110,12 @@ class Search:
         # Its mistake with each of those that help it most.
         on_top = [] if alone.nothing or self._is_small(nothing) else self._on_top(alone.mistakes)
         if on_top and (not alone.noise or self._glanced(on_top[0]) < self._glanced(alone.mistakes) - ALIKE):
-            found += self._explained(self._together(on_top, singles))
-            found += self._deeper(found)
+            if alone.weighed_m <= SURELY * nothing.weighed_m:
+                found += self._explained(on_top)
+                found += self._deeper(found)
+            if not min(found, key=_by_weight).is_whole:
+                found += self._explained(self._together(on_top, singles))
+                found += self._deeper(found)
         found += self._finer(min(found, key=_by_weight))
         found += self._with_one_fewer(found)
         found += self._swapped(min(found, key=_by_weight))
@@ -121,14 +128,17 @@ class Search:
     def _together(self, on_top: Sequence[Mistakes], singles: Sequence[Mistakes]) -> list[Mistakes]:
         """Return the best pairs: of all, and of the best alone with any other tried with care, as on_top has them."""
         pairs = self._pairs({single[0].hypothesis: single[0].value for single in singles})
-        careful = [*on_top, *(more for start in singles[1:TOGETHER] for more in self._on_top(start))]
+        careful = [*on_top]
+        for start in singles[1:TOGETHER]:
+            if not self._is_spent(OF_PAIRS):
+                careful += self._on_top(start)
         return [*pairs, *sorted(careful, key=self._glanced)[:FINALISTS]]
 
     def _pairs(self, alone: dict[Hypothesis, float]) -> list[Mistakes]:
         """Return the best pairs.  alone: what each hypothesis was fitted to by itself."""
         flown = [h for h in self._flights.hypotheses if h.part not in WRITTEN and not h.variant and not h.rare]
         written = [h for h in self._flights.hypotheses if h.part in WRITTEN and not h.rare]
-        rough = [self._rough_pair(*pair, alone) for pair in combinations(flown, 2) if pair[0].part != pair[1].part]
+        rough = list(self._rough_pairs(flown, alone))
         rough += [self._rough_pair(*pair, alone) for pair in combinations(written, 2) if pair[0].part != pair[1].part]
         rough += self._written_pairs(flown, [h for h in self._flights.hypotheses if h.part in WRITTEN])
         rough.sort(key=self._glanced)
@@ -145,6 +155,15 @@ class Search:
                 mistakes = min(tried, key=self._glanced)
                 mistakes = self._fitter.polished_one(mistakes, mistakes[place].hypothesis)
         return mistakes
+
+    def _rough_pairs(self, flown: Sequence[Hypothesis], alone: dict[Hypothesis, float]) -> Iterator[Mistakes]:
+        """Yield pairs of what is flown, of what helps most alone first, as many as the search may take."""
+        rank = {hypothesis: number for number, hypothesis in enumerate(alone)}
+        pairs = (pair for pair in combinations(flown, 2) if pair[0].part != pair[1].part)
+        for pair in sorted(pairs, key=lambda pair: rank[pair[0]] + rank[pair[1]]):
+            if self._is_spent(OF_PAIRS):
+                return
+            yield self._rough_pair(*pair, alone)
 
     def _rough_pair(self, one: Hypothesis, other: Hypothesis, alone: dict[Hypothesis, float]) -> Mistakes:
         few = max(len(one.values), 1) * max(len(other.values), 1) <= GRID
@@ -212,8 +231,11 @@ class Search:
 
     def _is_enough(self, best: Explanation) -> bool:
         """Whether nothing is left to explain, or too much has been assumed already."""
-        spent = self._flights.tried > ENOUGH
-        return best.is_whole or not best.mistakes or len(best.mistakes) >= MOST_MISTAKES or spent
+        return best.is_whole or not best.mistakes or len(best.mistakes) >= MOST_MISTAKES or self._is_spent()
+
+    def _is_spent(self, share: float = 1.0) -> bool:
+        """Whether a share of what a search may take has been flown."""
+        return self._flights.steps > share * ENOUGH
 
     def _finer(self, best: Explanation) -> Iterator[Explanation]:
         """Yield the best explanation fitted to fine flights, where rough ones may have been what it leaves."""

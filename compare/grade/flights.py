@@ -8,7 +8,7 @@ import numpy as np
 from compare.grade.account import FINE, RIGHT, SEARCHING, Account, Pose
 from compare.grade.explanation import Explanation, Mistake, Mistakes
 from compare.grade.hypotheses import Hypothesis, Question
-from compare.grade.kernel.laws import SMOOTH
+from compare.grade.kernel.laws import RUNGE_KUTTA, SMOOTH
 from compare.grade.mistakes.writings import WRITTEN
 from compare.grade.noise import Scale, chosen, relation, root_mean_square
 from compare.grade.residual import Kept, golden
@@ -19,6 +19,8 @@ from scenarios.frames import Array
 SOUGHT, GLANCE = 96, 24
 # Radians in a step of a first look where more than this share of the body's size is to be explained.
 COARSE, LARGE = 0.4, 0.02
+# Steps that it takes as long as to begin a flight, and the most that are counted of one.
+STARTED, MOST_COUNTED = 1000, 100_000
 # Instants of a flight that rows are sought at: so many in a radian of the body's turn, and no more than so many.
 IN_A_RADIAN, MOST_INSTANTS = 10, 2000
 
@@ -27,7 +29,8 @@ class Flights:
     """What mistakes leave of one throw.
 
     kept: its rows; glance: some of them; points: the vertices that they show [m], (K, 3); hypotheses: in the order in
-    which a program makes them; tried: flights looked at so far.
+    which a program makes them; tried: flights looked at so far; steps: that they took, of those
+    that were not only written down in another way.
     """
 
     def __init__(
@@ -40,6 +43,7 @@ class Flights:
         single: bool = False,
     ) -> None:
         self.question, self.hypotheses, self.scale, self.tried = question, list(hypotheses), scale, 0
+        self.steps = 0
         self.all, self._single = kept, single
         self._sought = golden(len(kept), SOUGHT)
         self.kept = kept.some(self._sought)
@@ -66,7 +70,7 @@ class Flights:
         """Return what mistakes leave of all rows, flown finely."""
         self.tried += 1
         account = self.changed(mistakes)
-        errors = self._errors(account.written(self.all.times, FINE), self.all)
+        errors = self._errors(self._written(account, self.all, FINE), self.all)
         floors_m = self._rounded(account) if self._single else None
         rms_m, weighed_m = root_mean_square(errors), root_mean_square(self.scale.weighed(errors, floors_m))
         largest = float(np.linalg.norm(errors, axis=-1).max())
@@ -98,7 +102,7 @@ class Flights:
     def left(self, mistakes: Mistakes, fineness: float = SEARCHING) -> float:
         """Return the logarithm of what mistakes leave of all rows."""
         self.tried += 1
-        errors = self._errors(self.changed(mistakes).written(self.kept.times, fineness), self.kept)
+        errors = self._errors(self._written(self.changed(mistakes), self.kept, fineness), self.kept)
         errors = errors * self._trust
         with np.errstate(all="ignore"):
             left = float(np.log(root_mean_square(errors) + 1e-3 * self.scale.floor_m))
@@ -117,8 +121,15 @@ class Flights:
         """Return what a program with these mistakes writes down, flown once."""
         pose = self._flown.get(flight)
         if pose is None:
-            pose = self._flown[flight] = self.changed(flight).written(self.glance.times, self._glancing)
+            pose = self._flown[flight] = self._written(self.changed(flight), self.glance, self._glancing)
         return pose
+
+    def _written(self, account: Account, rows: Kept, fineness: float) -> Pose:
+        """Return what a program writes down at rows, and count the steps that its flight takes."""
+        scheme, smooth = account.scheme, account.scheme.attitude == SMOOTH
+        count = self._duration / (fineness * self._turn_s if smooth else scheme.step)
+        self.steps += STARTED + (4 if smooth or scheme.attitude == RUNGE_KUTTA else 1) * round(min(count, MOST_COUNTED))
+        return account.written(rows.times, fineness)
 
     def written(self, pose: Pose, mistakes: Sequence[Mistake]) -> Pose:
         """Return a pose as mistakes in writing leave it."""
@@ -178,7 +189,7 @@ class Flights:
     def law(self, mistakes: Mistakes) -> float:
         """Return the weight of mistakes that are not searched for, over all rows."""
         self.tried += 1
-        errors = self._errors(self.changed(mistakes).written(self.all.times, SEARCHING), self.all)
+        errors = self._errors(self._written(self.changed(mistakes), self.all, SEARCHING), self.all)
         with np.errstate(all="ignore"):
             rms_m = root_mean_square(self.scale.weighed(errors))
         return self.scale.weight(rms_m, self.cost(mistakes)) if np.isfinite(rms_m) else np.inf

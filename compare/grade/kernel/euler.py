@@ -65,6 +65,8 @@ def euler_step(motion: Motion, dt: float, laws: Laws, push: Push, scheme: Scheme
     old_v, old_w = motion.v, motion.w_body
     if laws.damps == BEFORE_FORCES:
         old_v, old_w = decayed(old_v, old_w, dt, motion.q, laws)
+    if laws.damps in (BEFORE_FORCES, AFTER_FORCES):  # engines that damp so let nothing past as it is set, or damped
+        old_v, old_w = capped(old_v, laws.caps[0]), capped(old_w, laws.caps[1])
     v, w = add(old_v, scale(dt, a)), spun(motion, old_w, dt, laws, alpha, scheme.spin)
     if laws.damps == AS_FORCE:
         v, w = damped(v, w, dt, motion.v, motion.w_body, motion.q, laws)
