@@ -64,7 +64,18 @@ def questions() -> Iterator[Question]:
         first = np.array((0.1, 0.2, 0.3, 0.8, 0.6, 0.0, 0.0))
         offset = np.array((0.3, 0.15, 0.05))
         yield Question(
-            scene, account, kind, ROWS, scene.duration, 0.3, SPACING_S, first, centred, offset, np.ones((2, 3))
+            scene,
+            account,
+            kind,
+            ROWS,
+            scene.duration,
+            0.3,
+            SPACING_S,
+            first,
+            centred,
+            offset,
+            drift=np.ones((2, 3)),
+            spin=np.ones(3),
         )
 
 

@@ -16,6 +16,8 @@ from compare.grade.lawful import Lawful
 from compare.grade.mistakes.writings import WRITTEN
 from compare.grade.noise import ALIKE
 
+# Parts of a program whose mistakes may make one motion: gravity from the second step on, and x by the old velocity.
+TWINS = {"gravity start": "position step", "position step": "gravity start"}
 # Pairs that are looked at again, and explanations that are fitted finely.
 AGAIN = 16
 FINALISTS = 6
@@ -251,15 +253,20 @@ class Search:
         return [self._flights.explain(some) for some in dict.fromkeys(fewer)]
 
     def _swapped(self, best: Explanation) -> list[Explanation]:
-        """Return the best explanation with each mistake in turn as those of its part that have no number."""
-        plain = [h for h in self._flights.hypotheses if not h.values]
-        swaps = (
-            (*best.mistakes[:place], Mistake(h), *best.mistakes[place + 1 :])
-            for place, mistake in enumerate(best.mistakes if len(best.mistakes) > 1 else ())
-            for h in plain
-            if h.part == mistake.hypothesis.part and h is not mistake.hypothesis
-        )
-        return [self._flights.explain(some) for some in swaps]
+        """Return the best explanation with each mistake in turn as those of its part that have no number, or a twin's.
+
+        A twin's number, where it takes one, is the step.
+        """
+        step = next((mistake.value for mistake in best.mistakes if mistake.hypothesis.part == "steps"), 0.0)
+        several = best.mistakes if len(best.mistakes) > 1 else ()
+        swaps = [
+            (*best.mistakes[:place], Mistake(h, step if h.values else 0.0), *best.mistakes[place + 1 :])
+            for place, mistake in enumerate(several)
+            for h in self._flights.hypotheses
+            if h is not mistake.hypothesis
+            and ((h.part == mistake.hypothesis.part and not h.values) or h.part == TWINS.get(mistake.hypothesis.part))
+        ]
+        return [self._flights.explain(self._flights.ordered(some)) for some in swaps]
 
     def _explained(self, candidates: Iterable[Mistakes]) -> list[Explanation]:
         """Return candidates fitted finely, each as well with values that have a name."""

@@ -160,7 +160,7 @@ def is_one(one: Law, other: Law) -> bool:
 
 
 def table(question: Question, laws: Sequence[Law] = ENGINES) -> Iterator[Flown]:
-    """Yield every scheme of an engine at one step a row and parts of it, with its rows on time, a tick late and a tick early."""
+    """Yield every scheme of an engine at steps that go into a row, its rows on time, a tick late and a tick early."""
     yield from _flown(question, laws)
 
 

@@ -73,7 +73,8 @@ class Flights:
         errors = self._errors(self._written(account, self.all, FINE), self.all)
         floors_m = self._rounded(account) if self._single else None
         rms_m, weighed_m = root_mean_square(errors), root_mean_square(self.scale.weighed(errors, floors_m))
-        largest = float(np.linalg.norm(errors, axis=-1).max())
+        with np.errstate(over="ignore"):  # a flight that blew up
+            largest = float(np.linalg.norm(errors, axis=-1).max())
         nothing = self.scale.is_nothing(weighed_m)
         noise = not nothing and self.scale.is_noise(rms_m, largest, self._related(account, errors), len(errors) - 1)
         weight = self.scale.weight(root_mean_square(self.scale.weighed(errors)), self.cost(mistakes))

@@ -10,7 +10,7 @@ from compare.grade.law_hypotheses import Laws
 
 # Laws that are looked at closely, of those that leave least.
 FINALISTS = 3
-# Beneath the floor, which is of what rounding could do at most: so many times more is seen, below this share of it none.
+# Beneath the floor, which is what rounding could do at most: so many times more is seen, below this share of it not.
 SEEN, HIDDEN = 3.0, 0.5
 
 

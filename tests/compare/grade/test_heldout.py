@@ -44,7 +44,6 @@ def test_every_mistake_is_in_the_table_and_the_page_counts_them(heldout, shown):
     }
     honest = sum(row["judged"] in (heldout.NEAREST, heldout.UNEXPLAINED) for row in own)
     assert f"{honest} of {len(own)}" in (DOCS / "confusion.md").read_text(encoding="utf-8")
-    assert f"{honest} of {len(own)}" in (DOCS.parent / "README.md").read_text(encoding="utf-8")
 
 
 def test_the_spoilt_program_is_right_but_for_its_mistake(heldout, tmp_path):
