@@ -29,7 +29,7 @@ ENOUGH, OF_PAIRS = 40_000_000, 0.5
 # Single mistakes upon which all others are tried with care, and explanations upon which more are.
 TOGETHER, STARTS = 6, 3
 MOST_MISTAKES = 5
-# What leaves less than this share of the error is surely a part of what is wrong: more is looked for on top of it first.
+# Parts of a program whose mistakes may make one motion: gravity from the second step on, x moved by the old velocity.
 SURELY = 0.05
 # An error below this share of the body's size is of one mistake, if of any.
 SMALL = 1e-6
