@@ -2,7 +2,8 @@
 
 A step is a polynomial from the start whose slope is right at s instants, the last the end; its order is 2s - 1 and it
 damps what is too fast to follow.  Slopes and sums are in numbers of 32 digits; Newton's iteration needs derivatives and
-a matrix factored in doubles only, which cost it turns, not digits.
+a matrix factored in doubles only, which cost it turns, not digits.  The derivatives are those at every instant, not at
+the start: what is a billion times stiffer along a line than across it allows that line to turn only then.
 Source: Hairer & Wanner, "Solving Ordinary Differential Equations II" (1996), sections IV.5 and IV.8.
 """
 
@@ -20,8 +21,9 @@ from scenarios.truth.forced.laws import SIZE
 from scenarios.truth.forced.series import Program, expand
 
 ITERATIONS = 40
-# What an iteration may still change when it counts as done, in scales; and by how much it has to shrink each time.
-CONVERGED, CONTRACTION = 1e-29, 0.3
+# What an iteration may still change when it counts as done, in scales; by how much it has to shrink each time; from
+# where on the matrix is kept while it does; and the turns in which it may grow, with the derivatives of a rough guess.
+CONVERGED, CONTRACTION, NEAR, ROUGH_TURNS = 1e-29, 0.3, 1e-7, 4
 # The change of a number that tells a derivative: half of the digits for it, half for the difference.
 NUDGE = 1e-14
 
@@ -29,11 +31,12 @@ NUDGE = 1e-14
 class Tableau(NamedTuple):
     """matrix: stages = h matrix slopes, (2, s, s); powers: from the values at the start and the stages to the
 
-    coefficients of their polynomial in t/h, (2, s + 1, s + 1).
+    coefficients of their polynomial in t/h, (2, s + 1, s + 1); nodes: the stages' instants in t/h, (s,).
     """
 
     matrix: Array
     powers: Array
+    nodes: Array
 
 
 @cache
@@ -49,7 +52,7 @@ def tableau(stages: int) -> Tableau:
     integrals = mp.matrix([[node ** (power + 1) / (power + 1) for power in range(stages)] for node in nodes])
     from_start = [mp.mpf(0), *nodes]
     through_values = mp.matrix([[node**power for power in range(stages + 1)] for node in from_start]) ** -1
-    return Tableau(_pairs(integrals * through_slopes), _pairs(through_values))
+    return Tableau(_pairs(integrals * through_slopes), _pairs(through_values), np.array(nodes, dtype=float))
 
 
 def _pairs(matrix: Any) -> Array:
@@ -76,36 +79,48 @@ class Solved(NamedTuple):
     unresolved: float
 
 
-def solved(program: Program, state: Array, h: float, rule: Tableau, scales: Array) -> Solved | None:
+def continued(series: Array, longer: float, rule: Tableau) -> Array:
+    """Return how a step's series, (2, series, s + 1), go on over another so many times as long: a guess of its stages,
+
+    (2, s, SIZE), in doubles.
+    """
+    powers = (1 + longer * rule.nodes)[:, np.newaxis] ** np.arange(series.shape[2]) - 1
+    stages = powers @ series[0, :SIZE].T
+    return np.array((stages, np.zeros_like(stages)))
+
+
+def solved(
+    program: Program, state: Array, h: float, rule: Tableau, scales: Array, guess: Array | None = None
+) -> Solved | None:
     """Return a step of h [s] from a state, (2, SIZE), or None where the iteration does not converge.
 
-    scales: of the state's numbers, (SIZE,).
+    scales: of the state's numbers, (SIZE,); guess: of the stages, (2, s, SIZE).
     """
-    from scipy.linalg import lu_factor, lu_solve  # a third of a second that only such a flight pays
-
     count = rule.matrix.shape[1]
-    derivatives = slopes_by_state(program, state, scales)
-    matrix = np.eye(count * SIZE) - h * np.kron(rule.matrix[0], derivatives)
-    if not np.isfinite(matrix).all():
-        return None
-    factors = lu_factor(matrix)
-    stages, values = np.zeros((2, count, SIZE)), np.zeros((2, count + 1, program.series))
-    last = np.inf
+    stages = np.zeros((2, count, SIZE)) if guess is None else guess
+    values = np.zeros((2, count + 1, program.series))
+    last, kept, factors, order = np.inf, False, np.empty((0, 0)), np.empty(0, dtype=np.int64)
     for turn in range(ITERATIONS):
         off = defects(program, state, stages, h, rule.matrix, values)
-        if not np.isfinite(off).all():
+        if not kept:
+            factors = newton_matrix(program, state, stages, h, rule.matrix[0], scales)
+            order = factor(factors)
+        moved = backsolved(factors, order, off.ravel()).reshape(count, SIZE)
+        if not np.isfinite(moved).all():
             return None
-        moved = lu_solve(factors, off.ravel()).reshape(count, SIZE)
         correct(stages, moved)
         change = float((abs(moved) / scales).max())
         if change <= CONVERGED:
             break
-        if turn > 1 and change > CONTRACTION * last:
-            # The last digits only go round in circles; anything else does not converge.
-            if change < CONVERGED * 1e3:
-                break
+        slow = turn > 0 and change > CONTRACTION * last
+        # The last digits only go round in circles; anything else does not converge.
+        if slow and change < CONVERGED * 1e3:
+            break
+        if slow and not kept and turn >= ROUGH_TURNS:
             return None
-        last = change
+        last, kept = change, change < NEAR and not slow
+    else:
+        return None
     series = polynomials(values, rule.powers)
     return Solved(series, values[:, -1, :SIZE].copy(), unresolved(series[0, :SIZE], scales))
 
@@ -120,6 +135,64 @@ def unresolved(coefficients: Array, scales: Array) -> float:
     last = coefficients[:, -1] / comb(2 * degree, degree)
     before = (coefficients[:, -2] + degree / 2 * coefficients[:, -1]) / comb(2 * degree - 2, degree - 1)
     return float((np.maximum(abs(last), 0.1 * abs(before)) / scales).max())
+
+
+@kernel
+def newton_matrix(program: Program, state: Array, stages: Array, h: float, weights: Array, scales: Array) -> Array:
+    """Return the derivatives of what `defects` tells by the stages, with the opposite sign, (s SIZE, s SIZE)."""
+    count = stages.shape[1]
+    matrix, here = np.eye(count * SIZE), np.empty((2, SIZE))
+    for node in range(count):
+        for place in range(SIZE):
+            stage = (stages[0, node, place], stages[1, node, place])
+            here[0, place], here[1, place] = add((state[0, place], state[1, place]), stage)
+        derivatives = slopes_by_state(program, here, scales)
+        for other in range(count):
+            for row in range(SIZE):
+                for column in range(SIZE):
+                    part = h * weights[other, node] * derivatives[row, column]
+                    matrix[other * SIZE + row, node * SIZE + column] -= part
+    return matrix
+
+
+@kernel
+def factor(matrix: Array) -> np.ndarray:
+    """Put a matrix's factors in its place, by rows with pivots; return the rows' order.
+
+    Source: Golub & Van Loan, "Matrix Computations" (2013), section 3.4.  BLAS would start threads for as small a matrix.
+    """
+    size = len(matrix)
+    order = np.arange(size)
+    for step in range(size):
+        pivot = step + np.argmax(np.abs(matrix[step:, step]))
+        if pivot != step:
+            order[step], order[pivot] = order[pivot], order[step]
+            for column in range(size):
+                matrix[step, column], matrix[pivot, column] = matrix[pivot, column], matrix[step, column]
+        top = matrix[step]
+        for row in range(step + 1, size):
+            share = matrix[row, step] / top[step]
+            matrix[row, step] = share
+            if share != 0.0:
+                below = matrix[row]
+                for column in range(step + 1, size):
+                    below[column] -= share * top[column]
+    return order
+
+
+@kernel
+def backsolved(factors: Array, order: np.ndarray, right: Array) -> Array:
+    """Return the solution of a linear system whose matrix `factor` has factored."""
+    size = len(right)
+    solution = right[order]
+    for row in range(size):
+        for column in range(row):
+            solution[row] -= factors[row, column] * solution[column]
+    for row in range(size - 1, -1, -1):
+        for column in range(row + 1, size):
+            solution[row] -= factors[row, column] * solution[column]
+        solution[row] /= factors[row, row]
+    return solution
 
 
 @kernel

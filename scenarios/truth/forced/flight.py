@@ -14,7 +14,7 @@ import numpy as np
 from scenarios.frames import Array
 from scenarios.truth.double_double import fractions_of, pairs
 from scenarios.truth.flight import lever
-from scenarios.truth.forced.collocation import slopes_by_state, solved, tableau
+from scenarios.truth.forced.collocation import continued, slopes_by_state, solved, tableau
 from scenarios.truth.forced.laws import AXES, MOMENTUM, SIZE, Equations, V, X, equations
 from scenarios.truth.forced.passage import (
     ARRIVED,
@@ -43,6 +43,8 @@ BUDGET_S = 20.0
 STABLE, STIFF_STEPS = 15.0, 4000
 # How much longer a collocation step may be than the one before, and what is left of one that failed.
 LONGER, FAILED = 5.0, 0.2
+# How much longer it may be for its polynomial to say about where it goes.
+FORESEEN = 2.0
 # What makes the last step end beyond the end, not a rounding before it.
 REACHING = 1 + 1e-15
 # The shares of size and distance, and of the thrust they make, below which a floor's gauge is rounding.
@@ -68,6 +70,8 @@ class Pilot:
         self._throw, self._manner, self._deadline = throw, manner, deadline
         self._equations: dict[bytes, Equations] = {}
         self.steps, self.crept = 0, False
+        # The series of the collocation step before, and how long it was [s], where the motion went on from it.
+        self._before: tuple[Array, float] | None = None
         self.length = length_of(throw)
 
     def flown(self) -> Flown:
@@ -105,7 +109,7 @@ class Pilot:
             return done, ""
         scales = self._scales(state, float(span[0]))
         contacts = self._contacts(state, scales)
-        h, switches, stiff = float(span[0]), 0, None
+        h, switches, stiff, self._before = float(span[0]), 0, None, None
         while True:
             program, gauges = self._equations_for(contacts)
             if stiff is None:
@@ -122,6 +126,7 @@ class Pilot:
             if outcome.how == SWITCHED:
                 contacts[outcome.vertex] = outcome.then
                 switches, stiff = (0 if clock[0] > before else switches + 1), None
+                self._before = None
             if switches > MOST_SWITCHES:
                 return done, f"the floor pushes on and off without end {at}"
             if thread_time() > self._deadline:
@@ -143,8 +148,10 @@ class Pilot:
         rule = tableau(stages)
         shares = appraise(program, state, scales, *np.zeros((2, program.series, 2)))
         while h > SMALLEST * span[0]:
-            h = min(h, float(span[0] - clock[0]) * REACHING)
-            found = solved(program, state, h, rule, shares)
+            h = min(h, float((span[0] - clock[0]) + (span[1] - clock[1])) * REACHING)
+            foreseen = self._before is not None and h <= FORESEEN * self._before[1]
+            guess = continued(self._before[0], h / self._before[1], rule) if foreseen else None
+            found = solved(program, state, h, rule, shares, guess)
             if found is None:
                 h *= FAILED
                 continue
@@ -156,7 +163,7 @@ class Pilot:
                     state, clock, span, times, part, done, h, found.series, gauges, contacts, scales
                 )  # fmt: skip
                 if outcome.how == UNDERWAY:
-                    state[:] = found.end
+                    state[:], self._before = found.end, (found.series, h)
                 return outcome._replace(h=h * min(factor, LONGER))
             h *= max(factor, FAILED)
         return Outcome(LOST, h, done, 0, 0)
