@@ -19,8 +19,8 @@ def notes(lines: Iterable[str]) -> None:
 
 
 @contextmanager
-def progress(total: int) -> Iterator[Callable[[str], None]]:
-    """Give a function that is told of each piece done; a bar is shown only where somebody watches."""
+def progress(total: int) -> Iterator[Callable[..., None]]:
+    """Give a function that is told of each piece done, or of a share of one; a bar is shown where somebody watches."""
     from rich.console import Console  # slow to import, and no use to who flies one flight
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
@@ -28,4 +28,4 @@ def progress(total: int) -> Iterator[Callable[[str], None]]:
     layout = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with Progress(*layout, console=console, transient=True, disable=not console.is_terminal) as bar:
         task = bar.add_task("flying", total=total)
-        yield lambda what: bar.update(task, advance=1, description=what)
+        yield lambda what, share=1.0: bar.update(task, advance=share, description=what)

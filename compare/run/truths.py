@@ -7,6 +7,7 @@ import multiprocessing
 import os
 import signal
 import threading
+import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
 from contextlib import contextmanager
@@ -18,6 +19,11 @@ from scenarios.impulse import RayMissed
 from scenarios.scene import Scene
 from scenarios.truth import NoTruth, Truth, truth
 
+# A truth that takes longer [s] tells what share of it is done, in pieces as large as this and larger.
+QUICK_S, PIECE = 1.0, 0.01
+# How often somebody who waits for news looks whether there is still anything to wait for [s].
+LOOK_S = 0.2
+
 
 class Answer(NamedTuple):
     """The truth of a scene, or None and the reason there is none."""
@@ -26,42 +32,81 @@ class Answer(NamedTuple):
     why: str
 
 
-def true_answer(scene: Scene, floor: bool = True) -> Answer:
-    """Return the truth, with its floor or without, or why there is none.
+def true_answer(scene: Scene, floor: bool = True, tell: Callable[[float], object] = lambda share: None) -> Answer:
+    """Return the truth, with its floor or without, or why there is none; tell: is told what share of it is done.
 
     Raises RayMissed where the true body is not in the way of a later ray.
     """
     try:
-        return Answer(truth(scene, floor), "")
+        return Answer(truth(scene, floor, tell), "")
     except NoTruth as reason:
         return Answer(None, str(reason))
     except RayMissed as missed:
         raise RayMissed(f"{scene.name}: {missed}") from missed
 
 
+class Progress:
+    """Tells of a truth in pieces that come to one, or at once where it is quick."""
+
+    def __init__(self, name: str, tick: Callable[..., object]) -> None:
+        self._what, self._tick, self._told, self._begun = f"{name} truth", tick, 0.0, time.monotonic()
+        # The end may be told before the last piece has been heard of.
+        self._one_at_a_time = threading.Lock()
+
+    def __call__(self, share: float) -> None:
+        """Tell that this share of it is done."""
+        with self._one_at_a_time:
+            if share - self._told >= PIECE and share < 1 and time.monotonic() - self._begun > QUICK_S:
+                self._tick(self._what, share - self._told)
+                self._told = share
+
+    def end(self) -> None:
+        """Tell that all of it is done."""
+        with self._one_at_a_time:
+            rest = (1 - self._told,) if self._told else ()
+            self._tick(self._what, *rest)
+            self._told = 1.0
+
+
 class Truths:
     """The true answers of scenes, each a Future, in the order of the scenes.
 
     A context: when it is left what is still at work ends at once, and who waits for it is told (`stop`).
-    tick: told of every truth as it is done; floor: whether the truths are to judge by, or only to be seen.
+    tick: told of every truth as it is done, and of long ones with the share, below 1, that has been done since;
+    floor: whether the truths are to judge by, or only to be seen.
     """
 
     def __init__(
-        self, scenes: Sequence[Scene], tick: Callable[[str], object] = lambda what: None, floor: bool = True
+        self, scenes: Sequence[Scene], tick: Callable[..., object] = lambda what, share=1.0: None, floor: bool = True
     ) -> None:
         self._pool: ProcessPoolExecutor | None = None
+        told = [Progress(scene.name, tick) for scene in scenes]
         if len(scenes) > 1:
             spawn = multiprocessing.get_context("spawn")
             # Its far end closes with this process, however that ends.
             self._far_end, self._lifeline = spawn.Pipe(duplex=False)
+            self._news, near_end = spawn.Pipe(duplex=False)
             count = min(os.cpu_count() or 1, len(scenes))
             with safe_path():
-                self._pool = ProcessPoolExecutor(count, spawn, initializer=end_with, initargs=(self._far_end,))
-                self.futures = [self._pool.submit(true_answer, scene, floor) for scene in scenes]
+                self._pool = ProcessPoolExecutor(
+                    count, spawn, initializer=end_with, initargs=(self._far_end, near_end)
+                )  # fmt: skip
+                self.futures = [
+                    self._pool.submit(numbered_answer, scene, floor, number) for number, scene in enumerate(scenes)
+                ]
+            threading.Thread(target=self._hear, args=(told,), daemon=True).start()
         else:
-            self.futures = [in_a_thread(partial(true_answer, floor=floor), scene) for scene in scenes]
-        for scene, future in zip(scenes, self.futures, strict=True):
-            future.add_done_callback(lambda done, name=scene.name: done.cancelled() or tick(f"{name} truth"))
+            self.futures = [in_a_thread(partial(true_answer, floor=floor, tell=told[0]), scene) for scene in scenes]
+        for one, future in zip(told, self.futures, strict=True):
+            future.add_done_callback(lambda done, one=one: done.cancelled() or one.end())
+
+    def _hear(self, told: list[Progress]) -> None:
+        """Pass on what the processes tell, for as long as there is a truth at work."""
+        with self._news:
+            while not all(future.done() for future in self.futures):
+                while self._news.poll(LOOK_S):
+                    number, share = self._news.recv()
+                    told[number](share)
 
     def __enter__(self) -> Self:
         return self
@@ -109,9 +154,21 @@ def in_a_thread(function: Callable[[Scene], Answer], scene: Scene) -> "Future[An
     return future
 
 
-def end_with(lifeline: Connection) -> None:
-    """Let this process end when the other end of the lifeline does; Ctrl-C is for that process to handle."""
+def numbered_answer(scene: Scene, floor: bool, number: int) -> Answer:
+    """Return the same in a process of its own, which tells the other one how far that number is."""
+    return true_answer(scene, floor, lambda share: _news[0].send((number, share)))
+
+
+_news: list[Connection] = []
+
+
+def end_with(lifeline: Connection, news: Connection) -> None:
+    """Let this process end when the other end of the lifeline does; Ctrl-C is for that process to handle.
+
+    news: where to tell how far a truth is.
+    """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    _news.append(news)
 
     def watch() -> None:
         try:

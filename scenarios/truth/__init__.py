@@ -7,8 +7,8 @@ floor is integrated: `forced`.  All start from the numbers as they are written, 
 None shares a formulation with the solver or an engine.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,6 +19,7 @@ from scenarios.scene import Scene
 from scenarios.truth.flight import Pose, quaternion
 from scenarios.truth.inertia import Numbers
 from scenarios.truth.limit import FAR, TRUSTED, Answer, input_floor, own_error, rounding, settle
+from scenarios.truth.rational import Fraction
 from scenarios.truth.throw import Throw, read_throw
 
 if TYPE_CHECKING:
@@ -28,6 +29,8 @@ if TYPE_CHECKING:
 MANY, MANY_INSTANTS = 64, 400
 # Instants worked out together where the compiled loop has left some.
 AT_A_TIME = 32
+
+Tell = Callable[[float], object]
 
 
 class NoTruth(UsersError):
@@ -77,10 +80,11 @@ class Truth:
         return replace(self, **rows)
 
 
-def truth(scene: Scene, floor: bool = True) -> Truth:
+def truth(scene: Scene, floor: bool = True, tell: Tell = lambda share: None) -> Truth:
     """Return the true flight of every throw of the scene.
 
-    floor: whether to find how far rounded inputs move it, which is most of the work of a free flight; else it is 0.
+    floor: whether to find how far rounded inputs move it, which is most of the work of a free flight; else it is 0;
+    tell: is told again and again what share of the throws is done.
     Raises NoTruth where not one sample after the start can be told, RayMissed where an impulse's ray does not meet the
     body.
     """
@@ -89,18 +93,21 @@ def truth(scene: Scene, floor: bool = True) -> Truth:
     # A context of our own: whoever else uses mpmath keeps its precision.
     mp = MPContext()
     try:
-        told, how, why = _told(mp, scene, floor)
+        told, how, why = _told(mp, scene, floor, tell)
     except OverflowError:
         raise NoTruth("the true flight cannot be told: its numbers leave the range of doubles") from None
     answer = Truth(scene.rows, *told, how=" / ".join(dict.fromkeys(how)))
     return _until_horizon(answer, scene, " / ".join(dict.fromkeys(filter(None, why))))
 
 
-def _told(mp: Any, scene: Scene, floor: bool) -> tuple[list[Array], list[str], list[str]]:
+def _told(mp: Any, scene: Scene, floor: bool, tell: Tell) -> tuple[list[Array], list[str], list[str]]:
     """Return states, vertices, bound and floor of all throws, how they were made and why some end."""
-    many = _many(mp, scene)
+    many = _many(mp, scene, tell)
     left = np.arange(len(scene.start)) if many is None else np.flatnonzero(np.isnan(many.floor).any(axis=0))
-    flights = [_flight(mp, scene, row, floor) for row in left.tolist()]
+    flights = []
+    for row in left.tolist():
+        flights.append(_flight(mp, scene, row, floor))
+        tell(1 - (len(left) - len(flights)) / len(scene.start))
     *columns, how, why = map(list, zip(*flights, strict=True)) if flights else [[]] * 6
     told = [np.stack(column, axis=1) for column in columns if column]
     if many is None:
@@ -112,13 +119,13 @@ def _told(mp: Any, scene: Scene, floor: bool) -> tuple[list[Array], list[str], l
     return list(many), ["exact", *how], why
 
 
-def _many(mp: Any, scene: Scene) -> "Flights | None":
+def _many(mp: Any, scene: Scene, tell: Tell) -> "Flights | None":
     """Return the throws of a free scene without blows, where they are so many that compiled code pays, or None."""
     if not scene.is_free or scene.impulses or len(scene.start) < MANY:
         return None
     from scenarios.truth.bulk.flight import all_flights
 
-    return all_flights(mp, scene)
+    return all_flights(mp, scene, tell)
 
 
 def _until_horizon(answer: Truth, scene: Scene, why: str) -> Truth:

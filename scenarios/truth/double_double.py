@@ -6,7 +6,6 @@ Source: Dekker, "A floating-point technique for extending the available precisio
 Hida, Li & Bailey, "Algorithms for quad-double precision floating point arithmetic", ARITH-15 (2001).
 """
 
-from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -15,6 +14,7 @@ from numba.extending import intrinsic
 
 from scenarios.frames import Array
 from scenarios.truth.compilation import inlined, inner
+from scenarios.truth.rational import Fraction
 
 Pair = tuple[float, float]
 

@@ -3,8 +3,9 @@
 `mp` is always a context of mpmath whose working precision the caller has set, or mpmath's context of doubles.
 """
 
-from fractions import Fraction
 from typing import Any, NamedTuple
+
+from scenarios.truth.rational import Fraction
 
 
 class Amplitude(NamedTuple):

@@ -5,7 +5,6 @@ a blow on a turned body, are rounded to the working precision.
 """
 
 from collections import deque
-from fractions import Fraction
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,6 +12,7 @@ import numpy as np
 from scenarios.impulse import RayMissed
 from scenarios.ray import first_hit
 from scenarios.truth.inertia import Numbers, Principal, inverse
+from scenarios.truth.rational import Fraction
 from scenarios.truth.rotation import Rotation, SteadySpin, free_rotation
 from scenarios.truth.throw import Blow, Throw
 

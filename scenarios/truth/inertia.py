@@ -4,11 +4,12 @@ Numbers are fractions; a mesh is summed in whole numbers.  Only principal axes t
 irrational, and they come with the working precision.
 """
 
-from fractions import Fraction
 from math import isqrt, lcm
 from typing import Any, NamedTuple
 
 import numpy as np
+
+from scenarios.truth.rational import Fraction
 
 Numbers = np.ndarray
 # What stands for a root that is no fraction: more digits than any flight is worked out with.

@@ -1,6 +1,5 @@
 """How far a truth can be trusted, and how far a program in doubles can be held to it."""
 
-from fractions import Fraction
 from random import Random
 from typing import Any, NamedTuple
 
@@ -10,6 +9,7 @@ from scenarios.frames import Array
 from scenarios.scene import Scene
 from scenarios.truth.flight import Pose, poses
 from scenarios.truth.inertia import Numbers, Principal, principal
+from scenarios.truth.rational import Fraction
 from scenarios.truth.throw import Throw, changing, read_throw
 
 # The first, 33 digits, can lose the eleven that 1e11 radians cost; the last is for what no double can follow.

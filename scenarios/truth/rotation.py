@@ -5,13 +5,13 @@ are numpy arrays of such numbers.  Which branch a motion is on is decided in fra
 `axes` is the matrix whose columns are the body's axes in the world.
 """
 
-from fractions import Fraction
 from typing import Any, Protocol
 
 import numpy as np
 
 from scenarios.truth.elliptic import Amplitude, JacobiFunctions, third_kind_angle
 from scenarios.truth.inertia import Numbers
+from scenarios.truth.rational import Fraction
 
 
 class Rotation(Protocol):

@@ -5,7 +5,6 @@ changed impulse), or never came from a file, its doubles are what is written.
 """
 
 from collections.abc import Callable
-from fractions import Fraction
 from math import ulp
 from random import Random
 from typing import NamedTuple
@@ -14,6 +13,7 @@ import numpy as np
 
 from scenarios.scene import Impulse, Scene, Tether, Written, WrittenBlow
 from scenarios.truth.inertia import Numbers, Solid, box, identity, mesh, square_root
+from scenarios.truth.rational import Fraction
 
 Read = Callable[[float], Fraction]
 

@@ -86,6 +86,14 @@ def test_errors_are_what_they_are_said_to_be(case):
     ).all()
 
 
+def test_many_throws_tell_how_many_are_done(monkeypatch):
+    # Two rows of eight corners: sixteen throws at a time, of MANY.
+    monkeypatch.setattr(bulk, "AT_A_TIME", 2 * 8 * 16)
+    shares = []
+    truth(a_scene(*CASES["brick"][:2], 1.0, 10.0), tell=shares.append)
+    assert shares == [0.25, 0.5, 0.75, 1.0]
+
+
 def test_a_wrong_flight_is_seen_on_the_sample(monkeypatch):
     scene = a_scene(*CASES["brick"][:2], 10.0)
     assert bulk.all_flights(MPContext(), scene) is not None

@@ -324,9 +324,12 @@ def struck(body, blow, state):
     return [*state[0:3], *v, *state[6:10], *(a + b for a, b in zip(state[10:13], turn, strict=True))]
 
 
-def worst(path, true):
-    """Of a truth's rows within its horizon: how far a corner is off [m] over the bound, and how far, at the worst."""
-    rows = vertices(path, true.times[: true.known])
+def worst(path, true, reached=None):
+    """Of a truth's rows within its horizon: how far a corner is off [m] over the bound, and how far, at the worst.
+
+    reached: how many of the rows are looked at, if not all.
+    """
+    rows = vertices(path, true.times[: true.known][:reached])
     with gmpy2.context(precision=BITS):
         ratio, most = 0.0, 0.0
         for row, exact in enumerate(rows):

@@ -1,6 +1,5 @@
 """What all instants and throws of a body share, worked out once: its numbers as they are, and changed by signs."""
 
-from fractions import Fraction
 from random import Random
 from typing import Any
 
@@ -12,6 +11,7 @@ from scenarios.truth.bulk.kernel import Bodies
 from scenarios.truth.double_double import pairs
 from scenarios.truth.inertia import Numbers, principal
 from scenarios.truth.limit import OPPOSITE, PATTERNS, SHARES
+from scenarios.truth.rational import Fraction
 from scenarios.truth.rotation import exact
 from scenarios.truth.throw import Throw, changing, read_throw
 

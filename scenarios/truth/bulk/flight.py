@@ -1,9 +1,10 @@
 """The flights of all throws, by as many threads as there are cores, and the proof of them on a sample."""
 
 import os
-from concurrent.futures import ThreadPoolExecutor
+from collections import deque
+from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import replace
-from fractions import Fraction
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,6 +14,7 @@ from scenarios.scene import Scene
 from scenarios.truth.bulk.bodies import bodies, readings
 from scenarios.truth.bulk.kernel import STATE, Bodies, Inputs, throws
 from scenarios.truth.limit import PATTERNS, SHARES, rounding, settle
+from scenarios.truth.rational import Fraction
 from scenarios.truth.rotation import exact
 from scenarios.truth.throw import read_throw
 
@@ -35,10 +37,10 @@ class Flights(NamedTuple):
     floor: Array
 
 
-def all_flights(mp: Any, scene: Scene) -> Flights | None:
+def all_flights(mp: Any, scene: Scene, tell: Callable[[float], object] = lambda share: None) -> Flights | None:
     """Return the flights of a free scene without blows; None where one of the sample is not what its error says.
 
-    mp: mpmath context, whose precision is set here.
+    mp: mpmath context, whose precision is set here; tell: is told what share of them is done.
     """
     mp.prec = BITS
     times = np.array((scene.rows, np.zeros(len(scene.rows))))
@@ -49,17 +51,24 @@ def all_flights(mp: Any, scene: Scene) -> Flights | None:
         np.empty((rows, count, STATE)), np.empty((rows, count, points, 3)), *np.empty((2, rows, count))
     )  # fmt: skip
 
-    def work_out(first: int) -> None:
+    def work_out(first: int) -> int:
         part = slice(first, first + at_a_time)
         (vertices, _), states, floor = flown(as_written(scene.start[part]), inputs)
         floor[:, ~np.isfinite(vertices.sum(axis=(0, 2, 3)) + states.sum(axis=(0, 2)))] = np.nan
         bound = SHARE_OF_FLOOR * floor + rounding(vertices)
         for every, own in zip(flights, (states, vertices, bound, floor), strict=True):
             every[:, part] = own
+        return min(first + at_a_time, count)
 
     with ThreadPoolExecutor(os.cpu_count()) as threads:
-        for done in [threads.submit(work_out, first) for first in range(0, count, at_a_time)]:
-            done.result()
+        # No more wait in line than are at work: whoever interrupts this process waits for these alone.
+        underway: deque[Future[int]] = deque()
+        for first in range(0, count, at_a_time):
+            underway.append(threads.submit(work_out, first))
+            if len(underway) > (os.cpu_count() or 1):
+                tell(underway.popleft().result() / count)
+        for part in underway:
+            tell(part.result() / count)
     return flights if proven(mp, scene, inputs, drawn(flights.floor)) else None
 
 

@@ -6,7 +6,6 @@ number; where it makes one, `kind` is any number of the kind that is wanted.
 
 import operator
 from collections.abc import Callable
-from fractions import Fraction
 from math import factorial
 from typing import Any
 
@@ -20,6 +19,7 @@ from scenarios.frames import Array
 from scenarios.truth import double_double
 from scenarios.truth.compilation import inner
 from scenarios.truth.double_double import Pair, add, minus, over, pairs, times
+from scenarios.truth.rational import Fraction
 
 # 1/k! for the series of cosine and sine up to pi/4; the first that is left out is below 2^-107.
 TERMS = 28

@@ -7,7 +7,6 @@ the start: what is a billion times stiffer along a line than across it allows th
 Source: Hairer & Wanner, "Solving Ordinary Differential Equations II" (1996), sections IV.5 and IV.8.
 """
 
-from fractions import Fraction
 from functools import cache
 from math import comb
 from typing import Any, NamedTuple
@@ -19,6 +18,7 @@ from scenarios.truth.compilation import kernel
 from scenarios.truth.double_double import add, minus, pairs, scaled, times
 from scenarios.truth.forced.laws import SIZE
 from scenarios.truth.forced.series import Program, expand
+from scenarios.truth.rational import Fraction
 
 ITERATIONS = 40
 # What an iteration may still change when it counts as done, in scales; by how much it has to shrink each time; from
@@ -159,7 +159,7 @@ def newton_matrix(program: Program, state: Array, stages: Array, h: float, weigh
 def factor(matrix: Array) -> np.ndarray:
     """Put a matrix's factors in its place, by rows with pivots; return the rows' order.
 
-    Source: Golub & Van Loan, "Matrix Computations" (2013), section 3.4.  BLAS would start threads for as small a matrix.
+    BLAS would start threads for so small a matrix.  Source: Golub & Van Loan, "Matrix Computations" (2013), 3.4.
     """
     size = len(matrix)
     order = np.arange(size)

@@ -4,7 +4,6 @@ What is read from the scene and what a blow does is exact, in fractions; a passa
 digits, or for the sensitivities in doubles.
 """
 
-from fractions import Fraction
 from itertools import zip_longest
 from time import thread_time
 from typing import NamedTuple
@@ -33,6 +32,7 @@ from scenarios.truth.forced.passage import (
 from scenarios.truth.forced.series import Program
 from scenarios.truth.forced.switches import ABOVE, HEIGHT, IDLE, PRESSING, THRUST
 from scenarios.truth.inertia import Numbers
+from scenarios.truth.rational import Fraction
 from scenarios.truth.throw import Blow, Throw
 
 # Steps between two looks at the clock, and how many switches may come without an instant between them.
@@ -63,11 +63,23 @@ class Flown(NamedTuple):
     why: str
 
 
-class Pilot:
-    """Flies one throw in one manner, until a time on the thread's own clock [s]."""
+class Budget:
+    """BUDGET_S of this thread's processor time, from the first question on: compiling, which comes before, is free."""
 
-    def __init__(self, throw: Throw, manner: Manner, deadline: float) -> None:
-        self._throw, self._manner, self._deadline = throw, manner, deadline
+    def __init__(self) -> None:
+        self._end: float | None = None
+
+    def is_up(self) -> bool:
+        """Return whether it is used up."""
+        self._end = thread_time() + BUDGET_S if self._end is None else self._end
+        return thread_time() > self._end
+
+
+class Pilot:
+    """Flies one throw in one manner within a budget."""
+
+    def __init__(self, throw: Throw, manner: Manner, budget: Budget) -> None:
+        self._throw, self._manner, self._budget = throw, manner, budget
         self._equations: dict[bytes, Equations] = {}
         self.steps, self.crept = 0, False
         # The series of the collocation step before, and how long it was [s], where the motion went on from it.
@@ -129,7 +141,7 @@ class Pilot:
                 self._before = None
             if switches > MOST_SWITCHES:
                 return done, f"the floor pushes on and off without end {at}"
-            if thread_time() > self._deadline:
+            if self._budget.is_up():
                 return done, f"the {BUDGET_S:g} s of processor time that each flight is given were up {at}"
 
     def _leap(self, state, clock, span, times, part, done, h, program, gauges, contacts, scales) -> Outcome:

@@ -4,7 +4,6 @@ The flight is made twice, by series of two orders at two tolerances, and in doub
 """
 
 from random import Random
-from time import thread_time
 from typing import Any
 
 import numpy as np
@@ -12,7 +11,7 @@ import numpy as np
 from scenarios.frames import Array
 from scenarios.scene import Scene
 from scenarios.truth.flight import Pose
-from scenarios.truth.forced.flight import BUDGET_S, Pilot, length_of
+from scenarios.truth.forced.flight import Budget, Pilot, length_of
 from scenarios.truth.forced.laws import AXES, MOMENTUM, V, X
 from scenarios.truth.forced.passage import Manner
 from scenarios.truth.inertia import inverse
@@ -38,7 +37,7 @@ MANY_STEPS, FURTHER = 5000, 4
 def answer(mp: Any, scene: Scene, row: int, throw: Throw) -> Answer:
     """Return one throw of a scene with forces, as far as it could be worked out.  Raises RayMissed."""
     mp.prec = BITS
-    fine, rough = (Pilot(throw, manner, thread_time() + BUDGET_S).flown() for manner in (FINE, ROUGH))
+    fine, rough = (Pilot(throw, manner, Budget()).flown() for manner in (FINE, ROUGH))
     changes = QUICK_CHANGES if fine.crept else CHANGES
     floor, why = input_floor(scene, row, throw, min(len(fine.rows), len(rough.rows)), changes, fine.steps)
     known = len(floor)
@@ -55,7 +54,7 @@ def answer(mp: Any, scene: Scene, row: int, throw: Throw) -> Answer:
 def flown(mp: Any, throw: Throw) -> Flight:
     """Return the answer alone, as far as it could be worked out.  Raises RayMissed."""
     mp.prec = BITS
-    return Flight(BITS, _poses(mp, Pilot(throw, FINE, thread_time() + BUDGET_S).flown().rows, throw))
+    return Flight(BITS, _poses(mp, Pilot(throw, FINE, Budget()).flown().rows, throw))
 
 
 def _poses(mp: Any, rows: Array, throw: Throw) -> list[Pose]:
@@ -90,16 +89,16 @@ def input_floor(
     `scenarios.truth.limit.input_floor`.  steps: those of the flight; where they are many, far instants, which may be
     beyond the horizon, are not tried before near ones.
     """
-    floor, deadline = np.empty(0), thread_time() + BUDGET_S
+    floor, budget = np.empty(0), Budget()
     for manner, share in changes:
-        tried = Sensitivity(scene, row, throw, manner, share, deadline)
+        tried = Sensitivity(scene, row, throw, manner, share, budget)
         reach = known if steps < MANY_STEPS else min(len(floor) + 1, known)
         while (count := tried.proportional(reach)) == reach < known:
             reach = min(FURTHER * reach, known)
         floor = np.concatenate((floor, tried.moves(count)[len(floor) :]))
         if len(floor) == known:
             return floor, ""
-    longer = Sensitivity(scene, row, throw, ROUGH, 1.0, deadline)
+    longer = Sensitivity(scene, row, throw, ROUGH, 1.0, budget)
     for reach in (len(floor) + 1, known):
         floor = np.concatenate((floor, longer.moves(reach)[len(floor) :]))
         if longer.why or floor[-1] > TRUSTED * length_of(throw):
@@ -113,9 +112,9 @@ class Sensitivity:
     why: why the flights went no further, if they did not.
     """
 
-    def __init__(self, scene: Scene, row: int, throw: Throw, manner: Manner, share: float, deadline: float) -> None:
+    def __init__(self, scene: Scene, row: int, throw: Throw, manner: Manner, share: float, budget: Budget) -> None:
         self._read = lambda pattern, signed: read_throw(scene, row, changing(Random(pattern), signed))
-        self._throw, self._manner, self._share, self._deadline = throw, manner, share, deadline
+        self._throw, self._manner, self._share, self._budget = throw, manner, share, budget
         self.why = ""
 
     def proportional(self, reach: int) -> int:
@@ -145,6 +144,6 @@ class Sensitivity:
         return moved(plain, rows, points, grown) / self._share
 
     def _flown(self, throw: Throw, reach: int) -> Array:
-        flown = Pilot(throw._replace(times=throw.times[:reach]), self._manner, self._deadline).flown()
+        flown = Pilot(throw._replace(times=throw.times[:reach]), self._manner, self._budget).flown()
         self.why = self.why or flown.why
         return flown.rows

@@ -7,7 +7,6 @@ Experimental Mathematics 14 (2005) 99.
 """
 
 from dataclasses import dataclass, field
-from fractions import Fraction
 from typing import NamedTuple
 
 import numpy as np
@@ -15,6 +14,7 @@ import numpy as np
 from scenarios.frames import Array
 from scenarios.truth.compilation import inlined, inner
 from scenarios.truth.double_double import add, over, pairs, root, times, two_product, two_sum
+from scenarios.truth.rational import Fraction
 
 LINEAR, PRODUCT, QUOTIENT, ROOT = 0, 1, 2, 3
 

@@ -151,6 +151,18 @@ def test_truths_of_several_scenes_are_those_of_each_alone():
             assert alone.futures[0].result().truth.vertices.tolist() == one.vertices.tolist()
 
 
+@pytest.mark.parametrize("others", [(), (SCENE,)], ids=["in a thread", "in a process"])
+def test_a_long_truth_tells_how_far_it_is(others, monkeypatch):
+    monkeypatch.setattr("compare.run.truths.QUICK_S", 0.0)
+    shares: list[float] = []
+    tick = lambda what, share=1.0: shares.append(share) if what == "many-throws truth" else None  # noqa: E731
+    with Truths([read_scene("many-throws"), *others], tick) as truths:
+        for future in truths.futures:
+            future.result()
+    assert len(shares) > 1, "its end alone was told"
+    assert sum(shares) == pytest.approx(1.0)
+
+
 def carrying(mark: str) -> list[int]:
     """Return the processes, also those of other sessions, whose environment carries a mark."""
     found = []
