@@ -2,7 +2,8 @@
 
     python tests/bench/truth.py [-o FILE.csv]
 
-Processor time of this process and its threads, kernels compiled beforehand.
+Processor time of this process and its threads, kernels compiled beforehand; and the wall time of the catalogue's truths
+as `tumble compare` works them out, a process a core, their start included: of use where nothing else is at work.
 """
 
 import re
@@ -12,6 +13,7 @@ from dataclasses import replace
 import numpy as np
 from figures import figure, output_option, show
 
+from compare.run.truths import Truths
 from scenarios.read import catalogue, read_scene, scene_of, scene_path
 from scenarios.scene import Scene, frozen_array
 from scenarios.truth import truth
@@ -32,6 +34,18 @@ def cpu_s(scenes: list[Scene]) -> list[float]:
     return taken
 
 
+def together_s(scenes: list[Scene]) -> list[float]:
+    """Return the wall time of the scenes' truths in processes of their own, each pass [s]."""
+    taken = []
+    for _ in range(PASSES):
+        before = time.perf_counter()
+        with Truths(scenes) as truths:
+            for future in truths.futures:
+                future.result()
+        taken.append(time.perf_counter() - before)
+    return taken
+
+
 def thrown(count: int) -> Scene:
     """Return the catalogue's ensemble with so many throws."""
     path = scene_path("many-throws")
@@ -47,10 +61,10 @@ def dense(name: str, count: int) -> Scene:
 def main() -> None:
     """Measure, print and write."""
     output = output_option(__doc__.splitlines()[0])
+    scenes = [read_scene(name) for name in catalogue()]
     rows = [
-        figure(
-            "truths of the catalogue, processor time", "", "s", 4, cpu_s([read_scene(name) for name in catalogue()])
-        ),
+        figure("truths of the catalogue, processor time", "", "s", 4, cpu_s(scenes)),
+        figure("truths of the catalogue, wall time on all cores", "", "s", 2, together_s(scenes)),
         figure(f"truth of {THROWS:,} throws, processor time", "", "s", 120, cpu_s([thrown(THROWS)])),
         figure(f"truth at {INSTANTS:,} instants, processor time", "", "s", 60, cpu_s([dense("two-hits", INSTANTS)])),
     ]
