@@ -87,8 +87,8 @@ def test_errors_are_what_they_are_said_to_be(case):
 
 
 def test_many_throws_tell_how_many_are_done(monkeypatch):
-    # Two rows of eight corners: sixteen throws at a time, of MANY.
-    monkeypatch.setattr(bulk, "AT_A_TIME", 2 * 8 * 16)
+    # The start and two rows of eight corners: sixteen throws at a time, of MANY.
+    monkeypatch.setattr(bulk, "AT_A_TIME", 3 * 8 * 16)
     shares = []
     truth(a_scene(*CASES["brick"][:2], 1.0, 10.0), tell=shares.append)
     assert shares == [0.25, 0.5, 0.75, 1.0]

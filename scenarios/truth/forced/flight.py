@@ -161,8 +161,9 @@ class Pilot:
         shares = appraise(program, state, scales, *np.zeros((2, program.series, 2)))
         while h > SMALLEST * span[0]:
             h = min(h, float((span[0] - clock[0]) + (span[1] - clock[1])) * REACHING)
-            foreseen = self._before is not None and h <= FORESEEN * self._before[1]
-            guess = continued(self._before[0], h / self._before[1], rule) if foreseen else None
+            before, guess = self._before, None
+            if before is not None and h <= FORESEEN * before[1]:
+                guess = continued(before[0], h / before[1], rule)
             found = solved(program, state, h, rule, shares, guess)
             if found is None:
                 h *= FAILED
