@@ -162,13 +162,14 @@ def numbered_answer(scene: Scene, floor: bool, number: int) -> Answer:
 _news: list[Connection] = []
 
 
-def end_with(lifeline: Connection, news: Connection) -> None:
+def end_with(lifeline: Connection, news: Connection | None = None) -> None:
     """Let this process end when the other end of the lifeline does; Ctrl-C is for that process to handle.
 
-    news: where to tell how far a truth is.
+    news: where to tell how far a truth is, if anybody asks.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    _news.append(news)
+    if news is not None:
+        _news.append(news)
 
     def watch() -> None:
         try:
