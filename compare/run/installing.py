@@ -31,6 +31,8 @@ UNREACHED = re.compile(
     "NewConnectionError|Failed to establish|Temporary failure|dns error|Timeout|versions: none"
     "|ENOTFOUND|ECONNREFUSED|EAI_AGAIN|ETIMEDOUT"
 )
+# What npm says first of what went wrong, after its code and before advice and where its log lies.
+OF_NPM = re.compile(r"npm error (?!code )(?:[a-z]+ )?([A-Z].*)")
 NO_SPACE = re.compile(r"No space left on device|Errno 28|os error 28|ENOSPC")
 
 
@@ -137,7 +139,8 @@ def run(command: list[str], folder: str | None = None) -> None:
     if NO_SPACE.search(said):
         raise BadEngine("no space left on the disk; nothing was kept")
     lines = [line.strip() for line in said.splitlines() if line.strip()]
-    told = [line.split(": ", 1)[1] for line in lines if line.startswith(("ERROR: ", "E: "))] or lines
+    told = [line.split(": ", 1)[1] for line in lines if line.startswith(("ERROR: ", "E: "))]
+    told = told or [found[1] for line in lines if (found := OF_NPM.match(line))][:1] or lines
     where = " (the package index was not reached, or has none)" if UNREACHED.search(said) else ""
     raise BadEngine(
         f"{told[-1] if told else f'{command[0]} ended with code {done.returncode}'}{where}; nothing was kept"

@@ -98,6 +98,15 @@ def test_a_full_disk_is_one_line():
         run([sys.executable, "-c", "print(1, file=open('/dev/full', 'w', buffering=1))"])
 
 
+def test_what_npm_says_is_what_went_wrong_and_not_where_its_log_lies():
+    said = """npm error code ETARGET
+npm error notarget No matching version found for jolt-physics@99.0.0.
+npm error notarget In most cases you or one of your dependencies are requesting
+npm error A complete log of this run can be found in: /somewhere/debug-0.log"""
+    with pytest.raises(BadEngine, match=r"^No matching version found for jolt-physics@99\.0\.0\.; nothing was kept$"):
+        run([sys.executable, "-c", f"import sys; sys.exit({said!r})"])
+
+
 def test_a_folder_that_cannot_be_made_is_one_line(monkeypatch, tmp_path):
     (tmp_path / "file").write_text("")
     monkeypatch.setenv("TUMBLE_ENVIRONMENTS", str(tmp_path / "file" / "below"))
