@@ -46,7 +46,7 @@ class Process:
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.DEVNULL,
                 pass_fds=far_ends,
-                env={**os.environ, **told},
+                env={**environment(), **told},
                 start_new_session=True,
             )
         except BaseException:
@@ -132,6 +132,12 @@ class Process:
         os.close(self._sentinel)
         os.close(self._lifeline)
         return self._process.returncode if by_itself else None
+
+
+def environment() -> dict[str, str]:
+    """Return this process's environment variables, from any thread: another may take one away while they are read."""
+    seen = ((name, os.environ.get(name)) for name in list(os.environ))
+    return {name: value for name, value in seen if value is not None}
 
 
 def kill_group(leader: int) -> None:

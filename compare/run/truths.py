@@ -133,7 +133,7 @@ def safe_path() -> Iterator[None]:
         yield
     finally:
         if before is None:
-            del os.environ["PYTHONSAFEPATH"]
+            os.environ.pop("PYTHONSAFEPATH", None)  # another thread may have done so
         else:
             os.environ["PYTHONSAFEPATH"] = before
 

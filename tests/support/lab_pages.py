@@ -22,7 +22,7 @@ CUBE = "table-4-1-ray"
 # Places on three faces of the cube of 5 m at (0, 2.5, 0), those that the eye sees [m].
 PLACES = {"front": (1.2, 3.4, 2.5), "side": (2.5, 1.6, 0.9), "top": (-0.8, 5.0, 1.3)}
 
-ENDINGS = {"Scene": ".toml", "CSV": "/", "Screenshot": ".png"}
+ENDINGS = {"Scene": ".toml", "CSV": "/", "Report": ".html", "Screenshot": ".png"}
 
 
 class Lab(NamedTuple):

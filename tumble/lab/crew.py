@@ -67,7 +67,8 @@ class Loan:
 
 
 class Crew:
-    """Who stands ready.  A context: when it is left no process is left either.
+    """Who stands ready.  A context: when it is left no process stands idle; one that is not up yet ends when it is,
+    or with this process.
 
     time_limit [s] for each answer of an engine; engines: those that are up and what they said of themselves; hands:
     who works out truths and grades.

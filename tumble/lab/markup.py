@@ -15,6 +15,7 @@ from tumble.lab.readings import ErrorRow, Reading
 STYLE = Markup("font-size:12px;line-height:1.45;font-variant-numeric:tabular-nums;padding:2px 10px 6px")
 FAINT = Markup("color:#6b7280")
 BAD = Markup("color:#b42318")
+FITTING = 8  # characters of a number of which three stand beside a name
 
 
 def said(line: str, *, is_refusal: bool = False) -> str:
@@ -28,11 +29,13 @@ def said(line: str, *, is_refusal: bool = False) -> str:
 def readings_table(readings: Sequence[Reading], size: float) -> str:
     """Return the coursework's screen; size of the body [m] says how many decimals of a place are worth showing."""
     decimals = places(size)
+    told = [(one, texts(one, decimals)) for one in readings]
+    is_long = max((len(text) for _, each in told for text in each), default=0) > FITTING
     rows = Markup("").join(
         Markup('<tr><td style="{}">{}</td>{}<td style="{};padding-left:4px">{}</td></tr>').format(
-            FAINT, one.name, cells(one, decimals), FAINT, one.unit
+            FAINT, one.name, cells(each, is_long=is_long), FAINT, one.unit
         )
-        for one in readings
+        for one, each in told
     )
     table = Markup(
         '<div style="{}" data-lab="readings"><table style="border-collapse:collapse;width:100%">{}</table></div>'
@@ -48,19 +51,23 @@ def grade_box(foreign: Foreign) -> str:
     return str(box.format(STYLE, visible(foreign.name), visible(first), FAINT, rest))
 
 
-def cells(reading: Reading, decimals: int) -> Markup:
-    """Return a reading's numbers, in three columns."""
+def texts(reading: Reading, decimals: int) -> list[str]:
+    """Return a reading's numbers as they are shown."""
+    if len(reading.values) == 1 and reading.name in ("mass", "time", "impulse"):
+        return [given(float(f"{reading.values[0]:.6g}"))]
+    digits = decimals if reading.unit == "m" or len(reading.values) == 1 else 3
+    return [fixed(value, digits) for value in reading.values]
+
+
+def cells(numbers: Sequence[str], *, is_long: bool) -> Markup:
+    """Return a reading's numbers in three columns; where they are long, in as many lines as they need."""
     right = Markup("text-align:right;white-space:nowrap;padding-left:4px")
-    if not reading.values:
-        return Markup('<td colspan="3" style="{}">\N{EN DASH}</td>').format(right)
-    if len(reading.values) == 1:
-        (value,) = reading.values
-        text = given(float(f"{value:.6g}")) if reading.name in ("mass", "time", "impulse") else fixed(value, decimals)
-        return Markup('<td colspan="3" style="{}">{}</td>').format(right, text)
-    digits = decimals if reading.unit == "m" else 3
-    return Markup("").join(
-        Markup('<td style="{}">{}</td>').format(right, fixed(value, digits)) for value in reading.values
+    if len(numbers) == 3 and not is_long:
+        return Markup("").join(Markup('<td style="{}">{}</td>').format(right, text) for text in numbers)
+    words = Markup(" ").join(
+        Markup('<span style="display:inline-block;padding-left:4px">{}</span>').format(text) for text in numbers
     )
+    return Markup('<td colspan="3" style="text-align:right;padding-left:4px">{}</td>').format(words or "\N{EN DASH}")
 
 
 def places(size: float) -> int:

@@ -1,8 +1,5 @@
 """One browser: its session, and what viser shows of it, kept up by a thread of its own."""
 
-import os
-import signal
-import subprocess
 import threading
 import time
 from collections.abc import Callable, Hashable, Sequence
@@ -24,10 +21,10 @@ from tumble.lab.markup import error_table, grade_box, places, readings_table
 from tumble.lab.panel import WORST, Actions, Panel
 from tumble.lab.picture import captioned
 from tumble.lab.readings import Reading, error_rows, errors_over_time, readings
+from tumble.lab.report import ReportAtWork
 from tumble.lab.sentences import sentence
 from tumble.lab.session import Refused, Session, Shown
 from tumble.lab.stage import FOREIGN, PALETTE, Colour, Ghost, Stage, css
-from tumble.lab.throw import Throw
 
 FRAME_S, NUMBERS_S, CHART_S, PICTURE_S = 1 / 40, 0.12, 1.0, 20.0
 PICTURE_WIDTH = 960
@@ -44,7 +41,7 @@ class Page:
         self._news = threading.Event()
         self._closed = self._is_table_4_1 = False
         self._refused = self._said = ""
-        self._report: subprocess.Popen[str] | None = None
+        self._report = ReportAtWork(self._tell)
         self._colours: dict[Contestant, int] = {}
         self.session = Session(draft, contestants, crew, folder, self._news.set)
         actions = Actions(
@@ -73,8 +70,7 @@ class Page:
         """End what it does."""
         self._closed = True
         self.session.close()
-        if self._report is not None and self._report.poll() is None:
-            os.killpg(self._report.pid, signal.SIGKILL)
+        self._report.close()
         self._news.set()
 
     # What is asked: called by viser from threads of its own
@@ -145,23 +141,10 @@ class Page:
             case "CSV":
                 self._said = f"Written: {files.tables(throw).name}/"
             case "Report":
-                self._make_report(files, throw)
+                self._said = self._report.make(files, throw.contestants)
             case "Screenshot":
                 self._said = "Taking the picture."
                 threading.Thread(target=self._take_picture, args=(files,), daemon=True).start()
-
-    def _make_report(self, files: Kept, throw: Throw) -> None:
-        if self._report is not None and self._report.poll() is None:
-            raise Refused("a report is being made already")
-        report = self._report = files.report(throw.contestants)
-        self._said = f"Making {files.report_file.name}: half a minute or so."
-
-        def wait() -> None:
-            _, errors = report.communicate()
-            last = (errors.strip().splitlines() or ["it was ended"])[-1]
-            self._tell(f"Written: {files.report_file.name}" if report.returncode == 0 else f"No report: {last}")
-
-        threading.Thread(target=wait, daemon=True).start()
 
     def _take_picture(self, files: Kept) -> None:
         """Keep what the browser sees, at an instant; outside the lock, for it is the browser that draws it."""

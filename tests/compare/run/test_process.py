@@ -18,6 +18,7 @@ import pytest
 from compare.run.environments import Place
 from compare.run.flight import Trajectory
 from compare.run.message import PREFIX, Malformed, frame, lengths, unpacked
+from compare.run.process import environment
 from compare.run.questions import Failure, Fly, Question
 from compare.run.worker import Worker
 from scenarios.read import read_scene
@@ -294,3 +295,20 @@ def test_an_interpreter_that_is_not_there_is_a_failure():
 def test_an_engine_that_ends_says_why(tmp_path):
     assert flown(engine(tmp_path, "sys.exit('no licence\\nhere')")) == "crashed: its process ended: no licence here"
     assert flown(engine(tmp_path, "os.kill(os.getpid(), 40)")) == "crashed: its process was killed by signal 40"
+
+
+class Fleeting(dict):
+    """Environment variables of which another thread takes one away while they are read."""
+
+    def __iter__(self):
+        yield from [*super().__iter__(), "GONE"]
+
+    keys = __iter__
+
+
+def test_a_variable_that_another_thread_takes_away_is_no_reason_not_to_start(monkeypatch):
+    monkeypatch.setattr(os, "environ", Fleeting(os.environ))
+    with pytest.raises(KeyError):
+        _ = {**os.environ}
+    assert environment()["PATH"] == os.environ["PATH"]
+    assert "GONE" not in environment()

@@ -83,6 +83,17 @@ def test_what_was_clicked_is_what_run_flies_and_what_the_table_says(lab, page):
     hold_table_against_csv(page, folder)
 
 
+def test_the_report_of_a_throw_is_made_while_the_page_lives_on(lab, page):
+    click(page, PLACES["front"])
+    thrown(page)
+    report = saved(lab, page, "Report")
+    assert report.suffix == ".html"
+    text = report.read_text(encoding="utf-8")
+    assert "</html>" in text
+    assert report.stem in text
+    assert report.with_suffix(".toml").exists()
+
+
 def hold_table_against_csv(page: Page, folder: Path) -> None:
     """Hold what the page says at the time shown against what was written."""
     at = float(page.locator("[data-lab=time]").inner_text())

@@ -49,3 +49,11 @@ def test_the_printed_positions_are_held_against_what_is_shown_at_their_own_times
     line = printed(Shown(18, float(table.physics_times[2]), np.zeros(13), vertices, True))
     assert "0 m from the truth" in line
     assert "m" in printed(Shown(0, 0.0, np.zeros(13), vertices, True))
+
+
+def test_long_numbers_are_let_go_into_lines_of_their_own():
+    centre = 1000.0, 0.0, -2000.0
+    short, long = (readings_table([Reading("centre of mass", "m", centre)], size) for size in (5.0, 4e-4))
+    assert short.count("<span") == 0
+    assert long.count("display:inline-block") == 3
+    assert "\N{MINUS SIGN}2000.000000<" in long
