@@ -34,6 +34,12 @@ def test_an_error_below_the_limit_is_shown_as_the_limit():
     assert "≤" in error_table([row], {one: "red"}, 1.0, 3, 0.5)
 
 
+def test_the_table_names_the_vertex_of_each():
+    one = Contestant("mujoco", "rk4", "mujoco")
+    row = ErrorRow(one, 6, np.zeros(3), np.full(3, 1e-3), 2e-3, 1e-15, "")
+    assert ">vertex 6</span>" in error_table([row], {one: "red"}, 1.0, None, 0.5)
+
+
 def test_a_number_that_is_not_there_yet_is_a_dash():
     assert "\N{EN DASH}" in readings_table([Reading("hit point", "m", ())], 1.0)
 

@@ -213,6 +213,18 @@ def test_a_truth_that_is_not_wanted_any_more_keeps_nobody_waiting(until):
     hands.close()
 
 
+def test_a_throw_that_is_reset_stops_its_truth(session, crew, monkeypatch):
+    sent = []
+    send = crew.hands.send
+    monkeypatch.setattr(crew.hands, "send", lambda calls: sent.append(send(calls)) or sent[-1])
+    stopped = []
+    click(session)
+    (errand,) = sent
+    monkeypatch.setattr(errand, "stop", lambda: stopped.append(errand))
+    session.reset()
+    assert stopped == [errand]
+
+
 def test_a_hand_that_died_is_replaced(until):
     hands = Hands()
     died = [hands.send([(os._exit, 3)]).futures[0] for _ in range(2)]
@@ -290,6 +302,20 @@ def test_the_curves_end_with_the_errors_of_the_table(session, until):
     _, curves = errors_over_time(session.throw)
     for row in error_rows(session.throw, len(session.throw.scene.times), None):
         assert curves[row.contestant][-1] == max(row.off_m, row.limit_m)
+
+
+def test_the_vertex_named_is_the_one_that_is_told_of(session, until):
+    session.engage([Contestant("pybullet", "multibody+defaults", "pybullet")])
+    click(session)
+    until(lambda: session.throw.is_complete)
+    (flight,) = session.throw.flights().values()
+    off = np.linalg.norm(flight.vertices[5, 0] - session.throw.true_vertices[5], axis=-1)
+    (worst,) = error_rows(session.throw, 5, None)
+    assert (worst.vertex, worst.off_m) == (int(np.argmax(off)), off.max())
+    for vertex in range(8):
+        (row,) = error_rows(session.throw, 5, vertex)
+        assert (row.vertex, row.off_m) == (vertex, off[vertex])
+        assert np.array_equal(row.position, flight.vertices[5, 0, vertex])
 
 
 def test_a_rigid_body_has_no_surface_to_click_but_flies_as_written(session, until):
