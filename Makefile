@@ -8,10 +8,11 @@ BIN := .venv/bin
 report: venv
 	$(BIN)/tumble report -o report/tumble.html
 
-# The page that is shown before anybody installs, and the README's picture of it.
+# The page that is shown before anybody installs, and the README's pictures of it and of the lab.
 docs: venv-test report
 	cp report/tumble.html docs/example.html
 	$(BIN)/python docs/picture.py
+	$(BIN)/python docs/lab_picture.py
 
 lab: venv-lab
 	$(BIN)/tumble lab

@@ -6,6 +6,7 @@ import importlib.util
 import math
 import pkgutil
 import sys
+import threading
 import traceback
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
@@ -121,13 +122,19 @@ def own_program(engine: str) -> Path | None:
     return path if path.is_file() else None
 
 
+# Before Python 3.12.1 two threads that parse at once disturb each other: a SystemError of "recursion depth mismatch".
+PARSING = threading.Lock()
+
+
 @cache
 def package(engine: str) -> Package:
     """Return what brings one of our own engines."""
     if path := own_program(engine):
         stated = {key: value for key, value in program.stated_in(path).items() if key in program.BROUGHT}
         return Package(**{**stated, **{key: tuple(stated[key]) for key in ("packages", "pins")}})
-    tree = ast.parse((Path(engines.__path__[0]) / f"{engine}.py").read_bytes())
+    source = (Path(engines.__path__[0]) / f"{engine}.py").read_bytes()
+    with PARSING:
+        tree = ast.parse(source)
     stated = {
         target.id: ast.literal_eval(line.value)
         for line in tree.body

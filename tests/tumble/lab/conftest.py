@@ -12,7 +12,7 @@ from tumble.lab.draft import Draft
 from tumble.lab.session import Session
 
 WHO = ("tumble:rk4", "mujoco:euler", "pybullet:multibody")
-PATIENCE_S = 60.0
+PATIENCE_S = 180.0
 
 
 @pytest.fixture(scope="session")

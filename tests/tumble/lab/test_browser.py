@@ -152,7 +152,7 @@ def test_no_request_leaves_the_machine(page, asked):
 
 def test_a_hung_engine_leaves_the_page_alive(tmp_path, opened):
     (tmp_path / "hung.py").write_text(HUNG, encoding="utf-8")
-    words = CUBE, "-e", "./hung.py", "-e", "mujoco:euler", "--time-limit", "8"
+    words = CUBE, "-e", "./hung.py", "-e", "mujoco:euler", "--time-limit", "20"
     with serving(tmp_path, *words) as lab:
         page = opened(lab)
         click(page, PLACES["front"])

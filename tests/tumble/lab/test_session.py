@@ -1,9 +1,11 @@
 """What a person does in the lab, without a browser, with real engines."""
 
+import ast
 import os
 import shutil
 import subprocess
 import sys
+import threading
 import time
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
@@ -12,6 +14,7 @@ import numpy as np
 import pytest
 
 from compare.run.flight import Trajectory
+from compare.run.registry import package
 from compare.run.worker import Failure
 from scenarios.frames import rotation_matrix
 from scenarios.read import BadScene, read_scene
@@ -231,6 +234,25 @@ def test_a_hand_that_died_is_replaced(until):
     until(lambda: all(isinstance(future.exception(PATIENCE_S), BrokenProcessPool) for future in died))
     assert hands.send([(abs, -1)]).futures[0].result(PATIENCE_S) == 1
     hands.close()
+
+
+def test_engines_that_come_up_at_once_are_not_parsed_at_once(monkeypatch):
+    inside, most, parse = [], [], ast.parse
+
+    def slowly(source):
+        inside.append(1)
+        most.append(len(inside))
+        time.sleep(0.05)
+        inside.pop()
+        return parse("")
+
+    monkeypatch.setattr("compare.run.registry.ast.parse", slowly)
+    threads = [threading.Thread(target=package.__wrapped__, args=(name,)) for name in ("mujoco", "pybullet", "scipy")]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert most == [1, 1, 1]
 
 
 def test_two_engine_files_of_one_name_are_two_contestants(tmp_path):
