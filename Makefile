@@ -30,6 +30,7 @@ bench: venv-test
 	$(BIN)/python tests/bench/grade.py -o report/bench/grade.csv
 	$(BIN)/python tests/bench/truth.py -o report/bench/truth.csv
 	$(BIN)/python tests/bench/lab.py -o report/bench/lab.csv
+	$(BIN)/python tests/bench/report.py -o report/bench/report.csv
 
 # The table of docs/truth.md: random scenes against a second formulation at 60 digits; fails where a bound is broken.
 truth-check: venv-test

@@ -46,7 +46,7 @@ def comparison_text(
         yield from error_chart([run_row(run) for run in runs])
     yield from standings(runs)
     if truth is not None:
-        yield Constrain(plain(f"{scene.title}. {known(truth, comparison.cost_of_doubles)}"), LIST_WIDTH)
+        yield Constrain(plain(f"{scene.title}. {known(truth, comparison.lost_m)}"), LIST_WIDTH)
         for hint in hints(scene) if truth.ends else ():
             yield Constrain(plain(f"Look at this: {hint}"), LIST_WIDTH)
         vertex = worst_vertex(runs) if vertex is None else vertex
@@ -66,7 +66,7 @@ def comparison_text(
         yield budget_table(list(budget_rows(list(published_rows(comparison)))))
 
 
-def known(truth: Truth, cost_of_doubles: float) -> str:
+def known(truth: Truth, lost_m: float) -> str:
     """Return how well the truth is known, where the inputs set it the limit for every program, and what engines lose
 
     by being handed doubles, where that is more [m].
@@ -76,10 +76,10 @@ def known(truth: Truth, cost_of_doubles: float) -> str:
     # Where the truth is known no better than that, it is the truth and not the inputs that sets the limit.
     if until.floor.max() >= until.bound.max():
         said += f" No double-precision program can be held to less than {figure(until.floor.max())} m."
-    if cost_of_doubles > until.limit.max():
+    if lost_m > until.limit.max():
         said += (
             " Engines are handed moments, axes and points as doubles, and none can make up for that: it alone moves a "
-            f"corner by up to {figure(cost_of_doubles)} m."
+            f"corner by up to {figure(lost_m)} m."
         )
     return said
 

@@ -15,13 +15,19 @@ def rotation_matrix(q: Array) -> Array:
     q: unit quaternions w x y z, body to world, (..., 4).  Returns (..., 3, 3).
     Source: Shoemake, "Animating rotation with quaternion curves" (1985), eq. in the appendix.
     """
-    w, x, y, z = np.moveaxis(np.asarray(q, dtype=float), -1, 0)
-    rows = (
-        (1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)),
-        (2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)),
-        (2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)),
-    )
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+    q = np.asarray(q, dtype=float)
+    w, x, y, z = q[..., 0], q[..., 1], q[..., 2], q[..., 3]
+    turned = np.empty((*q.shape[:-1], 3, 3))
+    turned[..., 0, 0] = 1 - 2 * (y * y + z * z)
+    turned[..., 0, 1] = 2 * (x * y - w * z)
+    turned[..., 0, 2] = 2 * (x * z + w * y)
+    turned[..., 1, 0] = 2 * (x * y + w * z)
+    turned[..., 1, 1] = 1 - 2 * (x * x + z * z)
+    turned[..., 1, 2] = 2 * (y * z - w * x)
+    turned[..., 2, 0] = 2 * (x * z - w * y)
+    turned[..., 2, 1] = 2 * (y * z + w * x)
+    turned[..., 2, 2] = 1 - 2 * (x * x + y * y)
+    return turned
 
 
 def quaternion_product(p: Array, q: Array) -> Array:

@@ -136,13 +136,19 @@ def steady_turn(q: Quaternion, u: Vector, n: int) -> Quaternion:
 
 def to_matrix(q: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the matrices that turn body axes into world axes, (..., 3, 3), of unit quaternions, (..., 4)."""
-    w, x, y, z = np.moveaxis(q, -1, 0)
-    rows = (
-        (w * w + x * x - y * y - z * z, 2 * (x * y - w * z), 2 * (x * z + w * y)),
-        (2 * (x * y + w * z), w * w - x * x + y * y - z * z, 2 * (y * z - w * x)),
-        (2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z),
-    )
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+    w, x, y, z = q[..., 0], q[..., 1], q[..., 2], q[..., 3]
+    ww, xx, yy, zz = w * w, x * x, y * y, z * z
+    matrices = np.empty((*q.shape[:-1], 3, 3))
+    matrices[..., 0, 0] = ww + xx - yy - zz
+    matrices[..., 0, 1] = 2 * (x * y - w * z)
+    matrices[..., 0, 2] = 2 * (x * z + w * y)
+    matrices[..., 1, 0] = 2 * (x * y + w * z)
+    matrices[..., 1, 1] = ww - xx + yy - zz
+    matrices[..., 1, 2] = 2 * (y * z - w * x)
+    matrices[..., 2, 0] = 2 * (x * z - w * y)
+    matrices[..., 2, 1] = 2 * (y * z + w * x)
+    matrices[..., 2, 2] = ww - xx - yy + zz
+    return matrices
 
 
 def from_matrix(matrices: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -16,7 +16,7 @@ from compare.ablation.schemas import EVERYTHING, AblationRow
 from compare.judge.errors import quietly
 from compare.run.flight import Trajectory, legs
 from compare.run.participants import Participant
-from compare.run.readings import SPAN_S, Reading, Sampling, ratio
+from compare.run.readings import USUAL, Reading, Sampling, ratio
 from compare.run.tasks import Task, run
 from compare.run.timing import Cost, Load, costs
 from compare.run.truths import true_answer
@@ -27,7 +27,8 @@ from scenarios.truth import Truth
 
 # A free cube, a body that never turns, and the throw on which times are compared, which has most use for it all.
 SCENES = ("table-4-1", "die-straight", "yardstick")
-QUICK_SPAN_S = 1.0
+# Of a page.
+QUICK = Sampling(span_s=0.5, budget_s=4.0)
 # Errors of one size: rounding or another choice of steps doubles an error by chance, a lost term does far worse.
 ALIKE = 2.0
 
@@ -100,18 +101,18 @@ def ablate(
     participants: Sequence[Participant],
     scene: Scene,
     tick: Callable[[str], object] = lambda what: None,
-    span_s: float = SPAN_S,
+    sampling: Sampling = USUAL,
     most_methods: int | None = None,
 ) -> Ablation:
     """Return what each feature that the scene has no use for would cost every contestant.
 
-    span_s: how long the clock reads at least [s]; most_methods: of each engine, None for all.
+    sampling: of the times; most_methods: of each engine, None for all.
     """
     true, _ = true_answer(scene)
     asked = [ask for each in participants for ask in questions(each, scene, true, most_methods)]
     answers = iter(run([one for one in asked if isinstance(one, Task)], tick=tick))
     found = [one for ask in asked for one in (next(answers) if isinstance(ask, Task) else [ask])]
-    clocked = against_the_clock([one for one in found if isinstance(one, Pair)], span_s)
+    clocked = against_the_clock([one for one in found if isinstance(one, Pair)], sampling)
     tick(f"{scene.name} timed")
     rows = [(one, measured(one, clocked) if isinstance(one, Pair) else one) for one in found]
     limit_m = None if true is None else float(true.limit.max())
@@ -179,10 +180,10 @@ def apart_m(a: Trajectory, b: Trajectory | Truth) -> float:
         return float(np.linalg.norm(a.vertices[~lost_a] - b.vertices[~lost_a], axis=-1).max(initial=0.0))
 
 
-def against_the_clock(pairs: Sequence[Pair], span_s: float) -> dict[str, Cost | Failure]:
+def against_the_clock(pairs: Sequence[Pair], sampling: Sampling) -> dict[str, Cost | Failure]:
     """Return what the timers of all builds said in the same rounds, or why they cannot be timed, by their keys."""
     loads = {build.key: build.load for pair in pairs for build in (pair.lean, pair.kept)}
-    return costs(loads, Sampling(span_s))
+    return costs(loads, sampling)
 
 
 def measured(pair: Pair, clocked: dict[str, Cost | Failure]) -> AblationRow:

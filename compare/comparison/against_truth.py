@@ -1,8 +1,8 @@
 """Every contestant on every scene, held against the truth."""
 
 from collections.abc import Callable, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass
-from functools import cached_property
 
 from compare.judge.errors import Flown, Run
 from compare.run.flight import Trajectory
@@ -17,17 +17,16 @@ from scenarios.truth.handed import cost_of_doubles
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """A scene, its truth or why it has none, and what every contestant made of it."""
+    """A scene, its truth or why it has none, and what every contestant made of it.
+
+    lost_m: how far what engines are handed, in doubles, is from the scene as it is written, at most [m]; 0 untold.
+    """
 
     scene: Scene
     truth: Truth | None
     why_no_truth: str
     runs: tuple[Run, ...]
-
-    @cached_property
-    def cost_of_doubles(self) -> float:
-        """How far what engines are handed, in doubles, is from the scene as it is written, at most [m]; 0 untold."""
-        return 0.0 if self.truth is None else cost_of_doubles(self.scene, self.truth)
+    lost_m: float
 
 
 def compare(
@@ -35,10 +34,12 @@ def compare(
     scenes: Sequence[Scene],
     dt: float | None = None,
     tick: Callable[[str], object] = lambda what: None,
+    truths: Truths | None = None,
 ) -> list[Comparison]:
     """Put every scene to every participant and hold the answers against the truth.
 
-    dt: step [s], by default each scene's own; tick is told of every flight and truth as it is done.
+    dt: step [s], by default each scene's own; tick is told of every flight and truth as it is done; truths: where those
+    of the scenes are asked for already.
     Raises RayMissed where the true body is not in the way of a later ray.
     """
 
@@ -50,9 +51,10 @@ def compare(
         [task(scene, participant, method) for participant in participants for method in participant.methods_for(scene)]
         for scene in scenes
     ]
-    with Truths(scenes, tick) as truths:
-        answers = iter(run([one for own in tasks for one in own], truths, tick=tick))
-        true = [future.result() for future in truths.futures]
+    with nullcontext(truths) if truths else Truths(scenes, tick) as asked:
+        answers = iter(run([one for own in tasks for one in own], asked, tick=tick))
+        true = [asked.answer(scene) for scene in scenes]
+        lost = asked.each(lost_m, scenes, [answer.truth for answer in true])
     return [
         Comparison(
             scene,
@@ -63,6 +65,12 @@ def compare(
                 )
                 for one in own
             ),
+            lost,
         )
-        for scene, answer, own in zip(scenes, true, tasks, strict=True)
+        for scene, answer, own, lost in zip(scenes, true, tasks, lost, strict=True)
     ]
+
+
+def lost_m(scene: Scene, truth: Truth | None) -> float:
+    """Return what being handed doubles costs at most [m], 0 where there is no truth to tell it by."""
+    return 0.0 if truth is None else cost_of_doubles(scene, truth)

@@ -37,7 +37,7 @@ def scene_row(comparison: Comparison) -> SceneRow:
         None if truth is None else float(truth.bound.max()),
         None if truth is None else float(truth.floor.max()),
         whole.horizon if whole and whole.known < len(whole.times) else None,
-        None if truth is None else comparison.cost_of_doubles,
+        None if truth is None else comparison.lost_m,
     )
 
 

@@ -4,6 +4,7 @@ The instants lie on the steps that a flight takes anyway, so that who is watched
 """
 
 from collections.abc import Callable, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass, replace
 
 from compare.run.flight import Trajectory, legs
@@ -19,10 +20,7 @@ FRAMES = 72
 
 @dataclass(frozen=True, eq=False)
 class Film:
-    """One scene with its instants, its step [s], its truth as far as it is known, and the flights by engine and method.
-
-    The truth has no floor: it is to be looked at, not to judge by.
-    """
+    """One scene with its instants, its step [s], its truth up to the horizon, and the flights by engine and method."""
 
     scene: Scene
     dt: float
@@ -35,8 +33,12 @@ def film(
     scenes: Sequence[Scene],
     dt: float | None = None,
     tick: Callable[[str], object] = lambda what: None,
+    truths: Truths | None = None,
 ) -> list[Film]:
-    """Return the films of all scenes that have a truth; dt [s], by default each scene's own step."""
+    """Return the films of all scenes that have a truth; dt [s], by default each scene's own step.
+
+    truths: where those of the films' scenes (`filmed`) are asked for already.
+    """
 
     def task(scene: Scene, participant: Participant, method: str) -> Task[Trajectory | Failure]:
         key = scene.name, participant.title, method
@@ -49,9 +51,9 @@ def film(
         for participant in participants
         for method in participant.methods_for(scene)
     ]
-    with Truths(watched, tick, floor=False) as truths:
-        answers = dict(zip((one.key for one in tasks), run(tasks, truths, tick=tick), strict=True))
-        true = [future.result().truth for future in truths.futures]
+    with nullcontext(truths) if truths else Truths(watched, tick) as asked:
+        answers = dict(zip((one.key for one in tasks), run(tasks, asked, tick=tick), strict=True))
+        true = [asked.answer(scene).truth for scene in watched]
     return [
         Film(
             scene,

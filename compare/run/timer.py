@@ -115,7 +115,10 @@ class Timer:
         most = MOST_STEPS if pace.by_step else MOST_COPIES
         build_s = timed(self._prepare)
         first = self._lap().ns
-        self._alone = min(self._lap().ns for _ in range(CALLS))
+        self._alone = self._lap().ns
+        # What a call costs is nothing beside a long loop, which need not be looked at often for it.
+        looks_alone = min(CALLS, int(LONG_NS / max(self._alone, 1.0)))
+        self._alone = min([self._alone, *(self._lap().ns for _ in range(looks_alone))])
         while (took := min(self._lap().ns for _ in range(looks))) < sample_ns and self._load < most:
             # A call has its own cost, so that a short load looks longer than it is: what is missing is asked for again.
             self._load = min(most, max(2 * self._load, round(self._load * sample_ns / max(took, 1))))

@@ -11,9 +11,12 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import partial
 from multiprocessing.connection import Connection
-from typing import NamedTuple, Self
+from typing import Any, NamedTuple, Self
+
+import numpy as np
 
 from scenarios.impulse import RayMissed
 from scenarios.scene import Scene
@@ -23,6 +26,7 @@ from scenarios.truth import NoTruth, Truth, truth
 QUICK_S, PIECE = 1.0, 0.01
 # How often somebody who waits for news looks whether there is still anything to wait for [s].
 LOOK_S = 0.2
+BY_ROW = ("times", "states", "vertices", "bound", "floor")
 
 
 class Answer(NamedTuple):
@@ -30,6 +34,21 @@ class Answer(NamedTuple):
 
     truth: Truth | None
     why: str
+
+    def at(self, scene: Scene) -> "Answer":
+        """Return the answer to a scene all of whose rows are among those that were asked for."""
+        whole = self.truth
+        if whole is None or np.array_equal(whole.times, scene.rows):
+            return self
+        known = scene.rows[scene.rows <= whole.horizon]
+        if known[-1] < scene.times[0]:
+            return Answer(None, f"the true flight cannot be told at its first sample: {whole.why}")
+        rows = np.searchsorted(whole.times, scene.rows)
+        parts: dict[str, Any] = {name: getattr(whole, name)[rows] for name in BY_ROW}
+        # A scene's horizon is the last of its own rows that is known.
+        all_known = len(known) == len(rows)
+        parts |= {"horizon": np.inf, "why": ""} if all_known else {"horizon": float(known[-1])}
+        return Answer(replace(whole, **parts), "")
 
 
 def true_answer(scene: Scene, floor: bool = True, tell: Callable[[float], object] = lambda share: None) -> Answer:
@@ -79,6 +98,7 @@ class Truths:
     def __init__(
         self, scenes: Sequence[Scene], tick: Callable[..., object] = lambda what, share=1.0: None, floor: bool = True
     ) -> None:
+        self._scenes = tuple(scenes)
         self._pool: ProcessPoolExecutor | None = None
         told = [Progress(scene.name, tick) for scene in scenes]
         if len(scenes) > 1:
@@ -113,6 +133,20 @@ class Truths:
 
     def __exit__(self, *_: object) -> None:
         self.stop()
+
+    def answer(self, scene: Scene) -> Answer:
+        """Return the answer to a scene that was asked for, or to one of as many throws that is looked at less often.
+
+        Raises what working it out raised.
+        """
+        for asked, future in zip(self._scenes, self.futures, strict=True):
+            if asked.name == scene.name and asked.start.shape == scene.start.shape:
+                return future.result().at(scene)
+        raise KeyError(scene.name)
+
+    def each(self, function: Callable[..., Any], *arguments: Sequence[Any]) -> list[Any]:
+        """Return what a function makes of each scene's arguments, worked out where the truths were."""
+        return list((self._pool.map if self._pool else map)(function, *arguments))
 
     def stop(self) -> None:
         """End what is still at work; who waits for it gets CancelledError or BrokenProcessPool."""

@@ -42,7 +42,14 @@ def pieces(tables: Mapping[str, pd.DataFrame]) -> list[Piece]:
 def quick_tables(
     participants: Sequence[Participant], scenes: Sequence[Scene], tick: Callable[[str], object] = lambda what: None
 ) -> dict[str, pd.DataFrame]:
-    """Return the tables of scenes at their own values only: the limits, and one row of each map."""
-    found = store(None, keys(participants, scenes, []))
-    stability(participants, scenes, [], lambda piece: found.keep(piece.key, tables_of(piece)), tick, factors=[1.0])
+    """Return the tables of scenes at their own values only, of nobody who takes part only on request.
+
+    They have the limits, and one row of each map.
+    """
+    found = store(None, keys(participants, scenes, [], few=True))
+
+    def keep(piece: Done) -> None:
+        found.keep(piece.key, tables_of(piece))
+
+    stability(participants, scenes, [], keep, tick, factors=[1.0], few=True)
     return found.tables

@@ -31,22 +31,27 @@ STIFF = (
 Done = Piece | ExtremeRow
 
 
-def contestants(participant: Participant, scene: Scene) -> tuple[str, ...]:
-    """Return the methods that are asked: those of the scene and, unless some were named, those on request too."""
+def contestants(participant: Participant, scene: Scene, few: bool = False) -> tuple[str, ...]:
+    """Return the methods that are asked: those of the scene and, unless some were named, those on request too.
+
+    few: none on request.
+    """
     methods = participant.methods_for(scene)
-    if participant.named or isinstance(participant.info, Failure):
+    if few or participant.named or isinstance(participant.info, Failure):
         return methods
     return tuple(dict.fromkeys((*methods, *participant.info.on_request)))
 
 
-def keys(participants: Sequence[Participant], scenes: Sequence[Scene], cases: Sequence[Case]) -> list[Key]:
+def keys(
+    participants: Sequence[Participant], scenes: Sequence[Scene], cases: Sequence[Case], few: bool = False
+) -> list[Key]:
     """Return scene, engine and method of every piece there will be, in the order of the tables."""
     asked = (*scenes, *(case.scene for case in cases))
     return [
         (scene.name, participant.title, method)
         for scene in asked
         for participant in participants
-        for method in contestants(participant, scene)
+        for method in contestants(participant, scene, few)
     ]
 
 
@@ -58,10 +63,12 @@ def stability(
     tick: Callable[[str], object] = lambda what: None,
     done: Collection[Key] = (),
     factors: Sequence[float] = FACTORS,
+    few: bool = False,
 ) -> None:
     """Hand over every piece as it is done, but for those that are done already.
 
-    keep: called from several threads, one at a time; tick is told what was done; factors: of the scenes' own values.
+    keep: called from several threads, one at a time; tick is told what was done; factors: of the scenes' own values;
+    few: nobody who takes part only on request.
     Raises BadScene for a scene in which nothing can be stiff, RayMissed as truth does.
     """
     told = [columns(scene, factors) for scene in scenes]
@@ -73,13 +80,13 @@ def stability(
             Task((question.scene.name, each.title, method), each, partial(piece, method, question))
             for question in questions
             for each in participants
-            for method in contestants(each, question.scene)
+            for method in contestants(each, question.scene, few)
         ]
         tasks += [
             Task((case.scene.name, each.title, method), each, partial(extreme_row, method, case, answer))
             for case, answer in zip(cases, true, strict=True)
             for each in participants
-            for method in contestants(each, case.scene)
+            for method in contestants(each, case.scene, few)
         ]
         run(tasks, truths, done, lambda key, result: keep(result), tick)
 

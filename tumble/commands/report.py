@@ -3,22 +3,24 @@
 import shlex
 from argparse import Namespace
 from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pandas as pd
 
 from compare.ablation.findings import ablation_findings
-from compare.ablation.optional_features import QUICK_SPAN_S, ablate
+from compare.ablation.optional_features import QUICK, ablate
 from compare.ablation.schemas import ABLATION
-from compare.comparison.against_truth import compare
+from compare.comparison.against_truth import Comparison, compare
 from compare.comparison.results import comparison_tables
 from compare.judge.cost import REFERENCE
-from compare.motion.film import film
+from compare.motion.film import Film, film, filmed
 from compare.motion.findings import film_findings
 from compare.motion.results import film_tables
 from compare.releases.schemas import TABLES as RELEASES
 from compare.run.flight import check_step
-from compare.run.participants import flights, launched
+from compare.run.participants import Participant, flights, launched
+from compare.run.truths import Truths
 from compare.stability.findings import stability_findings
 from compare.stability.schemas import LIMITS
 from compare.stability.schemas import TABLES as STABILITY
@@ -74,29 +76,33 @@ def found(options: Namespace) -> Mapping[str, pd.DataFrame]:
 
 def flown(options: Namespace, scenes: list[Scene], folder: Path) -> dict[str, pd.DataFrame]:
     """Put every scene to every contestant and return the tables; folder: where maps of stability may lie."""
-    command = shlex.join(options.words)
     # A sweep takes seconds a scene: the catalogue is judged on its yardstick, scenes asked for by name on themselves.
     swept = [scene for scene in scenes if options.scene or scene.name == YARDSTICK]
+    # All maps take a minute or two: those that `tumble stability -o` left there are drawn, else one row of one.
+    maps = kept_tables(folder / "stability", STABILITY)
+    stiff = [] if maps else [scene for scene in scenes if scene.name == STIFF[0]]
     with (
         launched(options.engine, options.time_limit, options.memory_limit, few=not options.all) as participants,
         progress(flights(participants, (*scenes, *scenes, *swept)) + 2 * len(scenes) + len(swept)) as tick,
     ):
-        comparisons = compare(participants, scenes, options.dt, tick)
-        frames = comparison_tables(comparisons, participants, command)
-        films = film(participants, scenes, options.dt, tick)
-        frames |= film_tables(films)
+        # A film's instants hold the scene's own, so that a truth of them is that of both; it has one throw.
+        watched = [filmed(scene, options.dt or scene.step) for scene in scenes]
+        with Truths([*watched, *(scene for scene in scenes if len(scene.start) > 1)], tick) as truths:
+            comparisons = compare(participants, scenes, options.dt, tick, truths)
+            films = film(participants, scenes, options.dt, tick, truths)
+        # The tables are this process's own work, and the last flights that no clock reads are that of the engines'.
+        with ThreadPoolExecutor(1) as beside:
+            tables = beside.submit(seen_tables, comparisons, films, participants, shlex.join(options.words))
+            maps = maps or quick_tables(participants, stiff, tick)
+            frames = tables.result() | maps
         judged = [each.scene for each in comparisons if each.truth]
         sweeps = [sweep(participants, scene, tick, BRIEF) for scene in swept if scene in judged]
         plainest = min(scenes, key=lambda scene: len(needs(scene)))
-        ablation = ablate(participants, plainest, tick, QUICK_SPAN_S, most_methods=1)
-        swept_tables = measured(sweeps, REFERENCE)
-        frames["ablation.csv"] = frame(ABLATION, ablation.rows)
-        frames |= {f"{SWEEP}{name}": table for name, table in swept_tables.items() if name != FINDINGS.file}
-        # All maps take a minute or two: those that `tumble stability -o` left there are drawn, else one row of one.
-        frames |= kept_tables(folder / "stability", STABILITY)
-        if "limits.csv" not in frames:
-            frames |= quick_tables(participants, [scene for scene in scenes if scene.name == STIFF[0]], tick)
-        frames |= kept_tables(folder / "releases", RELEASES)  # as `tumble releases -o` left them there
+        ablation = ablate(participants, plainest, tick, QUICK, most_methods=1)
+    frames |= kept_tables(folder / "releases", RELEASES)  # as `tumble releases -o` left them there
+    swept_tables = measured(sweeps, REFERENCE)
+    frames["ablation.csv"] = frame(ABLATION, ablation.rows)
+    frames |= {f"{SWEEP}{name}": table for name, table in swept_tables.items() if name != FINDINGS.file}
     found = [
         *film_findings(films),
         *ablation_findings(ablation.rows),
@@ -106,3 +112,10 @@ def flown(options: Namespace, scenes: list[Scene], folder: Path) -> dict[str, pd
         [frames[FINDINGS.file], swept_tables[FINDINGS.file], frame(FINDINGS, found)], ignore_index=True
     )
     return frames
+
+
+def seen_tables(
+    comparisons: list[Comparison], films: list[Film], participants: list[Participant], command: str
+) -> dict[str, pd.DataFrame]:
+    """Return the tables of all that was flown once and not timed; command reruns it."""
+    return comparison_tables(comparisons, participants, command) | film_tables(films)

@@ -10,6 +10,7 @@ import pytest
 from compare.ablation.optional_features import EVERYTHING, AblationRow, ablate, apart_m
 from compare.run.flight import Trajectory
 from compare.run.participants import launched
+from compare.run.readings import Sampling
 from reports.ablation import band, others, times
 from scenarios.needs import needs
 from scenarios.read import read_scene
@@ -46,7 +47,7 @@ def folder(tmp_path_factory) -> Path:
 @pytest.fixture(scope="module")
 def ablation(folder):
     with launched([SPARING, MINE]) as participants:
-        return ablate(participants, read_scene(str(folder / "brick.toml")), span_s=0.0)
+        return ablate(participants, read_scene(str(folder / "brick.toml")), sampling=Sampling(span_s=0.0))
 
 
 def rows_of(ablation, method: str) -> dict[str, AblationRow]:
@@ -114,14 +115,14 @@ def test_what_the_scene_has_is_not_left_out(folder):
     scene = read_scene(str(folder / "falling.toml"))
     assert "gravity" in needs(scene)
     with launched([f"{SPARING}:careful", "handcalc"]) as participants:
-        found = ablate(participants, scene, span_s=0.0)
+        found = ablate(participants, scene, sampling=Sampling(span_s=0.0))
     assert list(rows_of(found, "careful")) == [EVERYTHING, "ballast", "breeze", "digits"]
     assert found.rows[-1] == AblationRow("falling", "handcalc", "", "", "skipped: handcalc has no gravity")
 
 
 def test_mujoco_leaves_out_a_fifth_without_moving_a_bit(folder):
     with launched(["mujoco:rk4"]) as participants:
-        found = ablate(participants, read_scene(str(folder / "brick.toml")), span_s=1.0)
+        found = ablate(participants, read_scene(str(folder / "brick.toml")), sampling=Sampling(span_s=1.0))
     everything = rows_of(found, "rk4")[EVERYTHING]
     assert everything.ratio_low > 1 or everything.ratio_high > 2 * everything.ratio_low
     assert {row.max_difference_m for row in found.rows} == {0.0}
@@ -129,8 +130,8 @@ def test_mujoco_leaves_out_a_fifth_without_moving_a_bit(folder):
 
 def test_our_solver_pays_for_no_term_that_a_cube_has_not_got():
     with launched(["tumble:rk4"]) as participants:
-        turning = ablate(participants, read_scene("table-4-1"), span_s=0.5)
-        straight = ablate(participants, read_scene("die-straight"), span_s=0.5)
+        turning = ablate(participants, read_scene("table-4-1"), sampling=Sampling(span_s=0.5))
+        straight = ablate(participants, read_scene("die-straight"), sampling=Sampling(span_s=0.5))
     everything = rows_of(turning, "rk4")[EVERYTHING]
     assert everything.ratio_low > 1.5 or everything.ratio_high > 2 * everything.ratio_low, (
         "a machine with no time for it"
