@@ -1,6 +1,5 @@
 """What `tumble compare` prints: the answer in a sentence, who is how far off, then a table as Table 4.1 for each."""
 
-import math
 from collections.abc import Iterator, Sequence
 
 import numpy as np
@@ -19,7 +18,18 @@ from compare.tables.runs import run_row
 from compare.tables.shared import FindingRow
 from reports.charts import GOOD, coloured, error_chart
 from reports.numerals import counted, listed
-from reports.terminal import LIST_WIDTH, columns, figure, length, plain, reasons_text, ruler, thinned, vector
+from reports.terminal import (
+    LIST_WIDTH,
+    columns,
+    figure,
+    length,
+    plain,
+    reasons_text,
+    ruler,
+    thinned,
+    unit_of,
+    vector,
+)
 from scenarios.published import VERTEX
 from scenarios.truth import Truth
 
@@ -109,8 +119,9 @@ def answer(scene: str, runs: Sequence[Run]) -> str:
         parts.append(f"The engines as asked for: {listed([f'{row.contestant} {off(row)}' for row in said])}{rest}.")
     if worst.contestant not in (best, *(row.contestant for row in said)):
         parts.append(f"Worst: {worst.contestant}, {off(worst)}.")
-    for row in found.get("unfinished", ()):
-        parts.append(f"{counted(round(row.value or 0), 'contestant')} did not finish.")
+    for finding, words in (("unfinished", "did not finish"), ("unable", "cannot fly it")):
+        for row in found.get(finding, ()):
+            parts.append(f"{counted(round(row.value or 0), 'contestant')} {words}.")
     return " ".join(parts)
 
 
@@ -153,8 +164,8 @@ def error_table(run: Run, vertex: int) -> Table:
     errors, limits, distances = run.errors[:, 0, vertex], run.limits[:, 0], run.distances[:, 0, vertex]
     unit, metres, places = ruler(true)
     seen = distances[np.isfinite(distances) & (distances > limits)]
-    power = math.floor(math.log10(seen.max())) if seen.size else 0
-    heads = "t [s]", f"true [{unit}]", f"{run.engine} [{unit}]", f"error [1e{power} m]", "off [m]"
+    small, size = unit_of(seen.max()) if seen.size else (unit, metres)
+    heads = "t [s]", f"true [{unit}]", f"{run.engine} [{unit}]", f"error [{small}]", "off [m]"
     table = columns(*heads, right=range(5))
     for row in thinned(len(times)):
         below = distances[row] <= limits[row]
@@ -162,7 +173,7 @@ def error_table(run: Run, vertex: int) -> Table:
             f"{times[row]:g}",
             vector(true[row] / metres, places),
             vector(flown[row] / metres, places),
-            "" if below else vector(errors[row] / 10.0**power, 2),
+            "" if below else vector(errors[row] / size, 2),
             f"≤{figure(limits[row])}" if below else figure(distances[row]),
         )
     return table

@@ -23,7 +23,7 @@ from compare.grade.verdict import (
     UNEXPLAINED,
     Grade,
 )
-from reports.terminal import LIST_WIDTH, columns, figure, length, plain, ruler, thinned, vector
+from reports.terminal import LIST_WIDTH, columns, figure, length, plain, ruler, thinned, unit_of, vector
 
 BARS = "▁▂▃▄▅▆▇█"
 READ_AS = {
@@ -47,7 +47,7 @@ def grade_text(grade: Grade) -> Iterator[RenderableType]:
     yield vertex_table(m)
     yield Text()
     where = f"t = {m.worst_t_s:g} s, vertex {m.worst_vertex}" + (f", throw {m.worst_throw}" if m.throws > 1 else "")
-    yield plain(f"error: largest {metres(m.worst_m)} at {where}; rms {metres(m.rms_m)}; at the end {metres(m.final_m)}")
+    yield plain(f"error: largest {length(m.worst_m)} at {where}; rms {length(m.rms_m)}; at the end {length(m.final_m)}")
     yield from over_time(m)
     yield from kept_quantities(grade)
     yield Text()
@@ -86,19 +86,19 @@ def read_as(m: Measured) -> str:
 
 def off_by(file: str, m: Measured, seen: Sequence[str] = ()) -> Iterator[str]:
     """Yield what is known before a search, a line each."""
-    yield f"{file}: off by up to {metres(m.worst_m)}, at t = {m.worst_t_s:g} s; looking for what explains it"
+    yield f"{file}: off by up to {length(m.worst_m)}, at t = {m.worst_t_s:g} s; looking for what explains it"
     yield from (f"seen at once: {sentence}" for sentence in seen)
 
 
 def so_far(nearest: Explanation) -> str:
     """Return which engine's law comes nearest, where none is enough."""
-    return f"no engine's defaults are enough; nearest so far, {metres(nearest.max_m)} left: {said(nearest)}; searching"
+    return f"no engine's defaults are enough; nearest so far, {length(nearest.max_m)} left: {said(nearest)}; searching"
 
 
 def resolution(m: Measured) -> str:
     """Return in words what cannot be told from nothing."""
-    digits = f"printed digits leave {metres(m.half_m)} open" if m.half_m > m.limit_m else "printed to the last digit"
-    return f"{digits}; the right motion is known to {metres(m.limit_m)}"
+    digits = f"printed digits leave {length(m.half_m)} open" if m.half_m > m.limit_m else "printed to the last digit"
+    return f"{digits}; the right motion is known to {length(m.limit_m)}"
 
 
 def vertex_table(m: Measured) -> Table:
@@ -108,8 +108,8 @@ def vertex_table(m: Measured) -> Table:
     true, seen = kept.true[:, number], kept.vertices[:, number]
     unit, size, places = ruler(true)
     off = np.linalg.norm(seen - true, axis=1) / size
-    power = int(np.floor(np.log10(off.max()))) if off.max() > 0.0 else 0
-    heads = f"right [{unit}]", f"file [{unit}]", f"error [1e{power} {unit}]", f"off [{unit}]"
+    small, part = unit_of(float(off.max()) * size) if off.max() > 0.0 else (unit, size)
+    heads = f"right [{unit}]", f"file [{unit}]", f"error [{small}]", f"off [{unit}]"
     table = columns("t [s]", *heads, right=range(5))
     for row in thinned(len(kept)):
         error = seen[row] - true[row]
@@ -117,7 +117,7 @@ def vertex_table(m: Measured) -> Table:
             f"{kept.times[row]:g}",
             vector(true[row] / size, places),
             vector(seen[row] / size, places),
-            vector(error / size / 10.0**power, 2),
+            vector(error / part, 2),
             figure(float(off[row])),
         )
     return table
@@ -154,27 +154,27 @@ def verdict_lines(grade: Grade) -> Iterator[str]:
     m, diagnosis = grade.measured, grade.diagnosis
     match grade.verdict:
         case verdict if verdict == CORRECT_TO_LIMIT:
-            yield f"Correct: no error that could be told from none ({metres(m.limit_m)})."
+            yield f"Correct: no error that could be told from none ({length(m.limit_m)})."
         case verdict if verdict == CORRECT_TO_DIGITS:
             within = "within" if m.excess_m <= 0 else "about"
-            yield f"Correct to the printed digits: every error is {within} the {metres(m.half_m)} that they leave open."
+            yield f"Correct to the printed digits: every error is {within} the {length(m.half_m)} that they leave open."
         case verdict if verdict == CORRECT_TO_SINGLE:
             yield (
-                f"Correct to single precision: every number in the file is one, and {metres(m.worst_m)} is what that "
+                f"Correct to single precision: every number in the file is one, and {length(m.worst_m)} is what that "
                 "leaves."
             )
         case verdict if verdict == CORRECT_TO_NOISE:
             yield (
-                f"Correct to its noise: errors of {metres(m.rms_m)} rms, those of neighbouring rows unrelated, and no "
+                f"Correct to its noise: errors of {length(m.rms_m)} rms, those of neighbouring rows unrelated, and no "
                 "mistake that was tried explains them."
             )
         case verdict if verdict == TOO_LITTLE:
             yield (
-                f"Off by {metres(m.worst_m)}, {figure(m.worst_m / grade.scale.size_m)} of the body's size: too little "
+                f"Off by {length(m.worst_m)}, {figure(m.worst_m / grade.scale.size_m)} of the body's size: too little "
                 "to tell one mistake from another."
             )
         case verdict if verdict == TOO_FEW:
-            yield f"Off by {metres(m.worst_m)}: one row is too few to say why."
+            yield f"Off by {length(m.worst_m)}: one row is too few to say why."
         case _ if diagnosis is not None:
             yield from (f"Seen at once: {sentence}" for sentence in grade.seen)
             yield from diagnosis_lines(grade, diagnosis)
@@ -199,7 +199,7 @@ def diagnosis_lines(grade: Grade, diagnosis: Diagnosis) -> Iterator[str]:
     else:
         yield "What is most likely wrong:"
     yield from evidence(diagnosis)
-    left = metres(best.max_m)
+    left = length(best.max_m)
     if grade.verdict == EXPLAINED_WHOLLY:
         floor = (
             "about what single precision leaves"
@@ -212,7 +212,7 @@ def diagnosis_lines(grade: Grade, diagnosis: Diagnosis) -> Iterator[str]:
     else:
         yield f"The {left} that are left are neither noise nor rounding: something else is wrong as well."
     for number, other in enumerate(diagnosis.alike[:SHOWN_ALIKE]):
-        yield f"{'Fits alike' if not number else 'and'}: {said(other)}: {metres(other.max_m)} left."
+        yield f"{'Fits alike' if not number else 'and'}: {said(other)}: {length(other.max_m)} left."
 
 
 SHOWN_ALIKE, SHOWN_ENGINES = 5, 4
@@ -233,7 +233,7 @@ def evidence(diagnosis: Diagnosis) -> Iterator[str]:
     for number, step in enumerate(diagnosis.steps[1:], 1):
         new = next(each for each in step.mistakes if each.hypothesis.name not in before.names)
         now = next(each for each in diagnosis.best.mistakes if each.hypothesis is new.hypothesis)
-        yield f"  {number}. {now.said}: {metres(before.max_m)} -> {metres(step.max_m)}"
+        yield f"  {number}. {now.said}: {length(before.max_m)} -> {length(step.max_m)}"
         before = step
 
 
@@ -256,8 +256,3 @@ def other_findings(grade: Grade) -> Iterator[str]:
         yield f"Seen beside: the angular velocity that is written down {grade.spin}."
     if m.single and grade.verdict != CORRECT_TO_SINGLE:
         yield "Seen beside: every number is one of single precision."
-
-
-def metres(value: float) -> str:
-    """Return a length for a sentence."""
-    return f"{value:.3g} m" if 1e-3 <= abs(value) < 1e4 else f"{value:.1e} m"

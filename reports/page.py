@@ -23,6 +23,7 @@ SCRIPTS = (
     "table",
     "film",
     "stage",
+    "svgpen",
     "chart",
     "player",
     "polhode",

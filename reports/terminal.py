@@ -11,6 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from compare.tables.shared import EngineRow
+from reports.numerals import superscript
 from scenarios.format import visible
 from scenarios.frames import Array
 
@@ -18,6 +19,8 @@ from scenarios.frames import Array
 PIPE_WIDTH, LIST_WIDTH = 160, 80
 SHOWN_SAMPLES = 10
 LENGTHS = (("km", 1e3), ("m", 1.0), ("mm", 1e-3), ("µm", 1e-6), ("nm", 1e-9), ("pm", 1e-12), ("fm", 1e-15))
+# So many of the largest unit, or of the smallest so small a part, are no number that people read.
+BEYOND = 1e4
 RULERS = LENGTHS[:5]  # of positions, whose digits below say nothing
 
 
@@ -73,8 +76,16 @@ def length(metres: float) -> str:
     """Return a length in two digits and the unit that suits it, as a person says it."""
     if metres == 0.0 or not math.isfinite(metres):
         return f"{metres:g} m"
-    unit, size = next(((unit, size) for unit, size in LENGTHS if abs(metres) >= 0.9995 * size), LENGTHS[-1])
+    unit, size = unit_of(metres)
     return f"{float(f'{metres / size:.2g}'):g} {unit}"
+
+
+def unit_of(metres: float) -> tuple[str, float]:
+    """Return the unit that suits a length, and its own [m]: a power of ten where people have no name for it."""
+    if abs(metres) >= BEYOND * LENGTHS[0][1] or abs(metres) < LENGTHS[-1][1] / BEYOND:
+        power = math.floor(math.log10(abs(metres)))
+        return f"10{superscript(power)} m", 10.0**power
+    return next(((unit, size) for unit, size in LENGTHS if abs(metres) >= 0.9995 * size), LENGTHS[-1])
 
 
 def thinned(samples: int) -> list[int]:

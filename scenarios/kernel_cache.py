@@ -4,10 +4,12 @@
 """
 
 import contextlib
+import fcntl
 import hashlib
 import os
 import sys
 import tempfile
+import time
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
@@ -16,14 +18,55 @@ from typing import Any
 import numba
 from numba.core.caching import FunctionCache
 
+# No kernel takes longer to compile, and so often one looks whether another process has [s].
+LONGEST_WAIT_S, LOOK_AGAIN_S = 60.0, 0.02
+
 said: set[str] = set()
 
 
 class KernelCache(FunctionCache):
-    """numba's own, for which a damaged file or a full disk is no reason to fail."""
+    """numba's own, for which a damaged file or a full disk is no reason to fail, and which compiles nothing twice."""
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """Return what was compiled before, or None."""
+        """Return what was compiled before, or what another process is compiling just now, or None."""
+        found = self._loaded(sig, target_context)
+        if found is not None or not self._wait_for_turn(sig):
+            return found
+        found = self._loaded(sig, target_context)
+        if found is not None:
+            self._end_turn(sig)
+        return found
+
+    def _wait_for_turn(self, sig: Any) -> bool:
+        """Wait while another process compiles the same; return whether it is this one's turn now.
+
+        It ends when that is saved, or this process ends; who waits too long compiles it himself.
+        """
+        turns = self.__dict__.setdefault("_turns", {})
+        name = f"{self._impl.filename_base}-{hashlib.sha256(str(sig).encode()).hexdigest()[:16]}.lock"
+        try:
+            self._impl.locator.ensure_cache_path()
+            turn = os.open(Path(self.cache_path) / name, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
+        except OSError:
+            return False
+        until = time.monotonic() + LONGEST_WAIT_S
+        while str(sig) not in turns and time.monotonic() < until:
+            try:
+                fcntl.flock(turn, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except OSError:
+                time.sleep(LOOK_AGAIN_S)
+                continue
+            turns[str(sig)] = turn
+            return True
+        os.close(turn)
+        return False
+
+    def _end_turn(self, sig: Any) -> None:
+        turn = self.__dict__.get("_turns", {}).pop(str(sig), None)
+        if turn is not None:
+            os.close(turn)
+
+    def _loaded(self, sig: Any, target_context: Any) -> Any:
         try:
             return super().load_overload(sig, target_context)
         except Exception as error:  # whatever unpickling makes of bytes that are not what was written
@@ -39,6 +82,8 @@ class KernelCache(FunctionCache):
         except Exception as error:
             say(f"compiled kernels cannot be kept in {self.cache_path} ({error}): each process compiles them anew")
             self.disable()
+        finally:
+            self._end_turn(sig)
 
 
 def keep(dispatcher: Any, source: Path, others: tuple[Path, ...] = ()) -> Any:

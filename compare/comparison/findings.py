@@ -10,6 +10,8 @@ from compare.tables.shared import FindingRow, RunRow
 
 # One column of Table 4.1 is called right where the exact motion is so many times nearer to it than to the other.
 NEARER = 10
+# Of who never began.
+UNABLE = ("skipped", "missing")
 
 
 def error_findings(runs: Iterable[RunRow]) -> Iterator[FindingRow]:
@@ -37,8 +39,10 @@ def scene_findings(runs: Sequence[RunRow]) -> Iterator[FindingRow]:
         ("furthest", flown[-1:]),
     ):
         yield from (error_finding(finding, run) for run in found)
-    if lost := len(runs) - len(flown):
-        yield FindingRow("unfinished", runs[0].scene, "", "", "", lost, "1")
+    unable = sum(run.status in UNABLE for run in runs)
+    for finding, count in (("unfinished", len(runs) - len(flown) - unable), ("unable", unable)):
+        if count:
+            yield FindingRow(finding, runs[0].scene, "", "", "", count, "1")
 
 
 def ranked(runs: Iterable[RunRow]) -> list[RunRow]:

@@ -106,3 +106,32 @@ def test_a_folder_of_somebody_else_is_not_run(tmp_path, monkeypatch):
 
 def test_both_floors_keep_kernels_alike():
     assert (ROOT / "solver/kernel_cache.py").read_bytes() == (ROOT / "scenarios/kernel_cache.py").read_bytes()
+
+
+TWICE = """
+import sys
+from pathlib import Path
+from numba import njit
+from scenarios import kernel_cache
+saved = kernel_cache.KernelCache.save_overload
+def save(self, sig, data):
+    print("compiled", flush=True)
+    saved(self, sig, data)
+kernel_cache.KernelCache.save_overload = save
+sys.path.insert(0, sys.argv[1])
+import slow
+kernel_cache.keep(slow.slow, Path(sys.argv[1]))(1.0)
+"""
+
+
+def test_two_processes_that_need_one_kernel_compile_it_once(tmp_path):
+    body = "".join(f"    x = x * {n}.5 + x / {n + 1}\n" for n in range(400))
+    (tmp_path / "slow.py").write_text(f"from numba import njit\n@njit\ndef slow(x):\n{body}    return x\n")
+    env = os.environ | {"PYTHONPATH": str(ROOT), "NUMBA_CACHE_DIR": str(tmp_path / "kept")}
+    both = [
+        subprocess.Popen([sys.executable, "-c", TWICE, str(tmp_path)], env=env, stdout=subprocess.PIPE, text=True)
+        for _ in range(2)
+    ]
+    said = "".join(process.communicate(timeout=120)[0] for process in both)
+    assert [process.returncode for process in both] == [0, 0]
+    assert said == "compiled\n"

@@ -10,15 +10,18 @@ import pytest
 from conftest import SCENES, data_in
 
 from compare.judge.verdict import WORDS
+from reports.embedding import values
 from reports.page import SCRIPTS, TEMPLATES, page
 from scenarios.frames import rotation_matrix
 
-PACKED = {"motion.csv", "deformed.csv", "vertex-errors.csv", "error-over-time.csv"}
+PACKED = {"motion.csv", "deformed.csv", "vertex-errors.csv", "error-over-time.csv", "table-4-1.csv"}
 
 
 def column(carried: dict, name: str) -> list:
-    values = carried["values"][name]
-    return [values["words"][at] for at in values["at"]] if isinstance(values, dict) else values
+    held = carried["values"][name]
+    if not isinstance(held, dict):
+        return held
+    return [(held.get("words") or held["numbers"])[at] for at in held["at"]]
 
 
 def test_every_table_is_carried_to_the_last_digit(real, html):
@@ -99,3 +102,13 @@ def test_every_verdict_of_stability_has_a_sign_of_its_own_and_words():
 
 def test_the_same_tables_make_the_same_page(real, html):
     assert page(dict(real)) == html
+
+
+def test_a_number_that_stands_there_often_is_carried_once_and_keeps_its_sign():
+    told = values(pd.Series([0.0, -0.0, math.inf, math.nan] * 5))
+    assert isinstance(told, dict)
+    assert len(told["numbers"]) == 4
+    back = [told["numbers"][at] for at in told["at"]]
+    assert [math.copysign(1.0, number) for number in back[:2]] == [1.0, -1.0]
+    assert back[2:4] == ["Infinity", None]
+    assert values(pd.Series([1.0, 2.0, 3.0])) == [1.0, 2.0, 3.0]

@@ -295,6 +295,29 @@ def test_a_figure_is_saved(html, opened, kind):
     assert len(content) > 5000
 
 
+def test_a_moment_of_a_flight_is_saved_as_the_lines_that_the_stage_draws(html, opened):
+    tab = opened(html, "#open=die-vertex&show=mujoco:euler&t=die-vertex~0.6&at=scene-die-vertex")
+    stage = tab.locator("#scene-die-vertex canvas.stage")
+    until(tab, "document.querySelector('#scene-die-vertex canvas.stage').seen")
+    seen = stage.evaluate("canvas => canvas.seen['mujoco:euler']")
+    with tab.expect_download() as saved:
+        tab.locator("#scene-die-vertex .controls .tools button", has_text="SVG").click()
+    text = Path(saved.value.path()).read_text(encoding="utf-8")
+    assert text.startswith("<svg")
+    # Each of the ghost's corners is the end of an edge.
+    assert all(f"{x:.1f}" in text and f"{y:.1f}" in text for x, y, _ in seen)
+
+
+def test_the_class_reports_figure_shows_who_is_shown(real, html, opened):
+    tab = opened(html, "#at=class-report&show=mujoco:euler")
+    bars = tab.locator("#mending-figure .point")
+    by_hand = real["table-4-1-budget.csv"].query("scene == 'table-4-1' and engine == 'handcalc'")
+    expect(bars).to_have_count(len(by_hand) + 1)
+    assert bars.last.get_attribute("data-name") == "mujoco:euler"
+    tab.locator("[data-show=none]").click()
+    expect(bars).to_have_count(len(by_hand))
+
+
 def test_it_moves_and_stands_still_where_that_is_preferred(html, opened):
     still = opened(html)
     still.locator("#hero canvas").scroll_into_view_if_needed()

@@ -152,7 +152,7 @@ function chart(host, { id, label, x, y, series, limit = [], under = () => [], cu
         group.append(draw("path", { d: `M${frame.X.place(point.low).toFixed(1)},${py.toFixed(1)}H${frame.X.place(point.high).toFixed(1)}`, stroke: `var(${hue})`, "stroke-opacity": 0.6 }));
       // Where curves are one their marks take turns; on a chart of runs every run that is no plain result is seen.
       if ((one.points.length - 1 - at + number * Math.ceil(every / 3)) % every && (point.plain || !x.log)) return;
-      const plain = point.plain ? { d: shape, fill: `var(${hue})` } : { d: CROSS, fill: "none", stroke: `var(${hue})`, "stroke-width": 0.5 };
+      const plain = point.plain ? { d: shape, ...inkOf(one.name) } : { d: CROSS, fill: "none", stroke: `var(${hue})`, "stroke-width": 0.5 };
       group.append(draw("path", { class: "point", transform: `translate(${px.toFixed(1)} ${py.toFixed(1)}) scale(3.4)`, ...plain }));
     });
     return group;
@@ -194,7 +194,7 @@ function chart(host, { id, label, x, y, series, limit = [], under = () => [], cu
           },
         },
         draw("path", { d: `M${Math.min(from[0] + 5, area.right + 4).toFixed(1)},${Math.min(Math.max(from[1], area.top), area.bottom).toFixed(1)}L${begin},${at.toFixed(1)}`, fill: "none", stroke: `var(${FIELD.get(name).hue})`, "stroke-opacity": 0.35 }),
-        draw("path", { transform: `translate(${begin + 6} ${at.toFixed(1)}) scale(3.4)`, d: FIELD.get(name).mark, fill: `var(${FIELD.get(name).hue})` }),
+        draw("path", { transform: `translate(${begin + 6} ${at.toFixed(1)}) scale(3.4)`, d: FIELD.get(name).mark, ...inkOf(name) }),
         draw("text", { x: begin + 14, y: (at + 4).toFixed(1), fill: "var(--ink)", "font-size": FONT - 0.5 }, name),
       );
       return group;

@@ -16,7 +16,7 @@ function rows(name) {
 /** One cell: words are stored once each, numbers JSON does not know by their names, empty cells as null. */
 function cell(column, at) {
   if (column.words) return column.words[column.at[at]];
-  const value = column[at];
+  const value = column.numbers ? column.numbers[column.at[at]] : column[at];
   return typeof value === "string" && value in NUMBERS ? NUMBERS[value] : value;
 }
 

@@ -29,6 +29,7 @@ function field() {
     counts.set(row.engine, at + 1);
     const method = row.method.split("@")[0];
     const [plain, manner] = method.split("+");
+    const place = engines.filter((engine) => engine !== DATA.byHand).indexOf(row.engine);
     found.set(name, {
       name,
       engine: row.engine,
@@ -37,7 +38,8 @@ function field() {
       manner: manner ?? "tuned",
       ours: row.engine === DATA.ours,
       byHand: row.engine === DATA.byHand,
-      hue: row.engine === DATA.byHand ? "--soft" : HUES[engines.filter((engine) => engine !== DATA.byHand).indexOf(row.engine) % HUES.length],
+      hue: row.engine === DATA.byHand ? "--soft" : HUES[place % HUES.length],
+      round: Math.max(0, Math.floor(place / HUES.length)),
       mark: MARKS[at % MARKS.length],
       dash: DASHES[at % DASHES.length],
     });
@@ -55,13 +57,21 @@ function colourOf(name) {
   return styleOf(FIELD.get(name)?.hue ?? "--soft");
 }
 
+/** How a mark is filled: there are more engines than colours, and those that share one differ in this. */
+function inkOf(name) {
+  const one = FIELD.get(name);
+  const hue = `var(${one?.hue ?? "--soft"})`;
+  const edge = { stroke: hue, "stroke-width": 0.5 };
+  return [{ fill: hue }, { fill: "var(--paper)", ...edge }, { fill: hue, "fill-opacity": 0.4, ...edge }][Math.min(one?.round ?? 0, 2)];
+}
+
 /** A contestant's mark as a small picture. */
 function markOf(name, size = 12) {
   const one = FIELD.get(name);
   return draw(
     "svg",
     { viewBox: "-1.6 -1.6 3.2 3.2", width: size, height: size, class: "mark", "aria-hidden": "true" },
-    draw("path", { d: one?.mark ?? MARKS[0], fill: `var(${one?.hue ?? "--soft"})` }),
+    draw("path", { d: one?.mark ?? MARKS[0], ...inkOf(name) }),
   );
 }
 

@@ -12,8 +12,9 @@ function reportSection(host) {
   host.append(make("p", { class: "headline" }, reportHeadline(scene)));
   const hand = own.filter((row) => row.engine === DATA.byHand);
   if (hand.length) {
+    const beside = own.filter((row) => row.engine !== DATA.byHand && FIELD.has(nameOf(row)));
     host.append(make("dl", { class: "facts" }, Object.entries(MISTAKES).map(([name, words]) => make("div", {}, make("dt", {}, name), make("dd", {}, words)))));
-    mendingBars(host, hand);
+    mendingBars(host, hand, beside);
   }
   foldedTable(host, {
     id: "table-4-1",
@@ -44,31 +45,35 @@ function reportHeadline(scene) {
   return `Its ${names[right.other]} was right and its ${names[wrong.other]} was not: exact motion stays within ${right.value.toFixed(3)} m of the ${right.other} positions and comes as far as ${wrong.value.toFixed(3)} m from the ${wrong.other} ones.`;
 }
 
-/** How far the hand calculation is from the application as its mistakes are mended, one by one and together. */
-function mendingBars(host, hand) {
+/** How far the hand calculation is from the application as its mistakes are mended, and whoever is shown beside it. */
+function mendingBars(host, hand, beside) {
   const svg = draw("svg", { class: "chart", role: "img", id: "mending-figure", "aria-label": "Distance of the hand calculation from the application, as mistakes are mended" });
-  const box = make("figure", { class: "chart-box" }, svg, make("figcaption", {}, "Largest distance of eq. 4.1 from the application's positions."), figureTools("mending-figure", () => svg));
+  const box = make("figure", { class: "chart-box" }, svg, make("figcaption", {}, "Largest distance from the application's positions: of eq. 4.1 as its mistakes are mended, and of whoever is shown."), figureTools("mending-figure", () => svg));
   host.append(box);
   const most = Math.max(...hand.map((row) => row.max_to_application_m));
   const render = () => {
     const width = Math.max(280, box.clientWidth || 600);
-    const left = Math.min(200, width * 0.45);
-    svg.setAttribute("viewBox", `0 0 ${width} ${22 * hand.length + 6}`);
+    const names = shown();
+    const bars = [...hand, ...beside.filter((row) => names.has(nameOf(row)))];
+    const labels = bars.map((row) => (row.engine === DATA.byHand ? row.method.replaceAll("-", " ").replaceAll("+", " + ") : nameOf(row)));
+    const left = Math.min(14 + 6.8 * Math.max(...labels.map((label) => label.length)), 0.55 * width);
+    svg.setAttribute("viewBox", `0 0 ${width} ${22 * bars.length + 6}`);
     svg.replaceChildren(
-      ...hand.map((row, at) => {
+      ...bars.map((row, at) => {
+        const byHand = row.engine === DATA.byHand;
         const y = 4 + 22 * at;
         const long = ((width - left - 70) * row.max_to_application_m) / most;
         return draw(
           "g",
           {},
-          draw("text", { x: left - 8, y: y + 13, "text-anchor": "end", fill: "var(--ink)", "font-size": FONT }, row.method.replaceAll("-", " ").replaceAll("+", " + ")),
-          draw("rect", { class: "point", x: left, y, width: Math.max(long, 1), height: 16, fill: "var(--warn)", "fill-opacity": 0.75 }),
+          draw("text", { x: left - 8, y: y + 13, "text-anchor": "end", fill: "var(--ink)", "font-size": FONT }, labels[at]),
+          draw("rect", { class: "point", x: left, y, width: Math.max(long, 1), height: 16, fill: byHand ? "var(--warn)" : `var(${FIELD.get(nameOf(row)).hue})`, "fill-opacity": 0.75, "data-name": nameOf(row) }),
           draw("text", { x: left + long + 6, y: y + 13, fill: "var(--soft)", "font-size": FONT }, `${row.max_to_application_m.toFixed(3)} m`),
         );
       }),
     );
   };
-  render();
+  follow(["show", "tol"], render);
   new ResizeObserver(render).observe(box);
 }
 

@@ -70,8 +70,14 @@ function player(host, scene, { id, ghosts, label, alone = false, controls = true
   const canvas = make("canvas", { id, class: "stage", role: "img", "aria-label": label });
   host.append(canvas);
   let inView = false;
+  const moment = () => [film, clock.time, ghosts(), alone ? 1 : state.mag];
   const paint = () => {
-    if (inView || !clock.playing) canvas.seen = drawMoment(canvas, film, clock.time, ghosts(), alone ? 1 : state.mag, { alone });
+    if (inView || !clock.playing) canvas.seen = drawMoment(canvas, ...moment(), { alone });
+  };
+  const asSvg = () => {
+    const pen = new SvgPen(canvas.clientWidth, canvas.clientHeight);
+    drawWith(pen, [canvas.clientWidth, canvas.clientHeight], ...moment(), alone);
+    return pen.svg;
   };
   new IntersectionObserver((entries) => {
     inView = entries.at(-1).isIntersecting;
@@ -80,7 +86,7 @@ function player(host, scene, { id, ghosts, label, alone = false, controls = true
     paint();
   }).observe(canvas);
   clock.followers.add(paint);
-  const tools = canvasTools(id, canvas);
+  const tools = figureTools(id, asSvg);
   if (controls) host.append(filled(controlsOf(clock, film), {}, [tools]));
   else host.append(tools);
   follow(["show", "tol", "mag"], paint);

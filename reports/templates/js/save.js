@@ -47,16 +47,6 @@ function savePng(svg, name) {
   picture.src = `data:image/svg+xml;charset=utf-8,${encodeURIComponent(svgText(svg))}`;
 }
 
-/** The tools of a canvas: link and PNG, as it is at this moment. */
-function canvasTools(id, canvas) {
-  return make(
-    "div",
-    { class: "tools" },
-    linkTo(id),
-    make("button", { type: "button", "aria-label": `Save ${id} as PNG`, click: () => canvas.toBlob((blob) => saveAs(`${id}.png`, blob)) }, "PNG"),
-  );
-}
-
 /** The tools of a figure: link, SVG, PNG. */
 function figureTools(id, svg) {
   return make(

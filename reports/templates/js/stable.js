@@ -78,7 +78,7 @@ function limitLine(row, y, area, X) {
     draw("text", { x: area.left - 10, y: y + 4, "text-anchor": "end", fill: "var(--ink)", "font-size": FONT - 0.5 }, name),
     draw("line", { x1: area.left, x2: at, y1: y, y2: y, stroke: hue, "stroke-width": 2, "stroke-dasharray": FIELD.get(name).dash }),
     row.theory_w_dt > 0 && Number.isFinite(row.theory_w_dt) ? draw("line", { x1: X.place(row.theory_w_dt), x2: X.place(row.theory_w_dt), y1: y - 9, y2: y + 9, stroke: "var(--ink)", "stroke-width": 2.5 }) : "",
-    endless ? draw("path", { d: `M${at - 6},${y - 5}L${at + 2},${y}L${at - 6},${y + 5}`, fill: "none", stroke: hue, "stroke-width": 2 }) : draw("path", { class: "point", transform: `translate(${at} ${y}) scale(4)`, d: FIELD.get(name).mark, fill: hue }),
+    endless ? draw("path", { d: `M${at - 6},${y - 5}L${at + 2},${y}L${at - 6},${y + 5}`, fill: "none", stroke: hue, "stroke-width": 2 }) : draw("path", { class: "point", transform: `translate(${at} ${y}) scale(4)`, d: FIELD.get(name).mark, ...inkOf(name) }),
   );
 }
 

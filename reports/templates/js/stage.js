@@ -38,6 +38,11 @@ function drawMoment(canvas, film, time, names, magnified, { alone = false } = {}
   const pen = canvas.getContext("2d");
   pen.setTransform(ratio, 0, 0, ratio, 0, 0);
   pen.clearRect(0, 0, width, height);
+  return drawWith(pen, [width, height], film, time, names, magnified, alone);
+}
+
+/** The same with any pen, on so many pixels; returns where the vertices are seen. */
+function drawWith(pen, [width, height], film, time, names, magnified, alone) {
   const truth = truthAt(film, time);
   const points = placedPoints(film.points, truth);
   const view = viewOf(film, truth, width, height);

@@ -28,7 +28,8 @@ def test_each_scene_has_its_nearest_its_engines_and_its_lost():
     assert found(told)["nearest"] == ("tumble:exact", 1e-15, 1e-12)
     assert found(told)["nearest engine"] == ("one:rk4", 1e-6, 1e-12)
     assert found(told)["furthest"] == ("handcalc:as-printed", 3.0, 1e-12)
-    assert found(told)["unfinished"][1] == 2
+    assert found(told)["unfinished"][1] == 1
+    assert found(told)["unable"][1] == 1
     assert [row.contestant for row in told if row.finding == "asked for"] == ["one:euler", "handcalc:as-printed"]
     shipped = {row.engine: (row.method, row.value) for row in told if row.finding == "as shipped"}
     assert shipped == {

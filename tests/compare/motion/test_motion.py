@@ -1,5 +1,6 @@
 """Films: who is watched flies as it does unwatched, and the tables say where everything is."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -10,6 +11,7 @@ from compare.motion.film import FRAMES, film, filmed, instants
 from compare.motion.results import TRUTH, film_tables, hull
 from compare.run.flight import legs
 from compare.run.participants import launched
+from compare.run.truths import true_answer
 from scenarios.frames import vertices
 from scenarios.impulse import strike_point
 from scenarios.read import catalogue, read_scene, read_scenes
@@ -92,3 +94,28 @@ def test_a_hull_is_seen_from_outside():
         volume += float(a @ normal) / 6
     assert volume > 0
     assert hull(vertices(np.eye(1, 13, 3)[0], body.points * (1.0, 1.0, 0.0))) == []
+
+
+@pytest.mark.parametrize("name", ["two-hits", "tether-critical"])
+def test_a_films_truth_is_the_scenes_own_bit_for_bit(name):
+    scene = read_scene(name)
+    own, seen = true_answer(scene), true_answer(filmed(scene, scene.step))
+    assert len(seen.truth.times) > 2 * len(scene.rows)
+    found = seen.at(scene).truth
+    for column in ("times", "states", "vertices"):
+        assert np.array_equal(getattr(found, column), getattr(own.truth, column))
+    # What it is known to is of the steps that it took, of which there are more.
+    for column in ("bound", "floor"):
+        assert getattr(found, column) == pytest.approx(getattr(own.truth, column), rel=1e-6)
+    assert found.horizon == math.inf
+
+
+def test_a_films_truth_ends_for_the_scene_at_the_last_of_its_own_rows():
+    scene = read_scene("two-hits")
+    seen = true_answer(filmed(scene, scene.step))
+    between = (scene.times[3] + scene.times[4]) / 2
+    cut = seen._replace(truth=replace(seen.truth, horizon=between, why="it is far"))
+    assert cut.at(scene).truth.horizon == scene.times[3]
+    assert cut.at(scene).truth.why == "it is far"
+    early = seen._replace(truth=replace(seen.truth, horizon=scene.times[0] / 2, why="it is far"))
+    assert early.at(scene) == (None, "the true flight cannot be told at its first sample: it is far")
