@@ -27,6 +27,10 @@ said: set[str] = set()
 class KernelCache(FunctionCache):
     """numba's own, for which a damaged file or a full disk is no reason to fail, and which compiles nothing twice."""
 
+    def __init__(self, py_func: Any) -> None:
+        super().__init__(py_func)
+        self._turns: dict[str, int] = {}
+
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """Return what was compiled before, or what another process is compiling just now, or None."""
         found = self._loaded(sig, target_context)
@@ -42,7 +46,6 @@ class KernelCache(FunctionCache):
 
         It ends when that is saved, or this process ends; who waits too long compiles it himself.
         """
-        turns = self.__dict__.setdefault("_turns", {})
         name = f"{self._impl.filename_base}-{hashlib.sha256(str(sig).encode()).hexdigest()[:16]}.lock"
         try:
             self._impl.locator.ensure_cache_path()
@@ -50,19 +53,21 @@ class KernelCache(FunctionCache):
         except OSError:
             return False
         until = time.monotonic() + LONGEST_WAIT_S
-        while str(sig) not in turns and time.monotonic() < until:
+        while str(sig) not in self._turns and time.monotonic() < until:
             try:
                 fcntl.flock(turn, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except OSError:
+            except BlockingIOError:
                 time.sleep(LOOK_AGAIN_S)
                 continue
-            turns[str(sig)] = turn
+            except OSError:  # a file system without locks
+                break
+            self._turns[str(sig)] = turn
             return True
         os.close(turn)
         return False
 
     def _end_turn(self, sig: Any) -> None:
-        turn = self.__dict__.get("_turns", {}).pop(str(sig), None)
+        turn = self._turns.pop(str(sig), None)
         if turn is not None:
             os.close(turn)
 

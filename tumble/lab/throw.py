@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 
-from compare.comparison.against_truth import Comparison
+from compare.comparison.against_truth import Comparison, lost_m
 from compare.judge.errors import Run
 from compare.run.flight import Trajectory
 from compare.run.participants import Halted
@@ -99,7 +99,8 @@ class Throw:
             )
             for one in self.contestants
         )
-        return Comparison(scene, whole, self.why_no_truth or "still being worked out", tuple(runs))
+        why = self.why_no_truth or "still being worked out"
+        return Comparison(scene, whole, why, tuple(runs), lost_m(scene, whole))
 
     def _whole_truth(self) -> Truth:
         pieces = [self._pieces[number] for number in range(len(self._parts))]
