@@ -124,7 +124,7 @@ class Hypothesis:
         """Return what it says with a value."""
         if self.choices:
             return self.says.format(self.choices[int(value)])
-        named = f" ({self.known[value]})" if value in self.known else ""
+        named = f" ({self.known[value]})" if self.known.get(value) else ""
         return self.says.format(figures(value)) + named
 
 

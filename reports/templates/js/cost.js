@@ -6,7 +6,7 @@ function sweptScenes() {
 
 /** The step of a run, or the tolerance under which it chose its own. */
 function settingOf(run, digits = 3) {
-  return run.tolerance === null ? `step ${figure(run.dt_s, digits)} s` : `tolerance ${run.tolerance < 1e-3 ? figure(run.tolerance, digits) : given(Number(run.tolerance.toPrecision(digits)))}`;
+  return run.tolerance === null ? `step ${figure(run.dt_s, digits)} s` : `tolerance ${given(Number(run.tolerance.toPrecision(digits)))}`;
 }
 
 function costSections(host) {

@@ -48,7 +48,9 @@ function chosen(value, unit) {
 
 /** A number that a person chose, such as a time or a step, as it was written. */
 function given(value) {
-  return String(Number(value.toPrecision(12))).replace("-", MINUS);
+  const [mantissa, power] = Number(value.toPrecision(12)).toExponential().split("e").map(Number);
+  const text = power >= -3 || value === 0 ? String(Number(value.toPrecision(12))) : `${mantissa === 1 ? "" : `${mantissa}·`}10${superscript(power)}`;
+  return text.replace("-", MINUS);
 }
 
 function listed(names) {

@@ -46,6 +46,22 @@ def test_every_mistake_is_in_the_table_and_the_page_counts_them(heldout, shown):
     assert f"{honest} of {len(own)}" in (DOCS / "confusion.md").read_text(encoding="utf-8")
 
 
+def test_every_mistake_with_a_name_is_in_the_table(shown):
+    named = [(row["case"], row["scene"]) for row in shown if row["source"] == "named"]
+    assert sorted(named) == sorted((mistake, case.scene) for mistake, case in planted.CASES.items())
+
+
+def test_what_was_told_firmly_of_what_is_held_out_was_right_as_the_pages_say(heldout, shown):
+    held_out = [row for row in shown if row["source"] in (heldout.UNNAMED, heldout.NAMED, heldout.LEFT_OUT)]
+    firm = [row for row in held_out if row["verdict"] == heldout.EXPLAINED_WHOLLY]
+    right = sum(not row["judged"].startswith("wrong") for row in firm)
+    for page, said in {
+        DOCS / "confusion.md": f"of {len(held_out)} files",
+        DOCS.parent / "README.md": f"{right} of the {len(firm)} that it explained firmly",
+    }.items():
+        assert said in page.read_text(encoding="utf-8"), page
+
+
 def test_the_spoilt_program_is_right_but_for_its_mistake(heldout, tmp_path):
     """What is judged is the mistake, not the program: without one its file is correct to its digits."""
     scene = heldout.SCENES["struck"]
