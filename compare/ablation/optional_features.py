@@ -6,7 +6,7 @@ same rounds.
 """
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -16,6 +16,7 @@ from compare.ablation.schemas import EVERYTHING, AblationRow
 from compare.judge.errors import quietly
 from compare.run.flight import Trajectory, legs
 from compare.run.participants import Participant
+from compare.run.progress import Tick, untold
 from compare.run.readings import USUAL, Reading, Sampling, ratio
 from compare.run.tasks import Task, run
 from compare.run.timing import Cost, Load, costs
@@ -100,7 +101,7 @@ class Pair:
 def ablate(
     participants: Sequence[Participant],
     scene: Scene,
-    tick: Callable[[str], object] = lambda what: None,
+    tick: Tick = untold,
     sampling: Sampling = USUAL,
     most_methods: int | None = None,
 ) -> Ablation:

@@ -1,7 +1,7 @@
 """Makes a record: every contestant on every scene, at the scene's own step and down a short ladder around it."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import Future
 from dataclasses import asdict, dataclass, replace
 from itertools import chain
@@ -17,6 +17,7 @@ from compare.judge.trend import spin_energy
 from compare.run.flight import Trajectory, legs
 from compare.run.kept import Kept
 from compare.run.participants import Participant
+from compare.run.progress import Tick, untold
 from compare.run.tasks import Task, run
 from compare.run.truths import Answer, Truths
 from compare.run.worker import Failure
@@ -47,7 +48,7 @@ def measure(
     asked: tuple[Sequence[str], Sequence[str]],
     command: str,
     timed: bool,
-    tick: Callable[[str], object] = lambda what: None,
+    tick: Tick = untold,
     kept: Kept | None = None,
 ) -> Record:
     """Return the record of all participants on all scenes.

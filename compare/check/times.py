@@ -1,6 +1,6 @@
 """Run times as ratios to one reference contestant, sampled in the same rounds: all that two machines have in common."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 from typing import Any
 
@@ -12,13 +12,12 @@ from compare.judge.cost import REFERENCE, time_runs
 from compare.judge.errors import Run
 from compare.run.flight import Trajectory
 from compare.run.participants import Participant, launched
+from compare.run.progress import Tick
 from compare.run.readings import ratio
 from scenarios.scene import Scene
 
 
-def time_rows(
-    participants: Sequence[Participant], scene: Scene, runs: Sequence[Run], tick: Callable[[str], object]
-) -> Iterator[TimeRow]:
+def time_rows(participants: Sequence[Participant], scene: Scene, runs: Sequence[Run], tick: Tick) -> Iterator[TimeRow]:
     """Yield the time of every flight of one scene over the reference contestant's, which joins where it was not asked.
 
     What has none, because its process has ended, is left empty.

@@ -1,12 +1,13 @@
 """Every contestant on every scene, held against the truth."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass
 
 from compare.judge.errors import Flown, Run
 from compare.run.flight import Trajectory
 from compare.run.participants import Participant
+from compare.run.progress import Tick, untold
 from compare.run.tasks import Task, run
 from compare.run.truths import Truths
 from compare.run.worker import Failure
@@ -33,7 +34,7 @@ def compare(
     participants: Sequence[Participant],
     scenes: Sequence[Scene],
     dt: float | None = None,
-    tick: Callable[[str], object] = lambda what: None,
+    tick: Tick = untold,
     truths: Truths | None = None,
 ) -> list[Comparison]:
     """Put every scene to every participant and hold the answers against the truth.

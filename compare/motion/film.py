@@ -3,12 +3,13 @@
 The instants lie on the steps that a flight takes anyway, so that who is watched flies as it does unwatched.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
 
 from compare.run.flight import Trajectory, legs
 from compare.run.participants import Participant
+from compare.run.progress import Tick, untold
 from compare.run.tasks import Task, run
 from compare.run.truths import Truths
 from compare.run.worker import Failure
@@ -32,7 +33,7 @@ def film(
     participants: Sequence[Participant],
     scenes: Sequence[Scene],
     dt: float | None = None,
-    tick: Callable[[str], object] = lambda what: None,
+    tick: Tick = untold,
     truths: Truths | None = None,
 ) -> list[Film]:
     """Return the films of all scenes that have a truth; dt [s], by default each scene's own step.

@@ -12,6 +12,7 @@ from compare.releases.schemas import ReleaseRow
 from compare.run.environments import split_release
 from compare.run.kept import Kept
 from compare.run.participants import Participant
+from compare.run.progress import Tick, untold
 from compare.run.readings import USUAL, Reading, Sampling, ratio
 from compare.run.tasks import Task, run
 from compare.run.timing import Cost, Load, costs
@@ -54,7 +55,7 @@ def release_of(participant: Participant) -> str:
 def ledger(
     participants: Sequence[Participant],
     scenes: Sequence[Scene],
-    tick: Callable[[str], object] = lambda what: None,
+    tick: Tick = untold,
     kept: Kept | None = None,
     sampling: Sampling = USUAL,
 ) -> Ledger:

@@ -20,6 +20,7 @@ from typing import Any, Generic, TypeVar
 
 from compare.run.kept import Kept
 from compare.run.participants import Participant
+from compare.run.progress import Tick, untold
 from compare.run.truths import Truths
 
 Result = TypeVar("Result", covariant=True)
@@ -49,7 +50,7 @@ def run(
     truths: Truths | None = None,
     done: Collection[Key] = (),
     finished: Callable[[Key, Result], object] = lambda key, result: None,
-    tick: Callable[[str], object] = lambda what: None,
+    tick: Tick = untold,
     kept: Kept | None = None,
 ) -> list[Result]:
     """Return the results of all tasks but those that are done already, in the order of the tasks.

@@ -7,10 +7,9 @@ import multiprocessing
 import os
 import signal
 import threading
-import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from functools import partial
 from multiprocessing.connection import Connection
@@ -18,12 +17,11 @@ from typing import Any, NamedTuple, Self
 
 import numpy as np
 
+from compare.run.progress import Progress, Tick, untold
 from scenarios.impulse import RayMissed
 from scenarios.scene import Scene
 from scenarios.truth import NoTruth, Truth, truth
 
-# A truth that takes longer [s] tells what share of it is done, in pieces as large as this and larger.
-QUICK_S, PIECE = 1.0, 0.01
 # How often somebody who waits for news looks whether there is still anything to wait for [s].
 LOOK_S = 0.2
 BY_ROW = ("times", "states", "vertices", "bound", "floor")
@@ -64,29 +62,6 @@ def true_answer(scene: Scene, floor: bool = True, tell: Callable[[float], object
         raise RayMissed(f"{scene.name}: {missed}") from missed
 
 
-class Progress:
-    """Tells of a truth in pieces that come to one, or at once where it is quick."""
-
-    def __init__(self, name: str, tick: Callable[..., object]) -> None:
-        self._what, self._tick, self._told, self._begun = f"{name} truth", tick, 0.0, time.monotonic()
-        # The end may be told before the last piece has been heard of.
-        self._one_at_a_time = threading.Lock()
-
-    def __call__(self, share: float) -> None:
-        """Tell that this share of it is done."""
-        with self._one_at_a_time:
-            if share - self._told >= PIECE and share < 1 and time.monotonic() - self._begun > QUICK_S:
-                self._tick(self._what, share - self._told)
-                self._told = share
-
-    def end(self) -> None:
-        """Tell that all of it is done."""
-        with self._one_at_a_time:
-            rest = (1 - self._told,) if self._told else ()
-            self._tick(self._what, *rest)
-            self._told = 1.0
-
-
 class Truths:
     """The true answers of scenes, each a Future, in the order of the scenes.
 
@@ -95,9 +70,7 @@ class Truths:
     floor: whether the truths are to judge by, or only to be seen.
     """
 
-    def __init__(
-        self, scenes: Sequence[Scene], tick: Callable[..., object] = lambda what, share=1.0: None, floor: bool = True
-    ) -> None:
+    def __init__(self, scenes: Sequence[Scene], tick: Tick = untold, floor: bool = True) -> None:
         self._scenes = tuple(scenes)
         self._pool: ProcessPoolExecutor | None = None
         told = [Progress(scene.name, tick) for scene in scenes]
@@ -190,7 +163,12 @@ def in_a_thread(function: Callable[[Scene], Answer], scene: Scene) -> "Future[An
 
 def numbered_answer(scene: Scene, floor: bool, number: int) -> Answer:
     """Return the same in a process of its own, which tells the other one how far that number is."""
-    return true_answer(scene, floor, lambda share: _news[0].send((number, share)))
+
+    def tell(share: float) -> None:
+        with suppress(OSError):  # nobody listens any more
+            _news[0].send((number, share))
+
+    return true_answer(scene, floor, tell)
 
 
 _news: list[Connection] = []

@@ -1,11 +1,12 @@
 """The tables of pieces that are done: one contestant in one scene or extreme case."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import pandas as pd
 
 from compare.run.participants import Participant
+from compare.run.progress import Tick, untold
 from compare.run.provenance import ConditionRow
 from compare.stability.schemas import CELLS, EXTREMES, LIMITS, TABLES, ExtremeRow
 from compare.stability.tasks import Done, Key, keys, stability
@@ -40,7 +41,7 @@ def pieces(tables: Mapping[str, pd.DataFrame]) -> list[Piece]:
 
 
 def quick_tables(
-    participants: Sequence[Participant], scenes: Sequence[Scene], tick: Callable[[str], object] = lambda what: None
+    participants: Sequence[Participant], scenes: Sequence[Scene], tick: Tick = untold
 ) -> dict[str, pd.DataFrame]:
     """Return the tables of scenes at their own values only, of nobody who takes part only on request.
 

@@ -8,6 +8,7 @@ from concurrent.futures import Future
 from functools import partial
 
 from compare.run.participants import Participant
+from compare.run.progress import Tick, untold
 from compare.run.tasks import Task, run
 from compare.run.truths import Answer, Truths
 from compare.run.worker import Failure
@@ -60,7 +61,7 @@ def stability(
     scenes: Sequence[Scene],
     cases: Sequence[Case],
     keep: Callable[[Done], object],
-    tick: Callable[[str], object] = lambda what: None,
+    tick: Tick = untold,
     done: Collection[Key] = (),
     factors: Sequence[float] = FACTORS,
     few: bool = False,

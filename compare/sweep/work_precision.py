@@ -4,7 +4,7 @@ Errors and times come from separate runs.  A fixed-step method's time is its ste
 method, and one that takes a flight in one step, is timed by whole flights.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 from compare.judge.cost import Timed, time_runs
@@ -12,6 +12,7 @@ from compare.judge.errors import Flown, Run
 from compare.run.flight import legs
 from compare.run.kept import Kept
 from compare.run.participants import Participant
+from compare.run.progress import Tick, untold
 from compare.run.readings import USUAL, Sampling
 from compare.run.tasks import Task, run
 from compare.run.truths import true_answer
@@ -67,7 +68,7 @@ class Sweep:
 def sweep(
     participants: Sequence[Participant],
     scene: Scene,
-    tick: Callable[[str], object] = lambda what: None,
+    tick: Tick = untold,
     effort: Effort = FULL,
     kept: Kept | None = None,
     enough_m: float = 0.0,

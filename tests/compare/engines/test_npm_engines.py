@@ -8,7 +8,7 @@ import pytest
 from apart import broken_laws, engine, flight, throw
 
 from compare.judge.errors import Run
-from compare.run import environments
+from compare.run import environments, installing
 from compare.run.installing import install
 from compare.run.participants import launched
 from compare.run.registry import BadEngine, names, package
@@ -133,7 +133,7 @@ def test_without_a_network_npm_leaves_nothing(monkeypatch, tmp_path):
 
 def test_without_node_it_is_one_line(monkeypatch, tmp_path):
     monkeypatch.setenv("TUMBLE_ENVIRONMENTS", str(tmp_path))
-    monkeypatch.setattr(environments.shutil, "which", lambda name: None)
+    monkeypatch.setattr(installing.shutil, "which", lambda name: None)
     with pytest.raises(BadEngine, match=r"cannon@0\.20\.0: it needs node and npm, which are not here"):
         install("cannon")
     assert list(tmp_path.iterdir()) == []
@@ -142,7 +142,7 @@ def test_without_node_it_is_one_line(monkeypatch, tmp_path):
 def test_its_environment_says_what_it_is():
     with engine("cannon") as ours:
         assert ours.info.version == "0.20.0"
-    (there,) = [one for one in environments.environments() if one.engine == "cannon"]
+    (there,) = [one for one in environments.environments() if one.name == "cannon@0.20.0"]
     assert there.node.split(".")[0].isdigit()
     assert there.packages == ("cannon-es==0.20.0",)
     assert json.loads((environments.folder() / there.name / environments.MARK).read_text())["python"] == ""

@@ -153,7 +153,7 @@ def test_truths_of_several_scenes_are_those_of_each_alone():
 
 @pytest.mark.parametrize("others", [(), (SCENE,)], ids=["in a thread", "in a process"])
 def test_a_long_truth_tells_how_far_it_is(others, monkeypatch):
-    monkeypatch.setattr("compare.run.truths.QUICK_S", 0.0)
+    monkeypatch.setattr("compare.run.progress.QUICK_S", 0.0)
     shares: list[float] = []
     tick = lambda what, share=1.0: shares.append(share) if what == "many-throws truth" else None  # noqa: E731
     with Truths([read_scene("many-throws"), *others], tick) as truths:
