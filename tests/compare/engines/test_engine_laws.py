@@ -113,7 +113,8 @@ def test_what_brings_an_engine_is_read_without_running_it(monkeypatch, tmp_path)
 def test_nobody_outside_names_an_engine():
     """Whoever adds or removes an engine touches its file alone.
 
-    The hand calculation is Table 4.1's, and has a section of the page; the lab opens with four contestants.
+    The hand calculation is Table 4.1's, and has a section of the page; the lab opens with four contestants; the laws
+    that `grade` recognises are of engines that need not be here.
     """
     names = {*registry.names()} - {contract.OWN}
     found = []
