@@ -127,6 +127,7 @@ def test_nobody_outside_names_an_engine():
                         engine in names
                         and (path.parent.name, engine) != ("reports", "handcalc")
                         and path.name != "lab.py"
+                        and (path.parent.name, path.name) != ("grade", "engines.py")
                     ):
                         found.append(f"{path.relative_to(ROOT)}:{node.lineno}: {node.value}")
     assert not found

@@ -1,0 +1,42 @@
+"""How far a study is: who is told, and a truth that tells its share of it."""
+
+import threading
+import time
+from typing import Protocol
+
+# A truth that takes longer [s] tells what share of it is done, in pieces as large as this and larger.
+QUICK_S, PIECE = 1.0, 0.01
+
+
+class Tick(Protocol):
+    """Is told of every flight and truth as it is done, and of a long truth piece by piece: shares that come to one."""
+
+    def __call__(self, what: str, share: float = 1.0, /) -> object:
+        """Hear that this share of what is named is done."""
+
+
+def untold(what: str, share: float = 1.0) -> None:
+    """Tell nobody."""
+
+
+class Progress:
+    """Tells of a truth in pieces that come to one, or at once where it is quick."""
+
+    def __init__(self, name: str, tick: Tick) -> None:
+        self._what, self._tick, self._told, self._begun = f"{name} truth", tick, 0.0, time.monotonic()
+        # The end may be told before the last piece has been heard of.
+        self._one_at_a_time = threading.Lock()
+
+    def __call__(self, share: float) -> None:
+        """Tell that this share of it is done."""
+        with self._one_at_a_time:
+            if share - self._told >= PIECE and share < 1 and time.monotonic() - self._begun > QUICK_S:
+                self._tick(self._what, share - self._told)
+                self._told = share
+
+    def end(self) -> None:
+        """Tell that all of it is done."""
+        with self._one_at_a_time:
+            rest = (1 - self._told,) if self._told else ()
+            self._tick(self._what, *rest)
+            self._told = 1.0
