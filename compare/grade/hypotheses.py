@@ -39,7 +39,7 @@ class Question:
     turn_s: the time in which the body turns by a radian [s]; spacing_s: from row to row; first: x [m] and q of the row
     at t = 0, (7,), where there is one; centred: the file says where the body is; offset: constant, of what it says is
     the centre, body axes [m], (3,), drift: what its velocity and acceleration [m/s, m/s2], (2, 3), are off by, where
-    there is one; spin: w at the start that makes all attitudes [rad/s], (3,), where there is one.
+    there is one.
     """
 
     scene: Scene
@@ -53,7 +53,6 @@ class Question:
     centred: bool = True
     offset: Array | None = None
     drift: Array | None = None
-    spin: Array | None = None
 
     @property
     def ticks(self) -> dict[float, str]:

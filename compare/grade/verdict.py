@@ -25,7 +25,6 @@ from compare.grade.residual import Kept, Measured, measure
 from compare.grade.sightings import sightings
 from compare.grade.single import in_steps, single_floor
 from compare.grade.spin import spin_mistake
-from compare.grade.start_spin import another_spin
 from scenarios.frames import Array
 from scenarios.scene import Scene
 
@@ -138,7 +137,6 @@ def grade(
             question = replace(question, offset=offset.body)
         elif measured.shown.centred and (drift := constant_drift(kept, points, scale.floors_m)) is not None:
             question = replace(question, drift=np.stack(drift))
-        question = replace(question, spin=another_spin(question.account, kept, points, scale.floors_m))
         diagnosis = diagnose(question, measured.shown, kept, scale, measured.single, engines, nearest)
     account = diagnosis.account if diagnosis else question.account
     return Grade(trajectory.name, scene, measured, diagnosis, spin_mistake(kept, account), scale, seen)

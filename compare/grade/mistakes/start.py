@@ -49,9 +49,6 @@ def start(question: Question) -> Iterator[Hypothesis]:
         velocity = account.start[VELOCITY] + question.drift[0]
         says = f"it starts with a velocity of {_numbers(velocity)} m/s, not with the scene's"
         changes.append(("another start velocity", "start velocity", says, VELOCITY, velocity))
-    if question.spin is not None:
-        says = f"it starts with an angular velocity of {_numbers(question.spin)} rad/s, not with the scene's"
-        changes.append(("another start spin", "spin", says, SPIN, question.spin))
     for name, part, says, place, value in changes:
         if _differs(account.start[place], value, place):
             is_taken = name.startswith("another")

@@ -7,7 +7,6 @@ import pytest
 from programs import read, write
 from replicas import Replica, midpoint, none, rescaled
 
-from compare.grade.reference import Reference
 from compare.grade.verdict import EXPLAINED_WHOLLY, grade
 from scenarios.read import read_scene
 
@@ -78,21 +77,3 @@ def test_a_start_that_single_precision_rounds_is_no_mistake(tmp_path):
     found = flown(tmp_path, Replica(1 / 60, none, number=SINGLE))
     assert found.verdict == EXPLAINED_WHOLLY
     assert found.diagnosis.engines
-
-
-def test_another_start_spin_is_measured(tmp_path):
-    """The scene is the suspect: what was flown began with another angular velocity."""
-    scene = tmp_path / "other.toml"
-    scene.write_text(SCENE.format(duration=1.0, spin=SLOW))
-    throw = read(scene)
-    file = tmp_path / "other.csv"
-    other = tmp_path / "flown.toml"
-    other.write_text(SCENE.format(duration=1.0, spin=[3.4, -6.3, 2.7]))
-    times = np.arange(61) / 60
-    states = Reference(read_scene(str(other))).states(0, times)
-    rows = [(t, s[0:3], None, s[3:7], s[7:10], s[10:13]) for t, s in zip(times, states, strict=True)]
-    write(file, rows, throw.vertices, form="{:.9g}".format)
-    found = grade(file, read_scene(str(scene)), {})
-    assert found.verdict == EXPLAINED_WHOLLY
-    assert [mistake.hypothesis.name for mistake in found.diagnosis.best.mistakes] == ["another start spin"]
-    assert "(3.4, -6.3, 2.7)" in found.diagnosis.best.mistakes[0].said

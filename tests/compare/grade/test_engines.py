@@ -67,7 +67,7 @@ def graded(capsys, *words):
 def test_an_engine_is_named_and_the_first_word_comes_before_the_search(capsys):
     out, err = graded(capsys)
     assert "This is what cannon-es does at its defaults:" in out
-    assert "off by up to 0.374 m" in err
+    assert "off by up to 370 mm" in err
 
 
 def test_the_answer_for_machines(capsys, tmp_path):

@@ -248,7 +248,7 @@ def graded(capsys, tmp_path):
 
 def named(out):
     """Return what is named, in order."""
-    return re.findall(r"(?<= )\d\. (.*?): \S+ m -> \S+ m", out.partition(" at the end ")[2])
+    return re.findall(r"(?<= )\d\. (.*?): \S+ [pnfµmk]?m -> \S+ [pnfµmk]?m", out.partition(" at the end ")[2])
 
 
 def number_in(said):
