@@ -75,7 +75,6 @@ def questions() -> Iterator[Question]:
             centred,
             offset,
             drift=np.ones((2, 3)),
-            spin=np.ones(3),
         )
 
 

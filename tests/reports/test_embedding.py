@@ -3,6 +3,8 @@
 import base64
 import json
 import math
+import re
+from collections import Counter
 
 import numpy as np
 import pandas as pd
@@ -112,3 +114,18 @@ def test_a_number_that_stands_there_often_is_carried_once_and_keeps_its_sign():
     assert [math.copysign(1.0, number) for number in back[:2]] == [1.0, -1.0]
     assert back[2:4] == ["Infinity", None]
     assert values(pd.Series([1.0, 2.0, 3.0])) == [1.0, 2.0, 3.0]
+
+
+def test_no_two_scripts_of_the_page_define_the_same_name():
+    """They are one script on the page, where the later of two functions of a name takes the place of the earlier."""
+    names = [
+        found[1]
+        for script in SCRIPTS
+        for found in re.finditer(
+            r"^(?:async )?(?:function|const|let|class) (\w+)",
+            (TEMPLATES / "js" / f"{script}.js").read_text(encoding="utf-8"),
+            re.MULTILINE,
+        )
+    ]
+    assert len(names) > 100
+    assert [name for name, times in Counter(names).items() if times > 1] == []

@@ -212,6 +212,16 @@ def test_a_click_hides_a_double_click_isolates_and_all_figures_follow(html, open
     until(tab, "document.querySelectorAll('#board tbody tr').length > 2")
 
 
+def test_every_figure_stands_with_nobody_shown(html, opened):
+    tab = opened(html, "#show=all&open=die-vertex&at=first")
+    everything_drawn(tab)
+    tab.locator('.chip[data-show="none"]').click()
+    until(tab, "document.querySelectorAll('#board tbody tr').length === 0")
+    expect(tab.locator("#error-die-vertex")).to_contain_text("Nobody is shown")
+    tab.locator('.chip[data-show="all"]').click()
+    expect(tab.locator("#error-die-vertex .label").first).to_be_attached()
+
+
 def test_a_hover_marks_the_same_contestant_everywhere(html, opened):
     tab = opened(html, "#show=all&open=die-vertex&at=error-die-vertex", height=2000)
     label = tab.locator("#error-die-vertex .label").first

@@ -17,6 +17,11 @@ function scale({ log }, [least, most], [from, to]) {
   return { place, back, ticks: log ? decades(a, b, Math.abs(to - from)) : evenly(a, b, Math.abs(to - from)) };
 }
 
+/** Whether an axis has a place for a value. */
+function placeable({ log }, value) {
+  return Number.isFinite(value) && (!log || value > 0);
+}
+
 function decades(a, b, pixels) {
   const every = Math.max(1, Math.ceil((b - a) / (pixels / 34)));
   const found = [];
@@ -81,14 +86,14 @@ function chart(host, { id, label, x, y, series, limit = [], under = () => [], cu
     const points = drawn.flatMap((one) => one.points);
     const plain = points.filter((point) => point.plain);
     const counted = plain.length ? plain : points;
-    const xs = points.map((point) => point.x);
-    const ys = counted.map((point) => point.y).concat(y.log ? limit.map((point) => point.y) : []).filter((value) => Number.isFinite(value) && (!y.log || value > 0));
+    const xs = points.map((point) => point.x).filter((value) => placeable(x, value));
+    const ys = counted.map((point) => point.y).concat(y.log ? limit.map((point) => point.y) : []).filter((value) => placeable(y, value));
     let [low, high] = ys.length ? [Math.min(...ys), Math.max(...ys)] : [1e-3, 1];
     const highest = Math.max(high, ...points.map((point) => point.y).filter(Number.isFinite));
     if (y.log) [low, high] = [low / 2, Math.min(highest, high * HEADROOM) * 2];
     else if (low === high) [low, high] = [low - 1, high + 1];
     else [low, high] = [low - 0.05 * (high - low), high + 0.05 * (high - low)];
-    let [first, last] = range ?? (xs.length ? [Math.min(...xs), Math.max(...xs)] : [0, 1]);
+    let [first, last] = range ?? (xs.length ? [Math.min(...xs), Math.max(...xs)] : [1e-3, 1]);
     if (x.log) [first, last] = [first / 1.5, last * 1.5];
     return { X: scale(x, [first, last], [area.left, area.right]), Y: scale(y, [low, high], [area.bottom, area.top]), low, high, first, last };
   }

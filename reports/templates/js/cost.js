@@ -107,7 +107,7 @@ function costTable(host, scene) {
       { key: "dt_s", label: "step", unit: "s" },
       { key: "steps_per_s", label: "steps a second" },
       { key: "ratio", label: "over the reference", show: (row) => times(row.ratio) },
-      { key: "ratio_low", label: "95 in 100", words: true, show: (row) => between(row.ratio_low, row.ratio_high) },
+      { key: "ratio_low", label: "95 in 100", words: true, show: (row) => interval(row.ratio_low, row.ratio_high) },
     ],
   });
 }

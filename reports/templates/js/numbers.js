@@ -62,7 +62,7 @@ function counted(count, noun) {
 }
 
 /** The ends of an interval. */
-function between(low, high) {
+function interval(low, high) {
   return low === null || low === undefined ? "" : `${figure(low)} to ${figure(high)}`;
 }
 

@@ -47,7 +47,7 @@ function releasesSection(host, engine, list) {
       { key: "spin_energy", label: "energy of the spin", words: true },
       { key: "step_ns", label: "time of a step", unit: "ns" },
       { key: "time_ratio", label: "over the newest", show: (row) => times(row.time_ratio) },
-      { key: "time_ratio_low", label: "95 in 100", words: true, show: (row) => between(row.time_ratio_low, row.time_ratio_high) },
+      { key: "time_ratio_low", label: "95 in 100", words: true, show: (row) => interval(row.time_ratio_low, row.time_ratio_high) },
     ],
   });
 }

@@ -15,7 +15,7 @@ function sparedSection(host) {
       { key: "cpu_ns_per_step_with", label: "with", unit: "ns" },
       { key: "cpu_ns_per_step_without", label: "without", unit: "ns" },
       { key: "ratio", label: "ratio", show: (row) => times(row.ratio) },
-      { key: "ratio_low", label: "95 in 100", words: true, show: (row) => between(row.ratio_low, row.ratio_high) },
+      { key: "ratio_low", label: "95 in 100", words: true, show: (row) => interval(row.ratio_low, row.ratio_high) },
       { key: "max_difference_m", label: "motions apart", unit: "m" },
     ],
   });
