@@ -106,7 +106,8 @@ def input_floor(mp: Any, scene: Scene, row: int, throw: Throw, plain: Flight) ->
         if moved is not None:
             return moved
     others = [changed(1.0) for changed in readings]
-    return np.maximum.reduce([_moved(plain, _flight(mp, other, plain.bits), throw, other) for other in others])
+    moves = [_moved(plain, _flight(mp, other, plain.bits), throw, other) for other in others]
+    return np.maximum.reduce(moves)[:, 0]
 
 
 class Reading(NamedTuple):
@@ -133,18 +134,21 @@ def _derivative(mp: Any, throw: Throw, readings: list[Reading], share: float) ->
     far = np.abs([pose.x.astype(float) for pose in plain.poses]).max(axis=1)
     if not in_proportion(there, back, share, throw.points.astype(float), far).all():
         return None
-    found = np.maximum.reduce([there, *(moves(reading, share) for reading in readings[1:])])
+    found = np.maximum.reduce([there, *(moves(reading, share) for reading in readings[1:])])[:, 0]
     return found if np.isfinite(found).all() else None  # not where doubles were left, as a denormal's changes may do
 
 
 def in_proportion(there: Array, back: Array, share: float, points: Array, far: Array) -> Array:
     """Return whether moves of the vertices over the share of half last bits that made them are a derivative, (R,).
 
-    there, back: for changes of opposite signs [m], (R,); points: (n, 3); far: how far away the body is [m], (R,).
-    Moves that are no longer small against the body may be alike for opposite signs, and tell nothing.
+    there, back: for changes of opposite signs, as they are and about the centre [m], (R, 2); points: (n, 3);
+    far: how far away the body is [m], (R,).  Moves that are no longer small against the body may be alike for opposite
+    signs, and tell nothing.  The centre of one that is far away moves by more; how it turns may not hide behind that.
     """
-    small = share * there <= SMALL * np.linalg.norm(points, axis=1).max() + share * 2.0**-50 * far
-    return small & (abs(there - back) <= PROPORTIONAL * np.maximum(there, back))
+    little = SMALL * np.linalg.norm(points, axis=1).max()
+    small = share * there <= little + np.outer(share * 2.0**-50 * far, (1, 0))
+    even = abs(there - back) <= PROPORTIONAL * np.maximum(there, back)[:, :1]
+    return (small & even).all(axis=1)
 
 
 def doubles(mp: Any, throw: Throw) -> tuple[Any, Principal]:
@@ -169,15 +173,18 @@ def _in_doubles(mp: Any, throw: Throw) -> Flight:
 
 
 def _moved(plain: Flight, changed: Flight, throw: Throw, other: Throw) -> Array:
-    """Return the largest move of a vertex [m], (R,)."""
+    """Return the largest move of a vertex, as it is and about the centre [m], (R, 2)."""
     pairs = zip(plain.poses, changed.poses, strict=True)
     return np.array([movement(*pair, throw.points, other.points) for pair in pairs])
 
 
-def movement(pose: Pose, changed: Pose, points: Numbers, changed_points: Numbers) -> float:
-    """Return the largest move of a vertex [m]: subtracted in exact numbers, then measured in doubles."""
+def movement(pose: Pose, changed: Pose, points: Numbers, changed_points: Numbers) -> Array:
+    """Return the largest move of a vertex, as it is and about the centre [m], (2,).
+
+    It is subtracted in exact numbers, then measured in doubles.
+    """
     x = (changed.x - pose.x).astype(float)
     turned = (changed.axes - pose.axes).astype(float)
     grown = (changed_points - points).astype(float)
-    moves = x + points.astype(float) @ turned.T + grown @ changed.axes.astype(float).T
-    return float(np.linalg.norm(moves, axis=-1).max())
+    about = points.astype(float) @ turned.T + grown @ changed.axes.astype(float).T
+    return np.linalg.norm((x + about, about), axis=-1).max(axis=-1)

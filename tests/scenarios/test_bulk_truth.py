@@ -51,6 +51,7 @@ CASES = {
     "exactly about an axis": (body(3.0, 4.0, 6.0), spun(10, 4, (0.0, 0.0, 3.0), 0.0, turned=False), 10.0),
     "still": (body(3.0, 4.0, 6.0), spun(11, 4, spread=0.0), 10.0),
     "a million radians": (body(3.0, 4.0, 6.0), spun(12, 4), 2e5),
+    "far away and fast": (body(3.0, 4.0, 6.0), spun(14, 4, (1e11, 2e11, -1e11)) + 1e10 * np.eye(13)[0], 1.0),
 }
 
 

@@ -186,13 +186,15 @@ def write_floor(
     """
     bodies, share = inputs.bodies, inputs.shares[trial]
     rows, last = len(floor), READINGS - 1
-    moves, changed, no_states = np.empty((READINGS, rows)), np.zeros((2, STATE)), np.empty((0, STATE))
+    moves, turns = np.empty((READINGS, rows)), np.empty((READINGS, rows))
+    changed, no_states = np.zeros((2, STATE)), np.empty((0, STATE))
     for reading in range(READINGS):
+        part = share * (OPPOSITE if reading == last else 1.0)
         for place in range(STATE):
             if len(inputs.starts):
                 changed[0, place] = inputs.starts[trial, reading, place]
             else:
-                value, part = start[0, place], share * (OPPOSITE if reading == last else 1.0)
+                value = start[0, place]
                 half_bit = np.spacing(abs(value)) / 2.0 if value and reading > 0 else 0.0
                 changed[0, place] = value + inputs.signs[0 if reading == last else reading - 1, place] * part * half_bit
         write_poses(
@@ -200,19 +202,25 @@ def write_floor(
             bodies.times[trial, reading], room, there if reading else here, no_states,
         )  # fmt: skip
         for row in range(rows):
-            furthest = 0.0
+            furthest = widest = 0.0
             for vertex in range(here.shape[2]):
-                total = 0.0
+                total = apart = 0.0
                 for axis in range(3):
-                    total += (there[0, row, vertex, axis] - here[0, row, vertex, axis]) ** 2
-                furthest = max(furthest, total)
-            moves[reading, row] = np.sqrt(furthest) / (share * abs(OPPOSITE) if reading == last else share)
+                    move = there[0, row, vertex, axis] - here[0, row, vertex, axis]
+                    # Where the body turns, vertices do not move alike; one alone is not told from the centre.
+                    alike = there[0, row, 0, axis] - here[0, row, 0, axis] if here.shape[2] > 1 else 0.0
+                    total += move**2
+                    apart += (move - alike) ** 2
+                furthest, widest = max(furthest, total), max(widest, apart)
+            moves[reading, row], turns[reading, row] = np.sqrt(furthest) / abs(part), np.sqrt(widest) / abs(part)
     known = True
     for row in range(rows):
         one, back = moves[1, row], moves[last, row]
         far = max(abs(here[0, row, 0, 0]), abs(here[0, row, 0, 1]), abs(here[0, row, 0, 2]))
         small = share * one <= SMALL * size + share * 2.0**-50 * far
-        if np.isnan(floor[row]) and small and abs(one - back) <= PROPORTIONAL * max(one, back):
+        small = small and share * turns[1, row] <= SMALL * size + 2.0**-50 * far  # but for the rounding of places
+        uneven = max(abs(one - back), abs(turns[1, row] - turns[last, row]))
+        if np.isnan(floor[row]) and small and uneven <= PROPORTIONAL * max(one, back):
             for reading in range(1, last):
                 floor[row] = moves[reading, row] if reading == 1 else max(floor[row], moves[reading, row])
         known = known and not np.isnan(floor[row])

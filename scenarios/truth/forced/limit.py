@@ -42,7 +42,7 @@ def answer(mp: Any, scene: Scene, row: int, throw: Throw) -> Answer:
     floor, why = input_floor(scene, row, throw, min(len(fine.rows), len(rough.rows)), changes, fine.steps)
     known = len(floor)
     points = throw.points.astype(float)
-    apart = moved(rough.rows[:known], fine.rows[:known], points, 0 * points)
+    apart = moved(rough.rows[:known], fine.rows[:known], points, 0 * points)[:, 0]
     error = SAFETY * np.maximum.accumulate(apart) + ROUNDING_PER_STEP * fine.steps * np.maximum.accumulate(floor)
     poses = _poses(mp, fine.rows[:known], throw)
     by = f"Taylor series of orders {FINE.order} and {ROUGH.order}"
@@ -68,16 +68,17 @@ def _poses(mp: Any, rows: Array, throw: Throw) -> list[Pose]:
 
 
 def moved(rows: Array, others: Array, points: Array, grown: Array) -> Array:
-    """Return the largest move of a vertex [m], (R,), from rows of pairs, (R, 2, SIZE), to others.
+    """Return the largest move of a vertex, as it is and about the centre [m], (R, 2), from rows of pairs to others.
 
+    rows, others: (R, 2, SIZE);
     points and by how much they are others there: file axes [m], (n, 3).
     """
     differ = (others[:, 0] - rows[:, 0]) + (others[:, 1] - rows[:, 1])
     turned = differ[:, AXES:MOMENTUM].reshape(-1, 3, 3)
     axes = others[:, 0, AXES:MOMENTUM].reshape(-1, 3, 3)
-    moves = differ[:, np.newaxis, X:V] + points @ turned.swapaxes(1, 2)
-    moves += grown @ axes.swapaxes(1, 2)
-    return np.linalg.norm(moves, axis=-1).max(axis=-1)
+    about = points @ turned.swapaxes(1, 2) + grown @ axes.swapaxes(1, 2)
+    moves = differ[:, np.newaxis, X:V] + about
+    return np.linalg.norm((moves, about), axis=-1).max(axis=-1).T
 
 
 def input_floor(
@@ -132,7 +133,7 @@ class Sensitivity:
         if not reach:
             return np.empty(0)
         plain = self._flown(self._throw, reach)
-        moves = [self._moved(plain, pattern, self._share) for pattern in range(PATTERNS)]
+        moves = [self._moved(plain, pattern, self._share)[:, 0] for pattern in range(PATTERNS)]
         reached = min(map(len, moves))
         return np.maximum.reduce([move[:reached] for move in moves])
 
