@@ -9,18 +9,20 @@ Figures are the mean, the least and the greatest of PASSES.
 """
 
 import shutil
-import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator
-from contextlib import contextmanager
+from pathlib import Path
 
 from figures import FigureRow, figure, output_option, show
 from playwright.sync_api import Browser, Page, sync_playwright
 
 from tumble.commands.lab import USUAL
 
-PASSES, WATCHED_MS, PATIENCE_MS, SETTLED_MS = 3, 3800, 120_000, 1500
+sys.path[:0] = [str(Path(__file__).parents[1] / "support")]
+from lab_pages import PATIENCE_MS, serving  # noqa: E402
+
+PASSES, WATCHED_MS, SETTLED_MS = 3, 3800, 1500
 SIZE = {"width": 1280, "height": 720}
 MIDDLE = SIZE["width"] / 2 - 44, SIZE["height"] / 2  # of the canvas, between the panels: there is the body
 SCENE = "two-hits"
@@ -43,19 +45,6 @@ WATCH = """(watched) => { window.seen = new Promise(tell => addEventListener('po
   };
   look();
 }, {once: true, capture: true})) }"""
-
-
-@contextmanager
-def lab() -> Iterator[str]:
-    """Give the address of a lab at work."""
-    with tempfile.TemporaryDirectory() as folder:
-        command = [sys.executable, "-P", "-m", "tumble", "lab", SCENE, "--no-open"]
-        with subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE, text=True) as process:
-            try:
-                assert process.stdout is not None
-                yield process.stdout.readline().strip()
-            finally:
-                process.terminate()
 
 
 def measured(browser: Browser, address: str) -> Iterator[float]:
@@ -85,11 +74,11 @@ def throw(page: Page) -> None:
 
 def figures() -> Iterator[FigureRow]:
     """Yield what was asked beside what is reached."""
-    with lab() as address, sync_playwright() as playwright:
+    with tempfile.TemporaryDirectory() as folder, serving(Path(folder), SCENE) as lab, sync_playwright() as playwright:
         browser = playwright.chromium.launch(
             executable_path=shutil.which("chromium"), args=["--no-sandbox", "--enable-unsafe-swiftshader"]
         )
-        first, motion, pictures = zip(*(measured(browser, address) for _ in range(PASSES)), strict=True)
+        first, motion, pictures = zip(*(measured(browser, lab.address) for _ in range(PASSES)), strict=True)
         browser.close()
     yield figure("first picture, at most", "", "s", 5.0, first)
     yield figure("click to motion, at most", f"{len(USUAL)} contestants", "s", 0.5, motion)

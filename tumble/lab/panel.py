@@ -185,9 +185,12 @@ class Panel:
 
     def show_time(self, time: float, is_running: bool, speed: float) -> None:
         """Show where the time is."""
+        label = PAUSE if is_running else PLAY
+        if self.time.value == time and not is_running and self.play.label == PAUSE:
+            # Whoever put it there while it ran may have been overtaken by a later time on its way: it is sent again.
+            self.time.value = 0.0 if time else self.time.max
         if self.time.value != time:
             self.time.value = time
-        label = PAUSE if is_running else PLAY
         if self.play.label != label:
             self.play.label = label
             self.play.icon = viser.Icon.PLAYER_PAUSE if is_running else viser.Icon.PLAYER_PLAY

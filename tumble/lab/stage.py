@@ -73,7 +73,9 @@ class Stage:
         self._blows_shown: list[Any] = []
         self._offset = np.zeros(3)
         self._api.configure_default_lights(cast_shadow=False)
-        self._api.add_light_ambient("/light", intensity=0.3)
+        # A map of surroundings to mirror, and both sides of a ghost, take a browser without a GPU half of its pictures.
+        self._api.configure_environment_map(None)
+        self._api.add_light_ambient("/light", intensity=1.5)
 
     def set_up(self, scene: Scene, *, look: bool) -> None:
         """Build the scene anew, its body at the start; look: whether at it, from where all of it is seen."""
@@ -163,7 +165,7 @@ class Stage:
             f"{name}/edges", shape[self._edges], colour, thickness=2.5, thickness_units="screen"
         )
         faces = self._api.add_mesh_simple(
-            f"{name}/faces", shape, self._faces, color=colour, opacity=GHOST_OPACITY, side="double",
+            f"{name}/faces", shape, self._faces, color=colour, opacity=GHOST_OPACITY, side="front",
             flat_shading=True, cast_shadow=False, receive_shadow=False, visible=False,
         )  # fmt: skip
         return DrawnGhost(frame, edges, faces, shape)

@@ -26,7 +26,7 @@ mass = 1e-7
 position = [1000.0, 0.0, -2000.0]
 """
 CENTRE, CORNER = np.array([1000.0, 0.0, -2000.0]), np.array([1e-4, 1.5e-4, 2e-4])
-WALKED_MS = 400
+WALKED_MS, SETTLED_MS = 400, 500
 BESIDE = 560, 690  # on the canvas, beside the body
 SPOT = 20  # pixels that are surely no accident
 
@@ -103,6 +103,24 @@ def test_the_coursework_is_replayed_with_its_five_times_and_its_printed_position
     red, green, blue = np.moveaxis(pixels.astype(int), -1, 0)
     assert ((green - red > 60) & (green - blue > 40)).sum() > SPOT
     assert ((red - green > 60) & (blue - green > 60)).sum() > SPOT
+
+
+def test_a_slider_pulled_while_time_runs_stays_where_it_was_pulled_to(lab, page):
+    struck(lab, page, CENTRE)
+    number = page.locator("input[inputmode=decimal], input[inputmode=numeric]").nth(1)
+    track = page.locator(".mantine-Slider-root").nth(1)
+    play, pause = (page.get_by_role("button", name=name) for name in ("Play", "Pause"))
+    for share in (0.2, 0.5, 0.2):
+        if play.is_visible():
+            play.click()
+        expect(pause).to_be_visible(timeout=PATIENCE_MS)
+        box = track.bounding_box()
+        track.click(position={"x": share * box["width"], "y": box["height"] / 2})
+        expect(play).to_be_visible(timeout=PATIENCE_MS)
+        page.wait_for_timeout(SETTLED_MS)
+        shown = float(page.locator("[data-lab=time]").inner_text())
+        assert shown == pytest.approx(share * 0.05, abs=0.005)
+        assert float(number.input_value()) == pytest.approx(shown, abs=1e-9)
 
 
 def test_an_engine_is_added_in_the_panel(page, lab):
