@@ -67,3 +67,15 @@ def test_compiling_does_not_use_up_the_time_of_a_flight(monkeypatch):
     monkeypatch.setattr(flight, "thread_time", lambda: next(clock))
     budget = flight.Budget()
     assert [budget.is_up() for _ in range(3)] == [False, False, True]
+
+
+def test_what_there_is_time_for_is_told(monkeypatch):
+    # All of it takes some forty times as long.  Of flights that are cut where the time is up, the last would be empty.
+    monkeypatch.setattr(flight, "BUDGET_S", 1.0)
+    true = truth(changed("tether-undamped", stiffness=1e8, duration=10.0, samples=500))
+    assert 3 <= true.known < len(true.times)
+    assert "processor time" in true.why
+    known = truth(changed("tether-undamped", stiffness=1e8, duration=0.04, samples=2))
+    assert true.times[2] == known.times[2]
+    np.testing.assert_array_equal(true.vertices[:3], known.vertices)
+    assert np.median(true.floor[1:3] / known.floor[1:]) == pytest.approx(1.0, rel=0.1)

@@ -71,8 +71,12 @@ class Budget:
 
     def is_up(self) -> bool:
         """Return whether it is used up."""
+        return self.left_s() < 0.0
+
+    def left_s(self) -> float:
+        """Return what is left of it [s]."""
         self._end = thread_time() + BUDGET_S if self._end is None else self._end
-        return thread_time() > self._end
+        return self._end - thread_time()
 
 
 class Pilot:

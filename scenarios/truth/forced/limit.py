@@ -4,6 +4,7 @@ The flight is made twice, by series of two orders at two tolerances, and in doub
 """
 
 from random import Random
+from time import thread_time
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ import numpy as np
 from scenarios.frames import Array
 from scenarios.scene import Scene
 from scenarios.truth.flight import Pose
-from scenarios.truth.forced.flight import Budget, Pilot, length_of
+from scenarios.truth.forced.flight import BUDGET_S, Budget, Pilot, length_of
 from scenarios.truth.forced.laws import AXES, MOMENTUM, V, X
 from scenarios.truth.forced.passage import Manner
 from scenarios.truth.inertia import inverse
@@ -32,6 +33,9 @@ ROUNDING_PER_STEP = 2.0**-47
 CHANGES, QUICK_CHANGES = ((PLAIN, 2.0**23), (PLAIN, 2.0**8)), ((QUICK, 2.0**36),)
 # So many steps make a flight slow; and how many times as many instants are tried next.
 MANY_STEPS, FURTHER = 5000, 4
+# The pattern and the share of a throw as it is written; how many flights it takes to see whether effects are even.
+UNCHANGED, TRIED = (0, 0.0), 3
+LATE = f"the {BUDGET_S:g} s of processor time for what the last bits of its numbers do were up"
 
 
 def answer(mp: Any, scene: Scene, row: int, throw: Throw) -> Answer:
@@ -48,7 +52,7 @@ def answer(mp: Any, scene: Scene, row: int, throw: Throw) -> Answer:
     by = f"Taylor series of orders {FINE.order} and {ROUGH.order}"
     by += f", Radau collocation of {FINE.creeping[0]} and {ROUGH.creeping[0]} stages" if fine.crept else ""
     how = f"{by}, in 32 digits, restarted at every switch"
-    return Answer(Flight(BITS, poses), error, floor, how, fine.why or rough.why or why)
+    return Answer(Flight(BITS, poses), error, floor, how, why or fine.why or rough.why)
 
 
 def flown(mp: Any, throw: Throw) -> Flight:
@@ -95,56 +99,80 @@ def input_floor(
         tried = Sensitivity(scene, row, throw, manner, share, budget)
         reach = known if steps < MANY_STEPS else min(len(floor) + 1, known)
         while (count := tried.proportional(reach)) == reach < known:
-            reach = min(FURTHER * reach, known)
+            further = tried.affordable(min(FURTHER * reach, known), TRIED + PATTERNS - 1)
+            if further <= reach:
+                tried.is_late = True
+                break
+            reach = further
         floor = np.concatenate((floor, tried.moves(count)[len(floor) :]))
         if len(floor) == known:
             return floor, ""
+        if tried.is_late:
+            return floor, LATE
     longer = Sensitivity(scene, row, throw, ROUGH, 1.0, budget)
     for reach in (len(floor) + 1, known):
         floor = np.concatenate((floor, longer.moves(reach)[len(floor) :]))
-        if longer.why or floor[-1] > TRUSTED * length_of(throw):
+        if longer.why or longer.is_late or floor[-1] > TRUSTED * length_of(throw):
             break
-    return floor, longer.why
+    return floor, LATE if longer.is_late else longer.why
 
 
 class Sensitivity:
     """What a change of all inputs by a share of half their last bits does, over that share.
 
-    why: why the flights went no further, if they did not.
+    why: why the flights went no further, if they did not; is_late: whether there was no time for all that was asked.
     """
 
     def __init__(self, scene: Scene, row: int, throw: Throw, manner: Manner, share: float, budget: Budget) -> None:
         self._read = lambda pattern, signed: read_throw(scene, row, changing(Random(pattern), signed))
         self._throw, self._manner, self._share, self._budget = throw, manner, share, budget
-        self.why = ""
+        # The rows of each flight and how many were asked for, and the processor time of a second of flight.
+        self._flights: dict[tuple[int, float], tuple[int, Array]] = {}
+        self._pace = 0.0
+        self.why, self.is_late = "", False
 
     def proportional(self, reach: int) -> int:
         """Return at how many of the first rows the opposite change does the same."""
-        plain = self._flown(self._throw, reach)
-        there, back = self._moved(plain, 0, self._share), self._moved(plain, 0, -self._share)
+        there, back = self._moved(0, self._share, reach), self._moved(0, -self._share, reach)
         count = min(len(back), len(there))
-        far = np.abs(plain[:count, 0, X:V]).max(axis=1)
+        far = np.abs(self._flown(*UNCHANGED, reach)[:count, 0, X:V]).max(axis=1)
         points = self._throw.points.astype(float)
         even = in_proportion(there[:count], back[:count], self._share, points, far)
         return count if even.all() else int(np.argmin(even))
 
     def moves(self, reach: int) -> Array:
-        """Return the largest move over the sign patterns at the first rows [m], (R,), R <= reach."""
+        """Return the largest move over the sign patterns at the first rows [m], (R,), R <= reach.
+
+        There are no more rows than there is time for in the flights of all patterns.
+        """
         if not reach:
             return np.empty(0)
-        plain = self._flown(self._throw, reach)
-        moves = [self._moved(plain, pattern, self._share)[:, 0] for pattern in range(PATTERNS)]
+        first = self._moved(0, self._share, reach)[:, 0]
+        reach = self.affordable(len(first), PATTERNS - 1)
+        moves = [first, *(self._moved(pattern, self._share, reach)[:, 0] for pattern in range(1, PATTERNS))]
+        self.is_late = self.is_late or reach < len(first) or self._budget.is_up()
         reached = min(map(len, moves))
         return np.maximum.reduce([move[:reached] for move in moves])
 
-    def _moved(self, plain: Array, pattern: int, signed: float) -> Array:
-        throw = self._read(pattern, signed)
-        rows = self._flown(throw, len(plain))
-        plain = plain[: len(rows)]
-        points, grown = self._throw.points.astype(float), (throw.points - self._throw.points).astype(float)
-        return moved(plain, rows, points, grown) / self._share
+    def affordable(self, reach: int, flights: int) -> int:
+        """Return how many of the first rows so many flights have time for, if time goes evenly; the start is free."""
+        needed_s = flights * self._pace * np.array(self._throw.times[:reach], dtype=float)
+        return max(1, int(np.searchsorted(needed_s, self._budget.left_s(), side="right")))
 
-    def _flown(self, throw: Throw, reach: int) -> Array:
-        flown = Pilot(throw._replace(times=throw.times[:reach]), self._manner, self._budget).flown()
-        self.why = self.why or flown.why
-        return flown.rows
+    def _moved(self, pattern: int, signed: float, reach: int) -> Array:
+        plain, rows = self._flown(*UNCHANGED, reach), self._flown(pattern, signed, reach)
+        count, throw = min(len(plain), len(rows)), self._read(pattern, signed)
+        points, grown = self._throw.points.astype(float), (throw.points - self._throw.points).astype(float)
+        return moved(plain[:count], rows[:count], points, grown) / self._share
+
+    def _flown(self, pattern: int, signed: float, reach: int) -> Array:
+        """Return the first rows of a throw that is changed so, fewer where its flight went no further."""
+        asked, rows = self._flights.get((pattern, signed), (-1, np.empty(0)))
+        if asked < reach:
+            throw, before = self._read(pattern, signed) if signed else self._throw, thread_time()
+            flown = Pilot(throw._replace(times=throw.times[:reach]), self._manner, self._budget).flown()
+            rows, self._flights[pattern, signed] = flown.rows, (reach, flown.rows)
+            flown_s = float(throw.times[max(len(rows), 1) - 1])
+            self._pace = (thread_time() - before) / flown_s if flown_s else 0.0
+            self.why = self.why or flown.why
+        return rows[:reach]
