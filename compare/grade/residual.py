@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from compare.grade.block import Block, vertices_of
-from compare.grade.columns import CENTRE, MATRIX, QUATERNION, SPIN, TIME, BadTrajectory, Shown
+from compare.grade.columns import CENTRE, MATRIX, QUATERNION, SPIN, TIME, VERTEX, BadTrajectory, Shown
 from compare.grade.conserved import Conserved
 from compare.grade.foreign import Trajectory
 from compare.grade.reference import Reference
@@ -17,6 +17,8 @@ from scenarios.scene import Scene
 KEPT = 256
 GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
 BINS = 60
+# How far two descriptions of one place may differ, of the largest coordinate; of single precision, four last bits.
+ALIKE, SINGLES_ALIKE = 1e-9, 4 * 2.0**-23
 # Intervals between rows that are looked at for how far rows are apart.
 SPACED = 10_000
 
@@ -271,7 +273,7 @@ def _check_agreement(trajectory: Trajectory, rows: Block, scene: Scene, half: Ar
         one = vertices_of(rows, first, scene, stretched=False)
         two = vertices_of(rows, other, scene, stretched=False)[:, at]
         apart = np.linalg.norm(one - two, axis=-1).max(axis=1)
-        room = 4 * half + 1e-9 * float(np.abs(one).max())
+        room = 4 * half + (SINGLES_ALIKE if _single(trajectory) else ALIKE) * float(np.abs(one).max())
         if (apart > room).any():
             row = int(np.argmax(apart - room))
             raise BadTrajectory(
@@ -281,8 +283,12 @@ def _check_agreement(trajectory: Trajectory, rows: Block, scene: Scene, half: Ar
 
 
 def _single(trajectory: Trajectory) -> bool:
-    """Whether all that says where the body is are numbers of single precision."""
-    names = [name for name in trajectory.columns if name not in (TIME, "throw")]
-    return any(trajectory.digits[name].telling for name in names) and all(
-        trajectory.digits[name].single for name in names
-    )
+    """Whether what says where the body is, its corners or all else, are numbers of single precision.
+
+    Corners that a program in single precision worked out as it wrote them can have all digits of doubles.
+    """
+    corners, others = [], []
+    for name in trajectory.columns:
+        if name not in (TIME, "throw"):
+            (corners if VERTEX.fullmatch(name) else others).append(trajectory.digits[name])
+    return any(any(one.telling for one in kind) and all(one.single for one in kind) for kind in (corners, others))

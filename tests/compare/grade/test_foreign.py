@@ -10,6 +10,7 @@ import sys
 
 import numpy as np
 import pytest
+from apart import engine
 from scipy.spatial.transform import Rotation
 
 from compare.grade.cells import LOOKED_AT
@@ -205,6 +206,17 @@ def test_the_same_place_said_twice(correct, refused, right):
     assert "--by vertices or --by pose" in told
     correct(text(shifted, both), "--by", "vertices")
     assert "has vertices and pose only" in refused(text(right, both), "--by", "matrix")
+
+
+def test_single_precision_said_twice_is_said_alike(grade, tmp_path):
+    """An engine's quaternion is of length 1 to 1e-7 only: corners that follow from it are not those of a unit one."""
+    with engine("rapier"):
+        columns = flown(SCENE, tmp_path / "single.csv", "rapier")
+    code, out, err = grade(text(columns, [*POSE, *CORNERS]))
+    assert (code, "which is to be graded" in err) == (0, False)
+    assert "gyroscopic term" in out
+    apart = scaled(columns, 1.00001, "x_m")
+    assert "--by vertices or --by pose" in grade(text(apart, [*POSE, *CORNERS]))[2]
 
 
 def test_separators_decimal_commas_line_ends_and_marks(correct, refused, right):
