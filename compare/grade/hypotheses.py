@@ -20,8 +20,8 @@ STEPS = {
 NEAR = 1e-4
 # Rows that a tick may last.
 TICKS = (2, 3, 4, 5, 8, 10)
-# And parts of the time from row to row: one step a row is the commonest log there is.
-MOST_A_ROW = 20
+# And parts of the time from row to row: one step a row is the commonest log there is, but a log can be sparse too.
+MOST_A_ROW = 400
 PARTS = {1: "one step a row", 2: "two steps a row", 4: "four steps a row", 10: "ten steps a row"}
 
 

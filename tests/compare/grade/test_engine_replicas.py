@@ -4,11 +4,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from apart import engine
 from programs import read, write
 from replicas import Replica, midpoint, none, rescaled
 
 from compare.grade.verdict import EXPLAINED_WHOLLY, grade
 from scenarios.read import read_scene
+from tumble.__main__ import main
 
 SCENE = """
 title = "replica"
@@ -76,4 +78,16 @@ def test_a_start_that_single_precision_rounds_is_no_mistake(tmp_path):
     """The first row is off by its own rounding, where a flight has none yet."""
     found = flown(tmp_path, Replica(1 / 60, none, number=SINGLE))
     assert found.verdict == EXPLAINED_WHOLLY
+    assert found.diagnosis.engines
+
+
+def test_an_engine_that_took_a_hundred_steps_from_row_to_row_is_named(tmp_path):
+    file = tmp_path / "rapier.csv"
+    with engine("rapier"):
+        assert main(["run", "nesc-brick", "-e", "rapier", "-o", str(file)]) == 0
+    found = grade(file, read_scene("nesc-brick"), {})
+    assert found.verdict == EXPLAINED_WHOLLY
+    (mistake,) = found.diagnosis.best.mistakes
+    assert mistake.value == pytest.approx(0.01)
+    assert dict(mistake.hypothesis.details)["gyroscopic"] == "rescaled"
     assert found.diagnosis.engines
