@@ -18,7 +18,8 @@ KEPT = 256
 GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
 BINS = 60
 # How far two descriptions of one place may differ, of the largest coordinate; of single precision, four last bits.
-ALIKE, SINGLES_ALIKE = 1e-9, 4 * 2.0**-23
+# And as much for each of a quaternion's four numbers, of how far the body reaches: engines let its length slip.
+ALIKE, SINGLES_ALIKE, TURNED = 1e-9, 4 * 2.0**-23, 4
 # Intervals between rows that are looked at for how far rows are apart.
 SPACED = 10_000
 
@@ -273,7 +274,8 @@ def _check_agreement(trajectory: Trajectory, rows: Block, scene: Scene, half: Ar
         one = vertices_of(rows, first, scene, stretched=False)
         two = vertices_of(rows, other, scene, stretched=False)[:, at]
         apart = np.linalg.norm(one - two, axis=-1).max(axis=1)
-        room = 4 * half + (SINGLES_ALIKE if _single(trajectory) else ALIKE) * float(np.abs(one).max())
+        far = float(np.abs(one).max()) + TURNED * scene.body.reach
+        room = 4 * half + (SINGLES_ALIKE if _single(trajectory) else ALIKE) * far
         if (apart > room).any():
             row = int(np.argmax(apart - room))
             raise BadTrajectory(
