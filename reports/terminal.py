@@ -1,7 +1,9 @@
 """What a command prints: lists and error tables as text, 80 columns wide where they can be."""
 
 import math
+import os
 import re
+import sys
 from collections.abc import Iterable, Iterator, Sequence
 
 from rich import box
@@ -24,9 +26,17 @@ BEYOND = 1e4
 RULERS = LENGTHS[:5]  # of positions, whose digits below say nothing
 
 
+class Results(Console):
+    """A console whose reader may leave before the end, as head does: the command goes on, and has its own exit code."""
+
+    def on_broken_pipe(self) -> None:
+        """Let whatever is still said go nowhere."""
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
 def console(**settings: object) -> Console:
     """Return a console for results: as wide as the terminal, or wide enough not to wrap into a pipe."""
-    found = Console(highlight=False, markup=False, emoji=False, **settings)  # type: ignore[arg-type]
+    found = Results(highlight=False, markup=False, emoji=False, **settings)  # type: ignore[arg-type]
     if not found.is_terminal:
         found.width = PIPE_WIDTH
     return found

@@ -145,6 +145,19 @@ def test_a_reader_that_leaves_early_is_no_error(tmp_path):
     assert done.stderr == ""
 
 
+@pytest.mark.parametrize("command", ["compare two-hits -e mujoco:euler", "ablate spin-fast -e tumble:rk4", "grade"])
+def test_a_reader_that_leaves_early_has_the_tables(tmp_path, command):
+    if command == "grade":
+        flown = [sys.executable, "-P", "-m", "tumble", "run", "two-hits", "-e", "mujoco:euler", "-o", "their.csv"]
+        subprocess.run(flown, cwd=tmp_path, check=True, capture_output=True, timeout=120)
+        command = "grade their.csv --scene two-hits"
+    words = [sys.executable, "-P", "-m", "tumble", *command.split(), "-o", "kept"]
+    with subprocess.Popen(words, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as process:
+        process.stdout.close()
+        assert process.wait(240) == 0
+    assert len(list((tmp_path / "kept").glob("*.csv"))) > 2
+
+
 def test_ctrl_c_ends_everything_and_writes_nothing(tmp_path):
     (tmp_path / "slow.py").write_text(
         "import os, time\nMETHODS = ('m',)\nFEATURES = set()\nABOUT = {}\ndef build(scene, method): return {}\n"
