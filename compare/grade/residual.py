@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from compare.grade.block import Block, vertices_of
-from compare.grade.columns import CENTRE, MATRIX, QUATERNION, SPIN, TIME, VERTEX, BadTrajectory, Shown
+from compare.grade.columns import CENTRE, MATRIX, QUATERNION, SPIN, THROW, TIME, VERTEX, BadTrajectory, Shown
 from compare.grade.conserved import Conserved
 from compare.grade.foreign import Trajectory
 from compare.grade.reference import Reference
@@ -145,7 +145,8 @@ class _Sums:
 def measure(trajectory: Trajectory, scene: Scene) -> Measured:
     """Hold every row against the right motion.  Raises BadTrajectory for a bad row, NoTruth where there is no truth."""
     shown, reference = trajectory.shown[0], Reference(scene)
-    sums, conserved = _Sums(), Conserved(scene, shown)
+    sums, conserved, single = _Sums(), Conserved(scene, shown), _single(trajectory)
+    slack = SINGLES_ALIKE if single else ALIKE
     thinned: dict[int, Thinned] = {}
     for block in trajectory.blocks():
         _see_lengths(sums, block)
@@ -155,7 +156,7 @@ def measure(trajectory: Trajectory, scene: Scene) -> Measured:
             true = _right(states, shown, scene)
             half = half_digits(trajectory, rows, shown, scene, states)
             _add(sums, rows, vertices_of(rows, shown, scene, stretched=False), true, half, throw, scene.duration)
-            _check_agreement(trajectory, rows, scene, np.linalg.norm(half, axis=1))
+            _check_agreement(trajectory, rows, scene, np.linalg.norm(half, axis=1), slack)
             conserved.add(rows, states)
             if not thinned or throw in thinned:
                 thinned.setdefault(throw, Thinned()).add(_kept(rows, shown, scene, true, half))
@@ -185,7 +186,7 @@ def measure(trajectory: Trajectory, scene: Scene) -> Measured:
         relation=sums.products / float(np.sqrt(sums.neighbours.prod())) if sums.neighbours.all() else 0.0,
         pairs=sums.pairs,
         lengths=sums.lengths,
-        single=_single(trajectory),
+        single=single,
         drifts=conserved.drifts(),
         by_differences=conserved.by_differences,
         throw=diagnosed,
@@ -266,8 +267,11 @@ def half_digits(trajectory: Trajectory, rows: Block, shown: Shown, scene: Scene,
     return late + 2 * reach * np.linalg.norm(half(QUATERNION), axis=1)[:, None]
 
 
-def _check_agreement(trajectory: Trajectory, rows: Block, scene: Scene, half: Array) -> None:
-    """Raise BadTrajectory where a file says in two ways where the body is, and the two differ."""
+def _check_agreement(trajectory: Trajectory, rows: Block, scene: Scene, half: Array, slack: float) -> None:
+    """Raise BadTrajectory where a file says in two ways where the body is, and the two differ.
+
+    half: what the digits leave open [m], (R,); slack: how far the two may differ, of the distances they are made of.
+    """
     first, *others = trajectory.shown
     for other in others:
         at = list(other.vertices if first.kind != "vertices" else first.vertices)
@@ -275,7 +279,7 @@ def _check_agreement(trajectory: Trajectory, rows: Block, scene: Scene, half: Ar
         two = vertices_of(rows, other, scene, stretched=False)[:, at]
         apart = np.linalg.norm(one - two, axis=-1).max(axis=1)
         far = float(np.abs(one).max()) + TURNED * scene.body.reach
-        room = 4 * half + (SINGLES_ALIKE if _single(trajectory) else ALIKE) * far
+        room = 4 * half + slack * far
         if (apart > room).any():
             row = int(np.argmax(apart - room))
             raise BadTrajectory(
@@ -291,6 +295,6 @@ def _single(trajectory: Trajectory) -> bool:
     """
     corners, others = [], []
     for name in trajectory.columns:
-        if name not in (TIME, "throw"):
+        if name not in (TIME, THROW):
             (corners if VERTEX.fullmatch(name) else others).append(trajectory.digits[name])
     return any(any(one.telling for one in kind) and all(one.single for one in kind) for kind in (corners, others))

@@ -3,6 +3,7 @@
 The flight is made twice, by series of two orders at two tolerances, and in doubles again for changes of the inputs.
 """
 
+from functools import cache
 from random import Random
 from time import thread_time
 from typing import Any
@@ -124,7 +125,9 @@ class Sensitivity:
     """
 
     def __init__(self, scene: Scene, row: int, throw: Throw, manner: Manner, share: float, budget: Budget) -> None:
-        self._read = lambda pattern, signed: read_throw(scene, row, changing(Random(pattern), signed))
+        self._read = cache(
+            lambda pattern, signed: read_throw(scene, row, changing(Random(pattern), signed)) if signed else throw
+        )
         self._throw, self._manner, self._share, self._budget = throw, manner, share, budget
         # The rows of each flight and how many were asked for, and the processor time of a second of flight.
         self._flights: dict[tuple[int, float], tuple[int, Array]] = {}
@@ -169,7 +172,7 @@ class Sensitivity:
         """Return the first rows of a throw that is changed so, fewer where its flight went no further."""
         asked, rows = self._flights.get((pattern, signed), (-1, np.empty(0)))
         if asked < reach:
-            throw, before = self._read(pattern, signed) if signed else self._throw, thread_time()
+            throw, before = self._read(pattern, signed), thread_time()
             flown = Pilot(throw._replace(times=throw.times[:reach]), self._manner, self._budget).flown()
             rows, self._flights[pattern, signed] = flown.rows, (reach, flown.rows)
             flown_s = float(throw.times[max(len(rows), 1) - 1])
