@@ -1,9 +1,7 @@
 """What a command prints: lists and error tables as text, 80 columns wide where they can be."""
 
 import math
-import os
 import re
-import sys
 from collections.abc import Iterable, Iterator, Sequence
 
 from rich import box
@@ -14,6 +12,7 @@ from rich.text import Text
 
 from compare.tables.shared import EngineRow
 from reports.numerals import superscript
+from reports.output import drop_output
 from scenarios.format import visible
 from scenarios.frames import Array
 
@@ -31,7 +30,7 @@ class Results(Console):
 
     def on_broken_pipe(self) -> None:
         """Let whatever is still said go nowhere."""
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        drop_output()
 
 
 def console(**settings: object) -> Console:

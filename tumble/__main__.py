@@ -23,6 +23,7 @@ import io
 import signal
 import threading
 
+from reports.output import drop_output
 from tumble.parser import EXIT_USER, Parser, complete, parser
 
 if before is not None:
@@ -112,11 +113,6 @@ def interrupt(number: int, frame: object) -> None:
     """Raise KeyboardInterrupt, and remember: a library that is just being imported may make something else of it."""
     interrupts.append(number)
     raise KeyboardInterrupt
-
-
-def drop_output() -> None:
-    """Let what is still buffered for standard output go nowhere: it must not raise again at exit."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def is_users(error: Exception) -> bool:
