@@ -17,6 +17,7 @@ from scenarios.needs import FORCES, needs
 from scenarios.published import VERTEX, table_4_1
 from scenarios.read import CATALOGUE, catalogue, read_scene
 from scenarios.scene import Scene
+from scenarios.surface import read_surface
 
 HEAD = 'title = "a"\nduration = 1.0\nsamples = 4\nstep = 0.1\n'
 BOX = 'shape = "box"\nsize = [1.0, 2.0, 3.0]\nmass = 2.0\n'
@@ -397,6 +398,16 @@ def test_zero_and_minus_zero_are_one_corner(read, tmp_path):
     text = ascii_stl(OUTWARD).replace("vertex 0 0 0", "vertex -0 0 -0", 1)
     assert "vertex 0 0 0" in text
     assert len(mesh_scene(read, tmp_path, "a.stl", text).body.points) == 4
+
+
+def test_corners_that_one_sum_cannot_tell_apart_stay_apart(tmp_path):
+    # Beside 1e17 in x, nothing of y and z is left in a sum of the three.
+    points = np.array([(1e17, 0, 0), (1e17 + 64, 0, 0), (1e17, 2, 0), (1e17, 0, 1)])
+    triangles = points[np.array(OUTWARD)]
+    (tmp_path / "a.stl").write_text("\n".join("vertex {} {} {}".format(*point) for point in triangles.reshape(-1, 3)))
+    read_points, faces = read_surface(tmp_path / "a.stl")
+    assert len(read_points) == len(points)
+    np.testing.assert_array_equal(read_points[faces], triangles)
 
 
 def test_only_meshes_pay_for_trimesh():
