@@ -35,7 +35,7 @@ LONG_NS = 1e7
 # Twice the steps take twice the time; a loop that takes less than this has done something else.
 GROWTH, LOOKS = 1.5, 5
 # On a busy machine the way to another process and back hides a few steps there: more are asked for, so many times.
-DOUBLED = 6
+DOUBLED = 12
 
 
 Clocks = tuple[float, float, float, float]
