@@ -73,10 +73,15 @@ class Trajectory:
             name: digits(self._cells.pointed(row[column.place]) for row in rows if column.place < len(row))
             for name, column in self.columns.items()
         }
-        for group in (CENTRE, QUATERNION, MATRIX, ANGLES, [name for name in self.columns if VERTEX.fullmatch(name)]):
-            names = [name for name in group if name in self.columns]
-            found |= zip(names, alike([found[name] for name in names]), strict=True)
+        for group in self.places():
+            found |= zip(group, alike([found[name] for name in group]), strict=True)
         return found | quaternion_digits(self.columns, found) if self._reading.euler else found
+
+    def places(self) -> list[list[str]]:
+        """Return the names of the columns that say where the body is: centre, attitude, corners, each printed alike."""
+        corners = [name for name in self.columns if VERTEX.fullmatch(name)]
+        groups = ([name for name in group if name in self.columns] for group in (CENTRE, QUATERNION, MATRIX, ANGLES))
+        return [group for group in (*groups, corners) if group]
 
     def _described(self) -> dict[str, Column]:
         """Return the columns, those of a quaternion too where --euler makes one of angles.  Raises BadTrajectory."""

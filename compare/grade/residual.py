@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from compare.grade.block import Block, vertices_of
-from compare.grade.columns import CENTRE, MATRIX, QUATERNION, SPIN, THROW, TIME, VERTEX, BadTrajectory, Shown
+from compare.grade.columns import CENTRE, MATRIX, QUATERNION, SPIN, BadTrajectory, Shown
 from compare.grade.conserved import Conserved
 from compare.grade.foreign import Trajectory
 from compare.grade.reference import Reference
@@ -95,7 +95,7 @@ class Measured:
     error, with where it is; final_m: the largest at any throw's last row; half_m: the largest that printed digits leave
     open; excess_m: the largest that they do not; over_time_m: the largest in each of equal parts of the duration, nan
     where there are no rows; relation: of neighbouring rows' errors, 0 for noise, 1 for a drift, over so many pairs;
-    lengths: of the shortest and the longest quaternion; single: every number is one of single precision; drifts: of
+    lengths: of the shortest and the longest quaternion; single: its places are of single precision; drifts: of
     energy, momentum, angular momentum as `compare.judge.errors` has them, None where they cannot be known,
     by_differences where they come from poses; limit_m: an error below it says nothing; throw: the one furthest off.
     """
@@ -289,12 +289,9 @@ def _check_agreement(trajectory: Trajectory, rows: Block, scene: Scene, half: Ar
 
 
 def _single(trajectory: Trajectory) -> bool:
-    """Whether what says where the body is, its corners or all else, are numbers of single precision.
+    """Whether the centre, the attitude or the corners are numbers of single precision, as far as figures can tell.
 
-    Corners that a program in single precision worked out as it wrote them can have all digits of doubles.
+    What an engine in single precision did not turn by itself, its program may have worked out in doubles as it wrote.
     """
-    corners, others = [], []
-    for name in trajectory.columns:
-        if name not in (TIME, THROW):
-            (corners if VERTEX.fullmatch(name) else others).append(trajectory.digits[name])
-    return any(any(one.telling for one in kind) and all(one.single for one in kind) for kind in (corners, others))
+    printed = [[trajectory.digits[name] for name in group] for group in trajectory.places()]
+    return any(any(one.telling for one in group) and all(one.single for one in group) for group in printed)
