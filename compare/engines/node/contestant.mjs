@@ -63,6 +63,10 @@ export async function serve(engine) {
   }
 }
 
+// The power of two that takes the smallest of masses and moments to about one, for engines that take small ones for
+// nothing: motion depends on ratios only, and a power of two changes no bit of it.
+export const scaleToOne = (...massesAndMoments) => 2 ** -Math.ceil(Math.log2(Math.min(...massesAndMoments)));
+
 // Whether a speed has reached the limit that an engine cuts it to.
 export function* beyond(what, unit, largest, limit) {
   if (largest >= limit * (1 - 1e-6)) yield ["clamped", `clamped: ${what} reached ${largest.toPrecision(4)} ${unit}; the limit is ${limit.toPrecision(4)}`];

@@ -1,11 +1,14 @@
-// Jolt.  Its gyroscopic torque is asked for; damping, limits of speed and sleep are off.  A body has the box around its
-// points for a shape, by which Jolt sees whether it moves; it collides with nothing.
-import { beyond, installed, serve } from "./contestant.mjs";
+// Jolt.  Its gyroscopic torque is asked for; damping, limits of speed and sleep are off; masses are those of a body that
+// it does not take for nothing.  A body has the box around its points for a shape, by which Jolt sees whether it moves;
+// it collides with nothing.
+import { beyond, installed, scaleToOne, serve } from "./contestant.mjs";
 
 const { default: initJolt } = await installed("jolt-physics/dist/jolt-physics.wasm-compat.js");
 const jolt = await initJolt();
 const BOUNDLESS = 3e38, LAYER = 0;
 const LARGEST_SPEED = 500, LARGEST_SPIN = 15 * Math.PI;
+// Moments whose root of squares is no larger it takes for nothing, and flies a sphere of 1 m [kg m2].
+const LEAST_MOMENTS = 1e-6;
 // Values that are handed over for the length of a call.
 const [first, second, position, rotation] = [new jolt.Vec3(), new jolt.Vec3(), new jolt.RVec3(), new jolt.Quat(0, 0, 0, 1)];
 
@@ -42,16 +45,17 @@ function body(mass, moments, points, manner) {
 
 await serve({
   build({ throws, mass, moments, points, gravity = [0, 0, 0] }, manner) {
+    const scale = manner === "defaults" ? 1 : scaleToOne(mass, ...moments);
     const world = new jolt.JoltInterface(settings(throws));
     const system = world.GetPhysicsSystem(), interfaceOf = system.GetBodyInterface();
     first.Set(...gravity);
     system.SetGravity(first);
     const bodies = Array.from({ length: throws }, () => {
-      const one = interfaceOf.CreateBody(body(mass, moments, points, manner));
+      const one = interfaceOf.CreateBody(body(scale * mass, moments.map((each) => scale * each), points, manner));
       interfaceOf.AddBody(one.GetID(), jolt.EActivation_Activate);
       return one;
     });
-    return { world, bodies, interfaceOf };
+    return { world, bodies, interfaceOf, scale };
   },
   put({ bodies, interfaceOf }, row, [x, y, z, w, i, j, k, ...rest]) {
     const id = bodies[row].GetID();
@@ -75,19 +79,23 @@ await serve({
     }
     return parts;
   },
-  push({ bodies }, row, force, torque) {
-    first.Set(...force);
-    second.Set(...torque);
+  push({ bodies, scale }, row, force, torque) {
+    first.Set(...force.map((each) => scale * each));
+    second.Set(...torque.map((each) => scale * each));
     bodies[row].AddForce(first);
     bodies[row].AddTorque(second);
   },
   step({ world }, dt) {
     world.Step(dt, 1);
   },
-  audit({ manner, fastest }) {
+  audit({ manner, fastest, told }) {
     if (manner !== "defaults") return [];
-    const clamped = [...beyond("|v|", "m/s", fastest[0], LARGEST_SPEED), ...beyond("|w|", "rad/s", fastest[1], LARGEST_SPIN)];
-    return [["damped", "v and w are damped, times 1 - 0.05 dt"], ...clamped];
+    const findings = [["damped", "v and w are damped, times 1 - 0.05 dt"]];
+    findings.push(...beyond("|v|", "m/s", fastest[0], LARGEST_SPEED), ...beyond("|w|", "rad/s", fastest[1], LARGEST_SPIN));
+    if (Math.hypot(...told.moments) <= LEAST_MOMENTS) {
+      findings.push(["another-body", "moments as small are nothing to Jolt: it turns a sphere of 1 m instead"]);
+    }
+    return findings;
   },
   end({ world }) {
     jolt.destroy(world);
