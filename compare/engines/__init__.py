@@ -78,6 +78,7 @@ LAWS = {
     "throws are apart": "a throw flies as it would alone, bit by bit",
     "straight": "with no force and no spin x + v t, to rounding",
     "gravity": "with gravity v + g t, to rounding",
+    "light": "a millionth of the mass flies the same way, to rounding",
     "the scene": "is not altered",
     "optional": "what OPTIONAL keeps changes no motion",
 }

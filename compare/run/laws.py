@@ -32,6 +32,9 @@ THROWS = np.array(
 )
 THROWS[:, 3:7] /= np.linalg.norm(THROWS[:, 3:7], axis=1, keepdims=True)
 
+# A power of two changes no bit of a ratio.
+LIGHTER = 2.0**-20
+
 PARTS = ("x", "x", "x", "q", "q", "q", "q", "v", "v", "v", "w", "w", "w")
 
 
@@ -59,9 +62,11 @@ def step(engine: ModuleType, world: object, *steps: tuple[int, float]) -> None:
         engine.advance(world, n, dt)
 
 
-def flown(engine: ModuleType, method: str, states: Array, *steps: tuple[int, float], gravity=None) -> Array:
-    """Return the states after the steps (n, dt), in a world of its own."""
-    world = engine.build(scene(states, gravity), method)
+def flown(
+    engine: ModuleType, method: str, states: Array, *steps: tuple[int, float], gravity=None, weight: float = 1.0
+) -> Array:
+    """Return the states after the steps (n, dt), in a world of its own; weight: that many times the mass."""
+    world = engine.build(scene(states, gravity, weight * MASS, weight * MOMENTS), method)
     engine.write(world, states)
     step(engine, world, *steps)
     return np.array(engine.read(world))
@@ -70,6 +75,14 @@ def flown(engine: ModuleType, method: str, states: Array, *steps: tuple[int, flo
 def rounding(engine: ModuleType) -> float:
     """Return the spacing of the engine's numbers at one."""
     return float(np.finfo(np.float32 if engine.ABOUT.get("precision") == "single" else np.float64).eps)
+
+
+def by_other_roundings(engine: ModuleType, method: str) -> float:
+    """Return how far a flight of 50 steps may be off where a term that is nothing rounds another way."""
+    plain, _, tolerance = method.partition("@")
+    # One's own steps may be other ones.
+    adaptive = plain in getattr(engine, "ADAPTIVE", ())
+    return 100 * float(tolerance or 1e-9) if adaptive else 450 * rounding(engine)
 
 
 def with_signs_of(reference: Array, states: Array) -> Array:
@@ -145,6 +158,12 @@ def falls_by_gravity(engine: ModuleType, method: str) -> None:
     demand(states[:, 0:3], fallen, 0.0101 * abs(pull) / 2 + within, "x after 1 s of gravity")
 
 
+def flies_light_as_heavy(engine: ModuleType, method: str) -> None:
+    """A millionth of the mass and of the moments is flown the same way: ratios alone matter."""
+    heavy, light = (flown(engine, method, THROWS, (50, 0.01), weight=weight) for weight in (1.0, LIGHTER))
+    demand(light, heavy, by_other_roundings(engine, method), "with a millionth of the mass")
+
+
 def leaves_the_scene_alone(engine: ModuleType, method: str) -> None:
     """The scene is not altered."""
     question = scene()
@@ -173,10 +192,7 @@ def throws_are_apart(engine: ModuleType, method: str) -> None:
 def optional_is_optional(engine: ModuleType, method: str) -> None:
     """What OPTIONAL keeps changes no motion."""
     bare = flown(engine, method, THROWS, (50, 0.01))
-    plain, _, tolerance = method.partition("@")
-    # A term that is nothing may be added, and round another way; or one's own steps be other ones.
-    adaptive = plain in getattr(engine, "ADAPTIVE", ())
-    off = 100 * float(tolerance or 1e-9) if adaptive else 450 * rounding(engine)
+    off = by_other_roundings(engine, method)
     for keep in [*((name,) for name in engine.OPTIONAL), engine.OPTIONAL]:
         try:
             world = engine.build(scene(), method, keep)
@@ -199,6 +215,7 @@ ASKED: dict[str, Law] = dict(
             throws_are_apart,
             goes_straight,
             falls_by_gravity,
+            flies_light_as_heavy,
             leaves_the_scene_alone,
             optional_is_optional,
         ),

@@ -9,6 +9,7 @@ METHODS = (
     "remembers",
     "slows-down",
     "floats",
+    "takes-little-for-nothing",
     "alters-the-scene",
     "mixes-throws",
     "needs-its-optional",
@@ -29,6 +30,8 @@ def build(scene, method, keep=()):
     world = World(scene, method)
     if method == "alters-the-scene":
         object.__setattr__(scene, "step", 2 * scene.step)
+    if method == "takes-little-for-nothing" and max(scene.body.moments) < 1e-6:
+        world.moments = np.ones(3)
     world.drifts = method == "needs-its-optional" and "drift" in keep
     if method == "floats":
         world.gravity = np.zeros(3)

@@ -92,6 +92,15 @@ def test_ammos_torque_is_not_cut_to_its_limit():
     np.testing.assert_allclose(ends[1][10:13] / 30.0, ends[0][10:13], rtol=0, atol=2e-5)
 
 
+@pytest.mark.parametrize(("size", "told"), [(0.999e-6, True), (1.001e-6, False)])
+def test_jolts_defaults_fly_another_body_where_moments_are_small_and_say_so(size, told):
+    """Its settings have its masses scaled: that these fly alike is a law, which its file broke."""
+    moments = tuple(size * np.array(MOMENTS) / np.linalg.norm(MOMENTS))
+    with engine("jolt", "semi-implicit-euler+defaults") as shipped:
+        found = flight(shipped, throw(w=SPIN), 1e-3, 0.1, mass=1.0, moments=moments)
+    assert ("another-body" in [finding.kind for finding in found.findings]) == told
+
+
 def test_a_small_body_that_should_move_and_does_not_is_frozen():
     with engine("jolt", "semi-implicit-euler") as ours:
         still = flight(ours, throw(v=(0.5, 0.0, 0.0), x=(1e5, 0.0, 0.0)), 1e-3, 0.1)  # 5e-4 m is below an ulp of 1e5
