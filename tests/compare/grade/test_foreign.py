@@ -219,6 +219,16 @@ def test_single_precision_said_twice_is_said_alike(grade, tmp_path):
     assert "--by vertices or --by pose" in grade(text(apart, [*POSE, *CORNERS]))[2]
 
 
+def test_a_file_is_of_single_precision_where_its_centre_is(grade, tmp_path):
+    """PhysX has a mesh's principal axes apart from its frame: the attitude is worked out in doubles as it is read."""
+    with engine("physx"):
+        columns = flown("mesh-die", tmp_path / "single.csv", "physx")
+    assert any(float(np.float32(cell)) != float(cell) for cell in columns["qw"])
+    _, out, err = grade(text(columns), scene="mesh-die")
+    assert "which is to be graded" not in err
+    assert "PhysX" in out
+
+
 def test_separators_decimal_commas_line_ends_and_marks(correct, refused, right):
     whole = text(right, POSE)
     correct(whole.replace(",", "\t").replace("\n", "\r\n"))
