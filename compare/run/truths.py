@@ -8,7 +8,7 @@ import os
 import signal
 import threading
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures import Future
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from functools import partial
@@ -17,6 +17,7 @@ from typing import Any, NamedTuple, Self
 
 import numpy as np
 
+from compare.run.processes import Processes
 from compare.run.progress import Progress, Tick, untold
 from scenarios.impulse import RayMissed
 from scenarios.scene import Scene
@@ -72,7 +73,7 @@ class Truths:
 
     def __init__(self, scenes: Sequence[Scene], tick: Tick = untold, floor: bool = True) -> None:
         self._scenes = tuple(scenes)
-        self._pool: ProcessPoolExecutor | None = None
+        self._processes: Processes | None = None
         told = [Progress(scene.name, tick) for scene in scenes]
         if len(scenes) > 1:
             spawn = multiprocessing.get_context("spawn")
@@ -80,13 +81,9 @@ class Truths:
             self._far_end, self._lifeline = spawn.Pipe(duplex=False)
             self._news, near_end = spawn.Pipe(duplex=False)
             count = min(os.cpu_count() or 1, len(scenes))
+            self._processes = Processes(count, spawn, end_with, (self._far_end, near_end))
             with safe_path():
-                self._pool = ProcessPoolExecutor(
-                    count, spawn, initializer=end_with, initargs=(self._far_end, near_end)
-                )  # fmt: skip
-                self.futures = [
-                    self._pool.submit(numbered_answer, scene, floor, number) for number, scene in enumerate(scenes)
-                ]
+                self.futures = self._share_out(numbered_answer, scenes, [floor] * len(scenes), range(len(scenes)))
             threading.Thread(target=self._hear, args=(told,), daemon=True).start()
         else:
             self.futures = [in_a_thread(partial(true_answer, floor=floor, tell=told[0]), scene) for scene in scenes]
@@ -119,15 +116,23 @@ class Truths:
 
     def each(self, function: Callable[..., Any], *arguments: Sequence[Any]) -> list[Any]:
         """Return what a function makes of each scene's arguments, worked out where the truths were."""
-        return list((self._pool.map if self._pool else map)(function, *arguments))
+        if self._processes is None:
+            return list(map(function, *arguments))
+        return [future.result() for future in self._share_out(function, *arguments)]
+
+    def _share_out(self, function: Callable[..., Any], *arguments: Sequence[Any]) -> list["Future[Any]"]:
+        """Return what will be a function's results, those of forces from one process: to load a compiler takes 1 s."""
+        assert self._processes is not None
+        calls = [partial(function, *each) for each in zip(*arguments, strict=True)]
+        return self._processes.share_out(calls, [not scene.is_free for scene in self._scenes])
 
     def stop(self) -> None:
         """End what is still at work; who waits for it gets CancelledError or BrokenProcessPool."""
         for future in self.futures:
             future.cancel()
-        if self._pool is not None:
+        if self._processes is not None:
             self._lifeline.close()
-            self._pool.shutdown(cancel_futures=True)
+            self._processes.end()
             self._far_end.close()
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from scenarios.impulse import RayMissed
 from scenarios.ray import first_hit
 from scenarios.truth.inertia import Numbers, Principal, inverse
-from scenarios.truth.rational import Fraction
+from scenarios.truth.rational import Fraction, cross
 from scenarios.truth.rotation import Rotation, SteadySpin, free_rotation
 from scenarios.truth.throw import Blow, Throw
 
@@ -63,7 +63,7 @@ def stretches(mp: Any, throw: Throw, own: Principal) -> list[Stretch]:
         x, v = arc.at(blow.time)
         arc = Arc(x, v + blow.value / throw.solid.mass, throw.gravity, blow.time)
         axes, L_body = rotation.at(blow.time - turned)
-        torque = np.cross(lever(blow, x, axes, throw), blow.value)
+        torque = cross(lever(blow, x, axes, throw), blow.value)
         # A central blow leaves the rotation on its exact curve: to start it anew would round it.
         if torque.any():
             rotation, turned = turning.start(axes, L_body + axes.T @ torque), blow.time
@@ -82,7 +82,7 @@ class Turning:
         moments, turn = self._principal
         w_body = self.inverse @ L_body
         # Asked along the file's axes, where L is a fraction still.
-        if not np.cross(L_body, w_body).any():
+        if not cross(L_body, w_body).any():
             return SteadySpin(self._mp, axes, L_body, w_body)
         own = free_rotation(self._mp, moments, axes @ turn, turn.T @ L_body)
         return own if isinstance(turn[0, 0], Fraction) else Turned(own, turn.T)
@@ -146,6 +146,6 @@ def lever(blow: Blow, x: Numbers, axes: Numbers, throw: Throw) -> Numbers:
         raise RayMissed(f"the ray of the impulse at {float(blow.time):g} s {what}")
     # Doubles have said which face; where it is met is worked out again.
     corner, second, third = throw.points[throw.faces[hit.face]]
-    normal = np.cross(second - corner, third - corner)
+    normal = cross(second - corner, third - corner)
     reach = normal @ (corner - origin) / (normal @ direction)
     return axes @ (origin + reach * direction)

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from scenarios.truth.rational import Fraction
+from scenarios.truth.rational import Fraction, cross
 
 Numbers = np.ndarray
 # What stands for a root that is no fraction: more digits than any flight is worked out with.
@@ -79,7 +79,7 @@ def identity() -> Numbers:
 
 def inverse(tensor: Numbers) -> Numbers:
     """Return the inverse of a symmetric tensor, (3, 3), exactly."""
-    cofactors = np.array([np.cross(tensor[row - 2], tensor[row - 1]) for row in range(3)])
+    cofactors = np.array([cross(tensor[row - 2], tensor[row - 1]) for row in range(3)])
     return cofactors.T / (tensor[0] @ cofactors[0])
 
 
@@ -102,7 +102,7 @@ def principal(mp: Any, tensor: Numbers) -> Principal:
     mean = np.trace(tensor) / 3
     off = tensor - mean * identity()
     # The moments less their mean are the roots of t^3 - p t - q.
-    p, q = (off * off).sum() / 2, off[0] @ np.cross(off[1], off[2])
+    p, q = (off * off).sum() / 2, off[0] @ cross(off[1], off[2])
     if 4 * p**3 == 27 * q**2:
         return _symmetric(mp, tensor, mean + 3 * q / p, mean - 3 * q / (2 * p))
     bits = mp.prec
@@ -111,7 +111,7 @@ def principal(mp: Any, tensor: Numbers) -> Principal:
         mp.prec = 2 * bits + 64
         moments, columns = mp.eigsy(mp.matrix(tensor.tolist()))
         axes = np.array(columns.tolist(), dtype=object)
-        if np.cross(axes[:, 0], axes[:, 1]) @ axes[:, 2] < 0:
+        if cross(axes[:, 0], axes[:, 1]) @ axes[:, 2] < 0:
             axes = -axes
         return Principal(np.array(list(moments), dtype=object), axes)
     finally:
@@ -124,6 +124,6 @@ def _symmetric(mp: Any, tensor: Numbers, single: Fraction, double: Fraction) -> 
     rest = tensor - double * identity()
     line = max(rest, key=lambda row: row @ row)
     third = line / mp.sqrt(line @ line)
-    across = np.cross(third, identity()[min(range(3), key=lambda axis: abs(third[axis]))])
+    across = cross(third, identity()[min(range(3), key=lambda axis: abs(third[axis]))])
     first = across / mp.sqrt(across @ across)
-    return Principal(np.array([double, double, single]), np.array([first, np.cross(third, first), third]).T)
+    return Principal(np.array([double, double, single]), np.array([first, cross(third, first), third]).T)

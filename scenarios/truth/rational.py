@@ -1,6 +1,8 @@
-"""Fractions: gmpy2's, which are many times as fast, or Python's where there is no gmpy2."""
+"""Fractions: gmpy2's, which are many times as fast, or Python's where there is no gmpy2; and vectors of them."""
 
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 if TYPE_CHECKING:
     from fractions import Fraction
@@ -10,4 +12,9 @@ else:
     except ImportError:
         from fractions import Fraction
 
-__all__ = ["Fraction"]
+__all__ = ["Fraction", "cross"]
+
+
+def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Return a x b of two vectors, (3,), of any kind of number: numpy's takes four times as long for one pair."""
+    return np.array((a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]))

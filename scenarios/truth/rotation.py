@@ -11,7 +11,7 @@ import numpy as np
 
 from scenarios.truth.elliptic import Amplitude, JacobiFunctions, third_kind_angle
 from scenarios.truth.inertia import Numbers
-from scenarios.truth.rational import Fraction
+from scenarios.truth.rational import Fraction, cross
 
 
 class Rotation(Protocol):
@@ -33,7 +33,7 @@ def free_rotation(mp: Any, moments: Numbers, axes: Numbers, L_body: Numbers) -> 
     mp: mpmath context at the wanted precision; moments: principal moments of inertia [kg m2], (3,).
     """
     L_exact, moments = (np.array([exact(number) for number in numbers]) for numbers in (L_body, moments))
-    steady = not np.cross(L_exact, L_exact / moments).any()
+    steady = not cross(L_exact, L_exact / moments).any()
     return SteadySpin(mp, axes, L_body, L_body / moments) if steady else Polhode(mp, moments, axes, L_exact)
 
 
@@ -149,5 +149,5 @@ def encircling_frame(moments: Numbers, L_body: Numbers) -> Numbers:
     frame = np.zeros((3, 3), dtype=int)
     frame[0, first] = 1 if L_body[first] >= 0 else -1
     frame[2, third] = 1 if L_body[third] >= 0 else -1
-    frame[1] = np.cross(frame[2], frame[0])
+    frame[1] = cross(frame[2], frame[0])
     return frame

@@ -32,7 +32,7 @@ from scenarios.truth.forced.passage import (
 from scenarios.truth.forced.series import Program
 from scenarios.truth.forced.switches import ABOVE, HEIGHT, IDLE, PRESSING, THRUST
 from scenarios.truth.inertia import Numbers
-from scenarios.truth.rational import Fraction
+from scenarios.truth.rational import Fraction, cross
 from scenarios.truth.throw import Blow, Throw
 
 # Steps between two looks at the clock, and how many switches may come without an instant between them.
@@ -248,5 +248,5 @@ def _struck(state: Numbers, blow: Blow, throw: Throw) -> Numbers:
     arm = lever(blow, state[X:V], axes, throw)
     struck = state.copy()
     struck[V:AXES] += blow.value / throw.solid.mass
-    struck[MOMENTUM:] += axes.T @ np.cross(arm, blow.value)
+    struck[MOMENTUM:] += axes.T @ cross(arm, blow.value)
     return struck

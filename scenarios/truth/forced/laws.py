@@ -11,6 +11,7 @@ import numpy as np
 
 from scenarios.truth.forced.series import Expression, Program, Script
 from scenarios.truth.inertia import Numbers, inverse
+from scenarios.truth.rational import cross
 from scenarios.truth.throw import Ground, Spring, Throw
 
 # Where the numbers of a state stand: x, v, the matrix of the axes row by row, L.
@@ -58,7 +59,7 @@ def equations(throw: Throw, pressing: np.ndarray) -> Equations:
             motion.v,
             force / throw.solid.mass + throw.gravity,
             motion.axes_rate.ravel(),
-            np.cross(motion.L, motion.w) + torque,
+            cross(motion.L, motion.w) + torque,
         )
     )
     rows = np.array([[script.row(value) for value in gauge] for gauge in gauges], dtype=np.int64).reshape(-1, 2)
@@ -70,7 +71,7 @@ def motion_of(state: Vector, inverse_tensor: Numbers) -> Motion:
     axes, L = state[AXES:MOMENTUM].reshape(3, 3), state[MOMENTUM:]
     w = inverse_tensor @ L
     # A point p of the body moves by axes' p = axes (w x p).
-    columns = [axes @ np.cross(w, unit) for unit in np.eye(3, dtype=int)]
+    columns = [axes @ cross(w, unit) for unit in np.eye(3, dtype=int)]
     return Motion(state[X:V], state[V:AXES], axes, np.stack(columns, axis=1), L, w)
 
 
@@ -101,7 +102,7 @@ def tether_pull(spring: Spring, motion: Motion) -> Pull:
 
 def acting_at(point: Numbers, force: Vector, motion: Motion) -> Pull:
     """Return a force on a point of the body, (3,)."""
-    return Pull(force, np.cross(point, motion.axes.T @ force))
+    return Pull(force, cross(point, motion.axes.T @ force))
 
 
 def drag_pull(drag: Numbers, motion: Motion) -> Pull:
@@ -130,4 +131,4 @@ def floor_push(ground: Ground, points: Numbers, motion: Motion, gauges: list, pr
         return Pull(0 * motion.v, 0 * motion.L)
     thrusts = [gauges[vertex][1] for vertex in pushed]
     arm = thrusts @ points[pushed]
-    return Pull(ground.normal * np.sum(thrusts), np.cross(arm, ground.normal @ motion.axes))
+    return Pull(ground.normal * np.sum(thrusts), cross(arm, ground.normal @ motion.axes))

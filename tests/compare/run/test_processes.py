@@ -1,0 +1,58 @@
+"""Calls shared out among processes: which of them takes what, what comes back, and what is told where one dies."""
+
+import multiprocessing
+import os
+from concurrent.futures.process import BrokenProcessPool
+from functools import partial
+
+import pytest
+
+from compare.run.processes import Processes
+
+OF_A_KIND = [False] * 5 + [True] * 3 + [False] * 5
+
+
+@pytest.fixture
+def processes():
+    both = Processes(2, multiprocessing.get_context("spawn"), os.getpid, ())
+    yield both
+    both.end()
+
+
+def pid(number):
+    """Return a call that takes a while, of what another process can import: no module of the tests."""
+    return partial(eval, f"(__import__('time').sleep(0.2), {number}, __import__('os').getpid())[1:]")
+
+
+def test_those_of_a_kind_are_one_processs_and_the_rest_of_both(processes):
+    calls = [pid(number) for number in range(len(OF_A_KIND))]
+    results = [future.result() for future in processes.share_out(calls, OF_A_KIND)]
+    assert [number for number, _ in results] == list(range(len(OF_A_KIND)))
+    first = {process for (_, process), one in zip(results, OF_A_KIND, strict=True) if one}
+    assert len(first) == 1
+    assert first < {process for _, process in results}, "the other process made no call"
+    taken = [process for _, process in results].count(*first)
+    assert taken > OF_A_KIND.count(True), "it ended with those of a kind"
+
+
+def test_who_waits_is_told_of_errors_and_of_death_and_cancelled_calls_are_not_made(processes):
+    calls = [partial(os._exit, 3), pid(0), *[partial(eval, "1 / 0")] * 4, pid(1)]
+    futures = processes.share_out(calls, [True] + [False] * 6)
+    assert futures[1].cancel()
+    with pytest.raises(BrokenProcessPool):
+        futures[0].result()
+    # It takes on what is left, and whoever waits for that is told as well; the other one makes what it takes.
+    ends = [type(future.exception()) for future in futures[2:]]
+    assert set(ends) <= {ZeroDivisionError, BrokenProcessPool, type(None)}
+    assert ends[-1] is type(None), "the other process was to begin at the end"
+    assert futures[1].cancelled()
+
+
+def test_calls_that_wait_are_not_made_when_it_ends(processes):
+    futures = processes.share_out([pid(number) for number in range(40)], [False] * 40)
+    futures[0].result()
+    for future in futures:
+        future.cancel()
+    processes.end()
+    assert all(future.done() for future in futures)
+    assert sum(not future.cancelled() for future in futures) < 10
