@@ -114,17 +114,17 @@ class Truths:
                 return future.result().at(scene)
         raise KeyError(scene.name)
 
-    def each(self, function: Callable[..., Any], *arguments: Sequence[Any]) -> list[Any]:
-        """Return what a function makes of each scene's arguments, worked out where the truths were."""
+    def each(self, function: Callable[..., Any], scenes: Sequence[Scene], *more: Sequence[Any]) -> list[Any]:
+        """Return what a function makes of each scene and of more that is its own, worked out where the truths were."""
         if self._processes is None:
-            return list(map(function, *arguments))
-        return [future.result() for future in self._share_out(function, *arguments)]
+            return list(map(function, scenes, *more))
+        return [future.result() for future in self._share_out(function, scenes, *more)]
 
-    def _share_out(self, function: Callable[..., Any], *arguments: Sequence[Any]) -> list["Future[Any]"]:
+    def _share_out(self, function: Callable[..., Any], scenes: Sequence[Scene], *more: Sequence[Any]) -> list["Future"]:
         """Return what will be a function's results, those of forces from one process: to load a compiler takes 1 s."""
         assert self._processes is not None
-        calls = [partial(function, *each) for each in zip(*arguments, strict=True)]
-        return self._processes.share_out(calls, [not scene.is_free for scene in self._scenes])
+        calls = [partial(function, *each) for each in zip(scenes, *more, strict=True)]
+        return self._processes.share_out(calls, [not scene.is_free for scene in scenes])
 
     def stop(self) -> None:
         """End what is still at work; who waits for it gets CancelledError or BrokenProcessPool."""

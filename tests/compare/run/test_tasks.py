@@ -151,6 +151,13 @@ def test_truths_of_several_scenes_are_those_of_each_alone():
             assert alone.futures[0].result().truth.vertices.tolist() == one.vertices.tolist()
 
 
+@pytest.mark.parametrize("asked", [1, 3], ids=["in a thread", "in processes"])
+def test_what_follows_of_some_of_the_scenes_is_worked_out_where_their_truths_were(asked):
+    scenes = [read_scene(name) for name in ("two-hits", "tether-critical", "die-straight")]
+    with Truths(scenes[:asked]) as truths:
+        assert truths.each(getattr, scenes[:2], ["name", "duration"]) == [scenes[0].name, scenes[1].duration]
+
+
 @pytest.mark.parametrize("others", [(), (SCENE,)], ids=["in a thread", "in a process"])
 def test_a_long_truth_tells_how_far_it_is(others, monkeypatch):
     monkeypatch.setattr("compare.run.progress.QUICK_S", 0.0)
