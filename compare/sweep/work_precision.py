@@ -43,7 +43,7 @@ class Effort:
 
 FULL = Effort()
 # Of a page: half as many tolerances, ladders a twenty-fifth as long.
-BRIEF = Effort(0.05, TOLERANCES[::2], Sampling(span_s=0.0, rounds=16, budget_s=4.0))
+BRIEF = Effort(0.05, TOLERANCES[::2], Sampling(span_s=0.0, rounds=16, budget_s=2.0))
 
 
 @dataclass(frozen=True, eq=False)
