@@ -100,13 +100,19 @@ def advance(world: World, n: int, dt: float) -> None:
 
 def hold(world: World, held: "Wrench") -> None:
     """Apply the forces of the states as they are, in world axes at the centre of mass; a step uses them up."""
-    for body, total in zip(world.bodies, held(read(world)), strict=True):
+    for body, total in zip(world.bodies, held(states_of(world)), strict=True):
         body.setExtForce(total[0:3], np.zeros(3), False, True)
         body.setExtTorque(total[3:6], False)
 
 
 def read(world: World) -> NDArray[np.float64]:
     """Return the states of the throws, (N, 13)."""
+    with silenced_stderr():  # of a pose that is not finite
+        return states_of(world)
+
+
+def states_of(world: World) -> NDArray[np.float64]:
+    """Return the same; DART may tell of what is not finite."""
     states = np.empty((len(world.bodies), 13))
     for state, joint, body in zip(states, world.joints, world.bodies, strict=True):
         pose = body.getTransform()

@@ -200,7 +200,8 @@ def read(world: World | Apart) -> NDArray[np.float64]:
     context = world.simulator.get_context()
     positions = world.plant.GetPositions(context).reshape(-1, 7)
     velocities = world.plant.GetVelocities(context).reshape(-1, 6)
-    q = positions[:, 0:4] / np.linalg.norm(positions[:, 0:4], axis=1, keepdims=True)
+    with np.errstate(all="ignore"):  # of a flight that blew up
+        q = positions[:, 0:4] / np.linalg.norm(positions[:, 0:4], axis=1, keepdims=True)
     return np.hstack((positions[:, 4:7], q, velocities[:, 3:6], velocities[:, 0:3]))
 
 

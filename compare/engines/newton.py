@@ -36,7 +36,9 @@ if os.access(sys.prefix, os.W_OK):
     warp.config.kernel_cache_dir = str(Path(sys.prefix) / "kernels")
 
 with silenced_stderr():  # it looks for a graphics card
-    import newton  # which starts Warp, and that asks for no other place afterwards
+    import newton
+
+    warp.init()  # which asks for no other place afterwards
 
 METHODS = ("semi-implicit", "featherstone", "xpbd", "mujoco")
 FORCED = ("semi-implicit+held", "featherstone+held", "xpbd+held", "mujoco+held")
