@@ -371,6 +371,20 @@ def test_it_is_printed_on_few_pages(html, opened):
     assert 2 <= len(pages) < 16
 
 
+def test_what_nobody_has_seen_yet_is_drawn_when_it_is_printed(html, opened):
+    tab = opened(html)
+    assert tab.locator("#matrix canvas").count() == 0, "it is drawn before it comes into view"
+    tab.evaluate("window.dispatchEvent(new Event('beforeprint'))")
+    pictures = tab.locator("#matrix canvas")
+    assert pictures.count() == 2
+    pixels = "it.getContext('2d').getImageData(0, 0, it.width, it.height).data.buffer"
+    colours = f"(it) => new Set(new Uint32Array({pixels})).size"
+    assert [picture.evaluate(colours) > 10 for picture in pictures.all()] == [True, True]
+    # At the end, when the one has become longer than the other.
+    first, second = (picture.evaluate("(it) => it.toDataURL()") for picture in pictures.all())
+    assert first != second
+
+
 def test_whatever_a_table_says_stays_text(real, opened):
     evil = dict(real)
     evil["scenes.csv"] = real["scenes.csv"].assign(title=EVIL, source=EVIL)

@@ -22,20 +22,30 @@ function filled(element, attributes, children) {
   return element;
 }
 
-/** Call once when an element first comes near the view; what is printed is all in view. */
+// What is printed is all in view: what has not been drawn is, and what that brings, and then all is in the print's colours.
+const unseen = new Set();
+const coloured = new Set();
+let printing = false;
+window.addEventListener("beforeprint", () => {
+  printing = true;
+  for (const { element, once } of unseen) if (element.getClientRects().length) once();
+  for (const act of coloured) act();
+});
+window.addEventListener("afterprint", () => (printing = false));
+
+/** Call once when an element first comes near the view. */
 function whenSeen(element, act) {
-  let done = false;
   const once = () => {
-    if (done) return;
-    done = true;
+    if (!unseen.delete(waiting)) return;
     watcher.disconnect();
     act();
   };
+  const waiting = { element, once };
+  unseen.add(waiting);
   const watcher = new IntersectionObserver((entries) => entries.some((entry) => entry.isIntersecting) && once(), {
     rootMargin: "300px",
   });
   watcher.observe(element);
-  window.addEventListener("beforeprint", () => element.getClientRects().length && once());
 }
 
 /** The value of a colour or font of the page's style. */
@@ -46,7 +56,7 @@ function styleOf(name) {
 /** Call after the reader changes between light and dark. */
 function whenThemeChanges(act) {
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", act);
-  window.addEventListener("beforeprint", act);
+  coloured.add(act);
   window.addEventListener("afterprint", act);
 }
 

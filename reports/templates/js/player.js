@@ -70,7 +70,8 @@ function player(host, scene, { id, ghosts, label, alone = false, controls = true
   const canvas = make("canvas", { id, class: "stage", role: "img", "aria-label": label });
   host.append(canvas);
   let inView = false;
-  const moment = () => [film, clock.time, ghosts(), alone ? 1 : state.mag];
+  // Where nothing moves, what has become of it at the end.
+  const moment = () => [film, printing && alone ? clock.end : clock.time, ghosts(), alone ? 1 : state.mag];
   const paint = () => {
     if (inView || !clock.playing) canvas.seen = drawMoment(canvas, ...moment(), { alone });
   };
