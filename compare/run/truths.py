@@ -74,6 +74,7 @@ class Truths:
     def __init__(self, scenes: Sequence[Scene], tick: Tick = untold, floor: bool = True) -> None:
         self._scenes = tuple(scenes)
         self._processes: Processes | None = None
+        self.futures: list[Future[Answer]]
         told = [Progress(scene.name, tick) for scene in scenes]
         if len(scenes) > 1:
             spawn = multiprocessing.get_context("spawn")
@@ -120,7 +121,9 @@ class Truths:
             return list(map(function, scenes, *more))
         return [future.result() for future in self._share_out(function, scenes, *more)]
 
-    def _share_out(self, function: Callable[..., Any], scenes: Sequence[Scene], *more: Sequence[Any]) -> list["Future"]:
+    def _share_out(
+        self, function: Callable[..., Any], scenes: Sequence[Scene], *more: Sequence[Any]
+    ) -> list["Future[Any]"]:
         """Return what will be a function's results, those of forces from one process: to load a compiler takes 1 s."""
         assert self._processes is not None
         calls = [partial(function, *each) for each in zip(scenes, *more, strict=True)]
