@@ -36,8 +36,8 @@ def at_most(limit: float, digits: int = 3) -> str:
 
 
 def fixed(value: float, decimals: int) -> str:
-    """Return a number with so many decimals."""
-    return f"{value:.{decimals}f}".replace("-", MINUS)
+    """Return a number with so many decimals; what they leave nothing of has no sign."""
+    return f"{value:z.{decimals}f}".replace("-", MINUS)
 
 
 def given(value: float) -> str:

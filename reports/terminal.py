@@ -113,4 +113,4 @@ def ruler(positions: Array) -> tuple[str, float, int]:
 
 def vector(values: Array, places: int) -> str:
     """Return (x, y, z)."""
-    return "(" + ", ".join(f"{value:.{places}f}" for value in values) + ")"
+    return "(" + ", ".join(f"{value:z.{places}f}" for value in values) + ")"

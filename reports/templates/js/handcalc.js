@@ -34,7 +34,7 @@ function reportSection(host) {
 }
 
 function vector(row, prefix) {
-  return `(${["x", "y", "z"].map((axis) => row[`${prefix}${axis}_m`].toFixed(2).replace("-", MINUS)).join(", ")})`;
+  return `(${["x", "y", "z"].map((axis) => fixed(row[`${prefix}${axis}_m`], 2)).join(", ")})`;
 }
 
 function reportHeadline(scene) {

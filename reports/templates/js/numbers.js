@@ -20,6 +20,11 @@ function figure(value, digits = 3) {
   return text.replace("-", MINUS);
 }
 
+/** A number with so many decimals; what they leave nothing of has no sign. */
+function fixed(value, decimals) {
+  return (Number(value.toFixed(decimals)) || 0).toFixed(decimals).replace("-", MINUS);
+}
+
 function superscript(power) {
   return [...String(power)].map((sign) => SMALL[sign]).join("");
 }
