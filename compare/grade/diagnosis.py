@@ -138,11 +138,11 @@ class Search:
 
     def _pairs(self, alone: dict[Hypothesis, float]) -> list[Mistakes]:
         """Return the best pairs.  alone: what each hypothesis was fitted to by itself."""
-        flown = [h for h in self._flights.hypotheses if h.part not in WRITTEN and not h.variant and not h.rare]
-        written = [h for h in self._flights.hypotheses if h.part in WRITTEN and not h.rare]
+        flown = [h for h in self._flights.hypotheses if h.part not in WRITTEN and not h.variant]
+        written = [h for h in self._flights.hypotheses if h.part in WRITTEN]
         rough = list(self._rough_pairs(flown, alone))
-        rough += [self._rough_pair(*pair, alone) for pair in combinations(written, 2) if pair[0].part != pair[1].part]
-        rough += self._written_pairs(flown, [h for h in self._flights.hypotheses if h.part in WRITTEN])
+        rough += [self._rough_pair(*pair, alone) for pair in _of_two_parts(written) if _flights_of(*pair) <= GRID]
+        rough += self._written_pairs(flown, written)
         rough.sort(key=self._glanced)
         again = (self._fitter.polished(self._varied(self._fitter.polished(pair))) for pair in rough[:AGAIN])
         return sorted(again, key=self._glanced)[:FINALISTS]
@@ -159,17 +159,15 @@ class Search:
         return mistakes
 
     def _rough_pairs(self, flown: Sequence[Hypothesis], alone: dict[Hypothesis, float]) -> Iterator[Mistakes]:
-        """Yield pairs of what is flown, of what helps most alone first, as many as the search may take."""
-        rank = {hypothesis: number for number, hypothesis in enumerate(alone)}
-        pairs = (pair for pair in combinations(flown, 2) if pair[0].part != pair[1].part)
-        for pair in sorted(pairs, key=lambda pair: rank[pair[0]] + rank[pair[1]]):
+        """Yield pairs of what is flown, what helps most alone and takes few flights first, as many as a search may."""
+        rank = {hypothesis: number for number, hypothesis in enumerate(alone, 1)}
+        for pair in sorted(_of_two_parts(flown), key=lambda pair: _flights_of(*pair) * (rank[pair[0]] + rank[pair[1]])):
             if self._is_spent(OF_PAIRS):
                 return
             yield self._rough_pair(*pair, alone)
 
     def _rough_pair(self, one: Hypothesis, other: Hypothesis, alone: dict[Hypothesis, float]) -> Mistakes:
-        few = max(len(one.values), 1) * max(len(other.values), 1) <= GRID
-        if few or not (one.fitted and other.fitted):
+        if _on_a_grid(one, other):
             return min(self._fitter.values_of((one, other)), key=self._glanced)
         starts = []
         for first, second in ((one, other), (other, one)):
@@ -280,6 +278,23 @@ class Search:
             fewer = combinations(mistakes, len(mistakes) - 1)
             steps.insert(0, min(map(self._flights.explain, fewer), key=lambda each: each.weighed_m))
         return steps
+
+
+def _of_two_parts(hypotheses: Iterable[Hypothesis]) -> Iterator[tuple[Hypothesis, Hypothesis]]:
+    """Yield all pairs of mistakes in different parts of a program."""
+    return (pair for pair in combinations(hypotheses, 2) if pair[0].part != pair[1].part)
+
+
+def _on_a_grid(one: Hypothesis, other: Hypothesis) -> bool:
+    """Whether two mistakes are tried with all combinations of their values."""
+    few = max(len(one.values), 1) * max(len(other.values), 1) <= GRID
+    return few or not (one.fitted and other.fitted)
+
+
+def _flights_of(one: Hypothesis, other: Hypothesis) -> int:
+    """Return how many flights a first look at two mistakes takes."""
+    first, second = max(len(one.values), 1), max(len(other.values), 1)
+    return first * second if _on_a_grid(one, other) else first + second
 
 
 def _by_weight(explanation: Explanation) -> float:

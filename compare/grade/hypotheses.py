@@ -88,8 +88,8 @@ class Hypothesis:
     choices: names of the values, which then are all there are.  known: values with a name, which cost little to assume.
     only_known: no others are believed.  sought: where the flight jumps as the value changes, the value that instants as
     written and as the physics had reached them [s], (S,), speak for; None where it is smooth.
-    variant: differs little from the one of its name that stands before it and is none.  rare: tried alone and on top of
-    others, not in all pairs.  of_scene: it may be the scene that says what was not flown.  unit: of its value.
+    variant: differs little from the one of its name that stands before it and is none.  rare: with others it is
+    polished only where it helps.  of_scene: it may be the scene that says what was not flown.  unit: of its value.
     details: what else it says, for tables.  taken: numbers that it takes from the file itself.
     """
 
