@@ -385,6 +385,26 @@ def test_what_nobody_has_seen_yet_is_drawn_when_it_is_printed(html, opened):
     assert first != second
 
 
+def test_each_swept_scene_has_its_own_headline(real, opened):
+    both = dict(real)
+    for file, table in real.items():
+        if file.startswith("sweep-") and "scene" in table.columns:
+            both[file] = pd.concat([table, table.assign(scene="die-vertex")], ignore_index=True)
+    tab = opened(page(both), "#cost")
+    everything_drawn(tab)
+    first, second = (tab.locator("#cost .headline").nth(place).inner_text() for place in (0, 1))
+    assert "does it soonest" in first
+    assert second == first, "the same runs are told as others"
+
+
+def test_names_beside_limits_have_room(html, opened):
+    tab = opened(html, "#stability", width=400)
+    everything_drawn(tab)
+    left = "(it) => it.getBoundingClientRect().left"
+    for chart in tab.locator("#stability svg[id^=limits-]").all():
+        assert min(name.evaluate(left) for name in chart.locator("text").all()) >= chart.evaluate(left) - 0.5
+
+
 def test_whatever_a_table_says_stays_text(real, opened):
     evil = dict(real)
     evil["scenes.csv"] = real["scenes.csv"].assign(title=EVIL, source=EVIL)

@@ -162,15 +162,24 @@ function answer(host) {
     }
     const defaults = [...ENGINE_DEFAULTS.values()].filter((name) => !FIELD.get(name).ours).map((name) => ({ name, ...scoreOf(name, state.tol) }));
     const failing = defaults.filter(({ within, flown }) => within < flown);
-    if (failing.length) parts.push(`At the scenes' own steps, left at its default, ${listed(failing.map(({ name, within, flown }, at) => `${FIELD.get(name).engine}${at ? "" : " manages"} ${within} of ${flown}${at ? "" : " throws"}`))}.`);
+    if (failing.length) parts.push(`At the scenes' own steps, ${managedInWords(failing)}.`);
     host.replaceChildren(...parts);
   });
 }
 
+/** How many throws engines manage as they come; of several that manage none, only their names. */
+function managedInWords(failing) {
+  const none = failing.filter(({ within }) => !within).map(({ name }) => FIELD.get(name).engine);
+  if (none.length === failing.length && none.length > 2) return `left at their defaults, ${listed(none)} manage none`;
+  const told = none.length > 2 ? failing.filter(({ within }) => within) : failing;
+  const each = told.map(({ name, within, flown }, at) => `${FIELD.get(name).engine}${at ? "" : " manages"} ${within} of ${flown}${at ? "" : " throws"}`);
+  return `left at its default, ${listed(each)}${told.length < failing.length ? `; ${listed(none)} none` : ""}`;
+}
+
 /** Who reaches an error on the swept scene, cheapest first: name, time of its flight, the step that did. */
-function cheapest(tolerance) {
+function cheapest(tolerance, scene = sweptScenes()[0]) {
   const found = [];
-  for (const [name, own] of groupBy(rows("sweep-work-precision.csv").filter((run) => run.scene === sweptScenes()[0]), contestantOf)) {
+  for (const [name, own] of groupBy(rows("sweep-work-precision.csv").filter((run) => run.scene === scene), contestantOf)) {
     if (FIELD.get(name)?.byHand) continue;
     const reaching = own.filter((run) => run.status === "ok" && run.error_m <= tolerance).sort((a, b) => a.flight_us - b.flight_us);
     if (reaching.length) found.push({ name, engine: FIELD.get(name).engine, run: reaching[0], whole: own.length === 1 });

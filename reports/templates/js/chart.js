@@ -5,6 +5,11 @@ const LABEL_GAP = 14;
 // A curve that leaves the plain ones this far behind leaves the chart too, so that they can still be told apart.
 const HEADROOM = 300;
 
+/** What words beside a chart take of its width, a good half at most. */
+function roomFor(labels, width) {
+  return Math.min(14 + 6.8 * Math.max(0, ...labels.map((label) => label.length)), 0.55 * width);
+}
+
 /** A scale from values to pixels, with its ticks. */
 function scale({ log }, [least, most], [from, to]) {
   const f = log ? Math.log10 : (value) => value;

@@ -84,7 +84,7 @@ function level(Y, area, value, words) {
 
 function costHeadline(scene) {
   const names = shown();
-  const reaching = cheapest(state.tol).filter(({ name, run }) => run.scene === scene && names.has(name));
+  const reaching = cheapest(state.tol, scene).filter(({ name }) => names.has(name));
   if (!reaching.length) return [`Nobody shown reaches ${chosen(state.tol, "m")}.`];
   const last = reaching.at(-1);
   const parts = [`Of those shown ${reaching.length} reach ${chosen(state.tol, "m")}; `, make("b", {}, reaching[0].name), ` does it soonest${costInWords(reaching[0])}`];

@@ -56,7 +56,7 @@ function mendingBars(host, hand, beside) {
     const names = shown();
     const bars = [...hand, ...beside.filter((row) => names.has(nameOf(row)))];
     const labels = bars.map((row) => (row.engine === DATA.byHand ? row.method.replaceAll("-", " ").replaceAll("+", " + ") : nameOf(row)));
-    const left = Math.min(14 + 6.8 * Math.max(...labels.map((label) => label.length)), 0.55 * width);
+    const left = roomFor(labels, width);
     svg.setAttribute("viewBox", `0 0 ${width} ${22 * bars.length + 6}`);
     svg.replaceChildren(
       ...bars.map((row, at) => {

@@ -46,7 +46,7 @@ function limitChart(host, scene) {
     const own = limits.filter((row) => names.has(contestantOf(row))).sort((a, b) => b.w_dt_limit - a.w_dt_limit);
     const width = Math.max(280, box.clientWidth || 400);
     const height = 46 + 20 * own.length;
-    const area = { left: Math.min(190, width * 0.42), right: width - 20 };
+    const area = { left: roomFor(own.map(contestantOf), width), right: width - 20 };
     const finite = limits.flatMap((row) => [row.w_dt_limit, row.theory_w_dt]).filter((value) => value > 0 && Number.isFinite(value));
     const X = scale({ log: true }, [Math.min(0.5, ...finite) / 1.3, Math.max(4, ...finite) * 1.6], [area.left, area.right]);
     svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
