@@ -77,6 +77,18 @@ def test_it_is_said_on_the_page(real, opened):
     assert "further off" in tab.locator("#changed .headline").inner_text()
 
 
+def test_runs_that_one_folder_has_alone_are_neither_nearer_nor_further_off(real, opened):
+    earlier, later = dict(real), dict(real)
+    runs = real["runs.csv"]
+    earlier["runs.csv"], later["runs.csv"] = runs[runs["scene"] != "two-hits"], runs[runs["scene"] != "die-vertex"]
+    tab = opened(page(later | changes(earlier, later)), "#at=changed")
+    fresh, gone = ((runs["scene"] == scene).sum() for scene in ("two-hits", "die-vertex"))
+    said = tab.locator("#changed .headline").inner_text()
+    assert said == (
+        f"No run that both have has changed; {fresh} runs only the later has; {gone} runs only the earlier had."
+    )
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [

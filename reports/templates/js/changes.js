@@ -3,17 +3,22 @@
 function changesSection(host) {
   const runs = rows("changed-runs.csv");
   const conditions = rows("changed-conditions.csv").filter((row) => row.what !== "command");
-  const worse = runs.filter((row) => row.ratio > 1).sort((a, b) => b.ratio - a.ratio);
-  const better = runs.filter((row) => row.ratio < 1).sort((a, b) => a.ratio - b.ratio);
-  const said = [`${counted(runs.length, "run")} changed: ${worse.length} further off, ${better.length} nearer`];
+  const fresh = runs.filter((row) => row.status_before === "not there");
+  const gone = runs.filter((row) => row.status_after === "not there");
+  const both = runs.filter((row) => !fresh.includes(row) && !gone.includes(row));
+  const worse = both.filter((row) => row.ratio !== null && row.ratio > 1).sort((a, b) => b.ratio - a.ratio);
+  const better = both.filter((row) => row.ratio !== null && row.ratio < 1).sort((a, b) => a.ratio - b.ratio);
+  const said = [both.length ? `${counted(both.length, "run")} changed: ${worse.length} further off, ${better.length} nearer` : "No run that both have has changed"];
   if (worse.length) said.push(`most the worse ${nameOf(worse[0])} in ${worse[0].scene}, from ${si(worse[0].max_error_m_before, "m")} to ${si(worse[0].max_error_m_after, "m")}`);
   if (better.length) said.push(`most the better ${nameOf(better[0])} in ${better[0].scene}, from ${si(better[0].max_error_m_before, "m")} to ${si(better[0].max_error_m_after, "m")}`);
+  if (fresh.length) said.push(`${counted(fresh.length, "run")} only the later has`);
+  if (gone.length) said.push(`${counted(gone.length, "run")} only the earlier had`);
   host.append(make("p", { class: "headline" }, runs.length ? `${said.join("; ")}.` : "No run changed."));
   if (conditions.length) host.append(make("dl", { class: "facts" }, conditions.map((row) => make("div", {}, make("dt", {}, row.what), make("dd", {}, `${row.value_before || "nothing"} → ${row.value_after || "nothing"}`)))));
   foldedTable(host, {
     id: "changed-runs",
     caption: "Runs that changed",
-    list: [...worse, ...better, ...runs.filter((row) => !(row.ratio > 1 || row.ratio < 1))],
+    list: [...worse, ...better, ...runs.filter((row) => !worse.includes(row) && !better.includes(row))],
     key: (row) => `${row.scene}-${nameOf(row)}`,
     columns: [
       { key: "method", label: "contestant", words: true, show: nameOf, sort: nameOf },
