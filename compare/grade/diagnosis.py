@@ -19,13 +19,13 @@ from compare.grade.noise import ALIKE
 # Parts of a program whose mistakes may make one motion: gravity from the second step on, and x by the old velocity.
 TWINS = {"gravity start": "position step", "position step": "gravity start"}
 # Pairs that are looked at again, and explanations that are fitted finely.
-AGAIN = 16
+AGAIN = 32
 FINALISTS = 6
 # Single mistakes that are fitted finely: one that is right may look no better at first than others.
 SINGLES = 12
-# Steps of flights after which no more mistakes are put on top of others, and the share of them that pairs may take:
-# the bound of a search, the same on any machine.
-ENOUGH, OF_PAIRS = 40_000_000, 0.5
+# Steps of flights after which no more mistakes are put on top of others, and the shares of them after which no more
+# pairs of usual mistakes are looked at, and of any: the bound of a search, the same on any machine.
+ENOUGH, OF_USUAL, OF_PAIRS = 60_000_000, 1 / 3, 0.6
 # Single mistakes upon which all others are tried with care, and explanations upon which more are.
 TOGETHER, STARTS = 6, 3
 MOST_MISTAKES = 5
@@ -159,12 +159,24 @@ class Search:
         return mistakes
 
     def _rough_pairs(self, flown: Sequence[Hypothesis], alone: dict[Hypothesis, float]) -> Iterator[Mistakes]:
-        """Yield pairs of what is flown, what helps most alone and takes few flights first, as many as a search may."""
+        """Yield pairs of what is flown, as many as a search may: usual ones, of what helps most alone first; then any.
+
+        Of any, first those of what helps most and takes few flights.
+        """
         rank = {hypothesis: number for number, hypothesis in enumerate(alone, 1)}
-        for pair in sorted(_of_two_parts(flown), key=lambda pair: _flights_of(*pair) * (rank[pair[0]] + rank[pair[1]])):
+        ranks = {pair: rank[pair[0]] + rank[pair[1]] for pair in _of_two_parts(flown)}
+        usual = [pair for pair in ranks if not (pair[0].rare or pair[1].rare)]
+        looked_at = set()
+        for pair in sorted(usual, key=lambda pair: ranks[pair]):
+            if self._is_spent(OF_USUAL):
+                break
+            looked_at.add(pair)
+            yield self._rough_pair(*pair, alone)
+        for pair in sorted(ranks, key=lambda pair: _flights_of(*pair) * ranks[pair]):
             if self._is_spent(OF_PAIRS):
                 return
-            yield self._rough_pair(*pair, alone)
+            if pair not in looked_at:
+                yield self._rough_pair(*pair, alone)
 
     def _rough_pair(self, one: Hypothesis, other: Hypothesis, alone: dict[Hypothesis, float]) -> Mistakes:
         if _on_a_grid(one, other):

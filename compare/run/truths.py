@@ -82,8 +82,8 @@ class Truths:
             self._far_end, self._lifeline = spawn.Pipe(duplex=False)
             self._news, near_end = spawn.Pipe(duplex=False)
             count = min(os.cpu_count() or 1, len(scenes))
-            self._processes = Processes(count, spawn, end_with, (self._far_end, near_end))
             with safe_path():
+                self._processes = Processes(count, spawn, end_with, (self._far_end, near_end))
                 self.futures = self._share_out(numbered_answer, scenes, [floor] * len(scenes), range(len(scenes)))
             threading.Thread(target=self._hear, args=(told,), daemon=True).start()
         else:
