@@ -141,7 +141,11 @@ class Search:
         flown = [h for h in self._flights.hypotheses if h.part not in WRITTEN and not h.variant]
         written = [h for h in self._flights.hypotheses if h.part in WRITTEN]
         rough = list(self._rough_pairs(flown, alone))
-        rough += [self._rough_pair(*pair, alone) for pair in _of_two_parts(written) if _flights_of(*pair) <= GRID]
+        rough += [
+            self._rough_pair(*pair, alone)
+            for pair in _of_two_parts(written)
+            if _is_usual(pair) or _flights_of(*pair) <= GRID
+        ]
         rough += self._written_pairs(flown, written)
         rough.sort(key=self._glanced)
         again = (self._fitter.polished(self._varied(self._fitter.polished(pair))) for pair in rough[:AGAIN])
@@ -165,9 +169,8 @@ class Search:
         """
         rank = {hypothesis: number for number, hypothesis in enumerate(alone, 1)}
         ranks = {pair: rank[pair[0]] + rank[pair[1]] for pair in _of_two_parts(flown)}
-        usual = [pair for pair in ranks if not (pair[0].rare or pair[1].rare)]
         looked_at = set()
-        for pair in sorted(usual, key=lambda pair: ranks[pair]):
+        for pair in sorted(filter(_is_usual, ranks), key=lambda pair: ranks[pair]):
             if self._is_spent(OF_USUAL):
                 break
             looked_at.add(pair)
@@ -297,16 +300,24 @@ def _of_two_parts(hypotheses: Iterable[Hypothesis]) -> Iterator[tuple[Hypothesis
     return (pair for pair in combinations(hypotheses, 2) if pair[0].part != pair[1].part)
 
 
+def _is_usual(pair: tuple[Hypothesis, Hypothesis]) -> bool:
+    """Whether neither of two mistakes is rare."""
+    return not (pair[0].rare or pair[1].rare)
+
+
 def _on_a_grid(one: Hypothesis, other: Hypothesis) -> bool:
     """Whether two mistakes are tried with all combinations of their values."""
-    few = max(len(one.values), 1) * max(len(other.values), 1) <= GRID
-    return few or not (one.fitted and other.fitted)
+    return not (one.fitted and other.fitted) or _combinations(one, other) <= GRID
 
 
 def _flights_of(one: Hypothesis, other: Hypothesis) -> int:
     """Return how many flights a first look at two mistakes takes."""
-    first, second = max(len(one.values), 1), max(len(other.values), 1)
-    return first * second if _on_a_grid(one, other) else first + second
+    return _combinations(one, other) if _on_a_grid(one, other) else len(one.values) + len(other.values)
+
+
+def _combinations(one: Hypothesis, other: Hypothesis) -> int:
+    """Return how many combinations there are of the values that two mistakes are tried with first."""
+    return max(len(one.values), 1) * max(len(other.values), 1)
 
 
 def _by_weight(explanation: Explanation) -> float:

@@ -22,9 +22,8 @@ class Processes:
     def share_out(self, calls: Sequence[Call], of_a_kind: Sequence[bool]) -> list["Future[Any]"]:
         """Return what will be the results of calls; the first process takes those of a kind before any other."""
         futures: list[Future[Any]] = [Future() for _ in calls]
-        tasks = list(zip(calls, futures, strict=True))
-        first = [task for task, one in zip(tasks, of_a_kind, strict=True) if one]
-        waiting = deque(first + [task for task, one in zip(tasks, of_a_kind, strict=True) if not one])
+        ordered = sorted(range(len(calls)), key=lambda number: not of_a_kind[number])
+        waiting = deque((calls[number], futures[number]) for number in ordered)
         for number, executor in enumerate(self._executors):
             _go_on(executor, waiting.pop if number else waiting.popleft)
         return futures
