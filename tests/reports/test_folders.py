@@ -89,6 +89,20 @@ def test_runs_that_one_folder_has_alone_are_neither_nearer_nor_further_off(real,
     )
 
 
+def test_runs_that_finish_in_one_folder_alone_are_told_apart(real, opened):
+    runs = real["runs.csv"]
+    hit = (runs["scene"] == "die-vertex") & (runs["status"] == "ok")
+    crashed = real | {
+        "runs.csv": runs.assign(
+            status=runs["status"].mask(hit, "crashed: signal 11"), max_error_m=runs["max_error_m"].mask(hit)
+        )
+    }
+    for earlier, later, words in (real, crashed, "no longer finished"), (crashed, real, "finished for the first time"):
+        tab = opened(page(later | changes(earlier, later)), "#at=changed")
+        said = tab.locator("#changed .headline").inner_text()
+        assert said == f"{hit.sum()} runs changed: 0 further off, 0 nearer; {hit.sum()} runs {words}."
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [

@@ -11,6 +11,11 @@ function changesSection(host) {
   const said = [both.length ? `${counted(both.length, "run")} changed: ${worse.length} further off, ${better.length} nearer` : "No run that both have has changed"];
   if (worse.length) said.push(`most the worse ${nameOf(worse[0])} in ${worse[0].scene}, from ${si(worse[0].max_error_m_before, "m")} to ${si(worse[0].max_error_m_after, "m")}`);
   if (better.length) said.push(`most the better ${nameOf(better[0])} in ${better[0].scene}, from ${si(better[0].max_error_m_before, "m")} to ${si(better[0].max_error_m_after, "m")}`);
+  const [before, after] = ["status_before", "status_after"].map((when) => (row) => ["ok", "flagged"].includes(row[when].split(":")[0]));
+  const ended = both.filter((row) => before(row) && !after(row));
+  const mended = both.filter((row) => !before(row) && after(row));
+  if (ended.length) said.push(`${counted(ended.length, "run")} no longer finished`);
+  if (mended.length) said.push(`${counted(mended.length, "run")} finished for the first time`);
   if (fresh.length) said.push(`${counted(fresh.length, "run")} only the later has`);
   if (gone.length) said.push(`${counted(gone.length, "run")} only the earlier had`);
   host.append(make("p", { class: "headline" }, runs.length ? `${said.join("; ")}.` : "No run changed."));

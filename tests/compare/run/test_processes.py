@@ -35,17 +35,23 @@ def test_those_of_a_kind_are_one_processs_and_the_rest_of_both(processes):
     assert taken > OF_A_KIND.count(True), "it ended with those of a kind"
 
 
-def test_who_waits_is_told_of_errors_and_of_death_and_cancelled_calls_are_not_made(processes):
-    calls = [partial(os._exit, 3), pid(0), *[partial(eval, "1 / 0")] * 4, pid(1)]
-    futures = processes.share_out(calls, [True] + [False] * 6)
+def test_a_call_that_nobody_waits_for_any_more_is_not_made(processes, tmp_path):
+    calls = [pid(0), partial(os.mkdir, tmp_path / "made"), *(pid(number) for number in range(1, 7))]
+    futures = processes.share_out(calls, [True] + [False] * 7)
     assert futures[1].cancel()
+    assert [future.result()[0] for number, future in enumerate(futures) if number != 1] == list(range(7))
+    assert not (tmp_path / "made").exists()
+
+
+def test_who_waits_is_told_of_errors_and_of_death(processes):
+    calls = [partial(os._exit, 3), *[partial(eval, "1 / 0")] * 4, pid(1)]
+    futures = processes.share_out(calls, [True] + [False] * 5)
     with pytest.raises(BrokenProcessPool):
         futures[0].result()
     # It takes on what is left, and whoever waits for that is told as well; the other one makes what it takes.
-    ends = [type(future.exception()) for future in futures[2:]]
+    ends = [type(future.exception()) for future in futures[1:]]
     assert set(ends) <= {ZeroDivisionError, BrokenProcessPool, type(None)}
     assert ends[-1] is type(None), "the other process was to begin at the end"
-    assert futures[1].cancelled()
 
 
 def test_calls_that_wait_are_not_made_when_it_ends(processes):

@@ -156,6 +156,16 @@ def test_what_follows_of_some_of_the_scenes_is_worked_out_where_their_truths_wer
     scenes = [read_scene(name) for name in ("two-hits", "tether-critical", "die-straight")]
     with Truths(scenes[:asked]) as truths:
         assert truths.each(getattr, scenes[:2], ["name", "duration"]) == [scenes[0].name, scenes[1].duration]
+        whose = truths.each(getattr, scenes[:2], ["nobody has it"] * 2, [WhereItIsRead()] * 2)
+    elsewhere = asked > 1
+    assert [isinstance(one, int) and one != os.getpid() for one in whose] == [elsewhere] * 2
+
+
+class WhereItIsRead:
+    """What another process reads as its own number."""
+
+    def __reduce__(self):
+        return os.getpid, ()
 
 
 @pytest.mark.parametrize("others", [(), (SCENE,)], ids=["in a thread", "in a process"])
