@@ -137,7 +137,7 @@ def where(table: pd.DataFrame, kept: Any) -> pd.DataFrame:
 
 def numbers(table: pd.DataFrame, columns: list[str]) -> np.ndarray:
     """Return columns as an array, (rows, columns)."""
-    return table.filter(columns).to_numpy(dtype=float)
+    return np.column_stack([table[name].to_numpy(dtype=float) for name in columns])
 
 
 def limits(read: Mapping[str, pd.DataFrame], scene: str, times: np.ndarray) -> list[float]:

@@ -10,7 +10,6 @@ from compare.sweep.frontier import (
     TARGETS_M,
     by_contestant,
     digit_rows,
-    error,
     order_rows,
     reach,
     same_rows,
@@ -117,17 +116,17 @@ def advice_text(sweep: Sweep, tolerance_m: float) -> Iterator[RenderableType]:
         if run is not None and flight_ns is not None and (engine not in best or run.flight_ns < best[engine][0]):
             best[engine] = run.flight_ns, run
         for each in usable(timed):
-            if engine not in nearest or error(each) < error(nearest[engine]):
+            if engine not in nearest or each.error_m < nearest[engine].error_m:
                 nearest[engine] = each
     ordered = sorted(best.items(), key=lambda item: item[1][0])
     yield Constrain(plain(advice(sweep, tolerance_m, ordered[0][1] if ordered else None)), LIST_WIDTH)
     table = columns("engine", "method", "step [s]", "flight [us]", "error [m]", "", right=range(2, 5))
     for engine, (flight_ns, run) in ordered:
-        table.add_row(plain(engine), plain(run.run.method), step(run), f"{flight_ns / 1e3:.3g}", figure(error(run)))
+        table.add_row(plain(engine), plain(run.run.method), step(run), f"{flight_ns / 1e3:.3g}", figure(run.error_m))
     for engine, run in nearest.items():
         if engine not in best:
             cost_us = f"{run.flight_ns / 1e3:.3g}"
-            table.add_row(plain(engine), plain(run.run.method), step(run), cost_us, figure(error(run)), "not reached")
+            table.add_row(plain(engine), plain(run.run.method), step(run), cost_us, figure(run.error_m), "not reached")
     if table.row_count:
         yield plain("")
         yield table
@@ -144,9 +143,9 @@ def advice(sweep: Sweep, tolerance_m: float, cheapest: tuple[float, Timed] | Non
         return f"{name}: nothing that was measured stays within {length(tolerance_m)}; below is how close each came."
     flight_ns, run = cheapest
     at = f"at {step(run)} s" if run.per_step else "with steps of its own"
-    margin = f"a margin of {tolerance_m / error(run):.2g}" if error(run) > 0.0 else "no error that can be seen"
+    margin = f"a margin of {tolerance_m / run.error_m:.2g}" if run.error_m > 0.0 else "no error that can be seen"
     cost_us = f"{flight_ns / 1e3:.2g} us a flight"
-    return f"{name}: use {run.run.name} {at}: {length(error(run))} off, {margin}; {cost_us}."
+    return f"{name}: use {run.run.name} {at}: {length(run.error_m)} off, {margin}; {cost_us}."
 
 
 def step(run: Timed) -> str:

@@ -29,7 +29,7 @@ from scenarios.truth import Truth
 # A free cube, a body that never turns, and the throw on which times are compared, which has most use for it all.
 SCENES = ("table-4-1", "die-straight", "yardstick")
 # Of a page.
-QUICK = Sampling(span_s=0.5, budget_s=2.0)
+QUICK = Sampling(span_s=0.0, rounds=12, budget_s=1.0)
 # Errors of one size: rounding or another choice of steps doubles an error by chance, a lost term does far worse.
 ALIKE = 2.0
 

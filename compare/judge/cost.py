@@ -2,6 +2,9 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
 
 from compare.judge.errors import Run
 from compare.run.flight import Trajectory
@@ -28,6 +31,11 @@ class Timed:
     reading: Reading
     per_step: bool
     ready: Ready
+
+    @cached_property
+    def error_m(self) -> float:
+        """The error the run is judged by: of one throw its own, of many their median [m]."""
+        return float(np.median(self.run.throws_errors))
 
 
 def time_runs(

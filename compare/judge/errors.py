@@ -132,6 +132,11 @@ class Run:
         return self.truth.limit[-len(self.scene.times) :]
 
     @cached_property
+    def throws_errors(self) -> Array:
+        """Each throw's largest vertex error, not below what the truth can tell [m], (N,)."""
+        return np.maximum(self.distances.max(axis=(0, 2)), self.limits.max(axis=0))
+
+    @cached_property
     def drifts(self) -> tuple[float, float, float]:
         """Drift from the truth of energy, momentum and angular momentum, each over its true scale.
 

@@ -7,6 +7,7 @@ from functools import partial
 from compare.run.flight import legs
 from compare.run.participants import Participant
 from compare.run.readings import USUAL, Reading, Sampling, round_robin
+from compare.run.tasks import Task, run
 from compare.run.timer import Pace, Ready
 from compare.run.worker import Failure
 from scenarios.scene import Scene
@@ -47,10 +48,16 @@ def costs(loads: Mapping[str, Load], sampling: Sampling = USUAL) -> dict[str, Co
 
     One whose process ends in the middle has samples that are not a number.
     """
-    ready = {
-        key: load.participant.prepare_timer(key, load.scene, load.method, load.pace, load.keep)
-        for key, load in loads.items()
-    }
+    ready = dict(zip(loads, run([making_ready(key, load) for key, load in loads.items()]), strict=True))
     able = [key for key, shown in ready.items() if not isinstance(shown, Failure)]
     readings = round_robin({key: partial(loads[key].participant.sample, key) for key in able}, *sampling)
     return {key: shown if isinstance(shown, Failure) else Cost(readings[key], shown) for key, shown in ready.items()}
+
+
+def making_ready(key: str, load: Load) -> Task[Ready | Failure]:
+    """Return the task of making a load's timer ready, which engines do side by side: nothing of it is compared."""
+    return Task(
+        (load.scene.name, key),
+        load.participant,
+        lambda able: able.prepare_timer(key, load.scene, load.method, load.pace, load.keep),
+    )

@@ -133,8 +133,8 @@ class Worker:
 
     def _ask(self, question: Question | None, hint: Any, most_bytes: int = 0) -> Any:
         """Put a question, or none, and return the answer, or the Failure that it is none; then the process is gone."""
-        by = monotonic() + self.time_limit
         with self._turn:
+            by = monotonic() + self.time_limit  # what others have asked before is no time of this answer
             if self._process is None:
                 return Failure(self._why_gone)
             try:

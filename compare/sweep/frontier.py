@@ -16,33 +16,22 @@ from compare.sweep.schemas import ClockRow, DigitRow, OrderRow, SameRow, ThrowsR
 from compare.sweep.work_precision import Sweep
 from compare.tables.runs import step_of
 from compare.tables.shared import worded
-from scenarios.frames import Array
 
 TARGETS_M = (1e-3, 1e-6, 1e-9, 1e-12)
-
-
-def throws_errors(run: Run) -> Array:
-    """Return each throw's largest vertex error, not below what the truth can tell [m], (N,)."""
-    return np.maximum(run.distances.max(axis=(0, 2)), run.limits.max(axis=0))
-
-
-def error(timed: Timed) -> float:
-    """Return the error a run is judged by: of one throw its own, of many their median [m]."""
-    return float(np.median(throws_errors(timed.run)))
 
 
 def throws_rows(sweep: Sweep) -> Iterator[ThrowsRow]:
     """Yield the spread over the throws of every plain run, where there are many."""
     if len(sweep.scene.start) > 1:
         for each in usable(sweep.timed):
-            quantiles = pd.Series(throws_errors(each.run)).quantile([0.05, 0.5, 0.95]).tolist()
+            quantiles = pd.Series(each.run.throws_errors).quantile([0.05, 0.5, 0.95]).tolist()
             key = sweep.scene.name, each.run.engine, each.run.method
             yield ThrowsRow(*key, *step_of(each.run), len(sweep.scene.start), *quantiles)
 
 
 def usable(timed: Sequence[Timed]) -> list[Timed]:
     """Return the runs whose error is a plain result."""
-    return [each for each in timed if each.run.status == "ok" and np.isfinite(error(each))]
+    return [each for each in timed if each.run.status == "ok" and np.isfinite(each.error_m)]
 
 
 def by_contestant(timed: Sequence[Timed]) -> dict[tuple[str, str], list[Timed]]:
@@ -56,8 +45,8 @@ def by_contestant(timed: Sequence[Timed]) -> dict[tuple[str, str], list[Timed]]:
 def frontier(timed: Sequence[Timed]) -> list[Timed]:
     """Return the runs that no cheaper run equals, the cheapest first: where error falls as time rises."""
     kept: list[Timed] = []
-    for each in sorted(usable(timed), key=lambda each: (each.flight_ns, error(each))):
-        if not kept or error(each) < error(kept[-1]):
+    for each in sorted(usable(timed), key=lambda each: (each.flight_ns, each.error_m)):
+        if not kept or each.error_m < kept[-1].error_m:
             kept.append(each)
     return kept
 
@@ -65,14 +54,14 @@ def frontier(timed: Sequence[Timed]) -> list[Timed]:
 def reach(timed: Sequence[Timed], target_m: float) -> tuple[str, float | None, Timed | None]:
     """Return the verdict, the flight's time [ns] at which the error is reached, and the first run that reaches it."""
     edge = frontier(timed)
-    fine = next((each for each in edge if error(each) <= target_m), None)
+    fine = next((each for each in edge if each.error_m <= target_m), None)
     if fine is None:
         return "not reached", None, None
     place = edge.index(fine)
     if place == 0:
         return "at most", fine.flight_ns, fine
     coarse = edge[place - 1]
-    share = math.log(error(coarse) / target_m) / math.log(error(coarse) / error(fine))
+    share = math.log(coarse.error_m / target_m) / math.log(coarse.error_m / fine.error_m)
     return "reached", coarse.flight_ns * (fine.flight_ns / coarse.flight_ns) ** share, fine
 
 
@@ -120,10 +109,10 @@ def order_rows(sweep: Sweep) -> Iterator[OrderRow]:
         ladder = sorted((each for each in usable(timed) if each.per_step), key=lambda each: -each.run.dt)
         if not ladder:
             continue
-        best = min(ladder, key=error)
-        rungs = [Rung(each.run.dt, error(each), float(each.run.limits.max())) for each in ladder]
+        best = min(ladder, key=lambda each: each.error_m)
+        rungs = [Rung(each.run.dt, each.error_m, float(each.run.limits.max())) for each in ladder]
         slopes = local_orders(rungs, ASYMPTOTIC * size) or local_orders(rungs, size)[-LAST:]
-        shown = min(ladder, key=lambda each: abs(math.log(error(each) / (ASYMPTOTIC * size))))
+        shown = min(ladder, key=lambda each: abs(math.log(each.error_m / (ASYMPTOTIC * size))))
         attitude, translation = parts(shown.run)
         yield OrderRow(
             sweep.scene.name,
@@ -132,11 +121,11 @@ def order_rows(sweep: Sweep) -> Iterator[OrderRow]:
             float(np.median(slopes)) if slopes else None,
             min(slopes, default=None),
             max(slopes, default=None),
-            error(best),
+            best.error_m,
             best.run.dt,
             best is not ladder[-1],
             ladder[-1].run.dt,
-            error(ladder[-1]),
+            ladder[-1].error_m,
             precision(best.run.rounding),
             best.run.rounding * float(abs(best.run.flight.vertices).max()),
             shown.run.dt,
@@ -203,7 +192,7 @@ def work_precision_rows(sweep: Sweep) -> Iterator[WorkPrecisionRow]:
             *step_of(run),
             steps,
             *worded(run.status),
-            error(each),
+            each.error_m,
             float(run.limits.max()),
             flight_us,
             flight_us * reading.spread[1] / reading.ns,

@@ -42,8 +42,8 @@ class Effort:
 
 
 FULL = Effort()
-# Of a page: half as many tolerances, ladders a twenty-fifth as long.
-BRIEF = Effort(0.05, TOLERANCES[::2], Sampling(span_s=0.0, rounds=16, budget_s=2.0))
+# Of a page: a third of the tolerances, ladders a twenty-fifth as long.
+BRIEF = Effort(0.05, TOLERANCES[::3], Sampling(span_s=0.0, rounds=12, budget_s=2.0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,6 +80,20 @@ def sweep(
     enough_m: the error [m] that is asked for: a ladder ends where it is reached.
     Raises NoTruth where there is nothing to measure errors against, RayMissed as compare does.
     """
+    return against_the_clock(
+        participants, scene, ladders(participants, scene, tick, effort, kept, enough_m), tick, effort
+    )
+
+
+def ladders(
+    participants: Sequence[Participant],
+    scene: Scene,
+    tick: Tick = untold,
+    effort: Effort = FULL,
+    kept: Kept | None = None,
+    enough_m: float = 0.0,
+) -> list[Run]:
+    """Return every rung of every contestant's ladder, which no clock reads.  Arguments and raises: as `sweep`."""
     true, why = true_answer(scene)
     if true is None:
         raise NoTruth(f"{scene.name} has no truth to be held against: {why}")
@@ -89,12 +103,18 @@ def sweep(
         return Task(key, participant, lambda able: climb(able, scene, true, method, effort, enough_m), list[Flown])
 
     tasks = [task(each, method) for each in participants for method in each.methods_for(scene)]
-    ladders = run(tasks, tick=tick, kept=kept)
-    runs = [
+    found = run(tasks, tick=tick, kept=kept)
+    return [
         flown.run(scene, one.participant.title, true)
-        for one, ladder in zip(tasks, ladders, strict=True)
+        for one, ladder in zip(tasks, found, strict=True)
         for flown in ladder
     ]
+
+
+def against_the_clock(
+    participants: Sequence[Participant], scene: Scene, runs: Sequence[Run], tick: Tick = untold, effort: Effort = FULL
+) -> Sweep:
+    """Return the sweep of one scene's ladders, all their times taken in the same rounds."""
     timed, why_untimed = time_runs(participants, scene, runs, effort.sampling)
     tick("timed")
     clocked = {id(each.run) for each in timed}

@@ -15,7 +15,7 @@ from figures import FigureRow, output_option, show
 from compare.run.participants import launched
 from compare.run.readings import Reading, ratio
 from compare.run.worker import Failure
-from compare.sweep.frontier import by_contestant, error, reach
+from compare.sweep.frontier import by_contestant, reach
 from compare.sweep.work_precision import YARDSTICK, Sweep, sweep
 from scenarios.read import read_scene
 
@@ -81,7 +81,14 @@ def native_cost(found: Sweep) -> Iterator[FigureRow]:
         if engine == "tumble":
             reading, unit = timed[0].reading, "step" if timed[0].per_step else "flight"
             yield FigureRow(
-                f"{method}, a {unit}", "", min(map(error, timed)), "ns", None, reading.ns, reading.ns, reading.spread[0]
+                f"{method}, a {unit}",
+                "",
+                min(each.error_m for each in timed),
+                "ns",
+                None,
+                reading.ns,
+                reading.ns,
+                reading.spread[0],
             )
 
 

@@ -27,7 +27,7 @@ from compare.stability.schemas import TABLES as STABILITY
 from compare.stability.store import quick_tables
 from compare.stability.tasks import STIFF
 from compare.sweep.results import measured
-from compare.sweep.work_precision import BRIEF, YARDSTICK, sweep
+from compare.sweep.work_precision import BRIEF, YARDSTICK, against_the_clock, ladders
 from compare.tables.files import write_folder, write_whole
 from compare.tables.frames import csv_texts, frame, kept_tables, rows
 from compare.tables.known import SWEEP
@@ -90,13 +90,22 @@ def flown(options: Namespace, scenes: list[Scene], folder: Path) -> dict[str, pd
         with Truths([*watched, *(scene for scene in scenes if len(scene.start) > 1)], tick) as truths:
             comparisons = compare(participants, scenes, options.dt, tick, truths)
             films = film(participants, scenes, options.dt, tick, truths)
+        judged = [scene for scene in swept if any(each.scene is scene and each.truth for each in comparisons)]
         # The tables are this process's own work, and the last flights that no clock reads are that of the engines'.
-        with ThreadPoolExecutor(1) as beside:
+        with ThreadPoolExecutor(2) as beside:
             tables = beside.submit(seen_tables, comparisons, films, participants, shlex.join(options.words))
-            maps = maps or quick_tables(participants, stiff, tick)
-            frames = tables.result() | maps
-        judged = [each.scene for each in comparisons if each.truth]
-        sweeps = [sweep(participants, scene, tick, BRIEF) for scene in swept if scene in judged]
+            quick = beside.submit(quick_tables, participants, stiff, tick)
+            try:
+                climbed = [ladders(participants, scene, tick, BRIEF) for scene in judged]
+                frames = tables.result() | (maps or quick.result())
+            except BaseException:
+                for participant in participants:
+                    participant.halt()
+                raise
+        sweeps = [
+            against_the_clock(participants, scene, runs, tick, BRIEF)
+            for scene, runs in zip(judged, climbed, strict=True)
+        ]
         plainest = min(scenes, key=lambda scene: len(needs(scene)))
         ablation = ablate(participants, plainest, tick, QUICK, most_methods=1)
     frames |= kept_tables(folder / "releases", RELEASES)  # as `tumble releases -o` left them there

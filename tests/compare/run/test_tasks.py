@@ -7,6 +7,7 @@ import sys
 import threading
 import time
 import uuid
+from concurrent.futures import ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import replace
 from functools import partial
@@ -23,7 +24,8 @@ from compare.run.tasks import Task, run
 from compare.run.truths import Truths
 from scenarios.read import read_scene
 
-# It dies where the scene is called `die`, hangs where it is called `hang`, and leaves its number in a file beside it.
+# It dies where the scene is called `die`, hangs where it is called `hang`, takes its time where `slow`, and leaves its
+# number in a file beside it.
 ENGINE = """
 import os, pathlib, time
 METHODS = ("still",)
@@ -34,6 +36,7 @@ def build(scene, method, keep=()):
     pathlib.Path(__file__).with_suffix(".pid").write_text(str(os.getpid()))
     if scene.title == "die": os._exit(3)
     if scene.title == "hang": time.sleep(1000)
+    if scene.title == "slow": time.sleep(2)
     return {}
 def write(world, states): world["states"] = states
 def advance(world, n, dt): world["states"][:, 0:3] += n * dt * world["states"][:, 7:10]
@@ -103,6 +106,12 @@ def test_an_engine_that_dies_or_hangs_is_replaced_for_the_next_task(tmp_path):
     dead = "crashed: its process ended with code 3"
     late = "timeout: no answer within 3 s (--time-limit)"
     assert found == ["ok", dead, "ok", late, "ok", dead, dead, "ok"]
+
+
+def test_two_studies_at_once_put_their_questions_to_an_engine_in_turn(tmp_path):
+    with launched([engine_file(tmp_path, "a")], time_limit=3.0) as (a,), ThreadPoolExecutor(2) as both:
+        found = both.map(lambda number: run([flight(number, a, "slow")]), range(2))
+        assert [statuses(one) for one in found] == [["ok"]] * 2, "to wait for one's turn is no part of one's time"
 
 
 def test_a_task_that_fails_stops_the_others_at_once(tmp_path):

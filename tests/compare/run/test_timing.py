@@ -10,12 +10,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from compare.ablation.optional_features import QUICK
 from compare.run import others
 from compare.run.others import Machine, other_work
 from compare.run.provenance import conditions
 from compare.run.readings import PROCESS, Ratio, Reading, narrow, ratio, reading, round_robin
 from compare.run.timer import Pace, Ready, Sample
 from compare.run.worker import Failure, Worker
+from compare.sweep.work_precision import BRIEF
 from scenarios.read import read_scene
 
 ROUNDS = Path(__file__).with_name("rounds.csv")
@@ -239,6 +241,12 @@ def test_intervals_of_recorded_samples_cover_what_all_processes_say_together():
     share, width = covered_of_recorded(ratio)
     assert share >= 0.95
     assert width < 0.1, "an interval that covers everything says nothing"
+
+
+@pytest.mark.parametrize("few", [BRIEF.sampling.rounds, QUICK.rounds])
+def test_the_few_rounds_of_a_page_cover_it_too(few):
+    share, _ = covered_of_recorded(lambda a, b: ratio(Reading(a.samples[:few]), Reading(b.samples[:few])))
+    assert share >= 0.95
 
 
 def unpaired(a: Reading, b: Reading) -> Ratio:

@@ -20,7 +20,6 @@ from compare.run.timer import Pace, Ready, Timer
 from compare.sweep.frontier import (
     by_contestant,
     digit_rows,
-    error,
     frontier,
     order_rows,
     reach,
@@ -110,7 +109,7 @@ def test_a_costlier_run_with_no_smaller_error_is_not_on_the_frontier():
 
 
 def test_errors_below_the_limit_are_the_limit():
-    assert error(planted(0.5, 0.0, 1.0)) == TRUTH.limit.max()
+    assert planted(0.5, 0.0, 1.0).error_m == TRUTH.limit.max()
 
 
 def test_ratios_are_quoted_against_one_contestant_with_their_interval():
@@ -217,7 +216,7 @@ def test_real_orders_and_equals_are_found(real):
 
 def test_every_timed_run_has_its_row_with_the_clocks_time(real):
     rows = list(work_precision_rows(real))
-    assert [row.error_m for row in rows] == [error(each) for each in real.timed]
+    assert [row.error_m for row in rows] == [each.error_m for each in real.timed]
     assert all(0 < row.flight_us <= row.p90_flight_us for row in rows)
     assert all(row.flight_us == pytest.approx(row.steps * row.step_ns / 1e3) for row in rows)
     per_step = {(row.engine, row.method): set() for row in rows}
