@@ -193,6 +193,31 @@ def test_ctrl_c_ends_everything_and_writes_nothing(tmp_path):
     until(lambda: not os.path.exists(f"/proc/{worker}"))
 
 
+def test_ctrl_c_ends_a_report_while_a_ladder_hangs_in_another_thread(tmp_path):
+    (tmp_path / "slow.py").write_text(
+        "import pathlib, time\n"
+        "METHODS = ('m',)\nFEATURES = {'gravity'}\n"
+        "ABOUT = {'version': '', 'precision': 'double', 'switched_off': []}\n"
+        "def build(scene, method): return {}\n"
+        "def write(world, states): world['s'] = states\n"
+        "def read(world): return world['s']\n"
+        "def advance(world, n, dt):\n"
+        "    if n > 5000:\n"  # no flight has so many steps but those of a ladder
+        f"        pathlib.Path({str(tmp_path / 'hangs')!r}).touch()\n"
+        "        time.sleep(1000)\n"
+    )
+    words = [sys.executable, "-P", "-m", "tumble", "report", "die-straight", "-e", "./slow.py", "--time-limit", "900"]
+    with subprocess.Popen(words, cwd=tmp_path, stderr=subprocess.PIPE, text=True, preexec_fn=heed_ctrl_c) as process:
+        try:
+            until((tmp_path / "hangs").exists)
+            time.sleep(1)  # the command itself waits for the engine's other flights, or has its tables
+            process.send_signal(signal.SIGINT)
+            _, stderr = process.communicate(timeout=20)
+        finally:
+            process.kill()
+    assert stderr == "tumble: interrupted; nothing was written\n"
+
+
 def heed_ctrl_c() -> None:
     """Set SIGINT to what it does in a terminal: whoever started the tests may have told them to ignore it."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)

@@ -2,8 +2,9 @@
 
 import shlex
 from argparse import Namespace
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from pathlib import Path
 
 import pandas as pd
@@ -11,15 +12,17 @@ import pandas as pd
 from compare.ablation.findings import ablation_findings
 from compare.ablation.optional_features import QUICK, ablate
 from compare.ablation.schemas import ABLATION
-from compare.comparison.against_truth import Comparison, compare
+from compare.comparison.against_truth import compare
 from compare.comparison.results import comparison_tables
 from compare.judge.cost import REFERENCE
-from compare.motion.film import Film, film, filmed
+from compare.judge.errors import Run
+from compare.motion.film import film, filmed
 from compare.motion.findings import film_findings
 from compare.motion.results import film_tables
 from compare.releases.schemas import TABLES as RELEASES
 from compare.run.flight import check_step
 from compare.run.participants import Participant, flights, launched
+from compare.run.progress import Tick
 from compare.run.truths import Truths
 from compare.stability.findings import stability_findings
 from compare.stability.schemas import LIMITS
@@ -38,6 +41,7 @@ from reports.page import page
 from scenarios.needs import needs
 from scenarios.read import catalogue, read_scenes
 from scenarios.scene import Scene
+from scenarios.truth import NoTruth
 from tumble.notes import note, progress
 
 
@@ -85,27 +89,23 @@ def flown(options: Namespace, scenes: list[Scene], folder: Path) -> dict[str, pd
         launched(options.engine, options.time_limit, options.memory_limit, few=not options.all) as participants,
         progress(flights(participants, (*scenes, *scenes, *swept)) + 2 * len(scenes) + len(swept)) as tick,
     ):
-        # A film's instants hold the scene's own, so that a truth of them is that of both; it has one throw.
-        watched = [filmed(scene, options.dt or scene.step) for scene in scenes]
-        with Truths([*watched, *(scene for scene in scenes if len(scene.start) > 1)], tick) as truths:
-            comparisons = compare(participants, scenes, options.dt, tick, truths)
-            films = film(participants, scenes, options.dt, tick, truths)
-        judged = [scene for scene in swept if any(each.scene is scene and each.truth for each in comparisons)]
-        # The tables are this process's own work, and the last flights that no clock reads are that of the engines'.
+        # What no clock reads is flown side by side, so that no core waits for another's longest task.
         with ThreadPoolExecutor(2) as beside:
-            tables = beside.submit(seen_tables, comparisons, films, participants, shlex.join(options.words))
-            quick = beside.submit(quick_tables, participants, stiff, tick)
             try:
-                climbed = [ladders(participants, scene, tick, BRIEF) for scene in judged]
-                frames = tables.result() | (maps or quick.result())
+                climbing = beside.submit(climbed, participants, swept, tick)
+                mapping = beside.submit(quick_tables, participants, stiff, tick)
+                # A film's instants hold the scene's own, so that a truth of them is that of both; it has one throw.
+                watched = [filmed(scene, options.dt or scene.step) for scene in scenes]
+                with Truths([*watched, *(scene for scene in scenes if len(scene.start) > 1)], tick) as truths:
+                    comparisons = compare(participants, scenes, options.dt, tick, truths)
+                    films = film(participants, scenes, options.dt, tick, truths)
+                frames = comparison_tables(comparisons, participants, shlex.join(options.words)) | film_tables(films)
+                ladders_of, frames = climbing.result(), frames | (maps or mapping.result())
             except BaseException:
                 for participant in participants:
                     participant.halt()
                 raise
-        sweeps = [
-            against_the_clock(participants, scene, runs, tick, BRIEF)
-            for scene, runs in zip(judged, climbed, strict=True)
-        ]
+        sweeps = [against_the_clock(participants, scene, runs, tick, BRIEF) for scene, runs in ladders_of]
         plainest = min(scenes, key=lambda scene: len(needs(scene)))
         ablation = ablate(participants, plainest, tick, QUICK, most_methods=1)
     frames |= kept_tables(folder / "releases", RELEASES)  # as `tumble releases -o` left them there
@@ -123,8 +123,10 @@ def flown(options: Namespace, scenes: list[Scene], folder: Path) -> dict[str, pd
     return frames
 
 
-def seen_tables(
-    comparisons: list[Comparison], films: list[Film], participants: list[Participant], command: str
-) -> dict[str, pd.DataFrame]:
-    """Return the tables of all that was flown once and not timed; command reruns it."""
-    return comparison_tables(comparisons, participants, command) | film_tables(films)
+def climbed(participants: Sequence[Participant], scenes: Sequence[Scene], tick: Tick) -> list[tuple[Scene, list[Run]]]:
+    """Return the ladders of the scenes that have a truth to be held against."""
+    found = []
+    for scene in scenes:
+        with suppress(NoTruth):
+            found.append((scene, ladders(participants, scene, tick, BRIEF)))
+    return found
