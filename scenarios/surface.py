@@ -52,17 +52,22 @@ def _joined(corners: Array) -> tuple[Array, np.ndarray]:
     rows = corners.reshape(-1, 3)
     # One sort of numbers is many times faster than one of rows, and tells of nearly all points which are the same.
     keys = rows[:, 0] / np.e + rows[:, 1] / np.pi + rows[:, 2] / 4
-    order = np.argsort(keys, kind="stable")
-    differs = (rows[order[1:]] != rows[order[:-1]]).any(axis=1)
+    order, differs = _sorted(rows, np.argsort(keys))
     if (differs & (keys[order[1:]] == keys[order[:-1]])).any():
-        order = np.lexsort(rows.T)
-        differs = (rows[order[1:]] != rows[order[:-1]]).any(axis=1)
+        order, differs = _sorted(rows, np.lexsort(rows.T))
     opens = np.append(True, differs)
-    first = order[opens]  # of equal rows the sort keeps the earliest first
-    index = np.empty(len(rows), dtype=int)
-    index[order] = first[np.cumsum(opens) - 1]
+    first = np.minimum.reduceat(order, np.flatnonzero(opens))
     appearing = np.sort(first)
-    return rows[appearing], np.searchsorted(appearing, index).reshape(-1, 3)
+    number, index = np.empty((2, len(rows)), dtype=int)
+    number[appearing] = np.arange(len(appearing))
+    index[order] = number[first][np.cumsum(opens) - 1]
+    return rows.take(appearing, axis=0), index.reshape(-1, 3)
+
+
+def _sorted(rows: Array, order: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the order and which of the rows, (k, 3), differs in it from the one before, (k - 1,)."""
+    ordered = rows.take(order, axis=0)
+    return order, (ordered[1:] != ordered[:-1]).any(axis=1)
 
 
 def _stl(data: bytes) -> Array:
@@ -73,7 +78,7 @@ def _stl(data: bytes) -> Array:
     """
     if len(data) == 84 + FACET.itemsize * int.from_bytes(data[80:84], "little"):
         return np.frombuffer(data, FACET, offset=84)["corners"].astype(float)
-    corners = re.findall(rb"(?mi)^[ \t]*vertex[ \t]+(\S+[ \t]+\S+[ \t]+\S+)[ \t\r]*$", data)
+    corners = re.findall(rb"(?mi)^[ \t]*+vertex[ \t]++(\S++[ \t]++\S++[ \t]++\S++)[ \t\r]*+$", data)
     return np.fromstring(b" ".join(corners), sep=" ").reshape(len(corners), 3).reshape(-1, 3, 3)
 
 
