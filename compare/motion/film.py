@@ -1,4 +1,4 @@
-"""Films a scene: the truth and every contestant at some seventy instants between and at the scene's own.
+"""Films a scene: the truth and every contestant at some sixty instants between and at the scene's own.
 
 The instants lie on the steps that a flight takes anyway, so that who is watched flies as it does unwatched.
 """
@@ -16,7 +16,7 @@ from compare.run.worker import Failure
 from scenarios.scene import Scene, frozen_array
 from scenarios.truth import Truth
 
-FRAMES = 72
+FRAMES = 64
 
 
 @dataclass(frozen=True, eq=False)

@@ -22,6 +22,7 @@ def test_a_folder_of_releases_is_a_page(opened):
     tab.locator("#fold-release-changes-mujoco > summary").click()
     row = tab.locator('[id="release-changes-mujoco-4.0.0-rk4-attitude_order"]')
     assert "fourth-order" in row.inner_text(), "the notes' own words"
+    assert "14 releases of mujoco, each in a process of its own" in tab.locator("#how .headline").inner_text()
     assert tab.locator("section h2").count() == 2, "of the others there is nothing, but how it was measured"
 
 

@@ -3,7 +3,9 @@
 function provenanceSection(host) {
   const engines = rows("engines.csv");
   const here = engines.filter((engine) => engine.status === "ok");
-  host.append(make("p", { class: "headline" }, `${counted(here.length, "engine")} at the releases below, each in a process of its own, every vertex held against a truth that no engine had a part in.`));
+  const names = [...new Set(here.map((engine) => engine.engine.split("@")[0]))];
+  const who = names.length < here.length ? `${counted(here.length, "release")} of ${listed(names)}` : `${counted(here.length, "engine")} at the releases below`;
+  host.append(make("p", { class: "headline" }, `${who}, each in a process of its own, every vertex held against a truth that no engine had a part in.`));
   foldedTable(host, {
     id: "engines",
     caption: "Engines: release, methods, and what was switched off to be fair",
