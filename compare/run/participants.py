@@ -43,6 +43,7 @@ class Participant:
     info: EngineInfo | Failure
     worker: Worker
     _halted: bool = field(default=False, init=False)
+    _ended: bool = field(default=False, init=False)
     _lock: threading.Lock = field(default_factory=threading.Lock, init=False)
 
     def methods_for(self, scene: Scene) -> tuple[str, ...]:
@@ -106,15 +107,18 @@ class Participant:
         info = self.worker.describe()
         return info if isinstance(info, Failure) else None
 
-    def halt(self) -> None:
-        """Kill the process, from any thread; who waits for its answer gets a failure, and who asks again, Halted."""
+    def halt(self, for_good: bool = False) -> None:
+        """Kill the process, from any thread; who waits for its answer gets a failure, and who asks again, Halted.
+
+        for_good: whether no later study is to resume it.
+        """
         with self._lock:
-            self._halted = True
+            self._halted, self._ended = True, self._ended or for_good
             self.worker.kill()
 
     def resume(self) -> None:
-        """Take flights again after `halt`."""
-        if self._halted:
+        """Take flights again after `halt`, but if that was for good."""
+        if self._halted and not self._ended:
             self.worker.close()
             self._halted = False
 

@@ -21,7 +21,7 @@ LONGEST_WAIT_S = 3600.0
 # What ru_maxrss counts in [B].
 MAXRSS = 1 if sys.platform == "darwin" else 1024
 # glibc gives back every large block that is freed; a PyBullet world, a few MB, took 20 ms to be made of fresh pages.
-KEPT_MEMORY = {"MALLOC_TOP_PAD_": str(64 << 20)}
+KEPT_MEMORY = {"MALLOC_TRIM_THRESHOLD_": str(64 << 20), "MALLOC_MMAP_THRESHOLD_": str(32 << 20)}
 
 
 class Died(Exception):

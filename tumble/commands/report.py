@@ -103,7 +103,7 @@ def flown(options: Namespace, scenes: list[Scene], folder: Path) -> dict[str, pd
                 ladders_of, frames = climbing.result(), frames | (maps or mapping.result())
             except BaseException:
                 for participant in participants:
-                    participant.halt()
+                    participant.halt(for_good=True)  # a study that begins only now, too
                 raise
         sweeps = [against_the_clock(participants, scene, runs, tick, BRIEF) for scene, runs in ladders_of]
         plainest = min(scenes, key=lambda scene: len(needs(scene)))

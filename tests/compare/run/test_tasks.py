@@ -19,7 +19,7 @@ import pytest
 from compare.judge.errors import Flown
 from compare.run.flight import Trajectory
 from compare.run.kept import FOLDER, Kept
-from compare.run.participants import Participant, launched
+from compare.run.participants import Halted, Participant, launched
 from compare.run.tasks import Task, run
 from compare.run.truths import Truths
 from scenarios.read import read_scene
@@ -97,6 +97,9 @@ def test_what_is_done_already_is_not_flown_again(tmp_path):
         assert run(tasks, done=kept) == [2, 3, 4]
         assert asked == [0, 1, 2, 3, 4]
         assert statuses(run([flight(9, a)])) == ["ok"], "it flies again after it was stopped"
+        a.halt(for_good=True)
+        with pytest.raises(Halted):
+            run([flight(9, a)])
 
 
 def test_an_engine_that_dies_or_hangs_is_replaced_for_the_next_task(tmp_path):
