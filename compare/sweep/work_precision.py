@@ -15,7 +15,7 @@ from compare.run.participants import Participant
 from compare.run.progress import Tick, untold
 from compare.run.readings import USUAL, Sampling
 from compare.run.tasks import Task, run
-from compare.run.truths import true_answer
+from compare.run.truths import Truths, true_answer
 from compare.run.worker import Failure
 from scenarios.scene import Scene
 from scenarios.truth import NoTruth, Truth
@@ -92,9 +92,13 @@ def ladders(
     effort: Effort = FULL,
     kept: Kept | None = None,
     enough_m: float = 0.0,
+    truths: Truths | None = None,
 ) -> list[Run]:
-    """Return every rung of every contestant's ladder, which no clock reads.  Arguments and raises: as `sweep`."""
-    true, why = true_answer(scene)
+    """Return every rung of every contestant's ladder, which no clock reads.
+
+    truths: where that of the scene is asked for already; the other arguments, and what is raised: as of `sweep`.
+    """
+    true, why = truths.answer(scene) if truths else true_answer(scene)
     if true is None:
         raise NoTruth(f"{scene.name} has no truth to be held against: {why}")
 

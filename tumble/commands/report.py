@@ -92,11 +92,11 @@ def flown(options: Namespace, scenes: list[Scene], folder: Path) -> dict[str, pd
         # What no clock reads is flown side by side, so that no core waits for another's longest task.
         with ThreadPoolExecutor(2) as beside:
             try:
-                climbing = beside.submit(climbed, participants, swept, tick)
                 mapping = beside.submit(quick_tables, participants, stiff, tick)
                 # A film's instants hold the scene's own, so that a truth of them is that of both; it has one throw.
                 watched = [filmed(scene, options.dt or scene.step) for scene in scenes]
                 with Truths([*watched, *(scene for scene in scenes if len(scene.start) > 1)], tick) as truths:
+                    climbing = beside.submit(climbed, participants, swept, tick, truths)
                     comparisons = compare(participants, scenes, options.dt, tick, truths)
                     films = film(participants, scenes, options.dt, tick, truths)
                 frames = comparison_tables(comparisons, participants, shlex.join(options.words)) | film_tables(films)
@@ -123,10 +123,12 @@ def flown(options: Namespace, scenes: list[Scene], folder: Path) -> dict[str, pd
     return frames
 
 
-def climbed(participants: Sequence[Participant], scenes: Sequence[Scene], tick: Tick) -> list[tuple[Scene, list[Run]]]:
+def climbed(
+    participants: Sequence[Participant], scenes: Sequence[Scene], tick: Tick, truths: Truths
+) -> list[tuple[Scene, list[Run]]]:
     """Return the ladders of the scenes that have a truth to be held against."""
     found = []
     for scene in scenes:
         with suppress(NoTruth):
-            found.append((scene, ladders(participants, scene, tick, BRIEF)))
+            found.append((scene, ladders(participants, scene, tick, BRIEF, truths=truths)))
     return found
