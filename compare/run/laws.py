@@ -11,7 +11,7 @@ import numpy as np
 
 from compare.engines import LAWS
 from compare.run.message import frame
-from compare.run.timer import prepare
+from compare.run.timer import PARTS, prepare
 from scenarios.frames import Array
 from scenarios.mass import BOX_FACES, box_corners
 from scenarios.published import table_4_1
@@ -34,8 +34,6 @@ THROWS[:, 3:7] /= np.linalg.norm(THROWS[:, 3:7], axis=1, keepdims=True)
 
 # A power of two changes no bit of a ratio.
 LIGHTER = 2.0**-20
-
-PARTS = ("x", "x", "x", "q", "q", "q", "q", "v", "v", "v", "w", "w", "w")
 
 
 class Broken(Exception):

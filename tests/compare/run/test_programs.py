@@ -55,6 +55,18 @@ for line in sys.stdin:
     WRONG
     send(json.dumps(answer(told)) + "\\n")
 """
+ONE_LEG = """
+title = "A brick"
+duration = 0.5
+samples = 1
+step = 0.01
+[body]
+shape = "box"
+size = [0.4, 0.15, 0.1]
+mass = 2.4
+velocity = [1.0, 2.0, 3.0]
+angular_velocity = [0.2, 3.0, 0.4]
+"""
 ON_READ = "if told['do'] == 'read': "
 WRONGS = {
     "dies": (ON_READ + "os._exit(7)", "crashed: its program ended with code 7"),
@@ -227,6 +239,35 @@ def test_its_time_is_that_of_the_steps_and_what_it_says_itself_stands_beside_it(
         assert "too little at least" in found.finding
     elif says > 1 + DISAGREE:
         assert "too much at least" in found.finding
+
+
+def test_a_program_whose_time_is_less_than_none_is_untimed_and_no_end_of_the_sweep(tumble, tmp_path):
+    """Its whole flights take less than the way to it and back, which is taken off."""
+    script(tmp_path, "told['do'] == 'advance' and not told['n'] and time.sleep(0.02)")
+    (tmp_path / "one-leg.toml").write_text(ONE_LEG)
+    path = tmp_path / "mine.toml"
+    path.write_text(path.read_text() + '\nwhole = ["euler"]\n')
+    done = tumble("sweep", "one-leg.toml", "-e", "./mine.toml", "-e", "tumble:rk4", "-o", "out")
+    assert done.returncode == 0, done.stderr
+    assert "mine:euler: untimed: the clock stood still while it was timed" in done.stdout
+    table = (tmp_path / "out" / "work-precision.csv").read_text()
+    assert "tumble,rk4" in table
+    assert "mine" not in table
+
+
+def test_a_program_that_leaves_out_work_for_the_clock_is_untimed(tmp_path):
+    """What a flight never asks for, no steps at all, says that a clock is running."""
+    script(
+        tmp_path,
+        """if told['do'] == 'build': clocked = False
+    if told.get('n') == 0: clocked = True
+    if told.get('n') and clocked: told['n'] = -(-told['n'] // 8)""",
+    )
+    scene = read_scene("brick-tumble")
+    with launched([str(tmp_path / "mine.toml")]) as (ours,):
+        shown = ours.prepare_timer("one", scene, "euler", Pace(((1, scene.step),), True))
+    assert isinstance(shown, Failure)
+    assert shown.status.endswith("they are not the same work")
 
 
 def test_a_record_does_not_run_the_program_that_it_names(tumble, tmp_path):
