@@ -45,7 +45,7 @@ def test_what_is_nowhere_says_how_to_install_it(tumble):
         said = worker.describe()
     assert said == Failure("missing: not installed; tumble engines --install mujoco@0.1")
     done = tumble("compare", "die-straight", "-e", "mujoco@0.1:rk4", "-e", APART)
-    assert done.returncode == 0
+    assert done.returncode == 1
     assert "mujoco@0.1:rk4: missing: not installed; tumble engines --install mujoco@0.1" in done.stdout
     assert f"{APART}: missing: not installed; tumble engines --install {APART}" in done.stdout
 
