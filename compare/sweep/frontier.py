@@ -113,10 +113,8 @@ def untimed_rows(sweep: Sweep, reference: str) -> Iterator[DigitRow]:
     for (engine, method), reason in why.items():
         if (engine, method) not in contestants:
             for target in TARGETS_M:
-                none = (None,) * 4
-                yield DigitRow(
-                    sweep.scene.name, engine, method, target, UNTIMED, *none, reference, None, no_ratio=reason
-                )
+                key = sweep.scene.name, engine, method, target
+                yield DigitRow(*key, UNTIMED, None, None, None, None, reference, None, no_ratio=reason)
 
 
 def step_reached(timed: Timed | None) -> tuple[float | None, float | None]:

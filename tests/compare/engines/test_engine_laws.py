@@ -13,8 +13,9 @@ import pytest
 
 from compare import engines as contract
 from compare.run import registry
+from compare.run.brick import MOMENTS, THROWS, Broken, prepare, scene
 from compare.run.free_body import moved
-from compare.run.laws import ASKED, MOMENTS, THROWS, Broken, law_broken, laws_for, prepare, scene
+from compare.run.laws import ASKED, law_broken, laws_for
 from compare.run.participants import launched
 from compare.stability.modes import Mode
 from compare.stability.theory import SCHEMES, theory
