@@ -13,20 +13,22 @@ from compare.run.worker import Failure
 from compare.tables.engines import engine_row
 from compare.tables.files import write_together
 from reports.terminal import console, engine_list, plain
-from tumble.notes import note
+from tumble.notes import note, progress
 from tumble.starters import STARTERS, Starter
 
 FAILED, DONE = 1, 0
 
 
 def main(options: Namespace) -> int:
-    """List every engine with its version, methods and precision, or why it is missing; or do with some what is asked."""
+    """List every engine with its version, methods and precision, or why it is missing; or do what is asked."""
     for engine in options.remove:
         for gone in installing.remove(known(engine)):
             print_line(f"removed {described(gone)}")
     for engine in options.install:
         note(f"making an environment for {known(engine)}")
-        print_line(described(installing.install(engine)))
+        with progress(1) as tick:
+            made = installing.install(engine, tick)
+        print_line(described(made))
     if options.template:
         begin(STARTERS[options.template])
     if options.check:

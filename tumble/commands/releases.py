@@ -85,5 +85,6 @@ def chosen(engine: str, options: Namespace) -> list[str]:
         for release in found:
             if environments.located(f"{engine}@{release}")[1] is None:
                 note(f"making an environment for {engine}@{release}")
-                installing.install(f"{engine}@{release}")
+                with progress(1) as tick:
+                    installing.install(f"{engine}@{release}", tick)
     return found
