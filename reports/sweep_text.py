@@ -49,7 +49,8 @@ def sweep_text(sweep: Sweep, reference: str, charts: bool = False) -> Iterator[R
     yield table
     measured = sorted(work_precision_rows(sweep), key=lambda row: row.flight_us)
     edge = dict.fromkeys(f"{row.engine}:{row.method.partition('@')[0]}" for row in measured if row.frontier)
-    yield plain(f"nobody is cheaper at any error than {', '.join(edge)}")
+    if edge:
+        yield plain(f"nobody is cheaper at any error than {', '.join(edge)}")
     same = list(same_rows(sweep))
     for members in joined((row.contestant_a, row.contestant_b) for row in same):
         apart = max(row.furthest_apart_m for row in same if row.contestant_a in members)
@@ -79,7 +80,9 @@ def clock_text(sweep: Sweep, digits: Sequence[DigitRow]) -> Iterator[RenderableT
     widths = [math.sqrt(row.ratio_high / row.ratio_low) - 1 for row in digits if row.ratio_high and row.ratio_low]
     if widths:
         yield plain(f"ratios hold to {min(widths):.0%} to {max(widths):.0%}, in 95 of 100 runs")
-    yield from reasons_text({(f"{row.engine}:{row.method}", row.no_ratio) for row in digits if row.no_ratio})
+    yield from reasons_text(
+        {(f"{row.engine}:{row.method}", row.no_ratio) for row in digits if row.no_ratio and row.flight_us}
+    )
     found = {each.run.name: each.reading for each in sweep.timed if each.reading.finding}
     yield from reasons_text((name, f"{it.finding}; timed by {it.clock} time") for name, it in found.items())
     yield from reasons_text(sweep.why_untimed.items())
@@ -133,6 +136,7 @@ def advice_text(sweep: Sweep, tolerance_m: float) -> Iterator[RenderableType]:
     for engine in dict.fromkeys(each.run.engine for each in sweep.timed):
         if engine not in nearest:
             yield plain(f"{engine}: no step or tolerance that was measured gave a plain result")
+    yield from reasons_text(sweep.why_untimed.items())
     yield from reasons_text((run.name, run.status) for run in sweep.untimed if run.status != "ok")
 
 

@@ -8,11 +8,12 @@ import math
 import re
 import reprlib
 import sys
-from collections.abc import Sequence
 from typing import Annotated, Any
 
 import msgspec
 from msgspec import Meta, inspect
+
+from scenarios.refusal import nearest
 
 MOST_SAMPLES = 1_000_000
 MOST_THROWS = 1_000_000
@@ -279,11 +280,3 @@ def printable(text: str) -> str:
 def visible(text: str) -> str:
     """Return a text on one line, control characters written out: what a terminal, a page or an XML file may show."""
     return "".join(char if char.isprintable() else repr(char)[1:-1] for char in text)
-
-
-def nearest(name: str, known: Sequence[str]) -> str:
-    """Return the words that offer the nearest of the known names, or all of them where none is near."""
-    import difflib  # only a mistake pays for it
-
-    near = difflib.get_close_matches(name, known, n=1)
-    return f"did you mean {near[0]!r}?" if near else f"there are {', '.join(known)}"

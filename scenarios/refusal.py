@@ -1,5 +1,15 @@
 """What is the user's to mend: an error whose text is the one line to show, and whose exit code is 2."""
 
+from collections.abc import Sequence
+
 
 class UsersError(ValueError):
     """Something of the user's that cannot be used: a scene, an engine, a step, a ray, a record, a trajectory."""
+
+
+def nearest(name: str, known: Sequence[str]) -> str:
+    """Return the words that offer the nearest of the known names, or all of them where none is near."""
+    import difflib  # only a mistake pays for it
+
+    near = difflib.get_close_matches(name, known, n=1)
+    return f"did you mean {near[0]!r}?" if near else f"there are {', '.join(known)}"

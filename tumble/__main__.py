@@ -22,6 +22,8 @@ import importlib
 import io
 import signal
 import threading
+from collections.abc import Mapping
+from contextlib import suppress
 
 from reports.output import drop_output
 from tumble.parser import EXIT_USER, Parser, complete, parser
@@ -48,6 +50,8 @@ def main(words: list[str] | None = None) -> int:
             complete(top)
         options = top.parse_args(words)
         options.words = ["tumble", *(sys.argv[1:] if words is None else words)]
+        if why := numba_refused(os.environ):
+            return refuse(why, EXIT_USER)
         code = answer(top, options)
         sys.stdout.flush()
     except KeyboardInterrupt as stop:
@@ -81,6 +85,23 @@ def answer(top: Parser, options: argparse.Namespace) -> int:
     else:
         return importlib.import_module(f"tumble.commands.{options.command}").main(options)
     return EXIT_DONE
+
+
+def numba_refused(environment: Mapping[str, str]) -> str:
+    """Return why kernels cannot be compiled under these environment variables, '' where they can.
+
+    numba takes no notice of what is no whole number.
+    """
+    asked = {}
+    for name in ("NUMBA_DISABLE_JIT", "NUMBA_NUM_THREADS"):
+        with suppress(ValueError):
+            asked[name] = int(environment.get(name, ""))
+    if asked.get("NUMBA_DISABLE_JIT"):
+        own = "an engine file of your own can say numba.config.DISABLE_JIT = 1"
+        return f"NUMBA_DISABLE_JIT is set, and Tumble's kernels must be compiled: unset it ({own})"
+    if (threads := asked.get("NUMBA_NUM_THREADS", 1)) < 1:
+        return f"NUMBA_NUM_THREADS = {threads}: must be at least 1, or unset"
+    return ""
 
 
 def open_streams() -> None:

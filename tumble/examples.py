@@ -3,7 +3,12 @@
 EXAMPLES: dict[str, tuple[str, ...]] = {
     "scenes": ("tumble scenes", "tumble scenes brick-tumble > mine.toml"),
     "columns": ("tumble columns", "tumble columns runs"),
-    "engines": ("tumble engines", "tumble engines --install drake mujoco@3.10.0", "tumble engines --check ./mine.py"),
+    "engines": (
+        "tumble engines",
+        "tumble engines --install drake mujoco@3.10.0",
+        "tumble engines --template cpp",
+        "tumble engines --check ./mine.py",
+    ),
     "run": ("tumble run brick-tumble -e mujoco:rk4 --dt 0.002 -o brick.csv",),
     "compare": (
         "tumble compare table-4-1",

@@ -7,6 +7,7 @@ import textwrap
 from typing import NoReturn
 
 from tumble.examples import epilog
+from tumble.starters import STARTERS
 
 EXIT_USER = 2  # the user's mistake
 SHELLS = ("bash", "zsh", "fish")
@@ -114,6 +115,12 @@ def parser() -> Parser:
     engines.add_argument("--remove", nargs="+", default=[], metavar="ENGINE[@RELEASE]", help="such environments")
     engines.add_argument("--check", nargs="+", metavar="ENGINE", help="put every law of engines to these")
     engines.add_argument("--time-limit", type=seconds, default=60.0, metavar="S", help="for each law [s]; default 60")
+    engines.add_argument(
+        "--template",
+        choices=(*STARTERS,),
+        metavar="LANGUAGE",
+        help="write an engine to begin with, in this language, into the current folder: cpp, js, rust, csharp, python",
+    )
 
     run = command("run", "fly one scene in one engine and give its trajectory as CSV")
     run.add_argument("scene", metavar="SCENE", help=SCENE_HELP)

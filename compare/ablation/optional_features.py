@@ -30,6 +30,8 @@ from scenarios.truth import Truth
 SCENES = ("table-4-1", "die-straight", "yardstick")
 # Of a page.
 QUICK = Sampling(span_s=0.0, rounds=12, budget_s=1.0)
+# Of an engine that has no optional features, or none that a scene leaves out.
+NOTHING = "nothing to leave out"
 # Errors of one size: rounding or another choice of steps doubles an error by chance, a lost term does far worse.
 ALIKE = 2.0
 
@@ -134,7 +136,7 @@ def questions(
     optional = [] if isinstance(participant.info, Failure) else participant.info.optional
     optional = [each for each in optional if each not in needs(scene)]
     unsupported = participant.unsupported(scene)
-    why = unsupported.status if unsupported else "nothing to leave out" if not optional else ""
+    why = unsupported.status if unsupported else NOTHING if not optional else ""
     if why:
         return [AblationRow(scene.name, participant.title, "", "", why)]
 

@@ -20,7 +20,7 @@ from scenarios.scene import Scene
 def time_rows(participants: Sequence[Participant], scene: Scene, runs: Sequence[Run], tick: Tick) -> Iterator[TimeRow]:
     """Yield the time of every flight of one scene over the reference contestant's, which joins where it was not asked.
 
-    What has none, because its process has ended, is left empty.
+    A run that is untimed has no row; without a time of the reference all are empty.
     """
     flown = [run for run in runs if isinstance(run.answer, Trajectory)]
     with ExitStack() as guests:

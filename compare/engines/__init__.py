@@ -34,6 +34,8 @@ More names where they are not empty:
     SCHEMES     {method: scheme}: what one step makes of u'' + c u' + s u = 0, for the limit of a step: a name of
                 SCHEME_NAMES, or a function (stiffness s, damping c, step h) -> 2x2 matrix on (u, u')
     GYROSCOPIC  {method: how}: how it takes the torque (I w) x w of a free body, a name of GYROSCOPIC_NAMES
+    ORDERS      {method: order}: by which power of the step the error of a free, tumbling body falls; 1 where GYROSCOPIC
+                says that the torque is taken by a method of Euler's
     LARGEST_TURN  rad: no step turns a body further
     STEP_NS     about what a step of one throw takes [ns], to a factor of a few, or {method: that} where methods differ;
                 50 000 where it is not said.  A sweep's ladder ends by it and not by a clock, and `tumble stability`
@@ -73,11 +75,14 @@ OWN = "tumble"  # our own solver's file: the first in every list, and what flies
 
 LAWS = {
     "read after write": "read(write(s)) = s to rounding, q up to its sign",
+    "digits": "no digit of a number is lost on the way: 17 of a double, 9 of a single",
     "steps add up": "advance(a) then advance(b) = advance(a + b), bit by bit",
     "write forgets": "a flight after write is that of a new world, bit by bit",
     "throws are apart": "a throw flies as it would alone, bit by bit",
     "straight": "with no force and no spin x + v t, to rounding",
     "gravity": "with gravity v + g t, to rounding",
+    "turns": "a spin about a principal axis goes on, and the attitude turns about it",
+    "converges": "half the step, smaller error, by the order that is stated: a tumbling brick",
     "light": "a millionth of the mass flies the same way, to rounding",
     "the scene": "is not altered",
     "optional": "what OPTIONAL keeps changes no motion",
@@ -116,3 +121,5 @@ GYROSCOPIC_NAMES = {
     "midpoint": "by the implicit midpoint rule",
     "keeps-momentum": "so that the angular momentum is kept at every step",
 }
+# Those of Euler's, by the order with which an error falls.
+EULER = {"explicit": 1.0, "implicit": 1.0, "rescaled": 1.0}

@@ -44,6 +44,7 @@ MEGABYTES = 420
 # A force that is held makes a parabola, which the others take without an error.
 SCHEMES = {"rk3+held": "held-parabola", "rk5+held": "held-parabola", "discrete+held": "semi-implicit-euler"}
 GYROSCOPIC = {"discrete": "explicit"}
+ORDERS = {"rk3": 3.0, "rk5": 5.0}
 ABOUT = {
     "version": version("drake"),
     "precision": "double",

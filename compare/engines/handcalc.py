@@ -31,7 +31,10 @@ MENDED: dict[str, frozenset[str]] = {
 
 METHODS = tuple(MENDED)
 FEATURES: frozenset[str] = frozenset()
-EXEMPT = {"straight": "v is taken for an acceleration and the body turns about the world's origin, as in the report"}
+EXEMPT = {
+    "straight": "v is taken for an acceleration and the body turns about the world's origin, as in the report",
+    "converges": "the angular velocity stays as it is, as in the report, and there are no steps",
+}
 ABOUT = {"version": "CE1051A, eq. 4.1", "precision": "double", "switched_off": []}
 
 FORCE_LASTED_S = 1.0  # reading f N s as f N gives the impulse one second to act

@@ -69,6 +69,7 @@ SCHEMES = {
     **dict.fromkeys(("rk4+held", "rk4+defaults"), "held-parabola"),
 }
 GYROSCOPIC = {"euler": "explicit"} | {method: "implicit" for method in INTEGRATORS if method not in ("euler", "rk4")}
+ORDERS = {"rk4": 4.0}
 # As its notes have it, and docs/releases/mujoco shows: `implicitfast` had no derivative of the torque before 3.7; the
 # midpoint rule came with 3.7.0, left `implicit` with 3.8.1 and `implicitfast` with 3.11.
 if RELEASE < (3, 7):

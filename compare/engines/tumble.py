@@ -33,6 +33,7 @@ SCHEMES = {
     "gauss6": "a-stable",
     "radau5": "a-stable",
 }
+ORDERS = {name: float(method.order) for name, method in REGISTRY.items() if method.order is not None}
 GYROSCOPIC = {name: "keeps-momentum" for name, method in REGISTRY.items() if method.keeps_momentum}
 # Laws without strength, to keep where a scene has none: a slack tether off the centre, a floor out of reach.
 WITHOUT_STRENGTH = {

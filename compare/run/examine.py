@@ -22,19 +22,30 @@ class Examined:
 
 
 def examined(participant: Participant) -> Iterator[Examined]:
-    """Yield what came of each law, put to every method, and to an adaptive one also at a loose tolerance."""
+    """Yield what came of each law, put to every method, and to an adaptive one also at a loose tolerance.
+
+    After the first timeout no more is asked.
+    """
     info = participant.info
     assert not isinstance(info, Failure)
     loose = [f"{method}@{LOOSE:g}" for method in participant.methods if method in info.adaptive]
     binding = laws_for(info.features, info.optional, info.exempt)
+    late = ""
     for law in LAWS:
-        if law not in binding:
-            why = info.exempt.get(law) or ("it has no gravity" if law == "gravity" else "it has nothing optional")
+        if law not in binding or late:
+            lacking = "it has no gravity" if law == "gravity" else "it has nothing optional"
+            why = info.exempt.get(law) or (late if law in binding else lacking)
             yield Examined(law, (), {}, dict.fromkeys(participant.methods, why))
             continue
         holds, broken, not_asked = [], {}, {}
         for method in (*participant.methods, *loose):
+            if late:
+                not_asked[method] = late
+                continue
             said = participant.ensure_running() or participant.worker.law_broken(law, method)
+            if isinstance(said, Failure) and said.status.startswith("timeout"):
+                # Each further answer would be waited for as long.
+                late = f"after a timeout no more is asked; {method} gave no answer to {law!r}"
             if isinstance(said, Failure) and said.status.startswith("skipped: "):
                 not_asked[method] = said.status.removeprefix("skipped: ")
             elif said:

@@ -10,7 +10,6 @@ import json
 import re
 import struct
 import types
-from contextlib import suppress
 from dataclasses import fields, is_dataclass
 from typing import Any, Union, get_args, get_origin, get_type_hints
 
@@ -27,7 +26,15 @@ TYPE = re.compile(rf"[<>|][{KINDS}]\d\d?", re.ASCII)
 
 
 class Malformed(ValueError):
-    """What arrived is no message, or not the message that was waited for."""
+    """What arrived is no message, or not the message that was waited for; depth: how many fields down that was seen."""
+
+    depth = 0
+
+    def within(self, name: str) -> "Malformed":
+        """Return the same of a value that has it as a field of that name."""
+        outer = Malformed(f"{self} ({name})" if self.depth == 0 else f"{str(self)[:-1]} of {name})")
+        outer.depth = self.depth + 1
+        return outer
 
 
 def frame(value: object) -> list[bytes | memoryview]:
@@ -85,6 +92,7 @@ def _plain(value: object, arrays: list[np.ndarray]) -> object:
 
 
 def _built(hint: Any, plain: Any, body: memoryview) -> Any:
+    hint = unaliased(hint)
     origin, arguments = get_origin(hint), get_args(hint)
     if origin in (Union, types.UnionType):
         return _built_as_one(arguments, plain, body)
@@ -95,7 +103,7 @@ def _built(hint: Any, plain: Any, body: memoryview) -> Any:
         names = [field.name for field in fields(hint)]
         if not isinstance(plain, dict) or set(plain) != set(names):
             raise Malformed(f"what it sent is no {name_of(hint)}")
-        return hint(**{name: _built(hints[name], plain[name], body) for name in names})  # type: ignore[operator]
+        return hint(**{name: _built_field(name, hints[name], plain[name], body) for name in names})  # type: ignore[operator]
     if origin is dict:
         if not isinstance(plain, dict):
             raise Malformed(f"what it sent has a {type(plain).__name__} where names and values belong")
@@ -111,12 +119,37 @@ def _built(hint: Any, plain: Any, body: memoryview) -> Any:
     return plain
 
 
+def _built_field(name: str, hint: Any, plain: Any, body: memoryview) -> Any:
+    try:
+        return _built(hint, plain, body)
+    except Malformed as error:
+        raise error.within(name) from None
+
+
 def _built_as_one(hints: tuple[Any, ...], plain: Any, body: memoryview) -> Any:
-    """Return the value as the first of these types that it can be."""
-    for hint in hints[:-1]:
-        with suppress(Malformed):
+    """Return the value as the first of these types that it can be.
+
+    Raises Malformed with the reason of the type that it comes nearest to: whose fields it has.
+    """
+    reasons = []
+    for hint in hints:
+        try:
             return _built(hint, plain, body)
-    return _built(hints[-1], plain, body)
+        except Malformed as error:
+            reasons.append(error)
+    nearest = max(reasons, key=lambda error: error.depth)
+    raise nearest if nearest.depth else Malformed(f"what it sent is no {' or '.join(map(name_of, hints))}")
+
+
+def unaliased(hint: Any) -> Any:
+    """Return what a type's alias stands for, the type itself where it is none.
+
+    `type A[T] = ...` of Python 3.12, as which numpy 2.5 has NDArray, is neither what it stands for nor an origin of it.
+    """
+    while hasattr(alias := get_origin(hint) or hint, "__value__"):
+        arguments = get_args(hint)
+        hint = alias.__value__[arguments] if arguments else alias.__value__
+    return hint
 
 
 def _of_each(hint: Any, plain: list) -> list[Any]:

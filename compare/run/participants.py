@@ -1,6 +1,5 @@
 """Who takes part: ENGINE[@RELEASE][:METHOD], as everywhere in Tumble."""
 
-import math
 import os
 import threading
 from collections.abc import Iterable, Iterator
@@ -21,8 +20,6 @@ from scenarios.needs import FORCES, needs
 from scenarios.scene import Scene
 
 TIME_LIMIT_S = 60.0
-NOTHING = math.nan, math.nan, math.nan, math.nan
-GONE = Sample(NOTHING, NOTHING)
 
 
 class Halted(Exception):
@@ -89,10 +86,9 @@ class Participant:
         """Make a timer ready under that key; return what that has shown, or why it cannot be."""
         return self.ensure_running() or self.worker.prepare_timer(key, scene, method, pace, keep)
 
-    def sample(self, key: str) -> Sample:
-        """Return one sample of that timer, not a number where its process is gone."""
-        answer = self.worker.sample(key) if self.worker.alive else Failure("gone")
-        return GONE if isinstance(answer, Failure) else answer
+    def sample(self, key: str) -> Sample | Failure:
+        """Return one sample of that timer, or why there is none."""
+        return self.worker.sample(key)
 
     def ensure_running(self) -> Failure | None:
         """Take a new worker where the last one crashed or hung; return why it does not come up, or None.

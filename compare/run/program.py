@@ -37,6 +37,7 @@ STATED = (
     "shown",
     "schemes",
     "gyroscopic",
+    "orders",
     "largest_turn",
     "exempt",
 )

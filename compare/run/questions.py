@@ -10,7 +10,7 @@ import numpy as np
 
 from compare.run.flight import Trajectory, fly, struck
 from compare.run.laws import law_broken
-from compare.run.message import PREFIX, frame, lengths, unpacked
+from compare.run.message import PREFIX, Malformed, frame, lengths, unpacked
 from compare.run.program import ProgramFailed
 from compare.run.registry import BadEngine, EngineInfo, Missing, engine_info, in_one_line, load
 from compare.run.timer import NoTime, Pace, Ready, Sample, Timer
@@ -142,6 +142,8 @@ def answer_all(line: socket.socket, engine: str, memory_limit: int) -> None:
                 send(line, Failure(f"crashed: {in_one_line(error)}"))
     except MemoryError:
         send(line, too_much)
+    except Malformed as error:
+        send(line, Ended(f"crashed: it could not read what it was asked: {error}"))
     except ConnectionError:  # nobody is there any more
         return
     except SystemExit as error:

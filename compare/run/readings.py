@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from compare.run.others import machine, other_work, say
+from compare.run.questions import Failure
 from compare.run.timer import Sample
 from scenarios.frames import Array
 
@@ -33,6 +34,7 @@ PROCESS = 0.03
 # Rounds are added while what chance leaves of an interval is wider than this, from its middle to its end.
 NARROW = 0.03
 GONE, STOOD = "its process ended while it was timed", "the clock stood still while it was timed"
+NO_NUMBER = "its clock showed no number while it was timed"
 
 
 class Sampling(NamedTuple):
@@ -63,6 +65,13 @@ class Reading:
         return float(np.quantile(self.samples, 0.1))
 
     @property
+    def doubt(self) -> str:
+        """Why this is no time of anything, empty where it is one."""
+        if not np.isfinite(self.samples).all():
+            return NO_NUMBER
+        return "" if (self.samples > 0).all() else STOOD
+
+    @property
     def spread(self) -> tuple[float, float]:
         """Median and upper decile."""
         return float(np.median(self.samples)), float(np.quantile(self.samples, 0.9))
@@ -75,8 +84,8 @@ def reading(samples: Sequence[Sample]) -> Reading:
     thread has waited longer than anything computed, for a device or for processes that live on, wall time is all there
     is.
     """
-    if any(math.isnan(sample.ns) for sample in samples):
-        return Reading(np.full(len(samples), np.nan), finding=GONE)
+    if not all(math.isfinite(sample.ns) for sample in samples):
+        return Reading(np.full(len(samples), np.nan))
     advance = np.array([sample.advance for sample in samples])
     deferred = np.array([sample.deferred for sample in samples])
     findings = []
@@ -164,22 +173,28 @@ def interval(values: Array) -> tuple[float, float]:
 
 
 def round_robin(
-    samplers: Mapping[str, Callable[[], Sample]],
+    samplers: Mapping[str, Callable[[], Sample | Failure]],
     span_s: float = SPAN_S,
     rounds: int = ROUNDS,
     budget_s: float = BUDGET_S,
-) -> dict[str, Reading]:
-    """Sample all in turn and return what each said.
+) -> dict[str, Reading | Failure]:
+    """Sample all in turn and return what each said, or why one could not be sampled to the end.
 
     At least that many rounds and that long [s], and on until the ratios are narrow or the budget [s] is spent.  What
     else the machine did meanwhile is said once, on standard error.
     """
     said: dict[str, list[Sample]] = {key: [] for key in samplers}
+    failed: dict[str, Failure] = {}
     begin, before = monotonic(), machine()
     taken, look_again = 0, rounds
-    while True:
-        for key, sample in samplers.items():
-            said[key].append(sample())
+    while said:
+        for key in [*said]:
+            one = samplers[key]()
+            if isinstance(one, Failure):
+                failed[key] = one
+                del said[key]
+            else:
+                said[key].append(one)
         taken += 1
         spent = monotonic() - begin
         if taken < rounds or spent < span_s:
@@ -191,14 +206,17 @@ def round_robin(
                 break
             look_again = taken + taken // 4
     say(other_work(before, machine()))
-    return {key: reading(samples) for key, samples in said.items()}
+    return {key: failed[key] if key in failed else reading(said[key]) for key in samplers}
 
 
 def narrow(readings: Sequence[Reading]) -> bool:
-    """Whether chance has left every contestant's ratio to the others little room."""
-    logs = np.log([reading.samples for reading in readings])
+    """Whether chance has left the ratios of all that have a time little room."""
+    times = [reading.samples for reading in readings if not reading.doubt]
+    if not times:
+        return True
+    logs = np.log(times)
     pace = logs.mean(axis=0)
-    ends = [interval(each - pace) for each in logs if np.isfinite(each - pace).all()]
+    ends = [interval(each - pace) for each in logs]
     return all(high - low <= 2 * NARROW for low, high in ends)
 
 

@@ -20,7 +20,8 @@ from compare.engines import FINDINGS, GYROSCOPIC_NAMES, LAWS, OWN, SCHEME_NAMES
 from compare.run import program
 from compare.run.program import ProgramEngine
 from compare.run.step_function import StepEngine
-from scenarios.refusal import UsersError
+from scenarios.needs import FORCES
+from scenarios.refusal import UsersError, nearest
 from scenarios.scene import Scene
 
 FILES = (".py", ".toml")
@@ -76,7 +77,7 @@ class EngineInfo:
     leaves out of a world that has no use for it, and keeps if told to; schemes and gyroscopic: names by method, as in
     compare.engines, OWN_SCHEME for a function; largest_turn [rad] of a step; exempt: laws that it is there to break,
     and why; defaults: what a user gets who sets nothing; step_ns: by method, or of all as *, about what a step of one
-    throw takes [ns].
+    throw takes [ns]; orders: by method, by which power of the step the error of a free body falls.
     """
 
     methods: tuple[str, ...]
@@ -96,6 +97,7 @@ class EngineInfo:
     largest_turn: float | None
     exempt: dict[str, str]
     step_ns: dict[str, float]
+    orders: dict[str, float]
 
     def step_of(self, method: str) -> float:
         """Return about what a step of one throw takes by a method [ns]."""
@@ -237,6 +239,8 @@ def engine_info(engine: str, module: ModuleType) -> EngineInfo:
         raise BadEngine(
             f"{engine}: METHODS and FEATURES must be names, ABOUT a dict (version, precision, switched_off): {error}"
         ) from error
+    for feature in sorted(features - {*FORCES}):
+        raise BadEngine(f"{engine}: unknown feature {feature!r}: {nearest(feature, FORCES)}")
     if not methods:
         raise BadEngine(f"{engine}: METHODS is empty; at least one name is needed")
     schemes = names_by_method(engine, module, "SCHEMES", SCHEME_NAMES)
@@ -266,9 +270,13 @@ def engine_info(engine: str, module: ModuleType) -> EngineInfo:
             None if largest_turn is None else float(largest_turn),
             {str(law): str(why) for law, why in exempt.items()},
             {str(method): float(ns) for method, ns in of_each.items()},
+            {str(method): float(order) for method, order in dict(getattr(module, "ORDERS", {})).items()},
         )
     except (TypeError, ValueError, OverflowError) as error:
         raise BadEngine(f"{engine}: what it says of itself cannot be read: {error}") from error
+    for method, order in info.orders.items():
+        if not 0 < order < math.inf:
+            raise BadEngine(f"{engine}: ORDERS: {method}: must be a number above 0, is {order:g}")
     for law in info.exempt:
         if law not in LAWS:
             raise BadEngine(f"{engine}: EXEMPT: no law {law!r}: there are {', '.join(LAWS)}")

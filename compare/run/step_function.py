@@ -14,6 +14,9 @@ import numpy as np
 from scenarios.frames import Array
 from scenarios.scene import Scene
 
+# What such a file may say of its function beside that, each a dict with the key "step", as in compare.engines.
+STATED = ("GYROSCOPIC", "ORDERS", "EXEMPT")
+
 Step = Callable[[Array, float, SimpleNamespace], Array | None]
 
 
@@ -35,6 +38,8 @@ class StepEngine(ModuleType):
         self._step: Step = module.step
         self.FEATURES = getattr(module, "FEATURES", ())
         self.ABOUT = {"version": "", "precision": "double", **getattr(module, "ABOUT", {})}
+        for name in STATED:
+            setattr(self, name, getattr(module, name, {}))
 
     def build(self, scene: Scene, method: str) -> World:
         """Return a world of the scene's body."""

@@ -9,7 +9,7 @@ read; `compare.run.readings` says which of them is right.
 import os
 import resource
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -27,6 +27,8 @@ SAMPLE_NS = 1e6
 MOST_STEPS, MOST_COPIES = 1 << 20, 1 << 12
 # A program is asked over a line, and to be woken takes some 0.1 ms more or less.
 LINE_NS, IDLE_LOOKS = 4e6, 3
+# On a busy machine the way to a program and back may once take longer than the steps: such a lap is made again.
+AGAIN = 2
 CALLS = 20
 # What a first `read` takes longer than a second one by chance [s].
 LEFT_S = 20e-6
@@ -34,6 +36,14 @@ LEFT_S = 20e-6
 LONG_NS = 1e7
 # Twice the steps take twice the time; a loop that takes less than this has done something else.
 GROWTH, LOOKS = 1.5, 5
+# Untimed steps are made in calls of so many, twice as many, ...: as short as a flight's, and as long as a lap's.
+FIRST_CALL, OTHER_CALL = 1, 3
+# An engine that does not repeat its bits may be so many times as far from its untimed steps as two of those differ, and
+# by so much of a number's size at most: what differs more is no repetition.
+CHANCE, MOST_APART = 10.0, 1e-3
+# The numbers of a state, and the ends of its vectors.
+PARTS = ("x", "x", "x", "q", "q", "q", "q", "v", "v", "v", "w", "w", "w")
+VECTORS = ((0, 3), (3, 7), (7, 10), (10, 13))
 # On a busy machine the way to another process and back hides a few steps there: more are asked for, so many times.
 DOUBLED = 12
 
@@ -110,6 +120,8 @@ class Timer:
     ) -> None:
         self._engine, self._scene, self._method, self._pace, self._keep = engine, scene, method, pace, keep
         self._load, self._warm = 1, False
+        self._expected: Array | None = None  # known once the load is
+        self._repeats: float | None = None
         # A program has wall time only, and one lap may have waited for a core.
         sample_ns, looks = (LINE_NS, IDLE_LOOKS) if hasattr(engine, "said_ns") else (SAMPLE_NS, 1)
         most = MOST_STEPS if pace.by_step else MOST_COPIES
@@ -128,6 +140,7 @@ class Timer:
         self._warm = took < LONG_NS
         if pace.by_step:
             self._refuse_no_time()
+        self._expected = self._untimed(FIRST_CALL)
         call_ns = max(0.0, self._alone - self.sample().ns)
         own = engine.process(self._world) if hasattr(engine, "process") else None
         self.ready = Ready(call_ns, build_s, max(0.0, first - self._alone) / 1e9, peak_bytes(own))
@@ -155,17 +168,63 @@ class Timer:
         said = f"{self._load} steps take {growth:.3g} times as long as half as many"
         raise NoTime(f"{said}: what does not grow with the steps is no time of theirs")
 
+    def _calls(self, first: int = 0) -> Iterator[tuple[int, float]]:
+        """Yield the calls of `advance` that the load consists of: each leg at once, or in calls of growing length.
+
+        first: the steps of the first of those.  A flight's legs stay as they are.
+        """
+        for n, dt in self._pace.legs:
+            left = n * self._load if self._pace.by_step else n
+            part = first if first and self._pace.by_step else left
+            while left:
+                yield min(part, left), dt
+                left -= min(part, left)
+                part *= 2
+
+    def _untimed(self, first: int) -> Array:
+        """Return the state of one throw after the load's steps in a new world, called as flights call, (N, 13)."""
+        engine = self._engine
+        world = built(engine, self._scene, self._method, self._keep)
+        engine.write(world, self._scene.start.copy())
+        for n, dt in self._calls(first):
+            prepare(engine, world, dt)
+            engine.advance(world, n, dt)
+        return np.array(engine.read(world), dtype=float)
+
+    def _refuse_other_work(self, states: Array, expected: Array) -> None:
+        """Raise NoTime where a timed lap ends elsewhere than the same steps when nobody times them, as `expected`.
+
+        Bit by bit, or, of an engine that does not repeat its own bits, by far more than two of its untimed runs differ.
+        """
+        expected = np.tile(expected, (len(self._start) // len(expected), 1))
+        if np.array_equal(states, expected, equal_nan=True):
+            return
+        off = apart(states, expected)
+        if self._repeats is None:
+            self._repeats = float(apart(self._untimed(OTHER_CALL), self._untimed(FIRST_CALL)).max())
+        if off.max() <= CHANCE * self._repeats <= MOST_APART:
+            return
+        row, column = np.unravel_index(int(np.argmax(off)), off.shape)
+        timed_at, untimed_at = states[row, column], expected[row, column]
+        raise NoTime(
+            f"{PARTS[column]} of throw {row} is {timed_at:.9g} after {self._load} timed steps or flights, and "
+            f"{untimed_at:.9g} after the same ones untimed: they are not the same work"
+        )
+
     def sample(self) -> Sample:
         """Return the time of one step, or of one flight."""
         lap = self._lap()
+        for _ in range(AGAIN):
+            if lap.ns > 0:
+                break
+            lap = self._lap()
         said = None if lap.said is None else lap.said / self._load
         return sample(np.array(lap.advance) / self._load, np.array(lap.deferred) / self._load, said)
 
     def _lap(self) -> Sample:
         """Return what the whole load takes."""
         engine, world, advance = self._engine, self._world, self._engine.advance
-        stretch = self._load if self._pace.by_step else 1
-        calls = [(n * stretch, dt) for n, dt in self._pace.legs]
+        calls = [*self._calls()]
         # An engine that fixes its step when it is told, which is not timed, is read between legs.
         legs = [[call] for call in calls] if hasattr(engine, "prepare") else [calls]
         if self._warm:
@@ -190,9 +249,18 @@ class Timer:
         said = ask_what_it_says(world) if ask_what_it_says else None
         engine.read(world)
         looked = after()
-        engine.read(world)
+        states = engine.read(world)
         again = after()
+        if self._expected is not None:
+            self._refuse_other_work(np.array(states, dtype=float), self._expected)
         return sample(np.maximum(taken, 0.0), np.maximum((looked - flown) - (again - looked), 0.0), said)
+
+
+def apart(states: Array, others: Array) -> Array:
+    """Return how far apart states are, number by number, over the largest of its vector, (N, 13); inf beside NaN."""
+    scale = np.hstack([np.full(last - first, np.abs(others[:, first:last]).max()) for first, last in VECTORS])
+    off = np.where(states == others, 0.0, np.abs(states - others) / np.maximum(scale, np.finfo(float).tiny))
+    return np.where(np.isnan(off), np.where(np.isnan(states) & np.isnan(others), 0.0, np.inf), off)
 
 
 def idle(engine: ModuleType, world: object, calls: Sequence[tuple[int, float]]) -> Array:

@@ -2,15 +2,16 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import partial
 
 from compare.run.flight import legs
 from compare.run.participants import Participant
-from compare.run.readings import USUAL, Reading, Sampling, round_robin
+from compare.run.readings import GONE, USUAL, Reading, Sampling, load_seen, round_robin
 from compare.run.tasks import Task, run
-from compare.run.timer import Pace, Ready
-from compare.run.worker import Failure
+from compare.run.timer import Pace, Ready, Sample
+from compare.run.worker import Failure, Worker
 from scenarios.scene import Scene
+
+UNTIMED = "untimed: "
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,20 +45,53 @@ class Cost:
 
 
 def costs(loads: Mapping[str, Load], sampling: Sampling = USUAL) -> dict[str, Cost | Failure]:
-    """Return what each load costs, all sampled in the same rounds, or why it cannot be timed.
+    """Return what each load costs, all sampled in the same rounds, or why it cannot be timed: `untimed: why`.
 
-    One whose process ends in the middle has samples that are not a number.
+    Whatever becomes of one, the others have their times.
     """
-    ready = dict(zip(loads, run([making_ready(key, load) for key, load in loads.items()]), strict=True))
-    able = [key for key, shown in ready.items() if not isinstance(shown, Failure)]
-    readings = round_robin({key: partial(loads[key].participant.sample, key) for key in able}, *sampling)
-    return {key: shown if isinstance(shown, Failure) else Cost(readings[key], shown) for key, shown in ready.items()}
-
-
-def making_ready(key: str, load: Load) -> Task[Ready | Failure]:
-    """Return the task of making a load's timer ready, which engines do side by side: nothing of it is compared."""
-    return Task(
-        (load.scene.name, key),
-        load.participant,
-        lambda able: able.prepare_timer(key, load.scene, load.method, load.pace, load.keep),
+    timers = {key: StandingTimer(key, load) for key, load in loads.items()}
+    # Engines make theirs ready side by side: nothing of it is compared.
+    ready = dict(zip(loads, run([timer.task for timer in timers.values()]), strict=True))
+    readings = round_robin(
+        {key: timers[key].sample for key, shown in ready.items() if not isinstance(shown, Failure)}, *sampling
     )
+    return {
+        key: shown if isinstance(shown, Failure) else believed(readings[key], shown) for key, shown in ready.items()
+    }
+
+
+def believed(reading: Reading | Failure, ready: Ready) -> Cost | Failure:
+    """Return the cost that a reading says, or why it says none."""
+    if isinstance(reading, Failure):
+        untimed = reading.status.startswith(UNTIMED)
+        return reading if untimed else Failure(f"{UNTIMED}{GONE}: {reading.status}")
+    return Failure(f"{UNTIMED}{reading.doubt}: {load_seen()}") if reading.doubt else Cost(reading, ready)
+
+
+class StandingTimer:
+    """The timer of one load in its engine's process, made anew where another load has ended that process."""
+
+    def __init__(self, key: str, load: Load) -> None:
+        self._key, self._load = key, load
+        self._worker: Worker | None = None
+
+    @property
+    def task(self) -> Task[Ready | Failure]:
+        """What makes it ready for the first time."""
+        return Task((self._load.scene.name, self._key), self._load.participant, lambda _: self.make())
+
+    def make(self) -> Ready | Failure:
+        """Make it ready in the process that there is now; return what that has shown, or why it cannot be."""
+        load = self._load
+        shown = load.participant.prepare_timer(self._key, load.scene, load.method, load.pace, load.keep)
+        self._worker = load.participant.worker
+        return shown
+
+    def sample(self) -> Sample | Failure:
+        """Return one sample, or why there is none."""
+        participant = self._load.participant
+        if not (participant.worker is self._worker and participant.worker.alive):
+            shown = self.make()
+            if isinstance(shown, Failure):
+                return shown
+        return participant.sample(self._key)

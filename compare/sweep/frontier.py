@@ -17,6 +17,7 @@ from compare.sweep.work_precision import Sweep
 from compare.tables.runs import step_of
 from compare.tables.shared import worded
 
+UNTIMED = "untimed"
 TARGETS_M = (1e-3, 1e-6, 1e-9, 1e-12)
 
 
@@ -34,6 +35,11 @@ def usable(timed: Sequence[Timed]) -> list[Timed]:
     return [each for each in timed if each.run.status == "ok" and np.isfinite(each.error_m)]
 
 
+def clocked(timed: Sequence[Timed]) -> list[Timed]:
+    """Return the runs that have a time, so that they have a ratio to others."""
+    return [each for each in timed if not each.reading.doubt]
+
+
 def by_contestant(timed: Sequence[Timed]) -> dict[tuple[str, str], list[Timed]]:
     """Return the runs of each contestant, the tolerances of an adaptive method together, the cheapest run first."""
     found: dict[tuple[str, str], list[Timed]] = {}
@@ -45,7 +51,7 @@ def by_contestant(timed: Sequence[Timed]) -> dict[tuple[str, str], list[Timed]]:
 def frontier(timed: Sequence[Timed]) -> list[Timed]:
     """Return the runs that no cheaper run equals, the cheapest first: where error falls as time rises."""
     kept: list[Timed] = []
-    for each in sorted(usable(timed), key=lambda each: (each.flight_ns, each.error_m)):
+    for each in sorted(usable(clocked(timed)), key=lambda each: (each.flight_ns, each.error_m)):
         if not kept or each.error_m < kept[-1].error_m:
             kept.append(each)
     return kept
@@ -66,8 +72,8 @@ def reach(timed: Sequence[Timed], target_m: float) -> tuple[str, float | None, T
 
 
 def digit_rows(sweep: Sweep, reference: str) -> Iterator[DigitRow]:
-    """Yield what each digit costs each contestant, beside the reference contestant ENGINE:METHOD."""
-    contestants = by_contestant(sweep.timed)
+    """Yield what each digit costs each contestant over the reference contestant ENGINE:METHOD, or why it is untimed."""
+    contestants = by_contestant(clocked(sweep.timed))
     own = contestants.get((reference.partition(":")[0], reference.partition(":")[2]), [])
     for (engine, method), timed in contestants.items():
         for target in TARGETS_M:
@@ -93,6 +99,22 @@ def digit_rows(sweep: Sweep, reference: str) -> Iterator[DigitRow]:
                 *((told.value, told.low, told.high) if told else (None, None, None)),
                 "" if found is None else found.refusal,
             )
+    yield from untimed_rows(sweep, reference)
+
+
+def untimed_rows(sweep: Sweep, reference: str) -> Iterator[DigitRow]:
+    """Yield the reason, once for each digit, of every contestant that ran and has no time at all."""
+    contestants = by_contestant(clocked(sweep.timed))
+    why = {
+        (run.engine, run.method.partition("@")[0]): sweep.why_untimed[run.name]
+        for run in sweep.untimed
+        if run.name in sweep.why_untimed
+    }
+    for (engine, method), reason in why.items():
+        if (engine, method) not in contestants:
+            for target in TARGETS_M:
+                key = sweep.scene.name, engine, method, target
+                yield DigitRow(*key, UNTIMED, None, None, None, None, reference, None, no_ratio=reason)
 
 
 def step_reached(timed: Timed | None) -> tuple[float | None, float | None]:
@@ -180,9 +202,9 @@ def limits(ladder: dict[float, Run], steps: Sequence[float]) -> list[float]:
 
 
 def work_precision_rows(sweep: Sweep) -> Iterator[WorkPrecisionRow]:
-    """Yield error and time of every run that was timed."""
+    """Yield error and time of every run that has a time."""
     edge = {id(each) for each in frontier(sweep.timed)}
-    for each in sweep.timed:
+    for each in clocked(sweep.timed):
         run, reading = each.run, each.reading
         flight_us, steps = each.flight_ns / 1e3, run.flight.steps if each.per_step else None
         yield WorkPrecisionRow(

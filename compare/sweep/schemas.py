@@ -32,7 +32,7 @@ class WorkPrecisionRow:
     p90_flight_us: Annotated[float, "the same, upper decile"]
     step_ns: Annotated[float | None, "time of one step of one throw; empty where a flight is what was timed"]
     clock: Annotated[str, "thread CPU, process CPU or wall: the one that is right for it"]
-    frontier: Annotated[bool, "whether no run of anybody here is cheaper and as near"]
+    frontier: Annotated[bool, "whether no run that has a time is both cheaper and as near"]
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class DigitRow:
     engine: Engine
     method: Annotated[str, "method; the tolerances of an adaptive one together"]
     target_m: Annotated[float, "largest vertex error to reach"]
-    verdict: Annotated[str, "reached, not reached, or at most: the coarsest run is as good already"]
+    verdict: Annotated[str, "reached, not reached, at most (the coarsest run is as good already), or untimed"]
     flight_us: Annotated[float | None, "time of the native loop of one throw's flight"]
     dt_s: Annotated[float | None, "step; empty where the method chose its own, or nothing was reached"]
     tolerance: Tolerance
@@ -56,7 +56,7 @@ class DigitRow:
     ratio: Annotated[float | None, "time over the reference's; empty where either did not reach the error, or why"]
     ratio_low: Annotated[float | None, "from this"] = None
     ratio_high: Annotated[float | None, "to this: the interval that covers it in 95 of 100 runs"] = None
-    no_ratio: Annotated[str, "why there is none: its process ended or its clock stood still, with the load seen"] = ""
+    no_ratio: Annotated[str, "why the contestant has no time, and so no ratio"] = ""
 
 
 @dataclass(frozen=True)

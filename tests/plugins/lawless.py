@@ -13,6 +13,9 @@ METHODS = (
     "alters-the-scene",
     "mixes-throws",
     "needs-its-optional",
+    "prints-six-digits",
+    "reads-x-y-z-w",
+    "reverses-the-torque",
 )
 FEATURES = {"gravity"}
 OPTIONAL = ("drift",)
@@ -42,12 +45,17 @@ def write(world, states):
     mine.write(world, states)
     if world.method == "changes-what-is-written":
         world.states[:, 10:13] = world.states[:, 12:9:-1]  # another order of axes
+    if world.method == "reads-x-y-z-w":
+        world.states[:, 3:7] = np.roll(world.states[:, 3:7], 1, axis=1)
     if world.method == "remembers":
         world.states[:, 0] += 1e-15 * world.flown
 
 
 def advance(world, n, dt):
-    mine.advance(world, n, dt)
+    for _ in range(n):
+        if world.method == "reverses-the-torque":
+            reverse(world.states, world.moments, dt)
+        mine.advance(world, 1, dt)
     world.flown += n
     if world.method == "depends-on-how-steps-are-asked-for":
         world.states[:, 0] += dt  # one step more for every call
@@ -59,5 +67,18 @@ def advance(world, n, dt):
         world.states[:, 7:10] = world.states[:, 7:10].mean(axis=0)
 
 
+def reverse(states, moments, dt):
+    """Take away twice what a step is about to add."""
+    for state in states:
+        turn = mine.axes(state[3:7])
+        w_body = turn.T @ state[10:13]
+        state[10:13] = turn @ (w_body - 2 * dt * np.cross(moments * w_body, w_body) / moments)
+
+
 def read(world):
-    return mine.read(world)
+    states = mine.read(world)
+    if world.method == "reads-x-y-z-w":
+        states[:, 3:7] = np.roll(states[:, 3:7], -1, axis=1)
+    if world.method == "prints-six-digits":
+        return np.array([[float(f"{number:g}") for number in state] for state in states])
+    return states

@@ -4,10 +4,10 @@ from contextlib import contextmanager
 
 import numpy as np
 
+from compare.run.brick import scene
 from compare.run.examine import examined
 from compare.run.flight import Trajectory
 from compare.run.installing import install
-from compare.run.laws import scene
 from compare.run.participants import launched
 from compare.run.registry import BadEngine
 from scenarios.frames import Array

@@ -89,3 +89,17 @@ def test_a_wheel_works_beside_the_users_modules(folder, installed):
             PYTHONPATH=str(installed),
         ).stderr
     )
+
+
+def test_a_wheel_has_every_file_of_the_rooms(installed):
+    """A package that is forgotten is missed only by whoever installs it."""
+    listed = subprocess.run(["git", "ls-files", "-co", "--exclude-standard"], cwd=ROOT, capture_output=True, text=True)
+    rooms = ("solver", "scenarios", "compare", "reports")
+    wanted = {
+        name.removeprefix("tumble/")
+        for name in listed.stdout.splitlines()
+        if name.startswith(("tumble/", *(f"{room}/" for room in rooms))) and (ROOT / name).is_file()
+    }
+    here = {str(path.relative_to(installed / "tumble")) for path in (installed / "tumble").rglob("*") if path.is_file()}
+    assert len(wanted) > 250
+    assert wanted - here == set()

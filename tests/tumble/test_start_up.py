@@ -100,3 +100,24 @@ def test_blas_threads_are_those_asked_for_and_otherwise_one(tmp_path):
             [sys.executable, "-c", code], env={**environment, **asked}, cwd=tmp_path, capture_output=True, text=True
         )
         assert said.stdout.splitlines()[-1] == asked.get("OPENBLAS_NUM_THREADS", "1")
+
+
+@pytest.mark.parametrize(
+    ("variable", "value", "said"),
+    [
+        ("NUMBA_DISABLE_JIT", "1", "NUMBA_DISABLE_JIT is set, and Tumble's kernels must be compiled: unset it"),
+        ("NUMBA_NUM_THREADS", "0", "NUMBA_NUM_THREADS = 0: must be at least 1, or unset"),
+        ("NUMBA_NUM_THREADS", "-2", "NUMBA_NUM_THREADS = -2: must be at least 1, or unset"),
+    ],
+)
+def test_an_environment_in_which_no_kernel_can_be_compiled_is_refused_in_one_line(tumble, variable, value, said):
+    done = tumble("compare", "die-vertex", "-e", "tumble:rk4", env={**os.environ, variable: value})
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.startswith(f"tumble: {said}")
+    assert len(done.stderr.splitlines()) == 1
+
+
+@pytest.mark.parametrize("asked", [("NUMBA_DISABLE_JIT", "0"), ("NUMBA_NUM_THREADS", "1"), ("NUMBA_DISABLE_JIT", "no")])
+def test_other_values_do_no_harm(tumble, asked):
+    done = tumble("run", "die-vertex", "-e", "tumble:rk4", env={**os.environ, **dict([asked])})
+    assert done.returncode == 0, done.stderr

@@ -7,6 +7,7 @@ from compare.sweep.work_precision import Effort, sweep
 from reports.sweep_text import advice_text
 from reports.terminal import console
 from scenarios.read import read_scenes
+from tumble.finished import exit_code
 from tumble.notes import note, progress
 
 # A ladder that ends where its tolerance is reached is short.
@@ -28,4 +29,4 @@ def main(options: Namespace) -> int:
         for one in found:
             for piece in advice_text(one, options.tolerance):
                 out.print(piece)
-    return 0
+    return exit_code(run.status for one in found for run in one.runs)

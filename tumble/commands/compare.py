@@ -11,6 +11,7 @@ from compare.tables.files import write_folder
 from reports.comparison_text import comparison_text
 from reports.terminal import console
 from scenarios.read import BadScene, read_scenes
+from tumble.finished import exit_code
 from tumble.notes import note, progress
 
 
@@ -48,4 +49,4 @@ def main(options: Namespace) -> int:
             if folder:
                 write_folder(folder, csv_texts(frames))
                 note(f"tables written to {folder}")
-    return 0
+    return exit_code(run.status for comparison in comparisons for run in comparison.runs)

@@ -1,7 +1,8 @@
-"""`tumble engines`: who can take part here, environments for those that need one, and the laws put to an engine."""
+"""`tumble engines`: who can take part here, their environments, laws put to an engine, and one to begin with."""
 
 from argparse import Namespace
 from collections.abc import Iterator
+from pathlib import Path
 
 from compare.engines import LAWS
 from compare.run import environments, installing, registry
@@ -10,23 +11,29 @@ from compare.run.participants import launched, split
 from compare.run.registry import BadEngine
 from compare.run.worker import Failure
 from compare.tables.engines import engine_row
+from compare.tables.files import write_together
 from reports.terminal import console, engine_list, plain
-from tumble.notes import note
+from tumble.notes import note, progress
+from tumble.starters import STARTERS, Starter
 
 FAILED, DONE = 1, 0
 
 
 def main(options: Namespace) -> int:
-    """List every engine with its version, methods and precision, or why it is missing; or install or check some."""
+    """List every engine with its version, methods and precision, or why it is missing; or do what is asked."""
     for engine in options.remove:
         for gone in installing.remove(known(engine)):
             print_line(f"removed {described(gone)}")
     for engine in options.install:
         note(f"making an environment for {known(engine)}")
-        print_line(described(installing.install(engine)))
+        with progress(1) as tick:
+            made = installing.install(engine, tick)
+        print_line(described(made))
+    if options.template:
+        begin(STARTERS[options.template])
     if options.check:
         return check(options.check, options.time_limit)
-    if not (options.install or options.remove):
+    if not (options.install or options.remove or options.template):
         listing(options.engine)
     return DONE
 
@@ -46,6 +53,22 @@ def listing(asked: list[str]) -> None:
             print_line(
                 f"{name} needs an environment of its own, {package.megabytes} MB: tumble engines --install {name}"
             )
+
+
+def begin(starter: Starter) -> None:
+    """Write a starter's files into the current folder, all or none, and say how to go on.  Raises BadEngine."""
+    texts = starter.files
+    for name in texts:
+        if Path(name).exists():
+            raise BadEngine(f"{name} is here already: nothing was written")
+    write_together({Path(name): text for name, text in texts.items()})
+    print_line(f"wrote {' and '.join(texts)}; next:")
+    check_it, compare_it = (
+        f"tumble engines --check ./{starter.engine}",
+        f"tumble compare brick-tumble -e ./{starter.engine}",
+    )
+    for line in filter(None, (starter.build, check_it, compare_it)):
+        print_line(f"  {line}")
 
 
 def described(environment: environments.Environment) -> str:

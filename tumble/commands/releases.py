@@ -15,6 +15,7 @@ from compare.tables.files import write_folder
 from reports.releases import ledger_markdown, ledger_text
 from reports.terminal import console
 from scenarios.read import read_scenes
+from tumble.finished import exit_code
 from tumble.notes import note, progress
 
 
@@ -51,7 +52,7 @@ def main(options: Namespace) -> int:
             write_folder(folder, {**texts, "releases.md": ledger_markdown(found, told, command)})
             kept.forget()
             note(f"tables and releases.md written to {folder}")
-    return 0
+    return exit_code(row.status for row in found.rows)
 
 
 def with_releases(engine: str) -> str:
@@ -84,5 +85,6 @@ def chosen(engine: str, options: Namespace) -> list[str]:
         for release in found:
             if environments.located(f"{engine}@{release}")[1] is None:
                 note(f"making an environment for {engine}@{release}")
-                installing.install(f"{engine}@{release}")
+                with progress(1) as tick:
+                    installing.install(f"{engine}@{release}", tick)
     return found

@@ -35,13 +35,14 @@ from compare.tables.files import write_folder, write_whole
 from compare.tables.frames import csv_texts, frame, kept_tables, rows
 from compare.tables.known import SWEEP
 from compare.tables.schema import BadTable
-from compare.tables.shared import FINDINGS
+from compare.tables.shared import FINDINGS, RUNS
 from reports.folders import changes, gathered
 from reports.page import page
 from scenarios.needs import needs
 from scenarios.read import catalogue, read_scenes
 from scenarios.scene import Scene
 from scenarios.truth import NoTruth
+from tumble.finished import exit_code
 from tumble.notes import note, progress
 
 
@@ -62,7 +63,7 @@ def main(options: Namespace) -> int:
     write_folder(folder, csv_texts(frames))
     write_whole(file, html)
     note(f"page written to {file}, its tables to {folder}")
-    return 0
+    return exit_code(frames[RUNS.file].status)
 
 
 def found(options: Namespace) -> Mapping[str, pd.DataFrame]:

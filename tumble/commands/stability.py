@@ -7,7 +7,7 @@ from pathlib import Path
 from compare.run.participants import launched
 from compare.stability.extremes import cases
 from compare.stability.findings import stability_findings
-from compare.stability.schemas import EXTREMES, LIMITS
+from compare.stability.schemas import CELLS, EXTREMES, LIMITS
 from compare.stability.store import pieces, store, tables_of
 from compare.stability.tasks import STIFF, keys, stability
 from compare.tables.circumstances import circumstances, digest
@@ -18,6 +18,7 @@ from reports.figures import check_figures, limit_figure, save_figures
 from reports.stability_text import stability_text
 from reports.terminal import console
 from scenarios.read import read_scenes
+from tumble.finished import exit_code
 from tumble.notes import note, progress
 
 
@@ -66,4 +67,4 @@ def main(options: Namespace) -> int:
         for case in extreme_cases:
             write_whole(folder / "extremes" / f"{case.scene.name}.toml", case.text)
         note(f"tables written to {folder}")
-    return 0
+    return exit_code([*kept.tables[CELLS.file].status, *kept.tables[EXTREMES.file].status])

@@ -13,12 +13,13 @@ from compare.tables.circumstances import binding, circumstances
 from compare.tables.engines import engine_row
 from compare.tables.files import write_whole
 from compare.tables.frames import csv_text, frame
-from compare.tables.shared import ENGINES
+from compare.tables.shared import ENGINES, RUNS
 from compare.tables.store import Store
 from reports.figures import check_figures, cost_figure, save_figures
 from reports.sweep_text import sweep_text
 from reports.terminal import console
 from scenarios.read import read_scenes
+from tumble.finished import exit_code
 from tumble.notes import note, progress
 
 
@@ -61,4 +62,4 @@ def main(options: Namespace) -> int:
             kept.forget()
             write_whole(folder / "engines.csv", csv_text(frame(ENGINES, map(engine_row, participants))))
             note(f"tables written to {folder}")
-    return 0
+    return exit_code(store.tables[RUNS.file].status)

@@ -7,7 +7,7 @@ import pytest
 from apart import broken_laws, engine, flight, throw
 
 from compare.judge.errors import Run
-from compare.run.laws import scene
+from compare.run.brick import scene
 from compare.run.worker import Failure
 from scenarios.frames import rotation_matrix
 from scenarios.truth import truth

@@ -5,6 +5,7 @@ import importlib.util
 import math
 from collections.abc import Iterator
 from pathlib import Path
+from time import monotonic
 from types import MappingProxyType, ModuleType
 
 import numpy as np
@@ -12,11 +13,15 @@ import pytest
 
 from compare import engines as contract
 from compare.run import registry
-from compare.run.laws import ASKED, Broken, law_broken, laws_for, prepare
+from compare.run.brick import MOMENTS, THROWS, Broken, prepare, scene
+from compare.run.free_body import moved
+from compare.run.laws import ASKED, law_broken, laws_for
 from compare.run.participants import launched
 from compare.stability.modes import Mode
 from compare.stability.theory import SCHEMES, theory
+from scenarios.frames import turned_by
 from scenarios.read import read_scene
+from scenarios.truth import truth
 
 ROOT = Path(__file__).parents[3]
 PLUGINS = ROOT / "tests" / "plugins"
@@ -29,6 +34,9 @@ BREAKS = {
     "throws are apart": "mixes-throws",
     "straight": "slows-down",
     "gravity": "floats",
+    "digits": "prints-six-digits",
+    "turns": "reads-x-y-z-w",
+    "converges": "reverses-the-torque",
     "light": "takes-little-for-nothing",
     "the scene": "alters-the-scene",
     "optional": "needs-its-optional",
@@ -80,6 +88,91 @@ def test_law_is_broken_by_the_lawless(law: str):
     assert law_broken(lawless, law, BREAKS[law])
     with pytest.raises(Broken):
         ASKED[law](lawless, BREAKS[law])
+
+
+def lawless_says(law: str, method: str) -> str:
+    return law_broken(registry.load(str(PLUGINS / "lawless.py")), law, method)
+
+
+def test_a_broken_law_of_motion_says_what_is_mistaken():
+    assert lawless_says("turns", "reads-x-y-z-w").endswith("its quaternions are x y z w, and must be w x y z")
+    assert lawless_says("converges", "reverses-the-torque").endswith(
+        "its gyroscopic torque has the wrong sign: I w' = (I w) x w in body axes"
+    )
+    assert lawless_says("digits", "prints-six-digits").startswith(
+        "6 digits of a number came back, 17 are needed: x of throw "
+    )
+
+
+# How a mistake of a motion reads the body, and what is said of it.
+MISTAKES = {
+    "quaternions from world to body": ("q * (1.0, -1.0, -1.0, -1.0), w", "lead from world to body"),
+    "angular velocity in body axes": ("q, mine.axes(q) @ w", "is in body axes"),
+}
+
+
+@pytest.mark.parametrize("mistake", MISTAKES)
+def test_a_state_that_is_read_otherwise_is_found_by_how_it_turns(tmp_path, mistake):
+    """It writes as it reads, so that nothing else shows it."""
+    into, said = MISTAKES[mistake]
+    out = into.replace("mine.axes(q)", "mine.axes(q).T")
+    (tmp_path / "mine.py").write_text((PLUGINS / "mine.py").read_text())
+    (tmp_path / "misread.py").write_text(f"""
+import numpy as np
+import mine
+from mine import METHODS, FEATURES, ABOUT, build, advance
+def each(states, read):
+    for state in states:
+        state[3:7], state[10:13] = read(state[3:7].copy(), state[10:13].copy())
+def write(world, states):
+    mine.write(world, states)
+    each(world.states, lambda q, w: ({into}))
+def read(world):
+    states = mine.read(world)
+    each(states, lambda q, w: ({out}))
+    return states
+""")
+    engine = registry.load(str(tmp_path / "misread.py"))
+    assert law_broken(engine, "read after write", "semi-implicit-euler") == ""
+    assert said in law_broken(engine, "turns", "semi-implicit-euler")
+
+
+@pytest.mark.parametrize(("stated", "found"), [(1.0, ""), (1.5, "falls by order 1.0"), (4.0, "falls by order 1.0")])
+def test_an_order_that_is_stated_is_held_to(stated, found):
+    mine = registry.load(str(PLUGINS / "mine.py"))
+    mine.ORDERS = {"semi-implicit-euler": stated}
+    said = law_broken(mine, "converges", "semi-implicit-euler")
+    assert found in said
+    assert bool(said) == bool(found)
+
+
+def test_what_states_no_gyroscopic_torque_is_not_asked_to_converge():
+    mine = registry.load(str(PLUGINS / "mine.py"))
+    mine.GYROSCOPIC = {"semi-implicit-euler": "none"}
+    with pytest.raises(NotImplementedError, match="leaves the gyroscopic torque out"):
+        law_broken(mine, "converges", "semi-implicit-euler")
+
+
+@pytest.mark.parametrize("form", ["%g", "%.8g", "%.12g", "%.13g"])
+@pytest.mark.parametrize("precision", ["double", "single"])
+def test_digits_that_are_lost_are_missed(form, precision):
+    if precision == "single" and form != "%g":
+        return  # eight digits are about what a float has
+    mine = registry.load(str(PLUGINS / "mine.py"))
+    mine.ABOUT = {**mine.ABOUT, "precision": precision}
+    plain = mine.read
+    mine.read = lambda world: np.array([[float(form % number) for number in state] for state in plain(world)])
+    digits = form.strip("%.g") or "6"
+    assert law_broken(mine, "digits", "semi-implicit-euler").startswith(f"{digits} digits of a number came back, ")
+
+
+def test_the_motion_that_engines_are_compared_with_is_the_truths():
+    free = scene()
+    true = truth(free)
+    for row, time in enumerate(true.times):
+        q, w = moved(THROWS[:, 3:7], THROWS[:, 10:13], MOMENTS, float(time))
+        assert np.abs(turned_by(q, true.states[row][:, 3:7])).max() < 1e-13
+        assert np.abs(w - true.states[row][:, 10:13]).max() < 1e-12
 
 
 @pytest.mark.parametrize(("name", "engine"), [(name, engine) for name, engine, _ in engines() if engine])
@@ -174,6 +267,9 @@ def test_a_scheme_may_be_a_function(tmp_path, monkeypatch):
         ("ADAPTIVE = 3", "what it says of itself cannot be read: 3 is not a list of names"),
         ("ADAPTIVE = {'semi-implicit-euler': 'fine'}", "ADAPTIVE must be tolerances by method, is"),
         ("EXEMPT = {'gravitation': 'no'}", "EXEMPT: no law 'gravitation': there are read after write"),
+        ("FEATURES = {'gravty', 'tether'}", "./mine.py: unknown feature 'gravty': did you mean 'gravity'?"),
+        ("ORDERS = {'semi-implicit-euler': -1}", "ORDERS: semi-implicit-euler: must be a number above 0, is -1"),
+        ("ORDERS = {'semi-implicit-euler': 'one'}", "what it says of itself cannot be read: "),
     ],
 )
 def test_what_an_engine_states_wrongly_is_refused(tumble, tmp_path, line, said):
@@ -207,6 +303,20 @@ def test_a_law_that_kills_the_engine_is_a_line(tumble, tmp_path):
     done = tumble("engines", "--check", "./mine.py")
     assert done.returncode == 1
     assert "BROKEN     read after write  semi-implicit-euler: crashed: its process ended with code 7" in done.stdout
+    assert len(done.stdout.splitlines()) == 1 + len(contract.LAWS)
+
+
+def test_after_a_timeout_no_more_is_asked(tumble, tmp_path):
+    text = (PLUGINS / "mine.py").read_text()
+    hangs = "def advance(world, n, dt):\n    import time; time.sleep(100)"
+    (tmp_path / "mine.py").write_text(text.replace("def advance(world, n, dt):", hangs))
+    begun = monotonic()
+    done = tumble("engines", "--check", "./mine.py", "--time-limit", "2")
+    # Of a dozen laws ten would wait; a second timeout would take as long again as the rest does.
+    assert monotonic() - begun < 60
+    assert done.returncode == 1
+    assert done.stdout.count("timeout: no answer within 2 s") == 1
+    assert done.stdout.count("after a timeout no more is asked") == len(contract.LAWS) - 4
     assert len(done.stdout.splitlines()) == 1 + len(contract.LAWS)
 
 

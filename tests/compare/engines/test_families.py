@@ -10,7 +10,7 @@ from apart import engine, throw
 
 from compare.judge import mechanics
 from compare.judge.family import family
-from compare.run.laws import scene
+from compare.run.brick import scene
 from compare.run.participants import launched
 from scenarios.read import read_scene
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from apart import broken_laws, engine, flight, throw
 
-from compare.run.laws import scene
+from compare.run.brick import scene
 from compare.run.participants import launched
 
 EPS = float(np.finfo(np.float32).eps)

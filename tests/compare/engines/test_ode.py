@@ -8,8 +8,8 @@ from apart import broken_laws, engine, flight, throw
 
 from compare.judge.errors import Run
 from compare.run import installing
+from compare.run.brick import scene
 from compare.run.installing import install
-from compare.run.laws import scene
 from compare.run.registry import BadEngine
 from compare.run.worker import Failure
 from scenarios.frames import rotation_matrix

@@ -4,15 +4,20 @@ The real ones are in tests/compare/engines, one for each engine that needs it.
 """
 
 import json
+import os
+import signal
+import subprocess
 import sys
 import zipfile
 from pathlib import Path
+from time import sleep
 
 import pytest
 
 from compare.run import environments, registry
 from compare.run.environments import HERE, BadEngine, located, split_release
-from compare.run.installing import install, remove, run
+from compare.run.installing import install, remove, run, site, sweep
+from compare.run.progress import untold
 from compare.run.worker import Failure, Worker
 
 APART = next(name for name in registry.names() if registry.package(name).apart)
@@ -45,7 +50,7 @@ def test_what_is_nowhere_says_how_to_install_it(tumble):
         said = worker.describe()
     assert said == Failure("missing: not installed; tumble engines --install mujoco@0.1")
     done = tumble("compare", "die-straight", "-e", "mujoco@0.1:rk4", "-e", APART)
-    assert done.returncode == 0
+    assert done.returncode == 1
     assert "mujoco@0.1:rk4: missing: not installed; tumble engines --install mujoco@0.1" in done.stdout
     assert f"{APART}: missing: not installed; tumble engines --install {APART}" in done.stdout
 
@@ -80,15 +85,82 @@ def test_a_release_that_there_is_not_leaves_nothing(monkeypatch, folder):
     assert list(folder.iterdir()) == []
 
 
-def test_a_package_that_does_not_bring_the_engine_leaves_nothing(monkeypatch, tmp_path, folder):
-    wheel = tmp_path / "mujoco-9.9-py3-none-any.whl"
-    with zipfile.ZipFile(wheel, "w") as archive:
+def empty_wheel(folder: Path) -> None:
+    with zipfile.ZipFile(folder / "mujoco-9.9-py3-none-any.whl", "w") as archive:
         archive.writestr("mujoco-9.9.dist-info/METADATA", "Metadata-Version: 2.1\nName: mujoco\nVersion: 9.9\n")
         archive.writestr("mujoco-9.9.dist-info/WHEEL", "Wheel-Version: 1.0\nRoot-Is-Purelib: true\nTag: py3-none-any\n")
         archive.writestr("mujoco-9.9.dist-info/RECORD", "")
+
+
+def test_a_package_that_does_not_bring_the_engine_leaves_nothing(monkeypatch, tmp_path, folder):
+    empty_wheel(tmp_path)
     monkeypatch.setenv("PIP_NO_INDEX", "1")
     monkeypatch.setenv("PIP_FIND_LINKS", str(tmp_path))
     with pytest.raises(BadEngine, match=r"mujoco@9\.9: installed, but it cannot be used: .*; nothing was kept"):
+        install("mujoco@9.9")
+    assert list(folder.iterdir()) == []
+
+
+def test_what_is_installed_is_reported_as_it_comes(monkeypatch, tmp_path):
+    empty_wheel(tmp_path)
+    monkeypatch.setenv("PIP_NO_INDEX", "1")
+    monkeypatch.setenv("PIP_FIND_LINKS", str(tmp_path))
+    told: list[str] = []
+    with pytest.raises(BadEngine):
+        install("mujoco@9.9", lambda what, share=1.0: told.append(what))
+    assert "Installing collected packages: mujoco" in told
+    assert told[-1] == "loading mujoco"
+    assert max(map(len, told)) <= 60
+
+
+def test_what_a_killed_installation_leaves_is_swept_when_nothing_works_in_it_any_more(monkeypatch, tmp_path, folder):
+    """npm outlives the command that is killed, and goes on writing."""
+    npm = tmp_path / "bin" / "npm"
+    npm.parent.mkdir()
+    npm.write_text(f"#!/bin/sh\necho $$ > {tmp_path}/begun\nexec sleep 600\n")
+    npm.chmod(0o755)
+    monkeypatch.setenv("PATH", f"{npm.parent}:{os.environ['PATH']}")
+    command = [sys.executable, "-P", "-m", "tumble", "engines", "--install", "cannon"]
+    with subprocess.Popen(command, stderr=subprocess.DEVNULL) as killed:
+        while not (begun := tmp_path / "begun").exists() or not begun.read_text():
+            assert killed.poll() is None
+            sleep(0.02)
+        killed.kill()
+    sleeper = int(begun.read_text())
+    try:
+        sweep()
+        assert [path.name.startswith("making-cannon-") for path in folder.iterdir()] == [True]
+    finally:
+        os.kill(sleeper, signal.SIGKILL)
+    for _ in range(1000):  # the kernel closes what it had open when it likes
+        sweep()
+        if not any(folder.iterdir()):
+            return
+        sleep(0.05)
+    pytest.fail("it was not swept")
+
+
+def test_what_is_being_made_is_not_swept(folder):
+    with site("cannon", untold) as made:
+        (made.folder / "file").touch()
+        sweep()
+        assert (made.folder / "file").exists()
+    assert list(folder.iterdir()) == []
+    (folder / "making-something-of-the-users").mkdir()
+    (folder / "making-cannon-left").mkdir()
+    sweep()
+    assert [path.name for path in folder.iterdir()] == ["making-something-of-the-users"]
+
+
+def test_a_full_disk_is_told_also_by_what_brings_pip(monkeypatch, tmp_path, folder):
+    """Where there is no uv, Python's venv makes the environment, and says of pip's failure only that it failed."""
+    fake = tmp_path / "path" / "ensurepip"
+    fake.mkdir(parents=True)
+    (fake / "__init__.py").touch()
+    (fake / "__main__.py").write_text("raise OSError(28, 'No space left on device')\n")
+    monkeypatch.setenv("PYTHONPATH", str(fake.parent))
+    monkeypatch.setenv("PATH", "/usr/bin:/bin")
+    with pytest.raises(BadEngine, match=r"^mujoco@9\.9: no space left on the disk; nothing was kept$"):
         install("mujoco@9.9")
     assert list(folder.iterdir()) == []
 

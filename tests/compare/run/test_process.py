@@ -3,17 +3,20 @@
 import json
 import os
 import pickle
+import re
 import signal
 import struct
 import subprocess
 import sys
 import time
 import venv
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any, TypeVar
 
 import numpy as np
 import pytest
+from typing_extensions import TypeAliasType
 
 from compare.run.environments import Place
 from compare.run.flight import Trajectory
@@ -188,6 +191,61 @@ def test_a_question_arrives_as_it_was_asked():
     assert (found.method, found.dt, found.keep) == ("rk4", 0.1 + 0.2, {"drag", "floor"})
     assert spelled(found.scene) == spelled(question.scene)
     assert not found.scene.start.flags.writeable
+
+
+# As numpy 2.5 has NDArray on Python 3.12 and later: `type Numbers[T] = np.ndarray[Any, np.dtype[T]]`.
+T = TypeVar("T", bound=np.generic)
+Numbers = TypeAliasType("Numbers", np.ndarray[Any, np.dtype[T]], type_params=(T,))
+Floats = TypeAliasType("Floats", Numbers[np.float64])
+
+
+@dataclass(frozen=True, eq=False)
+class Aliased:
+    states: Numbers[np.float64]
+    times: Floats
+    again: tuple[Numbers[np.float64], ...]
+
+
+def test_an_alias_of_arrays_is_an_array():
+    sent = Aliased(np.ones((2, 3)), np.arange(4.0), (np.zeros(1), np.full(2, 0.1)))
+    parts = [bytes(part) for part in frame(sent)]
+    found = unpacked(Aliased | Failure, parts[0][PREFIX.size :], b"".join(parts[1:]))
+    assert spelled(found) == spelled(sent)
+
+
+@pytest.mark.parametrize(
+    ("plain", "said"),
+    [
+        (
+            {"key": "k", "scene": 1, "method": "rk4", "pace": {"legs": [], "by_step": True}, "keep": []},
+            "what it sent is no Scene (scene)",
+        ),
+        ({"law": "light", "method": 3}, "what it sent has a int where a str belongs (method)"),
+        ({"law": "light"}, "what it sent is no Fly or PrepareTimer or TakeSample or StepMatrices or PutLaw"),
+    ],
+)
+def test_what_is_none_of_several_types_says_what_is_wrong_with_the_nearest(plain, said):
+    with pytest.raises(Malformed) as refused:
+        unpacked(Question, json.dumps(plain).encode(), b"")
+    assert str(refused.value) == said
+
+
+def test_how_deep_a_wrong_value_lies_is_said():
+    parts = [bytes(part) for part in frame(Fly(SCENE, "rk4", 0.1, frozenset()))]
+    asked = json.loads(parts[0][PREFIX.size :])
+    asked["scene"]["body"]["mass"] = "heavy"
+    with pytest.raises(Malformed, match=re.escape("has a str where a float belongs (mass of body of scene)")):
+        unpacked(Question, json.dumps(asked).encode(), b"".join(parts[1:]))
+
+
+def test_a_question_that_cannot_be_read_is_one_line_and_no_traceback(tmp_path, capfd):
+    with Worker(engine(tmp_path, "pass"), 30.0) as worker:
+        worker.describe()
+        answer = worker.law_broken("light", 3)  # type: ignore[arg-type]
+    assert answer == Failure(
+        "crashed: it could not read what it was asked: what it sent has a int where a str belongs (method)"
+    )
+    assert capfd.readouterr().err == ""
 
 
 def spelled(value: object) -> object:

@@ -1,5 +1,6 @@
 """Programs as contestants: the page's examples, what one may do wrong, its time, and that none runs unasked."""
 
+import importlib.util
 import os
 import re
 import shutil
@@ -11,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from compare.engines import LAWS
 from compare.run.examine import examined
 from compare.run.flight import Trajectory
 from compare.run.participants import launched
@@ -18,18 +20,9 @@ from compare.run.readings import DISAGREE, round_robin
 from compare.run.timer import Pace
 from compare.run.worker import Failure
 from scenarios.read import read_scene
+from tumble.starters import STARTERS
 
 ROOT = Path(__file__).parents[3]
-PAGE = (ROOT / "docs" / "programs.md").read_text(encoding="utf-8")
-# What the page's examples are called, and what makes a program of them.
-EXAMPLES = {
-    "cpp": ("engine.cpp", ["g++", "-O2", "-o", "engine", "engine.cpp"]),
-    "js": ("engine.mjs", ["node", "--version"]),
-    "cs": ("engine.cs", ["mcs", "-optimize", "engine.cs"]),
-    "rust": ("engine.rs", ["rustc", "-O", "-o", "engine", "engine.rs"]),
-}
-# Who needs something to start it, as a comment on the page says.
-STARTED = {"js": '["node", "engine.mjs"]', "cs": '["mono", "engine.exe"]'}
 # An engine that moves bodies along straight lines, and one thing it does otherwise.
 HONEST = """
 import json, os, sys, time
@@ -54,6 +47,18 @@ for line in sys.stdin:
     told = json.loads(line)
     WRONG
     send(json.dumps(answer(told)) + "\\n")
+"""
+ONE_LEG = """
+title = "A brick"
+duration = 0.5
+samples = 1
+step = 0.01
+[body]
+shape = "box"
+size = [0.4, 0.15, 0.1]
+mass = 2.4
+velocity = [1.0, 2.0, 3.0]
+angular_velocity = [0.2, 3.0, 0.4]
 """
 ON_READ = "if told['do'] == 'read': "
 WRONGS = {
@@ -110,25 +115,52 @@ def script(folder: Path, wrong: str = "", says: float = 1.0) -> str:
     return program(folder, [sys.executable, "-I", "engine.py"])
 
 
-@pytest.mark.parametrize("language", EXAMPLES)
-def test_the_pages_examples_keep_the_laws_and_fly_as_the_engine_file_of_the_tests_does(language, tmp_path):
-    file, make = EXAMPLES[language]
-    if not shutil.which(make[0]):
-        pytest.skip(f"no {make[0]}")  # which fails in CI
-    (tmp_path / file).write_text(re.search(rf"```{language}\n(.*?)```", PAGE, re.DOTALL).group(1))
-    subprocess.run(make, cwd=tmp_path, check=True, capture_output=True)
-    stated = re.search(r"```toml\n(.*?)```", PAGE, re.DOTALL).group(1)
-    if language in STARTED:
-        stated = stated.replace('["./engine"]', STARTED[language])
-    (tmp_path / "mine.toml").write_text(stated)
+def begun(language: str, folder: Path, tumble) -> str:
+    """Write a language's template into a folder, as a user does, and build it; return the engine's file."""
+    done = tumble("engines", "--template", language, cwd=folder)
+    assert done.returncode == 0, done.stderr
+    told = re.findall(r"^  (.+)$", done.stdout, re.MULTILINE)
+    for line in told[:-2]:
+        if not shutil.which(line.split()[0]):
+            pytest.skip(f"no {line.split()[0]}")  # which fails in CI
+        subprocess.run(line.split(), cwd=folder, check=True, capture_output=True)
+    (file,) = re.findall(r"^tumble engines --check (\S+)$", told[-2])
+    return str(folder / file)
+
+
+@pytest.mark.parametrize("language", [language for language in STARTERS if language != "python"])
+def test_a_template_keeps_the_laws_and_flies_as_the_one_in_python_does(language, tmp_path, tumble):
+    (tmp_path / "python").mkdir()
+    names = [begun(language, tmp_path, tumble), begun("python", tmp_path / "python", tumble)]
     scene = read_scene("two-hits")
-    file = str(ROOT / "tests" / "plugins" / "mine.py")
-    with launched([str(tmp_path / "mine.toml"), f"{file}:semi-implicit-euler"]) as (ours, reference):
-        assert [one for one in examined(ours) if one.broken] == []
+    with launched(names) as (ours, reference):
+        for each in (ours, reference):
+            asked = list(examined(each))
+            assert [one for one in asked if one.broken] == []
+            assert {one.law for one in asked if one.holds} == {*LAWS} - {"optional"}
         flown, expected = (each.fly(scene, each.methods[0], scene.step) for each in (ours, reference))
     assert isinstance(flown, Trajectory), flown
     assert ours.info.version == "1.0"
     np.testing.assert_allclose(flown.vertices, expected.vertices, rtol=0, atol=1e-9)
+
+
+def test_a_template_overwrites_nothing(tmp_path, tumble):
+    (tmp_path / "mine.toml").write_text("mine")
+    done = tumble("engines", "--template", "js")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr == "tumble: mine.toml is here already: nothing was written\n"
+    assert (tmp_path / "mine.toml").read_text() == "mine"
+    assert not (tmp_path / "engine.mjs").exists()
+
+
+def test_the_page_shows_the_templates_as_they_are():
+    spec = importlib.util.spec_from_file_location("programs", ROOT / "docs" / "programs.py")
+    made = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(made)
+    page = made.PAGE.read_text(encoding="utf-8")
+    assert made.page(page) == page, "python docs/programs.py"
+    shown = {found[2] for found in made.BLOCK.finditer(page)}
+    assert shown == {"mine.toml", *(each.source for name, each in STARTERS.items() if name != "python")}
 
 
 @pytest.mark.parametrize("name", WRONGS)
@@ -227,6 +259,35 @@ def test_its_time_is_that_of_the_steps_and_what_it_says_itself_stands_beside_it(
         assert "too little at least" in found.finding
     elif says > 1 + DISAGREE:
         assert "too much at least" in found.finding
+
+
+def test_a_program_whose_time_is_less_than_none_is_untimed_and_no_end_of_the_sweep(tumble, tmp_path):
+    """Its whole flights take less than the way to it and back, which is taken off."""
+    script(tmp_path, "told['do'] == 'advance' and not told['n'] and time.sleep(0.02)")
+    (tmp_path / "one-leg.toml").write_text(ONE_LEG)
+    path = tmp_path / "mine.toml"
+    path.write_text(path.read_text() + '\nwhole = ["euler"]\n')
+    done = tumble("sweep", "one-leg.toml", "-e", "./mine.toml", "-e", "tumble:rk4", "-o", "out")
+    assert done.returncode == 0, done.stderr
+    assert "mine:euler: untimed: the clock stood still while it was timed" in done.stdout
+    table = (tmp_path / "out" / "work-precision.csv").read_text()
+    assert "tumble,rk4" in table
+    assert "mine" not in table
+
+
+def test_a_program_that_leaves_out_work_for_the_clock_is_untimed(tmp_path):
+    """What a flight never asks for, no steps at all, says that a clock is running."""
+    script(
+        tmp_path,
+        """if told['do'] == 'build': clocked = False
+    if told.get('n') == 0: clocked = True
+    if told.get('n') and clocked: told['n'] = -(-told['n'] // 8)""",
+    )
+    scene = read_scene("brick-tumble")
+    with launched([str(tmp_path / "mine.toml")]) as (ours,):
+        shown = ours.prepare_timer("one", scene, "euler", Pace(((1, scene.step),), True))
+    assert isinstance(shown, Failure)
+    assert shown.status.endswith("they are not the same work")
 
 
 def test_a_record_does_not_run_the_program_that_it_names(tumble, tmp_path):

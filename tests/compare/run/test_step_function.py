@@ -29,9 +29,18 @@ def step(state, dt, body):
 def test_a_function_keeps_the_laws_of_engines(tumble, tmp_path):
     (tmp_path / "cube.py").write_text(CUBE)
     done = tumble("engines", "--check", "./cube.py")
-    assert done.returncode == 0, done.stdout + done.stderr
+    assert done.returncode == 1, "a brick does not tumble as a cube does"
     assert done.stdout.startswith("cube: step\n")
-    assert done.stdout.count("holds") == len(LAWS) - 1
+    assert done.stdout.count("holds") == len(LAWS) - 2
+    assert "BROKEN     converges         step: half the step leaves the error" in done.stdout
+    assert "it has no gyroscopic torque: I w' = (I w) x w in body axes" in done.stdout
+
+
+def test_what_a_function_states_of_itself_is_taken_at_its_word(tumble, tmp_path):
+    (tmp_path / "cube.py").write_text(CUBE + 'GYROSCOPIC = {"step": "none"}\n')
+    done = tumble("engines", "--check", "./cube.py")
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "not asked  converges         it states that it leaves the gyroscopic torque out" in done.stdout
 
 
 def test_it_is_flown_as_any_engine(tmp_path):
@@ -52,5 +61,5 @@ def test_a_state_may_be_changed_in_place(tmp_path):
 def test_what_raises_is_a_row(tumble, tmp_path: Path):
     (tmp_path / "bad.py").write_text("def step(state, dt, body):\n    return state[:7]\n")
     done = tumble("compare", "table-4-1", "-e", "./bad.py")
-    assert done.returncode == 0
+    assert done.returncode == 1
     assert "bad:step: crashed: ValueError: could not broadcast" in done.stdout

@@ -1,6 +1,7 @@
 """What the clocks say is believed only where it is a time: engines that hide their work from one clock are found."""
 
 import csv
+import re
 import subprocess
 import sys
 import time
@@ -13,9 +14,11 @@ import pytest
 from compare.ablation.optional_features import QUICK
 from compare.run import others
 from compare.run.others import Machine, other_work
+from compare.run.participants import launched
 from compare.run.provenance import conditions
-from compare.run.readings import PROCESS, Ratio, Reading, narrow, ratio, reading, round_robin
+from compare.run.readings import PROCESS, Ratio, Reading, Sampling, narrow, ratio, reading, round_robin
 from compare.run.timer import Pace, Ready, Sample
+from compare.run.timing import Cost, Load, costs
 from compare.run.worker import Failure, Worker
 from compare.sweep.work_precision import BRIEF
 from scenarios.read import read_scene
@@ -135,6 +138,135 @@ def test_an_untimed_engine_is_nobodys_cheapest(tmp_path, tumble):
     assert done.returncode == 0, done.stderr
     assert "nobody is cheaper at any error than tumble:rk4" in done.stdout
     assert "mine:m: untimed: 1048576 steps in" in done.stdout
+
+
+# A body that moves and turns a little, and how it makes n steps.
+MOVING = """
+import gc, itertools, os
+from dataclasses import replace
+import numpy as np
+METHODS = ("a", "b")
+FEATURES = {"gravity"}
+ABOUT = {"version": "1", "precision": "double", "switched_off": []}
+calls = itertools.count()
+def build(scene, method): return {"method": method}
+def write(world, states): world.update(states=states.copy(), writes=world.get("writes", 0) + 1)
+def read(world): return world["states"].copy()
+def steps(world, n, dt):
+    states = world["states"]
+    for _ in range(n):
+        states[:, 0:3] += dt * states[:, 7:10]
+        states[:, 10:13] += 1e-3 * dt * np.cross(states[:, 10:13], states[:, 0:3])
+def advance(world, n, dt):
+"""
+# What is left out of long calls, or where one start is written again and again: as for a clock, and for no flight.
+LESS_WORK = {
+    "steps of what was written before": "steps(world, n if world['writes'] < 4 else n // 4, dt)",
+    "a quarter of the steps": "steps(world, n if n < 8 else n // 4, dt)",
+    "steps four times as long": "steps(world, n, dt) if n < 8 else steps(world, n // 4, 4 * dt)",
+    "the last step": "steps(world, n if n < 8 else n - 1, dt)",
+}
+ALL_WORK = {
+    "the same bits": "steps(world, n, dt)",
+    "never the same bits": "steps(world, n, dt); world['states'][:, 0:3] *= 1 + 1e-15 * np.random.random()",
+}
+NOTHING_TWICE = "steps(world, n, dt); world['states'][:, 0:3] *= 1 + 0.1 * np.random.random()"
+OTHER_WORK = "they are not the same work"
+
+
+def moving(folder: Path, advance: str, more: str = "") -> str:
+    (folder / "mine.py").write_text(f"{MOVING}    {advance}\n{more}\n")
+    return str(folder / "mine.py")
+
+
+def cost_of(path: str, by_step: bool = True) -> Cost | Failure:
+    scene = read_scene("brick-tumble")
+    with launched([f"{path}:a"]) as (participant,):
+        load = Load(participant, scene, "a")
+        assert load.by_step == by_step
+        return costs({"it": load}, Sampling(span_s=0.0, rounds=4, budget_s=0.0))["it"]
+
+
+@pytest.mark.parametrize("what", LESS_WORK)
+def test_work_that_is_left_out_while_the_timer_runs_is_not_believed(tmp_path, what):
+    found = cost_of(moving(tmp_path, LESS_WORK[what]))
+    assert isinstance(found, Failure), found
+    assert re.match(r"untimed: [xqvw] of throw 0 is .+ after \d+ timed steps .+ untimed: ", found.status)
+    assert found.status.endswith(OTHER_WORK)
+
+
+@pytest.mark.parametrize("what", ALL_WORK)
+def test_an_engine_that_does_all_its_work_has_its_time(tmp_path, what):
+    found = cost_of(moving(tmp_path, ALL_WORK[what]))
+    assert isinstance(found, Cost), found
+    assert found.reading.ns > 0
+
+
+def test_what_repeats_nothing_has_no_time(tmp_path):
+    found = cost_of(moving(tmp_path, NOTHING_TWICE))
+    assert isinstance(found, Failure)
+    assert found.status.endswith(OTHER_WORK)
+
+
+def test_copies_of_a_flight_that_are_left_out_are_missed(tmp_path):
+    """What takes its own steps is timed by flights of many copies at once."""
+    whole = "WHOLE = {'a'}"
+    assert isinstance(cost_of(moving(tmp_path, "steps(world, n, dt)", whole), by_step=False), Cost)
+    one = "world['states'][:1, 0:3] += n * dt * world['states'][:1, 7:10]"
+    found = cost_of(moving(tmp_path, one, whole), by_step=False)
+    assert isinstance(found, Failure)
+    assert found.status.startswith("untimed: x of throw 1 is ")
+
+
+def sweep_tables(tumble, folder: Path, engine: str) -> tuple[str, list[dict[str, str]], list[dict[str, str]]]:
+    """What a sweep of an engine beside ours prints, and its tables of errors and times, and of what digits cost."""
+    done = tumble("sweep", "brick-tumble", "-e", engine, "-e", "tumble:rk4", "-o", "out")
+    assert done.returncode == 0, done.stderr
+    assert "Warning" not in done.stderr
+    tables = [(folder / "out" / name).read_text() for name in ("work-precision.csv", "digits.csv")]
+    measured, digits = (list(csv.DictReader(text.splitlines())) for text in tables)
+    return done.stdout, measured, digits
+
+
+def test_who_does_less_work_for_the_clock_is_on_no_frontier(tmp_path, tumble):
+    moving(tmp_path, LESS_WORK["steps of what was written before"])
+    said, measured, digits = sweep_tables(tumble, tmp_path, "./mine.py:a")
+    assert "mine:a: untimed: " in said
+    assert {row["engine"] for row in measured if row["frontier"] == "True"} == {"tumble"}
+    mine = [row for row in digits if row["engine"] == "mine"]
+    assert {row["verdict"] for row in mine} == {"untimed"}
+    assert all(row["no_ratio"].endswith(OTHER_WORK) for row in mine)
+
+
+def test_a_contestant_whose_process_ends_while_it_is_timed_leaves_the_others_their_times(tmp_path):
+    """All methods of an engine have one process: the others' timers are made anew in the next."""
+    path = moving(tmp_path, "steps(world, n, dt) if world['method'] == 'a' or next(calls) < 200 else os._exit(3)")
+    scene = read_scene("brick-tumble")
+    with launched([path, "tumble:rk4"]) as (mine, ours):
+        loads = {"b": Load(mine, scene, "b"), "a": Load(mine, scene, "a"), "rk4": Load(ours, scene, "rk4")}
+        found = costs(loads, Sampling(span_s=0.0, rounds=120, budget_s=0.0))
+    assert found["b"] == Failure(
+        "untimed: its process ended while it was timed: crashed: its process ended with code 3"
+    )
+    for key in ("a", "rk4"):
+        cost = found[key]
+        assert isinstance(cost, Cost), cost
+        assert len(cost.reading.samples) == 120
+
+
+@pytest.mark.parametrize("ns", ["0.0", "-1.0", "float('nan')", "float('inf')"])
+def test_a_clock_that_reads_no_time_costs_one_contestant_alone(tmp_path, tumble, ns):
+    """An engine file is in the timer's process, and can do there what it likes to the clock."""
+    forged = f"""
+classes = [one for one in gc.get_objects() if isinstance(one, type) and hasattr(one, "sample")]
+(timer,) = [one for one in classes if one.__name__ == "Timer"]
+timer.sample = lambda self, made=timer.sample: replace(made(self), advance=({ns},) * 3 + (0.0,), deferred=(0.0,) * 4)
+"""
+    moving(tmp_path, "steps(world, n, dt)", forged)
+    said, measured, _ = sweep_tables(tumble, tmp_path, "./mine.py:a")
+    assert re.search(r"mine:a: untimed: (the clock stood still|its clock showed no number) while it was timed", said)
+    assert {row["engine"] for row in measured} == {"tumble"}
+    assert len(measured) > 5
 
 
 def rows_of(path: Path) -> dict[str, dict[str, str]]:

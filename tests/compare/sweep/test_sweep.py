@@ -18,6 +18,7 @@ from compare.run.readings import PROCESS, Reading, round_robin
 from compare.run.registry import Finding
 from compare.run.timer import Pace, Ready, Timer
 from compare.sweep.frontier import (
+    TARGETS_M,
     by_contestant,
     digit_rows,
     frontier,
@@ -141,13 +142,27 @@ def test_a_ratio_that_is_hardly_known_is_told_as_its_interval():
         assert re.search(r" \([\d.]+ to [\d.]+\)$", cost(row))
 
 
-@pytest.mark.parametrize(("factor", "why"), [(np.nan, "its process ended"), (0.0, "the clock stood still")])
-def test_a_ratio_of_what_was_not_timed_is_refused_with_the_reason_and_the_load(factor, why):
-    rows = slow_rows((1.0, factor))
-    assert rows
-    assert {row.ratio for row in rows} == {None}
-    assert all(re.match(why + r" while it was timed: load .* on \d+ cores", row.no_ratio) for row in rows)
-    assert {cost(row).rpartition(" ")[2] for row in rows} == {"(?)"}
+@pytest.mark.parametrize("factors", [(0.0, 0.0), (1.0, 0.0), (1.0, -1.0), (1.0, np.nan), (1.0, np.inf)])
+def test_what_has_no_time_is_on_no_frontier_and_costs_nobody_else_a_row(factors):
+    honest = ladder(1, 1e-2)
+    alone = of(honest)
+    # Nearer and cheaper than anybody, if its clock could be believed.
+    wild = [planted(each.run.dt, 1e-4 * each.run.dt, 1e-3, "wild", (), factors) for each in honest]
+    beside = of(wild + honest)
+    assert list(work_precision_rows(beside)) == list(work_precision_rows(alone))
+    assert any(row.frontier for row in work_precision_rows(beside))
+    assert list(digit_rows(beside, "mine:planted")) == list(digit_rows(alone, "mine:planted"))
+
+
+def test_what_is_untimed_says_so_at_every_digit():
+    honest, wild = ladder(1, 1e-2), ladder(1, 1e-2, method="wild")
+    why = "untimed: the clock stood still while it was timed: load 1.0 on 2 cores"
+    found = Sweep(SCENE, tuple(honest), tuple(each.run for each in wild), {"mine:wild": why})
+    rows = [row for row in digit_rows(found, "mine:planted") if row.method == "wild"]
+    assert [(row.target_m, row.verdict, row.flight_us, row.no_ratio) for row in rows] == [
+        (target, "untimed", None, why) for target in TARGETS_M
+    ]
+    assert {cost(row) for row in rows} == {"untimed"}
 
 
 def test_one_integrator_under_two_names_is_found():
@@ -179,7 +194,7 @@ def burner(ns_per_step: int) -> ModuleType:
     engine.build = lambda scene, method: {}  # type: ignore[attr-defined]
     engine.write = lambda world, states: None  # type: ignore[attr-defined]
     engine.advance = advance  # type: ignore[attr-defined]
-    engine.read = lambda world: None  # type: ignore[attr-defined]
+    engine.read = lambda world: SCENE.start  # type: ignore[attr-defined]
     return engine
 
 

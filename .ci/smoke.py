@@ -1,0 +1,375 @@
+#!/usr/bin/env python3
+"""Installs Tumble as its users do, and runs every command, on every Python that is here.
+
+Each Python gets two environments: one with the newest dependencies that pyproject.toml allows, one with the lowest.
+Nothing in here knows how the package is laid out.  It needs uv, or gets it from the package index.
+"""
+
+import argparse
+import glob
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import urllib.request
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+PYTHONS = ("3.11", "3.12", "3.13")
+REFERENCE = "3.11"
+RESOLUTIONS = {"newest": "highest", "lowest": "lowest-direct"}
+SHOWN = ("numpy", "numba", "pandas", "scipy", "rich")
+# A command takes seconds; one that takes this long hangs, however busy the machine is [s].
+COMMAND_S, LAB_S = 600.0, 120.0
+
+# Short, so that every command is done with it in a moment; the second has a force, and so something stiff.
+BODY = """
+duration = 0.2
+samples = 4
+step = 0.01
+
+[body]
+shape = "box"
+size = [0.4, 0.15, 0.1]
+mass = 2.4
+angular_velocity = [0.2, 3.0, 0.4]
+
+[[impulse]]
+time = 0.0
+value = [-3.1, 0.9, 2.2]
+vertex = 0
+"""
+SPRING = """
+[[tether]]
+vertex = 7
+anchor = [0.0, 1.0, 0.0]
+stiffness = 80.0
+damping = 0.6
+"""
+
+
+class Failed(Exception):
+    """What did not work, with all that is needed to see why."""
+
+
+@dataclass(frozen=True)
+class Step:
+    """A command, the code it is to end with, what it is to print, and the files that it is to write."""
+
+    words: str
+    prints: str = ""
+    writes: str = ""
+    code: int = 0
+
+
+# rk4 at 0.01 s is 1e-5 m off, Euler 1e-2 m: what is graded as right and as wrong.
+TWO = "-e tumble:rk4 -e mujoco:euler"
+STEPS = (
+    Step("--version"),
+    Step("--help", prints="COMMAND"),
+    Step("scenes", prints="two-hits"),
+    Step("scenes yardstick", prints="[body]"),
+    Step("engines -e tumble -e mujoco -e scipy -e handcalc", prints="mujoco"),
+    Step("engines --template python", writes="mine.py"),
+    Step("engines --check ./mine.py", prints="holds      converges"),
+    Step("run free.toml -e tumble:rk4 -o rk4.csv", writes="rk4.csv"),
+    Step("run free.toml -e mujoco:euler -o euler.csv", writes="euler.csv"),
+    Step(f"compare free.toml {TWO} -e scipy:dop853 -o compared", prints="nearest", writes="compared/runs.csv"),
+    Step("compare table-4-1 -e handcalc:as-printed", prints="handcalc"),
+    Step(f"sweep free.toml {TWO} -o swept", prints="mujoco:euler", writes="swept/work-precision.csv"),
+    Step(f"advise free.toml --tolerance 1e-3 {TWO}", prints="tumble:rk4"),
+    Step("stability spring.toml -e mujoco:euler -o stable", prints="mujoco:euler", writes="stable/limits.csv"),
+    Step("ablate free.toml -e mujoco:euler -o ablated", prints="mujoco", writes="ablated/ablation.csv"),
+    Step("grade euler.csv --scene free.toml", prints="MuJoCo"),
+    Step("grade rk4.csv --scene free.toml --tolerance 0.01 --json", prints='"'),
+    Step(f"check free.toml {TWO} --no-times --accept -o record", writes="record"),
+    Step("check --baseline record --no-times"),
+    Step(f"report free.toml {TWO} -o page.html", writes="page.html"),
+    Step("report --from page-tables -o again.html", writes="again.html"),
+    Step("columns", prints="runs.csv"),
+    Step("columns runs", prints="max_error_m"),
+    Step("releases --help", prints="ENGINE"),
+    Step("releases mujoco free.toml", code=2),  # of which one release alone is here
+    Step("lab --help", prints="SCENE"),
+)
+# What the extras bring.
+EXTRA_STEPS = (Step("compare free.toml -e mujoco:euler --svg errors.svg", writes="errors.svg"),)
+
+
+@dataclass
+class Cell:
+    """One environment: a Python, newest or lowest dependencies; what was seen in it."""
+
+    version: str
+    python: Path
+    resolution: str
+    folder: Path
+    releases: dict[str, str] = field(default_factory=dict)
+    times: dict[str, float] = field(default_factory=dict)  # of each command that did what it should [s]
+    seconds: float = 0.0
+    failure: str = ""
+
+    @property
+    def name(self) -> str:
+        """What it is called in the results."""
+        return f"Python {self.version}, {self.resolution} dependencies"
+
+    @property
+    def bin(self) -> Path:
+        """Where its commands lie."""
+        return self.folder / "env" / "bin"
+
+
+def main() -> int:
+    """Smoke every environment; return 1 where one failed, or where a Python is missing that must be here."""
+    options = parsed()
+    found = {version: interpreter(version) for version in options.python}
+    missing = [version for version, path in found.items() if path is None]
+    if options.missing:
+        say(" ".join(missing))
+        return 0
+    for version in missing:
+        say(f"Python {version}: not found on PATH, in pyenv or by uv; not tried")
+    here = [version for version, path in found.items() if path]
+    if os.environ.get("CI") and not options.chosen and (REFERENCE not in here or len(here) < 2):
+        say(f"CI needs Python {REFERENCE} and a newer one; here: {', '.join(here) or 'none'}")
+        return 1
+    if not here:
+        return 1
+    work = Path(tempfile.mkdtemp(prefix="tumble-smoke-"))
+    uv = find_uv(work)
+    wheel = built(uv, work)
+    cells = [
+        Cell(version, path, resolution, work / f"{version}-{resolution}")
+        for version, path in found.items()
+        if path
+        for resolution in RESOLUTIONS
+    ]
+    begun = time.monotonic()
+    with ThreadPoolExecutor(options.jobs) as threads:
+        for cell in threads.map(lambda cell: smoked(cell, uv, wheel), cells):
+            say(line_of(cell))
+    failed = [cell for cell in cells if cell.failure]
+    for cell in failed:
+        say(f"\nFAILED  {cell.name}\n{cell.failure}")
+    took = time.monotonic() - begun
+    say(f"\n{len(cells) - len(failed)} of {len(cells)} environments ran every command, {took:.0f} s")
+    if failed or options.keep:
+        say(f"what they wrote: {work}")
+    else:
+        shutil.rmtree(work)
+    return 1 if failed else 0
+
+
+def parsed() -> argparse.Namespace:
+    """Return the options."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--python", action="append", metavar="3.N", help=f"default: {', '.join(PYTHONS)}")
+    parser.add_argument(
+        "--jobs", type=int, default=os.cpu_count() or 1, help="environments at once; default: a core each"
+    )
+    parser.add_argument("--keep", action="store_true", help="keep the environments and what was written in them")
+    parser.add_argument("--missing", action="store_true", help="only print the Pythons that are not found here")
+    options = parser.parse_args()
+    options.chosen, options.python = bool(options.python), options.python or PYTHONS
+    return options
+
+
+def say(line: str) -> None:
+    """Print a line at once."""
+    sys.stdout.write(line + "\n")
+    sys.stdout.flush()
+
+
+def interpreter(version: str) -> Path | None:
+    """Return a Python of that version that runs: on PATH, of pyenv, or one that uv knows."""
+    name = f"python{version}"
+    pyenv = os.environ.get("PYENV_ROOT") or Path.home() / ".pyenv"
+    candidates = [str(Path(place, name)) for place in os.get_exec_path()]
+    candidates += sorted(glob.glob(f"{pyenv}/versions/{version}.*/bin/{name}"), reverse=True)
+    if uv := shutil.which("uv"):
+        asked = subprocess.run(
+            [uv, "python", "find", "--no-python-downloads", version], capture_output=True, text=True, check=False
+        )
+        candidates += asked.stdout.split("\n")[:1]
+    for candidate in filter(os.path.isfile, candidates):
+        asked = subprocess.run(
+            [candidate, "-c", "import sys; print('%d.%d' % sys.version_info[:2], sys.executable)"],
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        said, _, path = asked.stdout.strip().partition(" ")
+        if asked.returncode == 0 and said == version:
+            return Path(path)
+    return None
+
+
+def find_uv(work: Path) -> str:
+    """Return the path of uv, taken from the package index where it is not here."""
+    if found := shutil.which("uv"):
+        return found
+    run([sys.executable, "-m", "venv", str(work / "uv")])
+    run([str(work / "uv/bin/python"), "-m", "pip", "install", "--quiet", "--disable-pip-version-check", "uv"])
+    return str(work / "uv/bin/uv")
+
+
+def built(uv: str, work: Path) -> Path:
+    """Return a wheel of the files that git knows, as a user's `pip install` makes it."""
+    source = work / "source"
+    listed = run(["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"], cwd=ROOT)
+    for name in filter(None, listed.split("\0")):
+        if (ROOT / name).is_file():
+            (source / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy2(ROOT / name, source / name)
+    run([uv, "build", "--quiet", "--wheel", "--out-dir", str(work / "wheel"), str(source)])
+    (wheel,) = (work / "wheel").glob("*.whl")
+    return wheel
+
+
+def smoked(cell: Cell, uv: str, wheel: Path) -> Cell:
+    """Make the environment and run every command in it; what failed stands in the cell."""
+    begun = time.monotonic()
+    try:
+        (cell.folder / "work").mkdir(parents=True)
+        (cell.folder / "work/free.toml").write_text(f'title = "A brick, struck"\n{BODY}')
+        (cell.folder / "work/spring.toml").write_text(f'title = "A brick on a spring"\n{BODY}{SPRING}')
+        run([uv, "venv", "--quiet", "--python", str(cell.python), str(cell.folder / "env")])
+        install(cell, uv, "-r", str(ROOT / "pyproject.toml"))
+        run([uv, "pip", "install", "--quiet", "--no-deps", "--python", str(cell.bin / "python"), str(wheel)])
+        cell.releases = releases(cell, uv)
+        for step in STEPS:
+            ran(cell, step)
+        # Only now: an extra may hold a dependency of all to an older release.
+        install(cell, uv, "-r", str(ROOT / "pyproject.toml"), "--all-extras")
+        for step in EXTRA_STEPS:
+            ran(cell, step)
+        lab_starts(cell)
+    except Failed as failure:
+        cell.failure = str(failure)
+    cell.seconds = time.monotonic() - begun
+    return cell
+
+
+def install(cell: Cell, uv: str, *what: str) -> None:
+    """Install with the cell's resolution; from wheels alone, for what must be compiled is no user's."""
+    resolution = ("--resolution", RESOLUTIONS[cell.resolution])
+    run([uv, "pip", "install", "--quiet", "--no-build", *resolution, "--python", str(cell.bin / "python"), *what])
+
+
+def releases(cell: Cell, uv: str) -> dict[str, str]:
+    """Return what is installed."""
+    listed = run([uv, "pip", "list", "--quiet", "--format", "json", "--python", str(cell.bin / "python")])
+    return {one["name"]: one["version"] for one in json.loads(listed)}
+
+
+def environment(cell: Cell) -> dict[str, str]:
+    """Return a user's environment variables, with caches and engine environments of the cell's own."""
+    own = {name: value for name, value in os.environ.items() if not name.startswith(("PYTHON", "NUMBA", "TUMBLE"))}
+    caches = {"NUMBA_CACHE_DIR": "kernels", "TUMBLE_ENVIRONMENTS": "engines"}
+    return own | {name: str(cell.folder / folder) for name, folder in caches.items()}
+
+
+def ran(cell: Cell, step: Step) -> None:
+    """Run a command as a user does.  Raises Failed."""
+    folder, begun = cell.folder / "work", time.monotonic()
+    try:
+        done = subprocess.run(
+            [str(cell.bin / "tumble"), *step.words.split()],
+            cwd=folder,
+            env=environment(cell),
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            text=True,
+            timeout=COMMAND_S,
+            check=False,
+        )
+    except subprocess.TimeoutExpired as late:
+        raise Failed(f"$ tumble {step.words}\nnot done within {COMMAND_S:g} s") from late
+    wrong = "; ".join(complaints(step, done, folder))
+    if wrong:
+        raise Failed(f"$ tumble {step.words}\n{wrong}\n{ends(done.stdout)}{ends(done.stderr)}")
+    cell.times[step.words] = time.monotonic() - begun
+
+
+def complaints(step: Step, done: subprocess.CompletedProcess[str], folder: Path) -> Iterator[str]:
+    """Yield what is wrong with what a command did."""
+    if done.returncode != step.code:
+        yield f"exit code {done.returncode}, not {step.code}"
+    if step.prints not in done.stdout:
+        yield f"{step.prints!r} is not in what it printed"
+    for word in ("Traceback", "Warning", "a bug of ours", "crashed: "):
+        if word in done.stdout + done.stderr:
+            yield f"{word!r} is in what it printed"
+    written = folder / step.writes
+    if not written.exists() or (written.is_file() and not written.stat().st_size):
+        yield f"{step.writes} was not written"
+
+
+def ends(text: str, lines: int = 25) -> str:
+    """Return the last lines of a text, indented."""
+    return "".join(f"    {line}\n" for line in text.splitlines()[-lines:])
+
+
+def lab_starts(cell: Cell) -> None:
+    """Start the lab, get its page, and end it with Ctrl-C.  Raises Failed."""
+    begun = time.monotonic()
+    words = [str(cell.bin / "tumble"), "lab", "free.toml", "-e", "tumble:rk4", "--no-open", "--port", "0"]
+    with (
+        tempfile.TemporaryFile("w+") as errors,
+        subprocess.Popen(
+            words, cwd=cell.folder / "work", env=environment(cell), stdout=subprocess.PIPE, stderr=errors, text=True
+        ) as lab,
+    ):
+        # Whatever it does, it is ended, and the line that is waited for comes to its end.
+        watchdog = subprocess.Popen(["sh", "-c", f"sleep {LAB_S:g}; kill -9 {lab.pid}"], stderr=subprocess.DEVNULL)
+        try:
+            assert lab.stdout is not None
+            address = lab.stdout.readline().strip()
+            page = urllib.request.urlopen(address, timeout=LAB_S).read() if address else b""
+            lab.send_signal(signal.SIGINT)
+            code = lab.wait(LAB_S)
+        except (OSError, subprocess.TimeoutExpired) as error:
+            raise Failed(f"$ {' '.join(words[1:])}\n{error}") from error
+        finally:
+            watchdog.kill()
+            watchdog.wait()
+            lab.kill()
+        errors.seek(0)
+        said = errors.read()
+    if b"<html" not in page.lower() or code or "Traceback" in said:
+        raise Failed(f"$ tumble {' '.join(words[1:])}\n{len(page)} bytes of page, exit code {code}\n{ends(said)}")
+    cell.times["lab"] = time.monotonic() - begun
+
+
+def run(words: list[str], cwd: Path | None = None) -> str:
+    """Return what a command prints.  Raises Failed where it fails."""
+    done = subprocess.run(words, cwd=cwd, capture_output=True, text=True, check=False)
+    if done.returncode:
+        raise Failed(f"$ {' '.join(words)}\nexit code {done.returncode}\n{ends(done.stdout)}{ends(done.stderr)}")
+    return done.stdout
+
+
+def line_of(cell: Cell) -> str:
+    """Return what was seen in a cell, in one line."""
+    shown = " ".join(f"{name} {cell.releases.get(name, '-')}" for name in SHOWN)
+    if cell.failure:
+        return f"{cell.name}: FAILED after {len(cell.times)} commands ({shown})"
+    slowest = sorted(cell.times, key=cell.times.__getitem__, reverse=True)[:3]
+    longest = ", ".join(f"{words.split()[0]} {cell.times[words]:.0f}" for words in slowest)
+    return f"{cell.name}: {len(cell.times)} commands, {cell.seconds:.0f} s ({longest}; {shown})"
+
+
+if __name__ == "__main__":
+    try:
+        sys.exit(main())
+    except Failed as failure:
+        say(f"FAILED\n{failure}")
+        sys.exit(1)

@@ -1,0 +1,22 @@
+"""Put the starters that `tumble engines --template` writes into docs/programs.md.
+
+python docs/programs.py
+"""
+
+import re
+from pathlib import Path
+
+from tumble.starters import FOLDER
+
+PAGE = Path(__file__).with_suffix(".md")
+# A block of code says which file it is: the page is read on the web, too, where nobody runs this.
+BLOCK = re.compile(r"(<!-- tumble/starters/(\S+) -->\n```(\w+)\n)(.*?)(```\n)", re.DOTALL)
+
+
+def page(text: str) -> str:
+    """Return the page with its blocks of code as the files are."""
+    return BLOCK.sub(lambda found: f"{found[1]}{(FOLDER / found[2]).read_text(encoding='utf-8')}{found[5]}", text)
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page(PAGE.read_text(encoding="utf-8")), encoding="utf-8")
