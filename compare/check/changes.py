@@ -84,9 +84,10 @@ class Outcome:
 def within(
     record: Record, scenes: Sequence[str], engines: Mapping[str, Sequence[str]], beside: Sequence[str] = ()
 ) -> Record:
-    """Return what a record says of these scenes (names or files) and engines with these methods; empty means all.
+    """Return what a record says of these scenes (names or files) and these engines; empty means all.
 
-    beside: words for contestants from which the titles in the record tell its engines.
+    engines: the methods of each, '' for all of them; beside: words for contestants from which the titles in the record
+    tell its engines.
     """
     names = {Path(scene).stem for scene in scenes}
     named_as = titles((*engines, *engine_files(beside)))
@@ -99,7 +100,7 @@ def within(
         if not methods:
             return of_scenes(table)
         wanted = [
-            engine in methods and (not methods[engine] or method in methods[engine])
+            engine in methods and not {"", method}.isdisjoint(methods[engine])
             for engine, method in zip(table.engine, table.method, strict=True)
         ]
         return of_scenes(table[np.array(wanted, dtype=bool)])

@@ -137,7 +137,7 @@ class EngineRow:
     why: Why
     version: Annotated[str, "its version"]
     precision: Annotated[str, "single or double"]
-    methods: Annotated[str, "its methods, the default first"]
+    methods: Annotated[str, "its methods, first the one that is taken where one is enough"]
     features: Annotated[str, "the force laws it has"]
     switched_off: Annotated[str, "what was switched off to be fair"]
 
@@ -151,7 +151,7 @@ FINDING_WORDS = {
     "nearest": "who is nearest to the truth, by its largest vertex error",
     "nearest engine": "the same of engines that are not ours",
     "asked for": "an engine's first method, by its largest vertex error, the nearest engine first",
-    "as shipped": "an engine with nothing set, else its first method, by its largest vertex error",
+    "as shipped": "an engine as it is where its user sets nothing, if that took part, by its largest vertex error",
     "furthest": "who of those that finished is furthest off",
     "unfinished": "how many contestants began and did not finish",
     "unable": "how many contestants cannot fly the scene, or are not installed",

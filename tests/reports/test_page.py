@@ -13,7 +13,10 @@ from axe_playwright_python.sync_playwright import Axe
 from conftest import SCENES, data_in, until
 from playwright.sync_api import expect
 
+from compare.comparison.findings import error_findings
+from compare.tables.frames import frame, rows
 from compare.tables.known import schema
+from compare.tables.shared import FINDINGS, RUNS
 from reports.page import TEMPLATES, page, whole_script
 from scenarios.frames import rotation_matrix
 from scenarios.read import catalogue
@@ -460,6 +463,25 @@ def test_sentences_say_what_findings_say(real, opened):
     tab = opened(page(changed), "#at=stability")
     assert "250\u202fmm" in tab.locator("#scene-two-hits .headline").inner_text()
     assert "ω·dt = 7.77" in tab.locator("#stability .headline").inner_text()
+
+
+def test_only_what_an_engine_does_where_nobody_sets_anything_is_called_its_default(real, opened):
+    """Of MuJoCo only what somebody named, and PyBullet as it ships."""
+    changed = {name: table for name, table in real.items() if not name.startswith("sweep-")}
+    runs = real["runs.csv"]
+    changed["runs.csv"] = runs[(runs["engine"] != "mujoco") | (runs["method"] == "rk4")]
+    told = error_findings(rows(RUNS, changed["runs.csv"]), {"pybullet:multibody+defaults", "mujoco:euler"})
+    changed["findings.csv"] = frame(FINDINGS, told)
+    tab = opened(page(changed), "#tol=1e-12&show=all&open=two-hits")
+    said = tab.locator("#answer").inner_text()
+    assert re.search(r"left at its default, pybullet manages \d of \d throws; as asked, mujoco:rk4 manages", said)
+    roles = {
+        row.get_attribute("data-name"): row.locator("th").first.inner_text()
+        for row in tab.locator("#board tbody tr").all()
+    }
+    assert "as asked, its best" in roles["mujoco:rk4"]
+    assert "as it ships" in roles["pybullet:multibody+defaults"]
+    assert not any("its default" in role for role in roles.values())
 
 
 def test_a_horizon_is_drawn_where_a_scene_has_one(real, opened):

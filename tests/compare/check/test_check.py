@@ -239,7 +239,7 @@ def test_what_was_not_asked_for_is_not_gone():
 
     assert kept(of(cells=[CELL, replace(CELL, method="n")]), ["s"], {"e": ["m"]}) == [CELL]
     assert kept(both, ["s"], {"e": ["m"]}) == [CELL]
-    assert kept(both, ["./s.toml"], {"dir/f.py": []}) == [other]
+    assert kept(both, ["./s.toml"], {"dir/f.py": [""]}) == [other]
     assert kept(both, [], {}) == [CELL, other]
     assert kept(both, ["t"], {}) == []
 
