@@ -279,7 +279,7 @@ def engine_info(engine: str, module: ModuleType) -> EngineInfo:
 
 
 def as_shipped(methods: tuple[str, ...], on_request: tuple[str, ...]) -> tuple[str, ...]:
-    """Return what an engine that states no DEFAULT does where nobody sets anything: METHOD+defaults, else METHODS[0]."""
+    """Return the DEFAULT of an engine that states none: METHOD+defaults where there is one, else METHODS[0]."""
     shipped = [method for method in on_request if method.endswith(SHIPPED)]
     first = f"{methods[0]}{SHIPPED}"
     return (first if first in shipped else [*shipped, methods[0]][0],)
