@@ -137,8 +137,10 @@ def values(name: str, numbers: Sequence[int], column: Column, cells: Sequence[st
     empty = None if column.kind is int else math.nan
     for number, cell in zip(numbers, cells, strict=True):
         try:
-            value = empty if column.optional and not cell else read(cell)
-            if column.kind is int and value is not None and abs(value) >= 2**63:
+            absent = column.optional and not cell
+            value = empty if absent else read(cell)
+            # What is not there is an empty cell; "nan" is a word that Python reads as one.
+            if not absent and (value != value or (column.kind is int and abs(value) >= 2**63)):
                 raise ValueError
         except (ValueError, KeyError):
             raise BadTable(f"{name}: line {number}: {column.name} = {short(cell)}: must be {what}") from None

@@ -109,10 +109,8 @@ class Crew:
             begun.wait(end - time.monotonic())
         for engine, methods in engines.items():
             self._check(engine, methods)
-        asked = (
-            self.resolved(self.contestant(engine, method)) for engine, methods in engines.items() for method in methods
-        )
-        return list(dict.fromkeys(asked))
+        found = [self.contestant(engine, method) for engine, methods in engines.items() for method in methods]
+        return [*dict.fromkeys(map(self.resolved, found))]
 
     def all_contestants(self) -> list[Contestant]:
         """Return who can be asked for: every method of the engines that are up, and those that are not up by name."""
