@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from compare.check.schemas import CELLS, DRIFTS, ERRORS, EXACT, QUESTIONS, STATUSES, TIMES
+from compare.check.schemas import CELLS, DRIFTS, ERRORS, EXACT, QUESTIONS, STATUSES, TIMES, CellRow, QuestionRow
 from compare.judge.trend import TRENDS
 from compare.run.provenance import ConditionRow, versions
 from compare.tables.files import place
-from compare.tables.frames import csv_text, frame, read_file
+from compare.tables.frames import csv_text, frame, read_file, rows
 from compare.tables.schema import BadTable, Table
 from compare.tables.shared import CONDITIONS, ENGINES
 from scenarios.files import why_unread
@@ -99,15 +99,20 @@ def read_record(folder: Path) -> Record:
 
 def refuse_unmeasured(shown: str, record: Record) -> None:
     """Raise BadRecord where a figure is missing that every record has: nothing could be held against it."""
-    with_truth = record.questions[record.questions.truth == EXACT]
-    for column in ("limit_m", "x_m", "y_m", "z_m"):
-        for scene in with_truth.scene[with_truth[column].isna()][:1]:
-            raise BadRecord(f"{shown}: questions.csv: {column} of {short(scene)} is empty: its truth is {EXACT}")
-    measured = record.cells[record.cells.status.isin(FINISHED) & record.cells.scene.isin(with_truth.scene)]
-    for column in (*ERRORS, "limit_m", *DRIFTS):
-        for row in measured[measured[column].isna()].itertuples():
-            cell = f"{row.scene} {row.engine}:{row.method}"
-            raise BadRecord(f"{shown}: cells.csv: {column} of {short(cell)} is empty: its status is {row.status}")
+    questions: list[QuestionRow] = [row for row in rows(QUESTIONS, record.questions) if row.truth == EXACT]
+    exact = {row.scene for row in questions}
+    cells: list[CellRow] = [row for row in rows(CELLS, record.cells) if row.status in FINISHED and row.scene in exact]
+    for row in questions:
+        for column in ("limit_m", "x_m", "y_m", "z_m"):
+            if getattr(row, column) is None:
+                raise BadRecord(
+                    f"{shown}: questions.csv: {column} of {short(row.scene)} is empty: its truth is {EXACT}"
+                )
+    for row in cells:
+        for column in (*ERRORS, "limit_m", *DRIFTS):
+            if getattr(row, column) is None:
+                cell = short(f"{row.scene} {row.engine}:{row.method}")
+                raise BadRecord(f"{shown}: cells.csv: {column} of {cell} is empty: its status is {row.status}")
 
 
 def words(folder: Path, said: dict[str, str], what: str) -> tuple[str, ...]:
