@@ -54,6 +54,7 @@ def comparison_text(
     if charts:
         yield from error_chart([run_row(run) for run in runs])
     yield from standings(runs, comparison.roles)
+    yield from steps_text(runs)
     if truth is not None:
         yield Constrain(plain(f"{scene.title}. {known(truth, comparison.lost_m)}"), LIST_WIDTH)
         for hint in hints(scene) if truth.ends else ():
@@ -63,7 +64,7 @@ def comparison_text(
         for run in shown:
             yield Text()
             of_throw = f", throw 0 of {len(scene.start)}" if len(scene.start) > 1 else ""
-            yield plain(f"{run.name}, dt = {run.dt:g} s, vertex {vertex}{of_throw}")
+            yield plain(f"{run.name}, {step_of(run)}, vertex {vertex}{of_throw}")
             yield error_table(run, vertex)
         if left := sum(run.has_errors for run in runs) - len(shown):
             yield plain(f"{counted(left, 'more table')} with --all, every vertex with -o DIR")
@@ -153,6 +154,20 @@ def standings(runs: Sequence[Run], roles: Mapping[str, str]) -> Iterator[Rendera
     if any(run.status != "ok" for run in runs):
         yield Text()
         yield from reasons_text((run.name, run.status) for run in runs if run.status != "ok")
+
+
+def steps_text(runs: Sequence[Run]) -> Iterator[RenderableType]:
+    """Yield how long the steps were that were taken, where that is not what was asked for."""
+    for dt, taken, steps in dict.fromkeys((run.dt, run.dt_taken, run.flight.steps) for run in runs if run.dt_taken):
+        if taken != dt:
+            line = f"A step of {dt:g} s does not divide the time between samples and impulses: {steps} steps were taken"
+            yield Constrain(plain(f"{line}, of {taken:.4g} s on average."), LIST_WIDTH)
+
+
+def step_of(run: Run) -> str:
+    """Return the step asked for, and the one taken where that is another."""
+    cut = run.dt_taken not in (None, run.dt)
+    return f"dt = {run.dt:g} s" + (f" ({run.dt_taken:.4g} s taken)" if cut else "")
 
 
 def error_table(run: Run, vertex: int) -> Table:

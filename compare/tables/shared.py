@@ -11,6 +11,11 @@ Engine = Annotated[str, "name of the engine"]
 Method = Annotated[str, "METHOD[@TOLERANCE] of the engine; empty where the engine is missing"]
 Step = Annotated[float, "step; empty where the method chose its own under a tolerance", EMPTY]
 Tolerance = Annotated[float | None, "tolerance of an adaptive method; empty where there is a step"]
+StepTaken = Annotated[
+    float | None,
+    "mean step of the whole run: below dt_s where samples and impulses cut it; empty where a tolerance chose the "
+    "steps, or the run did not reach its end",
+]
 Instant = Annotated[float, "time of the sample"]
 Vertex = Annotated[int, "number of the vertex"]
 Status = Annotated[str, "ok, flagged, diverged, skipped, missing, crashed or timeout"]
@@ -101,6 +106,7 @@ class RunRow:
     wall_s: Annotated[float | None, "wall time of the native loop over the whole flight, one pass"] = None
     wall_ns_per_step: Annotated[float | None, "the same for one step of all throws"] = None
     wall_per_sim_s: Annotated[float | None, "the same for one second of flight"] = None
+    dt_taken_s: StepTaken = None
 
 
 @dataclass(frozen=True)

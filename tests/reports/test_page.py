@@ -523,3 +523,13 @@ def test_the_committed_page_is_drawn_as_pages_are_now(request):
     assert (TEMPLATES / "page.css").read_text(encoding="utf-8") in html
     carried = data_in(html)["tables"]
     assert all(list(carried[name]["columns"]) == schema(name).names for name in ("runs.csv", "findings.csv"))
+
+
+def test_the_step_taken_stands_beside_the_one_asked_for(real, opened):
+    changed = dict(real)
+    runs = real["runs.csv"].copy()
+    runs.loc[runs["scene"] == "two-hits", "dt_taken_s"] = 0.0019231
+    changed["runs.csv"] = runs
+    tab = opened(page(changed), "#open=two-hits,die-vertex&at=scene-two-hits")
+    assert "s (0.001923 s taken, because samples cut the run)" in tab.locator("#scene-two-hits .facts").inner_text()
+    assert "taken" not in tab.locator("#scene-die-vertex .facts").inner_text()

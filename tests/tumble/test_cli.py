@@ -22,7 +22,8 @@ VERTEX_ERRORS = (
 )
 RUNS = (
     "scene,engine,method,dt_s,tolerance,steps,status,why,max_error_m,rms_error_m,final_error_m,limit_m,"
-    "energy_drift,momentum_drift,angular_momentum_drift,wall_s,wall_ns_per_step,wall_per_sim_s"
+    "energy_drift,momentum_drift,angular_momentum_drift,wall_s,wall_ns_per_step,wall_per_sim_s,"
+    "dt_taken_s"
 )
 
 
@@ -372,8 +373,37 @@ def test_compare_begins_with_the_answer_and_holds_back_the_tables_of_other_metho
     assert first[0].startswith("two-hits: ")
     assert " is nearest to the truth, " in first[0]
     assert "mujoco:euler" in "".join(first[:4])
-    ranking = [line.split()[0] for line in first if line.startswith(("tumble:", "mujoco:")) and "dt =" not in line]
+    heads = next(number for number, line in enumerate(first) if line.startswith("contestant"))
+    ranked = [line for line in first[heads:] if line.startswith(("tumble:", "mujoco:")) and "dt =" not in line]
+    ranking = [line.split()[0] for line in ranked]
     assert len(ranking) == 6, "every contestant is ranked"
     assert short.stdout.count("dt = ") == 2, "the engine's default and the one that was named"
     assert long.stdout.count("dt = ") == 6
     assert "ns/step" not in long.stdout, "a time of one pass is no figure"
+
+
+CUT = """
+title = "Samples that a step of 2 ms does not reach"
+duration = 2.0
+samples = 13
+step = 0.002
+[body]
+shape = "box"
+size = [0.4, 0.15, 0.1]
+mass = 2.4
+angular_velocity = [0.2, -0.1, 0.4]
+"""
+
+
+def test_the_step_taken_is_said_beside_the_one_asked_for(tumble, tmp_path):
+    """A thirteenth of 2 s is 76.9 steps of 2 ms: 77 are taken, 1001 in all."""
+    (tmp_path / "cut.toml").write_text(CUT)
+    done = tumble("compare", "cut.toml", "-e", "mujoco:rk4", "-e", "tumble:adaptive", "-o", "out")
+    assert "1001 steps were taken, of 0.001998 s on average" in " ".join(done.stdout.split())
+    assert "mujoco:rk4, dt = 0.002 s (0.001998 s taken), vertex" in done.stdout
+    with open(tmp_path / "out/runs.csv", newline="") as file:
+        runs = {row["engine"]: row for row in csv.DictReader(file)}
+    assert (runs["mujoco"]["dt_s"], float(runs["mujoco"]["dt_taken_s"])) == ("0.002", 2 / 1001)
+    assert runs["tumble"]["dt_taken_s"] == "", "a tolerance chose its steps"
+    assert "took 1001 steps, of 0.001998 s" in tumble("run", "cut.toml", "-e", "mujoco:rk4").stderr
+    assert "taken" not in tumble("compare", "two-hits", "-e", "mujoco:rk4").stdout

@@ -10,7 +10,7 @@ from shutil import copyfileobj
 from tempfile import SpooledTemporaryFile
 
 from compare.engines import OWN
-from compare.run.flight import check_step
+from compare.run.flight import check_step, mean_step
 from compare.run.participants import Participant, launched
 from compare.run.registry import BadEngine
 from compare.run.worker import Failure
@@ -62,6 +62,10 @@ def pieces(participant: Participant, scene: Scene, dt: float) -> Iterator[str]:
         if flight.diverged_at is not None:
             diverged.append(flight.diverged_at)
         said |= dict.fromkeys([flight.remark] * bool(flight.remark) + [f"flagged: {found}" for found in flight.notes])
+        if participant.tolerance(method) is None and flight.diverged_at is None:
+            taken = mean_step(scene.duration, flight.steps, dt)
+            cut = f"took {flight.steps} steps, of {taken:.4g} s on average: the samples cut those of {dt:g} s that were asked for"
+            said |= dict.fromkeys([cut] * (taken != dt))
         yield trajectory_text(flight, scene.body, first, throws)
     if diverged:
         note(f"{name} diverged at {min(diverged):.6g} s")

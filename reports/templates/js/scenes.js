@@ -148,15 +148,21 @@ function driftSeries(film, runs, column) {
 }
 
 function factsOf(scene, runs) {
-  const steps = [...new Set(runs.map((run) => run.dt_s).filter(Boolean))].sort((a, b) => a - b);
+  const steps = [...groupBy(runs.filter((run) => run.dt_s), (run) => run.dt_s)].sort(([a], [b]) => a - b).map(([step, own]) => stepInWords(step, own));
   const facts = [
     ["source", scene.source],
     ["needs", scene.needs],
-    ["flight", `${given(scene.duration_s)} s, judged at ${counted(scene.samples, "instant")}, step ${steps.map(given).join(" and ")} s`],
+    ["flight", `${given(scene.duration_s)} s, judged at ${counted(scene.samples, "instant")}, step ${steps.join(" and ")}`],
     ["truth", scene.bound_m === null ? `none: ${scene.truth}` : `${scene.truth}; itself off by at most ${figure(scene.bound_m, 2)} m, and rounding the inputs to doubles moves ${figure(scene.floor_m, 2)} m`],
     ["again", make("code", {}, `tumble compare ${scene.scene}`)],
   ];
   return make("dl", { class: "facts" }, facts.filter(([, value]) => value).map(([what, value]) => make("div", {}, make("dt", {}, what), make("dd", {}, value))));
+}
+
+/** A step that was asked for, and the one that samples and impulses have made of it. */
+function stepInWords(step, runs) {
+  const taken = runs.map((run) => run.dt_taken_s).find(Boolean) ?? step;
+  return taken === step ? `${given(step)} s` : `${given(step)} s (${figure(taken, 4)} s taken, because samples cut the run)`;
 }
 
 function metres(value, limit) {
