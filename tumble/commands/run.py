@@ -64,7 +64,7 @@ def pieces(participant: Participant, scene: Scene, dt: float) -> Iterator[str]:
         said |= dict.fromkeys([flight.remark] * bool(flight.remark) + [f"flagged: {found}" for found in flight.notes])
         if participant.tolerance(method) is None and flight.diverged_at is None:
             taken = mean_step(scene.duration, flight.steps, dt)
-            cut = f"took {flight.steps} steps, of {taken:.4g} s on average: the samples cut those of {dt:g} s that were asked for"
+            cut = f"took {flight.steps} steps of {taken:.4g} s on average: samples and impulses cut those of {dt:g} s"
             said |= dict.fromkeys([cut] * (taken != dt))
         yield trajectory_text(flight, scene.body, first, throws)
     if diverged:
