@@ -142,6 +142,12 @@ def parser() -> Parser:
     advise = command("advise", "the cheapest engine, method and step that stays within an error")
     advise.add_argument("scene", nargs="+", metavar="SCENE", help=SCENE_HELP)
     advise.add_argument("--tolerance", type=metres, required=True, metavar="M", help="largest vertex error [m]")
+    advise.add_argument(
+        "--beyond-samples",
+        action="store_true",
+        help="also try fixed steps longer than the samples are apart, and judge them where they end; methods that "
+        "choose their own steps stop at every sample all the same",
+    )
     advise.add_argument("-e", "--engine", action="append", default=[], metavar="ENGINE[:METHOD]", help=ENGINE_HELP)
     advise.add_argument("--time-limit", type=seconds, default=60.0, metavar="S", help="for each flight [s]; default 60")
     advise.add_argument("--memory-limit", type=gibibytes, default=4 << 30, metavar="GIB", help=MEMORY_HELP)

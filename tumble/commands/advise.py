@@ -23,9 +23,20 @@ def main(options: Namespace) -> int:
         seconds = count * LADDER * EFFORT.budget_s + len(scenes) * CLOCK_S
         note(f"{count} ladders of steps: about {seconds:.0f} s, or less where the tolerance is soon reached")
         with progress(count + len(scenes)) as tick:
-            found = [sweep(participants, scene, tick, EFFORT, enough_m=options.tolerance) for scene in scenes]
+            found = [
+                sweep(
+                    participants,
+                    scene,
+                    tick,
+                    EFFORT,
+                    enough_m=options.tolerance,
+                    beyond_samples=options.beyond_samples,
+                )
+                for scene in scenes
+            ]
+        named = {f"{one.title}:{method}" for one in participants for method in one.named}
         out = console()
         for one in found:
-            for piece in advice_text(one, options.tolerance):
+            for piece in advice_text(one, options.tolerance, named):
                 out.print(piece)
     return 0

@@ -277,7 +277,7 @@ def test_a_ladder_has_the_same_rungs_whatever_the_machine_does(tmp_path):
         burner = subprocess.Popen([sys.executable, "-c", "while True: pass"]) if name == "busy" else None
         try:
             with launched([str(path)]) as (sleepy,):
-                found.append([each.dt for each in climb(sleepy, SCENE, TRUTH, "drifts", Effort(0.01), 0.0)])
+                found.append([each.dt for each in climb(sleepy, {None: (SCENE, TRUTH)}, "drifts", Effort(0.01), 0.0)])
         finally:
             if burner:
                 burner.kill()
