@@ -9,6 +9,7 @@ from typing import NoReturn
 from tumble.examples import epilog
 
 EXIT_USER = 2  # the user's mistake
+AT_ONCE = ("scenes", "columns")  # commands that have no progress to report
 SHELLS = ("bash", "zsh", "fish")
 SCENE_HELP = "a scene of the catalogue (see `tumble scenes`) or the path of a TOML file"
 ENGINE_HELP = (
@@ -88,13 +89,16 @@ def parser() -> Parser:
     commands = top.add_subparsers(dest="command", metavar="COMMAND", parser_class=Parser)
 
     def command(name: str, what: str) -> argparse.ArgumentParser:
-        return commands.add_parser(
+        made = commands.add_parser(
             name,
             help=what,
             description=textwrap.fill(what, 80),
             epilog=epilog(name),
             formatter_class=argparse.RawDescriptionHelpFormatter,
         )
+        if name not in AT_ONCE:
+            made.add_argument("-q", "--quiet", action="store_true", help="report no progress on standard error")
+        return made
 
     def contest_options(to: argparse.ArgumentParser) -> None:
         to.add_argument("-e", "--engine", action="append", default=[], metavar="ENGINE[:METHOD]", help=ENGINE_HELP)

@@ -11,7 +11,7 @@ from compare.run.registry import BadEngine
 from compare.run.worker import Failure
 from compare.tables.engines import engine_row
 from reports.terminal import console, engine_list, plain
-from tumble.notes import note
+from tumble.notes import note, progress
 
 FAILED, DONE = 1, 0
 
@@ -23,7 +23,9 @@ def main(options: Namespace) -> int:
             print_line(f"removed {described(gone)}")
     for engine in options.install:
         note(f"making an environment for {known(engine)}")
-        print_line(described(installing.install(engine)))
+        with progress(doing=f"installing {engine}"):
+            made = installing.install(engine)
+        print_line(described(made))
     if options.check:
         return check(options.check, options.time_limit)
     if not (options.install or options.remove):

@@ -9,13 +9,14 @@ from compare.releases.ledger import SCENES, ledger
 from compare.releases.notes import shipped_notes
 from compare.run import environments, installing, registry
 from compare.run.kept import Kept
-from compare.run.participants import flights, launched, split
+from compare.run.participants import flights, split
 from compare.run.registry import BadEngine
 from compare.tables.files import write_folder
 from reports.releases import ledger_markdown, ledger_text
 from reports.terminal import console
 from scenarios.read import read_scenes
 from tumble.notes import note, progress
+from tumble.taking_part import taking_part
 
 
 def main(options: Namespace) -> int:
@@ -26,7 +27,7 @@ def main(options: Namespace) -> int:
     folder = Path(options.output) if options.output else None
     if folder:
         folder.mkdir(parents=True, exist_ok=True)
-    with launched(asked, options.time_limit, options.memory_limit) as participants:
+    with taking_part(asked, options) as participants:
         kept = None
         if folder:
             from compare.tables.circumstances import binding, circumstances
@@ -84,5 +85,6 @@ def chosen(engine: str, options: Namespace) -> list[str]:
         for release in found:
             if environments.located(f"{engine}@{release}")[1] is None:
                 note(f"making an environment for {engine}@{release}")
-                installing.install(f"{engine}@{release}")
+                with progress(doing=f"installing {engine}@{release}"):
+                    installing.install(f"{engine}@{release}")
     return found

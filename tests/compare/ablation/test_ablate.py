@@ -14,6 +14,7 @@ from compare.run.readings import Sampling
 from reports.ablation import band, others, times
 from scenarios.needs import needs
 from scenarios.read import read_scene
+from tumble.__main__ import main
 
 PLUGINS = Path(__file__).parents[2] / "plugins"
 SPARING, MINE = str(PLUGINS / "sparing.py"), str(PLUGINS / "mine.py")
@@ -198,3 +199,11 @@ def test_the_users_mistakes_are_one_line(tumble, words):
     assert said.returncode == 2
     assert said.stdout == ""
     assert len(said.stderr.splitlines()) == 1
+
+
+def test_an_engine_with_nothing_to_leave_out_is_not_waited_for(tmp_path, monkeypatch, capsys):
+    """No timer stands in it, so that there is no round to take, and no warning of a mean of nothing."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.py").write_text((Path(__file__).parents[2] / "plugins/mine.py").read_text(encoding="utf-8"))
+    assert main(["ablate", "die-straight", "-e", "./mine.py"]) == 0
+    assert "nothing to leave out" in capsys.readouterr().out
