@@ -18,6 +18,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pandas as pd
 import pytest
+from patience import PATIENCE_S, without_progress
 
 from compare.check.changes import Outcome, hold_against, within
 from compare.check.junit import junit
@@ -346,7 +347,9 @@ def recorded(tmp_path_factory) -> Path:
 def check(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
     """Run `tumble check WORDS` in a folder."""
     command = [sys.executable, "-P", "-m", "tumble", "check", *words]
-    return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=120)
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=PATIENCE_S)
+    done.stderr = without_progress(done.stderr)
+    return done
 
 
 def copy(recorded: Path, to: Path) -> Path:
@@ -455,7 +458,7 @@ def test_what_gives_no_answer_is_no_record(recorded, tmp_path, body):
     (folder / "mine.py").write_text(
         MINE.replace("def advance(world, n, dt):", f"def advance(world, n, dt):\n    {body}")
     )
-    words = ("spin.toml", "-e", "./mine.py", "-e", "tumble:rk4", "--no-times", "--time-limit", "3", "--accept")
+    words = ("spin.toml", "-e", "./mine.py", "-e", "tumble:rk4", "--no-times", "--time-limit", "20", "--accept")
     for output in ("fresh", "base"):
         before = tables(folder / output)
         refused = check(folder, *words, "-o", output)
@@ -479,7 +482,9 @@ def test_what_is_missing_is_no_record_either(tmp_path):
     (tmp_path / "away" / "mujoco" / "__init__.py").write_text("raise ImportError('gone', name='mujoco')")
     command = [sys.executable, "-P", "-m", "tumble", "check", "spin.toml", "-e", "mujoco", "--no-times", "--accept"]
     away = os.environ | {"PYTHONPATH": str(tmp_path / "away")}
-    done = subprocess.run([*command, "-o", "base"], cwd=tmp_path, env=away, capture_output=True, text=True, timeout=60)
+    done = subprocess.run(
+        [*command, "-o", "base"], cwd=tmp_path, env=away, capture_output=True, text=True, timeout=PATIENCE_S
+    )
     assert (done.returncode, done.stdout) == (1, "")
     assert "mujoco on spin: missing: no module named mujoco" in done.stderr
     assert not list((tmp_path / "base").glob("*"))
@@ -700,7 +705,7 @@ def test_the_test_file_guards_an_engine_as_pytest_sees_it(tmp_path):
     def pytest_run() -> subprocess.CompletedProcess[str]:
         command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "test_mine.py"]
         return subprocess.run(
-            command, cwd=tmp_path, env={**os.environ, "PATH": path}, capture_output=True, text=True, timeout=120
+            command, cwd=tmp_path, env={**os.environ, "PATH": path}, capture_output=True, text=True, timeout=PATIENCE_S
         )
 
     assert pytest_run().returncode == 0
@@ -735,7 +740,7 @@ def test_the_workflows_steps_guard_an_engine(tmp_path):
             if good or always:
                 words = ["bash", "-e", "-c", command]
                 env = {**os.environ, "GITHUB_STEP_SUMMARY": str(summary)}
-                done = subprocess.run(words, cwd=tmp_path, env=env, capture_output=True, text=True, timeout=120)
+                done = subprocess.run(words, cwd=tmp_path, env=env, capture_output=True, text=True, timeout=PATIENCE_S)
                 good = good and done.returncode == 0
         return good
 
