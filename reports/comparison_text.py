@@ -1,6 +1,6 @@
 """What `tumble compare` prints: the answer in a sentence, who is how far off, then a table as Table 4.1 for each."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 from rich.console import RenderableType
@@ -39,32 +39,32 @@ MOST_SAID = 4  # engines that one sentence can hold
 def comparison_text(
     comparison: Comparison, vertex: int | None, everything: bool = False, charts: bool = False
 ) -> Iterator[RenderableType]:
-    """Yield the text: the answer, the ranking, and error tables of the engines' default methods, or of all.
+    """Yield the text: the answer, the ranking, and error tables of each engine's first method, or of all.
 
     vertex: the one to print, None for where the contestants stray most; charts: whether a chart stands before them.
     """
     scene, truth, runs = comparison.scene, comparison.truth, comparison.runs
-    defaults = default_runs(runs)
     if truth is None:
         yield Constrain(plain(f"{scene.name} has no truth to be held against: {comparison.why_no_truth}"), LIST_WIDTH)
         for hint in hints(scene):
             yield Constrain(plain(f"Look at this: {hint}"), LIST_WIDTH)
     else:
-        yield Constrain(plain(answer(scene.name, runs)), LIST_WIDTH)
+        yield Constrain(plain(answer(comparison)), LIST_WIDTH)
     yield Text()
     if charts:
         yield from error_chart([run_row(run) for run in runs])
-    yield from standings(runs)
+    yield from standings(runs, comparison.roles)
+    yield from steps_text(runs)
     if truth is not None:
         yield Constrain(plain(f"{scene.title}. {known(truth, comparison.lost_m)}"), LIST_WIDTH)
         for hint in hints(scene) if truth.ends else ():
             yield Constrain(plain(f"Look at this: {hint}"), LIST_WIDTH)
         vertex = worst_vertex(runs) if vertex is None else vertex
-        shown = [run for run in (runs if everything else defaults) if run.has_errors]
+        shown = [run for run in (runs if everything else first_runs(runs)) if run.has_errors]
         for run in shown:
             yield Text()
             of_throw = f", throw 0 of {len(scene.start)}" if len(scene.start) > 1 else ""
-            yield plain(f"{run.name}, dt = {run.dt:g} s, vertex {vertex}{of_throw}")
+            yield plain(f"{run.name}, {step_of(run)}, vertex {vertex}{of_throw}")
             yield error_table(run, vertex)
         if left := sum(run.has_errors for run in runs) - len(shown):
             yield plain(f"{counted(left, 'more table')} with --all, every vertex with -o DIR")
@@ -94,18 +94,19 @@ def known(truth: Truth, lost_m: float) -> str:
     return said
 
 
-def default_runs(runs: Sequence[Run]) -> list[Run]:
-    """Return the first method of each engine, which is its default or the one asked for; ours last."""
+def first_runs(runs: Sequence[Run]) -> list[Run]:
+    """Return the first method of each engine; ours last."""
     first: dict[str, Run] = {}
     for run in runs:
         first.setdefault(run.engine, run)
     return sorted(first.values(), key=lambda run: run.engine == OWN)
 
 
-def answer(scene: str, runs: Sequence[Run]) -> str:
-    """Return who is how far off, in a person's words: the nearest, and the engines as they are by default."""
+def answer(comparison: Comparison) -> str:
+    """Return who is how far off, in a person's words: the nearest, and each engine's first method."""
+    scene, runs = comparison.scene.name, comparison.runs
     found: dict[str, list[FindingRow]] = {}
-    for row in scene_findings([run_row(run) for run in runs]):
+    for row in scene_findings([run_row(run) for run in runs], comparison.defaults):
         found.setdefault(row.finding, []).append(row)
     if "nearest" not in found:
         return f"{scene}: nobody flew it to its end; below is why."
@@ -116,7 +117,7 @@ def answer(scene: str, runs: Sequence[Run]) -> str:
     if engines:
         more = len(engines) - len(said)
         rest = f", {more} more further" if more else ""
-        parts.append(f"The engines as asked for: {listed([f'{row.contestant} {off(row)}' for row in said])}{rest}.")
+        parts.append(f"The engines as asked: {listed([f'{row.contestant} {off(row)}' for row in said])}{rest}.")
     if worst.contestant not in (best, *(row.contestant for row in said)):
         parts.append(f"Worst: {worst.contestant}, {off(worst)}.")
     for finding, words in (("unfinished", "did not finish"), ("unable", "cannot fly it")):
@@ -131,16 +132,15 @@ def off(row: FindingRow) -> str:
     return f"at its limit of {length(limit)}" if worst <= limit else f"{length(worst)} off"
 
 
-def standings(runs: Sequence[Run]) -> Iterator[RenderableType]:
+def standings(runs: Sequence[Run], roles: Mapping[str, str]) -> Iterator[RenderableType]:
     """Yield the contestants of one scene that flew, the nearest first, and then why any is not plainly ok."""
-    defaults = default_runs(runs)
     flown = sorted((run for run in runs if run.has_errors), key=lambda run: float(np.nanmax(run.distances)))
     table = columns("contestant", "", "max [m]", "rms [m]", "energy drift", "status", right=range(2, 5))
     for run in flown:
         worst, limit = float(run.distances.max()), float(run.limits.max())
         table.add_row(
             plain(run.name),
-            "default" if run in defaults and run.engine != OWN else "",
+            roles.get(run.name, ""),
             Text(f"≤{figure(limit)}", style=GOOD) if worst <= limit else figure(worst),
             figure(float(np.sqrt((run.distances**2).mean()))),
             figure(run.drifts[0]),
@@ -154,6 +154,20 @@ def standings(runs: Sequence[Run]) -> Iterator[RenderableType]:
     if any(run.status != "ok" for run in runs):
         yield Text()
         yield from reasons_text((run.name, run.status) for run in runs if run.status != "ok")
+
+
+def steps_text(runs: Sequence[Run]) -> Iterator[RenderableType]:
+    """Yield how long the steps were that were taken, where that is not what was asked for."""
+    for dt, taken, steps in dict.fromkeys((run.dt, run.dt_taken, run.flight.steps) for run in runs if run.dt_taken):
+        if taken != dt:
+            line = f"A step of {dt:g} s does not divide the time between samples and impulses: {steps} steps were taken"
+            yield Constrain(plain(f"{line}, of {taken:.4g} s on average."), LIST_WIDTH)
+
+
+def step_of(run: Run) -> str:
+    """Return the step asked for, and the one taken where that is another."""
+    cut = run.dt_taken not in (None, run.dt)
+    return f"dt = {run.dt:g} s" + (f" ({run.dt_taken:.4g} s taken)" if cut else "")
 
 
 def error_table(run: Run, vertex: int) -> Table:

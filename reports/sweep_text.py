@@ -6,6 +6,7 @@ from collections.abc import Collection, Iterator, Sequence
 from rich.console import RenderableType
 from rich.constrain import Constrain
 
+from compare.engines import BY_HAND, OWN
 from compare.sweep.frontier import (
     TARGETS_M,
     by_contestant,
@@ -14,20 +15,22 @@ from compare.sweep.frontier import (
     reach,
     same_rows,
     usable,
-    work_precision_rows,
 )
+from compare.sweep.longer_steps import longer_steps
 from compare.sweep.schemas import DigitRow, OrderRow
 from compare.sweep.work_precision import Sweep, Timed
 from reports.charts import cost_chart
 from reports.families import joined
+from reports.numerals import listed
 from reports.terminal import LIST_WIDTH, columns, figure, length, plain, reasons_text
 
+MOST_ALIKE = 3  # contestants that one error is said to be cheapest with
 # An interval wider than this, from end to end, is quoted itself, and not its middle.
 WIDE = 2.0
 
 
 def sweep_text(sweep: Sweep, reference: str, charts: bool = False) -> Iterator[RenderableType]:
-    """Yield what `tumble sweep` prints: what each digit costs, the frontier, and who is the same integrator.
+    """Yield what `tumble sweep` prints: what each digit costs, who is cheapest, and who is the same integrator.
 
     charts: whether a chart stands before them.
     """
@@ -47,10 +50,7 @@ def sweep_text(sweep: Sweep, reference: str, charts: bool = False) -> Iterator[R
         best = "" if order is None else figure(order.best_error_m)
         table.add_row(plain(":".join(name)), shown, *map(cost, digits), best)
     yield table
-    measured = sorted(work_precision_rows(sweep), key=lambda row: row.flight_us)
-    edge = dict.fromkeys(f"{row.engine}:{row.method.partition('@')[0]}" for row in measured if row.frontier)
-    if edge:
-        yield plain(f"nobody is cheaper at any error than {', '.join(edge)}")
+    yield from cheapest_text([row for digits in costs.values() for row in digits])
     same = list(same_rows(sweep))
     for members in joined((row.contestant_a, row.contestant_b) for row in same):
         apart = max(row.furthest_apart_m for row in same if row.contestant_a in members)
@@ -110,46 +110,116 @@ def few(number: float) -> str:
     return f"{number:.{2 if number < 100 else 3}g}"
 
 
-def advice_text(sweep: Sweep, tolerance_m: float) -> Iterator[RenderableType]:
-    """Yield what `tumble advise` prints: what to use; the cheapest of each engine, or how close it came."""
-    best: dict[str, tuple[float, Timed]] = {}
-    nearest: dict[str, Timed] = {}
-    for (engine, _), timed in by_contestant(sweep.timed).items():
-        _, flight_ns, run = reach(timed, tolerance_m)
-        if run is not None and flight_ns is not None and (engine not in best or run.flight_ns < best[engine][0]):
-            best[engine] = run.flight_ns, run
-        for each in usable(timed):
-            if engine not in nearest or each.error_m < nearest[engine].error_m:
-                nearest[engine] = each
-    ordered = sorted(best.items(), key=lambda item: item[1][0])
-    yield Constrain(plain(advice(sweep, tolerance_m, ordered[0][1] if ordered else None)), LIST_WIDTH)
-    table = columns("engine", "method", "step [s]", "flight [us]", "error [m]", "", right=range(2, 5))
-    for engine, (flight_ns, run) in ordered:
-        table.add_row(plain(engine), plain(run.run.method), step(run), f"{flight_ns / 1e3:.3g}", figure(run.error_m))
-    for engine, run in nearest.items():
-        if engine not in best:
-            cost_us = f"{run.flight_ns / 1e3:.3g}"
-            table.add_row(plain(engine), plain(run.run.method), step(run), cost_us, figure(run.error_m), "not reached")
+def cheapest_text(digits: Sequence[DigitRow]) -> Iterator[RenderableType]:
+    """Yield who reaches each error of the table in the least time, of all and of the engines that are not ours."""
+    others = [row for row in digits if row.engine not in (OWN, BY_HAND)]
+    asked = [("cheapest", digits), ("cheapest of engines that are not ours", others)]
+    for head, rows in asked[: 1 + (len(others) < len(digits))]:
+        errors: dict[str, list[str]] = {}
+        for target in TARGETS_M:
+            if names := cheapest([row for row in rows if row.target_m == target]):
+                errors.setdefault(" or ".join(names), []).append(f"{target:.0e} m")
+        if errors:
+            yield plain(f"{head}: {'; '.join(f'{names} to {listed(reached)}' for names, reached in errors.items())}")
+
+
+def cheapest(rows: Sequence[DigitRow]) -> list[str]:
+    """Return who reaches an error in the least time, and those whose intervals do not tell them from that."""
+    reached = sorted((row for row in rows if row.flight_us is not None), key=lambda row: row.flight_us or 0.0)
+    if not reached:
+        return []
+    first, *more = reached
+    alike = [row for row in more if row.ratio_low and first.ratio_high and row.ratio_low <= first.ratio_high]
+    return [f"{row.engine}:{row.method}" for row in (first, *alike[: MOST_ALIKE - 1])]
+
+
+def advice_text(sweep: Sweep, tolerance_m: float, named: Collection[str] = ()) -> Iterator[RenderableType]:
+    """Yield what `tumble advise` prints: what to use, ours or not; the cheapest of each engine, or how close it came.
+
+    named: ENGINE:METHOD of contestants that were asked for by name, each of which has its line.
+    """
+    reached, missed = answers(sweep, tolerance_m)
+    yield Constrain(plain(advice(sweep, tolerance_m, reached, missed)), LIST_WIDTH)
+    shown = [(run, "") for run in first_of_engines(reached, named, ())]
+    shown += [(run, "not reached") for run in first_of_engines(missed, named, {run.run.engine for run in reached})]
+    cut = any(run.run.dt_taken not in (None, run.run.dt) for run, _ in shown if run.per_step)
+    heads = ["engine", "method", "step [s]", *["taken [s]"] * cut, "flight [us]", "error [m]", ""]
+    table = columns(*heads, right=range(2, len(heads) - 1))
+    for run, reason in shown:
+        taken = [f"{run.run.dt_taken:.3g}" if run.per_step and run.run.dt_taken else ""] * cut
+        cells = step(run), *taken, f"{run.flight_ns / 1e3:.3g}", figure(run.error_m), reason
+        table.add_row(plain(run.run.engine), plain(run.run.method), *cells)
     if table.row_count:
         yield plain("")
         yield table
+    found = {run.run.engine for run in (*reached, *missed)}
     for engine in dict.fromkeys(each.run.engine for each in sweep.timed):
-        if engine not in nearest:
+        if engine not in found:
             yield plain(f"{engine}: no step or tolerance that was measured gave a plain result")
-    yield from reasons_text(sweep.why_untimed.items())
     yield from reasons_text((run.name, run.status) for run in sweep.untimed if run.status != "ok")
+    yield from reasons_text(sweep.why_untimed.items())
 
 
-def advice(sweep: Sweep, tolerance_m: float, cheapest: tuple[float, Timed] | None) -> str:
-    """Return what to use, in a person's words."""
-    name = sweep.scene.name
-    if cheapest is None:
-        return f"{name}: nothing that was measured stays within {length(tolerance_m)}; below is how close each came."
-    flight_ns, run = cheapest
+def answers(sweep: Sweep, tolerance_m: float) -> tuple[list[Timed], list[Timed]]:
+    """Return each contestant's cheapest run within the error, or, of those without one, its nearest; both in order."""
+    reached, missed = [], []
+    for timed in by_contestant(sweep.timed).values():
+        _, _, run = reach(timed, tolerance_m)
+        if run is not None:
+            reached.append(run)
+        elif plainly := usable(timed):
+            missed.append(min(plainly, key=lambda each: each.error_m))
+    return sorted(reached, key=lambda run: run.flight_ns), sorted(missed, key=lambda run: run.error_m)
+
+
+def first_of_engines(runs: Sequence[Timed], named: Collection[str], done: Collection[str]) -> list[Timed]:
+    """Return of the runs the first of each engine that is not done, and all of contestants that were named."""
+    seen, found = set(done), []
+    for run in runs:
+        if run.run.engine not in seen or run.run.name in named or run.run.name.partition("@")[0] in named:
+            found.append(run)
+        seen.add(run.run.engine)
+    return found
+
+
+def advice(sweep: Sweep, tolerance_m: float, reached: Sequence[Timed], missed: Sequence[Timed]) -> str:
+    """Return what to use, in a person's words, and the best of the engines that are not ours."""
+    choices = [run for run in reached if run.run.engine != BY_HAND] or reached
+    others = [run for run in choices if is_other(run)]
+    nothing = f"nothing that was measured stays within {length(tolerance_m)}; the table has how close each came."
+    parts = [f"{sweep.scene.name}: {nothing}"]
+    if choices:
+        parts = [f"{sweep.scene.name}: use {in_words(choices[0], tolerance_m)}."]
+        if not is_other(choices[0]) and others:
+            parts.append(f"Of the engines that are not ours, {in_words(others[0], tolerance_m)}.")
+    if not others:
+        near = [f"{run.run.name} is nearest, {length(run.error_m)} off" for run in missed if is_other(run)][:1]
+        parts.append(f"No engine that is not ours stays within it: {''.join(near) or 'none was measured'}.")
+    if choices and (bound := bounded_by_samples(sweep, choices[0])):
+        parts.append(bound)
+    return " ".join(parts)
+
+
+def is_other(run: Timed) -> bool:
+    """Whether this is an engine that is not ours."""
+    return run.run.engine not in (OWN, BY_HAND)
+
+
+def in_words(run: Timed, tolerance_m: float) -> str:
+    """Return a run with its step, its error and its cost."""
     at = f"at {step(run)} s" if run.per_step else "with steps of its own"
     margin = f"a margin of {tolerance_m / run.error_m:.2g}" if run.error_m > 0.0 else "no error that can be seen"
-    cost_us = f"{flight_ns / 1e3:.2g} us a flight"
-    return f"{name}: use {run.run.name} {at}: {length(run.error_m)} off, {margin}; {cost_us}."
+    return f"{run.run.name} {at} ({length(run.error_m)} off, {margin}; {run.flight_ns / 1e3:.3g} us a flight)"
+
+
+def bounded_by_samples(sweep: Sweep, run: Timed) -> str:
+    """Return a sentence where it is the samples of the scene that no longer step was tried for, and not its error."""
+    longer = longer_steps(sweep.scene)
+    if not run.per_step or not longer or run.run.dt in longer:
+        return ""
+    if run.run.dt < max(each.run.dt for each in sweep.timed if each.run.name == run.run.name):
+        return ""
+    return "The samples of the scene, not accuracy, bound this step: --beyond-samples tries longer ones, too."
 
 
 def step(run: Timed) -> str:

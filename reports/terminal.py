@@ -67,7 +67,7 @@ def reasons_text(told: Iterable[tuple[str, str]]) -> Iterator[Constrain]:
 
 def engine_list(rows: Sequence[EngineRow]) -> Table:
     """Return the engines: version, precision, methods, what was switched off; or why one is missing."""
-    table = columns("engine", "version", "precision", "methods (default first)", "switched off to be fair")
+    table = columns("engine", "version", "precision", "methods", "switched off to be fair")
     for row in rows:
         if row.status == "ok":
             table.add_row(*map(plain, (row.engine, row.version, row.precision, row.methods, row.switched_off)))

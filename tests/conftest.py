@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
 import pytest
+from patience import PATIENCE_S, without_progress
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
@@ -36,8 +37,11 @@ def tumble(tmp_path) -> Tumble:
     """Run `tumble WORDS` in an empty folder."""
 
     def run(*words: str, **settings) -> subprocess.CompletedProcess[str]:
-        settings = {"cwd": tmp_path, "capture_output": True, "text": True, "timeout": 120, **settings}
-        return subprocess.run([sys.executable, "-P", "-m", "tumble", *words], **settings)
+        settings = {"cwd": tmp_path, "capture_output": True, "text": True, "timeout": PATIENCE_S, **settings}
+        done = subprocess.run([sys.executable, "-P", "-m", "tumble", *words], **settings)
+        if isinstance(done.stderr, str):
+            done.stderr = without_progress(done.stderr)
+        return done
 
     return run
 
@@ -48,17 +52,20 @@ FLAGS = (
     "--no-sandbox", "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync",
     "--enable-unsafe-swiftshader",
 )  # fmt: skip
+# What a page does at once takes a busy machine longer than Playwright's own 5 and 30 s.
+BROWSER_MS = 120_000
 
 
 @pytest.fixture(scope="session")
 def browser() -> Iterator["Browser"]:
     """A real browser, one for all tests of a process: Playwright runs once there."""
-    from playwright.sync_api import sync_playwright
+    from playwright.sync_api import expect, sync_playwright
 
     found = next(filter(None, map(shutil.which, CHROMIUM)), None)
     if found is None:
         pytest.skip(f"none of {', '.join(CHROMIUM)} is installed, and pages must be seen in a real browser")
     with sync_playwright() as playwright:
-        chromium = playwright.chromium.launch(executable_path=found, args=list(FLAGS))
+        chromium = playwright.chromium.launch(executable_path=found, args=list(FLAGS), timeout=BROWSER_MS)
+        expect.set_options(timeout=BROWSER_MS)
         yield chromium
         chromium.close()

@@ -83,7 +83,9 @@ def answer(top: Parser, options: argparse.Namespace) -> int:
     elif options.command is None:
         top.print_help()
     else:
-        return importlib.import_module(f"tumble.commands.{options.command}").main(options)
+        command = importlib.import_module(f"tumble.commands.{options.command}")
+        importlib.import_module("tumble.notes").be_quiet(getattr(options, "quiet", False))
+        return command.main(options)
     return EXIT_DONE
 
 

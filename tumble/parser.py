@@ -10,6 +10,7 @@ from tumble.examples import epilog
 from tumble.starters import STARTERS
 
 EXIT_USER = 2  # the user's mistake
+AT_ONCE = ("scenes", "columns")  # commands that have no progress to report
 SHELLS = ("bash", "zsh", "fish")
 SCENE_HELP = "a scene of the catalogue (see `tumble scenes`) or the path of a TOML file"
 ENGINE_HELP = (
@@ -89,13 +90,16 @@ def parser() -> Parser:
     commands = top.add_subparsers(dest="command", metavar="COMMAND", parser_class=Parser)
 
     def command(name: str, what: str) -> argparse.ArgumentParser:
-        return commands.add_parser(
+        made = commands.add_parser(
             name,
             help=what,
             description=textwrap.fill(what, 80),
             epilog=epilog(name),
             formatter_class=argparse.RawDescriptionHelpFormatter,
         )
+        if name not in AT_ONCE:
+            made.add_argument("-q", "--quiet", action="store_true", help="report no progress on standard error")
+        return made
 
     def contest_options(to: argparse.ArgumentParser) -> None:
         to.add_argument("-e", "--engine", action="append", default=[], metavar="ENGINE[:METHOD]", help=ENGINE_HELP)
@@ -149,6 +153,12 @@ def parser() -> Parser:
     advise = command("advise", "the cheapest engine, method and step that stays within an error")
     advise.add_argument("scene", nargs="+", metavar="SCENE", help=SCENE_HELP)
     advise.add_argument("--tolerance", type=metres, required=True, metavar="M", help="largest vertex error [m]")
+    advise.add_argument(
+        "--beyond-samples",
+        action="store_true",
+        help="also try fixed steps longer than the samples are apart, and judge them where they end; methods that "
+        "choose their own steps stop at every sample all the same",
+    )
     advise.add_argument("-e", "--engine", action="append", default=[], metavar="ENGINE[:METHOD]", help=ENGINE_HELP)
     advise.add_argument("--time-limit", type=seconds, default=60.0, metavar="S", help="for each flight [s]; default 60")
     advise.add_argument("--memory-limit", type=gibibytes, default=4 << 30, metavar="GIB", help=MEMORY_HELP)

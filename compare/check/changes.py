@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from compare.check.record import Record
-from compare.check.schemas import CELLS, QUESTIONS, TIMES
+from compare.check.schemas import CELLS, DRIFTS, ERRORS, QUESTIONS, STATUSES, TIMES
 from compare.check.tolerances import Tolerances
 from compare.judge.trend import TRENDS
 from compare.run.participants import engine_files, titles
@@ -22,11 +22,7 @@ Verdict = Literal["incomparable", "worse", "gone", "better", "changed", "new"]
 VERDICTS: tuple[Verdict, ...] = ("incomparable", "worse", "gone", "better", "changed", "new")
 FAILING = VERDICTS[:3]
 
-ERRORS = ("max_error_m", "rms_error_m", "final_error_m")
-DRIFTS = ("energy_drift", "momentum_drift", "angular_momentum_drift")
 ORDERS = ("attitude_order", "translation_order")
-# From good to bad: a flight that was flagged is better than one that diverged, and that than none.
-STATUSES = {"ok": 0, "flagged": 1, "diverged": 2, "skipped": 3, "missing": 4, "timeout": 4, "crashed": 4}
 NO_ANSWER = 4
 # What the rounding of one step may add to a drift, in roundings of a number.
 ROUNDINGS = 2.0
@@ -84,9 +80,10 @@ class Outcome:
 def within(
     record: Record, scenes: Sequence[str], engines: Mapping[str, Sequence[str]], beside: Sequence[str] = ()
 ) -> Record:
-    """Return what a record says of these scenes (names or files) and engines with these methods; empty means all.
+    """Return what a record says of these scenes (names or files) and these engines; empty means all.
 
-    beside: words for contestants from which the titles in the record tell its engines.
+    engines: the methods of each, '' for all of them; beside: words for contestants from which the titles in the record
+    tell its engines.
     """
     names = {Path(scene).stem for scene in scenes}
     named_as = titles((*engines, *engine_files(beside)))
@@ -99,7 +96,7 @@ def within(
         if not methods:
             return of_scenes(table)
         wanted = [
-            engine in methods and (not methods[engine] or method in methods[engine])
+            engine in methods and not {"", method}.isdisjoint(methods[engine])
             for engine, method in zip(table.engine, table.method, strict=True)
         ]
         return of_scenes(table[np.array(wanted, dtype=bool)])
@@ -256,7 +253,7 @@ def status_verdicts(pairs: Frame) -> np.ndarray:
 
 def rank(statuses: Column) -> Column:
     """Return the places of statuses from good to bad."""
-    return statuses.map(STATUSES).fillna(NO_ANSWER)
+    return statuses.map(STATUSES)
 
 
 def reasons(why: str) -> set[str]:

@@ -9,7 +9,7 @@ from itertools import chain
 import numpy as np
 
 from compare.check.record import Record
-from compare.check.schemas import CELLS, QUESTIONS, TIMES, CellRow, QuestionRow
+from compare.check.schemas import CELLS, EXACT, QUESTIONS, TIMES, CellRow, QuestionRow
 from compare.check.times import time_rows
 from compare.judge import ladder as order
 from compare.judge.errors import Flown, Run
@@ -35,7 +35,10 @@ NUDGE = np.resize((1.0, -1.0, -1.0, 1.0, 1.0), 13)
 
 @dataclass(frozen=True, eq=False)
 class Cell:
-    """One contestant on one scene: its flight, the ladder around it, and what its roundings may come to [m]."""
+    """One contestant on one scene: its flight, the ladder around it, and what its roundings may come to [m].
+
+    rounding_m: None where a run next to it failed, so that there is nothing to tell it by.
+    """
 
     own: Flown
     ladder: list[Flown]
@@ -92,9 +95,11 @@ def task(scene: Scene, true: Future[Answer], participant: Participant, method: s
 def cell(participant: Participant, scene: Scene, method: str, true: Truth | None) -> Cell:
     """Return one contestant's run, and a ladder around it where the method has an order to be read."""
 
-    def at(dt: float) -> Run:
-        answer = participant.fly(scene, method, dt, untold=True)
+    def judged(dt: float, answer: Trajectory | Failure) -> Run:
         return Flown.of(participant, method, dt, answer).run(scene, participant.title, true)
+
+    def at(dt: float) -> Run:
+        return judged(dt, participant.fly(scene, method, dt, untold=True))
 
     own = at(scene.step)
     if not order.readable(own):
@@ -104,7 +109,8 @@ def cell(participant: Participant, scene: Scene, method: str, true: Truth | None
     # Every step rounds once, this way or that: n of them come to the square root of n of one.
     rounded = len(legs(scene, scene.step)) if own_steps else own.flight.steps
     ladder = () if own_steps else order.ladder(own, at)
-    return Cell(plain(own), [plain(each) for each in ladder], math.sqrt(rounded) * apart(own.flight, other))
+    apart_m = apart_m_of(own, judged(scene.step, other))
+    return Cell(plain(own), [plain(each) for each in ladder], apart_m and math.sqrt(rounded) * apart_m)
 
 
 def plain(run: Run) -> Flown:
@@ -119,19 +125,19 @@ def nudged(start: Array, rounding: float) -> Array:
     return frozen_array(start + np.hstack(scales) * rounding * NUDGE)
 
 
-def apart(one: Trajectory, other: Trajectory | Failure) -> float:
-    """Return how far two flights are apart at most [m], without bound where the other is not one."""
-    if isinstance(other, Failure) or other.diverged_at is not None:
-        return math.inf
-    return float(np.linalg.norm(one.vertices - other.vertices, axis=-1).max())
+def apart_m_of(one: Run, other: Run) -> float | None:
+    """Return how far two runs are apart at most [m], None where the other did not reach its end."""
+    if isinstance(other.answer, Failure) or other.answer.diverged_at is not None:
+        return None
+    return float(np.linalg.norm(one.flight.vertices - other.flight.vertices, axis=-1).max())
 
 
 def question_row(scene: Scene, true: Truth | None, why_no_truth: str) -> QuestionRow:
-    """Return the row of one scene."""
-    limit, last = (None, (None,) * 3) if true is None else (float(true.limit.max()), true.vertices[-1, 0, -1].tolist())
-    return QuestionRow(
-        scene.name, scene.step, len(scene.times), why_no_truth or "exact", limit, scene.body.reach, *last
-    )
+    """Return the row of one scene; of a truth with a horizon what is known before it."""
+    known = None if true is None else true.until_horizon()
+    limit = None if known is None else float(known.limit.max())
+    last = (None,) * 3 if known is None else known.vertices[-1, 0, -1].tolist()
+    return QuestionRow(scene.name, scene.step, len(scene.times), why_no_truth or EXACT, limit, scene.body.reach, *last)
 
 
 def cell_row(scene: Scene, true: Truth | None, engine: str, cell: Cell) -> CellRow:

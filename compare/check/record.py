@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from compare.check.schemas import CELLS, QUESTIONS, TIMES
+from compare.check.schemas import CELLS, DRIFTS, ERRORS, EXACT, QUESTIONS, STATUSES, TIMES, CellRow, QuestionRow
 from compare.judge.trend import TRENDS
 from compare.run.provenance import ConditionRow, versions
 from compare.tables.files import place
-from compare.tables.frames import csv_text, frame, read_file
+from compare.tables.frames import csv_text, frame, read_file, rows
 from compare.tables.schema import BadTable, Table
 from compare.tables.shared import CONDITIONS, ENGINES
 from scenarios.files import why_unread
@@ -19,8 +19,10 @@ from scenarios.format import printable, short
 from scenarios.refusal import UsersError
 
 FORMAT = "tumble check 2"
-# What a flight that diverged leaves without bound.
-BOUNDLESS = ("_error_m", "_drift", "rounding_m")
+# Figures that are infinite of a run that diverged, and those that may be below zero.
+BOUNDLESS = (*ERRORS, *DRIFTS)
+SIGNED = ("energy_drift", "attitude_order", "translation_order", "x_m", "y_m", "z_m")
+FINISHED = ("ok", "flagged", "diverged")  # of a run that has figures where its scene has a truth
 LARGEST_COUNT = 10**18
 
 
@@ -85,11 +87,32 @@ def read_record(folder: Path) -> Record:
         read(folder, CELLS),
         read(folder, TIMES) if place(folder, TIMES.file).exists() else None,
     )
-    if odd := set(record.cells.spin_energy) - {*TRENDS, ""}:
-        raise BadRecord(f"{shown}: cells.csv: spin_energy = {short(min(odd))}: must be one of {', '.join(TRENDS)}")
+    for column, known in (("status", STATUSES), ("spin_energy", {**TRENDS, "": 0})):
+        if odd := set(record.cells[column]) - {*known}:
+            words_known = ", ".join(filter(None, known))
+            raise BadRecord(f"{shown}: cells.csv: {column} = {short(min(odd))}: must be one of {words_known}")
     if stray := set(record.cells.scene) - set(record.questions.scene):
         raise BadRecord(f"{shown}: cells.csv has scene {short(min(stray))}, and questions.csv has not")
+    refuse_unmeasured(shown, record)
     return record
+
+
+def refuse_unmeasured(shown: str, record: Record) -> None:
+    """Raise BadRecord where a figure is missing that every record has: nothing could be held against it."""
+    questions: list[QuestionRow] = [row for row in rows(QUESTIONS, record.questions) if row.truth == EXACT]
+    exact = {row.scene for row in questions}
+    cells: list[CellRow] = [row for row in rows(CELLS, record.cells) if row.status in FINISHED and row.scene in exact]
+    for row in questions:
+        for column in ("limit_m", "x_m", "y_m", "z_m"):
+            if getattr(row, column) is None:
+                raise BadRecord(
+                    f"{shown}: questions.csv: {column} of {short(row.scene)} is empty: its truth is {EXACT}"
+                )
+    for row in cells:
+        for column in (*ERRORS, "limit_m", *DRIFTS):
+            if getattr(row, column) is None:
+                cell = short(f"{row.scene} {row.engine}:{row.method}")
+                raise BadRecord(f"{shown}: cells.csv: {column} of {cell} is empty: its status is {row.status}")
 
 
 def words(folder: Path, said: dict[str, str], what: str) -> tuple[str, ...]:
@@ -124,15 +147,17 @@ def refuse_twice(shown: str, found: pd.DataFrame, table: Table) -> None:
 
 
 def refuse_beyond(shown: str, found: pd.DataFrame, table: Table) -> None:
-    """Raise BadRecord for a number that is no count, or not finite where it must be."""
+    """Raise BadRecord for a number that is no count, below zero, or not finite where it must be."""
     for column in table.columns:
-        if column.kind not in (int, float) or column.name.endswith(BOUNDLESS):
+        if column.kind not in (int, float):
             continue
         values = found[column.name].to_numpy(dtype=float, na_value=np.nan)
         if column.kind is int:
             beyond, what = (values < 0) | (values > LARGEST_COUNT), f"must be a whole number from 0 to {LARGEST_COUNT}"
         else:
-            beyond, what = np.isinf(values), "must be finite"
+            finite, signed = column.name not in BOUNDLESS, column.name in SIGNED
+            beyond = (finite & np.isinf(values)) | (values < (-np.inf if signed else 0.0))
+            what = "must be " + " and ".join(["finite"] * finite + [">= 0"] * (not signed))
         for row in np.flatnonzero(beyond)[:1]:
             cell = found[column.name][row]
             raise BadRecord(f"{shown}: row {row + 1}: {column.name} = {cell}: {what}")

@@ -22,6 +22,12 @@ from compare.tables.shared import (
     Why,
 )
 
+EXACT = "exact"  # of a scene that has a truth
+ERRORS = ("max_error_m", "rms_error_m", "final_error_m")
+DRIFTS = ("energy_drift", "momentum_drift", "angular_momentum_drift")
+# From good to bad: a run that was flagged is better than one that diverged, and that than none.
+STATUSES = {"ok": 0, "flagged": 1, "diverged": 2, "skipped": 3, "missing": 4, "timeout": 4, "crashed": 4}
+
 
 @dataclass(frozen=True)
 class QuestionRow:
@@ -33,10 +39,10 @@ class QuestionRow:
     scene: SceneName
     step_s: Annotated[float, "the scene's own step"]
     samples: Annotated[int, "number of instants at which errors are measured"]
-    truth: Annotated[str, "`exact`, or why there is none"]
+    truth: Annotated[str, f"`{EXACT}`, or why there is none"]
     limit_m: Limit
     size_m: Annotated[float, "how far the furthest vertex is from the centre of mass"]
-    x_m: Annotated[float | None, "where the last vertex truly is at the last sample, world axes"]
+    x_m: Annotated[float | None, "where the last vertex truly is at the last sample that has a truth, world axes"]
     y_m: Annotated[float | None, "the same"]
     z_m: Annotated[float | None, "the same"]
 
@@ -58,7 +64,9 @@ class CellRow:
     rms_error_m: RmsError = None
     final_error_m: FinalError = None
     limit_m: Limit = None
-    rounding_m: Annotated[float | None, "what the roundings of all steps may come to on another processor"] = None
+    rounding_m: Annotated[
+        float | None, "what the roundings of all steps may come to on another processor; empty where unknown"
+    ] = None
     energy_drift: EnergyDrift = None
     momentum_drift: MomentumDrift = None
     angular_momentum_drift: AngularMomentumDrift = None

@@ -6,8 +6,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from compare.check.changes import ERRORS, Change, Outcome, Verdict
+from compare.check.changes import Change, Outcome, Verdict
 from compare.check.record import Record
+from compare.check.schemas import ERRORS
 from compare.run.participants import engine_files, titles
 from compare.tables.shared import told
 

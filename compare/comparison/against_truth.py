@@ -1,12 +1,12 @@
 """Every contestant on every scene, held against the truth."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass
 
 from compare.judge.errors import Flown, Run
 from compare.run.flight import Trajectory
-from compare.run.participants import Participant
+from compare.run.participants import DEFAULT, Participant
 from compare.run.progress import Tick, untold
 from compare.run.tasks import Task, run
 from compare.run.truths import Truths
@@ -20,7 +20,8 @@ from scenarios.truth.handed import cost_of_doubles
 class Comparison:
     """A scene, its truth or why it has none, and what every contestant made of it.
 
-    lost_m: how far what engines are handed, in doubles, is from the scene as it is written, at most [m]; 0 untold.
+    lost_m: how far what engines are handed, in doubles, is from the scene as it is written, at most [m]; 0 untold;
+    roles: what contestants are to their engines (`Participant.role`), by ENGINE:METHOD.
     """
 
     scene: Scene
@@ -28,6 +29,12 @@ class Comparison:
     why_no_truth: str
     runs: tuple[Run, ...]
     lost_m: float
+    roles: Mapping[str, str]
+
+    @property
+    def defaults(self) -> frozenset[str]:
+        """The contestants that do what their engines do where nobody sets anything."""
+        return frozenset(name for name, role in self.roles.items() if role == DEFAULT)
 
 
 def compare(
@@ -67,6 +74,7 @@ def compare(
                 for one in own
             ),
             lost,
+            {f"{one.participant.title}:{one.key[-1]}": one.participant.role(one.key[-1]) for one in own},
         )
         for scene, answer, own, lost in zip(scenes, true, tasks, lost, strict=True)
     ]

@@ -1,7 +1,7 @@
 """What a comparison found: the numbers of its sentences, read off its tables."""
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 
 from compare.comparison.table_4_1 import BudgetRow
 from compare.engines import BY_HAND, OWN, SHIPPED
@@ -14,17 +14,20 @@ NEARER = 10
 UNABLE = ("skipped", "missing")
 
 
-def error_findings(runs: Iterable[RunRow]) -> Iterator[FindingRow]:
-    """Yield, scene by scene, who is nearest and furthest, the engines as asked for and as shipped, and who got lost."""
+def error_findings(runs: Iterable[RunRow], defaults: Collection[str] = ()) -> Iterator[FindingRow]:
+    """Yield, scene by scene, who is nearest and furthest, the engines as asked for and as shipped, and who got lost.
+
+    defaults: ENGINE:METHOD of those that do what their engines do where nobody sets anything, as far as known.
+    """
     scenes: dict[str, list[RunRow]] = {}
     for run in runs:
         scenes.setdefault(run.scene, []).append(run)
     for own in scenes.values():
-        yield from scene_findings(own)
+        yield from scene_findings(own, defaults)
 
 
-def scene_findings(runs: Sequence[RunRow]) -> Iterator[FindingRow]:
-    """Yield what was found in one scene."""
+def scene_findings(runs: Sequence[RunRow], defaults: Collection[str] = ()) -> Iterator[FindingRow]:
+    """Yield what was found in one scene; defaults: as of `error_findings`."""
     flown = ranked(runs)
     engines: dict[str, list[RunRow]] = {}
     for run in runs:
@@ -35,7 +38,7 @@ def scene_findings(runs: Sequence[RunRow]) -> Iterator[FindingRow]:
         ("nearest", plainest(flown)),
         ("nearest engine", plainest(others)),
         ("asked for", first),
-        ("as shipped", [as_shipped(own) for engine, own in engines.items() if engine != BY_HAND]),
+        ("as shipped", [run for own in engines.values() for run in as_shipped(own, defaults)]),
         ("furthest", flown[-1:]),
     ):
         yield from (error_finding(finding, run) for run in found)
@@ -60,9 +63,10 @@ def error_m(run: RunRow) -> float:
     return math.inf if run.max_error_m is None else max(run.max_error_m, run.limit_m or 0.0)
 
 
-def as_shipped(runs: Sequence[RunRow]) -> RunRow:
-    """Return of an engine's runs that with nothing set, where there is one, else the first."""
-    return next((run for run in runs if run.method.endswith(SHIPPED)), runs[0])
+def as_shipped(runs: Sequence[RunRow], defaults: Collection[str]) -> list[RunRow]:
+    """Return the run of a user who sets nothing, METHOD+defaults before METHOD, or none."""
+    own = [run for run in runs if f"{run.engine}:{run.method}" in defaults]
+    return sorted(own, key=lambda run: not run.method.endswith(SHIPPED))[:1]
 
 
 def error_finding(finding: str, run: RunRow) -> FindingRow:

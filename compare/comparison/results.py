@@ -50,7 +50,8 @@ def comparison_tables(
     pairs = [row for each in comparisons for row in agreements(each.runs)]
     published = [row for each in comparisons if is_table_4_1(each.scene) for row in published_rows(each)]
     budget = list(budget_rows(published))
-    findings = [*error_findings(rows), *agreement_findings(pairs), *column_findings(budget)]
+    defaults = frozenset().union(*(each.defaults for each in comparisons))
+    findings = [*error_findings(rows, defaults), *agreement_findings(pairs), *column_findings(budget)]
     return {
         "scenes.csv": frame(SCENES, map(scene_row, comparisons)),
         "engines.csv": frame(ENGINES, map(engine_row, participants)),

@@ -2,7 +2,7 @@
 
 An engine file has at module level
 
-    METHODS   the names of its integrators, the default first
+    METHODS   the names of its integrators, first the one that is taken where one is enough
     FEATURES  the force laws it can express exactly, of: gravity, tether, drag, floor
     ABOUT     a dict: version, precision ("single" or "double"), switched_off (a list of what was switched off to be
               fair) and, where it has any, defaults (a list of what a user gets who sets nothing)
@@ -27,8 +27,10 @@ More names where they are not empty:
                 what scripts do; METHOD evaluates it wherever the method does, or says that it cannot
     ON_REQUEST  names, not in METHODS, that take part only when asked for.  METHOD+defaults leaves every setting of the
                 engine as it ships, which is what its users have; its audit tells what those do to a flight
-    SHOWN       of METHODS and ON_REQUEST those that a page is made of unless more are asked for: what the engine does
-                by default, as it ships where that differs, and its best; without it all METHODS
+    DEFAULT     of METHODS and ON_REQUEST those that do what the engine does where its user sets nothing, and that alone
+                are called its default; without it METHOD+defaults where there is one, else the first of METHODS
+    SHOWN       of METHODS and ON_REQUEST those that a page is made of unless more are asked for: the first, the default
+                where that differs, and its best; without it all METHODS
     OPTIONAL    what build leaves out where a scene has no use for it.  build(scene, method, keep) then takes the
                 names of those that shall stay: the motion is the same, and what they cost can be measured
     SCHEMES     {method: scheme}: what one step makes of u'' + c u' + s u = 0, for the limit of a step: a name of

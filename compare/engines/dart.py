@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 METHODS = ("semi-implicit-euler",)
 FORCED = ("semi-implicit-euler+held",)
 ON_REQUEST = ("semi-implicit-euler+defaults",)  # which is the same: nothing that it ships with alters a free flight
+DEFAULT = (*METHODS, *ON_REQUEST)
 FEATURES = {"gravity", "tether", "drag", "floor"}
 STEP_NS = 6000
 PACKAGES = ("dartpy",)

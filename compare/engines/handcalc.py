@@ -30,6 +30,7 @@ MENDED: dict[str, frozenset[str]] = {
 }
 
 METHODS = tuple(MENDED)
+DEFAULT = ()  # a calculation has no settings
 FEATURES: frozenset[str] = frozenset()
 EXEMPT = {
     "straight": "v is taken for an acceleration and the body turns about the world's origin, as in the report",

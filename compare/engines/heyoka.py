@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 METHODS = ("taylor",)
+DEFAULT = ()  # its own tolerance is 2.2e-16
 ADAPTIVE = {"taylor": 1e-9}
 FEATURES = {"gravity"}
 PACKAGES = ("heyoka",)

@@ -53,6 +53,7 @@ FLAGS = ("constraint", "contact", "actuation", "sensor", "spring", "damper", "gr
 METHODS = tuple(INTEGRATORS)
 FORCED = tuple(f"{integrator}+held" for integrator in INTEGRATORS)
 ON_REQUEST = ("euler+defaults", "rk4+defaults", "implicitfast+defaults")
+DEFAULT = ("euler", "euler+defaults")  # the flags that differ alter a flight only where a state is beyond 1e10
 SHOWN = ("euler", "euler+defaults", "rk4", "implicitfast")
 FEATURES = {"gravity", "tether", "drag", "floor"}
 STEP_NS = 2000

@@ -43,6 +43,7 @@ with silenced_stderr():  # it looks for a graphics card
 METHODS = ("semi-implicit", "featherstone", "xpbd", "mujoco")
 FORCED = ("semi-implicit+held", "featherstone+held", "xpbd+held", "mujoco+held")
 ON_REQUEST = ("semi-implicit+defaults", "featherstone+defaults", "mujoco+defaults")
+DEFAULT = ()  # a user has to choose a solver
 FEATURES = {"gravity", "tether", "drag", "floor"}
 STEP_NS = 3_000_000
 PACKAGES = ("newton", "warp-lang")

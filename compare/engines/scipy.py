@@ -33,6 +33,7 @@ Array = NDArray[np.float64]
 Slope = Callable[[float, Array], Array]
 
 METHODS = ("dop853",)
+DEFAULT = ()  # solve_ivp's is RK45
 ADAPTIVE = {"dop853": 1e-9}
 FEATURES = {"gravity", "tether", "drag", "floor"}
 PACKAGES = ("scipy",)

@@ -7,7 +7,7 @@ import numpy as np
 
 from compare.judge import mechanics
 from compare.judge.lookup import looked_up
-from compare.run.flight import Trajectory
+from compare.run.flight import Trajectory, mean_step
 from compare.run.participants import Participant
 from compare.run.precision import DOUBLE
 from compare.run.worker import Failure
@@ -89,6 +89,16 @@ class Run:
         """The flight it made; asked only where there is one."""
         assert isinstance(self.answer, Trajectory)
         return self.answer
+
+    @property
+    def dt_taken(self) -> float | None:
+        """The mean of the steps taken [s]: less than dt where samples and impulses cut the run into legs.
+
+        None of a run that did not reach its end, and where a tolerance chose the steps.
+        """
+        if not isinstance(self.answer, Trajectory) or self.tolerance is not None or self.answer.diverged_at is not None:
+            return None
+        return mean_step(self.scene.duration, self.answer.steps, self.dt)
 
     @property
     def has_errors(self) -> bool:

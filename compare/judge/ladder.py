@@ -65,8 +65,8 @@ def orders(runs: Sequence[Run]) -> tuple[float | None, float | None]:
 
 
 def rungs(run: Run) -> tuple[Rung, Rung]:
-    """Return what a run says of the orders of attitude and translation; its step is the mean one."""
-    dt, limit = run.scene.duration / run.flight.steps, float(run.limits.max())
+    """Return what a run says of the orders of attitude and translation; its step is the one taken."""
+    dt, limit = run.dt_taken or run.dt, float(run.limits.max())
     attitude, translation = parts(run)
     return Rung(dt, attitude, limit), Rung(dt, translation, limit)
 

@@ -31,7 +31,7 @@ def local_orders(ladder: Sequence[Rung], largest_m: float) -> list[float]:
     """
     slopes: list[float] = []
     for coarse, fine in pairwise(ladder):
-        if coarse.error_m >= largest_m:
+        if coarse.error_m >= largest_m or fine.dt_s >= coarse.dt_s:  # cut as short by samples, both are one run
             continue
         if fine.error_m >= coarse.error_m:
             return slopes[:-1]

@@ -20,6 +20,8 @@ from scenarios.needs import FORCES, needs
 from scenarios.scene import Scene
 
 TIME_LIMIT_S = 60.0
+# What a contestant is to its engine: what it does where nobody sets anything, or a method that the user named.
+DEFAULT, AS_ASKED = "default", "as asked"
 
 
 class Halted(Exception):
@@ -30,13 +32,13 @@ class Halted(Exception):
 class Participant:
     """An engine that takes part: its name or file, its methods, its info or why it has none, and its worker.
 
-    title: its name in tables; named: whether the methods were asked for by name, so that they fly whatever the scene.
+    title: its name in tables; named: those of the methods that were asked for by name, which run whatever the scene.
     """
 
     engine: str
     title: str
     methods: tuple[str, ...]
-    named: bool
+    named: frozenset[str]
     info: EngineInfo | Failure
     worker: Worker
     _halted: bool = field(default=False, init=False)
@@ -44,10 +46,21 @@ class Participant:
     _lock: threading.Lock = field(default_factory=threading.Lock, init=False)
 
     def methods_for(self, scene: Scene) -> tuple[str, ...]:
-        """Return the methods that take part in this scene: the forced ones where another force than gravity acts."""
-        if self.named or not scene.is_free or isinstance(self.info, Failure):
+        """Return the methods that take part: those named, and the forced ones where another force than gravity acts."""
+        if not scene.is_free or isinstance(self.info, Failure):
             return self.methods
-        return tuple(method for method in self.methods if method not in self.info.forced)
+        return tuple(method for method in self.methods if method in self.named or method not in self.info.forced)
+
+    @property
+    def only_named(self) -> bool:
+        """Whether every method was asked for by name, and the engine not also as a whole."""
+        return self.named.issuperset(self.methods)
+
+    def role(self, method: str) -> str:
+        """Return what a method is to its engine: DEFAULT, AS_ASKED or ''."""
+        if not isinstance(self.info, Failure) and method in self.info.default:
+            return DEFAULT
+        return AS_ASKED if method in self.named else ""
 
     def unsupported(self, scene: Scene) -> Failure | None:
         """Return why this engine cannot be put this question, or None."""
@@ -148,14 +161,14 @@ def split(item: str) -> tuple[str, str]:
 
 
 def wanted(asked: Iterable[str]) -> dict[str, list[str]]:
-    """Return the engines asked for with the methods named for each; nothing asked means the usual ones of ours."""
-    engines: dict[str, list[str]] = {}
-    for item in asked:
-        engine, method = split(item)
-        engines.setdefault(engine, [])
-        if method:
-            engines[engine].append(method)
-    return engines or {engine: [] for engine in registry.usual()}
+    """Return the engines asked for, each with what was asked of it in that order: a method, or '' for its usual ones.
+
+    Nothing asked means the usual engines of ours.
+    """
+    engines: dict[str, dict[str, None]] = {}
+    for engine, method in map(split, asked):
+        engines.setdefault(engine, {})[method] = None
+    return {engine: [*methods] for engine, methods in engines.items()} or {engine: [""] for engine in registry.usual()}
 
 
 def engine_files(asked: Iterable[str]) -> Iterator[str]:
@@ -177,17 +190,20 @@ def titles(engines: Iterable[str]) -> dict[str, str]:
 
 
 def chosen(engine: str, asked: list[str], info: EngineInfo | Failure, few: bool = False) -> tuple[str, ...]:
-    """Return the methods that take part; of an engine that is not here, what was asked for.  Raises BadEngine.
+    """Return the methods that take part, each once; of an engine that is not here, what was asked.  Raises BadEngine.
 
-    few: where none are asked for, those that a page is made of.
+    asked: methods, '' for the usual ones: all of them, or, if few, those that a page is made of.
     """
     if isinstance(info, Failure):
-        return tuple(asked) or ("",)
+        return tuple(asked)
+    usual = info.shown if few else (*info.methods, *info.forced)
+    found: dict[str, None] = {}
     for method in asked:
         known = (*info.methods, *info.forced, *info.on_request)
-        if method not in known and not is_tolerance(method, info):
+        if method and method not in known and not is_tolerance(method, info):
             raise BadEngine(f"unknown method of {registry.title(engine)} {method!r}: {nearest(method, known)}")
-    return tuple(dict.fromkeys(asked)) or (info.shown if few else (*info.methods, *info.forced))
+        found |= dict.fromkeys([method] if method else usual)
+    return tuple(found)
 
 
 def is_tolerance(method: str, info: EngineInfo) -> bool:
@@ -225,8 +241,8 @@ def launched(
     try:
         for worker, (engine, methods) in zip(workers, engines.items(), strict=True):
             info = worker.describe()
-            taking_part = chosen(engine, methods, info, few)
-            participants.append(Participant(engine, named[engine], taking_part, bool(methods), info, worker))
+            taking_part, asked_by_name = chosen(engine, methods, info, few), frozenset(filter(None, methods))
+            participants.append(Participant(engine, named[engine], taking_part, asked_by_name, info, worker))
         yield participants
     finally:
         for worker in {*workers, *(participant.worker for participant in participants)}:

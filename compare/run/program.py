@@ -34,6 +34,7 @@ STATED = (
     "whole",
     "forced",
     "on_request",
+    "default",
     "shown",
     "schemes",
     "gyroscopic",

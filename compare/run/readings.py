@@ -183,6 +183,8 @@ def round_robin(
     At least that many rounds and that long [s], and on until the ratios are narrow or the budget [s] is spent.  What
     else the machine did meanwhile is said once, on standard error.
     """
+    if not samplers:
+        return {}
     said: dict[str, list[Sample]] = {key: [] for key in samplers}
     failed: dict[str, Failure] = {}
     begin, before = monotonic(), machine()

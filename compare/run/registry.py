@@ -16,7 +16,7 @@ from types import ModuleType
 from typing import Any
 
 from compare import engines
-from compare.engines import FINDINGS, GYROSCOPIC_NAMES, LAWS, OWN, SCHEME_NAMES
+from compare.engines import FINDINGS, GYROSCOPIC_NAMES, LAWS, OWN, SCHEME_NAMES, SHIPPED
 from compare.run import program
 from compare.run.program import ProgramEngine
 from compare.run.step_function import StepEngine
@@ -69,11 +69,12 @@ class Package:
 
 @dataclass(frozen=True)
 class EngineInfo:
-    """What an engine says of itself: its methods (the default first), force laws, and ABOUT.
+    """What an engine says of itself: its methods, first the one taken where one is enough, force laws, and ABOUT.
 
     adaptive: methods that take a tolerance, and the one that each takes alone, nan where it is not told; whole: methods
     that take a flight of any length in one step; forced: names that take part only where more than gravity acts;
-    on_request: names that take part only when asked for; shown: those that a page is made of; optional: what build
+    on_request: names that take part only when asked for; default: those that do what the engine does where its user
+    sets nothing; shown: those that a page is made of; optional: what build
     leaves out of a world that has no use for it, and keeps if told to; schemes and gyroscopic: names by method, as in
     compare.engines, OWN_SCHEME for a function; largest_turn [rad] of a step; exempt: laws that it is there to break,
     and why; defaults: what a user gets who sets nothing; step_ns: by method, or of all as *, about what a step of one
@@ -85,6 +86,7 @@ class EngineInfo:
     whole: frozenset[str]
     forced: tuple[str, ...]
     on_request: tuple[str, ...]
+    default: tuple[str, ...]
     shown: tuple[str, ...]
     optional: tuple[str, ...]
     features: frozenset[str]
@@ -258,6 +260,7 @@ def engine_info(engine: str, module: ModuleType) -> EngineInfo:
             frozenset(words(getattr(module, "WHOLE", ()))),
             words(getattr(module, "FORCED", ())),
             words(getattr(module, "ON_REQUEST", ())),
+            words(getattr(module, "DEFAULT", as_shipped(methods, words(getattr(module, "ON_REQUEST", ()))))),
             words(getattr(module, "SHOWN", methods)),
             words(getattr(module, "OPTIONAL", ())),
             features,
@@ -281,6 +284,13 @@ def engine_info(engine: str, module: ModuleType) -> EngineInfo:
         if law not in LAWS:
             raise BadEngine(f"{engine}: EXEMPT: no law {law!r}: there are {', '.join(LAWS)}")
     return info
+
+
+def as_shipped(methods: tuple[str, ...], on_request: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the DEFAULT of an engine that states none: METHOD+defaults where there is one, else METHODS[0]."""
+    shipped = [method for method in on_request if method.endswith(SHIPPED)]
+    first = f"{methods[0]}{SHIPPED}"
+    return (first if first in shipped else [*shipped, methods[0]][0],)
 
 
 def names_by_method(engine: str, module: ModuleType, table: str, known: Collection[str]) -> dict[str, str]:

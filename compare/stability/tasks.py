@@ -38,7 +38,7 @@ def contestants(participant: Participant, scene: Scene, few: bool = False) -> tu
     few: none on request.
     """
     methods = participant.methods_for(scene)
-    if few or participant.named or isinstance(participant.info, Failure):
+    if few or participant.only_named or isinstance(participant.info, Failure):
         return methods
     return tuple(dict.fromkeys((*methods, *participant.info.on_request)))
 

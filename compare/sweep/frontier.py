@@ -98,6 +98,7 @@ def digit_rows(sweep: Sweep, reference: str) -> Iterator[DigitRow]:
                 reference,
                 *((told.value, told.low, told.high) if told else (None, None, None)),
                 "" if found is None else found.refusal,
+                run.run.dt_taken if run is not None and run.per_step else None,
             )
     yield from untimed_rows(sweep, reference)
 
@@ -132,7 +133,7 @@ def order_rows(sweep: Sweep) -> Iterator[OrderRow]:
         if not ladder:
             continue
         best = min(ladder, key=lambda each: each.error_m)
-        rungs = [Rung(each.run.dt, each.error_m, float(each.run.limits.max())) for each in ladder]
+        rungs = [Rung(each.run.dt_taken or each.run.dt, each.error_m, float(each.run.limits.max())) for each in ladder]
         slopes = local_orders(rungs, ASYMPTOTIC * size) or local_orders(rungs, size)[-LAST:]
         shown = min(ladder, key=lambda each: abs(math.log(each.error_m / (ASYMPTOTIC * size))))
         attitude, translation = parts(shown.run)
@@ -221,4 +222,5 @@ def work_precision_rows(sweep: Sweep) -> Iterator[WorkPrecisionRow]:
             None if steps is None else each.flight_ns / steps,
             reading.clock,
             id(each) in edge,
+            run.dt_taken,
         )

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from compare.tables.schema import EMPTY, Table
-from compare.tables.shared import CONTESTANT, Engine, Limit, Method, SceneName, Status, Step, Tolerance, Why
+from compare.tables.shared import CONTESTANT, Engine, Limit, Method, SceneName, Status, Step, StepTaken, Tolerance, Why
 
 WORSE = 2.0
 
@@ -33,6 +33,7 @@ class WorkPrecisionRow:
     step_ns: Annotated[float | None, "time of one step of one throw; empty where a flight is what was timed"]
     clock: Annotated[str, "thread CPU, process CPU or wall: the one that is right for it"]
     frontier: Annotated[bool, "whether no run that has a time is both cheaper and as near"]
+    dt_taken_s: StepTaken = None
 
 
 @dataclass(frozen=True)
@@ -57,11 +58,12 @@ class DigitRow:
     ratio_low: Annotated[float | None, "from this"] = None
     ratio_high: Annotated[float | None, "to this: the interval that covers it in 95 of 100 runs"] = None
     no_ratio: Annotated[str, "why the contestant has no time, and so no ratio"] = ""
+    dt_taken_s: StepTaken = None
 
 
 @dataclass(frozen=True)
 class OrderRow:
-    """One fixed-step contestant: the order its errors show, its floor and the step it bends at.
+    """One fixed-step contestant: the order its errors show by the steps taken, its floor and the step it bends at.
 
     The parts of the error are read at the run nearest to one thousandth of the body.
     """

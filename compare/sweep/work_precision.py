@@ -4,7 +4,7 @@ Errors and times come from separate runs.  A fixed-step method's time is its ste
 method, and one that takes a flight in one step, is timed by whole flights.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from compare.judge.cost import Timed, time_runs
@@ -17,14 +17,16 @@ from compare.run.readings import USUAL, Sampling
 from compare.run.tasks import Task, run
 from compare.run.truths import Truths, true_answer
 from compare.run.worker import Failure
+from compare.sweep.longer_steps import COUNTS, at_all, longer_steps
 from scenarios.scene import Scene
 from scenarios.truth import NoTruth, Truth
 
 YARDSTICK = "yardstick"
-MOST_RUNGS = 60
 TOLERANCES = tuple(10.0 ** (-half / 2) for half in range(4, 29))
 # A rung that gains less than this over three of its predecessors, which shrink the step by 2.8, is at its floor.
 GAIN, OVER = 0.7, 3
+# A scene and its truth by the step that it is judged for, None for that at its samples.
+Judged = Mapping[float | None, tuple[Scene, Truth]]
 ASYMPTOTIC = 1e-3  # of the body's size: an error above it may rise and fall before it is one of a small step
 
 
@@ -72,16 +74,22 @@ def sweep(
     effort: Effort = FULL,
     kept: Kept | None = None,
     enough_m: float = 0.0,
+    beyond_samples: bool = False,
 ) -> Sweep:
     """Return one scene's error and time for every contestant and every rung of its ladder.
 
     kept: ladders that are done already, and where those are kept that get done.  Times are always taken anew: they are
     worth something only beside each other.
-    enough_m: the error [m] that is asked for: a ladder ends where it is reached.
+    enough_m: the error [m] that is asked for: a ladder ends where it is reached; beyond_samples: whether ladders of
+    fixed steps begin above the distance of two samples; such steps are judged where they end.
     Raises NoTruth where there is nothing to measure errors against, RayMissed as compare does.
     """
     return against_the_clock(
-        participants, scene, ladders(participants, scene, tick, effort, kept, enough_m), tick, effort
+        participants,
+        scene,
+        ladders(participants, scene, tick, effort, kept, enough_m, beyond_samples=beyond_samples),
+        tick,
+        effort,
     )
 
 
@@ -93,26 +101,35 @@ def ladders(
     kept: Kept | None = None,
     enough_m: float = 0.0,
     truths: Truths | None = None,
+    beyond_samples: bool = False,
 ) -> list[Run]:
     """Return every rung of every contestant's ladder, which no clock reads.
 
     truths: where that of the scene is asked for already; the other arguments, and what is raised: as of `sweep`.
     """
-    true, why = truths.answer(scene) if truths else true_answer(scene)
-    if true is None:
-        raise NoTruth(f"{scene.name} has no truth to be held against: {why}")
+    longer = longer_steps(scene) if beyond_samples else {}
+    answer = truths.answer(scene) if truths else true_answer(at_all(scene, longer))
+    if answer.truth is None:
+        raise NoTruth(f"{scene.name} has no truth to be held against: {answer.why}")
+    asked = ((dt, seen, answer.at(seen).truth) for dt, seen in [(None, scene), *longer.items()])
+    judged = {dt: (seen, true) for dt, seen, true in asked if true is not None}
 
     def task(participant: Participant, method: str) -> Task[list[Flown]]:
         key = scene.name, participant.title, method
-        return Task(key, participant, lambda able: climb(able, scene, true, method, effort, enough_m), list[Flown])
+        return Task(key, participant, lambda able: climb(able, judged, method, effort, enough_m), list[Flown])
+
+    def run_of(participant: Participant, flown: Flown) -> Run:
+        seen, true = where_judged(judged, participant, flown.method, flown.dt)
+        return flown.run(seen, participant.title, true)
 
     tasks = [task(each, method) for each in participants for method in each.methods_for(scene)]
     found = run(tasks, tick=tick, kept=kept)
-    return [
-        flown.run(scene, one.participant.title, true)
-        for one, ladder in zip(tasks, found, strict=True)
-        for flown in ladder
-    ]
+    return [run_of(one.participant, flown) for one, ladder in zip(tasks, found, strict=True) for flown in ladder]
+
+
+def where_judged(judged: Judged, participant: Participant, method: str, dt: float) -> tuple[Scene, Truth]:
+    """Return the scene as one rung is run on it, and its truth: by its samples, or by the ends of longer steps."""
+    return judged[None if participant.takes_own_steps(method) or dt not in judged else dt]
 
 
 def against_the_clock(
@@ -125,16 +142,20 @@ def against_the_clock(
     return Sweep(scene, tuple(timed), tuple(one for one in runs if id(one) not in clocked), why_untimed)
 
 
-def climb(
-    participant: Participant, scene: Scene, true: Truth, method: str, effort: Effort, enough_m: float
-) -> list[Flown]:
-    """Return the ladder of one method from its longest step to its floor, to what is enough, or the budget's end."""
+def climb(participant: Participant, judged: Judged, method: str, effort: Effort, enough_m: float) -> list[Flown]:
+    """Return the ladder of one method from its longest step to its floor, to what is enough, or the budget's end.
+
+    judged: the scene by its samples, and by longer steps, each with its truth.
+    """
+    scene, _ = judged[None]
+    longer = [] if participant.takes_own_steps(method) else [(method, dt) for dt in judged if dt is not None]
     ladder: list[Flown] = []
     runs: list[Run] = []
-    for name, dt in rungs(participant, scene, method, effort.tolerances):
-        answer = participant.fly(scene, name, dt, untold=True)
+    for name, dt in (*longer, *rungs(participant, scene, method, effort.tolerances)):
+        seen, true = where_judged(judged, participant, name, dt)
+        answer = participant.fly(seen, name, dt, untold=True)
         ladder.append(Flown.of(participant, name, dt, answer))
-        runs.append(ladder[-1].run(scene, participant.title, true))
+        runs.append(ladder[-1].run(seen, participant.title, true))
         # An adaptive method's error falls by fits and starts, and its tolerances are few: they are all tried.
         if isinstance(answer, Failure) or (name == method and at_floor(runs)):
             break
@@ -155,10 +176,8 @@ def rungs(
     elif participant.takes_own_steps(method):
         yield method, scene.duration
     else:
-        # The steps of the whole flight: 2, 3, 4, 6, 8, 12, ... times the legs it is cut into.
         cuts = len(legs(scene, scene.duration))
-        counts = sorted({2**k for k in range(MOST_RUNGS)} | {3 * 2**k for k in range(MOST_RUNGS)})[:MOST_RUNGS]
-        yield from ((method, scene.duration / (cuts * count)) for count in counts)
+        yield from ((method, scene.duration / (cuts * count)) for count in COUNTS)
 
 
 def over_budget(participant: Participant, method: str, steps: int, budget_s: float) -> bool:

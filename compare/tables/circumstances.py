@@ -28,7 +28,9 @@ def circumstances(
     """Return format, machine, versions, what else was asked for, engines with their files, and the scenes."""
     found = [*conditions(command), *(ConditionRow(what, value) for what, value in asked.items())]
     for participant in participants:
-        methods = ", ".join(participant.methods) if participant.named else "all methods"
+        methods = ", ".join(
+            participant.methods if participant.only_named else ("all methods", *sorted(participant.named))
+        )
         own = files(participant.engine) if is_file(participant.engine) else []
         file = f", file {digest([path.read_bytes() for path in own])}" if own else ""
         found.append(ConditionRow(f"engine {participant.title}", f"{engine_row(participant).version}, {methods}{file}"))

@@ -137,9 +137,12 @@ def values(name: str, numbers: Sequence[int], column: Column, cells: Sequence[st
     empty = None if column.kind is int else math.nan
     for number, cell in zip(numbers, cells, strict=True):
         try:
-            value = empty if column.optional and not cell else read(cell)
-            if column.kind is int and value is not None and abs(value) >= 2**63:
-                raise ValueError
+            value = empty
+            if cell or not column.optional:
+                value = read(cell)
+                # What is not there is an empty cell, and no `nan`.
+                if math.isnan(value) or (column.kind is int and abs(value) >= 2**63):
+                    raise ValueError
         except (ValueError, KeyError):
             raise BadTable(f"{name}: line {number}: {column.name} = {short(cell)}: must be {what}") from None
         yield value

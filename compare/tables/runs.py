@@ -26,7 +26,7 @@ def run_row(run: Run) -> RunRow:
     steps = run.flight.steps if run.tolerance is None else None
     wall = wall_s, None if steps is None else wall_s / steps * 1e9, wall_s / run.scene.duration
     if not run.has_errors:
-        return RunRow(*key, steps, *status, None, None, None, None, None, None, None, *wall)
+        return RunRow(*key, steps, *status, None, None, None, None, None, None, None, *wall, run.dt_taken)
     distances = run.distances
     with quietly():
         rms_m = np.sqrt((distances**2).mean())
@@ -43,6 +43,7 @@ def run_row(run: Run) -> RunRow:
         boundless(momentum),
         boundless(angular),
         *wall,
+        run.dt_taken,
     )
 
 

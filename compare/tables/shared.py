@@ -11,6 +11,11 @@ Engine = Annotated[str, "name of the engine"]
 Method = Annotated[str, "METHOD[@TOLERANCE] of the engine; empty where the engine is missing"]
 Step = Annotated[float, "step; empty where the method chose its own under a tolerance", EMPTY]
 Tolerance = Annotated[float | None, "tolerance of an adaptive method; empty where there is a step"]
+StepTaken = Annotated[
+    float | None,
+    "mean step of the whole run: below dt_s where samples and impulses cut it; empty where a tolerance chose the "
+    "steps, or the run did not reach its end",
+]
 Instant = Annotated[float, "time of the sample"]
 Vertex = Annotated[int, "number of the vertex"]
 Status = Annotated[str, "ok, flagged, diverged, skipped, missing, crashed or timeout"]
@@ -101,6 +106,7 @@ class RunRow:
     wall_s: Annotated[float | None, "wall time of the native loop over the whole flight, one pass"] = None
     wall_ns_per_step: Annotated[float | None, "the same for one step of all throws"] = None
     wall_per_sim_s: Annotated[float | None, "the same for one second of flight"] = None
+    dt_taken_s: StepTaken = None
 
 
 @dataclass(frozen=True)
@@ -137,7 +143,7 @@ class EngineRow:
     why: Why
     version: Annotated[str, "its version"]
     precision: Annotated[str, "single or double"]
-    methods: Annotated[str, "its methods, the default first"]
+    methods: Annotated[str, "its methods, first the one that is taken where one is enough"]
     features: Annotated[str, "the force laws it has"]
     switched_off: Annotated[str, "what was switched off to be fair"]
 
@@ -151,7 +157,7 @@ FINDING_WORDS = {
     "nearest": "who is nearest to the truth, by its largest vertex error",
     "nearest engine": "the same of engines that are not ours",
     "asked for": "an engine's first method, by its largest vertex error, the nearest engine first",
-    "as shipped": "an engine with nothing set, else its first method, by its largest vertex error",
+    "as shipped": "an engine as it is where its user sets nothing, if that took part, by its largest vertex error",
     "furthest": "who of those that finished is furthest off",
     "unfinished": "how many contestants began and did not finish",
     "unable": "how many contestants cannot fly the scene, or are not installed",

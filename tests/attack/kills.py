@@ -14,6 +14,7 @@ from functools import cache, partial
 from pathlib import Path
 
 from left_running import carrying, gone
+from patience import PATIENCE_S
 
 from compare.tables.files import settle
 
@@ -63,7 +64,7 @@ def whole(words: tuple[str, ...]) -> tuple[Path, dict[str, int]]:
     """Return a folder as the command leaves it, and its tables."""
     folder = Path(tempfile.mkdtemp(prefix="tumble-whole-"))
     done = start(words, folder)
-    _, said = done.communicate(timeout=300)
+    _, said = done.communicate(timeout=PATIENCE_S)
     assert done.returncode == 0, said
     return folder / "out", tables(folder / "out")
 
@@ -86,7 +87,7 @@ def attack(folder: Path, seed: int) -> str:
         ended = "it was done"
     except subprocess.TimeoutExpired:
         command.send_signal(how)
-        _, said = command.communicate(timeout=60)
+        _, said = command.communicate(timeout=PATIENCE_S)
         ended = f"{how.name} after {moment:.2f} s"
         # An interrupt amid a text that is compiled has Python end itself by SIGINT, which shells call 130 as well.
         # Python's own start, before the first line of ours, tells of an interrupt as it will, and ends with 1 or 0.
@@ -97,7 +98,7 @@ def attack(folder: Path, seed: int) -> str:
     found = tables(own / "out")
     assert found in (({}, expected), (expected,))[had_one], f"{ended}: {found}, not {expected}"
     again = start(words, own)
-    _, said = again.communicate(timeout=300)
+    _, said = again.communicate(timeout=PATIENCE_S)
     assert again.returncode == 0, f"again after {ended}: {said}"
     assert tables(own / "out") == expected, f"again after {ended}"
     drafts = [path.name for path in (own / "out").iterdir() if path.name not in expected and path.name.startswith(".")]

@@ -5,6 +5,8 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+from patience import PATIENCE_S
+
 
 def those(wanted: Callable[[Path], bool]) -> list[int]:
     """Return the numbers of the processes that are wanted, by their folders in /proc; none that has ended."""
@@ -28,14 +30,14 @@ def carrying(mark: str) -> list[int]:
     return those(lambda each: mark.encode() in (each / "environ").read_bytes().split(b"\0"))
 
 
-def left_running(path: Path, seconds: float = 20.0) -> None:
+def left_running(path: Path) -> None:
     """Wait until no process is left that has a path among its words.  Raises AssertionError."""
-    gone(lambda: named(path), seconds)
+    gone(lambda: named(path))
 
 
-def gone(found: Callable[[], list[int]], seconds: float = 20.0) -> None:
+def gone(found: Callable[[], list[int]]) -> None:
     """Wait until none is found.  Raises AssertionError."""
-    end = time.monotonic() + seconds
+    end = time.monotonic() + PATIENCE_S
     while left := found():
         assert time.monotonic() < end, f"left running: {left}"
         time.sleep(0.02)

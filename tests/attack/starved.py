@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from left_running import carrying, gone
+from patience import PATIENCE_S
 
 RUN = ("run", "die-straight", "-e", "tumble:rk4")
 FILE = (*RUN, "-o", "out.csv")
@@ -152,7 +153,7 @@ def attack(folder: Path, name: str) -> None:
                 cwd=own,
                 env=os.environ | state.env | dict([mark.split("=")]),
                 preexec_fn=state.before,
-                timeout=300,
+                timeout=PATIENCE_S,
                 **({"stdout": subprocess.PIPE, "stderr": subprocess.PIPE} | opened),
             )
     finally:

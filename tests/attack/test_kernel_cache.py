@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from patience import PATIENCE_S
 
 ROOT = Path(__file__).parents[2]
 FLOORS = ("solver", "scenarios", "compare", "reports", "tumble")
@@ -24,7 +25,7 @@ def run(folder: Path, *, root: Path = ROOT, env=None, **settings) -> subprocess.
         env=env | {"PYTHONPATH": str(root)},
         capture_output=True,
         text=True,
-        timeout=300,
+        timeout=PATIENCE_S,
         **settings,
     )
 
@@ -132,6 +133,6 @@ def test_two_processes_that_need_one_kernel_compile_it_once(tmp_path):
         subprocess.Popen([sys.executable, "-c", TWICE, str(tmp_path)], env=env, stdout=subprocess.PIPE, text=True)
         for _ in range(2)
     ]
-    said = "".join(process.communicate(timeout=120)[0] for process in both)
+    said = "".join(process.communicate(timeout=PATIENCE_S)[0] for process in both)
     assert [process.returncode for process in both] == [0, 0]
     assert said == "compiled\n"

@@ -1,12 +1,19 @@
 """A page made from a real, small run of everything, and a real browser to open it in, offline."""
 
+import fcntl
 import json
+import os
 import re
+import subprocess
+import sys
+import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
+from pathlib import Path
 
 import pandas as pd
 import pytest
+from patience import PATIENCE_S
 from playwright.sync_api import Page
 
 from compare.comparison.against_truth import compare
@@ -60,6 +67,22 @@ def html(real) -> str:
     return page(real)
 
 
+@pytest.fixture(scope="session")
+def whole_page(tmp_path_factory) -> Path:
+    """The page of everything, as `make report` makes it: made once, by whichever process of the tests comes first."""
+    own = tmp_path_factory.getbasetemp()
+    shared = own.parent if "PYTEST_XDIST_WORKER" in os.environ else own
+    file = shared / "whole" / "tumble.html"
+    file.parent.mkdir(exist_ok=True)
+    with (file.parent / "lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not file.exists():  # it is written whole or not at all
+            words = [sys.executable, "-P", "-m", "tumble", "report", "-o", str(file)]
+            done = subprocess.run(words, cwd=file.parent, capture_output=True, text=True, timeout=2 * PATIENCE_S)
+            assert done.returncode == 0, done.stderr
+    return file
+
+
 @pytest.fixture
 def opened(browser, tmp_path) -> Iterator[Callable[..., Page]]:
     """Open a page from its file, offline; afterwards no request but for that file, and no word in the console."""
@@ -70,6 +93,7 @@ def opened(browser, tmp_path) -> Iterator[Callable[..., Page]]:
         file.write_text(html, encoding="utf-8")
         size = {"width": width, "height": height}
         context = browser.new_context(viewport=size, offline=True, **{"reduced_motion": "reduce", **settings})
+        context.set_default_timeout(120_000)  # as of tests/conftest.py
         contexts.append(context)
         tab = context.new_page()
         tab.on("console", lambda message: heard.append(message.text))
@@ -91,11 +115,10 @@ def opened(browser, tmp_path) -> Iterator[Callable[..., Page]]:
 
 def until(tab: Page, expression: str) -> None:
     """Wait until it is true; Playwright's own wait is a script of its own, which the page's policy keeps out."""
-    for _ in range(200):
-        if tab.evaluate(expression):
-            return
+    end = time.monotonic() + PATIENCE_S
+    while not tab.evaluate(expression):
+        assert time.monotonic() < end, f"still not so: {expression}"
         tab.wait_for_timeout(50)
-    raise AssertionError(f"still not so: {expression}")
 
 
 def data_in(html: str) -> dict:

@@ -13,7 +13,10 @@ from axe_playwright_python.sync_playwright import Axe
 from conftest import SCENES, data_in, until
 from playwright.sync_api import expect
 
+from compare.comparison.findings import error_findings
+from compare.tables.frames import frame, rows
 from compare.tables.known import schema
+from compare.tables.shared import FINDINGS, RUNS
 from reports.page import TEMPLATES, page, whole_script
 from scenarios.frames import rotation_matrix
 from scenarios.read import catalogue
@@ -462,6 +465,25 @@ def test_sentences_say_what_findings_say(real, opened):
     assert "ω·dt = 7.77" in tab.locator("#stability .headline").inner_text()
 
 
+def test_only_what_an_engine_does_where_nobody_sets_anything_is_called_its_default(real, opened):
+    """Of MuJoCo only what somebody named, and PyBullet as it ships."""
+    changed = {name: table for name, table in real.items() if not name.startswith("sweep-")}
+    runs = real["runs.csv"]
+    changed["runs.csv"] = runs[(runs["engine"] != "mujoco") | (runs["method"] == "rk4")]
+    told = error_findings(rows(RUNS, changed["runs.csv"]), {"pybullet:multibody+defaults", "mujoco:euler"})
+    changed["findings.csv"] = frame(FINDINGS, told)
+    tab = opened(page(changed), "#tol=1e-12&show=all&open=two-hits")
+    said = tab.locator("#answer").inner_text()
+    assert re.search(r"left at its default, pybullet manages \d of \d throws; as asked, mujoco:rk4 manages", said)
+    roles = {
+        row.get_attribute("data-name"): row.locator("th").first.inner_text()
+        for row in tab.locator("#board tbody tr").all()
+    }
+    assert "as asked, its best" in roles["mujoco:rk4"]
+    assert "as it ships" in roles["pybullet:multibody+defaults"]
+    assert not any("its default" in role for role in roles.values())
+
+
 def test_a_horizon_is_drawn_where_a_scene_has_one(real, opened):
     changed = dict(real)
     changed["scenes.csv"] = real["scenes.csv"].assign(
@@ -478,12 +500,11 @@ def test_a_horizon_is_drawn_where_a_scene_has_one(real, opened):
     assert abs(float(band.get_attribute("x") or 0) - middle) < 0.5
 
 
-@pytest.mark.parametrize("kept", ["docs/example.html", "report/tumble.html"])
-def test_a_whole_page_opens_small_and_soon(kept, opened, request):
-    """The page that is committed, and in CI the one that `make report` made just before."""
-    file = request.config.rootpath / kept
-    if not file.exists():
-        pytest.skip("no page was made here; CI makes it before the tests")
+@pytest.mark.parametrize("which", ["committed", "made now"])
+def test_a_whole_page_opens_small_and_soon(which, opened, request):
+    """The page that is committed, and the one that `make report` makes."""
+    committed = request.config.rootpath / "docs/example.html"
+    file = committed if which == "committed" else request.getfixturevalue("whole_page")
     html = file.read_text(encoding="utf-8")
     assert len(html.encode()) < 3_000_000
     tab = opened(html, "#show=all")
@@ -501,3 +522,13 @@ def test_the_committed_page_is_drawn_as_pages_are_now(request):
     assert (TEMPLATES / "page.css").read_text(encoding="utf-8") in html
     carried = data_in(html)["tables"]
     assert all(list(carried[name]["columns"]) == schema(name).names for name in ("runs.csv", "findings.csv"))
+
+
+def test_the_step_taken_stands_beside_the_one_asked_for(real, opened):
+    changed = dict(real)
+    runs = real["runs.csv"].copy()
+    runs.loc[runs["scene"] == "two-hits", "dt_taken_s"] = 0.0019231
+    changed["runs.csv"] = runs
+    tab = opened(page(changed), "#open=two-hits,die-vertex&at=scene-two-hits")
+    assert "s (0.001923 s taken, because samples cut the run)" in tab.locator("#scene-two-hits .facts").inner_text()
+    assert "taken" not in tab.locator("#scene-die-vertex .facts").inner_text()

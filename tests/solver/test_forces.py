@@ -14,6 +14,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from numba import njit
+from patience import PATIENCE_S
 from scipy.integrate import solve_ivp
 
 from compare.engines import tumble as engine
@@ -456,7 +457,7 @@ def test_features_of_other_scenes_change_no_bit(tmp_path):
         )
         for how in ("alone", "crowded")
     ]
-    alone, crowded = (process.communicate(timeout=240)[0].splitlines() for process in processes)
+    alone, crowded = (process.communicate(timeout=PATIENCE_S)[0].splitlines() for process in processes)
     assert len(alone) == 3
     assert alone == crowded
 

@@ -11,6 +11,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from patience import PATIENCE_S
 
 HOME = Path(__file__).parents[2]
 WIND = HOME / "tests" / "support" / "wind"
@@ -49,7 +50,7 @@ def tumble(folder, *words, code=0):
         env=environment,
         capture_output=True,
         text=True,
-        timeout=300,
+        timeout=PATIENCE_S,
     )
     assert said.returncode == code, said.stderr
     return said.stdout

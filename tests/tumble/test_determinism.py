@@ -9,6 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from patience import PATIENCE_S
 
 from compare.check.record import read_record, texts
 from compare.tables.files import write_folder
@@ -40,7 +41,7 @@ angular_velocity = [0.3, 9.0, 0.4]
 
 def tumble(folder: Path, *words: str) -> str:
     command = [sys.executable, "-P", "-m", "tumble", *words]
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=120)
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=PATIENCE_S)
     assert done.returncode in (0, 1), done.stderr
     return done.stdout
 

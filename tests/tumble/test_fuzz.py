@@ -8,6 +8,7 @@ from pathlib import Path
 
 import fuzz
 import pytest
+from patience import PATIENCE_S
 
 from compare.run.kept import FOLDER
 
@@ -34,7 +35,7 @@ def test_a_full_disk_leaves_the_old_record_or_none(tmp_path):
 
     def record(*words: str, **settings) -> int:
         command = [sys.executable, "-P", "-m", "tumble", "check", *words, "--no-times", "--accept", "-o", "base"]
-        done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=120, **settings)
+        done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=PATIENCE_S, **settings)
         if done.returncode == 2:
             assert len(done.stderr.splitlines()) == 1
         return done.returncode

@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from patience import PATIENCE_S
 
 from scenarios.read import catalogue
 from tumble.examples import EXAMPLES
@@ -81,7 +82,7 @@ def test_bash_completes(words, wanted, tmp_path):
     there = {**os.environ, "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
     script = BASH.format(words=words, last=len(words.split()))
     done = subprocess.run(
-        ["bash", "-c", script], capture_output=True, text=True, timeout=60, cwd=tmp_path, env=there, check=True
+        ["bash", "-c", script], capture_output=True, text=True, timeout=PATIENCE_S, cwd=tmp_path, env=there, check=True
     )
     assert {word.strip() for word in done.stdout.split()} == wanted
 
@@ -92,4 +93,4 @@ def test_completion_is_a_script_of_that_shell(shell, tumble, tmp_path):
     assert "tumble" in script
     if shutil.which(shell):
         (tmp_path / "script").write_text(script)
-        subprocess.run([shell, "-n", "script"], cwd=tmp_path, check=True, timeout=60)
+        subprocess.run([shell, "-n", "script"], cwd=tmp_path, check=True, timeout=PATIENCE_S)

@@ -5,6 +5,7 @@ import subprocess
 import sys
 
 import pytest
+from patience import PATIENCE_S
 
 # A library that is being imported makes an ImportError of an interrupt, as numpy does.
 AT_IMPORT = """
@@ -32,7 +33,7 @@ sys.exit(start.main(["scenes"]))
 
 
 def said(code: str) -> tuple[int, str]:
-    done = subprocess.run([sys.executable, "-P", "-c", code], capture_output=True, text=True, timeout=120)
+    done = subprocess.run([sys.executable, "-P", "-c", code], capture_output=True, text=True, timeout=PATIENCE_S)
     return done.returncode, done.stderr
 
 

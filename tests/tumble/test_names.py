@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from patience import PATIENCE_S
 
 ROOT = Path(__file__).parents[2]
 MINE = (ROOT / "tests/plugins/mine.py").read_text(encoding="utf-8")
@@ -33,19 +34,19 @@ def installed(tmp_path_factory) -> Path:
     home = tmp_path_factory.mktemp("wheel")
     words = [sys.executable, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-deps"]
     source = home / "source"
-    subprocess.run(["git", "clone", "--quiet", ROOT, source], check=True, timeout=120)
+    subprocess.run(["git", "clone", "--quiet", ROOT, source], check=True, timeout=PATIENCE_S)
     for name in subprocess.run(
         ["git", "ls-files", "-m", "-o", "--exclude-standard"], cwd=ROOT, capture_output=True, text=True, check=True
     ).stdout.split():
         (source / name).parent.mkdir(parents=True, exist_ok=True)
         (source / name).write_bytes((ROOT / name).read_bytes()) if (ROOT / name).exists() else None
-    subprocess.run([*words, "--no-build-isolation", "--target", home / "site", source], check=True, timeout=300)
+    subprocess.run([*words, "--no-build-isolation", "--target", home / "site", source], check=True, timeout=PATIENCE_S)
     return home / "site"
 
 
 def flown(folder: Path, words: list[str], **more: str) -> subprocess.CompletedProcess[str]:
     environment = {**os.environ, **more}
-    return subprocess.run(words, cwd=folder, env=environment, capture_output=True, text=True, timeout=120)
+    return subprocess.run(words, cwd=folder, env=environment, capture_output=True, text=True, timeout=PATIENCE_S)
 
 
 def test_a_checkout_finds_its_own_and_the_user_his(folder):

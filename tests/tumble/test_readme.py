@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from patience import PATIENCE_S
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -35,7 +36,12 @@ def test_the_commands_of_a_block_run_as_printed_one_after_the_other(folder, bloc
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
     for command in block.splitlines():
         done = subprocess.run(
-            command.split(), cwd=folder, env={**os.environ, "PATH": path}, capture_output=True, text=True, timeout=120
+            command.split(),
+            cwd=folder,
+            env={**os.environ, "PATH": path},
+            capture_output=True,
+            text=True,
+            timeout=PATIENCE_S,
         )
         assert done.returncode == 0, done.stderr
         written = re.findall(r"-o (\S+)", command)

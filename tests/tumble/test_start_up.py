@@ -6,6 +6,7 @@ import subprocess
 import sys
 
 import pytest
+from patience import PATIENCE_S
 
 ENGINES = {"mujoco", "pybullet", "heyoka"}
 DRAWING = {"altair", "vl_convert", "jinja2", "pandas", "matplotlib"}
@@ -21,7 +22,7 @@ def imported(*words: str, folder) -> set[str]:
         env={**os.environ, "PYTHONPROFILEIMPORTTIME": "1"},
         capture_output=True,
         text=True,
-        timeout=120,
+        timeout=PATIENCE_S,
     )
     assert said.returncode == 0, said.stderr[-2000:]
     found = set(IMPORTED.findall(said.stderr))

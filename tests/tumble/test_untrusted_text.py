@@ -18,6 +18,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from markdown_it import MarkdownIt
+from patience import PATIENCE_S
 
 from compare.check.changes import hold_against
 from compare.check.junit import junit
@@ -70,7 +71,7 @@ angular_velocity = [0.3, 9.0, 0.4]
 
 def tumble(folder: Path, *words: str, code: int = 0) -> subprocess.CompletedProcess[str]:
     command = [sys.executable, "-P", "-m", "tumble", *words]
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=120)
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=PATIENCE_S)
     assert done.returncode == code, done.stderr
     assert not set(done.stdout + done.stderr) & set("\x1b\x07\x00\u202e\r\u2028"), "a terminal would obey"
     return done

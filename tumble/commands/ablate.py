@@ -5,13 +5,14 @@ from argparse import Namespace
 from pathlib import Path
 
 from compare.ablation.optional_features import NOTHING, SCENES, ablate
-from compare.run.participants import flights, launched
+from compare.run.participants import flights
 from compare.tables.files import write_folder
 from reports.ablation import ablation_text
 from reports.terminal import console
 from scenarios.read import read_scenes
 from tumble.finished import FAILED, exit_code
 from tumble.notes import note, progress
+from tumble.taking_part import taking_part
 
 
 def main(options: Namespace) -> int:
@@ -20,7 +21,7 @@ def main(options: Namespace) -> int:
     folder = Path(options.output) if options.output else None
     if folder:
         folder.mkdir(parents=True, exist_ok=True)
-    with launched(options.engine, options.time_limit, options.memory_limit) as participants:
+    with taking_part(options.engine, options) as participants:
         with progress(flights(participants, scenes) + len(scenes)) as tick:
             ablations = [ablate(participants, scene, tick) for scene in scenes]
         out = console()

@@ -2,13 +2,14 @@
 
 from argparse import Namespace
 
-from compare.run.participants import flights, launched
+from compare.run.participants import flights
 from compare.sweep.work_precision import Effort, sweep
 from reports.sweep_text import advice_text
 from reports.terminal import console
 from scenarios.read import read_scenes
 from tumble.finished import exit_code
 from tumble.notes import note, progress
+from tumble.taking_part import taking_part
 
 # A ladder that ends where its tolerance is reached is short.
 EFFORT = Effort(budget_s=0.15)
@@ -19,14 +20,25 @@ LADDER, CLOCK_S = 5.0, 5.0
 def main(options: Namespace) -> int:
     """Sweep each scene as far as the tolerance asks, and print what to use and what came how close."""
     scenes = read_scenes(options.scene)
-    with launched(options.engine, options.time_limit, options.memory_limit) as participants:
+    with taking_part(options.engine, options) as participants:
         count = flights(participants, scenes)
         seconds = count * LADDER * EFFORT.budget_s + len(scenes) * CLOCK_S
         note(f"{count} ladders of steps: about {seconds:.0f} s, or less where the tolerance is soon reached")
         with progress(count + len(scenes)) as tick:
-            found = [sweep(participants, scene, tick, EFFORT, enough_m=options.tolerance) for scene in scenes]
+            found = [
+                sweep(
+                    participants,
+                    scene,
+                    tick,
+                    EFFORT,
+                    enough_m=options.tolerance,
+                    beyond_samples=options.beyond_samples,
+                )
+                for scene in scenes
+            ]
+        named = {f"{one.title}:{method}" for one in participants for method in one.named}
         out = console()
         for one in found:
-            for piece in advice_text(one, options.tolerance):
+            for piece in advice_text(one, options.tolerance, named):
                 out.print(piece)
     return exit_code(run.status for one in found for run in one.runs)

@@ -15,13 +15,14 @@ from compare.check.schemas import TIMES
 from compare.check.times import nearer
 from compare.check.tolerances import Tolerances, read_tolerances
 from compare.run.kept import Kept
-from compare.run.participants import flights, launched, split, wanted
+from compare.run.participants import flights, split, wanted
 from compare.run.registry import is_file
 from compare.tables.circumstances import binding, circumstances
 from compare.tables.files import write_folder
 from reports.numerals import counted
 from scenarios.read import catalogue, read_scenes
 from tumble.notes import note, progress
+from tumble.taking_part import taking_part
 
 
 def main(options: Namespace) -> int:
@@ -90,9 +91,7 @@ def fly(options: Namespace, old: Record | None) -> Record:
     timed = not options.no_times and (old is None or old.times is not None)
     if options.output:
         Path(options.output).mkdir(parents=True, exist_ok=True)
-    with launched(
-        asked_engines, options.time_limit, options.memory_limit, beside=old.contestants if old else ()
-    ) as participants:
+    with taking_part(asked_engines, options, beside=old.contestants if old else ()) as participants:
         command, kept = shlex.join(options.words), None
         if options.output:
             asked = {"time limit [s]": f"{options.time_limit:g}"}

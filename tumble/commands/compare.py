@@ -6,13 +6,14 @@ from pathlib import Path
 
 from compare.comparison.against_truth import compare
 from compare.run.flight import check_step
-from compare.run.participants import flights, launched
+from compare.run.participants import flights
 from compare.tables.files import write_folder
 from reports.comparison_text import comparison_text
 from reports.terminal import console
 from scenarios.read import BadScene, read_scenes
 from tumble.finished import exit_code
 from tumble.notes import note, progress
+from tumble.taking_part import taking_part
 
 
 def main(options: Namespace) -> int:
@@ -30,7 +31,7 @@ def main(options: Namespace) -> int:
     folder = Path(options.output) if options.output else None
     if folder:
         folder.mkdir(parents=True, exist_ok=True)
-    with launched(options.engine, options.time_limit, options.memory_limit) as participants:
+    with taking_part(options.engine, options) as participants:
         with progress(flights(participants, scenes) + len(scenes)) as tick:
             comparisons = compare(participants, scenes, options.dt, tick)
         out = console()

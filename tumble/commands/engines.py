@@ -26,7 +26,7 @@ def main(options: Namespace) -> int:
             print_line(f"removed {described(gone)}")
     for engine in options.install:
         note(f"making an environment for {known(engine)}")
-        with progress(1) as tick:
+        with progress(doing=f"installing {engine}") as tick:
             made = installing.install(engine, tick)
         print_line(described(made))
     if options.template:

@@ -9,7 +9,7 @@ from compare.releases.ledger import SCENES, ledger
 from compare.releases.notes import shipped_notes
 from compare.run import environments, installing, registry
 from compare.run.kept import Kept
-from compare.run.participants import flights, launched, split
+from compare.run.participants import flights, split
 from compare.run.registry import BadEngine
 from compare.tables.files import write_folder
 from reports.releases import ledger_markdown, ledger_text
@@ -17,6 +17,7 @@ from reports.terminal import console
 from scenarios.read import read_scenes
 from tumble.finished import exit_code
 from tumble.notes import note, progress
+from tumble.taking_part import taking_part
 
 
 def main(options: Namespace) -> int:
@@ -27,7 +28,7 @@ def main(options: Namespace) -> int:
     folder = Path(options.output) if options.output else None
     if folder:
         folder.mkdir(parents=True, exist_ok=True)
-    with launched(asked, options.time_limit, options.memory_limit) as participants:
+    with taking_part(asked, options) as participants:
         kept = None
         if folder:
             from compare.tables.circumstances import binding, circumstances
@@ -85,6 +86,6 @@ def chosen(engine: str, options: Namespace) -> list[str]:
         for release in found:
             if environments.located(f"{engine}@{release}")[1] is None:
                 note(f"making an environment for {engine}@{release}")
-                with progress(1) as tick:
+                with progress(doing=f"installing {engine}@{release}") as tick:
                     installing.install(f"{engine}@{release}", tick)
     return found

@@ -21,7 +21,7 @@ from compare.motion.findings import film_findings
 from compare.motion.results import film_tables
 from compare.releases.schemas import TABLES as RELEASES
 from compare.run.flight import check_step
-from compare.run.participants import Participant, flights, launched
+from compare.run.participants import Participant, flights
 from compare.run.progress import Tick
 from compare.run.truths import Truths
 from compare.stability.findings import stability_findings
@@ -44,13 +44,15 @@ from scenarios.scene import Scene
 from scenarios.truth import NoTruth
 from tumble.finished import exit_code
 from tumble.notes import note, progress
+from tumble.taking_part import taking_part
 
 
 def main(options: Namespace) -> int:
     """Make the page, and beside it the tables that it is made from unless they were there."""
     file = Path(options.output)
     if options.sources:
-        write_whole(file, page(found(options)))
+        with progress(doing="drawing the page"):
+            write_whole(file, page(found(options)))
         note(f"page written to {file}")
         return 0
     folder = file.with_name(f"{file.stem}-tables")
@@ -59,9 +61,10 @@ def main(options: Namespace) -> int:
         check_step(scene, options.dt)
     folder.mkdir(parents=True, exist_ok=True)
     frames = flown(options, scenes, folder)
-    html = page(frames)
-    write_folder(folder, csv_texts(frames))
-    write_whole(file, html)
+    with progress(doing="drawing the page"):
+        html = page(frames)
+        write_folder(folder, csv_texts(frames))
+        write_whole(file, html)
     note(f"page written to {file}, its tables to {folder}")
     return exit_code(frames[RUNS.file].status)
 
@@ -87,7 +90,7 @@ def flown(options: Namespace, scenes: list[Scene], folder: Path) -> dict[str, pd
     maps = kept_tables(folder / "stability", STABILITY)
     stiff = [] if maps else [scene for scene in scenes if scene.name == STIFF[0]]
     with (
-        launched(options.engine, options.time_limit, options.memory_limit, few=not options.all) as participants,
+        taking_part(options.engine, options, few=not options.all) as participants,
         progress(flights(participants, (*scenes, *scenes, *swept)) + 2 * len(scenes) + len(swept)) as tick,
     ):
         # What no clock reads is flown side by side, so that no core waits for another's longest task.

@@ -10,15 +10,17 @@ from shutil import copyfileobj
 from tempfile import SpooledTemporaryFile
 
 from compare.engines import OWN
-from compare.run.flight import check_step
-from compare.run.participants import Participant, launched
+from compare.run.flight import check_step, mean_step
+from compare.run.participants import Participant
+from compare.run.progress import Tick, untold
 from compare.run.registry import BadEngine
 from compare.run.worker import Failure
 from compare.tables.files import write_whole
 from compare.tables.trajectory import trajectory_text
 from scenarios.read import read_scene
 from scenarios.scene import Scene
-from tumble.notes import note
+from tumble.notes import note, progress
+from tumble.taking_part import taking_part
 
 # Numbers of a trajectory that are flown at a time, and characters of its text that are kept in memory.
 NUMBERS, IN_MEMORY = 2**19, 2**24
@@ -34,12 +36,13 @@ def main(options: Namespace) -> int:
     scene = read_scene(options.scene)
     check_step(scene, options.dt)
     with (
-        launched(options.engine or [OWN], options.time_limit, options.memory_limit) as (participant,),
+        taking_part(options.engine or [OWN], options) as (participant,),
         # Whole or not at all, and not all of it in memory.
         SpooledTemporaryFile(IN_MEMORY, "w+", encoding="utf-8", errors="backslashreplace", newline="") as text,
     ):
-        for piece in pieces(participant, scene, options.dt or scene.step):
-            text.write(piece)
+        with progress(len(scene.start)) as tick:
+            for piece in pieces(participant, scene, options.dt or scene.step, tick):
+                text.write(piece)
         text.seek(0)
         if options.output:
             write_whole(Path(options.output), iter(partial(text.read, IN_MEMORY), ""))
@@ -48,8 +51,8 @@ def main(options: Namespace) -> int:
     return 0
 
 
-def pieces(participant: Participant, scene: Scene, dt: float) -> Iterator[str]:
-    """Yield the trajectory's text, flown and written some throws at a time, and say what there is to say of it."""
+def pieces(participant: Participant, scene: Scene, dt: float, tick: Tick = untold) -> Iterator[str]:
+    """Yield the trajectory's text, run and written some throws at a time, and say what there is to say of it."""
     method, throws = participant.methods[0], len(scene.start)
     name = f"{participant.title}:{method}"
     at_a_time = max(1, NUMBERS // (len(scene.rows) * (13 + scene.body.points.size)))
@@ -62,7 +65,12 @@ def pieces(participant: Participant, scene: Scene, dt: float) -> Iterator[str]:
         if flight.diverged_at is not None:
             diverged.append(flight.diverged_at)
         said |= dict.fromkeys([flight.remark] * bool(flight.remark) + [f"flagged: {found}" for found in flight.notes])
+        if participant.tolerance(method) is None and flight.diverged_at is None:
+            taken = mean_step(scene.duration, flight.steps, dt)
+            cut = f"took {flight.steps} steps of {taken:.4g} s on average: samples and impulses cut those of {dt:g} s"
+            said |= dict.fromkeys([cut] * (taken != dt))
         yield trajectory_text(flight, scene.body, first, throws)
+        tick(name, len(part.start))
     if diverged:
         note(f"{name} diverged at {min(diverged):.6g} s")
     for line in said:

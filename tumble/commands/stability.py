@@ -4,7 +4,6 @@ import shlex
 from argparse import Namespace
 from pathlib import Path
 
-from compare.run.participants import launched
 from compare.stability.extremes import cases
 from compare.stability.findings import stability_findings
 from compare.stability.schemas import CELLS, EXTREMES, LIMITS
@@ -20,6 +19,7 @@ from reports.terminal import console
 from scenarios.read import read_scenes
 from tumble.finished import exit_code
 from tumble.notes import note, progress
+from tumble.taking_part import taking_part
 
 
 def main(options: Namespace) -> int:
@@ -31,7 +31,7 @@ def main(options: Namespace) -> int:
     scenes = read_scenes(options.scene or STIFF)
     extreme_cases = [] if options.scene else cases()
     folder = Path(options.output) if options.output else None
-    with launched(options.engine, options.time_limit, options.memory_limit) as participants:
+    with taking_part(options.engine, options) as participants:
         asked = {
             "time limit [s]": f"{options.time_limit:g}",
             "extreme cases": digest([case.text for case in extreme_cases]),

@@ -5,7 +5,7 @@ from argparse import Namespace
 from pathlib import Path
 
 from compare.run.kept import Kept
-from compare.run.participants import flights, launched
+from compare.run.participants import flights
 from compare.sweep.results import MEASURED, measured
 from compare.sweep.schemas import WORK_PRECISION
 from compare.sweep.work_precision import YARDSTICK, sweep
@@ -21,6 +21,7 @@ from reports.terminal import console
 from scenarios.read import read_scenes
 from tumble.finished import exit_code
 from tumble.notes import note, progress
+from tumble.taking_part import taking_part
 
 
 def main(options: Namespace) -> int:
@@ -30,7 +31,7 @@ def main(options: Namespace) -> int:
     folder = Path(options.output) if options.output else None
     if folder:
         folder.mkdir(parents=True, exist_ok=True)
-    with launched(options.engine, options.time_limit, options.memory_limit) as participants:
+    with taking_part(options.engine, options) as participants:
         asked = {"time limit [s]": f"{options.time_limit:g}", "reference": options.reference}
         # A task of the store is a scene: its times are worth something only beside each other, of the same rounds.
         order = [(scene.name,) for scene in scenes]

@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 from typing import Self
 
 from compare.run.flight import Trajectory
-from compare.run.participants import Participant, chosen, launched, titles, wanted
+from compare.run.participants import AS_ASKED, DEFAULT, Participant, chosen, launched, titles, wanted
 from compare.run.registry import BadEngine, EngineInfo, names
 from compare.run.worker import Failure
 from scenarios.scene import Scene
@@ -109,11 +109,8 @@ class Crew:
             begun.wait(end - time.monotonic())
         for engine, methods in engines.items():
             self._check(engine, methods)
-        return [
-            self.resolved(self.contestant(engine, method))
-            for engine, methods in engines.items()
-            for method in methods or [""]
-        ]
+        found = [self.contestant(engine, method) for engine, methods in engines.items() for method in methods]
+        return [*dict.fromkeys(map(self.resolved, found))]
 
     def all_contestants(self) -> list[Contestant]:
         """Return who can be asked for: every method of the engines that are up, and those that are not up by name."""
@@ -137,6 +134,11 @@ class Crew:
         """Return the method beside a contestant's that is given the force of a scene's laws once a step."""
         info, method = self.engines.get(one.engine), f"{one.method}{HELD}"
         return replace(one, method=method) if info is not None and method in info.forced else None
+
+    def role(self, one: Contestant) -> str:
+        """Return what a contestant is to its engine; whoever takes part in the lab was asked for."""
+        info = self.engines.get(one.engine)
+        return DEFAULT if info is not None and one.method in info.default else AS_ASKED
 
     def tolerance(self, one: Contestant) -> float | None:
         """Return the tolerance under which a contestant chooses its steps, None of one that does not."""

@@ -100,7 +100,8 @@ class Throw:
             for one in self.contestants
         )
         why = self.why_no_truth or "still being worked out"
-        return Comparison(scene, whole, why, tuple(runs), lost_m(scene, whole))
+        roles = {one.name: self._crew.role(one) for one in self.contestants}
+        return Comparison(scene, whole, why, tuple(runs), lost_m(scene, whole), roles)
 
     def _whole_truth(self) -> Truth:
         pieces = [self._pieces[number] for number in range(len(self._parts))]

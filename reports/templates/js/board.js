@@ -100,6 +100,7 @@ function rolesOf(name) {
   if (byHand) return "";
   const roles = [];
   if (ENGINE_DEFAULTS.get(engine) === name) roles.push(manner === "defaults" ? "as it ships" : "its default");
+  if (!ENGINE_DEFAULTS.has(engine)) roles.push("as asked");
   if (bestOf(engine, state.tol) === name) roles.push("its best");
   return roles.join(", ");
 }
@@ -147,7 +148,7 @@ function toleranceInput(host) {
   });
 }
 
-/** The sentence that answers: which engine, at which step, and what engines do by default. */
+/** The sentence that answers: which engine, at which step, and what engines do by default, or else as asked. */
 function answer(host) {
   follow(["tol"], () => {
     const tolerance = chosen(state.tol, "m");
@@ -160,9 +161,12 @@ function answer(host) {
       others.slice(0, 3).forEach((one, at) => parts.push(at ? ", " : "; then ", make("b", {}, one.name), costInWords(one)));
       parts.push(". ");
     }
-    const defaults = [...ENGINE_DEFAULTS.values()].filter((name) => !FIELD.get(name).ours).map((name) => ({ name, ...scoreOf(name, state.tol) }));
-    const failing = defaults.filter(({ within, flown }) => within < flown);
-    if (failing.length) parts.push(`At the scenes' own steps, ${managedInWords(failing)}.`);
+    const failing = otherEngines()
+      .map((engine) => ({ name: firstOf(engine), ...scoreOf(firstOf(engine), state.tol) }))
+      .filter(({ within, flown }) => within < flown);
+    const [left, asked] = [true, false].map((isDefault) => failing.filter(({ name }) => ENGINE_DEFAULTS.has(FIELD.get(name).engine) === isDefault));
+    const managed = [left.length && managedInWords(left), asked.length && askedInWords(asked)].filter(Boolean);
+    if (managed.length) parts.push(`At the scenes' own steps, ${managed.join("; ")}.`);
     host.replaceChildren(...parts);
   });
 }
@@ -174,6 +178,17 @@ function managedInWords(failing) {
   const told = none.length > 2 ? failing.filter(({ within }) => within) : failing;
   const each = told.map(({ name, within, flown }, at) => `${FIELD.get(name).engine}${at ? "" : " manages"} ${within} of ${flown}${at ? "" : " throws"}`);
   return `left at its default, ${listed(each)}${told.length < failing.length ? `; ${listed(none)} none` : ""}`;
+}
+
+/** The same of contestants that the reader named: their engines may do otherwise where nobody sets anything. */
+function askedInWords(failing) {
+  return `as asked, ${listed(failing.map(({ name, within, flown }, at) => `${name}${at ? "" : " manages"} ${within} of ${flown}${at ? "" : " throws"}`))}`;
+}
+
+/** The engines that are not ours and took part in a scene. */
+function otherEngines() {
+  const named = [...FIELD.values()].filter((one) => !one.ours && !one.byHand).map((one) => one.engine);
+  return [...new Set(named)].filter((engine) => firstOf(engine));
 }
 
 /** Who reaches an error on the swept scene, cheapest first: name, time of its flight, the step that did. */
@@ -192,7 +207,7 @@ function costInWords({ run, whole }) {
   return whole ? ` (${time} a flight, in one step)` : ` (${settingOf(run, 2)}: ${time} a flight)`;
 }
 
-/** The die beside the board: the truth and the engine that is furthest off at its default. */
+/** The die beside the board: the truth and the engine that is furthest off at its default, or as asked. */
 function hero(host) {
   const candidates = rows("scenes.csv").map((scene) => scene.scene).filter((scene) => DATA.films[scene]);
   if (!candidates.length) return;
@@ -201,7 +216,7 @@ function hero(host) {
     const scene = candidates.includes(state.scene) ? state.scene : worstScene(candidates);
     stage?.stop();
     host.replaceChildren();
-    const worst = worstDefault(scene);
+    const worst = worstFirst(scene);
     const ghosts = worst ? [worst.name] : [];
     host.append(make("p", { class: "hero-title" }, make("a", { href: `#scene-${scene}`, click: (event) => openScene(event, scene) }, rows("scenes.csv").find((row) => row.scene === scene).title || scene)));
     stage = player(host, scene, { ghosts: () => ghosts, id: "flight-first", label: `The die of ${scene} in flight: the truth solid${worst ? `, ${worst.name} as a frame` : ""}`, autoplay: true });
@@ -209,10 +224,10 @@ function hero(host) {
   });
 }
 
-/** The default that is furthest off in a scene; null where nobody is. */
-function worstDefault(scene) {
+/** The default that is furthest off in a scene, or what was asked of an engine without one; null where none is off. */
+function worstFirst(scene) {
   const film = filmOf(scene);
-  const off = findings("as shipped", scene)
+  const off = firstFindings(scene)
     .map((row) => ({ name: contestantOf(row), error: toldValue(row) }))
     .filter(({ name }) => film.others.has(name))
     .filter(({ error }) => error !== null && Number.isFinite(error) && error > 1e-6 * film.size)
@@ -220,10 +235,15 @@ function worstDefault(scene) {
   return off[0] ?? null;
 }
 
-/** The scene to begin with: where a default goes astray enough to be seen, and not out of the picture. */
+/** What engines did in a scene by default, and of those that took part only as asked what they did so. */
+function firstFindings(scene) {
+  return [...findings("as shipped", scene), ...findings("asked for", scene).filter((row) => row.engine !== DATA.byHand && !ENGINE_DEFAULTS.has(row.engine))];
+}
+
+/** The scene to begin with: where a first one goes astray enough to be seen, and not out of the picture. */
 function worstScene(candidates) {
   const ranked = candidates
-    .map((scene) => ({ scene, off: (worstDefault(scene)?.error ?? 0) / filmOf(scene).size, length: filmOf(scene).t.at(-1) }))
+    .map((scene) => ({ scene, off: (worstFirst(scene)?.error ?? 0) / filmOf(scene).size, length: filmOf(scene).t.at(-1) }))
     .map((one) => ({ ...one, rank: one.off > 0 ? Math.abs(Math.log10(one.off / 0.6)) + (one.length < 1 ? 1 : 0) : 99 }));
   return ranked.sort((a, b) => a.rank - b.rank)[0].scene;
 }

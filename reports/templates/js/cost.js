@@ -105,6 +105,7 @@ function costTable(host, scene) {
       { key: "verdict", label: "", words: true },
       { key: "flight_us", label: "time of a flight", unit: "µs" },
       { key: "dt_s", label: "step", unit: "s" },
+      { key: "dt_taken_s", label: "step taken", unit: "s" },
       { key: "steps_per_s", label: "steps a second" },
       { key: "ratio", label: "over the reference", show: (row) => times(row.ratio) },
       { key: "ratio_low", label: "95 in 100", words: true, show: (row) => interval(row.ratio_low, row.ratio_high) },

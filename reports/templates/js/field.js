@@ -75,8 +75,11 @@ function markOf(name, size = 12) {
   );
 }
 
-/** What an engine does unless told otherwise, by engine. */
+/** What an engine does where its user sets nothing, by engine; of those that took part so. */
 const ENGINE_DEFAULTS = new Map(findings("as shipped").map((row) => [row.engine, contestantOf(row)]).filter(([, name]) => FIELD.has(name)));
+
+/** Its default, or, of an engine that took part only as somebody asked, its first contestant. */
+const firstOf = (engine) => ENGINE_DEFAULTS.get(engine) ?? [...FIELD.values()].find((one) => one.engine === engine && RUNS.has(one.name))?.name;
 
 const RUNS = groupBy(rows("runs.csv"), contestantOf);
 
@@ -110,7 +113,7 @@ function bestOf(engine, tolerance) {
 function leading(tolerance = state.tol) {
   const names = [];
   for (const engine of new Set([...FIELD.values()].filter((one) => !one.byHand).map((one) => one.engine))) {
-    names.push(ENGINE_DEFAULTS.get(engine), bestOf(engine, tolerance));
+    names.push(firstOf(engine), bestOf(engine, tolerance));
   }
   const found = [...new Set(names.filter(Boolean))];
   return found.length ? found : [...FIELD.keys()]; // tables of a sweep or of maps alone know no defaults

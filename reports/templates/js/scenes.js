@@ -29,13 +29,13 @@ function sceneSection(host, scene) {
   fill();
 }
 
-/** Who is off by default, and who is nearest. */
+/** Who is off by default, or as asked, and who is nearest. */
 function sceneHeadline(scene) {
   if (!findings("nearest", scene.scene).length) return scene.bound_m === null ? `No truth: ${scene.truth}` : "Nobody finished.";
-  const shipped = findings("as shipped", scene.scene).filter((row) => row.engine !== DATA.ours && Number.isFinite(toldValue(row)) && row.value !== null);
-  const [worst] = shipped.sort((a, b) => toldValue(b) - toldValue(a));
+  const first = firstFindings(scene.scene).filter((row) => row.engine !== DATA.ours && Number.isFinite(toldValue(row)) && row.value !== null);
+  const [worst] = first.sort((a, b) => toldValue(b) - toldValue(a));
   const said = [];
-  if (worst) said.push(`By default ${worst.engine} is up to ${si(toldValue(worst), "m", 2)} off`);
+  if (worst) said.push(`${ENGINE_DEFAULTS.has(worst.engine) ? `By default ${worst.engine}` : `As asked, ${contestantOf(worst)}`} is up to ${si(toldValue(worst), "m", 2)} off`);
   for (const row of findings("nearest engine", scene.scene)) said.push(`the nearest engine, ${contestantOf(row)}, ${si(toldValue(row), "m", 2)}`);
   return `${said.join("; ")}${said.length ? "." : ""}`;
 }
@@ -148,15 +148,21 @@ function driftSeries(film, runs, column) {
 }
 
 function factsOf(scene, runs) {
-  const steps = [...new Set(runs.map((run) => run.dt_s).filter(Boolean))].sort((a, b) => a - b);
+  const steps = [...groupBy(runs.filter((run) => run.dt_s), (run) => run.dt_s)].sort(([a], [b]) => a - b).map(([step, own]) => stepInWords(step, own));
   const facts = [
     ["source", scene.source],
     ["needs", scene.needs],
-    ["flight", `${given(scene.duration_s)} s, judged at ${counted(scene.samples, "instant")}, step ${steps.map(given).join(" and ")} s`],
+    ["flight", `${given(scene.duration_s)} s, judged at ${counted(scene.samples, "instant")}, step ${steps.join(" and ")}`],
     ["truth", scene.bound_m === null ? `none: ${scene.truth}` : `${scene.truth}; itself off by at most ${figure(scene.bound_m, 2)} m, and rounding the inputs to doubles moves ${figure(scene.floor_m, 2)} m`],
     ["again", make("code", {}, `tumble compare ${scene.scene}`)],
   ];
   return make("dl", { class: "facts" }, facts.filter(([, value]) => value).map(([what, value]) => make("div", {}, make("dt", {}, what), make("dd", {}, value))));
+}
+
+/** A step that was asked for, and the one that samples and impulses have made of it. */
+function stepInWords(step, runs) {
+  const taken = runs.map((run) => run.dt_taken_s).find(Boolean) ?? step;
+  return taken === step ? `${given(step)} s` : `${given(step)} s (${figure(taken, 4)} s taken, because samples cut the run)`;
 }
 
 function metres(value, limit) {

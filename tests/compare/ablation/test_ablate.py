@@ -7,13 +7,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from compare.ablation.optional_features import EVERYTHING, AblationRow, ablate, apart_m
+from compare.ablation.optional_features import EVERYTHING, AblationRow, Build, Pair, ablate, apart_m, measured
 from compare.run.flight import Trajectory
 from compare.run.participants import launched
-from compare.run.readings import Sampling
+from compare.run.readings import Reading, Sampling
+from compare.run.timer import Ready
+from compare.run.timing import Cost
+from compare.run.worker import Failure
 from reports.ablation import band, others, times
 from scenarios.needs import needs
 from scenarios.read import read_scene
+from tumble.__main__ import main
 
 PLUGINS = Path(__file__).parents[2] / "plugins"
 SPARING, MINE = str(PLUGINS / "sparing.py"), str(PLUGINS / "mine.py")
@@ -59,18 +63,33 @@ def test_every_feature_left_out_has_its_row_and_all_of_them_one(ablation):
 
 
 def test_what_costs_something_is_told_from_what_costs_nothing(ablation):
+    """By ratios of the same rounds: whatever else the machine does, it does to both."""
     # Where a busy machine lets no ratio be told, the reason stands in its place.
     rows = {feature: row for feature, row in rows_of(ablation, "careful").items() if "no ratio" not in row.why}
-    # With the ballast a step is four steps' work, of which none but these costs anything worth noticing.
-    for feature in {"ballast", EVERYTHING} & rows.keys():
-        assert 2.5 < rows[feature].ratio < 6
-        assert rows[feature].ratio_low > 1
-    for feature in {"breeze", "gravity"} & rows.keys():
-        assert 0.5 < rows[feature].ratio < 2
     for row in rows.values():
         assert row.ratio_low <= row.ratio <= row.ratio_high
-        assert row.ratio == pytest.approx(row.cpu_ns_per_step_with / row.cpu_ns_per_step_without, rel=0.1)
+    # With the ballast a step is four steps' work, of which none but these costs anything worth noticing.
+    for costly in {"ballast", EVERYTHING} & rows.keys():
+        for free in {"breeze", "gravity"} & rows.keys():
+            assert rows[costly].ratio > rows[free].ratio
     assert len({row.cpu_ns_per_step_without for row in rows.values()}) == 1, "one lean build for all"
+
+
+def test_a_row_has_the_ratio_of_the_rounds_and_the_lower_decile_of_each_time(ablation, folder):
+    """Of planted samples, a machine that was ten times as slow in every other round: the ratio is 4 in each."""
+    scene = read_scene(str(folder / "brick.toml"))
+    with launched([f"{SPARING}:careful"]) as (careful,):
+        lean, kept = (Build(careful, scene, "careful", name) for name in ("", "ballast"))
+    slow = np.where(np.arange(24) % 2, 1.0, 10.0)
+    ready = Ready(0.0, 0.0, 0.0, 0)
+    clocked = {lean.key: Cost(Reading(100.0 * slow), ready), kept.key: Cost(Reading(400.0 * slow), ready)}
+    row = measured(Pair(kept, lean, 1e-9, 0.0, 0.0), clocked)
+    assert (row.cpu_ns_per_step_without, row.cpu_ns_per_step_with) == (100.0, 400.0)
+    assert row.ratio == pytest.approx(4.0)
+    assert row.ratio_low < 4.0 < row.ratio_high
+    assert row.max_difference_m == 1e-9
+    gone = measured(Pair(kept, lean, 1e-9, 0.0, 0.0), clocked | {lean.key: Failure("untimed: it is no time")})
+    assert (gone.why, gone.ratio) == ("without it untimed: it is no time", None)
 
 
 def test_a_motion_that_stays_is_the_same_to_the_last_bit(ablation):
@@ -120,11 +139,11 @@ def test_what_the_scene_has_is_not_left_out(folder):
     assert found.rows[-1] == AblationRow("falling", "handcalc", "", "", "skipped: handcalc has no gravity")
 
 
-def test_mujoco_leaves_out_a_fifth_without_moving_a_bit(folder):
+def test_what_mujoco_leaves_out_moves_no_bit_and_costs_no_time(folder):
     with launched(["mujoco:rk4"]) as participants:
         found = ablate(participants, read_scene(str(folder / "brick.toml")), sampling=Sampling(span_s=1.0))
-    everything = rows_of(found, "rk4")[EVERYTHING]
-    assert everything.ratio_low > 1 or everything.ratio_high > 2 * everything.ratio_low
+    # A fifth on a quiet machine; on any other, what is left out does not make it slower.
+    assert rows_of(found, "rk4")[EVERYTHING].ratio_high > 1
     assert {row.max_difference_m for row in found.rows} == {0.0}
 
 
@@ -133,9 +152,7 @@ def test_our_solver_pays_for_no_term_that_a_cube_has_not_got():
         turning = ablate(participants, read_scene("table-4-1"), sampling=Sampling(span_s=0.5))
         straight = ablate(participants, read_scene("die-straight"), sampling=Sampling(span_s=0.5))
     everything = rows_of(turning, "rk4")[EVERYTHING]
-    assert everything.ratio_low > 1.5 or everything.ratio_high > 2 * everything.ratio_low, (
-        "a machine with no time for it"
-    )
+    assert everything.ratio_high > 1.5
     # What never turns is moved by one product, however many the steps: no time of theirs is left to compare with.
     assert any("without it untimed" in row.why for row in straight.rows), straight.rows
     assert not turning.altered
@@ -198,3 +215,11 @@ def test_the_users_mistakes_are_one_line(tumble, words):
     assert said.returncode == 2
     assert said.stdout == ""
     assert len(said.stderr.splitlines()) == 1
+
+
+def test_an_engine_with_nothing_to_leave_out_is_not_waited_for(tmp_path, monkeypatch, capsys):
+    """No timer stands in it, so that there is no round to take, and no warning of a mean of nothing."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.py").write_text((Path(__file__).parents[2] / "plugins/mine.py").read_text(encoding="utf-8"))
+    assert main(["ablate", "die-straight", "-e", "./mine.py"]) == 0
+    assert "nothing to leave out" in capsys.readouterr().out

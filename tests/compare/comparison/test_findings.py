@@ -24,7 +24,7 @@ def test_each_scene_has_its_nearest_its_engines_and_its_lost():
         run("two", "only", float("inf"), status="diverged"),
         run("three", "", None, None, status="missing"),
     ]
-    told = list(error_findings(rows))
+    told = list(error_findings(rows, {"tumble:exact", "one:euler", "one:euler+defaults", "two:only"}))
     assert found(told)["nearest"] == ("tumble:exact", 1e-15, 1e-12)
     assert found(told)["nearest engine"] == ("one:rk4", 1e-6, 1e-12)
     assert found(told)["furthest"] == ("handcalc:as-printed", 3.0, 1e-12)
@@ -36,8 +36,12 @@ def test_each_scene_has_its_nearest_its_engines_and_its_lost():
         "tumble": ("exact", 1e-15),
         "one": ("euler+defaults", 0.3),
         "two": ("only", float("inf")),
-        "three": ("", None),
     }
+
+
+def test_what_somebody_named_is_not_what_an_engine_does_as_it_ships():
+    told = list(error_findings([run("one", "rk4", 1e-6), run("two", "euler", 1e-3)], {"one:euler", "two:euler"}))
+    assert [row.contestant for row in told if row.finding == "as shipped"] == ["two:euler"]
 
 
 def test_an_error_below_what_the_truth_tells_ranks_as_that():

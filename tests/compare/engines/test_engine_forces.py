@@ -329,7 +329,8 @@ def test_pybullet_says_that_it_has_no_such_laws(method):
 def test_forced_methods_take_part_where_a_force_acts():
     def participant(*asked: str) -> Participant:
         about = engine_info("pybullet", engine_of("pybullet"))
-        return Participant("pybullet", "pybullet", chosen("pybullet", list(asked), about), bool(asked), about, None)  # type: ignore[arg-type]
+        methods = chosen("pybullet", list(asked) or [""], about)
+        return Participant("pybullet", "pybullet", methods, frozenset(asked), about, None)  # type: ignore[arg-type]
 
     plain = ("multibody", "rigidbody")
     assert participant().methods_for(scene()) == participant().methods_for(scene(gravity=GRAVITY)) == plain
@@ -337,7 +338,7 @@ def test_forced_methods_take_part_where_a_force_acts():
         assert participant().methods_for(pulled(name)) == (*plain, "multibody+held", "rigidbody+held")
     named = participant("rigidbody+held", "multibody+defaults")
     assert named.methods_for(scene()) == ("rigidbody+held", "multibody+defaults")
-    absent = Participant("pybullet", "pybullet", ("",), False, Failure("missing: no module"), None)  # type: ignore[arg-type]
+    absent = Participant("pybullet", "pybullet", ("",), frozenset(), Failure("missing: no module"), None)  # type: ignore[arg-type]
     assert absent.methods_for(scene()) == ("",)
 
 

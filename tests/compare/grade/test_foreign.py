@@ -11,6 +11,7 @@ import sys
 import numpy as np
 import pytest
 from apart import engine
+from patience import PATIENCE_S
 from scipy.spatial.transform import Rotation
 
 from compare.grade.cells import LOOKED_AT
@@ -28,7 +29,7 @@ MATRIX = [f"r{row}{column}" for row in "123" for column in "123"]
 def flown(scene, path, contestant="tumble:exact"):
     """Return what a contestant flew: column name -> cells in 17 digits."""
     words = [sys.executable, "-m", "tumble", "run", scene, "-e", contestant, "-o", str(path)]
-    subprocess.run(words, check=True, capture_output=True, timeout=120)
+    subprocess.run(words, check=True, capture_output=True, timeout=PATIENCE_S)
     with path.open(newline="") as file:
         header, *rows = csv.reader(file)
     return dict(zip(header, map(list, zip(*rows, strict=True)), strict=True))

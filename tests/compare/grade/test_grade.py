@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from patience import PATIENCE_S
 
 from compare.grade import verdict
 from compare.grade.columns import UNITS
@@ -18,7 +19,7 @@ from tumble.__main__ import main
 def fly(contestant, path):
     """Let an engine write its trajectory of brick-tumble, and return it as rows of a dict."""
     words = [sys.executable, "-m", "tumble", "run", "brick-tumble", "-e", contestant, "-o", str(path)]
-    subprocess.run(words, check=True, capture_output=True, timeout=120)
+    subprocess.run(words, check=True, capture_output=True, timeout=PATIENCE_S)
     with path.open(newline="") as file:
         return list(csv.DictReader(file))
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from compare.run.flight import legs
+from compare.run.flight import legs, mean_step
 from scenarios.read import read_scene
 
 TABLE = read_scene("table-4-1")
@@ -59,3 +59,16 @@ def test_no_step_is_longer_than_asked_and_none_is_lost(times, dt):
         assert leg.n * leg.dt == pytest.approx(leg.end - begin, rel=1e-9, abs=1e-12)
         begin = leg.end
     assert begin == scene.duration
+
+
+@pytest.mark.parametrize(
+    ("duration", "steps", "dt", "taken"),
+    [
+        (2.0, 1000, 0.002, 0.002),
+        (0.3, 3, 0.1, 0.1),
+        (2.0, 1040, 0.002, 2 / 1040),
+        (1e6, 10**9 + 1, 1e-3, 1e6 / (10**9 + 1)),
+    ],
+)
+def test_the_step_taken_is_the_one_asked_for_only_where_all_steps_are_it(duration, steps, dt, taken):
+    assert mean_step(duration, steps, dt) == taken

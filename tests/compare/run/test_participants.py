@@ -8,6 +8,7 @@ import pytest
 
 from compare.run.participants import launched, titles
 from compare.run.registry import BadEngine
+from scenarios.read import read_scene
 from tumble.__main__ import main
 
 ENGINE = """
@@ -74,3 +75,53 @@ def test_a_record_of_both_can_be_asked_about_one(tmp_path, monkeypatch, capsys):
     assert main(["check", "table-4-1", *asked, "--no-times", "--accept", "-o", "base"]) == 0
     assert main(["check", "table-4-1", "-e", "new/mine.py", "--no-times", "--baseline", "base"]) == 0
     assert "gone" not in capsys.readouterr().out
+
+
+def methods_of(*asked: str) -> dict[str, tuple[str, ...]]:
+    with launched(asked) as participants:
+        return {one.title: one.methods for one in participants}
+
+
+def test_an_engine_asked_for_as_a_whole_and_by_a_method_takes_part_with_all_of_it_once():
+    alone = methods_of("mujoco")["mujoco"]
+    assert len(alone) > 2
+    assert methods_of("mujoco", "mujoco:rk4") == {"mujoco": alone}
+    assert methods_of("mujoco:rk4", "mujoco") == {"mujoco": ("rk4", *(one for one in alone if one != "rk4"))}
+    assert methods_of("mujoco:rk4", "mujoco:rk4", "mujoco:euler") == {"mujoco": ("rk4", "euler")}
+    assert methods_of("mujoco:euler+defaults", "mujoco")["mujoco"] == ("euler+defaults", *alone)
+
+
+def test_a_forced_method_that_is_named_beside_its_engine_runs_in_a_free_scene_too():
+    free = read_scene("two-hits")
+    with launched(["mujoco", "mujoco:rk4+held"]) as (one,):
+        assert "rk4+held" in one.methods_for(free)
+        assert "euler+held" not in one.methods_for(free)
+        assert not one.only_named
+    with launched(["mujoco:rk4+held"]) as (one,):
+        assert one.only_named
+
+
+def test_default_is_what_an_engine_does_where_nobody_sets_anything(tmp_path):
+    """MuJoCo's flags move no flight here, and its default is Euler; PyBullet damps unless told not to."""
+    (tmp_path / "mine.py").write_text(ENGINE.format(version=1, speed=1.0))
+    asked = ("mujoco", "mujoco:rk4", "pybullet", "pybullet:multibody+defaults", "handcalc", str(tmp_path / "mine.py"))
+    with launched(asked) as participants:
+        roles = {f"{one.title}:{method}": one.role(method) for one in participants for method in one.methods}
+    assert {name for name, role in roles.items() if role == "default"} == {
+        "mujoco:euler",
+        "pybullet:multibody+defaults",
+        "mine:drift",
+    }
+    assert {name for name, role in roles.items() if role == "as asked"} == {"mujoco:rk4"}
+
+
+def test_compare_calls_nobody_the_default_who_is_not(capsys):
+    assert main(["compare", "two-hits", "-e", "mujoco:rk4", "-e", "pybullet:rigidbody"]) == 0
+    printed = capsys.readouterr().out
+    assert "default" not in printed
+    lines = [line.split() for line in printed.splitlines() if line.startswith(("mujoco:rk4 ", "pybullet:rigidbody "))]
+    assert ["as", "asked"] in [line[1:3] for line in lines]
+    assert main(["compare", "two-hits", "-e", "mujoco", "-e", "mujoco:rk4"]) == 0
+    lines = [line.split() for line in capsys.readouterr().out.splitlines()]
+    assert [line[:2] for line in lines if line[1:2] == ["default"]] == [["mujoco:euler", "default"]]
+    assert ["mujoco:rk4", "as", "asked"] in [line[:3] for line in lines]

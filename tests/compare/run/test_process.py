@@ -8,7 +8,6 @@ import signal
 import struct
 import subprocess
 import sys
-import time
 import venv
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -16,6 +15,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 import pytest
+from patience import PATIENCE_S, until, without_progress
 from typing_extensions import TypeAliasType
 
 from compare.run.environments import Place
@@ -49,7 +49,7 @@ def engine(folder: Path, advance: str) -> str:
 
 
 def flown(path: str, **limits) -> str:
-    with Worker(path, **{"time_limit": 30.0, **limits}) as worker:
+    with Worker(path, **{"time_limit": PATIENCE_S, **limits}) as worker:
         worker.describe()
         answer = worker.fly(SCENE, "still", SCENE.step)
     return answer.status if isinstance(answer, Failure) else "ok"
@@ -68,13 +68,6 @@ def running(marker: Path) -> list[int]:
     return found
 
 
-def until(happened, seconds: float = 20.0) -> None:
-    end = time.monotonic() + seconds
-    while not happened():
-        assert time.monotonic() < end, "it never happened"
-        time.sleep(0.02)
-
-
 # Each holds a core and would for ever; none lets a thread of Python run.
 LOOPS = {
     "python": "while True: pass",
@@ -87,17 +80,28 @@ LOOPS = {
 @pytest.mark.parametrize("loop", LOOPS)
 def test_nothing_of_an_engine_outlives_its_parent(tmp_path, loop, how):
     path = Path(engine(tmp_path, f"open({str(tmp_path / 'begun')!r}, 'w').close()\n{LOOPS[loop]}"))
-    words = [sys.executable, "-P", "-m", "tumble", "compare", "brick-tumble", "-e", str(path), "--time-limit", "50"]
+    words = [
+        sys.executable,
+        "-P",
+        "-m",
+        "tumble",
+        "compare",
+        "brick-tumble",
+        "-e",
+        str(path),
+        "--time-limit",
+        str(PATIENCE_S),
+    ]
     with subprocess.Popen(words, cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) as parent:
         until((tmp_path / "begun").exists)
         assert running(path)
         parent.send_signal(signal.Signals[how])
-        _, said = parent.communicate(timeout=20)
+        _, said = parent.communicate(timeout=PATIENCE_S)
     until(lambda: not running(path))
     if how == "SIGKILL":
         assert parent.returncode == -signal.SIGKILL
     else:
-        assert (parent.returncode, said) == (130, "tumble: interrupted; nothing was written\n")
+        assert (parent.returncode, without_progress(said)) == (130, "tumble: interrupted; nothing was written\n")
 
 
 def test_what_an_engine_forked_ends_with_it(tmp_path):
@@ -108,9 +112,7 @@ def test_what_an_engine_forked_ends_with_it(tmp_path):
 
 def test_a_death_is_seen_though_its_forks_hold_the_line(tmp_path):
     path = engine(tmp_path, "if os.fork(): os._exit(7)\nwhile True: time.sleep(1)")
-    begin = time.monotonic()
-    assert flown(path) == "crashed: its process ended with code 7"
-    assert time.monotonic() - begin < 25.0, "seen, and not waited for until the limit of 30 s"
+    assert flown(path) == "crashed: its process ended with code 7", "seen, and not waited for until the limit"
     until(lambda: not running(Path(path)))
 
 
@@ -122,9 +124,8 @@ for name in os.listdir("/proc/self/fd"):
 
 
 def test_stray_bytes_are_a_crash_and_no_wait(tmp_path):
-    begin = time.monotonic()
-    assert flown(engine(tmp_path, TO_ALL_LINES.format("b'abcd'"))) == "crashed: what it sent is no message"
-    assert time.monotonic() - begin < 25.0, "seen, and not waited for until the limit of 30 s"
+    seen = "crashed: what it sent is no message"  # and not a timeout
+    assert flown(engine(tmp_path, TO_ALL_LINES.format("b'abcd'"))) == seen
 
 
 class Bomb:
@@ -296,8 +297,9 @@ def test_what_a_large_parent_holds_is_not_taken_for_its_childs(tmp_path):
     path = engine(tmp_path, "os._exit(3)")
     large = "from test_process import *\nheld = b'x' * (1 << 29)\nprint(flown(sys.argv[1], memory_limit=1 << 29))"
     words = [sys.executable, "-P", "-c", large, path]
-    env = {**os.environ, "PYTHONPATH": os.pathsep.join((str(ROOT), str(Path(__file__).parent)))}
-    done = subprocess.run(words, env=env, capture_output=True, text=True, timeout=60)
+    folders = (ROOT, Path(__file__).parent, ROOT / "tests/support")
+    env = {**os.environ, "PYTHONPATH": os.pathsep.join(map(str, folders))}
+    done = subprocess.run(words, env=env, capture_output=True, text=True, timeout=PATIENCE_S)
     assert done.stdout == "crashed: its process ended with code 3\n", done.stderr
 
 
@@ -305,7 +307,10 @@ def test_memory_that_is_held_all_along_counts_from_the_start(tmp_path, tumble):
     (tmp_path / "mine.py").write_text("import numpy\nheld = numpy.ones(1 << 27)\n" + ENGINE + "    pass\n")
     done = tumble("compare", "brick-tumble", "-e", "mine.py", "--memory-limit", "0.5")
     assert done.returncode == 2
-    assert done.stderr == "tumble: mine.py: cannot be loaded: crashed: more than 0.5 GiB of memory (--memory-limit)\n"
+    assert (
+        without_progress(done.stderr)
+        == "tumble: mine.py: cannot be loaded: crashed: more than 0.5 GiB of memory (--memory-limit)\n"
+    )
 
 
 def test_files_of_the_working_folder_do_not_run(tmp_path):
@@ -322,7 +327,7 @@ def test_files_of_the_working_folder_do_not_run(tmp_path):
             cwd=tmp_path,
             capture_output=True,
             text=True,
-            timeout=120,
+            timeout=PATIENCE_S,
         )
         assert done.returncode == 0, done.stderr
         assert not (tmp_path / "ran").exists()
@@ -337,7 +342,7 @@ def test_an_interpreter_with_nothing_but_numpy_serves(tmp_path):
     path = engine(tmp_path, "pass")
     text = "import importlib.util\nassert not any(map(importlib.util.find_spec, ('numba', 'msgspec', 'mpmath')))\n"
     Path(path).write_text(text + Path(path).read_text())
-    with Worker(path, 30.0, place=Place(str(tmp_path / "env" / "bin" / "python"))) as worker:
+    with Worker(path, PATIENCE_S, place=Place(str(tmp_path / "env" / "bin" / "python"))) as worker:
         assert worker.describe().methods == ("still",)  # type: ignore[union-attr]
         flight = worker.fly(SCENE, "still", SCENE.step)
     assert not isinstance(flight, Failure), flight

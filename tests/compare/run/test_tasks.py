@@ -15,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from patience import PATIENCE_S, until
 
 from compare.judge.errors import Flown
 from compare.run.flight import Trajectory
@@ -24,8 +25,8 @@ from compare.run.tasks import Task, run
 from compare.run.truths import Truths
 from scenarios.read import read_scene
 
-# It dies where the scene is called `die`, hangs where it is called `hang`, takes its time where `slow`, and leaves its
-# number in a file beside it.
+# It dies where the scene is called `die`, hangs where it is called `hang`, waits for a file where `slow`, and leaves
+# its number in a file beside it.
 ENGINE = """
 import os, pathlib, time
 METHODS = ("still",)
@@ -36,7 +37,7 @@ def build(scene, method, keep=()):
     pathlib.Path(__file__).with_suffix(".pid").write_text(str(os.getpid()))
     if scene.title == "die": os._exit(3)
     if scene.title == "hang": time.sleep(1000)
-    if scene.title == "slow": time.sleep(2)
+    while scene.title == "slow" and not pathlib.Path(__file__).with_suffix(".go").exists(): time.sleep(0.01)
     return {}
 def write(world, states): world["states"] = states
 def advance(world, n, dt): world["states"][:, 0:3] += n * dt * world["states"][:, 7:10]
@@ -67,7 +68,7 @@ def test_results_are_in_the_order_of_the_tasks_whoever_is_first(tmp_path):
     with launched([engine_file(tmp_path, "a"), engine_file(tmp_path, "b")]) as (a, b):
         b_is_done = Task(("b", "last"), b, lambda able: slow.set())
         tasks = [
-            Task(("a", "first"), a, lambda able: slow.wait(60)),  # goes on when all of the other's are done
+            Task(("a", "first"), a, lambda able: slow.wait(PATIENCE_S)),  # goes on when all of the other's are done
             *(flight(number, (a, b)[number % 2]) for number in range(6)),
         ]
         results = run([*tasks, b_is_done], finished=lambda key, result: finished.append(key))
@@ -103,22 +104,41 @@ def test_what_is_done_already_is_not_flown_again(tmp_path):
 
 
 def test_an_engine_that_dies_or_hangs_is_replaced_for_the_next_task(tmp_path):
-    with launched([engine_file(tmp_path, "a")], time_limit=3.0) as (a,):
+    def limited(number: int, title: str) -> Task:
+        """The time limit is short only where it is to be passed: starting a process is no part of the question."""
+
+        def ask(able: Participant):
+            able.ensure_running()
+            able.worker.time_limit = 1.0 if title == "hang" else PATIENCE_S
+            answer = able.fly(replace(SCENE, title=title), "still", SCENE.step)
+            able.worker.time_limit = PATIENCE_S
+            return number, answer
+
+        return Task((f"{number}",), a, ask)
+
+    with launched([engine_file(tmp_path, "a")], time_limit=PATIENCE_S) as (a,):
         titles = ["", "die", "", "hang", "", "die", "die", ""]
-        found = statuses(run([flight(number, a, title) for number, title in enumerate(titles)]))
+        found = statuses(run([limited(number, title) for number, title in enumerate(titles)]))
     dead = "crashed: its process ended with code 3"
-    late = "timeout: no answer within 3 s (--time-limit)"
+    late = "timeout: no answer within 1 s (--time-limit)"
     assert found == ["ok", dead, "ok", late, "ok", dead, dead, "ok"]
 
 
 def test_two_studies_at_once_put_their_questions_to_an_engine_in_turn(tmp_path):
-    with launched([engine_file(tmp_path, "a")], time_limit=3.0) as (a,), ThreadPoolExecutor(2) as both:
-        found = both.map(lambda number: run([flight(number, a, "slow")]), range(2))
-        assert [statuses(one) for one in found] == [["ok"]] * 2, "to wait for one's turn is no part of one's time"
+    go_on, limit_s = tmp_path / "a.go", 5.0
+    with launched([engine_file(tmp_path, "a")], time_limit=PATIENCE_S) as (a,), ThreadPoolExecutor(2) as both:
+        first = both.submit(run, [flight(0, a, "slow")])
+        until((tmp_path / "a.pid").exists)
+        a.worker.time_limit = limit_s  # of the second, which has its turn only when the first is over
+        second = both.submit(run, [flight(1, a)])
+        time.sleep(limit_s + 1)
+        go_on.touch()
+        assert statuses(first.result()) == ["ok"]
+        assert statuses(second.result()) == ["ok"], "to wait for one's turn is no part of one's time"
 
 
 def test_a_task_that_fails_stops_the_others_at_once(tmp_path):
-    with launched([engine_file(tmp_path, "a"), engine_file(tmp_path, "b")], time_limit=900.0) as (a, b):
+    with launched([engine_file(tmp_path, "a"), engine_file(tmp_path, "b")], time_limit=1.5 * PATIENCE_S) as (a, b):
         hanging = tmp_path / "b.pid"
 
         def fail(able):
@@ -133,7 +153,7 @@ def test_a_task_that_fails_stops_the_others_at_once(tmp_path):
                 [Task(("a",), a, fail), flight(0, b, "hang"), flight(1, b)],
                 finished=lambda key, result: kept.append(key),
             )
-        assert time.monotonic() - begin < 60, "it waited for an engine that hangs"
+        assert time.monotonic() - begin < PATIENCE_S, "it waited for an engine that hangs"
         assert kept == [], "a flight that was killed is no result"
         assert not Path(f"/proc/{hanging.read_text()}").exists()
 
@@ -229,20 +249,13 @@ def test_ctrl_c_leaves_no_process(tmp_path, words):
         stderr=subprocess.PIPE,
     )
     try:
-        for _ in range(1200):
-            if path.with_suffix(".pid").exists():
-                break
-            time.sleep(0.05)
+        until(path.with_suffix(".pid").exists)
         assert len(carrying(mark)) >= 3, "command and two engines"
         command.send_signal(signal.SIGINT)
-        _, err = command.communicate(timeout=30)
+        _, err = command.communicate(timeout=PATIENCE_S)
         assert command.returncode == 130
         assert b"Traceback" not in err
-        for _ in range(200):
-            if not carrying(mark):
-                break
-            time.sleep(0.05)
-        assert carrying(mark) == []
+        until(lambda: not carrying(mark))
     finally:
         command.kill()
         for left in carrying(mark):
@@ -302,12 +315,9 @@ def test_an_interrupted_study_flies_only_what_is_missing(tmp_path, tumble, words
     command = subprocess.Popen([sys.executable, "-P", "-m", "tumble", *words], cwd=tmp_path, stderr=subprocess.PIPE)
     log = tmp_path / "log"
     try:
-        for _ in range(1200):
-            if log.exists() and "later" in log.read_text():
-                break
-            time.sleep(0.05)
+        until(lambda: log.exists() and "later" in log.read_text())
         command.send_signal(signal.SIGINT)
-        _, err = command.communicate(timeout=30)
+        _, err = command.communicate(timeout=PATIENCE_S)
     finally:
         command.kill()
     assert command.returncode == 130

@@ -6,7 +6,6 @@ import math
 import signal
 import subprocess
 import sys
-import time
 from concurrent.futures import Future
 from contextlib import suppress
 from dataclasses import replace
@@ -14,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from patience import PATIENCE_S, until
 
 from compare.run.participants import Participant, launched
 from compare.run.truths import Answer
@@ -304,12 +304,9 @@ def test_ctrl_c_keeps_what_was_done(tmp_path):
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     )
     limits = tmp_path / "kept" / "limits.csv"
-    for _ in range(600):
-        if limits.exists() and len(limits.read_text().splitlines()) > 1:
-            break
-        time.sleep(0.1)
+    until(lambda: limits.exists() and len(limits.read_text().splitlines()) > 1)
     run.send_signal(signal.SIGINT)
-    out, err = run.communicate(timeout=60)
+    out, err = run.communicate(timeout=PATIENCE_S)
     assert run.returncode == 130
     assert b"the same command goes on from there" in err
     assert b"Traceback" not in err

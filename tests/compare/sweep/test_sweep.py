@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from compare.judge.errors import Run
+from compare.judge.orders import Rung, local_orders
 from compare.run.flight import Trajectory
 from compare.run.participants import launched
 from compare.run.readings import PROCESS, Reading, round_robin
@@ -67,6 +68,25 @@ def test_the_order_is_read_off_the_errors(order):
     assert row.order_high - row.order_low < 0.01
     assert row.translation_m == pytest.approx(1e-2 * row.dt_s**order)
     assert row.attitude_m == 0
+
+
+def test_the_order_is_read_off_the_steps_that_were_taken():
+    """Samples cut each run into one step more than its stated step says."""
+    counts = (4, 6, 8, 12, 16, 24)
+    cut = [planted(1 / count, 1e-2 / (count + 1) ** 2, 100.0 * count) for count in counts]
+    for each, count in zip(cut, counts, strict=True):
+        object.__setattr__(each.run, "answer", replace(each.run.flight, steps=count + 1))
+    (row,) = order_rows(of(cut))
+    assert row.order == pytest.approx(2, abs=1e-3)
+    steps = {(each.dt_s, each.dt_taken_s) for each in work_precision_rows(of(cut))}
+    assert steps == {(1 / count, 1 / (count + 1)) for count in counts}
+    (digit,) = (each for each in digit_rows(of(cut), "mine:planted") if each.target_m == 1e-3)
+    assert (digit.dt_s, digit.dt_taken_s) == (1 / 4, 1 / 5)
+
+
+def test_steps_that_samples_cut_to_one_length_are_one_run_and_hide_no_order():
+    ladder = [Rung(0.02, 1e-4, 0.0), Rung(0.02, 1e-4, 0.0), Rung(0.01, 2.5e-5, 0.0), Rung(0.005, 6.25e-6, 0.0)]
+    assert local_orders(ladder, 1.0) == pytest.approx([2.0, 2.0])
 
 
 def test_where_smaller_steps_stop_paying():
@@ -272,7 +292,7 @@ def test_a_ladder_has_the_same_rungs_whatever_the_machine_does(tmp_path):
         burner = subprocess.Popen([sys.executable, "-c", "while True: pass"]) if name == "busy" else None
         try:
             with launched([str(path)]) as (sleepy,):
-                found.append([each.dt for each in climb(sleepy, SCENE, TRUTH, "drifts", Effort(0.01), 0.0)])
+                found.append([each.dt for each in climb(sleepy, {None: (SCENE, TRUTH)}, "drifts", Effort(0.01), 0.0)])
         finally:
             if burner:
                 burner.kill()

@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
+from patience import PATIENCE_S
 
 from compare.tables.files import write_together, write_whole
 
@@ -41,12 +42,12 @@ def test_a_device_is_written_through(tmp_path):
     # A link, so that code that replaces what it is given would replace the link and not the machine's device.
     link = tmp_path / "null"
     link.symlink_to(os.devnull)
-    subprocess.run([*RUN, str(link)], check=True, cwd=tmp_path, timeout=60)
+    subprocess.run([*RUN, str(link)], check=True, cwd=tmp_path, timeout=PATIENCE_S)
     assert link.is_symlink()
     assert stat.S_ISCHR(link.stat().st_mode)
     full = tmp_path / "full"
     full.symlink_to("/dev/full")
-    done = subprocess.run([*RUN, str(full)], cwd=tmp_path, timeout=60, capture_output=True, text=True)
+    done = subprocess.run([*RUN, str(full)], cwd=tmp_path, timeout=PATIENCE_S, capture_output=True, text=True)
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.endswith("No space left on device\n")
     assert done.stderr.count("\n") == 1
@@ -58,8 +59,8 @@ def test_a_pipe_is_written_through(tmp_path):
     heard: list[str] = []
     reader = threading.Thread(target=lambda: heard.append(pipe.read_text()), daemon=True)
     reader.start()
-    subprocess.run([*RUN, str(pipe)], check=True, cwd=tmp_path, timeout=60)
-    reader.join(timeout=20)
+    subprocess.run([*RUN, str(pipe)], check=True, cwd=tmp_path, timeout=PATIENCE_S)
+    reader.join(timeout=PATIENCE_S)
     assert heard[0].startswith("t_s,x_m")
     assert stat.S_ISFIFO(pipe.stat().st_mode)
     assert os.listdir(tmp_path) == ["pipe"]
@@ -68,7 +69,7 @@ def test_a_pipe_is_written_through(tmp_path):
 @pytest.mark.parametrize("where", ["| cat > table.csv", "> table.csv"])
 def test_standard_output_by_its_name_is_standard_output(tmp_path, where):
     words = " ".join([*RUN, "/dev/stdout"])
-    subprocess.run(["bash", "-c", f"{{ echo before; {words}; echo after; }} {where}"], cwd=tmp_path, timeout=60)
+    subprocess.run(["bash", "-c", f"{{ echo before; {words}; echo after; }} {where}"], cwd=tmp_path, timeout=PATIENCE_S)
     lines = (tmp_path / "table.csv").read_text().splitlines()
     assert (lines[0], lines[1][:7], lines[-1]) == ("before", "t_s,x_m", "after")
 

@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from patience import PATIENCE_S
 
 from compare.run.provenance import ConditionRow
 from compare.sweep.schemas import CLOCK, ClockRow
@@ -96,7 +97,7 @@ def test_a_pipe_in_place_of_a_table_is_refused_and_not_waited_for(tmp_path):
     (tmp_path / "conditions.csv").unlink()
     os.mkfifo(tmp_path / "conditions.csv")
     code = f"from compare.tables.store import *; print(Store(Path({str(tmp_path)!r}), (), [], []).resume())"
-    said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=PATIENCE_S)
     assert "not a plain file" in said.stdout
 
 
@@ -141,7 +142,7 @@ def test_a_folder_is_old_or_new_wherever_a_kill_comes(tmp_path, at):
     names = ("a.csv", "b.csv", "c.csv")
     write_folder(tmp_path, dict.fromkeys(names, "old"))
     path = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
-    done = subprocess.run([sys.executable, "-P", "-c", STOPPED, str(at)], cwd=tmp_path, env=path, timeout=60)
+    done = subprocess.run([sys.executable, "-P", "-c", STOPPED, str(at)], cwd=tmp_path, env=path, timeout=PATIENCE_S)
     assert done.returncode == (-signal.SIGKILL if at < 6 else 0)
     (seen,) = {place(tmp_path, name).read_text() for name in names}
     assert seen == ("old" if at < 3 else "new")
