@@ -152,9 +152,9 @@ MISTAKES: dict[str, tuple[Name, ...]] = {
 
 # --- schemes --------------------------------------------------------------------------------------------------------
 
-BETWEEN = ("interpolated-rows", "fixed-physics-step")
+BETWEEN = (Name("interpolated-rows", of("tick")), Name("fixed-physics-step", of("tick")))
 SCHEME: dict[str, tuple[Name, ...]] = {
-    "rows late": (Name("log-lag", of("time")), Name("clock-offset", of("time")), *map(Name, BETWEEN)),
+    "rows late": (Name("log-lag", of("time")), Name("clock-offset", of("time")), *BETWEEN),
     "gravity idle": (Name("gravity-late", of("time")), same("another-step-of-x")),
     "asleep at first": (Name("log-lag", of("time")), Name("clock-offset", of("time"))),
     "another step of x": (Name("another-step-of-x"), Name("explicit-Euler"), same("gravity-late")),

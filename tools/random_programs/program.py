@@ -182,7 +182,7 @@ def scheme_parts(own: Scheme) -> Iterator[tuple[str, Params, Neutral]]:
         time = reading.late * own.dt
         yield (
             "rows late",
-            {"time": time},
+            {"time": time, "tick": own.dt},
             lambda p: p.with_scheme(reading=Reading(0, p.scheme.reading.between)),
         )
     if reading.between:

@@ -216,16 +216,15 @@ def _times(rows: Sequence[Row]) -> list[str]:
 
 def _reliability(rows: Sequence[Row]) -> list[str]:
     """Return how often answers of a confidence are right, said to fit alike, or of the same motion."""
-    given = [row for row in rows if row.confidence is not None]
+    given = [(row.confidence, row) for row in rows if row.confidence is not None]
     if not given:
         return ["Answers have no `confidence`."]
     lines = ["| confidence | answers | mean | right |", "|---|---|---|---|"]
     for low, high in pairwise(BINS):
-        some = [row for row in given if low <= (row.confidence or 0.0) < high]
+        some = [(confidence, row.judged in HITS) for confidence, row in given if low <= confidence < high]
         if some:
-            mean = float(np.mean([row.confidence for row in some]))
-            hits = sum(row.judged in HITS for row in some)
-            lines.append(f"| {low:g} to {min(high, 1):g} | {len(some)} | {mean:.2f} | {100 * hits / len(some):.0f} % |")
+            mean, hits = np.mean(some, axis=0)
+            lines.append(f"| {low:g} to {min(high, 1):g} | {len(some)} | {mean:.2f} | {100 * hits:.0f} % |")
     return lines
 
 

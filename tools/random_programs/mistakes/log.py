@@ -219,7 +219,7 @@ def _(sim: Simulation, away: float) -> None:
 
 @mistake("state", "velocity in half precision", _runs)
 def _(sim: Simulation) -> None:
-    sim.after.append(lambda dt: setattr(sim, "v", sim.vector(np.float16(sim.v))))
+    sim.after.append(lambda dt: setattr(sim, "v", sim.vector(np.array(sim.v, np.float16))))
 
 
 @mistake("state", "angular velocity in eighths", spins)
