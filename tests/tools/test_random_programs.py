@@ -1,6 +1,7 @@
 """The generator: right programs are right, every scheme converges to the right motion, every branch can be drawn."""
 
 import ast
+import json
 import sys
 from dataclasses import replace
 from itertools import product
@@ -405,3 +406,23 @@ def test_files_are_drawn_from_the_command_line(tmp_path, capsys):
     assert command.main(["--seed", "7", "--count", "2", "--draw", "-o", str(tmp_path)]) == 0
     assert sorted(file.suffix for file in (tmp_path / "files").iterdir() if "0001" in file.name)[-1] == ".toml"
     assert capsys.readouterr().out.startswith("seed 7\n")
+
+
+def test_stored_answers_are_judged_again(tmp_path, capsys, monkeypatch):
+    """Without asking again, unless the file is another one now."""
+    words = ["--seed", "7", "--count", "2", "--processes", "1", "-o", str(tmp_path)]
+    assert command.main([*words, "--draw"]) == 0
+    answer = {"verdict": "correct", "engines": [], "diagnosis": [], "max_error_m": 0.0, "cpu_s": 1.0}
+    for number in range(2):
+        (tmp_path / "files" / f"000{number}.answer.json").write_text(json.dumps(answer))
+    asked = []
+    monkeypatch.setattr(contact, "asked", lambda *files: asked.append(files[0]) or answer)
+    assert command.main([*words, "--judge"]) == 0
+    assert not asked
+    first = next(file for file in (tmp_path / "files").glob("0000.*") if file.suffix in (".csv", ".jsonl"))
+    first.write_text("another file")
+    assert command.main([*words, "--judge"]) == 0
+    assert asked == [first]
+    page = (tmp_path / "random-programs.md").read_text(encoding="utf-8")
+    assert capsys.readouterr().out.endswith(f"{page}\n")
+    assert len((tmp_path / "random-programs.csv").read_text().splitlines()) == 3

@@ -151,6 +151,13 @@ def test_late_and_interpolated_rows_are_named_by_one_claim_or_two():
     assert judged(program, said(FIRM, [Claim("interpolated-rows", {"step": "0.01"})]), digits=5)[1] == score.WRONG
 
 
+def test_a_torque_that_damps_is_a_damping_where_moments_are_equal_only():
+    damping = planted("drag torque", share=0.2)
+    said_so = said(FIRM, [Claim("angular-damping", {"rate": "0.2"})])
+    assert judged(damping, said_so, CUBE, 6) == (score.NAMED, score.SAME)
+    assert judged(damping, said_so, digits=6) == (score.NAMED, score.WRONG)
+
+
 def test_an_explanation_that_makes_the_same_motion_is_simulated():
     """A cube without the gyroscopic term, an inertia of a sphere: nothing else is wrong, and the file is of a step."""
     program = Program(Scheme(1 / 60, 1 / 60, gyroscopic="none"), (Planted("impulse doubled", {}),))

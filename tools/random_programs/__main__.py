@@ -4,7 +4,8 @@
 
 The seed is fresh at every run and printed.  FOLDER gets `random-programs.csv` and `random-programs.md`, and of each
 program its file, its scene, what is true of it and the answer in `files/`.  `--only 17` draws and grades that program
-alone and prints all about it; `--draw` grades nothing; `--judge` judges the answers that are in FOLDER.
+alone and prints all about it; `--draw` grades nothing; `--judge` judges the answers that are in FOLDER, and grades
+files only that are other ones now.
 """
 
 import argparse
@@ -97,11 +98,13 @@ def done(job: Job) -> tuple[table.Row | None, str]:
     """Draw a case, write it, have it graded and judge the answer; return its row and all about it."""
     number, seed, catalogue, folder, what = job
     case, truth = program.drawn(number, seed, catalogue)
+    before = {file: file.read_text(encoding="utf-8") for file in folder.glob(f"{number:04d}.*") if file.is_file()}
+    files = written(case, truth, folder)
+    if what == DRAW:
+        return None, about(case, truth, None)
     stored = folder / f"{number:04d}.answer.json"
-    if what != JUDGE:
-        files = written(case, truth, folder)
-        if what == DRAW:
-            return None, about(case, truth, None)
+    same = stored in before and all(file.read_text(encoding="utf-8") == before.get(file) for file in files[:2])
+    if what == GRADE or not same:
         stored.write_text(json.dumps(contact.asked(*files), indent=2) + "\n", encoding="utf-8")
     row = row_of(case, truth, contact.answer_of(json.loads(stored.read_text(encoding="utf-8"))))
     return row, about(case, truth, row)
@@ -172,7 +175,7 @@ def options_of(words: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument("--seed", type=seed_of, help="a number, or `date` for today's; default: a fresh one")
     parser.add_argument("--only", type=int, action="append", help="number of a program to grade alone and to show")
     parser.add_argument("--draw", dest="what", action="store_const", const=DRAW, help="write the files, grade none")
-    parser.add_argument("--judge", dest="what", action="store_const", const=JUDGE, help="judge the answers in FOLDER")
+    parser.add_argument("--judge", dest="what", action="store_const", const=JUDGE, help="judge answers in FOLDER again")
     parser.set_defaults(what=GRADE)
     parser.add_argument("--processes", type=int, default=2, help="programs graded side by side (default: 2)")
     parser.add_argument("-o", "--output", type=Path, help="folder for the tables and files")

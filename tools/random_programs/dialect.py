@@ -151,8 +151,10 @@ class Dialect:
         """Return the vertices that a reader of the file takes the body to have [m], (n, k, 3)."""
         if self.kind == VERTICES:
             return rows.vertices[:, list(self.vertices)]
-        own = None if self.kind == POSE else rows.own_axes  # a quaternion shows no matrix but its own
-        return replace(rows, own_axes=own, points=scene.points).vertices
+        rows = replace(rows, points=scene.points)
+        if self.kind != MATRIX:  # a quaternion and angles show a rotation, and nothing else
+            rows = replace(rows, own_axes=None, q=rows.q / np.linalg.norm(rows.q, axis=1)[:, None])
+        return rows.vertices
 
     def noise(self, rows: Rows, scene: Scene) -> np.ndarray:
         """Return how far vertices may be off by the rounding of digits [m], (n,)."""
@@ -173,7 +175,7 @@ class Dialect:
         elif self.kind == EULER:
             turn = np.pi / 180 * together(["rx", "ry", "rz"])
         else:
-            turn = 2 * together(["qw", "qx", "qy", "qz"])
+            turn = 2 * together(["qw", "qx", "qy", "qz"]) / np.linalg.norm(rows.q, axis=1)
         return length * together(["x", "y", "z"]) + scene.reach * turn + clock * speed
 
 

@@ -19,7 +19,6 @@ TABLEAUS: dict[str, tuple[tuple[tuple[float, ...], ...], tuple[float, ...]]] = {
     "order 4, three eighths": (((), (1 / 3,), (-1 / 3, 1.0), (1.0, -1.0, 1.0)), (1 / 8, 3 / 8, 3 / 8, 1 / 8)),
 }
 SPLIT, VERLET = "split", "Verlet"
-METHODS = (SPLIT, VERLET, *TABLEAUS)
 
 
 @dataclass(frozen=True)

@@ -132,8 +132,14 @@ def _(sim: Simulation, rate: float) -> None:
 
 @mistake("damping", "angular damping", spins, rate=one_of(0.01, 0.05, 0.1, 0.2, 0.5, 1.0))
 def _(sim: Simulation, rate: float) -> None:
+    """By the torque that has the spin decay at one rate about every axis, -c I w."""
     c = sim.number(rate)
-    _each_step(sim, lambda dt: setattr(sim, "w", scale(sim.number(np.exp(-c * dt)), sim.w)))
+
+    def law(x: Vector, q: Quaternion, v: Vector, w: Vector) -> Load:
+        axes = matrix(q)
+        return _nothing(sim), scale(-c, times(axes, times(sim.inertia, times_transposed(axes, w))))
+
+    _law(sim, law)
 
 
 @mistake("damping", "quadratic drag", _runs, rate=even(0.005, 0.2))

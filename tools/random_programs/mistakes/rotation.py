@@ -41,11 +41,6 @@ def _rate_matters(scene: Scene, scheme: Scheme) -> bool:
     return (spins(scene, scheme) or is_struck(scene, scheme)) and not scheme.recovers
 
 
-def _changes_axes(scene: Scene, scheme: Scheme) -> bool:
-    """Whether the tensor's axes are followed: a step that keeps the momentum of axes that stand still has none."""
-    return has_euler(scene, scheme)
-
-
 def _order(random: np.random.Generator, scene: Scene, scheme: Scheme) -> str:
     """Return an order of axes that makes a difference."""
     diagonal = np.diag(scene.inertia)
