@@ -1,0 +1,248 @@
+"""The scorer: answers made by hand, right and wrong in every way, are judged as what they are."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tools.random_programs import contact, score, table
+from tools.random_programs.contact import FIRM, PARTLY, Answer, Claim
+from tools.random_programs.dialect import Dialect
+from tools.random_programs.mistakes import KINDS
+from tools.random_programs.names import BACK, MISTAKES, NOT_BACK, SCHEME, STEPS, names
+from tools.random_programs.program import Case, Planted, Program, truth_of
+from tools.random_programs.scene import Impulse, Scene, box_inertia, corners
+from tools.random_programs.scheme import Damping, Reading, Scheme
+
+SIZE = np.array((0.5, 0.3, 0.2))
+BRICK = Scene(
+    "brick",
+    1.0,
+    2.0,
+    box_inertia(2.0, SIZE),
+    corners(SIZE),
+    np.array((0.4, 1.0, -0.6)),
+    np.array((0.7, 0.1, -0.5, 0.5)),
+    np.array((0.8, 5.0, -0.4)),
+    np.array((2.0, -3.0, 1.5)),
+    np.array((0.0, -9.81, 0.0)),
+    SIZE,
+    (Impulse(0.4, np.array((-0.6, 0.5, 0.4)), vertex=3),),
+)
+CUBE = replace(BRICK, size=np.full(3, 0.4), inertia=box_inertia(2.0, np.full(3, 0.4)), points=corners(np.full(3, 0.4)))
+FINE = Scheme(0.001, 0.02, "order 4")
+ENGINE = Scheme(1 / 60, 1 / 60, gyroscopic="implicit", damping=Damping(0.1, 0.05))
+GRAVITY = Claim("gravity-doubled")
+STEP = Claim("symplectic-Euler", {"step": "0.016666666", "gyroscopic": "implicit", "rotation": "exponential"})
+LINEAR = Claim("linear-damping", {"rate": "0.1", "damping law": "by c dt"})
+ANGULAR = Claim("angular-damping", {"rate": "0.0501"})
+
+
+def said(verdict, *explanations, confidence=None, failure=""):
+    return Answer(verdict, explanations, (), confidence, 1.0, 0.0, 1.0, failure)
+
+
+def judged(program, answer, scene=BRICK, digits=9):
+    """Return what a file is, and what an answer to it is."""
+    case = Case(0, 0, scene, program, Dialect(digits))
+    truth = truth_of(case)
+    kind = score.kind_of(case, truth)
+    return kind, score.judged(case, truth, answer, kind)
+
+
+def planted(label, own=FINE, **params):
+    return Program(own, (Planted(label, params),))
+
+
+DOUBLED = planted("gravity doubled")
+FRICTION = planted("dry friction of the spin", rate=0.3)
+
+
+@pytest.mark.parametrize(
+    ("answer", "right"),
+    [
+        (said(FIRM, [GRAVITY]), score.RIGHT),
+        (said(FIRM, [GRAVITY, LINEAR]), score.EXTRAS),
+        (said(FIRM, [LINEAR], [GRAVITY]), score.ALIKE),
+        (said(FIRM, [Claim("gravity-of-another-size", {"factor": "2"})]), score.SAME),
+        (said(FIRM, [Claim("gravity-of-another-size", {"factor": "1.9"})]), score.WRONG),
+        (said(FIRM, [Claim("constant-acceleration")]), score.SAME),
+        (said(FIRM, [Claim("clock-rate", {"factor": "1.41"})]), score.WRONG),
+        (said(PARTLY, [GRAVITY]), score.PARTLY),
+        (said(PARTLY, [LINEAR]), score.HONEST),
+        (said("not explained", [LINEAR]), score.HONEST),
+        (said("too little to explain"), score.HONEST),
+        (said("correct to its noise"), score.FALSE_CORRECT),
+        (said("", failure="exit 3"), score.FAILED),
+    ],
+)
+def test_answers_to_a_mistake_with_a_name(answer, right):
+    assert judged(DOUBLED, answer) == (score.NAMED, right)
+
+
+@pytest.mark.parametrize(
+    ("answer", "right"),
+    [
+        (said(FIRM, [ANGULAR]), score.WRONG),
+        (said(PARTLY, [ANGULAR]), score.HONEST),
+        (said("not explained"), score.HONEST),
+        (said("correct to the printed digits"), score.FALSE_CORRECT),
+    ],
+)
+def test_answers_to_a_mistake_without_a_name(answer, right):
+    assert judged(FRICTION, answer) == (score.UNNAMED, right)
+
+
+@pytest.mark.parametrize(
+    ("answer", "right"),
+    [
+        (said("correct to the printed digits"), score.RIGHT),
+        (said("not explained"), score.FALSE_ALARM),
+        (said(PARTLY, [GRAVITY]), score.FALSE_ALARM),
+        (said(FIRM, [GRAVITY]), score.WRONG),
+    ],
+)
+def test_answers_to_a_right_program(answer, right):
+    assert judged(Program(FINE), answer) == (score.NOTHING, right)
+
+
+@pytest.mark.parametrize(
+    ("claims", "right"),
+    [
+        ([STEP, LINEAR, ANGULAR], score.RIGHT),
+        ([STEP, LINEAR], score.PARTLY),
+        ([STEP, LINEAR, ANGULAR, GRAVITY], score.EXTRAS),
+        ([STEP, LINEAR, Claim("angular-damping", {"rate": "0.06"})], score.WRONG),
+        ([replace(STEP, parameters=STEP.parameters | {"gyroscopic": ""}), LINEAR, ANGULAR], score.RIGHT),
+        ([replace(STEP, parameters=STEP.parameters | {"gyroscopic": "rescaled"}), LINEAR, ANGULAR], score.WRONG),
+        ([replace(STEP, parameters=STEP.parameters | {"rotation": "first order"}), LINEAR, ANGULAR], score.WRONG),
+        ([replace(STEP, parameters=STEP.parameters | {"step": "0.02"}), LINEAR, ANGULAR], score.WRONG),
+    ],
+)
+def test_answers_to_a_scheme(claims, right):
+    assert judged(Program(ENGINE), said(FIRM, claims)) == (score.NAMED, right)
+
+
+def test_what_cannot_be_seen_need_not_be_named_and_may_be():
+    """A cube turns alike with any gyroscopic scheme, and few digits show no small damping."""
+    program = Program(replace(ENGINE, damping=Damping()))
+    other = replace(STEP, parameters=STEP.parameters | {"gyroscopic": "rescaled"})
+    assert judged(program, said(FIRM, [other]), CUBE) == (score.NAMED, score.SAME)
+    assert judged(program, said(FIRM, [other])) == (score.NAMED, score.WRONG)
+    weak = Program(replace(ENGINE, damping=Damping(1e-4)))
+    for claims in ([STEP], [STEP, Claim("linear-damping", {"rate": "0.0003"})]):
+        assert judged(weak, said(FIRM, claims), digits=5)[1] == score.RIGHT
+
+
+def test_a_scheme_without_a_name_has_one_where_it_makes_the_motion_of_one():
+    converged = Program(replace(ENGINE, gyroscopic="implicit, converged", damping=Damping()))
+    assert judged(converged, said(FIRM, [STEP])) == (score.UNNAMED, score.WRONG)
+    assert judged(converged, said(FIRM, [STEP]), CUBE)[0] == score.NAMED
+
+
+def test_late_and_interpolated_rows_are_named_by_one_claim_or_two():
+    program = Program(replace(FINE, dt=1 / 50, spacing=1 / 60, reading=Reading(1, "arcs")))
+    between = Claim("interpolated-rows", {"step": "0.02"})
+    late = Claim("log-lag", {"time": "0.02"})
+    # An engine's rows that are late and interpolated have the one name, with the tick as their time.
+    for claims in ([between], [between, late], [late]):
+        assert judged(program, said(FIRM, claims), digits=5) == (score.NAMED, score.RIGHT)
+    assert judged(program, said(FIRM, [Claim("interpolated-rows", {"step": "0.01"})]), digits=5)[1] == score.WRONG
+
+
+def test_a_torque_that_damps_is_a_damping_where_moments_are_equal_only():
+    damping = planted("drag torque", share=0.2)
+    said_so = said(FIRM, [Claim("angular-damping", {"rate": "0.2"})])
+    assert judged(damping, said_so, CUBE, 6) == (score.NAMED, score.SAME)
+    assert judged(damping, said_so, digits=6) == (score.NAMED, score.WRONG)
+
+
+def test_an_explanation_that_makes_the_same_motion_is_simulated():
+    """A cube without the gyroscopic term, an inertia of a sphere: nothing else is wrong, and the file is of a step."""
+    program = Program(Scheme(1 / 60, 1 / 60, gyroscopic="none"), (Planted("impulse doubled", {}),))
+    plain = Claim("symplectic-Euler", {"step": "0.0166666667"})
+    twice = Claim("impulse-of-another-size", {"factor": "2.000000"})
+    missing = Claim("gyroscopic-term-missing")
+    assert judged(program, said(FIRM, [plain, twice, missing]))[1] == score.SAME
+    assert judged(program, said(FIRM, [plain, twice]))[1] in (score.WRONG, score.PARTLY)
+
+
+def test_claims_are_read_from_rows_of_json():
+    rows = [
+        {"rank": 1, "mistake": "symplectic-Euler", "parameter": "step", "value": "0.01", "left_m": 0.5},
+        {"rank": 1, "mistake": "symplectic-Euler", "parameter": "rotation", "value": "first order", "left_m": 0.5},
+        {"rank": 1, "mistake": "linear-damping", "parameter": "rate", "value": "0.1", "left_m": 0.5},
+        {"rank": 1, "mistake": "linear-damping", "parameter": "rate", "value": "0.2", "left_m": 0.5},
+        {"rank": 2, "mistake": "conjugate", "parameter": "", "value": "", "left_m": 0.5},
+    ]
+    whole = {"verdict": FIRM, "engines": [], "diagnosis": rows, "max_error_m": 2.0, "cpu_s": 3.5}
+    answer = contact.answer_of(whole)
+    assert [str(claim) for claim in answer.best] == [
+        "symplectic-Euler (0.01, first order)",
+        "linear-damping (0.1)",
+        "linear-damping (0.2)",
+    ]
+    assert [claim.name for claim in answer.explanations[1]] == ["conjugate"]
+    assert (answer.confidence, answer.left_m, answer.cpu_s) == (None, 0.5, 3.5)
+    assert contact.answer_of(whole | {"confidence": 0.9}).confidence == 0.9
+    assert contact.answer_of(whole | {"diagnosis": [row | {"confidence": "0.8"} for row in rows]}).confidence == 0.8
+    assert contact.answer_of(whole | {"verdict": "not explained"}).best == ()
+
+
+def test_the_names_are_those_that_tumble_has():
+    """What is renamed there is renamed in the table."""
+    page = (Path(__file__).parents[2] / "docs" / "mistakes.md").read_text(encoding="utf-8")
+    used = {name.name for entries in (*MISTAKES.values(), *SCHEME.values()) for name in entries}
+    used |= {f"another-size-along-{axis}" for axis in "xyz"} | set(STEPS.values()) | set(BACK) | NOT_BACK
+    used |= {name.name for how in ("held", "arcs") for name in names("rows between ticks", {"how": how, "tick": 0.01})}
+    used |= {name.name for every in (0, 10) for name in names("normalised", {"every": every})}
+    assert [name for name in sorted(used) if f"`{name}`" not in page] == []
+    assert set(MISTAKES) <= set(KINDS)
+
+
+# --- the page -------------------------------------------------------------------------------------------------------
+
+
+def row(number, kind, judged, cpu_s=1.0, confidence=None, true='["gravity doubled"]'):
+    return table.Row(
+        number, "brick", kind, judged, "explained", true, "gravity-doubled", "", "", 500.0, 1.0, 1.0, 0.5,
+        confidence, cpu_s, 50, 7, "single", "pose", "split", "none", "exponential", "none", "each tick",
+        '["gravity doubled"]', "",
+    )  # fmt: skip
+
+
+ROWS = [
+    *(row(n, score.NAMED, score.RIGHT, confidence=0.9) for n in range(8)),
+    row(8, score.NAMED, score.WRONG, 7.0, 0.9),
+    row(9, score.NAMED, score.ALIKE, 2.0, 0.6),
+    row(10, score.UNNAMED, score.HONEST),
+    row(11, score.UNNAMED, score.FALSE_CORRECT),
+    row(12, score.NOTHING, score.RIGHT, true="[]"),
+]
+
+
+def test_the_page_counts():
+    page = table.markdown(ROWS, 5)
+    for line in (
+        "| with names: right | 8 of 10 (80.0 %) | 90 % |",
+        "| without a name: honest (or of the same motion) | 1 of 2 (50.0 %) | 90 % |",
+        '| false "correct" | 1 | 0 |',
+        "| firmly wrong | 1 of 13 (7.7 %) | at most 1 % |",
+        "| answers within 3 s of processor time | 12 of 13 (92.3 %) | 95 % |",
+        "| 0.85 to 0.95 | 9 | 0.90 | 89 % |",
+        "| 0.5 to 0.7 | 1 | 0.60 | 100 % |",
+        "13 programs, seed 5: `python -m tools.random_programs --count 13 --seed 5`.",
+    ):
+        assert line in page, page
+    assert "| 8 | brick | firmly wrong | gravity doubled |" in page
+
+
+def test_rows_are_read_as_they_are_written():
+    assert table.read(table.csv_text(ROWS)) == ROWS
+
+
+def test_a_file_that_the_command_measures_otherwise_is_listed():
+    assert "None:" in table.markdown(ROWS, 5)
+    odd = replace(ROWS[0], graded_error_m=1.5)
+    assert "- program 0, brick: 1.5 m for 1 m" in table.markdown([odd], 5)

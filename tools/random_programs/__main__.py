@@ -1,0 +1,218 @@
+"""Draws random programs, has `tumble grade` read their files, and counts how often it is right.
+
+    .venv/bin/python -m tools.random_programs [--count 300] [--seed N | --seed date] [-o FOLDER] [--processes 2]
+
+The seed is fresh at every run and printed.  FOLDER gets `random-programs.csv` and `random-programs.md`, and of each
+program its file, its scene, what is true of it and the answer in `files/`.  `--only 17` draws and grades that program
+alone and prints all about it; `--draw` grades nothing; `--judge` judges the answers that are in FOLDER, and grades
+files only that are other ones now.
+"""
+
+import argparse
+import json
+import os
+import secrets
+import sys
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import asdict
+from datetime import UTC, datetime
+from itertools import product
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+
+from tools.random_programs import contact, names, program, scene, score, table
+from tools.random_programs.contact import Answer
+from tools.random_programs.dialect import Dialect
+from tools.random_programs.program import Case, Program, Truth
+from tools.random_programs.scene import Scene, Tether
+from tools.random_programs.scheme import Scheme
+
+DRAW, GRADE, JUDGE = "draw", "grade", "judge"
+Job = tuple[int, int, dict[str, Scene], Path, str]
+
+
+def written(case: Case, truth: Truth, folder: Path) -> tuple[Path, Path, list[str]]:
+    """Write the file of a case, its scene and what is true of it; return the first two, and options for the command."""
+    name = f"{case.number:04d}"
+    file = folder / f"{name}.{'jsonl' if case.dialect.json else 'csv'}"
+    options = case.dialect.options(truth.rows)
+    file.write_text(case.dialect.text(truth.rows), encoding="utf-8")
+    scene.save(case.scene, folder / f"{name}.toml")
+    about = {
+        "seed": case.seed,
+        "number": case.number,
+        "options": options,
+        "scheme": asdict(case.program.scheme),
+        "mistakes": [asdict(planted) for planted in case.program.planted],
+        "dialect": asdict(case.dialect),
+        "max_error_m": truth.error_m,
+        "error_over_noise": truth.error,
+        "facts": [asdict(fact) for fact in truth.facts],
+    }
+    (folder / f"{name}.json").write_text(json.dumps(about, indent=2) + "\n", encoding="utf-8")
+    return file, folder / f"{name}.toml", options
+
+
+def row_of(case: Case, truth: Truth, answer: Answer) -> table.Row:
+    """Return the row of a case and its answer."""
+    kind = score.kind_of(case, truth)
+    own = case.program.scheme
+    damping, reading = own.damping, own.reading
+    damps = f"{damping.where}, {damping.how}" if damping.linear or damping.angular else "none"
+    late = {0: "", 1: "late", -1: "early"}.get(reading.late, f"{reading.late} ticks late")
+    is_split = own.method == "split"
+    return table.Row(
+        case.number,
+        case.scene.name,
+        kind,
+        score.judged(case, truth, answer, kind),
+        answer.verdict,
+        json.dumps([fact.label for fact in truth.telling]),
+        names.in_words(answer.best),
+        " | ".join(map(names.in_words, answer.explanations[1:])),
+        " | ".join(answer.engines),
+        truth.error,
+        truth.error_m,
+        answer.max_error_m,
+        None if answer.left_m is None else answer.left_m / float(np.median(truth.noise_m)),
+        answer.confidence,
+        answer.cpu_s,
+        len(truth.rows.t),
+        case.dialect.digits,
+        "single" if own.single else "double",
+        case.dialect.kind,
+        own.method,
+        own.gyroscopic if is_split else "",
+        own.turning if is_split else "",
+        damps if is_split else "",
+        ", ".join(filter(None, (reading.between, late))) or "each tick",
+        json.dumps([planted.label for planted in case.program.planted]),
+        answer.failure,
+    )
+
+
+def done(job: Job) -> tuple[table.Row | None, str]:
+    """Draw a case, write it, have it graded and judge the answer; return its row and all about it."""
+    number, seed, catalogue, folder, what = job
+    case, truth = program.drawn(number, seed, catalogue)
+    before = {file: file.read_text(encoding="utf-8") for file in folder.glob(f"{number:04d}.*") if file.is_file()}
+    files = written(case, truth, folder)
+    if what == DRAW:
+        return None, about(case, truth, None)
+    stored = folder / f"{number:04d}.answer.json"
+    same = stored in before and all(file.read_text(encoding="utf-8") == before.get(file) for file in files[:2])
+    if what == GRADE or not same:
+        stored.write_text(json.dumps(contact.asked(*files), indent=2) + "\n", encoding="utf-8")
+    row = row_of(case, truth, contact.answer_of(json.loads(stored.read_text(encoding="utf-8"))))
+    return row, about(case, truth, row)
+
+
+def about(case: Case, truth: Truth, row: table.Row | None) -> str:
+    """Return all about a case in lines."""
+    lines = [f"program {case.number} of seed {case.seed}: {case.scene.name}, {case.program.scheme}", f"{case.dialect}"]
+    lines.append(f"{len(truth.rows.t)} rows, off by {truth.error_m:.3g} m, {truth.error:.3g} times the noise")
+    lines += [f"  true: {fact}" for fact in truth.facts]
+    if row:
+        lines.append(f"  {row.kind}, {row.judged}: {row.verdict} ({row.cpu_s:.1f} s of processor time) {row.failure}")
+        lines.append(f"  said: {row.said}  alike: {row.alike}")
+    return "\n".join(lines)
+
+
+def warm(folder: Path) -> None:
+    """Have a file of each combination of forces graded, so that what is compiled at first use is compiled."""
+    box = np.array((0.6, 0.35, 0.15))
+    at_rest = np.zeros(3)
+    for gravity, tether, drag in product((False, True), repeat=3):
+        one = Scene(
+            "warm",
+            1.0,
+            2.0,
+            scene.box_inertia(2.0, box),
+            scene.corners(box),
+            at_rest,
+            np.array((1.0, 0.0, 0.0, 0.0)),
+            np.array((1.0, 2.0, 0.5)),
+            np.array((1.0, 4.0, -2.0)),
+            np.array((0.0, -9.81 * gravity, 0.0)),
+            box,
+            tethers=(Tether(7, np.array((0.0, 2.0, 0.0)), 20.0, 0.5),) * tether,
+            drag=(0.5 * drag, 0.02 * drag),
+        )
+        planted = (program.Planted("Magnus force", {"by": 0.1}),)
+        case = Case(0, 0, one, Program(Scheme(1 / 60, 1 / 60, "explicit Euler"), planted), Dialect(6))
+        contact.graded(*written(case, program.truth_of(case), folder))
+
+
+def all_done(jobs: Sequence[Job], processes: int) -> Iterator[tuple[table.Row | None, str]]:
+    """Yield what `done` returns of jobs, as they are done, in their order."""
+    if processes == 1 or len(jobs) == 1:
+        yield from map(done, jobs)
+        return
+    with ProcessPoolExecutor(processes) as pool:
+        yield from pool.map(done, jobs)
+
+
+def say(line: str) -> None:
+    """Print a line at once."""
+    sys.stdout.write(f"{line}\n")
+    sys.stdout.flush()
+
+
+def seed_of(text: str) -> int:
+    """Return a seed: a number, or of today's date."""
+    if text == "date":
+        return int(datetime.now(UTC).strftime("%Y%m%d"))
+    return int(text)
+
+
+def options_of(words: Sequence[str] | None) -> argparse.Namespace:
+    """Return the options of the command."""
+    parser = argparse.ArgumentParser(prog="python -m tools.random_programs", description=(__doc__ or "").split("\n")[0])
+    parser.add_argument("--count", type=int, default=300, help="number of programs (default: 300)")
+    parser.add_argument("--seed", type=seed_of, help="a number, or `date` for today's; default: a fresh one")
+    parser.add_argument("--only", type=int, action="append", help="number of a program to grade alone and to show")
+    parser.add_argument("--draw", dest="what", action="store_const", const=DRAW, help="write the files, grade none")
+    parser.add_argument("--judge", dest="what", action="store_const", const=JUDGE, help="judge answers in FOLDER again")
+    parser.set_defaults(what=GRADE)
+    parser.add_argument("--processes", type=int, default=2, help="programs graded side by side (default: 2)")
+    parser.add_argument("-o", "--output", type=Path, help="folder for the tables and files")
+    return parser.parse_args(words)
+
+
+def main(words: Sequence[str] | None = None) -> int:
+    """Draw, grade and count; 1 where a file was not read."""
+    options = options_of(words)
+    seed = secrets.randbelow(2**31) if options.seed is None else options.seed
+    say(f"seed {seed}")
+    catalogue = {name: scene.read(contact.scene_text(name), name) for name in program.CATALOGUE}
+    numbers = options.only or range(options.count)
+    rows = []
+    with TemporaryDirectory() as scratch:
+        folder = options.output / "files" if options.output else Path(scratch)
+        folder.mkdir(parents=True, exist_ok=True)
+        if options.what == GRADE and not options.only:
+            with TemporaryDirectory() as other:
+                warm(Path(other))
+        jobs = [(number, seed, catalogue, folder, options.what) for number in numbers]
+        for row, lines in all_done(jobs, options.processes):
+            say(lines if options.only or row is None else f"{row.number}: {row.kind}, {row.judged} ({row.cpu_s:.1f} s)")
+            if row:
+                rows.append(row)
+    if rows and not options.only:
+        page = table.markdown(rows, seed)
+        if options.output:
+            (options.output / "random-programs.csv").write_text(table.csv_text(rows), encoding="utf-8")
+            (options.output / "random-programs.md").write_text(page, encoding="utf-8")
+        say(page)
+    failed = [row for row in rows if row.failure]
+    for row in failed:
+        say(f"{row.number}: {row.failure}")
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    os.environ.setdefault("OMP_NUM_THREADS", "1")
+    sys.exit(main())

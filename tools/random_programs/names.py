@@ -1,0 +1,309 @@
+"""What `tumble grade` calls the mistakes of this package: one table, and what translates its answers back.
+
+A label that is not in the table, or stands there with nothing, has no name: the honest answer is then that the file is
+not explained, or is explained in part.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+from tools.random_programs.contact import Claim
+from tools.random_programs.mistakes import Params
+from tools.random_programs.scene import Scene
+
+Value = Callable[[Params, Scene], float | str]
+
+
+@dataclass(frozen=True)
+class Name:
+    """A name that is right for a mistake; value: what its parameter must be, None where any is.
+
+    same: it means something else that makes the same motion in every scene; what makes it in some is found by a run.
+    """
+
+    name: str
+    value: Value | None = None
+    same: bool = False
+
+
+def of(key: str) -> Value:
+    """Return a parameter of the mistake."""
+    return lambda params, scene: params[key]
+
+
+def same(name: str, value: Value | None = None) -> Name:
+    """Return a name of another mistake that makes the same motion."""
+    return Name(name, value, True)
+
+
+def vertex(params: Params, scene: Scene) -> str:
+    """Return how a vertex is called."""
+    return f"vertex {params['vertex']}"
+
+
+def _torque(params: Params, scene: Scene) -> float:
+    return float(params["share"]) * float(scene.moments.mean())
+
+
+def _turning(params: Params, scene: Scene) -> float:
+    return float(params["turn"]) / scene.duration
+
+
+def _behind(params: Params, scene: Scene) -> float:
+    return -float(params["time"])
+
+
+STARTS = same("another-start-velocity")
+TURNED = same("another-start-attitude")
+ACCELERATION = same("constant-acceleration")
+
+MISTAKES: dict[str, tuple[Name, ...]] = {
+    "start velocity missing": (Name("start-velocity-missing"), STARTS),
+    "start velocity reversed": (Name("start-velocity-reversed"), STARTS),
+    "start velocity in body axes": (Name("start-velocity-in-body-axes"), STARTS),
+    "start velocity in other axes": (Name("start-velocity-in-other-axes"), STARTS),
+    "start spin missing": (Name("start-spin-missing"),),
+    "start spin reversed": (Name("start-spin-reversed"),),
+    "start spin in body axes": (Name("starts-spin-in-body-axes"),),
+    "start spin in other axes": (Name("start-spin-in-other-axes"),),
+    "start spin taken for degrees": (Name("degrees-for-radians"),),
+    "start spin turned into degrees": (Name("radians-for-degrees"),),
+    "start attitude missing": (Name("start-attitude-missing"), TURNED),
+    "start attitude inverted": (Name("start-attitude-inverted"), TURNED),
+    "start attitude read x y z w": (Name("another-start-attitude"),),
+    "start position missing": (Name("start-position-missing"), same("another-start-position")),
+    "another start position": (Name("another-start-position"),),
+    "impulse missing": (Name("impulse-missing"),),
+    "one impulse missing": (Name("one-impulse-missing"),),
+    "impulse doubled": (Name("impulse-doubled"), same("impulse-of-another-size", lambda p, s: 2.0)),
+    "impulse reversed": (Name("impulse-reversed"),),
+    "impulse of another size": (Name("impulse-of-another-size", of("factor")),),
+    "impulse times dt": (Name("impulse-of-another-size", of("factor")),),
+    "one impulse of another size": (Name("one-impulse-of-another-size", of("factor")),),
+    "mass left out": (Name("mass-left-out"), same("another-mass", lambda p, s: 1 / s.mass)),
+    "impulse divided by another mass": (Name("another-mass", of("factor")),),
+    "impulse only turns": (Name("impulse-only-turns"),),
+    "impulse at the centre": (Name("impulse-at-the-centre"),),
+    "impulse lever reversed": (Name("impulse-lever-reversed"),),
+    "impulse point from the origin": (Name("impulse-point-from-the-origin"),),
+    "impulse lever not turned": (Name("impulse-lever-not-turned"), same("one-impulse-lever-not-turned")),
+    "impulse lever as at the start": (
+        Name("impulse-lever-as-at-the-start"),
+        same("one-impulse-lever-as-at-the-start"),
+    ),
+    "impulse at another vertex": (Name("impulse-at-another-vertex", vertex), same("one-impulse-at-another-vertex")),
+    "impulse in body axes": (Name("impulse-in-body-axes"), same("one-impulse-in-body-axes")),
+    "impulse torque in body axes": (Name("impulse-torque-in-body-axes"),),
+    "impulse at another time": (Name("impulse-at-another-time", of("late")),),
+    "impulse as force": (
+        Name("impulse-as-force", of("lasts")),
+        Name("impulse-as-force-over-a-step", of("lasts")),
+    ),
+    "impulse as force without end": (Name("impulse-as-force-without-end"),),
+    "impulse inertia not turned": (Name("inertia-not-turned-in-the-impulse"),),
+    "gravity missing": (Name("gravity-missing"), ACCELERATION),
+    "gravity doubled": (Name("gravity-doubled"), ACCELERATION),
+    "gravity reversed": (Name("gravity-reversed"), ACCELERATION),
+    "gravity of another size": (Name("gravity-of-another-size", of("factor")), ACCELERATION),
+    "gravity times dt": (Name("gravity-of-another-size", of("factor")), ACCELERATION),
+    "gravity along another axis": (Name("gravity-along-another-axis"), ACCELERATION),
+    "gravity added": (Name("gravity-added", of("along")), ACCELERATION),
+    "gravity late": (Name("gravity-late", of("time")),),
+    "constant acceleration": (Name("constant-acceleration"),),
+    "linear damping": (Name("linear-damping", of("rate")),),
+    "angular damping": (Name("angular-damping", of("rate")),),
+    "quadratic drag": (Name("quadratic-drag", of("rate")),),
+    "drag torque": (Name("drag-torque", _torque),),
+    "speed cap": (Name("speed-cap", of("cap")),),
+    "spin cap": (Name("spin-cap", of("cap")),),
+    "tether missing": (Name("tether-missing"),),
+    "drag missing": (Name("drag-missing"),),
+    "inertia of a sphere": (Name("inertia-of-a-sphere"),),
+    "inertia of permuted axes": (Name("inertia-of-permuted-axes"), same("edges-in-another-order")),
+    "inverse for inertia": (Name("inverse-for-inertia"),),
+    "another inertia": (Name("another-inertia", of("factor")),),
+    "edges in another order": (Name("edges-in-another-order"), same("inertia-of-permuted-axes")),
+    "another size along an axis": (),  # below: its name has the axis in it
+    "inertia never turned": (Name("inertia-never-turned"),),
+    "inertia frozen at the start": (Name("inertia-frozen-at-the-start"),),
+    "inertia turned the wrong way": (Name("inertia-turned-the-wrong-way"),),
+    "gyroscopic term missing": (Name("gyroscopic-term-missing"),),
+    "gyroscopic term reversed": (Name("gyroscopic-term-reversed"),),
+    "angular velocity in the wrong frame": (Name("angular-velocity-in-the-wrong-frame"),),
+    "half of q' missing": (Name("half-of-q-missing"),),
+    "half of q' twice": (Name("half-of-q-twice"),),
+    "clock offset": (Name("clock-offset", of("time")), Name("log-lag", of("time"))),
+    "clock rate": (Name("clock-rate", of("rate")),),
+    "stops": (Name("stops", of("time")),),
+    "quaternion x y z w under w x y z": (Name("quaternion-order"),),
+    "quaternion w x y z under x y z w": (Name("quaternion-order-reversed"),),
+    "conjugate": (Name("conjugate"),),
+    "a sign of the quaternion's vector": (
+        Name("quaternions-vector-mirrored"),
+        same("only-the-attitude-in-other-axes"),
+    ),
+    "whole angle for half": (Name("half-angle-missing"),),
+    "a vertex logged for the centre": (
+        Name("another-point-logged", vertex),
+        same("constant-offset-in-body-axes"),
+    ),
+    "another point logged": (Name("constant-offset-in-body-axes"), Name("another-point-logged")),
+    "another unit of length": (Name("another-unit-of-length", of("unit")),),
+    "only the centre in other axes": (Name("only-the-centre-in-other-axes"),),
+    "only the attitude in other axes": (Name("only-the-attitude-in-other-axes"), same("quaternions-vector-mirrored")),
+    "other axes": (Name("other-axes"),),
+    "turned about the origin": (Name("turned-about-the-origin"),),
+    "turning axes": (Name("turning-axes", _turning),),
+}
+
+# --- schemes --------------------------------------------------------------------------------------------------------
+
+BETWEEN = (Name("interpolated-rows", of("tick")), Name("fixed-physics-step", of("tick")))
+SCHEME: dict[str, tuple[Name, ...]] = {
+    "rows late": (Name("log-lag", of("time")), Name("clock-offset", _behind), *BETWEEN),
+    "gravity idle": (Name("gravity-late", of("time")), same("another-step-of-x")),
+    "asleep at first": (Name("log-lag", of("time")), Name("clock-offset", _behind)),
+    "another step of x": (Name("another-step-of-x"), Name("explicit-Euler"), same("gravity-late")),
+}
+STEPS = {
+    "split": "symplectic-Euler",
+    "Verlet": "velocity-Verlet",
+    "explicit Euler": "explicit-Euler",
+    "midpoint": "midpoint-method",
+    "Heun": "Heuns-method",
+    "order 3": "Runge-Kutta-of-order-3",
+    "order 4": "Runge-Kutta-of-order-4",
+}
+# A step that is not to be told from one of these by a file without a torque.
+SAME_STEPS = {"explicit-Euler": ("not-normalised", "normalised-rarely", "matrix-Euler")}
+GYROSCOPIC = {
+    "none": "",
+    "explicit": "explicit",
+    "implicit": "implicit",
+    "rescaled": "rescaled",
+    "Lacoursiere": "ode",
+    "midpoint": "midpoint",
+}
+TURNING = {"exponential": "exponential", "first order": "first order"}
+PLACES = {
+    "before the forces of a step": "before",
+    "after the forces of a step": "between",
+    "after a step has moved the body": "after",
+    "as a force": "before",
+}
+DECAYS = {"by c dt": "1 - c dt", "by exp(-c dt)": "exp", "by 1/(1 + c dt)": "1/(1 + c dt)"}
+# Parameters whose value is held against a mistake's.
+MAIN = ("step", "time", "rate", "factor", "choice")
+SIGNLESS = ("log-lag", "turning-axes")
+
+
+def names(label: str, params: Params) -> tuple[Name, ...]:
+    """Return the names of a mistake or of a part of a scheme; none where it has none."""
+    match label:
+        case "another size along an axis":
+            return (Name(f"another-size-along-{'xyz'[int(params['axis'])]}", of("factor")),)
+        case "rows between ticks":
+            found = {"held": "fixed-physics-step", "straight": "interpolated-rows", "arcs": "interpolated-rows"}
+            name = found.get(str(params["how"]))
+            extra = (Name("log-lag", of("tick")),) if name == "interpolated-rows" else ()
+            return (Name(name, of("tick")), *extra) if name else ()
+        case "centre in substeps":
+            return (Name("symplectic-Euler", lambda params, scene: str(params["substeps"])),)
+        case "normalised":
+            if params["every"]:
+                return (Name("normalised-rarely"),)
+            return Name("not-normalised"), Name("symplectic-Euler", lambda params, scene: "never")
+        case "step":
+            return _step(params)
+    return MISTAKES.get(label, SCHEME.get(label, ()))
+
+
+def _step(params: Params) -> tuple[Name, ...]:
+    method = str(params["method"])
+    if method == "split" and params["moves"] == "old, all":
+        method = "explicit Euler"
+    name = STEPS.get(method)
+    if name is None:
+        return ()
+    if params["method"] == "split" and (params["gyroscopic"] not in GYROSCOPIC or params["turning"] not in TURNING):
+        return ()
+    return Name(name, of("step")), *(Name(other, of("step")) for other in SAME_STEPS.get(name, ()))
+
+
+def fits(name: Name, claim: Claim, params: Params, scene: Scene, tolerance: float) -> bool:
+    """Whether a claim is of a name, with the value that is right to a relative tolerance."""
+    if claim.name != name.name:
+        return False
+    if name.value is None:
+        return True
+    right = name.value(params, scene)
+    if isinstance(right, str):
+        return right in claim.parameters.values()
+    said = claim.number(*MAIN)
+    if said is None:
+        return True
+    if name.name in SIGNLESS:
+        said, right = abs(said), abs(right)
+    return abs(said - right) <= tolerance * max(abs(right), 1e-12)
+
+
+def step_fits(claim: Claim, params: Params) -> bool:
+    """Whether the details of a step that a claim has are those of the scheme; what it leaves open is right."""
+    if params["method"] != "split":
+        return True
+    said = claim.parameters
+    gyroscopic, rotation = said.get("gyroscopic", ""), said.get("rotation", "")
+    return gyroscopic in ("", GYROSCOPIC.get(str(params["gyroscopic"]))) and rotation in (
+        "",
+        TURNING.get(str(params["turning"])),
+    )
+
+
+# --- back: a claim as a mistake of this package ---------------------------------------------------------------------
+
+# Labels whose parameters are the one that a claim has, and the key of it; "" where there is none.
+BACK: Mapping[str, tuple[str, str]] = {
+    entry.name: (label, "")
+    for label, entries in MISTAKES.items()
+    for entry in entries[:1]
+    if entry.value is None and label not in ("start velocity in other axes", "start spin in other axes")
+} | {
+    "impulse-of-another-size": ("impulse of another size", "factor"),
+    "another-mass": ("impulse divided by another mass", "factor"),
+    "gravity-of-another-size": ("gravity of another size", "factor"),
+    "gravity-late": ("gravity late", "time"),
+    "linear-damping": ("linear damping", "rate"),
+    "angular-damping": ("angular damping", "rate"),
+    "quadratic-drag": ("quadratic drag", "rate"),
+    "speed-cap": ("speed cap", "cap"),
+    "spin-cap": ("spin cap", "cap"),
+    "another-inertia": ("another inertia", "factor"),
+    "stops": ("stops", "time"),
+    "impulse-as-force": ("impulse as force", "lasts"),
+    "impulse-as-force-over-a-step": ("impulse as force", "lasts"),
+}
+# Names whose values are not numbers, or are not in the answer: they cannot be translated back.
+NOT_BACK = frozenset(
+    {
+        "another-start-attitude", "another-start-position", "constant-acceleration", "inertia-of-permuted-axes",
+        "edges-in-another-order", "gravity-along-another-axis", "only-the-centre-in-other-axes",
+        "only-the-attitude-in-other-axes", "other-axes", "quaternions-vector-mirrored", "constant-offset-in-body-axes",
+        "one-impulse-missing",
+    }
+)  # fmt: skip
+
+
+def back(claim: Claim) -> tuple[str, Params] | None:
+    """Return the label and the parameters of what a claim says; None where that is not known."""
+    if claim.name in NOT_BACK or claim.name not in BACK:
+        return None
+    label, key = BACK[claim.name]
+    if not key:
+        return label, {}
+    value = claim.number(*MAIN)
+    return None if value is None else (label, {key: value})
+
+
+def in_words(claims: Sequence[Claim]) -> str:
+    """Return claims in words."""
+    return "; ".join(map(str, claims))

@@ -1,0 +1,230 @@
+"""Judges an answer of `tumble grade` by what is true of the file."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+
+from tools.random_programs.contact import Answer, Claim
+from tools.random_programs.mistakes import Params
+from tools.random_programs.names import (
+    DECAYS,
+    GYROSCOPIC,
+    PLACES,
+    STEPS,
+    TURNING,
+    back,
+    fits,
+    names,
+    step_fits,
+)
+from tools.random_programs.program import SEEN, TELLING, Case, Fact, Planted, Program, Truth, apart_from
+from tools.random_programs.scheme import SPLIT, Damping, Reading, Scheme
+
+# What a file is: nothing wrong is to be seen; less than has a name to be found; all of it has names; some has none.
+NOTHING, FAINT, NAMED, UNNAMED = "nothing to see", "faint", "named", "unnamed"
+# What an answer is.  Right: all that is there and nothing else.  Extras: something else as well.  Alike: an explanation
+# that is said to fit alike is right.  Same motion: it names what makes the same motion, and not the mistake.  Partly:
+# some of it, or all of it said to be a part.  Honest: not explained, or said to be a part.  Firmly wrong.  False
+# correct.  False alarm: wrong is what is right.  Failed: no answer.
+RIGHT, EXTRAS, ALIKE, SAME = "right", "right, with extras", "fits alike", "same motion"
+PARTLY, HONEST, WRONG = "partly", "honest", "firmly wrong"
+FALSE_CORRECT, FALSE_ALARM, FAILED = "false correct", "false alarm", "failed"
+CLASSES = (RIGHT, EXTRAS, ALIKE, SAME, PARTLY, HONEST, WRONG, FALSE_CORRECT, FALSE_ALARM, FAILED)
+# An answer that a reader can act on as it stands: what `confidence` is the probability of.
+HITS = (RIGHT, ALIKE, SAME)
+# Of a value, relative: what is said to three figures; and where an effect is only so many times the noise.
+EXACT, BY_NOISE = 0.01, 5.0
+# The step of a right program that an answer without a step is simulated by [s].
+FINE = 0.0005
+
+
+@dataclass(frozen=True)
+class Matched:
+    """Facts that no claim fits, claims that fit no fact, whether a fact is named by what makes the same motion."""
+
+    missing: tuple[Fact, ...]
+    hits: int
+    extras: tuple[Claim, ...]
+    is_same: bool
+
+
+def kind_of(case: Case, truth: Truth) -> str:
+    """Return what a file is."""
+    if truth.error < SEEN:
+        return NOTHING
+    if truth.error < TELLING or not truth.telling:
+        return FAINT
+    return NAMED if all(readings(case, truth, fact) for fact in truth.telling) else UNNAMED
+
+
+def readings(case: Case, truth: Truth, fact: Fact) -> list[Params]:
+    """Return the parameters with which a fact has a name: its own, or those that make the same file; none without."""
+    if names(fact.label, fact.params):
+        return [fact.params]
+    if fact.label != "step":
+        return []
+    return [params for params, program in _named_steps(case, fact.params) if _is_file_of(case, truth, program)]
+
+
+def _named_steps(case: Case, params: Params) -> list[tuple[Params, Program]]:
+    """Return the steps with a name that are most like one without."""
+    own = case.program.scheme
+    if params["method"] != SPLIT:
+        near = {"Ralston": ("midpoint", "Heun")}.get(str(params["method"]), ("order 3", "order 4"))
+        return [(params | {"method": method}, case.program.with_scheme(method=method)) for method in near]
+    spins = [own.gyroscopic] if own.gyroscopic in GYROSCOPIC else ["explicit", "implicit", "rescaled", "midpoint"]
+    turns = [own.turning] if own.turning in TURNING else list(TURNING)
+    return [
+        (params | {"gyroscopic": spin, "turning": turn}, case.program.with_scheme(gyroscopic=spin, turning=turn))
+        for spin, turn in product(spins, turns)
+    ]
+
+
+def _is_file_of(case: Case, truth: Truth, program: Program) -> bool:
+    """Whether another program would write the file, but for its noise."""
+    return apart_from(case, program, truth.rows, truth.noise_m) < TELLING
+
+
+# --- claims and facts -----------------------------------------------------------------------------------------------
+
+
+def matched(case: Case, truth: Truth, claims: Sequence[Claim]) -> Matched:
+    """Return what claims say of facts."""
+    missing, used, is_same, hits = [], set[int](), False, 0
+    for fact in truth.facts:
+        due = fact.effect >= TELLING
+        tolerance = max(EXACT, BY_NOISE / fact.effect) if due else float("inf")
+        found = _fitting(case, truth, fact, claims, tolerance)
+        used |= set(found)
+        if due and not found:
+            missing.append(fact)
+        elif due:
+            hits += 1
+            is_same = is_same or all(found.values())
+    extras = tuple(claim for number, claim in enumerate(claims) if number not in used)
+    return Matched(tuple(missing), hits, extras, is_same)
+
+
+def _fitting(case: Case, truth: Truth, fact: Fact, claims: Sequence[Claim], tolerance: float) -> dict[int, bool]:
+    """Return the numbers of claims that fit a fact, and whether each names what makes the same motion only."""
+    found: dict[int, bool] = {}
+    due = fact.effect >= TELLING
+    for params in readings(case, truth, fact) if due else [fact.params]:
+        for name in names(fact.label, params):
+            for number, claim in enumerate(claims):
+                if not fits(name, claim, params, case.scene, tolerance):
+                    continue
+                if fact.label == "step" and due and not step_fits(claim, params):
+                    continue
+                found[number] = name.same and found.get(number, True)
+    return found
+
+
+# --- the answer -----------------------------------------------------------------------------------------------------
+
+
+def judged(case: Case, truth: Truth, answer: Answer, kind: str) -> str:
+    """Return what an answer is; kind: of the file."""
+    if answer.failure:
+        return FAILED
+    if kind == NOTHING:
+        return RIGHT if answer.is_correct else WRONG if answer.is_firm else FALSE_ALARM
+    if kind == FAINT:
+        return WRONG if answer.is_firm and matched(case, truth, answer.best).extras else RIGHT
+    if answer.is_correct:
+        return FALSE_CORRECT
+    best = matched(case, truth, answer.best)
+    if not answer.is_firm:
+        return PARTLY if best.hits and kind == NAMED else HONEST
+    return _firmly(case, truth, answer, best, kind)
+
+
+def _firmly(case: Case, truth: Truth, answer: Answer, best: Matched, kind: str) -> str:
+    """Return what an answer is that says that the file is explained."""
+    if not best.missing and not best.extras:
+        return SAME if best.is_same else RIGHT
+    if not best.missing:
+        return EXTRAS
+    for other in answer.explanations[1:]:
+        found = matched(case, truth, other)
+        if not found.missing and not found.extras:
+            return ALIKE
+    if any(_is_file_of(case, truth, program) for program in translated(case, answer.best)):
+        return SAME
+    return PARTLY if best.hits and not best.extras and kind == NAMED else WRONG
+
+
+# --- an answer as a program -----------------------------------------------------------------------------------------
+
+
+def translated(case: Case, claims: Sequence[Claim]) -> list[Program]:
+    """Return programs that do what claims say, as far as they can be translated; none where they cannot."""
+    own = case.program.scheme
+    by_name = {claim.name: claim for claim in claims}
+    scheme = _claimed_scheme(own, by_name)
+    if scheme is None:
+        return []
+    damping = Damping()
+    planted: list[Planted] = []
+    late = 0.0
+    for claim in claims:
+        if claim.name in (*STEPS.values(), "interpolated-rows"):
+            continue
+        if claim.name in ("linear-damping", "angular-damping") and scheme.method == SPLIT:
+            damping = _claimed_damping(damping, claim)
+        elif claim.name in ("log-lag", "clock-offset"):
+            late = abs(claim.number("time") or 0.0)
+        elif claim.name == "gyroscopic-term-missing" and scheme.method == SPLIT:
+            scheme = replace(scheme, gyroscopic="none")
+        elif (label := back(claim)) is None:
+            return []
+        else:
+            planted.append(Planted(*label))
+    found = [Program(replace(scheme, damping=damping), tuple(planted))]
+    if late:
+        found = [
+            replace(program, planted=(*program.planted, Planted("clock offset", {"time": sign * late})))
+            for program in found
+            for sign in (-1, 1)
+        ]
+    return found
+
+
+def _claimed_scheme(own: Scheme, claims: dict[str, Claim]) -> Scheme | None:
+    """Return the scheme of an answer; None where rows are no ticks of its step."""
+    method = next((method for method, name in STEPS.items() if name in claims), None)
+    if method is None:
+        every = max(1, round(own.spacing / FINE))
+        return Scheme(own.spacing / every, own.spacing, "order 4")
+    claim = claims[STEPS[method]]
+    step = claim.number("step")
+    if not step:
+        return None
+    reading, tick = Reading(), step
+    if "interpolated-rows" in claims:
+        reading, tick = Reading(0, "arcs"), claims["interpolated-rows"].number("step") or step
+    every = round(own.spacing / tick)
+    if not reading.between:
+        if every < 1 or abs(every * tick - own.spacing) > 1e-3 * own.spacing:
+            return None
+        tick = own.spacing / every
+    spins = {name: kind for kind, name in GYROSCOPIC.items() if name}
+    return Scheme(
+        tick,
+        own.spacing,
+        method,
+        spins.get(claim.parameters.get("gyroscopic", ""), "explicit"),
+        claim.parameters.get("rotation", "") or "exponential",
+        reading=reading,
+        substeps=max(1, round(tick / step)),
+        centre=int(claim.number("substeps") or 1),
+    )
+
+
+def _claimed_damping(damping: Damping, claim: Claim) -> Damping:
+    rate = claim.number("rate") or 0.0
+    where = PLACES.get(claim.parameters.get("damps", ""), "before")
+    how = DECAYS.get(claim.parameters.get("damping law", ""), "1 - c dt")
+    linear = rate if claim.name == "linear-damping" else damping.linear
+    angular = rate if claim.name == "angular-damping" else damping.angular
+    return Damping(linear, angular, where, how)
