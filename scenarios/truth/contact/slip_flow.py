@@ -30,6 +30,8 @@ MOST_STEPS = 3000
 SPARE = 16
 # How steps are counted: durations are whole numbers over 2^GRAIN, at most LONGEST.
 GRAIN, LONGEST = 20, 64
+# Of what a polynomial can rise by in a step: how near to zero Newton's steps begin.
+NEAR = 1e-6
 # A direction keeps itself where it turns, of the largest rate, by no more than all but this share of the bits says.
 ROUNDED = 6
 
@@ -108,12 +110,33 @@ class SlipFlow:
             along = self._speed_unit + self.rate * passed
             path = self._speed_unit * passed + self.rate * passed * passed / 2
             return Sliding(along * self.direction, passed, path * self.direction)
+        for step, T in self.where(passed):
+            if T is not None:
+                return self._sliding(step, self._whole(T))
+        return self._end()
+
+    def where(self, passed: Any) -> Iterator[tuple[Step, Any]]:
+        """Yield the steps up to the one in which P has that value, each with None, the last with its T there."""
         whole = self._whole(passed * self._rate_unit / self._speed_unit)
         for step in self._all_steps():
-            if self._value(step.passed, step.duration << self._bits >> GRAIN) >= whole:
+            last = step.duration << self._bits >> GRAIN
+            if self._value(step.passed, last) >= whole:
                 series = [step.passed[0] - whole, *step.passed[1:]]
-                return self._sliding(step, self._zero(series, 0, step.duration << self._bits >> GRAIN))
-        return self._end()
+                yield step, self._number(self._zero(series, 0, last))
+                return
+            yield step, None
+
+    def series(self, step: Step) -> tuple[Numbers, Numbers, tuple[Numbers, Numbers]]:
+        """Return dP/dT, P, and s as series in T, each (order + 1,)."""
+        unit = self._speed_unit / self._rate_unit
+        speed, passed, *along = (
+            np.array([self._number(number) for number in series]) for series in (step.speed, step.passed, *step.along)
+        )
+        return unit * speed, unit * passed, (self._speed_unit * along[0], self._speed_unit * along[1])
+
+    def duration(self, step: Step) -> Any:
+        """Return how long a step is in T."""
+        return self._number(step.duration << self._bits >> GRAIN)
 
     def _straight(self, gauge: Numbers, constant: Any) -> tuple[Sliding, bool]:
         mp = self._mp
@@ -181,17 +204,19 @@ class SlipFlow:
 
     def _first_rise(self, series: list[int], duration: int) -> int | None:
         """Return the first T, over 2^bits, at which a polynomial that begins below zero is zero, None if none is."""
-        near = np.array([ldexp(float(number >> max(0, self._bits - 80)), -min(80, self._bits)) for number in series])
+        near = np.array([ldexp(float(number), -self._bits) for number in series])
         powers, end = np.arange(len(near)), ldexp(duration, -GRAIN)
-        steepest = float((np.abs(near[1:]) * powers[1:] * end ** powers[:-1]).sum())
+        steepest = float((np.maximum(near[1:], 0.0) * powers[1:] * end ** powers[:-1]).sum())
         values, T = near[::-1], 0.0
         below = float(np.polyval(values, T))
         # Steps that no polynomial of this slope can rise within.
-        while below < -1e-12 * steepest * end:
+        while below < -NEAR * steepest * end:
             T -= below / steepest
             if T >= end:
                 return None
             below = float(np.polyval(values, T))
+        if not steepest:
+            return None
         whole, last = int(ldexp(T, self._bits)), duration << self._bits >> GRAIN
         return self._zero(series, whole, last)
 

@@ -1,0 +1,56 @@
+"""The truth of a scene with a plane, in the columns that every truth has, and the records of its contacts."""
+
+from typing import Any
+
+import numpy as np
+
+from scenarios.frames import Array
+from scenarios.scene import Scene
+from scenarios.truth import Tell, told_vertices
+from scenarios.truth.contact.motion import Changed, Motion, changed_timelines, motion_of, moves_of, poses_of
+from scenarios.truth.contact.record import ContactRecord, recorded, state_of
+from scenarios.truth.limit import movement, rounding
+
+HOW = "exact: closed forms between events, certified instants, Taylor series in the impulse"
+
+
+def on_plane(
+    mp: Any, scene: Scene, with_input_error: bool, progress: Tell
+) -> tuple[list[Array], list[str], list[str], tuple[ContactRecord, ...]]:
+    """Return states, vertices, bound and input error of all throws, how they were made, why some end, and their records.
+
+    Raises NoTruth, RayMissed.
+    """
+    columns, records, reasons = [], [], []
+    for row in range(len(scene.start)):
+        motion = motion_of(mp, scene, row)
+        changed = changed_timelines(mp, scene, row, motion) if with_input_error else []
+        columns.append(_row(mp, scene, row, motion, changed))
+        records.append(recorded(motion, changed))
+        reasons.append(motion.finer.why)
+        progress((row + 1) / len(scene.start))
+    told = [np.stack(column, axis=1) for column in zip(*columns, strict=True)]
+    return told, [HOW], reasons, tuple(records)
+
+
+def _row(mp: Any, scene: Scene, row: int, motion: Motion, changed: list[Changed]) -> tuple[Array, Array, Array, Array]:
+    """Return states (R, 13), vertices (R, n, 3), bound and input error (R,) of one throw."""
+    mp.prec = motion.bits
+    setting, throw = motion.setting, motion.setting.throw
+    finer = poses_of(setting, motion.finer)
+    states = np.array([state_of(motion, pose) for pose in finer]).reshape(-1, 13)
+    before = scene.start[row, 3:7]
+    for q in states[:, 3:7]:
+        q *= 1 if before @ q >= 0 else -1
+        before = q
+    vertices = told_vertices(finer, throw.points, motion.bits) if finer else np.empty((0, len(throw.points), 3))
+    rougher = poses_of(setting, motion.rougher)
+    apart = [movement(*pair, throw.points, throw.points)[0] for pair in zip(finer, rougher, strict=True)]
+    bound = np.array(apart) + rounding(vertices)
+    moves = [moves_of(motion, changed[0], other) for other in changed[1:]]
+    moved = np.maximum.reduce(moves) if moves else np.zeros(len(finer))
+    rows = len(throw.times)
+    return tuple(
+        np.concatenate((values, np.full((rows - len(values), *values.shape[1:]), filling)))
+        for values, filling in ((states, np.nan), (vertices, np.nan), (bound, np.inf), (moved, np.inf))
+    )

@@ -1,0 +1,235 @@
+"""A sphere that stays on the plane: it slips, then rolls; and one that bounces without end, in finite time."""
+
+from typing import Any
+
+import numpy as np
+
+from scenarios.truth.contact.approach import Flight
+from scenarios.truth.contact.driven_spin import DrivenSpin, horner, spinning, turn_of
+from scenarios.truth.contact.impact import velocity_at
+from scenarios.truth.contact.setting import Setting, length, tangents
+from scenarios.truth.contact.slip_flow import SlipFlow
+from scenarios.truth.flight import Pose
+from scenarios.truth.inertia import Numbers
+from scenarios.truth.rational import cross
+
+
+def laid(setting: Setting, pose: Pose) -> Pose:
+    """Return the pose with the sphere on the plane and no velocity along its normal."""
+    normal = setting.normal
+    x = pose.x - setting.gaps(pose)[0] * normal
+    return pose._replace(x=x, v=setting.along(pose.v))
+
+
+def spread(setting: Setting) -> Any:
+    """Return how much more the touching point gains per force along the plane than the centre: 1 + m r^2 / I, 7/2."""
+    assert setting.radius is not None
+    return 1 + setting.mass * setting.radius**2 / setting.tensor[0, 0]
+
+
+def rolls(setting: Setting) -> bool:
+    """Return whether friction can make a sphere roll: tan <= 7/2 mu on an incline."""
+    along = length(setting.mp, setting.gravity_along)
+    return bool(along <= spread(setting) * setting.friction * setting.pressing)
+
+
+class Rolling:
+    """A sphere that rolls, or that slips along gravity from no slip, or slides where there is no friction.
+
+    The acceleration of the centre, and of the spin along the plane, is constant.
+    """
+
+    def __init__(self, setting: Setting, pose: Pose, since: Any, name: str) -> None:
+        self.name, self._setting, self.since, self.until = name, setting, since, setting.mp.inf
+        self._pose = laid(setting, pose)
+        gravity, normal = setting.gravity_along, setting.normal
+        zero = 0 * gravity
+        if name == "slides":
+            self._pull, self._spin = gravity, zero
+        elif name == "rolls":
+            self._pull = gravity * (1 - 1 / spread(setting))
+            w_n = self._pose.w_world @ normal
+            self._pose = self._pose._replace(w_world=w_n * normal + cross(normal, self._pose.v) / setting.radius)
+            self._spin = cross(normal, self._pull) / setting.radius
+        else:
+            friction = setting.friction * setting.pressing * gravity / length(setting.mp, gravity)
+            self._pull = gravity - friction
+            self._spin = cross(normal, friction) * setting.mass * setting.radius / setting.tensor[0, 0]
+        self._turning = _turning(setting, self._pose, self._spin)
+
+    def at(self, time: Any) -> Pose:
+        """Return the pose at an instant."""
+        t, start = time - self.since, self._pose
+        x = start.x + start.v * t + self._pull * (t * t / 2)
+        return Pose(x, self._turning(t), start.v + self._pull * t, start.w_world + self._spin * t)
+
+
+class Slipping:
+    """A sphere that slips, until the touching point has no velocity along the plane.
+
+    The slip s obeys `slip_flow`; the centre has v' = s' / b + (1 - 1/b) g, b = 1 + m r^2 / I.
+    """
+
+    name = "slips"
+
+    def __init__(self, setting: Setting, pose: Pose, since: Any, last: Any) -> None:
+        self._setting, self.since = setting, since
+        self._pose = pose = laid(setting, pose)
+        lever = -setting.radius * setting.normal
+        slip = setting.along(velocity_at(pose, lever))
+        self._frame = np.array(tangents(setting.mp, setting.normal, slip))
+        self._slip, self._share = self._frame @ slip, 1 / spread(setting)
+        hold = setting.friction * setting.pressing * spread(setting)
+        matrix = np.array(((hold, 0 * hold), (0 * hold, hold)))
+        self._flow = SlipFlow(setting.mp, self._frame @ setting.gravity_along, matrix, self._slip, with_path=True)
+        clock = np.array((0 * hold, 0 * hold, setting.mp.one))
+        end, reached = self._flow.until(clock, -(max(last - since, setting.mp.one * 0) + 1))
+        self.until = setting.mp.inf if reached else since + end.passed
+        self._end = end
+        if self._flow.steady:
+            pull = self._flow.rate * self._flow.direction
+            self._turning = _turning(setting, pose, self._spin_rate(pull))
+        else:
+            self._turning = SlipSpin(setting, self, self._flow)
+
+    def at(self, time: Any) -> Pose:
+        """Return the pose at an instant."""
+        t, start, setting = time - self.since, self._pose, self._setting
+        now = self._flow.at(t) if t < self._end.passed else self._end
+        share, gravity = self._share, setting.gravity_along
+        gained, path = (now.velocity - self._slip) @ self._frame, now.path @ self._frame
+        v = start.v + share * gained + (1 - share) * t * gravity
+        first = start.v - share * (self._slip @ self._frame)
+        x = start.x + first * t + share * path + (1 - share) * (t * t / 2) * gravity
+        return Pose(x, self._turning(t), v, self.spin(now.velocity, v))
+
+    def spin(self, slip: Numbers, v: Numbers) -> Numbers:
+        """Return the angular velocity of a slip, (2,), and a velocity of the centre, (3,)."""
+        setting = self._setting
+        about = (self._pose.w_world @ setting.normal) * setting.normal
+        return about + cross(setting.normal, v - slip @ self._frame) / setting.radius
+
+    def _spin_rate(self, pull: Numbers) -> Numbers:
+        """Return how the spin changes while the slip changes at a rate, (2,)."""
+        setting = self._setting
+        gain = pull @ self._frame
+        v_rate = self._share * gain + (1 - self._share) * setting.gravity_along
+        return cross(setting.normal, v_rate - gain) / setting.radius
+
+    def spin_factors(self) -> tuple[Numbers, Numbers, Numbers, Numbers]:
+        """Return w as a constant and factors of t, s1 and s2, each (3,)."""
+        setting, share = self._setting, self._share
+        start = self._pose.v - share * (self._slip @ self._frame)
+        about = (self._pose.w_world @ setting.normal) * setting.normal
+        constant = about + cross(setting.normal, start) / setting.radius
+        by_time = (1 - share) * cross(setting.normal, setting.gravity_along) / setting.radius
+        by_slip = [(share - 1) * cross(setting.normal, axis) / setting.radius for axis in self._frame]
+        return constant, by_time, by_slip[0], by_slip[1]
+
+    @property
+    def axes(self) -> Numbers:
+        """The axes at the start, (3, 3)."""
+        return self._pose.axes
+
+
+class SlipSpin:
+    """Attitude of a sphere whose slip turns: q' = w q / 2 over the steps of the flow, q a series in its variable T."""
+
+    def __init__(self, setting: Setting, slipping: Slipping, flow: SlipFlow) -> None:
+        self._mp, self._axes, self._flow = setting.mp, slipping.axes, flow
+        self._factors = slipping.spin_factors()
+        self._q = [np.array([setting.mp.one, *[setting.mp.zero] * 3], dtype=object)]
+        self._series: list[list[Numbers]] = []
+
+    def __call__(self, t: Any) -> Numbers:
+        """Return the axes at t [s], (3, 3)."""
+        for number, (step, T) in enumerate(self._flow.where(t)):
+            if number == len(self._series):
+                self._series.append(self._terms(step, self._q[number]))
+                self._q.append(horner(self._series[number], self._flow.duration(step)))
+            if T is not None:
+                return turn_of(horner(self._series[number], T)) @ self._axes
+        return turn_of(self._q[-1]) @ self._axes
+
+    def _terms(self, step: Any, q: Numbers) -> list[Numbers]:
+        speed, passed, (first, second) = self._flow.series(step)
+        constant, by_time, by_first, by_second = self._factors
+        w = [by_time * t + by_first * a + by_second * b for t, a, b in zip(passed, first, second, strict=True)]
+        w[0] = w[0] + constant
+        # dq/dT = r w q / 2, for dt = r dT.
+        driven: list[Numbers] = []
+        terms = [q]
+        for k in range(len(w) - 1):
+            driven.append(sum((speed[j] * w[k - j] for j in range(1, k + 1)), speed[0] * w[k]))
+            grown = sum((spinning(driven[j], terms[k - j]) for j in range(1, k + 1)), spinning(driven[0], terms[k]))
+            terms.append(grown / (2 * (k + 1)))
+        return terms
+
+
+class Bouncing:
+    """A sphere that bounces without slip, or without friction, under gravity straight at the plane: n bounces, closed.
+
+    It leaves the plane at `since`.  The bounces of e < 1 end after 2 u / (g (1 - e)), u being the speed it leaves with.
+    """
+
+    name = "bounces"
+
+    def __init__(self, setting: Setting, pose: Pose, since: Any) -> None:
+        mp, normal = setting.mp, setting.normal
+        self._setting, self.since = setting, since
+        self._speed = pose.v @ normal
+        self._pose = pose._replace(x=pose.x - setting.gaps(pose)[0] * normal, v=setting.along(pose.v))
+        self._turning = Flight(setting, self._pose, since)
+        e = setting.restitution
+        self._first = 2 * self._speed / setting.pressing
+        self.until = since + self._first / (1 - e) if e < 1 else mp.inf
+
+    def at(self, time: Any) -> Pose:
+        """Return the pose at an instant; at an impact, after it."""
+        setting, t = self._setting, time - self.since
+        if time >= self.until:
+            number, speed, since = 0, 0 * t, t
+        else:
+            number = self._number(t)
+            speed, since = self._speed * setting.restitution**number, t - self.after(number)
+        rate = speed - setting.pressing * since if time < self.until else 0 * t
+        height = speed * since - setting.pressing * since * since / 2 if time < self.until else 0 * t
+        free = self._turning.at(time)
+        x = self._pose.x + self._pose.v * t + height * setting.normal
+        return Pose(x, free.axes, self._pose.v + rate * setting.normal, free.w_world)
+
+    def after(self, number: int) -> Any:
+        """Return how long after `since` the impact of a number is, 0 being the one at `since` [s]."""
+        e = self._setting.restitution
+        return self._first * number if e == 1 else self._first * (1 - e**number) / (1 - e)
+
+    def speed(self, number: int) -> Any:
+        """Return the speed with which it leaves the plane at the impact of a number [m/s]."""
+        return self._speed * self._setting.restitution**number
+
+    def impacts(self, last: Any, most: int) -> int:
+        """Return how many impacts after the one at `since` come before an instant, at most that many."""
+        count = 0
+        while count < most and self.since + self.after(count + 1) <= last and self.since + self.after(count + 1) < self.until:
+            count += 1
+        return count
+
+    def _number(self, t: Any) -> int:
+        mp, e = self._setting.mp, self._setting.restitution
+        if e == 1:
+            number = int(mp.floor(t / self._first))
+        else:
+            number = int(mp.floor(mp.log(1 - t * (1 - e) / self._first) / mp.log(e)))
+        # A logarithm's rounding may be one off.
+        number = max(0, number - 1)
+        while self.after(number + 1) <= t:
+            number += 1
+        return number
+
+
+def _turning(setting: Setting, pose: Pose, rate: Numbers) -> Any:
+    """Return the axes as a function of time [s] for an angular velocity that changes at a constant rate."""
+    if any(rate):
+        return DrivenSpin(setting, pose.axes, pose.w_world, rate).at
+    rotation = setting.turning.start(pose.axes, setting.momentum_body(pose))
+    return lambda t: rotation.at(t)[0]
