@@ -111,9 +111,9 @@ class Setting:
         far = max(abs(float(value)) for value in (*pose.x, *self.point))
         return TOUCHING * (float(self.reach) + far)
 
-    def still_m_s(self, pose: Pose) -> float:
-        """Return the speed along the normal that counts as none [m/s]."""
-        return TOUCHING * (float(length(self.mp, pose.v)) + float(length(self.mp, pose.w_world) * self.reach))
+    def speed_m_s(self, pose: Pose) -> Any:
+        """Return what no point of the body is faster than [m/s]."""
+        return length(self.mp, pose.v) + length(self.mp, pose.w_world) * self.reach
 
 
 def read_setting(mp: Any, scene: Scene, row: int, read: Read = Fraction) -> Setting:

@@ -97,6 +97,7 @@ class Builder:
         self.choices: list[Choice] = []
         # Speeds along the normal that count as none: as rounded inputs leave them, or our own rounding.
         self.by_inputs = True
+        self._fastest = setting.mp.zero
         # The flight that `choose` has found, with the instant of its contact, until it is followed.
         self.found: tuple[Flight, Any] | None = None
 
@@ -142,8 +143,12 @@ class Builder:
 
     def still(self, pose: Pose) -> Any:
         """Return the speed along the normal that counts as none [m/s]."""
-        still = self.setting.still_m_s(pose)
-        return still if self.by_inputs else still * self.setting.mp.ldexp(1, SETTLED_BITS - self.setting.mp.prec) / TOUCHING
+        setting = self.setting
+        speed = setting.speed_m_s(pose)
+        self._fastest = max(self._fastest, speed)
+        if self.by_inputs:
+            return TOUCHING * speed
+        return setting.mp.ldexp(self._fastest, SETTLED_BITS - setting.mp.prec)
 
     def stay(self, phase: Phase, until: Any, event: str, points: tuple[int, ...]) -> tuple[Pose, Any]:
         """Go through a phase to its own end, which is an event, or to an instant."""
