@@ -112,16 +112,16 @@ def _advance(near: Setting, pose: Pose, until: float) -> tuple[list[int], float]
         if time > until:
             return None
         now = flight.at(time)
-        heights, rates = _motion(near, now, normal)
+        heights, rates = motion_along(near, now, normal)
         close = NEAR * reach + LOST_PER_RADIAN * reach * (1 + spin * time)
         # What has just left the plane is on it still, and rises.
         low = (heights < close) & ((rates < 0) | (not leaving))
         if low.any():
             return np.flatnonzero(heights < max(heights.min(), 0.0) + 2 * close).tolist(), time
-        step = _safe_step(np.maximum(heights, 0.0), rates, bend).min()
+        step = safe_step(np.maximum(heights, 0.0), rates, bend).min()
         centre = float((now.x - near.point) @ near.normal) - reach - close
         if centre > 0:
-            step = max(step, _safe_step(np.array([centre]), np.array([float(now.v @ near.normal)]), np.array([-pull]))[0])
+            step = max(step, safe_step(np.array([centre]), np.array([float(now.v @ near.normal)]), np.array([-pull]))[0])
         if not step > 0:
             raise NoContactFound("impacts follow one another too closely")
         time, leaving = time + float(step), False
@@ -130,7 +130,7 @@ def _advance(near: Setting, pose: Pose, until: float) -> tuple[list[int], float]
     raise NoContactFound("the search for the next contact takes too many steps")
 
 
-def _motion(setting: Setting, pose: Pose, normal: Array) -> tuple[Array, Array]:
+def motion_along(setting: Setting, pose: Pose, normal: Array) -> tuple[Array, Array]:
     """Return heights above the plane [m] and their rates [m/s] of all points, (n,), in doubles."""
     axes = pose.axes.astype(float)
     arms = setting.points.astype(float) @ axes.T
@@ -139,7 +139,7 @@ def _motion(setting: Setting, pose: Pose, normal: Array) -> tuple[Array, Array]:
     return heights, rates
 
 
-def _safe_step(heights: Array, rates: Array, bend: Array) -> Array:
+def safe_step(heights: Array, rates: Array, bend: Array) -> Array:
     """Return how long h + h' t - bend t^2 / 2 stays above zero from h >= 0, (n,)."""
     square = rates * rates + 2 * bend * heights
     root = np.sqrt(np.maximum(square, 0.0))

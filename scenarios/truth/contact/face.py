@@ -38,7 +38,8 @@ class Face:
         w = (pose.w_world @ normal) * normal
         self.pose = Pose(x, axes, setting.along(pose.v), w)
         self._frame = np.array(tangents(mp, normal, 0 * normal))
-        self._corners = _hull([arm @ self._frame.T for arm in arms])
+        self._points, self._places = points, [arm @ self._frame.T for arm in arms]
+        self._corners = _hull(self._places)
 
     def carries(self, force_along: Numbers, torque: Numbers) -> bool:
         """Return whether the face can press so that the body does not tip.
@@ -51,6 +52,16 @@ class Face:
         centre = (cross(normal, torque) - self.height * force_along) @ self._frame.T
         allowed = ROUNDED * float(self.setting.reach)
         return all(_side(*edge, centre) >= -allowed for edge in zip(self._corners, np.roll(self._corners, -1, axis=0), strict=True))
+
+    def tipping_edge(self, force_along: Numbers) -> tuple[int, ...]:
+        """Return the points on the edge that the pressure's centre lies beyond."""
+        centre = -self.height * force_along @ self._frame.T
+        edges = list(zip(self._corners, np.roll(self._corners, -1, axis=0), strict=True))
+        beyond = min(edges, key=lambda edge: _side(*edge, centre))
+        near = ROUNDED * float(self.setting.reach)
+        return tuple(
+            point for point, place in zip(self._points, self._places, strict=True) if abs(_side(*beyond, place)) <= near
+        )
 
     @property
     def carries_all(self) -> bool:

@@ -55,7 +55,7 @@ def _of_impact(setting: Setting, event: Event, end: Any, number: int) -> Iterato
     yield Observed(f"rebound speed {label}", "m/s", event.impact.after @ setting.normal, event.time, end)
     yield Observed(f"energy lost in impact {number}", "J", event.impact.energy_lost, event.time, end)
     rise = after.v @ setting.normal
-    if setting.pressing > 0 and rise > 0 and event.time + rise / setting.pressing <= end:
+    if setting.restitution and setting.pressing > 0 and rise > 0 and event.time + rise / setting.pressing <= end:
         apex = _height(setting, after.x) + rise * rise / (2 * setting.pressing)
         yield Observed(f"apex {label}", "m", apex, event.time, end)
 

@@ -10,9 +10,10 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from scenarios.truth.contact import face, sphere
-from scenarios.truth.contact.approach import Flight, NoContactFound, meeting, meets_near
+from scenarios.truth.contact import edge, face, sphere, top
+from scenarios.truth.contact.approach import Flight, NoContactFound, in_doubles, meeting, meets_near
 from scenarios.truth.contact.impact import Impact, impact, velocity_at
+from scenarios.truth.contact.pinned import LANDS, SLIPS, Failure, failure, hold, zero_of
 from scenarios.truth.contact.setting import TOUCHING, Setting, length
 from scenarios.truth.flight import Pose, lever
 from scenarios.truth.inertia import Numbers
@@ -55,12 +56,16 @@ class Event(NamedTuple):
 
 
 class Choice(NamedTuple):
-    """What happens next: kind, a key of FOLLOW, or ENDS; to which points of the body; when, about; why it ends."""
+    """What happens next: kind, a key of FOLLOW, or ENDS; to which points of the body; when, about; why it ends;
+
+    others: of a body that rocks, the points that it leaves; of one that turns about points, that which ends it.
+    """
 
     kind: str
     points: tuple[int, ...] = ()
     guess: float = np.inf
     why: str = ""
+    others: tuple[int, ...] = ()
 
 
 ENDS = "ends"
@@ -100,6 +105,9 @@ class Builder:
         self._fastest = setting.mp.zero
         # The flight that `choose` has found, with the instant of its contact, until it is followed.
         self.found: tuple[Flight, Any] | None = None
+        # The same of a motion about points that stay; and why the motion ends after the phase that has just ended.
+        self.pinned: tuple[Any, Failure | None] | None = None
+        self.ending = ""
 
     def made(self) -> Timeline:
         """Return the timeline.  Raises RayMissed."""
@@ -125,6 +133,8 @@ class Builder:
             if len(self.choices) >= len(self.guide):
                 return Choice(ENDS, why="the motion that is followed ends")
             return self.guide[len(self.choices)]
+        if self.ending:
+            return Choice(ENDS, why=self.ending)
         try:
             return choose(self, pose, time, until)
         except NoContactFound as why:
@@ -172,11 +182,13 @@ def choose(builder: Builder, pose: Pose, time: Any, until: Any) -> Choice:
     meets = tuple(point for point in touching if speeds[point] < -still)
     stays = tuple(point for point in touching if abs(speeds[point]) <= still)
     if len(meets) > 1 or (meets and stays):
+        if len(meets) > 1 and len(stays) > 1 and edge.rock(setting, pose, stays, meets) is not None:
+            return _counted(builder, time, Choice("rocks", meets, others=stays))
         return several(meets + stays, time)
     if meets:
-        return _impact_choice(builder, meets[0], time)
+        return _counted(builder, time, Choice("impact", (meets[0],)))
     if stays:
-        return _sphere(builder, pose, time) if setting.radius is not None else _lasting(builder, pose, stays, time)
+        return _sphere(builder, pose, time) if setting.radius is not None else _lasting(builder, pose, stays, time, until)
     if setting.radius is not None and touching and _bounces_steadily(builder, pose):
         return Choice("bouncing", (0,))
     return _flight_choice(builder, pose, time, until)
@@ -189,12 +201,12 @@ def several(points: tuple[int, ...], time: Any) -> Choice:
     return Choice(ENDS, points, why=why)
 
 
-def _impact_choice(builder: Builder, point: int, time: Any) -> Choice:
-    is_sphere = builder.setting.radius is not None
-    count = sum(event.kind == IMPACT for event in builder.events)
-    if count >= (MOST_PHASES if is_sphere else MOST_IMPACTS):
-        return Choice(ENDS, why=f"impacts follow one another without end (chatter) at {float(time):.6g} s")
-    return Choice("impact", (point,))
+def _counted(builder: Builder, time: Any, choice: Choice) -> Choice:
+    """Return the choice of one more impact, or the end where they are too many."""
+    most = MOST_PHASES if builder.setting.radius is not None else MOST_IMPACTS
+    if sum(event.kind == IMPACT for event in builder.events) < most:
+        return choice
+    return Choice(ENDS, why=f"impacts follow one another without end (chatter) at {float(time):.6g} s")
 
 
 def _flight_choice(builder: Builder, pose: Pose, time: Any, until: Any) -> Choice:
@@ -241,21 +253,60 @@ def _bounces_steadily(builder: Builder, pose: Pose) -> bool:
     return bool(not setting.friction or length(setting.mp, slip) <= still)
 
 
-def _lasting(builder: Builder, pose: Pose, stays: tuple[int, ...], time: Any) -> Choice:
+def _lasting(builder: Builder, pose: Pose, stays: tuple[int, ...], time: Any, until: Any) -> Choice:
     """Return what a body does of which some points stay on the plane."""
     setting = builder.setting
     if setting.pressing < 0 or (setting.pressing == 0 and not any(pose.w_world)):
         return _leaving(builder, pose, time)
     if setting.pressing and face.spans_a_face(setting, stays):
-        return _on_face(builder, face.Face(setting, pose, stays), stays, time)
+        return _on_face(builder, face.Face(setting, pose, stays), stays, time, until)
+    if setting.pressing and (pinned := _pinned(builder, pose, stays, time, until)) is not None:
+        return pinned
     return Choice(ENDS, why=f"{_points(stays)} on the plane at {float(time):.6g} s: a lasting contact that is not told")
+
+
+def _pinned(builder: Builder, pose: Pose, points: tuple[int, ...], time: Any, until: Any) -> Choice | None:
+    """Return what a body does that an edge or a tip of stays on the plane, None where no truth knows it."""
+    setting = builder.setting
+    kind = "tips" if len(points) > 1 else "spins on its tip"
+    if len(points) == 1 and (not top.is_top(setting, points[0]) or top.is_upright(setting, pose, points[0])):
+        return None
+    phase = PIN[kind](setting, pose, points, time)
+    near = PIN[kind](builder.near, in_doubles(builder.near, pose), points, 0.0)
+    if phase is None or near is None:
+        return None
+    fails = failure(phase, near, until)
+    builder.pinned = phase, fails
+    what = "an edge" if len(points) > 1 else "the tip"
+    if fails is None:
+        return Choice(kind, points)
+    at = f"at {float(fails.time):.6g} s"
+    if fails.how == SLIPS and fails.time <= time:
+        return Choice(ENDS, why=f"{what} begins to slip {at}")
+    why = f"{what} begins to slip {at}" if fails.how == SLIPS else ""
+    return Choice(kind, points, float(fails.time - time), why, (fails.point,))
+
+
+def _edge_phase(setting: Setting, pose: Pose, points: tuple[int, ...], since: Any) -> edge.Tipping | None:
+    found = edge.edge_of(setting, pose, points)
+    return None if found is None else edge.Tipping(setting, found, points, since)
+
+
+def _top_phase(setting: Setting, pose: Pose, points: tuple[int, ...], since: Any) -> top.Top:
+    return top.Top(setting, pose, points[0], since)
+
+
+PIN: dict[str, Callable[[Setting, Pose, tuple[int, ...], Any], Any]] = {
+    "tips": _edge_phase,
+    "spins on its tip": _top_phase,
+}
 
 
 def _points(points: tuple[int, ...]) -> str:
     return f"vertex {points[0]} stays" if len(points) == 1 else f"vertices {', '.join(map(str, points))} stay"
 
 
-def _on_face(builder: Builder, lying: face.Face, stays: tuple[int, ...], time: Any) -> Choice:
+def _on_face(builder: Builder, lying: face.Face, stays: tuple[int, ...], time: Any, until: Any) -> Choice:
     """Return what a body does that lies on a face."""
     setting, pose, mp = builder.setting, lying.pose, builder.setting.mp
     spins = length(mp, pose.w_world) * setting.reach > builder.still(pose)
@@ -276,7 +327,9 @@ def _on_face(builder: Builder, lying: face.Face, stays: tuple[int, ...], time: A
     if size <= setting.friction * setting.pressing * (1 + mp.mpf(TOUCHING)):
         if lying.carries(-along / setting.pressing, none):
             return Choice("face rests", stays)
-        return Choice(ENDS, why=f"the body tips over {at} before it would slide")
+        still = pose._replace(v=none, w_world=none)
+        tips = _pinned(builder, still, lying.tipping_edge(-along / setting.pressing), time, until)
+        return tips or Choice(ENDS, why=f"the body tips over {at} before it would slide")
     if lying.carries(face.friction_of(setting, along), none):
         return Choice("face slides from rest", stays)
     return Choice(ENDS, why=f"the body tips as it begins to slide {at}")
@@ -342,6 +395,38 @@ def _slip(builder: Builder, pose: Pose, time: Any, until: Any, choice: Choice) -
     return builder.stay(sphere.Slipping(builder.setting, pose, time, builder.last), until, ROLLS, (0,))
 
 
+def _pin(builder: Builder, pose: Pose, time: Any, until: Any, choice: Choice) -> tuple[Pose, Any]:
+    """Go through a motion about points that stay, to its own end or to an instant."""
+    setting = builder.setting
+    if builder.pinned is not None:
+        phase, fails = builder.pinned
+        builder.pinned = None
+        end = setting.mp.inf if fails is None else fails.time
+    else:
+        phase = PIN[choice.kind](setting, pose, choice.points, time)
+        if phase is None:
+            raise NoContactFound("a changed motion leaves its plane")
+        end = setting.mp.inf
+        if choice.others:
+            slips, point = bool(choice.why), choice.others[0]
+            gauge = (lambda t: hold(setting, phase.force(t))) if slips else (lambda t: setting.gaps(phase.at(t))[point])
+            end = zero_of(gauge, phase, choice.guess)
+    phase.until = end
+    builder.ending = choice.why if end <= until else ""
+    return builder.stay(phase, until, SLIPS if choice.why else LANDS, choice.points)
+
+
+def _rock(builder: Builder, pose: Pose, time: Any, until: Any, choice: Choice) -> tuple[Pose, Any]:
+    setting = builder.setting
+    done = edge.rock(setting, pose, choice.others, choice.points)
+    if done is None:
+        raise NoContactFound("a changed block does not rock")
+    point = choice.points[0]
+    builder.events.append(Event(IMPACT, time, point, pose, done.pose, setting.levers(pose)[point], done))
+    builder.by_inputs = False
+    return done.pose, time
+
+
 def _rest(builder: Builder, pose: Pose, time: Any, until: Any, choice: Choice) -> tuple[Pose, Any]:
     lying = face.Face(builder.setting, pose, choice.points).pose
     return builder.stay(face.Resting(builder.setting, lying, time), until, STOPS, choice.points)
@@ -368,6 +453,9 @@ FOLLOW: dict[str, Callable[[Builder, Pose, Any, Any, Choice], tuple[Pose, Any]]]
     "sphere slides": _roll("slides"),
     "sphere slips from rest": _roll("slips"),
     "sphere slips": _slip,
+    "tips": _pin,
+    "spins on its tip": _pin,
+    "rocks": _rock,
     "face rests": _rest,
     "face slides": _slide,
     "face glides": _glide,
