@@ -76,7 +76,7 @@ def edge_of(setting: Setting, pose: Pose, points: tuple[int, ...]) -> Edge | Non
     axes = turning_between(mp, line, along) @ pose.axes
     arms = corners @ axes.T
     middle = sum(arms) / len(points)
-    arm = -(middle - (middle @ along) * along)
+    arm = -(middle - along * (middle @ along))
     places = arms @ along
     inside = min(places) < -ROUNDED * size and max(places) > ROUNDED * size
     body = axes.T @ along
@@ -84,14 +84,14 @@ def edge_of(setting: Setting, pose: Pose, points: tuple[int, ...]) -> Edge | Non
     gravity = setting.gravity
     fast = float(setting.speed_m_s(pose))
     rate = pose.w_world @ along
-    off = length(mp, pose.w_world - rate * along) * size + length(mp, pose.v - rate * cross(along, arm))
+    off = length(mp, pose.w_world - along * rate) * size + length(mp, pose.v - cross(along, arm) * rate)
     level = abs(float(gravity @ along)) <= ROUNDED * float(length(mp, gravity))
     is_principal = float(length(mp, twisted)) <= ROUNDED * float(abs(setting.tensor).max())
     if not (inside and is_principal and level and float(off) <= ROUNDED * fast):
         return None
-    x = pose.x - ((pose.x - setting.point) @ normal - arm @ normal) * normal
+    x = pose.x - normal * ((pose.x - setting.point) @ normal - arm @ normal)
     moment = body @ setting.tensor @ body + setting.mass * (arm @ arm)
-    laid = Pose(x, axes, rate * cross(along, arm), rate * along)
+    laid = Pose(x, axes, cross(along, arm) * rate, along * rate)
     return Edge(laid, along, arm, moment, rate)
 
 
@@ -104,7 +104,7 @@ class Tipping:
         self.setting, self.points, self.since, self.until = setting, points, since, setting.mp.inf
         self._edge = edge
         mp, gravity = setting.mp, setting.gravity
-        self._gravity = gravity - (gravity @ edge.along) * edge.along
+        self._gravity = gravity - edge.along * (gravity @ edge.along)
         reach, pull = length(mp, edge.arm), length(mp, self._gravity)
         self._k = mp.sqrt(setting.mass * reach * pull / edge.moment)
         down, out = self._gravity / pull, edge.arm / reach
@@ -137,13 +137,13 @@ class Tipping:
         turn = np.outer(edge.along, edge.along) * (1 - cos) + np.array(((zero, -z, y), (z, zero, -x), (-y, x, zero))) * sin
         turn[np.diag_indices(3)] += cos
         arm = turn @ edge.arm
-        return Pose(self._hinge + arm, turn @ edge.pose.axes, rate * cross(edge.along, arm), rate * edge.along)
+        return Pose(self._hinge + arm, turn @ edge.pose.axes, cross(edge.along, arm) * rate, edge.along * rate)
 
     def force(self, time: Any) -> Numbers:
         """Return the force of the plane on the body [N], (3,)."""
         _, _, rate, bend = self._turned(time)
         arm = self.at(time).x - self._hinge
-        return self.setting.mass * (bend * cross(self._edge.along, arm) - rate * rate * arm - self._gravity)
+        return (cross(self._edge.along, arm) * bend - arm * (rate * rate) - self._gravity) * self.setting.mass
 
 
 def rock(setting: Setting, pose: Pose, old: tuple[int, ...], new: tuple[int, ...]) -> Impact | None:
@@ -165,7 +165,7 @@ def rock(setting: Setting, pose: Pose, old: tuple[int, ...], new: tuple[int, ...
     stays = rate * before.rate <= 0
     w = before.along * (0 * rate if stays else rate)
     v = cross(w, after.arm)
-    J = setting.mass * (v - pose.v)
+    J = (v - pose.v) * setting.mass
     along = setting.along(J)
     if length(setting.mp, along) > setting.friction * (J @ setting.normal):
         return None

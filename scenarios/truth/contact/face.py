@@ -34,8 +34,8 @@ class Face:
         axes = turn @ pose.axes
         arms = setting.points[list(points)] @ axes.T
         self.height = -sum(arms @ normal) / len(points)
-        x = pose.x - ((pose.x - setting.point) @ normal - self.height) * normal
-        w = (pose.w_world @ normal) * normal
+        x = pose.x - normal * ((pose.x - setting.point) @ normal - self.height)
+        w = normal * (pose.w_world @ normal)
         self.pose = Pose(x, axes, setting.along(pose.v), w)
         self._frame = np.array(tangents(mp, normal, 0 * normal))
         self._points, self._places = points, [arm @ self._frame.T for arm in arms]
@@ -49,13 +49,13 @@ class Face:
         """
         normal = self.setting.normal
         # r x n N + (-h n) x F = torque, so the centre of pressure is at r = n x torque - h F, over N.
-        centre = (cross(normal, torque) - self.height * force_along) @ self._frame.T
+        centre = (cross(normal, torque) - force_along * self.height) @ self._frame.T
         allowed = ROUNDED * float(self.setting.reach)
         return all(_side(*edge, centre) >= -allowed for edge in zip(self._corners, np.roll(self._corners, -1, axis=0), strict=True))
 
     def tipping_edge(self, force_along: Numbers) -> tuple[int, ...]:
         """Return the points on the edge that the pressure's centre lies beyond."""
-        centre = -self.height * force_along @ self._frame.T
+        centre = force_along * -self.height @ self._frame.T
         edges = list(zip(self._corners, np.roll(self._corners, -1, axis=0), strict=True))
         beyond = min(edges, key=lambda edge: _side(*edge, centre))
         near = ROUNDED * float(self.setting.reach)
@@ -138,7 +138,7 @@ def gyration(setting: Setting, pose: Pose) -> Numbers:
 
 def friction_of(setting: Setting, direction: Numbers) -> Numbers:
     """Return friction over the normal force while the body slides along a direction, (3,)."""
-    return -setting.friction * unit(setting.mp, direction)
+    return unit(setting.mp, direction) * -setting.friction
 
 
 def spans_a_face(setting: Setting, points: tuple[int, ...]) -> bool:

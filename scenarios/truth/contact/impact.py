@@ -81,7 +81,7 @@ def _with_friction(setting: Setting, K: Numbers, u: Numbers) -> tuple[Numbers, t
     rising = u[0]
     if u[1]:
         modes = (SLIPS,)
-        flow = SlipFlow(mp, drift, mu * matrix, u[1:])
+        flow = SlipFlow(mp, drift, matrix * mu, u[1:])
         gauge, constant = _normal_velocity(K, u)
         slid, reached = flow.until(gauge, constant - target)
         if reached:
@@ -90,10 +90,10 @@ def _with_friction(setting: Setting, K: Numbers, u: Numbers) -> tuple[Numbers, t
     friction = sticking_friction(drift, matrix)
     if friction @ friction <= mu * mu:
         return np.array((target, mp.zero, mp.zero)), (*modes, STICKS)
-    direction, rate = outgoing(mp, drift, mu * matrix)
+    direction, rate = outgoing(mp, drift, matrix * mu)
     climb = K[0, 0] - mu * (K[0, 1:] @ direction)
     passed = (target - rising) / climb
-    return np.array((target, *(rate * passed * direction))), (*modes, REVERSES if modes else SLIPS)
+    return np.array((target, *(direction * (rate * passed)))), (*modes, REVERSES if modes else SLIPS)
 
 
 def _normal_velocity(K: Numbers, u: Numbers) -> tuple[Numbers, Any]:

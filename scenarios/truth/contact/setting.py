@@ -86,12 +86,12 @@ class Setting:
 
     def along(self, vector: Numbers) -> Numbers:
         """Return the part of a vector along the plane, (3,)."""
-        return vector - (vector @ self.normal) * self.normal
+        return vector - self.normal * (vector @ self.normal)
 
     def levers(self, pose: Pose) -> Numbers:
         """Return where the points that can touch are from the centre of mass, world axes [m], (n, 3)."""
         if self.radius is not None:
-            return (-self.radius * self.normal)[np.newaxis]
+            return (self.normal * -self.radius)[np.newaxis]
         return self.points @ pose.axes.T
 
     def gaps(self, pose: Pose) -> Numbers:
@@ -142,6 +142,6 @@ def tangents(mp: Any, normal: Numbers, along: Numbers) -> tuple[Numbers, Numbers
     if not (along @ along):
         axis = min(range(3), key=lambda axis: abs(normal[axis]))
         ends = np.array([mp.mpf(int(axis == other)) for other in range(3)], dtype=object)
-        along = ends - normal[axis] * normal
+        along = ends - normal * normal[axis]
     first = unit(mp, along)
     return first, cross(normal, first)

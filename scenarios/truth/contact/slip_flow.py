@@ -109,7 +109,7 @@ class SlipFlow:
         if self.steady:
             along = self._speed_unit + self.rate * passed
             path = self._speed_unit * passed + self.rate * passed * passed / 2
-            return Sliding(along * self.direction, passed, path * self.direction)
+            return Sliding(self.direction * along, passed, self.direction * path)
         for step, T in self.where(passed):
             if T is not None:
                 return self._sliding(step, self._whole(T))
@@ -132,7 +132,7 @@ class SlipFlow:
         speed, passed, *along = (
             np.array([self._number(number) for number in series]) for series in (step.speed, step.passed, *step.along)
         )
-        return unit * speed, unit * passed, (self._speed_unit * along[0], self._speed_unit * along[1])
+        return speed * unit, passed * unit, (along[0] * self._speed_unit, along[1] * self._speed_unit)
 
     def duration(self, step: Step) -> Any:
         """Return how long a step is in T."""
@@ -240,7 +240,7 @@ class SlipFlow:
         speed, along = self._speed_unit, np.array([self._number(self._value(way, T)) for way in step.along])
         unit = speed / self._rate_unit
         path = np.array([self._number(self._value(way, T)) for way in step.path] or [self._mp.zero] * 2)
-        return Sliding(speed * along, unit * self._number(self._value(step.passed, T)), speed * unit * path)
+        return Sliding(along * speed, unit * self._number(self._value(step.passed, T)), path * (speed * unit))
 
     def _end(self) -> Sliding:
         """Return where the slip ends: what the last step has left decays along the direction that it has reached."""
@@ -250,7 +250,7 @@ class SlipFlow:
         rate, _ = rates(np.array([self._number(number) for number in self._drift]), friction, direction)
         unit = self._speed_unit / self._rate_unit
         along = np.array(path or [self._mp.zero] * 2)
-        return Sliding(0 * direction, unit * (passed - speed / rate), self._speed_unit * unit * along)
+        return Sliding(0 * direction, unit * (passed - speed / rate), along * (self._speed_unit * unit))
 
     def _value(self, series: list[int], T: int) -> int:
         bits, value = self._bits, 0

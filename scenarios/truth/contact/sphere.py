@@ -17,7 +17,7 @@ from scenarios.truth.rational import cross
 def laid(setting: Setting, pose: Pose) -> Pose:
     """Return the pose with the sphere on the plane and no velocity along its normal."""
     normal = setting.normal
-    x = pose.x - setting.gaps(pose)[0] * normal
+    x = pose.x - normal * setting.gaps(pose)[0]
     return pose._replace(x=x, v=setting.along(pose.v))
 
 
@@ -49,10 +49,10 @@ class Rolling:
         elif name == "rolls":
             self._pull = gravity * (1 - 1 / spread(setting))
             w_n = self._pose.w_world @ normal
-            self._pose = self._pose._replace(w_world=w_n * normal + cross(normal, self._pose.v) / setting.radius)
+            self._pose = self._pose._replace(w_world=normal * w_n + cross(normal, self._pose.v) / setting.radius)
             self._spin = cross(normal, self._pull) / setting.radius
         else:
-            friction = setting.friction * setting.pressing * gravity / length(setting.mp, gravity)
+            friction = gravity * (setting.friction * setting.pressing / length(setting.mp, gravity))
             self._pull = gravity - friction
             self._spin = cross(normal, friction) * setting.mass * setting.radius / setting.tensor[0, 0]
         self._turning = _turning(setting, self._pose, self._spin)
@@ -75,7 +75,7 @@ class Slipping:
     def __init__(self, setting: Setting, pose: Pose, since: Any, last: Any) -> None:
         self._setting, self.since = setting, since
         self._pose = pose = laid(setting, pose)
-        lever = -setting.radius * setting.normal
+        lever = setting.normal * -setting.radius
         slip = setting.along(velocity_at(pose, lever))
         self._frame = np.array(tangents(setting.mp, setting.normal, slip))
         self._slip, self._share = self._frame @ slip, 1 / spread(setting)
@@ -87,7 +87,7 @@ class Slipping:
         self.until = setting.mp.inf if reached else since + end.passed
         self._end = end
         if self._flow.steady:
-            pull = self._flow.rate * self._flow.direction
+            pull = self._flow.direction * self._flow.rate
             self._turning = _turning(setting, pose, self._spin_rate(pull))
         else:
             self._turning = SlipSpin(setting, self, self._flow)
@@ -98,32 +98,32 @@ class Slipping:
         now = self._flow.at(t) if t < self._end.passed else self._end
         share, gravity = self._share, setting.gravity_along
         gained, path = (now.velocity - self._slip) @ self._frame, now.path @ self._frame
-        v = start.v + share * gained + (1 - share) * t * gravity
-        first = start.v - share * (self._slip @ self._frame)
-        x = start.x + first * t + share * path + (1 - share) * (t * t / 2) * gravity
+        v = start.v + gained * share + gravity * ((1 - share) * t)
+        first = start.v - (self._slip @ self._frame) * share
+        x = start.x + first * t + path * share + gravity * ((1 - share) * t * t / 2)
         return Pose(x, self._turning(t), v, self.spin(now.velocity, v))
 
     def spin(self, slip: Numbers, v: Numbers) -> Numbers:
         """Return the angular velocity of a slip, (2,), and a velocity of the centre, (3,)."""
         setting = self._setting
-        about = (self._pose.w_world @ setting.normal) * setting.normal
+        about = setting.normal * (self._pose.w_world @ setting.normal)
         return about + cross(setting.normal, v - slip @ self._frame) / setting.radius
 
     def _spin_rate(self, pull: Numbers) -> Numbers:
         """Return how the spin changes while the slip changes at a rate, (2,)."""
         setting = self._setting
         gain = pull @ self._frame
-        v_rate = self._share * gain + (1 - self._share) * setting.gravity_along
+        v_rate = gain * self._share + setting.gravity_along * (1 - self._share)
         return cross(setting.normal, v_rate - gain) / setting.radius
 
     def spin_factors(self) -> tuple[Numbers, Numbers, Numbers, Numbers]:
         """Return w as a constant and factors of t, s1 and s2, each (3,)."""
         setting, share = self._setting, self._share
-        start = self._pose.v - share * (self._slip @ self._frame)
-        about = (self._pose.w_world @ setting.normal) * setting.normal
+        start = self._pose.v - (self._slip @ self._frame) * share
+        about = setting.normal * (self._pose.w_world @ setting.normal)
         constant = about + cross(setting.normal, start) / setting.radius
-        by_time = (1 - share) * cross(setting.normal, setting.gravity_along) / setting.radius
-        by_slip = [(share - 1) * cross(setting.normal, axis) / setting.radius for axis in self._frame]
+        by_time = cross(setting.normal, setting.gravity_along) * ((1 - share) / setting.radius)
+        by_slip = [cross(setting.normal, axis) * ((share - 1) / setting.radius) for axis in self._frame]
         return constant, by_time, by_slip[0], by_slip[1]
 
     @property
@@ -156,11 +156,12 @@ class SlipSpin:
         constant, by_time, by_first, by_second = self._factors
         w = [by_time * t + by_first * a + by_second * b for t, a, b in zip(passed, first, second, strict=True)]
         w[0] = w[0] + constant
+        w = np.array(w)
         # dq/dT = r w q / 2, for dt = r dT.
         driven: list[Numbers] = []
         terms = [q]
         for k in range(len(w) - 1):
-            driven.append(sum((speed[j] * w[k - j] for j in range(1, k + 1)), speed[0] * w[k]))
+            driven.append(speed[: k + 1] @ w[k::-1])
             grown = sum((spinning(driven[j], terms[k - j]) for j in range(1, k + 1)), spinning(driven[0], terms[k]))
             terms.append(grown / (2 * (k + 1)))
         return terms
@@ -178,7 +179,7 @@ class Bouncing:
         mp, normal = setting.mp, setting.normal
         self._setting, self.since = setting, since
         self._speed = pose.v @ normal
-        self._pose = pose._replace(x=pose.x - setting.gaps(pose)[0] * normal, v=setting.along(pose.v))
+        self._pose = pose._replace(x=pose.x - normal * setting.gaps(pose)[0], v=setting.along(pose.v))
         self._turning = Flight(setting, self._pose, since)
         e = setting.restitution
         self._first = 2 * self._speed / setting.pressing
@@ -195,8 +196,8 @@ class Bouncing:
         rate = speed - setting.pressing * since if time < self.until else 0 * t
         height = speed * since - setting.pressing * since * since / 2 if time < self.until else 0 * t
         free = self._turning.at(time)
-        x = self._pose.x + self._pose.v * t + height * setting.normal
-        return Pose(x, free.axes, self._pose.v + rate * setting.normal, free.w_world)
+        x = self._pose.x + self._pose.v * t + setting.normal * height
+        return Pose(x, free.axes, self._pose.v + setting.normal * rate, free.w_world)
 
     def after(self, number: int) -> Any:
         """Return how long after `since` the impact of a number is, 0 being the one at `since` [s]."""

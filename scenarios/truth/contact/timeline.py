@@ -369,12 +369,12 @@ def _bounce(builder: Builder, pose: Pose, time: Any, until: Any, choice: Choice)
         instant = time + phase.after(number)
         after = phase.at(instant)
         up, down = phase.speed(number), -phase.speed(number - 1)
-        before = after._replace(v=setting.along(after.v) + down * setting.normal)
-        after = after._replace(v=setting.along(after.v) + up * setting.normal)
+        before = after._replace(v=setting.along(after.v) + setting.normal * down)
+        after = after._replace(v=setting.along(after.v) + setting.normal * up)
         along = setting.along(velocity_at(after, arm))
-        J = setting.mass * (up - down) * setting.normal
+        J = setting.normal * (setting.mass * (up - down))
         lost = setting.mass * (down * down - up * up) / 2
-        done = Impact(J, along + down * setting.normal, along + up * setting.normal, after, ("frictionless" if not setting.friction else "sticks",), lost)
+        done = Impact(J, along + setting.normal * down, along + setting.normal * up, after, ("frictionless" if not setting.friction else "sticks",), lost)
         builder.events.append(Event(IMPACT, instant, 0, before, after, arm, done))
     if phase.until > until:
         return phase.at(until), until

@@ -30,7 +30,7 @@ def is_top(setting: Setting, point: int) -> bool:
     axis = unit(setting.mp, tip)
     along = axis @ setting.tensor @ axis
     across = (np.trace(setting.tensor) - along) / 2
-    kept = across * identity() + (along - across) * np.outer(axis, axis)
+    kept = identity() * across + np.outer(axis, axis) * (along - across)
     return bool(abs(setting.tensor - kept).max() <= ROUNDED * abs(setting.tensor).max())
 
 
@@ -51,7 +51,7 @@ class Top:
         mp, m = setting.mp, setting.mass
         lever = pose.axes @ setting.points[point]
         gap = (pose.x - setting.point + lever) @ setting.normal
-        self._tip = pose.x + lever - gap * setting.normal
+        self._tip = pose.x + lever - setting.normal * gap
         self._height = length(mp, lever)
         self._axes, e3 = pose.axes, -lever / self._height
         body = pose.axes.T @ e3
@@ -63,7 +63,7 @@ class Top:
         self._z0 = e3 @ self._up
         axis_rate = cross(w, e3)
         a, beta = self._I3 * self._w3 / self._I, 2 * m * pull * self._height / self._I
-        across = w - self._w3 * e3
+        across = w - e3 * self._w3
         b = a * self._z0 + across @ self._up
         alpha = across @ across + beta * self._z0
         self._a, self._b, self._torque = a, b, m * self._height * pull / self._I
@@ -127,25 +127,25 @@ class Top:
         along = mp.sqrt(1 - z * z)
         precession = (self._b - self._a * z) / (1 - z * z)
         cos, sin = mp.cos_sin(turned)
-        out = (self._e3 - self._z0 * self._up) / mp.sqrt(1 - self._z0**2)
+        out = (self._e3 - self._up * self._z0) / mp.sqrt(1 - self._z0**2)
         side = cross(self._up, out)
-        way, cross_way = cos * out + sin * side, cos * side - sin * out
-        e3 = along * way + z * self._up
-        rate = z_rate * self._up - z * z_rate / along * way + along * precession * cross_way
+        way, cross_way = out * cos + side * sin, side * cos - out * sin
+        e3 = way * along + self._up * z
+        rate = self._up * z_rate - way * (z * z_rate / along) + cross_way * (along * precession)
         return e3, rate, cross_way
 
     def at(self, time: Any) -> Pose:
         """Return the pose at an instant."""
         e3, rate, side = self._state(time)
         # The body's axes: those of the line of nodes at the start and now, and the spin about e3 between.
-        first = self._nodes(self._e3, cross(self._up, (self._e3 - self._z0 * self._up)))
+        first = self._nodes(self._e3, cross(self._up, (self._e3 - self._up * self._z0)))
         now = self._nodes(e3, side)
         cos, sin = self.setting.mp.cos_sin(self._spun(time))
-        spun = np.array((cos * now[0] + sin * now[1], cos * now[1] - sin * now[0], e3)).T
+        spun = np.array((now[0] * cos + now[1] * sin, now[1] * cos - now[0] * sin, e3)).T
         axes = spun @ np.array((first[0], first[1], self._e3)) @ self._axes
-        w = cross(e3, rate) + self._w3 * e3
-        x = self._tip + self._height * e3
-        return Pose(x, axes, cross(w, self._height * e3), w)
+        w = cross(e3, rate) + e3 * self._w3
+        x = self._tip + e3 * self._height
+        return Pose(x, axes, cross(w, e3 * self._height), w)
 
     def _nodes(self, e3: Numbers, side: Numbers) -> tuple[Numbers, Numbers]:
         """Return the line of nodes and what completes it with e3, (3,) each."""
@@ -171,9 +171,9 @@ class Top:
     def force(self, time: Any) -> Numbers:
         """Return the force of the plane on the body [N], (3,)."""
         e3, rate, _ = self._state(time)
-        L = cross(e3, rate) + self._a * e3
-        bend = cross(-self._torque * cross(e3, self._up), e3) + cross(L, rate)
-        return self.setting.mass * (self._height * bend - self.setting.gravity)
+        L = cross(e3, rate) + e3 * self._a
+        bend = cross(cross(self._up, e3) * self._torque, e3) + cross(L, rate)
+        return (bend * self._height - self.setting.gravity) * self.setting.mass
 
 
 def _roots(mp: Any, cubic: tuple[Any, ...], inside: Any) -> tuple[Any, Any, Any]:
