@@ -46,7 +46,7 @@ def _row(mp: Any, scene: Scene, row: int, motion: Motion, changed: list[Changed]
     vertices = told_vertices(finer, throw.points, motion.bits) if finer else np.empty((0, len(throw.points), 3))
     rougher = poses_of(setting, motion.rougher)
     apart = [movement(*pair, throw.points, throw.points)[0] for pair in zip(finer, rougher, strict=True)]
-    bound = np.array(apart) + rounding(vertices)
+    bound = np.array(apart) + rounding(vertices) + _laid(motion)
     moves = [moves_of(motion, changed[0], other) for other in changed[1:]]
     moved = np.maximum.reduce(moves) if moves else np.zeros(len(finer))
     rows = len(throw.times)
@@ -54,3 +54,11 @@ def _row(mp: Any, scene: Scene, row: int, motion: Motion, changed: list[Changed]
         np.concatenate((values, np.full((rows - len(values), *values.shape[1:]), filling)))
         for values, filling in ((states, np.nan), (vertices, np.nan), (bound, np.inf), (moved, np.inf))
     )
+
+
+def _laid(motion: Motion) -> float:
+    """Return how far a vertex was moved to lay a body that starts on the plane within rounding exactly there [m]."""
+    if not motion.finer.phases:
+        return 0.0
+    start, points = motion.setting.start, motion.setting.throw.points
+    return float(movement(start, motion.finer.phases[0].at(motion.setting.mp.zero), points, points)[0])

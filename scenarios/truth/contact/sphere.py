@@ -1,18 +1,19 @@
 """A sphere that stays on the plane: it slips, then rolls; and one that bounces without end, in finite time."""
 
+from collections.abc import Iterator
+from operator import mul
 from typing import Any
 
 import numpy as np
 
 from scenarios.truth.contact.approach import Flight
-from scenarios.truth.contact.driven_spin import DrivenSpin, horner, spinning, turn_of
+from scenarios.truth.contact.driven_spin import DrivenSpin, turn_of
 from scenarios.truth.contact.impact import velocity_at
 from scenarios.truth.contact.setting import Setting, length, tangents
-from scenarios.truth.contact.slip_flow import SlipFlow
+from scenarios.truth.contact.slip_flow import SlipFlow, Step
 from scenarios.truth.flight import Pose
 from scenarios.truth.inertia import Numbers
 from scenarios.truth.rational import cross
-
 
 def laid(setting: Setting, pose: Pose) -> Pose:
     """Return the pose with the sphere on the plane and no velocity along its normal."""
@@ -81,7 +82,9 @@ class Slipping:
         self._slip, self._share = self._frame @ slip, 1 / spread(setting)
         hold = setting.friction * setting.pressing * spread(setting)
         matrix = np.array(((hold, 0 * hold), (0 * hold, hold)))
-        self._flow = SlipFlow(setting.mp, self._frame @ setting.gravity_along, matrix, self._slip, with_path=True)
+        drift = self._frame @ setting.gravity_along
+        spin = SlipSpin(setting, self)
+        self._flow = SlipFlow(setting.mp, drift, matrix, self._slip, with_path=True, rider=spin)
         clock = np.array((0 * hold, 0 * hold, setting.mp.one))
         end, reached = self._flow.until(clock, -(max(last - since, setting.mp.one * 0) + 1))
         self.until = setting.mp.inf if reached else since + end.passed
@@ -90,7 +93,7 @@ class Slipping:
             pull = self._flow.direction * self._flow.rate
             self._turning = _turning(setting, pose, self._spin_rate(pull))
         else:
-            self._turning = SlipSpin(setting, self, self._flow)
+            self._turning = lambda t: spin.at(self._flow, t)
 
     def at(self, time: Any) -> Pose:
         """Return the pose at an instant."""
@@ -133,37 +136,63 @@ class Slipping:
 
 
 class SlipSpin:
-    """Attitude of a sphere whose slip turns: q' = w q / 2 over the steps of the flow, q a series in its variable T."""
+    """Attitude of a sphere whose slip turns: q' = w q / 2 over the steps of the flow, q a series in its variable T.
 
-    def __init__(self, setting: Setting, slipping: Slipping, flow: SlipFlow) -> None:
-        self._mp, self._axes, self._flow = setting.mp, slipping.axes, flow
-        self._factors = slipping.spin_factors()
-        self._q = [np.array([setting.mp.one, *[setting.mp.zero] * 3], dtype=object)]
-        self._series: list[list[Numbers]] = []
+    The series' coefficients are whole numbers over 2^bits, as the flow's are.
+    """
 
-    def __call__(self, t: Any) -> Numbers:
+    def __init__(self, setting: Setting, slipping: Slipping) -> None:
+        self._mp, self._axes, self._factors = setting.mp, slipping.axes, slipping.spin_factors()
+        self._q: list[int] = []
+        self._series: list[tuple[list[int], ...]] = []
+
+    def grown(self, flow: SlipFlow, step: Step) -> tuple[list[int], ...]:
+        """Return the series of q over a step, four of them."""
+        self._next = self._terms(flow, step, self._q or [flow.whole(self._mp.one), 0, 0, 0])
+        return self._next
+
+    def taken(self, flow: SlipFlow, step: Step) -> None:
+        """Go to the end of the step whose series were grown."""
+        last = flow.whole(flow.duration(step))
+        self._series.append(self._next)
+        self._q = [flow.value(series, last) for series in self._next]
+
+    def at(self, flow: SlipFlow, t: Any) -> Numbers:
         """Return the axes at t [s], (3, 3)."""
-        for number, (step, T) in enumerate(self._flow.where(t)):
-            if number == len(self._series):
-                self._series.append(self._terms(step, self._q[number]))
-                self._q.append(horner(self._series[number], self._flow.duration(step)))
+        for (_, T), series in zip(flow.where(t), self._series_of(), strict=False):
             if T is not None:
-                return turn_of(horner(self._series[number], T)) @ self._axes
-        return turn_of(self._q[-1]) @ self._axes
+                return self._turned(flow, [flow.value(each, flow.whole(T)) for each in series])
+        return self._turned(flow, self._q)
 
-    def _terms(self, step: Any, q: Numbers) -> list[Numbers]:
-        speed, passed, (first, second) = self._flow.series(step)
+    def _series_of(self) -> Iterator[tuple[list[int], ...]]:
+        number = 0
+        while number < len(self._series):
+            yield self._series[number]
+            number += 1
+
+    def _turned(self, flow: SlipFlow, q: list[int]) -> Numbers:
+        return turn_of(np.array([flow.number(number) for number in q])) @ self._axes
+
+    def _terms(self, flow: SlipFlow, step: Step, q: list[int]) -> tuple[list[int], ...]:
+        """Return the series of q: dq/dT = r w q / 2, for dt = r dT."""
+        bits = flow.bits
+        speed, passed, (first, second) = flow.series(step)
         constant, by_time, by_first, by_second = self._factors
-        w = [by_time * t + by_first * a + by_second * b for t, a, b in zip(passed, first, second, strict=True)]
-        w[0] = w[0] + constant
-        w = np.array(w)
-        # dq/dT = r w q / 2, for dt = r dT.
-        driven: list[Numbers] = []
-        terms = [q]
-        for k in range(len(w) - 1):
-            driven.append(speed[: k + 1] @ w[k::-1])
-            grown = sum((spinning(driven[j], terms[k - j]) for j in range(1, k + 1)), spinning(driven[0], terms[k]))
-            terms.append(grown / (2 * (k + 1)))
+        w = np.outer(by_time, passed) + np.outer(by_first, first) + np.outer(by_second, second)
+        w[:, 0] = w[:, 0] + constant
+        clock = [flow.whole(number) for number in speed]
+        spins = [[flow.whole(number) for number in row] for row in w]
+        x, y, z = (
+            [sum(map(mul, clock[: k + 1], spin[k::-1])) >> bits for k in range(len(clock))] for spin in spins
+        )
+        a, b, c, d = terms = tuple([number] for number in q)
+        for k in range(len(clock) - 1):
+            u, v, w_ = x[k::-1], y[k::-1], z[k::-1]
+            parts = [[sum(map(mul, part, spin)) for spin in (u, v, w_)] for part in (a, b, c, d)]
+            (ax, ay, az), (bx, by, bz), (cx, cy, cz), (dx, dy, dz) = parts
+            grown = (-bx - cy - dz, ax + dy - cz, ay + bz - dx, az + cx - by)
+            for series, number in zip(terms, grown, strict=True):
+                series.append((number >> bits + 1) // (k + 1))
         return terms
 
 
