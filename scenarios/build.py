@@ -263,7 +263,10 @@ def _landing(table: ImpulseTable, keys: Keys, body: Body) -> dict[str, Any]:
 
 def _ray(table: RayTable, keys: Keys, body: Body) -> Ray:
     if not len(body.faces):
-        raise Refused(keys, f"must meet a surface, and a {body.shape} body has none: give a point or a vertex")
+        has_none = (
+            "rays meet boxes and meshes only" if body.radius else "must meet a surface, and a rigid body has none"
+        )
+        raise Refused(keys, f"{has_none}: give a point or a vertex")
     return Ray(frozen_array(table.origin), _unit(table.direction, (*keys, "direction")))
 
 
@@ -312,7 +315,9 @@ def _refuse_below(plane: Plane, body: Body, start: Array) -> None:
         heights = heights[:, :1] - body.radius
     rounded = TOUCHING * (body.reach + float(np.abs(points).max()) + float(np.abs(plane.point).max()))
     if heights.min() < -rounded:
-        raise Refused(("plane",), f"must not be above the body at the start, which is {-heights.min():.3g} m below", False)
+        raise Refused(
+            ("plane",), f"must lie below the body at the start, which reaches {-heights.min():.3g} m under it", False
+        )
 
 
 # The forces of a Scene, each made from the file and the body.

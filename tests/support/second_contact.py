@@ -223,7 +223,11 @@ class Pushed:
         X, V, W = ([[c] for c in part] for part in (state[0:3], state[3:6], w))
         Q = [[c] for c in state[6:10]]
         slip, square, inverse = [[], [], []], [], []
-        held = [-c * m / (1 + m * world.body.radius**2 / moment) for c in world.gt] if world.ball else [-m * c for c in world.gt]
+        held = (
+            [-c * m / (1 + m * world.body.radius**2 / moment) for c in world.gt]
+            if world.ball
+            else [-m * c for c in world.gt]
+        )
         for k in range(ORDER):
             now = [series[k] for series in V]
             u = plus(now, cross([series[k] for series in W], arm)) if world.ball else now
@@ -247,7 +251,12 @@ class Pushed:
             spinning = [
                 -sum(W[i][j] * Q[i + 1][k - j] for i in range(3) for j in range(k + 1)),
                 *(
-                    sum(W[i][j] * Q[0][k - j] + W[(i + 1) % 3][j] * Q[(i + 2) % 3 + 1][k - j] - W[(i + 2) % 3][j] * Q[(i + 1) % 3 + 1][k - j] for j in range(k + 1))
+                    sum(
+                        W[i][j] * Q[0][k - j]
+                        + W[(i + 1) % 3][j] * Q[(i + 2) % 3 + 1][k - j]
+                        - W[(i + 2) % 3][j] * Q[(i + 1) % 3 + 1][k - j]
+                        for j in range(k + 1)
+                    )
                     for i in range(3)
                 ),
             ]
@@ -375,7 +384,11 @@ class Course:
         still = self.still(state)
         self.fresh = False
         steep = size(world.gt)
-        most = world.mu * -world.gn * (1 + world.body.mass * world.body.radius**2 / world.body.tensor[0][0] if world.ball else 1)
+        most = (
+            world.mu
+            * -world.gn
+            * (1 + world.body.mass * world.body.radius**2 / world.body.tensor[0][0] if world.ball else 1)
+        )
         if size(u) > still and world.mu:
             step = Pushed(world, state, w, "slips")
         elif not world.mu:
@@ -431,7 +444,12 @@ def product(p, q):
     """Hamilton's product."""
     a, b, c, d = p
     w, x, y, z = q
-    return [a * w - b * x - c * y - d * z, a * x + b * w + c * z - d * y, a * y - b * z + c * w + d * x, a * z + b * y - c * x + d * w]
+    return [
+        a * w - b * x - c * y - d * z,
+        a * x + b * w + c * z - d * y,
+        a * y - b * z + c * w + d * x,
+        a * z + b * y - c * x + d * w,
+    ]
 
 
 def worst(path, true, reached=None):

@@ -4,9 +4,10 @@ from typing import Any
 
 import numpy as np
 
+from scenarios.forces import GRAVITY, PLANE, acting
 from scenarios.frames import Array
-from scenarios.scene import Scene
-from scenarios.truth import Tell, told_vertices
+from scenarios.scene import Body, Scene
+from scenarios.truth import NoTruth, Tell, told_vertices
 from scenarios.truth.contact.motion import Changed, Motion, changed_timelines, motion_of, moves_of, poses_of
 from scenarios.truth.contact.record import ContactRecord, recorded, state_of
 from scenarios.truth.limit import movement, rounding
@@ -21,6 +22,9 @@ def on_plane(
 
     Raises NoTruth, RayMissed.
     """
+    others = [law.name for law in acting(scene) if law not in (GRAVITY, PLANE)]
+    if others:
+        raise NoTruth(f"the truth above a plane has gravity and impulses alone: leave out {' and '.join(others)}")
     columns, records, reasons = [], [], []
     for row in range(len(scene.start)):
         motion = motion_of(mp, scene, row)
@@ -30,7 +34,19 @@ def on_plane(
         reasons.append(motion.finer.why)
         progress((row + 1) / len(scene.start))
     told = [np.stack(column, axis=1) for column in zip(*columns, strict=True)]
-    return told, [HOW], reasons, tuple(records)
+    how = HOW if is_convex(scene.body) else f"{HOW}; the convex hull of the mesh meets the plane"
+    return told, [how], reasons, tuple(records)
+
+
+def is_convex(body: Body) -> bool:
+    """Return whether no point of a body's surface is outside of any of its faces' planes, but for rounding."""
+    if not len(body.faces):
+        return True
+    first, second, third = (body.points[body.faces[:, corner]] for corner in range(3))
+    normals = np.cross(second - first, third - first)
+    sizes = np.linalg.norm(normals, axis=1)
+    beyond = body.points @ normals.T - (first * normals).sum(axis=1)
+    return bool((beyond <= 1e-9 * body.reach * sizes).all())
 
 
 def _row(mp: Any, scene: Scene, row: int, motion: Motion, changed: list[Changed]) -> tuple[Array, Array, Array, Array]:

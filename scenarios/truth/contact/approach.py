@@ -121,7 +121,9 @@ def _advance(near: Setting, pose: Pose, until: float) -> tuple[list[int], float]
         step = safe_step(np.maximum(heights, 0.0), rates, bend).min()
         centre = float((now.x - near.point) @ near.normal) - reach - close
         if centre > 0:
-            step = max(step, safe_step(np.array([centre]), np.array([float(now.v @ near.normal)]), np.array([-pull]))[0])
+            step = max(
+                step, safe_step(np.array([centre]), np.array([float(now.v @ near.normal)]), np.array([-pull]))[0]
+            )
         if not step > 0:
             raise NoContactFound("impacts follow one another too closely")
         time, leaving = time + float(step), False

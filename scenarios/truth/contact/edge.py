@@ -34,7 +34,9 @@ class Pendulum:
         self._swings = rest >= 0
         if self._swings:
             self._scale, self._speed, m1 = mp.sqrt(square) / k, k, rest / (k * k)
-            sn, cn, dn = (sine / self._scale, rate / (2 * k * self._scale), cosine) if self._scale else (0 * k, mp.one, mp.one)
+            sn, cn, dn = (
+                (sine / self._scale, rate / (2 * k * self._scale), cosine) if self._scale else (0 * k, mp.one, mp.one)
+            )
             self._sign = 1
         else:
             self._scale, self._speed, m1 = mp.one, mp.sqrt(square), -rest / square
@@ -111,7 +113,9 @@ class Tipping:
         cos, sin = down @ out, cross(down, out) @ edge.along
         # Half the angle without losing digits near either end.
         half = mp.sqrt((1 + cos) / 2), mp.sqrt((1 - cos) / 2)
-        half = (half[0], sin / (2 * half[0])) if cos > 0 else (abs(sin) / (2 * half[1]), half[1] if sin >= 0 else -half[1])
+        half = (
+            (half[0], sin / (2 * half[0])) if cos > 0 else (abs(sin) / (2 * half[1]), half[1] if sin >= 0 else -half[1])
+        )
         self._half = half[1], half[0]
         self._pendulum = Pendulum(mp, self._k, self._half, edge.rate)
         self._hinge = edge.pose.x - edge.arm
@@ -134,7 +138,9 @@ class Tipping:
         edge = self._edge
         x, y, z = edge.along
         zero = 0 * x
-        turn = np.outer(edge.along, edge.along) * (1 - cos) + np.array(((zero, -z, y), (z, zero, -x), (-y, x, zero))) * sin
+        turn = (
+            np.outer(edge.along, edge.along) * (1 - cos) + np.array(((zero, -z, y), (z, zero, -x), (-y, x, zero))) * sin
+        )
         turn[np.diag_indices(3)] += cos
         arm = turn @ edge.arm
         return Pose(self._hinge + arm, turn @ edge.pose.axes, cross(edge.along, arm) * rate, edge.along * rate)

@@ -51,7 +51,10 @@ class Face:
         # r x n N + (-h n) x F = torque, so the centre of pressure is at r = n x torque - h F, over N.
         centre = (cross(normal, torque) - force_along * self.height) @ self._frame.T
         allowed = ROUNDED * float(self.setting.reach)
-        return all(_side(*edge, centre) >= -allowed for edge in zip(self._corners, np.roll(self._corners, -1, axis=0), strict=True))
+        return all(
+            _side(*edge, centre) >= -allowed
+            for edge in zip(self._corners, np.roll(self._corners, -1, axis=0), strict=True)
+        )
 
     def tipping_edge(self, force_along: Numbers) -> tuple[int, ...]:
         """Return the points on the edge that the pressure's centre lies beyond."""
@@ -67,7 +70,9 @@ class Face:
     def carries_all(self) -> bool:
         """Whether it can press against friction in any direction."""
         reach = self.setting.friction * self.height
-        inside = (_side(*edge, 0 * edge[0]) for edge in zip(self._corners, np.roll(self._corners, -1, axis=0), strict=True))
+        inside = (
+            _side(*edge, 0 * edge[0]) for edge in zip(self._corners, np.roll(self._corners, -1, axis=0), strict=True)
+        )
         return bool(min(inside) >= reach)
 
 

@@ -100,7 +100,9 @@ def moves_of(motion: Motion, plain: Changed, changed: Changed) -> Array:
     """Return how far a vertex moves at each known instant, for half the last bits [m], (R,)."""
     moves = []
     points = (plain.setting.throw.points, changed.setting.throw.points)
-    for before, after in zip(poses_of(plain.setting, plain.timeline), poses_of(changed.setting, changed.timeline), strict=False):
+    for before, after in zip(
+        poses_of(plain.setting, plain.timeline), poses_of(changed.setting, changed.timeline), strict=False
+    ):
         moves.append(movement(before, after, *points)[0])
     return np.array(moves) / abs(changed.share)
 

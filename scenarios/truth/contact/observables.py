@@ -66,7 +66,9 @@ def _of_phases(setting: Setting, motion: Timeline, last: Any) -> Iterator[Observ
         end = last if then is None else then.since
         if end <= phase.since:
             continue
-        stopped = next((event.kind for event in motion.events if event.time == end and event.kind in (ROLLS, STOPS)), "")
+        stopped = next(
+            (event.kind for event in motion.events if event.time == end and event.kind in (ROLLS, STOPS)), ""
+        )
         if phase.name in ("slides", "slips") and stopped:
             yield from _of_path(setting, phase, end, "stops" if stopped == STOPS else "begins to roll")
         elif phase.name in ("slides", "slips", "rolls"):

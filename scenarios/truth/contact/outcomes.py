@@ -86,12 +86,22 @@ def outcome_set(setting: Setting, points: tuple[int, ...], pose: Pose) -> Outcom
     inverse[:3, :3] = np.eye(3) / float(setting.mass)
     inverse[3:, 3:] = setting.inverse_world(pose).astype(float)
     before, normal = _velocity(pose), setting.normal.astype(float)
-    found = OutcomeSet(points, before, before, before[None], np.zeros(2), arms.astype(float), normal, inverse, float(setting.friction))
+    found = OutcomeSet(
+        points, before, before, before[None], np.zeros(2), arms.astype(float), normal, inverse, float(setting.friction)
+    )
     symmetric = _together(setting, found)
     extremes = np.array([_velocity(order) for order in orders]).reshape(-1, 6)
     lost = [found._energy(before) - found._energy(after) for after in (symmetric, *extremes)]
     return OutcomeSet(
-        points, before, symmetric, extremes, np.array((min(lost), max(lost))), found._arms, normal, inverse, found._friction
+        points,
+        before,
+        symmetric,
+        extremes,
+        np.array((min(lost), max(lost))),
+        found._arms,
+        normal,
+        inverse,
+        found._friction,
     )
 
 

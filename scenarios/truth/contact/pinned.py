@@ -85,7 +85,9 @@ def failure(phase: Pinned, near: Pinned, until: Any) -> Failure | None:
         for number in np.flatnonzero((heights < NEAR * reach) & (rates < 0)):
             if not first:
                 point = others[int(number)]
-                return Failure(LANDS, point, zero_of(lambda t, p=point: phase.setting.gaps(phase.at(t))[p], phase, time))
+                return Failure(
+                    LANDS, point, zero_of(lambda t, p=point: phase.setting.gaps(phase.at(t))[p], phase, time)
+                )
         safe = safe_step(np.maximum(heights, 0.0), rates, bends)
         if first:
             # What lies on the plane still, and leaves it from rest.

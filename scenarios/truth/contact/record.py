@@ -80,9 +80,11 @@ def recorded(motion: Motion, changed: list[Changed]) -> ContactRecord:
     setting, finer = motion.setting, motion.finer
     setting.mp.prec = motion.bits
     ends = [float(phase.since) for phase in finer.phases[1:]] + [float(min(finer.ended, setting.times[-1]))]
-    phases = tuple(
-        ContactPhase(phase.name, float(phase.since), end) for phase, end in zip(finer.phases, ends, strict=True)
-    ) if finer.phases else ()
+    phases = (
+        tuple(ContactPhase(phase.name, float(phase.since), end) for phase, end in zip(finer.phases, ends, strict=True))
+        if finer.phases
+        else ()
+    )
     several = None if finer.several is None else outcome_set(setting, *finer.several)
     events = tuple(_event(motion, event) for event in finer.events)
     return ContactRecord(phases, events, _observables(motion, changed), float(finer.ended), finer.why, several)
@@ -118,6 +120,14 @@ def _observables(motion: Motion, changed: list[Changed]) -> tuple[Observable, ..
     for fine, rough in zip(finer, rougher, strict=True):
         value = float(fine.value)
         bound = float(abs(fine.value - rough.value)) + np.spacing(abs(value)) / 2
-        moves = [abs(float(other[fine.name] - others[0][1][fine.name])) / abs(share) for share, other in others[1:] if fine.name in other]
-        told.append(Observable(fine.name, fine.unit, value, float(bound), max(moves, default=0.0), float(fine.begins), float(fine.ends)))
+        moves = [
+            abs(float(other[fine.name] - others[0][1][fine.name])) / abs(share)
+            for share, other in others[1:]
+            if fine.name in other
+        ]
+        told.append(
+            Observable(
+                fine.name, fine.unit, value, float(bound), max(moves, default=0.0), float(fine.begins), float(fine.ends)
+            )
+        )
     return tuple(told)

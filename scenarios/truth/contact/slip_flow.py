@@ -81,7 +81,13 @@ class SlipFlow:
     """
 
     def __init__(
-        self, mp: Any, drift: Numbers, friction: Numbers, start: Numbers, with_path: bool = False, rider: Rider | None = None
+        self,
+        mp: Any,
+        drift: Numbers,
+        friction: Numbers,
+        start: Numbers,
+        with_path: bool = False,
+        rider: Rider | None = None,
     ) -> None:
         self._mp, self._first_speed = mp, mp.sqrt(start @ start)
         self._rate_unit = max(mp.mpf(abs(value)) for value in (*drift, *friction.flat))

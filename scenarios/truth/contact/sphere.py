@@ -15,6 +15,7 @@ from scenarios.truth.flight import Pose
 from scenarios.truth.inertia import Numbers
 from scenarios.truth.rational import cross
 
+
 def laid(setting: Setting, pose: Pose) -> Pose:
     """Return the pose with the sphere on the plane and no velocity along its normal."""
     normal = setting.normal
@@ -182,9 +183,7 @@ class SlipSpin:
         w[:, 0] = w[:, 0] + constant
         clock = [flow.whole(number) for number in speed]
         spins = [[flow.whole(number) for number in row] for row in w]
-        x, y, z = (
-            [sum(map(mul, clock[: k + 1], spin[k::-1])) >> bits for k in range(len(clock))] for spin in spins
-        )
+        x, y, z = ([sum(map(mul, clock[: k + 1], spin[k::-1])) >> bits for k in range(len(clock))] for spin in spins)
         a, b, c, d = terms = tuple([number] for number in q)
         for k in range(len(clock) - 1):
             u, v, w_ = x[k::-1], y[k::-1], z[k::-1]
@@ -240,7 +239,11 @@ class Bouncing:
     def impacts(self, last: Any, most: int) -> int:
         """Return how many impacts after the one at `since` come before an instant, at most that many."""
         count = 0
-        while count < most and self.since + self.after(count + 1) <= last and self.since + self.after(count + 1) < self.until:
+        while (
+            count < most
+            and self.since + self.after(count + 1) <= last
+            and self.since + self.after(count + 1) < self.until
+        ):
             count += 1
         return count
 

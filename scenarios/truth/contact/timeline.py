@@ -188,7 +188,9 @@ def choose(builder: Builder, pose: Pose, time: Any, until: Any) -> Choice:
     if meets:
         return _counted(builder, time, Choice("impact", (meets[0],)))
     if stays:
-        return _sphere(builder, pose, time) if setting.radius is not None else _lasting(builder, pose, stays, time, until)
+        return (
+            _sphere(builder, pose, time) if setting.radius is not None else _lasting(builder, pose, stays, time, until)
+        )
     if setting.radius is not None and touching and _bounces_steadily(builder, pose):
         return Choice("bouncing", (0,))
     return _flight_choice(builder, pose, time, until)
@@ -197,7 +199,9 @@ def choose(builder: Builder, pose: Pose, time: Any, until: Any) -> Choice:
 def several(points: tuple[int, ...], time: Any) -> Choice:
     """Return the end of a motion at which several points meet the plane at once."""
     what = "a face" if len(points) > 2 else "an edge"
-    why = f"{what} meets the plane flat at {float(time):.6g} s, {len(points)} points at once: the law has several answers"
+    why = (
+        f"{what} meets the plane flat at {float(time):.6g} s, {len(points)} points at once: the law has several answers"
+    )
     return Choice(ENDS, points, why=why)
 
 
@@ -374,7 +378,14 @@ def _bounce(builder: Builder, pose: Pose, time: Any, until: Any, choice: Choice)
         along = setting.along(velocity_at(after, arm))
         J = setting.normal * (setting.mass * (up - down))
         lost = setting.mass * (down * down - up * up) / 2
-        done = Impact(J, along + setting.normal * down, along + setting.normal * up, after, ("frictionless" if not setting.friction else "sticks",), lost)
+        done = Impact(
+            J,
+            along + setting.normal * down,
+            along + setting.normal * up,
+            after,
+            ("frictionless" if not setting.friction else "sticks",),
+            lost,
+        )
         builder.events.append(Event(IMPACT, instant, 0, before, after, arm, done))
     if phase.until > until:
         return phase.at(until), until

@@ -162,7 +162,8 @@ class Top:
         angle = (self._w3 - self._a) * t
         for sign, (factor, n), quarter in zip((1, -1), self._poles, self._quarters, strict=True):
             grown = [
-                2 * each.half_periods * quarter + (-1 if each.half_periods % 2 else 1) * self._third(each.sn, each.cn, each.dn, n)
+                2 * each.half_periods * quarter
+                + (-1 if each.half_periods % 2 else 1) * self._third(each.sn, each.cn, each.dn, n)
                 for each in (amplitude, start)
             ]
             angle -= sign * factor * (t + (grown[0] - grown[1]) / self._speed)
