@@ -13,6 +13,9 @@ FAMILIES = (
     "box thrown without friction",
     "oblique tensor thrown",
     "box that sticks",
+    "box that tips",
+    "block that rocks",
+    "top",
 )
 
 
@@ -22,6 +25,8 @@ def numbers(values):
 
 def drawn(family, seed):
     """The text of a scene of that family."""
+    if family in FAMILIES[10:]:
+        return pinned(family, seed)
     random = np.random.default_rng((FAMILIES.index(family), seed))
     unit = 10.0 ** random.uniform(-3, 1)
     mass = 10.0 ** random.uniform(-2, 1)
@@ -122,3 +127,59 @@ def laying(axis, normal, along):
     q[0] = (w, x, y)[largest - 1]
     del z
     return q
+
+
+def pinned(family, seed):
+    """The text of a scene of a body that an edge or its tip stays on the plane of."""
+    random = np.random.default_rng((FAMILIES.index(family), seed))
+    unit, mass = 10.0 ** random.uniform(-2, 0.5), 10.0 ** random.uniform(-2, 1)
+    pull = 9.81 * 10.0 ** random.uniform(-0.5, 0.5)
+    time = np.sqrt(unit / pull)
+    level = random.random() < 0.5
+    n = np.array((0.0, 1.0, 0.0)) if level else unit_vector(random.normal(size=3))
+    along = np.array((0.0, 0.0, 1.0)) if level else unit_vector(np.cross(n, random.normal(size=3)))
+    across = np.cross(along, n)
+    point = random.normal(size=3) * unit
+    body = ["[body]", f"mass = {mass!r}"]
+    if family == "top":
+        transverse = mass * unit**2 * random.uniform(0.01, 0.05)
+        own = transverse * random.uniform(0.3, 1.9)
+        height, tilt = unit * random.uniform(0.1, 0.4), random.uniform(0.15, 0.9)
+        rim = [(height * np.cos(a), 0.4 * height, height * np.sin(a)) for a in (0, 2, 4)]
+        axis = np.cos(tilt) * n + np.sin(tilt) * across
+        spin = random.uniform(10, 40) / time * axis * random.choice((-1, 1)) + random.normal(size=3) / time
+        q = laying(1, axis, along)
+        position, velocity = point + height * axis, np.cross(spin, height * axis)
+        body += ['shape = "rigid"', f"points = [{numbers((0.0, -height, 0.0))}, {', '.join(map(numbers, rim))}]"]
+        body += ["inertia = [" + ", ".join(map(numbers, np.diag((transverse, own, transverse)))) + "]"]
+        mu, e, length = random.uniform(0.5, 2), random.random(), 2.0
+    else:
+        width, tall, deep = (
+            unit * random.uniform(0.2, 0.5),
+            unit * random.uniform(0.8, 1.2),
+            unit * random.uniform(0.2, 1),
+        )
+        lean = np.arctan(width / tall)
+        angle = lean * random.uniform(0.2, 0.9) if "rocks" in family else lean + random.uniform(0.02, 0.5)
+        # The lower edge at a point: up the block's side and along its foot.
+        up, foot = np.cos(angle) * n + np.sin(angle) * across, np.cos(angle) * across - np.sin(angle) * n
+        arm = tall / 2 * up - width / 2 * foot
+        rate = random.normal() * 0.2 / time if random.random() < 0.5 and "tips" in family else 0.0
+        spin = -abs(rate) * along
+        q = laying(2, along, -foot)
+        columns = np.array((-foot, np.cross(along, -foot), along))
+        assert abs(columns[1] @ up) > 0.999
+        position, velocity = point + arm, np.cross(spin, arm)
+        body += ['shape = "box"', "size = " + numbers((width, tall, deep))]
+        mu, e, length = random.uniform(0.6, 1.5), 0.0, 3.0
+    body += ["orientation = " + numbers(q), "position = " + numbers(position)]
+    body += ["velocity = " + numbers(velocity), "angular_velocity = " + numbers(spin)]
+    head = [f'title = "{family}"', "step = 0.001", f"duration = {float(time * length)!r}", "samples = 8"]
+    head += ["gravity = " + numbers(-pull * n)]
+    plane = ["[plane]", "point = " + numbers(point), "normal = " + numbers(n)]
+    plane += [f"restitution = {float(e)!r}", f"friction = {float(mu)!r}"]
+    return "\n".join([*head, *body, *plane]) + "\n"
+
+
+def unit_vector(vector):
+    return vector / np.linalg.norm(vector)

@@ -274,6 +274,65 @@ class Pushed:
         return [value(series, h) for series in self.series]
 
 
+class Hinged:
+    """One Taylor step of Euler's equations about a point of the body that stays: R' = R [w], I w' = I w x w + r x g."""
+
+    def __init__(self, world, state, hinge, gravity):
+        m, I = world.body.mass, world.body.tensor  # noqa: E741
+        self.hinge = hinge
+        square = dot(hinge, hinge)
+        about = [[I[i][j] + m * ((square if i == j else 0) - hinge[i] * hinge[j]) for j in range(3)] for i in range(3)]
+        cofactors = [cross(about[(i + 1) % 3], about[(i + 2) % 3]) for i in range(3)]
+        whole = dot(about[0], cofactors[0])
+        inverse = [[cofactors[j][i] / whole for j in range(3)] for i in range(3)]
+        W, Q = ([[c] for c in part] for part in (state[10:13], state[6:10]))
+        R = [[[] for _ in range(3)] for _ in range(3)]
+        L = [[], [], []]
+        for k in range(ORDER):
+            pairs = {(i, j): sum(Q[i][a] * Q[j][k - a] for a in range(k + 1)) for i in range(4) for j in range(i, 4)}
+            s = lambda i, j: pairs[min(i, j), max(i, j)]  # noqa: B023, E731
+            matrix = [
+                [s(0, 0) + s(1, 1) - s(2, 2) - s(3, 3), 2 * (s(1, 2) - s(0, 3)), 2 * (s(1, 3) + s(0, 2))],
+                [2 * (s(1, 2) + s(0, 3)), s(0, 0) - s(1, 1) + s(2, 2) - s(3, 3), 2 * (s(2, 3) - s(0, 1))],
+                [2 * (s(1, 3) - s(0, 2)), 2 * (s(2, 3) + s(0, 1)), s(0, 0) - s(1, 1) - s(2, 2) + s(3, 3)],
+            ]
+            for i in range(3):
+                for j in range(3):
+                    R[i][j].append(matrix[i][j])
+            now = [series[k] for series in W]
+            for i in range(3):
+                L[i].append(dot(about[i], now))
+            down = [sum(R[j][i][k] * gravity[j] for j in range(3)) for i in range(3)]
+            torque = cross([-c * m for c in hinge], down)
+            swirl = [
+                sum(
+                    L[(i + 1) % 3][a] * W[(i + 2) % 3][k - a] - L[(i + 2) % 3][a] * W[(i + 1) % 3][k - a]
+                    for a in range(k + 1)
+                )
+                for i in range(3)
+            ]
+            rate = times(inverse, plus(torque, swirl))
+            turned = lambda i, j: sum(Q[i][a] * W[j][k - a] for a in range(k + 1))  # noqa: B023, E731
+            spins = [
+                -(turned(1, 0) + turned(2, 1) + turned(3, 2)),
+                turned(0, 0) + turned(2, 2) - turned(3, 1),
+                turned(0, 1) + turned(3, 0) - turned(1, 2),
+                turned(0, 2) + turned(1, 1) - turned(2, 0),
+            ]
+            for i in range(3):
+                W[i].append(rate[i] / (k + 1))
+            for i in range(4):
+                Q[i].append(spins[i] / 2 / (k + 1))
+        self.series = [*W, *Q]
+
+    def at(self, h, place):
+        """The state with the hinge at a place."""
+        w, q = ([value(series, h) for series in part] for part in (self.series[:3], self.series[3:]))
+        R = axes_of(q)
+        arm = times(R, [-c for c in self.hinge])
+        return [*plus(place, arm), *cross(times(R, w), arm), *q, *w]
+
+
 def vertices(path, instants):
     """Where the body's points are at the instants [s]; as many rows as there are answers to."""
     with gmpy2.context(precision=BITS):
@@ -295,7 +354,7 @@ class Course:
         self.state = [*place, *q, *own]
         self.blows = sorted(document.get("impulse", []), key=lambda blow: blow.get("time", 0))
         self.now = mpq(0)
-        self.fresh, self.fastest = True, mpfr(0)
+        self.fresh, self.fastest = True, gmpy2.sqrt(size(world.g) * world.reach)
 
     def rows(self, instants):
         world, rows = self.world, []
@@ -329,12 +388,16 @@ class Course:
         still = self.still(state)
         meets = [i for i in touching if speeds[i] < -still]
         self.rests = [i for i in touching if abs(speeds[i]) <= still]
+        if len(meets) > 1 and len(self.rests) > 1:
+            self.rests = meets
+            return "rock"
         if meets:
-            assert len(meets) == 1
+            assert len(meets) == 1, [float(speeds[i]) for i in touching]
             self.point = meets[0]
             return "impact"
         if self.rests and world.gn < 0:
-            return "on_plane"
+            pinned = not world.ball and not self.spans(self.rests)
+            return "pinned" if pinned or self.tips() else "on_plane"
         return "fly"
 
     def still(self, state):
@@ -346,6 +409,112 @@ class Course:
     def impact(self, end):
         self.state = impact(self.world, self.state, self.world.arms(self.state)[self.point])
         self.fresh = False
+
+    def spans(self, points):
+        """Whether some of the points are not on a line."""
+        p = [self.world.body.points[i] for i in points]
+        sides = [cross(plus(p[1], p[0], -1), plus(c, p[0], -1)) for c in p[2:]] if len(p) > 2 else []
+        return any(size(side) > ROUNDED * self.world.reach**2 for side in sides)
+
+    def tips(self):
+        """Whether a body at rest on its face tips over an edge of it, which is then what rests."""
+        world, state = self.world, self.state
+        steep = size(world.gt)
+        if world.ball or size(state[3:6]) or size(state[10:13]) or steep > world.mu * -world.gn:
+            return False
+        arms = world.arms(state)
+        down = [c / steep for c in world.gt] if steep else world.n
+        furthest = max(dot(arms[i], down) for i in self.rests)
+        height = -dot(arms[self.rests[0]], world.n)
+        if steep * height <= -world.gn * furthest:
+            return False
+        self.rests = [i for i in self.rests if dot(arms[i], down) > furthest - ROUNDED * world.reach]
+        return True
+
+    def hinge(self):
+        """The point about which the body turns, from its centre, along the file's axes."""
+        points = [self.world.body.points[i] for i in self.rests]
+        middle = [sum(p[i] for p in points) / len(points) for i in range(3)]
+        if len(points) == 1:
+            return middle
+        line = plus(points[1], points[0], -1)
+        return plus(middle, line, -dot(middle, line) / dot(line, line))
+
+    def rock(self, end):
+        """The impulse that stops the new hinge: three equations, written out and solved."""
+        world, state = self.world, self.state
+        arm = times(axes_of(state[6:10]), self.hinge())
+        inverse, m = world.inverse(state), world.body.mass
+        columns = []
+        for i in range(3):
+            J = [mpfr(int(i == j)) for j in range(3)]
+            columns.append(plus([c / m for c in J], cross(times(inverse, cross(arm, J)), arm)))
+        u = world.rate(state, arm)
+        whole = dot(columns[0], cross(columns[1], columns[2]))
+        J = [-dot(u, cross(columns[(i + 1) % 3], columns[(i + 2) % 3])) / whole for i in range(3)]
+        w = plus(world.spin(state), times(inverse, cross(arm, J)))
+        v = plus(state[3:6], [c / m for c in J])
+        self.state = world.with_spin([*state[0:3], *v, *state[6:13]], w)
+        self.fresh = False
+
+    def pinned(self, end):
+        """One Taylor step of a body that turns about a hinge on the plane, or less, to the landing of another point."""
+        world = self.world
+        hinge, rests = self.hinge(), list(self.rests)
+        if self.fresh and len(rests) > 1:
+            self.level(rests)
+        R = axes_of(self.state[6:10])
+        place = plus(self.state[0:3], times(R, hinge))
+        place = plus(place, world.n, -dot(world.n, plus(place, world.o, -1)))
+        motion = Hinged(world, self.state, hinge, self.across(rests))
+        h = min(step_length(motion.series, mpfr(10) ** -48), mpfr(end - self.now))
+        others = [i for i in range(len(world.body.points)) if i not in rests]
+        before = mpfr(0)
+        for look in range(1, LOOKS + 1):
+            t = h * look / LOOKS
+            if self.low(motion, place, t, others) < 0:
+                low, high = before, t
+                for _ in range(BITS):
+                    middle = (low + high) / 2
+                    low, high = (low, middle) if self.low(motion, place, middle, others) < 0 else (middle, high)
+                h = high
+                break
+            before = t
+        arrived = h == mpfr(end - self.now)
+        self.state, self.fresh = motion.at(h, place), False
+        self.now = end if arrived else self.now + mpq(h)
+
+    def across(self, points):
+        """Gravity without what rounding has left of it along an edge."""
+        g = self.world.g
+        if len(points) == 1:
+            return g
+        a, b = (self.world.body.points[i] for i in points[:2])
+        line = times(axes_of(self.state[6:10]), plus(b, a, -1))
+        return plus(g, line, -dot(g, line) / dot(line, line))
+
+    def level(self, points):
+        """Turn the body by what rounding has left so that an edge is level, and it turns about the edge alone."""
+        world, state = self.world, self.state
+        a, b = (world.body.points[i] for i in points[:2])
+        line = times(axes_of(state[6:10]), plus(b, a, -1))
+        axis = cross(line, world.n)
+        axis = [c / size(axis) for c in axis]
+        half = gmpy2.asin(dot(line, world.n) / size(line)) / 2
+        turn = [gmpy2.cos(half), *(-c * gmpy2.sin(half) for c in axis)]
+        other = [gmpy2.cos(half), *(c * gmpy2.sin(half) for c in axis)]
+        turned = [product(each, state[6:10]) for each in (turn, other)]
+        best = min(turned, key=lambda q: abs(dot(times(axes_of(q), plus(b, a, -1)), world.n)))
+        w = world.spin(state)
+        line = [c / size(line) for c in plus(line, world.n, -dot(line, world.n))]
+        self.state = world.with_spin([*state[0:6], *best, *state[10:13]], [c * dot(w, line) for c in line])
+
+    def low(self, motion, place, t, others):
+        """How high the lowest of the other points is that falls."""
+        world, state = self.world, motion.at(t, place)
+        heights, arms = world.heights(state), world.arms(state)
+        falls = [i for i in others if dot(world.n, world.rate(state, arms[i])) < 0]
+        return min((heights[i] for i in falls), default=mpfr(1))
 
     def fly(self, end):
         """One Taylor step of free flight, or less, to the first contact."""

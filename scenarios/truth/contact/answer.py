@@ -53,18 +53,22 @@ def _row(mp: Any, scene: Scene, row: int, motion: Motion, changed: list[Changed]
     """Return states (R, 13), vertices (R, n, 3), bound and input error (R,) of one throw."""
     mp.prec = motion.bits
     setting, throw = motion.setting, motion.setting.throw
-    finer = poses_of(setting, motion.finer)
+    finer, rougher = (poses_of(setting, one) for one in (motion.finer, motion.rougher))
+    finer = finer[: len(rougher)]
     states = np.array([state_of(motion, pose) for pose in finer]).reshape(-1, 13)
     before = scene.start[row, 3:7]
     for q in states[:, 3:7]:
         q *= 1 if before @ q >= 0 else -1
         before = q
     vertices = told_vertices(finer, throw.points, motion.bits) if finer else np.empty((0, len(throw.points), 3))
-    rougher = poses_of(setting, motion.rougher)
-    apart = [movement(*pair, throw.points, throw.points)[0] for pair in zip(finer, rougher, strict=True)]
+    apart = [movement(*pair, throw.points, throw.points)[0] for pair in zip(finer, rougher, strict=False)]
     bound = np.array(apart) + rounding(vertices) + _laid(motion)
-    moves = [moves_of(motion, changed[0], other) for other in changed[1:]]
-    moved = np.maximum.reduce(moves) if moves else np.zeros(len(finer))
+    moved = np.zeros(len(finer))
+    for other in changed[1:]:
+        moves = moves_of(motion, changed[0], other)[: len(finer)]
+        moved[: len(moves)] = np.maximum(moved[: len(moves)], moves)
+        # A changed motion that takes another course says that beyond it the inputs decide.
+        moved[len(moves) :] = np.inf
     rows = len(throw.times)
     return tuple(
         np.concatenate((values, np.full((rows - len(values), *values.shape[1:]), filling)))

@@ -39,6 +39,9 @@ def motion_of(mp: Any, scene: Scene, row: int) -> Motion:
         mp.prec = bits
         setting = read_setting(mp, scene, row)
         finer = timeline(setting, near, None if rougher is None else rougher.choices)
+        if rougher is not None and finer.ended < rougher.ended:
+            # The rougher motion is too rough to be followed.
+            finer = timeline(setting, near)
         if rougher is not None and (bits == PRECISIONS[-1] or _agree(setting, rougher, finer)):
             return Motion(setting, finer, rougher, bits)
         rougher = finer

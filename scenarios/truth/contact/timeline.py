@@ -102,7 +102,7 @@ class Builder:
         self.choices: list[Choice] = []
         # Speeds along the normal that count as none: as rounded inputs leave them, or our own rounding.
         self.by_inputs = True
-        self._fastest = setting.mp.zero
+        self._fastest = setting.mp.sqrt(length(setting.mp, setting.gravity) * setting.reach)
         # The flight that `choose` has found, with the instant of its contact, until it is followed.
         self.found: tuple[Flight, Any] | None = None
         # The same of a motion about points that stay; and why the motion ends after the phase that has just ended.
@@ -123,7 +123,10 @@ class Builder:
             if choice.kind == ENDS:
                 several = (choice.points, pose) if choice.points else None
                 return Timeline(self.phases, self.events, self.choices, time, choice.why, several)
-            pose, time = FOLLOW[choice.kind](self, pose, time, until, choice)
+            try:
+                pose, time = FOLLOW[choice.kind](self, pose, time, until, choice)
+            except NoContactFound as why:
+                return Timeline(self.phases, self.events, self.choices, time, str(why))
             if time > self.last or (time == self.last and not blows):
                 return Timeline(self.phases, self.events, self.choices, setting.mp.inf, "")
         return Timeline(self.phases, self.events, self.choices, time, "its phases are too many")
