@@ -23,7 +23,7 @@ FRICTIONLESS, SLIPS, STICKS, REVERSES = "frictionless", "slips", "sticks", "slip
 class Impact(NamedTuple):
     """What an impact did: impulse [N s], (3,), world; the point's velocity before and after [m/s], (3,); the pose after;
 
-    modes, in order: of FRICTIONLESS, SLIPS, STICKS, REVERSES; energy_lost [J], negative where the law adds some, as
+    modes, in order: of FRICTIONLESS, SLIPS, STICKS, REVERSES, which is slip against its first direction; energy_lost [J], negative where the law adds some, as
     Newton's restitution with friction can: Kane & Levinson, "Dynamics" (1985), section 5.8.
     """
 
@@ -85,7 +85,8 @@ def _with_friction(setting: Setting, K: Numbers, u: Numbers) -> tuple[Numbers, t
         gauge, constant = _normal_velocity(K, u)
         slid, reached = flow.until(gauge, constant - target)
         if reached:
-            return np.array((target, *slid.velocity)), modes
+            back = (REVERSES,) if slid.velocity @ u[1:] < 0 else ()
+            return np.array((target, *slid.velocity)), modes + back
         rising = gauge @ np.array((*slid.velocity, slid.passed)) + constant
     friction = sticking_friction(drift, matrix)
     if friction @ friction <= mu * mu:
