@@ -85,7 +85,8 @@ def in_doubles(near: Setting, pose: Pose) -> Pose:
 
 def _sphere_meets(setting: Setting, pose: Pose) -> Any:
     """Return after what time the sphere's lowest point falls to the plane, None where it never does."""
-    height, rate = setting.gaps(pose)[0], pose.v @ setting.normal
+    # What has just left the plane is on it: below by rounding, it would seem never to fall.
+    height, rate = max(setting.gaps(pose)[0], 0 * setting.reach), pose.v @ setting.normal
     pull = setting.gravity @ setting.normal
     square = rate * rate - 2 * pull * height
     if square < 0 or (rate >= 0 and pull >= 0):
