@@ -19,16 +19,19 @@ from scenarios.format import (
     RayTable,
     Refused,
     RigidTable,
+    SphereTable,
 )
 from scenarios.frames import Array, quaternion_product, rotation_matrix, vertices
 from scenarios.impulse import RayMissed, jump
-from scenarios.scene import Body, Drag, Floor, Impulse, Ray, Scene, Tether, Written, WrittenBlow, frozen_array
+from scenarios.scene import Body, Drag, Floor, Impulse, Plane, Ray, Scene, Tether, Written, WrittenBlow, frozen_array
 from scenarios.surface import read_surface
 
 MOST_STEPS = 1e9
 ROUNDING = 1e-12  # relative: how far a tensor may be from symmetric, or from A + B >= C
 UNIT = 4 * sys.float_info.epsilon  # how far the square of a unit vector of rounded numbers may be from 1
 SMALLEST = sys.float_info.min  # below which a float has not all its digits
+# Of the body's size and distances: how far a body that touches a plane may be from it as its numbers are rounded.
+TOUCHING = 2.0**-46
 LANDINGS = ("point", "vertex", "point_body", "ray")
 BLOW_SPREADS = ("magnitude", "cone", "point")
 
@@ -55,10 +58,14 @@ def scene_from(file: File, path: Path, flown: bool) -> Scene:
         blows=tuple(map(_written_blow, impulses, file.impulse)),
         normal=pulls["floor"].normal if pulls["floor"] else None,
         file_normal=None if file.floor is None else frozen_array(file.floor.normal),
+        plane_normal=pulls["plane"].normal if pulls["plane"] else None,
+        file_plane_normal=None if file.plane is None else frozen_array(file.plane.normal),
     )
     if file.ensemble:
         start = _throws(file.ensemble, start, impulses, body)
         impulses = [impulse for impulse in impulses if impulse.time > 0]
+    if pulls["plane"]:
+        _refuse_below(pulls["plane"], body, start)
     return Scene(
         name=path.stem,
         title=file.title,
@@ -93,12 +100,15 @@ def _times(file: File, flown: bool) -> Array:
     return frozen_array(times)
 
 
-def _body(table: BoxTable | MeshTable | RigidTable, folder: Path) -> tuple[Body, Array | None]:
-    """Return the body in its principal axes, and its points as the file gives them, (n, 3), None for a box."""
-    size, file_points, where = None, None, ("body",)
+def _body(table: BoxTable | MeshTable | RigidTable | SphereTable, folder: Path) -> tuple[Body, Array | None]:
+    """Return the body in its principal axes, and its points as the file gives them, (n, 3), None for a box or sphere."""
+    size, radius, file_points, where = None, None, None, ("body",)
     if isinstance(table, BoxTable):
         size = frozen_array(table.size)
         points, faces, tensor = mass.box_corners(size), mass.BOX_FACES, mass.box(table.mass, size).tensor
+    elif isinstance(table, SphereTable):
+        radius, faces = table.radius, np.empty((0, 3), dtype=int)
+        points, tensor = mass.sphere_points(radius), mass.sphere(table.mass, radius).tensor
     elif isinstance(table, MeshTable):
         file_points, points, faces, tensor = _solid(table, folder)
     else:
@@ -107,7 +117,8 @@ def _body(table: BoxTable | MeshTable | RigidTable, folder: Path) -> tuple[Body,
     moments, file_axes = _principal(tensor, where)
     points = frozen_array(points @ rotation_matrix(file_axes).T)
     shape = str(table.__struct_config__.tag)
-    return Body(shape, table.mass, moments, points, frozen_array(faces, int), size, file_axes), file_points
+    faces = frozen_array(faces, int)
+    return Body(shape, table.mass, moments, points, faces, size, file_axes, radius), file_points
 
 
 def _principal(tensor: Array, where: Keys) -> tuple[Array, Array]:
@@ -252,7 +263,10 @@ def _landing(table: ImpulseTable, keys: Keys, body: Body) -> dict[str, Any]:
 
 def _ray(table: RayTable, keys: Keys, body: Body) -> Ray:
     if not len(body.faces):
-        raise Refused(keys, "must meet a surface, and a rigid body has none: give a point or a vertex")
+        has_none = (
+            "rays meet boxes and meshes only" if body.radius else "must meet a surface, and a rigid body has none"
+        )
+        raise Refused(keys, f"{has_none}: give a point or a vertex")
     return Ray(frozen_array(table.origin), _unit(table.direction, (*keys, "direction")))
 
 
@@ -286,10 +300,31 @@ def _floor(file: File, body: Body) -> Floor | None:
     return Floor(table.height, normal, table.stiffness, table.damping) if table.stiffness or table.damping else None
 
 
+def _plane(file: File, body: Body) -> Plane | None:
+    if file.plane is None:
+        return None
+    table, normal = file.plane, _unit(file.plane.normal, ("plane", "normal"))
+    return Plane(frozen_array(table.point), normal, table.restitution, table.friction)
+
+
+def _refuse_below(plane: Plane, body: Body, start: Array) -> None:
+    """Raise Refused where a body starts below the plane by more than rounding."""
+    points = vertices(start, body.points)
+    heights = (points - plane.point) @ plane.normal
+    if body.radius is not None:
+        heights = heights[:, :1] - body.radius
+    rounded = TOUCHING * (body.reach + float(np.abs(points).max()) + float(np.abs(plane.point).max()))
+    if heights.min() < -rounded:
+        raise Refused(
+            ("plane",), f"must lie below the body at the start, which reaches {-heights.min():.3g} m under it", False
+        )
+
+
 # The forces of a Scene, each made from the file and the body.
 PULLS: dict[str, Callable[[File, Body], Any]] = {
     "gravity": _gravity,
     "tethers": _tethers,
     "drag": _drag,
     "floor": _floor,
+    "plane": _plane,
 }

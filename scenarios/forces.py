@@ -88,7 +88,13 @@ FLOOR = Law(
     stiffness=lambda floor, scene: floor.stiffness * len(scene.body.points),
     numbers={"floor stiffness [N/m]": "stiffness", "floor damping [N s/m]": "damping"},
 )
-LAWS = (GRAVITY, TETHER, DRAG, FLOOR)
+PLANE = Law(
+    "plane",
+    "plane",
+    takes=lambda plane: plane.restitution < 1 or plane.friction > 0,
+    turns=lambda plane: True,
+)
+LAWS = (GRAVITY, TETHER, DRAG, FLOOR, PLANE)
 
 
 def acting(scene: Any) -> tuple[Law, ...]:

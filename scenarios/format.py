@@ -38,7 +38,7 @@ Times = Annotated[
     list[Number],
     Meta(min_length=1, max_length=MOST_SAMPLES, description=f"a list of 1 to {MOST_SAMPLES} numbers"),
 ]
-Shape = Annotated[str, Meta(description="'box', 'mesh' or 'rigid'")]
+Shape = Annotated[str, Meta(description="'box', 'mesh', 'rigid' or 'sphere'")]
 
 ORIGIN = (0.0, 0.0, 0.0)
 
@@ -84,6 +84,12 @@ class RigidTable(BodyTable, tag="rigid", kw_only=True):
 
     inertia: Annotated[Tensor, _key("kg m2", "tensor about the centre of mass, A + B >= C")]
     points: Annotated[Points, _key("m", "what is compared as vertices, from the centre of mass")]
+
+
+class SphereTable(BodyTable, tag="sphere", kw_only=True):
+    """A uniform sphere, shape = "sphere"; its points are the centre and the six ends of its axes."""
+
+    radius: Annotated[Positive, _key("m", "radius")]
 
 
 class RayTable(_Table):
@@ -135,6 +141,15 @@ class FloorTable(_Table):
     damping: Annotated[NotNegative, _key("N s/m", "c")] = 0.0
 
 
+class PlaneTable(_Table, kw_only=True):
+    """A rigid plane: Newton's restitution and Coulomb's friction, both of the pair of body and plane."""
+
+    point: Annotated[Vector, _key("m", "any point of the plane, world axes")] = ORIGIN
+    normal: Annotated[Vector, _key("", "of any length, world axes, towards the body's side")] = (0.0, 1.0, 0.0)
+    restitution: Annotated[Share, _key("", "e: normal velocity after an impact over that before it, reversed")]
+    friction: Annotated[NotNegative, _key("", "mu: greatest friction over normal force, at rest and sliding")]
+
+
 class EnsembleTable(_Table):
     """Many throws of the one body around the one that is written, which is throw 0."""
 
@@ -152,7 +167,7 @@ class File(_Table, kw_only=True):
     title: Annotated[Text, _key("", "one line")]
     duration: Annotated[Positive, _key("s", "of the flight")]
     step: Annotated[Positive, _key("s", "flown where no other is asked for; only grading needs none")] | None = None
-    body: BoxTable | MeshTable | RigidTable
+    body: BoxTable | MeshTable | RigidTable | SphereTable
     source: Annotated[Text, _key("", "where the case comes from")] = ""
     times: Annotated[Times, _key("s", "when the flight is looked at; or samples")] | None = None
     samples: Annotated[Count, _key("", "so many equal intervals instead of times")] | None = None
@@ -161,6 +176,7 @@ class File(_Table, kw_only=True):
     tether: Annotated[list[TetherTable], Meta(description="tables headed [[tether]]")] = []
     drag: DragTable | None = None
     floor: FloorTable | None = None
+    plane: PlaneTable | None = None
     ensemble: EnsembleTable | None = None
 
 

@@ -49,6 +49,17 @@ def box_corners(size: Array) -> Array:
     return np.array(list(product((-1, 1), repeat=3))) * (np.asarray(size, dtype=float) / 2)
 
 
+def sphere(mass: float, radius: float) -> Solid:
+    """Return the mass properties of a uniform sphere about its middle; mass [kg], radius [m]."""
+    return Solid(4 / 3 * np.pi * radius**3, np.zeros(3), 2 / 5 * mass * radius**2 * np.eye(3))
+
+
+def sphere_points(radius: float) -> Array:
+    """Return the centre of a sphere and the ends of its axes [m], (7, 3): 1 is -x, 2 is +x, then y and z."""
+    ends = [sign * axis for axis in np.eye(3) for sign in (-1, 1)]
+    return radius * np.array([np.zeros(3), *ends])
+
+
 def mesh(mass: float, points: Array, faces: np.ndarray) -> Solid:
     """Return the mass properties of the uniform solid inside a closed surface of triangles.
 

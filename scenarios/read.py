@@ -18,6 +18,8 @@ from scenarios.refusal import UsersError
 from scenarios.scene import Scene
 
 CATALOGUE = Path(__file__).parent / "catalogue"
+# Scenes above a rigid plane, which no engine here simulates yet: read by name, listed apart.
+CONTACT = CATALOGUE / "contact"
 
 
 class BadScene(UsersError):
@@ -27,6 +29,11 @@ class BadScene(UsersError):
 def catalogue() -> list[str]:
     """Return the names of the scenes that come with Tumble."""
     return sorted(path.stem for path in CATALOGUE.glob("*.toml"))
+
+
+def contact_catalogue() -> list[str]:
+    """Return the names of the scenes above a rigid plane that come with Tumble."""
+    return sorted(path.stem for path in CONTACT.glob("*.toml"))
 
 
 def read_scene(name_or_path: str, flown: bool = True) -> Scene:
@@ -66,10 +73,10 @@ def scene_path(name_or_path: str) -> Path:
     """Return the file of a scene of the catalogue, or that path.  Raises BadScene for a name that is unknown."""
     if name_or_path.endswith(".toml") or any(sep in name_or_path for sep in (os.sep, os.altsep) if sep):
         return Path(name_or_path)
-    names = catalogue()
-    if name_or_path not in names:
-        raise BadScene(f"unknown scene {short(name_or_path)}: {nearest(name_or_path, names)}")
-    return CATALOGUE / f"{name_or_path}.toml"
+    names, on_plane = catalogue(), contact_catalogue()
+    if name_or_path not in (*names, *on_plane):
+        raise BadScene(f"unknown scene {short(name_or_path)}: {nearest(name_or_path, (*names, *on_plane))}")
+    return (CONTACT if name_or_path in on_plane else CATALOGUE) / f"{name_or_path}.toml"
 
 
 def scene_text(path: Path, shown: str) -> str:

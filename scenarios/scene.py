@@ -39,7 +39,7 @@ class Body(_Frozen):
 
     mass [kg]; moments: principal moments of inertia [kg m2], (3,); points: vertices [m], (n, 3), body axes;
     faces: triangles as indices into points, counter-clockwise from outside, (m, 3), empty where there is no surface;
-    size: full edges of a box [m], (3,), else None; file_axes: the axes the scene file speaks in, as a quaternion
+    size: full edges of a box [m], (3,), else None; radius: of a sphere [m], else None; file_axes: the axes the scene file speaks in, as a quaternion
     file axes -> principal axes, (4,): the identity for a box, or where the file's axes are principal already.
     """
 
@@ -50,6 +50,7 @@ class Body(_Frozen):
     faces: np.ndarray
     size: Array | None = None
     file_axes: Array = field(default_factory=lambda: frozen_array((1.0, 0.0, 0.0, 0.0)))
+    radius: float | None = None
 
     @property
     def reach(self) -> float:
@@ -116,6 +117,19 @@ class Floor(_Frozen):
 
 
 @dataclass(frozen=True, eq=False)
+class Plane(_Frozen):
+    """A rigid plane below the body: Newton's restitution and Coulomb's friction of the pair of body and plane.
+
+    point [m], (3,), world; normal: unit, (3,), world, towards the body's side; restitution: 0 to 1; friction: >= 0.
+    """
+
+    point: Array
+    normal: Array
+    restitution: float
+    friction: float
+
+
+@dataclass(frozen=True, eq=False)
 class WrittenBlow(_Frozen):
     """An impulse as the file gives it, and what was made of it; None is what the file does not give.
 
@@ -135,8 +149,8 @@ class Written(_Frozen):
     """Numbers of the scene file that a Scene has only in other axes, or as what follows from them, rounded.
 
     Each counts as long as the Scene still has what was made of it: `dataclasses.replace` may change the rest.
-    body, start, (13,), normal, (3,): what was made.  inertia [kg m2], (3, 3), points [m], (n, 3): along the file's
-    axes, of a mesh from the file's origin; None for a box.  orientation, (4,), and file_normal, (3,): of any length.
+    body, start, (13,), normal, (3,), of the floor, plane_normal, (3,): what was made.  inertia [kg m2], (3, 3), points [m], (n, 3): along the file's
+    axes, of a mesh from the file's origin; None for a box.  orientation, (4,), file_normal and file_plane_normal, (3,): of any length.
     """
 
     body: Body
@@ -147,6 +161,8 @@ class Written(_Frozen):
     blows: tuple[WrittenBlow, ...]
     normal: Array | None
     file_normal: Array | None
+    plane_normal: Array | None = None
+    file_plane_normal: Array | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,6 +189,7 @@ class Scene(_Frozen):
     tethers: tuple[Tether, ...] = ()
     drag: Drag | None = None
     floor: Floor | None = None
+    plane: Plane | None = None
 
     @property
     def is_free(self) -> bool:

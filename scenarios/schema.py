@@ -8,7 +8,7 @@ import msgspec
 from msgspec import inspect
 
 from scenarios import format as scene_format
-from scenarios.format import BodyTable, BoxTable, File, MeshTable, RayTable, RigidTable
+from scenarios.format import BodyTable, BoxTable, File, MeshTable, RayTable, RigidTable, SphereTable
 
 # The tables in the order in which a file has them, and how their heads are written.
 TABLES: dict[str, type] = {
@@ -17,11 +17,13 @@ TABLES: dict[str, type] = {
     '[body], shape = "box"': BoxTable,
     '[body], shape = "mesh"': MeshTable,
     '[body], shape = "rigid"': RigidTable,
+    '[body], shape = "sphere"': SphereTable,
     "[[impulse]]": scene_format.ImpulseTable,
     "ray = { ... } of an [[impulse]]": RayTable,
     "[[tether]]": scene_format.TetherTable,
     "[drag]": scene_format.DragTable,
     "[floor]": scene_format.FloorTable,
+    "[plane]": scene_format.PlaneTable,
     "[ensemble]": scene_format.EnsembleTable,
 }
 

@@ -24,6 +24,7 @@ from scenarios.truth.throw import Throw, read_throw
 
 if TYPE_CHECKING:
     from scenarios.truth.bulk.flight import Flights
+    from scenarios.truth.contact.record import ContactRecord
 
 # So many throws take longer one by one than compiled code takes to load.
 MANY, MANY_INSTANTS = 64, 400
@@ -48,6 +49,7 @@ class Truth:
     how: exact, by the closed form, or by which integration;
     horizon: until when every throw is known to a millionth of the body, or to 1e-12 of its distance [s]: the last such
     row, infinite where all are; why: what ends it.  Rows that could not be worked out are nan, their bound infinite.
+    contacts: what each throw of a scene with a plane does there.
     """
 
     times: Array
@@ -58,6 +60,7 @@ class Truth:
     how: str
     horizon: float = np.inf
     why: str = ""
+    contacts: "tuple[ContactRecord, ...]" = ()
 
     @property
     def limit(self) -> Array:
@@ -92,11 +95,17 @@ def truth(scene: Scene, floor: bool = True, tell: Tell = lambda share: None) -> 
 
     # A context of our own: whoever else uses mpmath keeps its precision.
     mp = MPContext()
+    contacts: tuple[ContactRecord, ...] = ()
     try:
-        told, how, why = _told(mp, scene, floor, tell)
+        if scene.plane is None:
+            told, how, why = _told(mp, scene, floor, tell)
+        else:
+            from scenarios.truth.contact.answer import on_plane
+
+            told, how, why, contacts = on_plane(mp, scene, floor, tell)
     except OverflowError:
         raise NoTruth("the true flight cannot be told: its numbers leave the range of doubles") from None
-    answer = Truth(scene.rows, *told, how=" / ".join(dict.fromkeys(how)))
+    answer = Truth(scene.rows, *told, how=" / ".join(dict.fromkeys(how)), contacts=contacts)
     return _until_horizon(answer, scene, " / ".join(dict.fromkeys(filter(None, why))))
 
 

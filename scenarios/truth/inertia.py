@@ -39,6 +39,11 @@ def box(mass: Fraction, size: Numbers) -> Solid:
     return Solid(mass, _zeros(3), _tensor(mass, np.diag(size * size / 12)))
 
 
+def sphere(mass: Fraction, radius: Fraction) -> Solid:
+    """Return a uniform sphere about its middle; mass [kg], radius [m]."""
+    return Solid(mass, _zeros(3), mass * radius * radius * Fraction(2, 5) * identity())
+
+
 def mesh(mass: Fraction, points: Numbers, faces: np.ndarray) -> Solid:
     """Return the uniform solid inside a closed surface; points: [m], (n, 3), faces: (m, 3), all turning the same way.
 

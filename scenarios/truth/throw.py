@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from scenarios.scene import Impulse, Scene, Tether, Written, WrittenBlow
-from scenarios.truth.inertia import Numbers, Solid, box, identity, mesh, square_root
+from scenarios.truth.inertia import Numbers, Solid, box, identity, mesh, sphere, square_root
 from scenarios.truth.rational import Fraction
 
 Read = Callable[[float], Fraction]
@@ -138,6 +138,10 @@ def _read_body(scene: Scene, read: Read) -> tuple[Solid, Numbers, Numbers]:
         mass = read(float(body.mass))
         return Solid(mass, 0 * tensor[0], tensor), exact_numbers(body.points, read), identity()
     mass, state_axes = read(float(body.mass)), exact_axes(exact_numbers(body.file_axes))
+    if body.radius is not None:
+        radius = read(float(body.radius))
+        ends = np.array([[int(np.sign(number)) for number in point] for point in body.points], dtype=object)
+        return sphere(mass, radius), ends * radius, state_axes
     if written.points is None:
         assert body.size is not None
         size = exact_numbers(body.size, read)

@@ -171,6 +171,7 @@ def test_two_tethers_are_there_if_one_of_them_pulls(read):
 
 def test_the_names_of_forces_come_first_and_in_order(read):
     every = "[[tether]]\nvertex = 0\nanchor = [0, 9, 0]\nstiffness = 5\n[drag]\nlinear = 1\n[floor]\nstiffness = 1e4\n"
+    every += "[plane]\npoint = [0, -9, 0]\nrestitution = 0\nfriction = 0\n"
     assert needs(read(BRICK + every, GRAVITY))[: len(FORCES)] == FORCES
 
 

@@ -196,7 +196,8 @@ def test_every_force_arrives_with_its_numbers(read):
     scene = read(
         f"{BOX}[[tether]]\nvertex = 7\nanchor = [0, 2, 0]\nstiffness = 80\ndamping = 0.6\nrest_length = 0.25\n"
         "[drag]\nlinear = 0.3\nangular = 0.02\n"
-        "[floor]\nheight = -1\nstiffness = 2e4\ndamping = 15\nnormal = [0, 0, 4]\n",
+        "[floor]\nheight = -1\nstiffness = 2e4\ndamping = 15\nnormal = [0, 0, 4]\n"
+        "[plane]\npoint = [0, -5, 0]\nnormal = [0, 3, 4]\nrestitution = 0.5\nfriction = 0.3\n",
         before="gravity = [0, -9.81, 0]\n",
     )
     (tether,) = scene.tethers
@@ -208,6 +209,9 @@ def test_every_force_arrives_with_its_numbers(read):
     assert scene.floor is not None
     assert (scene.floor.height, scene.floor.stiffness, scene.floor.damping) == (-1, 2e4, 15)
     assert scene.floor.normal.tolist() == [0, 0, 1]
+    assert scene.plane is not None
+    assert (scene.plane.point.tolist(), scene.plane.normal.tolist()) == ([0, -5, 0], [0, 0.6, 0.8])
+    assert (scene.plane.restitution, scene.plane.friction) == (0.5, 0.3)
     assert needs(scene) == (*FORCES, "rotation", "gyroscopic")
 
 
