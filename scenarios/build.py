@@ -101,7 +101,7 @@ def _times(file: File, flown: bool) -> Array:
 
 
 def _body(table: BoxTable | MeshTable | RigidTable | SphereTable, folder: Path) -> tuple[Body, Array | None]:
-    """Return the body in its principal axes, and its points as the file gives them, (n, 3), None for a box or sphere."""
+    """Return the body in its principal axes, and its points as the file has them, (n, 3), None for a box or sphere."""
     size, radius, file_points, where = None, None, None, ("body",)
     if isinstance(table, BoxTable):
         size = frozen_array(table.size)

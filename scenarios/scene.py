@@ -39,8 +39,9 @@ class Body(_Frozen):
 
     mass [kg]; moments: principal moments of inertia [kg m2], (3,); points: vertices [m], (n, 3), body axes;
     faces: triangles as indices into points, counter-clockwise from outside, (m, 3), empty where there is no surface;
-    size: full edges of a box [m], (3,), else None; radius: of a sphere [m], else None; file_axes: the axes the scene file speaks in, as a quaternion
-    file axes -> principal axes, (4,): the identity for a box, or where the file's axes are principal already.
+    size: full edges of a box [m], (3,), else None; radius: of a sphere [m], else None; file_axes: the axes the scene
+    file speaks in, as a quaternion file axes -> principal axes, (4,): the identity for a box, or where the file's axes
+    are principal already.
     """
 
     shape: str
@@ -149,8 +150,9 @@ class Written(_Frozen):
     """Numbers of the scene file that a Scene has only in other axes, or as what follows from them, rounded.
 
     Each counts as long as the Scene still has what was made of it: `dataclasses.replace` may change the rest.
-    body, start, (13,), normal, (3,), of the floor, plane_normal, (3,): what was made.  inertia [kg m2], (3, 3), points [m], (n, 3): along the file's
-    axes, of a mesh from the file's origin; None for a box.  orientation, (4,), file_normal and file_plane_normal, (3,): of any length.
+    body, start, (13,), normal, (3,), of the floor, plane_normal, (3,): what was made.  inertia [kg m2], (3, 3), points
+    [m], (n, 3): along the file's axes, of a mesh from the file's origin; None for a box.  orientation, (4,),
+    file_normal and file_plane_normal, (3,): of any length.
     """
 
     body: Body

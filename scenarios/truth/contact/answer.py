@@ -18,7 +18,7 @@ HOW = "exact: closed forms between events, certified instants, Taylor series in 
 def on_plane(
     mp: Any, scene: Scene, with_input_error: bool, progress: Tell
 ) -> tuple[list[Array], list[str], list[str], tuple[ContactRecord, ...]]:
-    """Return states, vertices, bound and input error of all throws, how they were made, why some end, and their records.
+    """Return states, vertices, bound and input error of all throws, how they were made, why some end, and records.
 
     Raises NoTruth, RayMissed.
     """

@@ -2,8 +2,9 @@
 
 The first contact is found in doubles by conservative advancement: no point's height can fall faster than its velocity
 and a bound of its acceleration let it, so steps that stay above that parabola pass no contact (Mirtich & Canny,
-"Impulse-based simulation of rigid bodies", I3D (1995) 181).  From where a point is as near as doubles can tell, Newton's
-steps give the instant with all digits; that there is one root, and where, is Kantorovich's condition with the same bound.
+"Impulse-based simulation of rigid bodies", I3D (1995) 181).  From where a point is as near as doubles can tell,
+Newton's steps give the instant with all digits; that there is one root, and where, is Kantorovich's condition with the
+same bound.
 """
 
 from typing import Any, NamedTuple
@@ -53,7 +54,7 @@ class Meeting(NamedTuple):
 
 
 def meeting(setting: Setting, near: Setting, flight: Flight, pose: Pose, until: Any) -> Meeting | None:
-    """Return the first contact of a flight from a pose that does not approach the plane, None if none before an instant.
+    """Return the first contact of a flight from a pose not approaching the plane, None if none before an instant.
 
     near: the same setting in doubles.  Raises NoContactFound.
     """
@@ -98,7 +99,7 @@ def _sphere_meets(setting: Setting, pose: Pose) -> Any:
 
 
 def _advance(near: Setting, pose: Pose, until: float) -> tuple[list[int], float] | None:
-    """Return the points that come as near as doubles can tell, and when after the start; None if none before an instant."""
+    """Return the points that come as near as doubles can tell, and when; None if none before an instant."""
     flight = Flight(near, pose, 0.0)
     normal, reach = near.normal.astype(float), float(near.reach)
     pull = float(near.gravity @ near.normal)

@@ -156,8 +156,8 @@ def rock(setting: Setting, pose: Pose, old: tuple[int, ...], new: tuple[int, ...
     """Return what the landing on a second edge does, without restitution, where friction holds it; None elsewhere.
 
     The moment of momentum about the new edge stays, and the old one leaves the plane: Housner, "The behavior of
-    inverted pendulum structures during earthquakes", Bull. Seism. Soc. Am. 53 (1963) 403, eq. 5.  Where it would not leave, a
-    squat block, both hold and the body is at rest.
+    inverted pendulum structures during earthquakes", Bull. Seism. Soc. Am. 53 (1963) 403, eq. 5.  Where it would not
+    leave, a squat block, both hold and the body is at rest.
     """
     before = edge_of(setting, pose, old)
     turned = pose._replace(v=0 * pose.v, w_world=0 * pose.w_world)

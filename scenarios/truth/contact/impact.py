@@ -2,8 +2,9 @@
 
 The impulse P along the normal grows from zero; the velocity u of the point changes by K per impulse, K = 1/m + the
 lever's share of the inverse inertia, and friction is mu against the slip while there is slip, at most mu without.
-The impact is over when u_n = -e u_n(0).  Sources: Routh, "Dynamics of a System of Rigid Bodies", Elementary Part (1905),
-arts. 181-198, for motion in a plane; Keller, J. Appl. Mech. 53 (1986) 1, and Bhatt & Koechling, J. Appl. Mech. 62 (1995) 893, in space.
+The impact is over when u_n = -e u_n(0).  Sources: Routh, "Dynamics of a System of Rigid Bodies", Elementary Part
+(1905), arts. 181-198, for motion in a plane; Keller, J. Appl. Mech. 53 (1986) 1, and Bhatt & Koechling, J. Appl. Mech.
+62 (1995) 893, in space.
 K is positive definite, so every impact ends: Chatterjee & Ruina, J. Appl. Mech. 65 (1998) 939.
 """
 
@@ -21,10 +22,12 @@ FRICTIONLESS, SLIPS, STICKS, REVERSES = "frictionless", "slips", "sticks", "slip
 
 
 class Impact(NamedTuple):
-    """What an impact did: impulse [N s], (3,), world; the point's velocity before and after [m/s], (3,); the pose after;
+    """What an impact did.
 
-    modes, in order: of FRICTIONLESS, SLIPS, STICKS, REVERSES, which is slip against its first direction; energy_lost [J], negative where the law adds some, as
-    Newton's restitution with friction can: Kane & Levinson, "Dynamics" (1985), section 5.8.
+    impulse [N s], (3,), world; the point's velocity before and after [m/s], (3,); the pose after;
+    modes, in order: of FRICTIONLESS, SLIPS, STICKS, REVERSES, which is slip against its first direction; energy_lost
+    [J], negative where the law adds some, as Newton's restitution with friction can: Kane & Levinson, "Dynamics"
+    (1985), section 5.8.
     """
 
     impulse: Numbers

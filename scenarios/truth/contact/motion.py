@@ -67,7 +67,7 @@ class Changed(NamedTuple):
 
 
 def changed_timelines(mp: Any, scene: Scene, row: int, motion: Motion) -> list[Changed]:
-    """Return the motions of PATTERNS changes of every number: in doubles where those are in proportion, else as they are."""
+    """Return the motions of PATTERNS changes of each number: in doubles where those are in proportion, else as is."""
     fp = _doubles()
     try:
         plain = _changed(fp, scene, row, motion, Fraction, 0.0)

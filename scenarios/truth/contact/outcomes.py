@@ -151,7 +151,7 @@ def _together(setting: Setting, found: OutcomeSet) -> Array:
 
 
 def _with_friction(after: Array, found: OutcomeSet, impulses: Array) -> Array:
-    """Return the velocity with friction of the normal impulses, sticking where the cone allows it, by fixed-point steps."""
+    """Return the velocity with friction of the normal impulses, sticking where the cone allows it, by iteration."""
     normal, inverse, along = found._normal, found._inverse, np.eye(3) - np.outer(found._normal, found._normal)
     friction = np.zeros((len(found._arms), 3))
     jacobians = [np.hstack((along, -along @ _skew(arm))) for arm in found._arms]

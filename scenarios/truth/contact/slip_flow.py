@@ -3,7 +3,8 @@
     ds/dP = d - M s/|s|,  s and d in the plane, (2,), M symmetric and positive definite, (2, 2).
 
 In an impact P is the impulse along the normal, d and M are blocks of the contact's inverse inertia (Keller, "Impact
-with friction", J. Appl. Mech. 53 (1986) 1).  Of a body that slides on an incline P is time, d is gravity along the plane.
+with friction", J. Appl. Mech. 53 (1986) 1).  Of a body that slides on an incline P is time, d is gravity along the
+plane.
 
 With r = |s| and dP = r dT it is linear but for r, and homogeneous, so that every step can begin at r = 1:
 
@@ -77,7 +78,8 @@ class SlipFlow:
     """The flow from a sliding velocity that is not zero.
 
     mp: context at the working precision; drift: d, (2,); friction: M, (2, 2); start: s, (2,); with_path: whether the
-    integral of s over P is wanted; rider: what else is a series in T, and must have converged at a step's end.  steady: whether the direction of s keeps itself, so that s is a line in P; bits: of the whole numbers.
+    integral of s over P is wanted; rider: what else is a series in T, and must have converged at a step's end.  steady:
+    whether the direction of s keeps itself, so that s is a line in P; bits: of the whole numbers.
     """
 
     def __init__(
@@ -106,7 +108,7 @@ class SlipFlow:
         self._steps: list[Step] = []
 
     def until(self, gauge: Numbers, constant: Any) -> tuple[Sliding, bool]:
-        """Return the slip where gauge @ (s1, s2, P) + constant first rises to zero, and True; or else its end, and False.
+        """Return the slip where gauge @ (s1, s2, P) + constant first rises to zero, and True; else its end, and False.
 
         gauge: (3,); constant: below zero, and so is what it makes at the start.
         """
@@ -234,14 +236,14 @@ class SlipFlow:
         # Steps that no polynomial of this slope can rise within.
         while below < -NEAR * steepest * end:
             T -= below / steepest
-            if T >= end:
+            if end <= T:
                 return None
             below = float(np.polyval(values, T))
         whole, last = int(ldexp(T, self.bits)), duration << self.bits >> GRAIN
         return self._zero(series, whole, last) if self.value(series, last) >= 0 or below > 0 else None
 
     def _zero(self, series: list[int], guess: int, last: int) -> int:
-        """Return where a polynomial rises through zero, from a guess just before it, by Newton's and halving's steps."""
+        """Return where a polynomial rises through zero, from a guess just before it, by Newton's steps and halving."""
         low, high, T = 0, last, guess
         slopes = [k * number for k, number in enumerate(series)][1:]
         for _ in range(2 * self.bits):

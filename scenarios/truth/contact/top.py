@@ -5,8 +5,8 @@ z, the cosine of the axis' angle from the vertical, swings between two roots of 
     z'^2 = (1 - z^2)(alpha - beta z) - (b - a z)^2 = beta (z - z1)(z2 - z)(z3 - z),   z = z1 + (z2 - z1) sn^2(u),
 
 and the axis turns about the vertical by the integral of (b - a z) / (1 - z^2), two integrals of the third kind.
-Source: Whittaker, "A Treatise on the Analytical Dynamics" (1937), sections 71-72; Goldstein (1980), section 5-7; the integrals by Carlson's RJ:
-DLMF 19.25.14.
+Source: Whittaker, "A Treatise on the Analytical Dynamics" (1937), sections 71-72; Goldstein (1980), section 5-7; the
+integrals by Carlson's RJ: DLMF 19.25.14.
 """
 
 from typing import Any

@@ -71,7 +71,9 @@ def test_inclines_hold_slide_roll_and_slip_as_they_should():
     ):
         _, found = record_of(name)
         for axis, value in zip("xyz", down * pull, strict=True):
-            assert found[f"mean acceleration while it {what}, {axis}"].value == pytest.approx(value, rel=1e-14, abs=1e-15)
+            assert found[f"mean acceleration while it {what}, {axis}"].value == pytest.approx(
+                value, rel=1e-14, abs=1e-15
+            )
     record, _ = record_of("box-incline-tips")
     assert record.phases[0].name == "tips"
 
@@ -98,7 +100,10 @@ def test_tipping_takes_the_time_of_the_elliptic_integral():
     end = np.arctan2(*at.states[row, 0, 0:2])
     assert np.hypot(*at.states[row, 0, 0:2]) == pytest.approx(arm, rel=1e-15)
     # From rest: t = integral of da / sqrt(2 k^2 (cos a0 - cos a)), its root taken out by a = a0 + s^2.
-    takes = quad(lambda s: 2 * s / np.sqrt(2 * k2 * (np.cos(start) - np.cos(start + s * s))), 0, np.sqrt(end - start))[0]
+    def inverse_rate(s: float) -> float:
+        return 2 * s / np.sqrt(2 * k2 * (np.cos(start) - np.cos(start + s * s)))
+
+    takes = quad(inverse_rate, 0, np.sqrt(end - start))[0]
     assert takes == pytest.approx(at.times[row], rel=1e-8)
     assert "slip" in record.why
 
@@ -139,7 +144,8 @@ def read_path(name):
 
 def test_a_face_that_lands_flat_is_a_set_of_outcomes(tmp_path):
     text = (
-        'title = "a"\nduration = 1.0\nsamples = 10\nstep = 0.01\ngravity = [0, -9.81, 0]\n[body]\nshape = "box"\nmass = 1\n'
+        'title = "a"\nduration = 1.0\nsamples = 10\nstep = 0.01\ngravity = [0, -9.81, 0]\n'
+        '[body]\nshape = "box"\nmass = 1\n'
         "size = [0.4, 0.2, 0.3]\nposition = [0, 0.6, 0]\n[plane]\nrestitution = 0.5\nfriction = 0.0\n"
     )
     true = truth(scene_of(text, tmp_path / "a.toml", "a"))
@@ -167,7 +173,8 @@ def test_a_face_that_lands_flat_is_a_set_of_outcomes(tmp_path):
 )
 def test_where_the_law_leaves_something_open_the_truth_ends(tmp_path, spin, e, ends):
     text = (
-        'title = "a"\nduration = 1.0\nsamples = 10\nstep = 0.01\ngravity = [0, -9.81, 0]\n[body]\nshape = "box"\nmass = 1\n'
+        'title = "a"\nduration = 1.0\nsamples = 10\nstep = 0.01\ngravity = [0, -9.81, 0]\n'
+        '[body]\nshape = "box"\nmass = 1\n'
         f"size = [0.1, 0.8, 0.1]\nposition = [0, 0.4, 0]\nvelocity = [2, 0, 0]\nangular_velocity = {spin}\n"
         f"[plane]\nrestitution = {e}\nfriction = 0.6\n"
     )
@@ -197,7 +204,9 @@ def test_one_impact_starts_and_ends_on_the_true_motion():
     np.testing.assert_array_equal(found.after, second.after)
     # Back in flight: a parabola.
     t = found.time_s - found.begins_s
-    np.testing.assert_allclose(found.before[0:3], second.before[0:3] - t * second.before[7:10] + (0, -G * t * t / 2, 0), atol=1e-15)
+    np.testing.assert_allclose(
+        found.before[0:3], second.before[0:3] - t * second.before[7:10] + (0, -G * t * t / 2, 0), atol=1e-15
+    )
     with pytest.raises(ValueError, match="no impact 99"):
         one_impact(scene, 0, 99, 0.01, 0.01)
 

@@ -144,7 +144,7 @@ def routh(K, u, mu, e):
 @pytest.mark.parametrize("mu", [0.1, 0.25, 0.4, 0.7, 2.0])
 @pytest.mark.parametrize(("angle", "vx"), [(0.5, 0.3), (0.5, -0.3), (1.2, 0.6), (1.9, -0.2), (0.5, 3.0)])
 def test_in_the_plane_it_is_rouths_closed_form(tmp_path, mu, angle, vx):
-    """A cube, whose corner and velocities lie in the plane z = 0, with its edges askew: the modes of arts. 191 to 197."""
+    """A cube, corner and velocities in the plane z = 0, with its edges askew: the modes of arts. 191 to 197."""
     # The corner (1, 1, 1) laid into the plane by a turn of 45 degrees about x, then turned about z.
     about_x, about_z = (np.cos(np.pi / 8), np.sin(np.pi / 8)), (np.cos(angle), np.sin(angle))
     q = (about_z[0] * about_x[0], about_z[0] * about_x[1], about_z[1] * about_x[1], about_z[1] * about_x[0])
@@ -175,7 +175,7 @@ def test_every_mode_of_an_impact_in_the_plane_is_met():
 
 
 def test_a_slip_that_friction_cannot_hold_comes_back(tmp_path):
-    """A slender rod at 60 degrees with little friction reverses; the energy is told, also where Newton's law adds some."""
+    """A slender rod at 60 degrees with little friction reverses its slip, also where Newton's law adds energy."""
     modes = set()
     for mu in (0.02, 0.1):
         for vx in (-0.1, 0.1):
