@@ -99,6 +99,7 @@ def test_tipping_takes_the_time_of_the_elliptic_integral():
     row = 8
     end = np.arctan2(*at.states[row, 0, 0:2])
     assert np.hypot(*at.states[row, 0, 0:2]) == pytest.approx(arm, rel=1e-15)
+
     # From rest: t = integral of da / sqrt(2 k^2 (cos a0 - cos a)), its root taken out by a = a0 + s^2.
     def inverse_rate(s: float) -> float:
         return 2 * s / np.sqrt(2 * k2 * (np.cos(start) - np.cos(start + s * s)))
