@@ -30,8 +30,8 @@ GUARD = 32
 SPARE = 16
 TERMS_PER_BIT, FEWEST_TERMS = 0.36, 24
 MOST_STEPS = 3000
-# How steps are counted: durations are whole numbers over 2^GRAIN, at most LONGEST.
-GRAIN, LONGEST = 20, 64
+# How steps are counted: durations are whole numbers over 2^GRAIN.
+GRAIN = 20
 # Of what a polynomial can rise by in a step: how near to zero Newton's steps begin.
 NEAR = 1e-6
 # A direction keeps itself where it turns, of the largest rate, by no more than all but this share of the bits says.
@@ -216,12 +216,13 @@ class SlipFlow:
 
     def bearable(self, grown: tuple[list[int], ...]) -> int:
         """Return how long a step may be, over 2^GRAIN: its last terms are below the working precision."""
-        longest = float(LONGEST)
-        for series in grown:
-            for power in (self._order - 1, self._order):
-                size = abs(series[power]).bit_length()
-                if size:
-                    longest = min(longest, 2.0 ** ((self.bits - self._mp.prec - 12 - size) / power))
+        spare = self.bits - self._mp.prec - 12
+        # A term that is nothing may be rounded to it: its size counts as one unit, or a long step makes that large.
+        longest = min(
+            2.0 ** ((spare - max(1, abs(series[power]).bit_length())) / power)
+            for series in grown
+            for power in (self._order - 1, self._order)
+        )
         return max(1, int(ldexp(longest, GRAIN)))
 
     def _first_rise(self, series: list[int], duration: int) -> int | None:
