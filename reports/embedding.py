@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 
 from compare.engines import BY_HAND, OWN
+from reports.hues import places
 from scenarios.frames import quaternion_product
 
 TRUTH = "truth"
@@ -19,6 +20,7 @@ X, V, W = ([f"{name}{axis}{unit}" for axis in "xyz"] for name, unit in (("", "_m
 Q = ["qw", "qx", "qy", "qz"]
 MOMENTUM = [f"l{axis}_kg_m2_s" for axis in (1, 2, 3)]
 FIGURES = ["error_m", "energy_drift", "angular_momentum_drift"]
+OF_RUNS = ("runs.csv", "sweep-runs.csv", "limits.csv", "extremes.csv")
 # A number of many digits that stands there as often, or oftener, is shorter to point at.
 OFTEN = 3
 TRUE = [*X, *Q, *V, *W, *MOMENTUM]
@@ -39,12 +41,19 @@ def data_of(tables: Mapping[str, pd.DataFrame]) -> str:
     whole = {
         "ours": OWN,
         "byHand": BY_HAND,
+        "places": places(taking_part(read)),
         "files": [name for name, table in read.items() if len(table)],
         "tables": {name: embedded(table) for name, table in kept.items()},
         "films": films,
     }
     # In a script element nothing may look like its end.
     return json.dumps(whole, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
+
+
+def taking_part(read: Mapping[str, pd.DataFrame]) -> list[str]:
+    """Return the engines of all tables of runs, in the order in which they stand there."""
+    columns = [read[name]["engine"] for name in OF_RUNS if len(read.get(name, ()))]
+    return list(dict.fromkeys(str(engine) for column in columns for engine in column))
 
 
 def embedded(table: pd.DataFrame) -> dict:

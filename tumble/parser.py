@@ -241,9 +241,7 @@ def parser() -> Parser:
     releases.add_argument("-o", "--output", metavar="DIR", help="keep CSV and Markdown in DIR, and go on from there")
 
     lab = command("lab", "click the die in a browser, and watch all engines fly against the truth")
-    lab.add_argument(
-        "scene", nargs="?", default="two-hits", metavar="SCENE", help=SCENE_HELP + "; default: %(default)s"
-    )
+    lab.add_argument("scene", nargs="?", default="die-ray", metavar="SCENE", help=SCENE_HELP + "; default: %(default)s")
     lab.add_argument("-e", "--engine", action="append", default=[], metavar="ENGINE[:METHOD]", help=ENGINE_HELP)
     lab.add_argument("--port", type=port, default=8080, metavar="N", help="another is taken where it is; default 8080")
     lab.add_argument("--no-open", dest="open", action="store_false", help="do not open the browser")

@@ -14,7 +14,7 @@ import numpy as np
 from playwright.sync_api import Browser, Page, expect
 
 from scenarios.read import read_scene
-from tumble.lab.stage import FIELD_OF_VIEW, eye
+from tumble.lab.eye import FIELD_OF_VIEW, axes, first_view
 
 WIDTH, HEIGHT = 1280, 720
 LISTENING_MS, PATIENCE_MS = 1_000, 180_000  # of a fresh clone, whose kernels are compiled while the first throw waits
@@ -22,6 +22,7 @@ CUBE = "table-4-1-ray"
 # Places on three faces of the cube of 5 m at (0, 2.5, 0), those that the eye sees [m].
 PLACES = {"front": (1.2, 3.4, 2.5), "side": (2.5, 1.6, 0.9), "top": (-0.8, 5.0, 1.3)}
 
+SAVED = "Saved and downloaded: "
 ENDINGS = {"Scene": ".toml", "CSV": "/", "Report": ".html", "Screenshot": ".png"}
 
 
@@ -34,10 +35,10 @@ class Lab(NamedTuple):
 
 
 @contextmanager
-def serving(folder: Path, *words: str) -> Iterator[Lab]:
-    """Run `tumble lab` in a folder and end it as a person does."""
+def serving(folder: Path, *words: str, errors: int = subprocess.DEVNULL) -> Iterator[Lab]:
+    """Run `tumble lab` in a folder and end it as a person does; errors: where its standard error goes."""
     command = [sys.executable, "-P", "-m", "tumble", "lab", "--no-open", *words]
-    with subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as process:
+    with subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE, stderr=errors, text=True) as process:
         try:
             assert process.stdout is not None
             yield Lab(process.stdout.readline().strip(), folder, process)
@@ -85,9 +86,10 @@ class Camera:
         box = page.locator("canvas").first.bounding_box()
         assert box is not None
         self.left, self.top, self.width, self.height = box["x"], box["y"], box["width"], box["height"]
-        self.place, target = eye(read_scene(scene), is_narrow=is_narrow)
+        found = read_scene(scene)
+        self.place, target = first_view(found, is_narrow=is_narrow)
         self.forward = (target - self.place) / np.linalg.norm(target - self.place)
-        self.right = np.cross(self.forward, (0.0, 1.0, 0.0))
+        self.right = np.cross(self.forward, axes(found).up)
         self.right /= np.linalg.norm(self.right)
         self.up = np.cross(self.right, self.forward)
         self.pixels = self.height / 2 / np.tan(FIELD_OF_VIEW / 2)
@@ -121,24 +123,24 @@ def wait_for(what: Callable[[], object]) -> None:
 
 
 def saved(lab: Lab, page: Page, what: str) -> Path:
-    """Press a button under Keep and return the new file or folder once the page says that it is there."""
+    """Press a button under Save and return the new file or folder once the page says that it is there."""
     button = page.get_by_role("button", name=what, exact=True)
     if not button.is_visible():
-        page.get_by_text("Keep", exact=True).click()
+        page.get_by_text("Save and load", exact=True).click()
     button.click()
     said = page.locator("[data-lab=said]")
-    expect(said).to_have_text(re.compile(rf"Written: .*{re.escape(ENDINGS[what])}\s*"), timeout=PATIENCE_MS)
-    return lab.folder / said.inner_text().removeprefix("Written: ").strip().removesuffix("/")
+    expect(said).to_have_text(re.compile(rf"{SAVED}.*{re.escape(ENDINGS[what])}\s*"), timeout=PATIENCE_MS)
+    return lab.folder / said.inner_text().removeprefix(SAVED).strip().removesuffix("/")
 
 
 def over(page: Page) -> None:
-    """Wait until the flight is over and everybody has answered."""
+    """Wait until the throw is over and every contestant has answered."""
     expect(page.get_by_role("button", name="Play")).to_be_visible(timeout=PATIENCE_MS)
-    expect(page.locator("[data-lab=errors]")).not_to_contain_text("flying", timeout=PATIENCE_MS)
+    expect(page.locator("[data-lab=errors]")).not_to_contain_text("running", timeout=PATIENCE_MS)
     expect(page.locator("[data-lab=time]")).to_have_text("0.5", timeout=PATIENCE_MS)
     wait_for(lambda: "\N{EN DASH}" not in page.locator("[data-lab=off]").all_inner_texts())
 
 
 def thrown(page: Page) -> None:
-    """Wait until something flies."""
+    """Wait until something is thrown."""
     expect(page.locator("[data-lab=errors]")).to_be_visible(timeout=PATIENCE_MS)

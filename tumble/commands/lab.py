@@ -7,28 +7,33 @@ import webbrowser
 from argparse import Namespace
 from pathlib import Path
 
-from tumble.notes import note
+from tumble.notes import note, progress
 
-# Whose answers are held against the truth unless others are asked for.
+# Whose errors are shown unless others are asked for.
 USUAL = ("tumble", "pybullet", "mujoco:euler", "mujoco:rk4")
 
 
 def main(options: Namespace) -> int:
     """Serve the lab until Ctrl-C."""
     try:
-        from tumble.lab.server import serving
+        from tumble.lab.pool import Pool
     except ImportError as error:
-        if error.name not in ("viser", "tomlkit"):
-            raise
-        note("the lab needs viser: `make lab`, or pip install 'tumble[lab]'")
-        return 2
-    from tumble.lab.crew import Crew
-    from tumble.lab.draft import Draft
-
-    draft = Draft.opened(options.scene)
-    with Crew(options.time_limit) as crew:
-        contestants = crew.ready(options.engine or USUAL)
-        with serving(draft, contestants, crew, Path.cwd(), options.port) as address:
+        return lacking(error)
+    asked = options.engine or USUAL
+    with Pool(options.time_limit) as pool:
+        engines = pool.begin(asked)
+        with progress(len(engines) + 1) as tick:
+            tick("starting", 0.0)
+            try:
+                # Engines come up in processes of their own while the server is imported here.
+                from tumble.lab.draft import Draft
+                from tumble.lab.server import serving
+            except ImportError as error:
+                return lacking(error)
+            draft = Draft.opened(options.scene)
+            tick("starting")
+            contestants = pool.ready(asked, tick)
+        with serving(draft, contestants, pool, Path.cwd(), options.port) as address:
             sys.stdout.write(f"{address}\n")
             sys.stdout.flush()
             note("Ctrl-C ends the lab")
@@ -41,3 +46,11 @@ def main(options: Namespace) -> int:
             except KeyboardInterrupt:
                 note("the lab is closed")
     return 0
+
+
+def lacking(error: ImportError) -> int:
+    """Say what the lab needs that is not installed.  Raises the error where it is something else."""
+    if error.name not in ("viser", "tomlkit"):
+        raise error
+    note("the lab needs viser: `make lab`, or in the repository pip install '.[lab]'")
+    return 2

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from scenarios.frames import Array
-from scenarios.impulse import strike_point
+from scenarios.impulse import RayMissed, strike_point
 from scenarios.scene import Body, Impulse, Ray, frozen_array
 
 
@@ -18,6 +18,9 @@ def impulse_table(origin: Sequence[float], direction: Sequence[float], magnitude
 
 def hit_point(origin: Sequence[float], direction: Sequence[float], state: Array, body: Body) -> Array:
     """Return where a ray meets the body in a state, (13,), [m], (3,).  Raises RayMissed."""
-    unit = np.asarray(direction, dtype=float) / np.linalg.norm(direction)
+    length = float(np.linalg.norm(direction))
+    if not length > 0:
+        raise RayMissed("the ray has no direction")
+    unit = np.asarray(direction, dtype=float) / length
     ray = Ray(frozen_array(origin), frozen_array(unit))
     return strike_point(Impulse(0.0, frozen_array(unit), ray=ray), state, body)

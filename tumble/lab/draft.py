@@ -69,7 +69,9 @@ class Draft:
             for name in tables:
                 table = table.setdefault(name, {})
             table[key] = value
-        return replace(self, document=document)._with_frames()
+        # The instants are those of frames, which follow from the rest: those of before may lie beyond the end now.
+        plain = {name: value for name, value in document.items() if name not in ("times", "samples")}
+        return replace(self, document={**plain, "samples": 1})._with_frames()
 
     def without_impulses(self) -> Self:
         """Return the draft with a body that nothing has struck yet."""

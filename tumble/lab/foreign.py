@@ -1,7 +1,8 @@
-"""A trajectory of somebody's own program as one more ghost, and what `tumble grade` says of it."""
+"""A trajectory of somebody's own program as one more ghost, and what `tumble grade` reports of it."""
 
 import tempfile
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -9,45 +10,59 @@ import numpy as np
 from scenarios.format import visible
 from scenarios.frames import Array
 from scenarios.scene import Scene
-from tumble.lab.aside import Errand, Hands
+from tumble.lab.background import Job, Workers
 
 
 @dataclass(frozen=True, eq=False)
 class Foreign:
-    """A graded trajectory: instants [s], (S,), vertices [m], (S, K, 3), of which there may be fewer than the body has.
+    """A graded trajectory: instants [s], (S,), and by how much each vertex is off there [m], (S, K, 3), of which there
+    may be fewer than the body has.
 
-    sentences: what grade says of it, the verdict first.
+    verdict: whether it is right and how far off, in a sentence; is_right: the same in short; details: the evidence.
     """
 
     name: str
     times: Array
-    vertices: Array
-    sentences: tuple[str, ...]
+    off: Array
+    verdict: str
+    is_right: bool
+    details: tuple[str, ...]
 
     def at(self, time: float) -> Array | None:
-        """Return the vertices of its last row until a time [s], None before the first."""
+        """Return by how much its vertices are off in its last row until a time [s], (K, 3), None before the first."""
         row = int(np.searchsorted(self.times, time * (1 + 1e-12), side="right")) - 1
-        return self.vertices[row] if row >= 0 else None
+        return self.off[row] if row >= 0 else None
+
+    @cached_property
+    def errors(self) -> Array:
+        """The largest vertex error at each of its instants [m], (S,)."""
+        return np.linalg.norm(self.off, axis=-1).max(axis=1)
 
 
-def loading(hands: Hands, folder: Path, name: str, content: bytes, scene: Scene) -> Errand:
+def loading(workers: Workers, folder: Path, name: str, content: bytes, scene: Scene) -> Job:
     """Return what will be the graded trajectory of a file's content; it lies in the folder only while it is read.
 
     Its future raises BadTrajectory, NoTruth, RayMissed.
     """
-    aside = tempfile.TemporaryDirectory(prefix=".lab-", dir=folder)
-    path = Path(aside.name) / "trajectory.csv"
+    drafts = tempfile.TemporaryDirectory(prefix=".lab-", dir=folder)
+    path = Path(drafts.name) / "trajectory.csv"
     path.write_bytes(content)
-    errand = hands.send([(graded, path, visible(name), scene)])
-    errand.futures[0].add_done_callback(lambda _: aside.cleanup())
-    return errand
+    job = workers.send([(graded, path, visible(name), scene)])
+    job.futures[0].add_done_callback(lambda _: drafts.cleanup())
+    return job
 
 
 def graded(path: Path, name: str, scene: Scene) -> Foreign:
     """Grade a file and return it under another name."""
     from compare.grade.columns import BadTrajectory
-    from compare.grade.verdict import grade
-    from reports.grade import verdict_lines
+    from compare.grade.verdict import (
+        CORRECT_TO_DIGITS,
+        CORRECT_TO_LIMIT,
+        CORRECT_TO_NOISE,
+        CORRECT_TO_SINGLE,
+        grade,
+    )
+    from reports.grade import answer, verdict_lines
 
     try:
         found = grade(path, scene, {})
@@ -55,4 +70,7 @@ def graded(path: Path, name: str, scene: Scene) -> Foreign:
         raise BadTrajectory(str(error).replace(str(path), name)) from None
     kept = found.measured.kept
     order = np.argsort(kept.times)
-    return Foreign(name, kept.times[order], kept.vertices[order], tuple(verdict_lines(found)))
+    is_right = found.verdict in (CORRECT_TO_LIMIT, CORRECT_TO_DIGITS, CORRECT_TO_SINGLE, CORRECT_TO_NOISE)
+    verdict = answer(found).replace(str(path), name).replace(path.name, name)
+    off = (kept.vertices - kept.true)[order]
+    return Foreign(name, kept.times[order], off, verdict, is_right, tuple(verdict_lines(found)))

@@ -6,15 +6,17 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from markupsafe import Markup
 
-from reports.numerals import TIMES_TEN, at_most, figure, fixed, given, superscript
+from reports.numerals import fixed, given
+from reports.terminal import unit_of
 from scenarios.format import visible
-from tumble.lab.crew import Contestant
 from tumble.lab.foreign import Foreign
+from tumble.lab.looks import Look
+from tumble.lab.pool import Contestant
 from tumble.lab.readings import ErrorRow, Reading
 
 STYLE = Markup("font-size:12px;line-height:1.45;font-variant-numeric:tabular-nums;padding:2px 10px 6px")
-FAINT = Markup("color:#6b7280")
-BAD = Markup("color:#b42318")
+FAINT = Markup("color:#56616b")
+GOOD, BAD = Markup("color:#0f6b3f"), Markup("color:#b3261e")
 FITTING = 8  # characters of a number of which three stand beside a name
 
 
@@ -22,7 +24,9 @@ def said(line: str, *, is_refusal: bool = False) -> str:
     """Return one line of the lab's own, with what it quotes as text."""
     colour = BAD if is_refusal else Markup("color:inherit")
     return str(
-        Markup('<div style="{};font-size:13px;{}" data-lab="said">{}</div>').format(STYLE, colour, visible(line))
+        Markup('<div style="{};font-size:13px;{}" data-lab="said" role="status">{}</div>').format(
+            STYLE, colour, visible(line)
+        )
     )
 
 
@@ -44,11 +48,20 @@ def readings_table(readings: Sequence[Reading], size: float) -> str:
 
 
 def grade_box(foreign: Foreign) -> str:
-    """Return what `tumble grade` says of a trajectory that was loaded."""
-    first, *others = foreign.sentences
-    rest = Markup("").join(Markup("<div>{}</div>").format(visible(line)) for line in others)
-    box = Markup('<div style="{}" data-lab="grade"><b>{}</b>: {}<div style="{}">{}</div></div>')
-    return str(box.format(STYLE, visible(foreign.name), visible(first), FAINT, rest))
+    """Return what `tumble grade` reports of a trajectory that was loaded: the verdict, and the evidence for it."""
+    rest = Markup("").join(Markup("<div>{}</div>").format(visible(line)) for line in foreign.details)
+    box = Markup(
+        '<div style="{};margin:0 10px 6px;padding:6px 8px;border-left:3px solid;{}" data-lab="grade">'
+        "<b>{}</b>"
+        '<details style="{}"><summary style="cursor:pointer">evidence</summary>{}</details></div>'
+    )
+    return str(box.format(STYLE, GOOD if foreign.is_right else BAD, visible(foreign.verdict), FAINT, rest))
+
+
+def folder_line(folder: str) -> str:
+    """Return where files go."""
+    line = Markup('<div style="{};{}" data-lab="folder">Your browser downloads each file; a copy is kept in {}</div>')
+    return str(line.format(STYLE, FAINT, visible(folder)))
 
 
 def texts(reading: Reading, decimals: int) -> list[str]:
@@ -76,33 +89,34 @@ def places(size: float) -> int:
 
 
 def error_table(
-    rows: Sequence[ErrorRow], colours: Mapping[Contestant, str], size: float, vertex: int | None, time: float
+    rows: Sequence[ErrorRow], looks: Mapping[Contestant, Look], size: float, vertex: int | None, time: float
 ) -> str:
     """Return the table of Table 4.1's kind at the time shown [s]: position, error and distance of each contestant."""
     decimals = places(size)
     which = "worst vertex of each" if vertex is None else f"vertex {vertex}"
-    body = Markup("").join(error_row(row, colours[row.contestant], decimals) for row in rows)
+    body = Markup("").join(error_row(row, looks[row.contestant], decimals) for row in rows)
     table = Markup(
-        '<div style="{}" data-lab="errors"><div style="{}">error at t = <span data-lab="time">{}</span> s, {} [m]</div>'
+        '<div style="{}" data-lab="errors"><div style="{}">error at t = <span data-lab="time">{}</span> s, {}</div>'
         '<table style="border-collapse:collapse;width:100%">{}</table></div>'
     )
     return str(table.format(STYLE, FAINT, given(float(f"{time:.9g}")), which, body))
 
 
-def error_row(row: ErrorRow, colour: str, decimals: int) -> Markup:
+def error_row(row: ErrorRow, look: Look, decimals: int) -> Markup:
     """Return one contestant: how far off, where its vertex is and by what it is off; or why there is nothing."""
-    name = Markup('<span style="color:{}">\N{BLACK SQUARE}</span> {}').format(colour, visible(row.contestant.name))
+    name = Markup('<span style="color:{}">{}</span> {}').format(look.css, look.mark, visible(row.contestant.name))
     if row.position is None or row.error is None:
-        return Markup('<tr><td>{}</td></tr><tr><td colspan="2" style="{}" data-lab="status">{}</td></tr>').format(
-            name, FAINT, visible(row.status)
-        )
+        return Markup(
+            '<tr data-contestant="{}"><td>{}</td></tr><tr><td colspan="2" style="{}" data-lab="status">{}</td></tr>'
+        ).format(row.contestant.name, name, FAINT, visible(row.status))
     told = Markup('<div style="{}" data-lab="status">{}</div>').format(BAD, visible(row.status)) if row.status else ""
+    outside = "" if row.is_in_view else Markup('<div data-lab="outside">drawn outside the view</div>')
     return Markup(
         '<tr data-contestant="{}"><td>{}</td>'
         '<td style="text-align:right;white-space:nowrap">'
         '<span style="{};font-size:11px">vertex {}</span> <b data-lab="off">{}</b></td></tr>'
-        '<tr><td colspan="2" style="{};font-size:11px"><span>({})</span>'
-        '<span style="float:right">{}</span>{}</td></tr>'
+        '<tr><td colspan="2" style="{};font-size:11px"><span>({}) m</span>'
+        '<span style="float:right">{}</span>{}{}</td></tr>'
     ).format(
         row.contestant.name,
         name,
@@ -112,6 +126,7 @@ def error_row(row: ErrorRow, colour: str, decimals: int) -> Markup:
         FAINT,
         numbers(row.position, decimals),
         errors(row),
+        outside,
         told,
     )
 
@@ -120,7 +135,16 @@ def distance(row: ErrorRow) -> str:
     """Return how far off, or the limit where that says nothing more."""
     if np.isnan(row.off_m):
         return "\N{EN DASH}"
-    return at_most(row.limit_m) if row.off_m <= row.limit_m else figure(row.off_m)
+    at_most = row.off_m <= row.limit_m
+    return f"\N{LESS-THAN OR EQUAL TO} {metres(row.limit_m)}" if at_most else metres(row.off_m)
+
+
+def metres(value: float) -> str:
+    """Return a length in three digits and the unit that suits it."""
+    if value == 0.0 or not math.isfinite(value):
+        return f"{value:g} m"
+    unit, size = unit_of(value)
+    return f"{float(f'{value / size:.3g}'):g} {unit}"
 
 
 def numbers(vector: Sequence[float] | np.ndarray, decimals: int) -> str:
@@ -130,9 +154,8 @@ def numbers(vector: Sequence[float] | np.ndarray, decimals: int) -> str:
 
 
 def errors(row: ErrorRow) -> str:
-    """Return the error vector over a common power of ten, nothing where it is not known or not told from none."""
+    """Return the error vector in a common unit, nothing where it is not known or not told from none."""
     if not row.off_m > row.limit_m or row.error is None or not np.isfinite(row.error).all():
         return ""
-    power = math.floor(math.log10(row.off_m))
-    scaled = numbers(row.error / 10.0**power, 2)
-    return f"\N{GREEK CAPITAL LETTER DELTA} ({scaled}){TIMES_TEN}{superscript(power)}"
+    unit, size = unit_of(row.off_m)
+    return f"\N{GREEK CAPITAL LETTER DELTA} ({numbers(row.error / size, 2)}) {unit}"

@@ -2,7 +2,10 @@
 
 import threading
 import time
-from collections.abc import Callable, Hashable, Sequence
+import traceback
+from collections import deque
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -11,57 +14,91 @@ import viser
 
 from compare.run.registry import BadEngine
 from scenarios.impulse import RayMissed
-from scenarios.published import VERTEX, table_4_1
+from scenarios.published import VERTEX
 from scenarios.read import BadScene, catalogue
-from tumble.lab.crew import Contestant, Crew
+from tumble.lab.chart import Curve, chart
 from tumble.lab.draft import Draft, usual_magnitude
-from tumble.lab.keep import Kept
-from tumble.lab.magnified import magnified
+from tumble.lab.looks import Look, Looks
+from tumble.lab.magnify import AS_IT_IS, FACTORS, FIT, fitting, magnified, times
 from tumble.lab.markup import error_table, grade_box, places, readings_table
-from tumble.lab.panel import WORST, Actions, Panel
+from tumble.lab.panel import Actions, Panel, moves_far, show
 from tumble.lab.picture import captioned
-from tumble.lab.readings import Reading, error_rows, errors_over_time, readings
+from tumble.lab.pool import Contestant, Pool
+from tumble.lab.readings import ErrorRow, Reading, error_rows, errors_over_time, readings
+from tumble.lab.refusals import Refused, in_words
 from tumble.lab.report import ReportAtWork
+from tumble.lab.save import Saved, download
 from tumble.lab.sentences import sentence
-from tumble.lab.session import Refused, Session, Shown
-from tumble.lab.stage import FOREIGN, PALETTE, Colour, Ghost, Stage, css
+from tumble.lab.session import Session, Shown
+from tumble.lab.stage import BACKGROUND, FOREIGN, Ghost, Stage
+from tumble.lab.ticks import Offer
 
-FRAME_S, NUMBERS_S, CHART_S, PICTURE_S = 1 / 40, 0.12, 1.0, 20.0
+FRAME_S, NUMBERS_S, CHART_S, PICTURE_S = 1 / 40, 0.12, 0.3, 20.0
+TICKS_S = 2.0  # after a page is opened: its many boxes are no part of the first picture
 PICTURE_WIDTH = 960
 TABLE_4_1 = "table-4-1-ray"
+FOREIGN_INK = f"rgb{FOREIGN}"
+
+
+@dataclass
+class View:
+    """What a person chose to see: how errors are magnified, the vertex of the table, None for the worst of each,
+    whether the eye follows the body; and the impulse of the next click [N s]."""
+
+    magnify: str = FIT
+    vertex: int | None = None
+    follow: bool = False
+    magnitude: float = 0.0
+
+
+@dataclass(eq=False)
+class Curves:
+    """What was worked out of a throw when something last came in: errors over time [m], and what fits the view."""
+
+    times: np.ndarray
+    errors: dict[Contestant, np.ndarray]
+    limit: np.ndarray
+    factor: float
 
 
 class Page:
     """What one browser sees and asks."""
 
     def __init__(
-        self, client: viser.ClientHandle, draft: Draft, contestants: Sequence[Contestant], crew: Crew, folder: Path
+        self, client: viser.ClientHandle, draft: Draft, contestants: Sequence[Contestant], pool: Pool, folder: Path
     ) -> None:
-        self._client, self._crew = client, crew
+        self._client, self._pool, self._folder = client, pool, folder
         self._news = threading.Event()
+        self._asks: deque[tuple[Callable[..., object], tuple[Any, ...]]] = deque()
         self._closed = self._is_table_4_1 = False
         self._refused = self._said = ""
-        self._report = ReportAtWork(self._tell)
-        self._colours: dict[Contestant, int] = {}
-        self.session = Session(draft, contestants, crew, folder, self._news.set)
+        self._report = ReportAtWork(self._saved_report, self._tell)
+        self._looks = Looks()
+        self._view = View()
+        self.session = Session(draft, contestants, pool, folder, self._news.set)
         actions = Actions(
             throwing=self._asked(self._throwing),
+            magnitude=self._asked(lambda value: setattr(self._view, "magnitude", value)),
             play=self._asked(self._play_or_pause),
             go_to=self._asked(self.session.go_to),
             pace=self._asked(self.session.pace),
-            redraw=self._asked(lambda: None),
+            magnify=self._asked(lambda value: setattr(self._view, "magnify", value)),
+            vertex=self._asked(lambda value: setattr(self._view, "vertex", value)),
+            follow=self._asked(lambda value: setattr(self._view, "follow", value)),
             open=self._asked(self._open),
             edit=self._asked(self._edit),
             defaults=self._asked(self.session.use_defaults),
-            contestant=self._asked(self._add_or_drop),
-            keep=self._asked(self._keep),
+            tick=self._asked(self._tick),
+            save=self._asked(self._save),
             load=self._asked(self._load),
         )
-        self._panel = Panel(client, actions, catalogue())
+        self._panel = Panel(client, actions, catalogue(), str(folder))
         self._stage = Stage(client, self._asked(self._click))
         self._drawn: Any = None
-        self._charted: Any = None
+        self._curves: Curves | None = None
+        self._curves_of: Any = None
         self._numbers_at = self._chart_at = 0.0
+        self._opened_at = time.monotonic()
         self._is_asked = self._is_behind = True
         self._show_opened()
         threading.Thread(target=self._keep_up, daemon=True, name="page").start()
@@ -73,12 +110,24 @@ class Page:
         self._report.close()
         self._news.set()
 
-    # What is asked: called by viser from threads of its own
+    # What is asked: done by the page's own thread
 
     def _asked(self, action: Callable[..., object]) -> Callable[..., None]:
-        """Return a function that does it alone, and says why not where it is refused."""
+        """Return a function that asks for an action, to be done after what was asked for before.
 
-        def do(*arguments: Any) -> None:
+        viser calls it from threads that all pages share: one that asks for much must not keep the others waiting.
+        """
+
+        def ask(*arguments: Any) -> None:
+            self._asks.append((action, arguments))
+            self._news.set()
+
+        return ask
+
+    def _do_what_is_asked(self) -> None:
+        """Do it one after the other, each under the lock, and say why not where it is refused."""
+        while self._asks:
+            action, arguments = self._asks.popleft()
             with self.session.lock:
                 if self._closed:
                     return
@@ -86,14 +135,13 @@ class Page:
                 try:
                     action(*arguments)
                 except (Refused, BadScene, BadEngine, RayMissed, OSError) as error:
-                    self._refused = str(error)
+                    self._refused = in_words(error)
+                except Exception:  # a fault of ours: it is printed, and the page goes on
+                    traceback.print_exc()
                 self._is_asked = True
-            self._news.set()
-
-        return do
 
     def _click(self, origin: Sequence[float], direction: Sequence[float]) -> None:
-        self.session.click(origin, direction, float(self._panel.magnitude.value))
+        self.session.click(origin, direction, self._view.magnitude)
 
     def _throwing(self, what: str) -> None:
         match what:
@@ -102,18 +150,19 @@ class Page:
                 self._set_up(look=True)
             case "Again":
                 self.session.again()
-            case "As written":
-                self.session.fly_as_written()
+            case "Table 4.1":
+                self._throw_table_4_1()
             case _:
-                self._fly_table_4_1()
+                self.session.throw_own()
 
-    def _fly_table_4_1(self) -> None:
+    def _throw_table_4_1(self) -> None:
         self._open(TABLE_4_1)
-        self.session.fly_as_written()
+        self.session.throw_own()
         self._is_table_4_1 = self._panel.marked.visible = True
-        self._panel.vertex.value = str(VERTEX)
-        printed = table_4_1()
-        self._stage.show_printed(printed.calculated, printed.application)
+        self._view.vertex, self._view.magnify = VERTEX, AS_IT_IS
+        self._panel.vertex.value, self._panel.magnified.value = str(VERTEX), AS_IT_IS
+        assert self.session.throw is not None
+        self._stage.show_printed(self.session.throw.scene.rows)
 
     def _play_or_pause(self) -> None:
         if self.session.clock.is_running:
@@ -131,43 +180,66 @@ class Page:
         finally:
             self._set_up(look=False)
 
-    def _keep(self, what: str) -> None:
+    def _tick(self, one: Contestant, is_ticked: bool) -> None:
+        others = [each for each in self.session.contestants if each != one]
+        self.session.engage([*others, one] if is_ticked else others)
+
+    def _save(self, what: str) -> None:
         files = self.session.files()
         throw = self.session.throw
         assert throw is not None
         match what:
             case "Scene":
-                self._said = f"Written: {files.scene_file.name}"
+                self._give(files.scene_file, files.scene_files)
             case "CSV":
-                self._said = f"Written: {files.tables(throw).name}/"
+                folder = files.tables(throw)
+                self._give(folder, sorted(folder.iterdir()))
             case "Report":
                 self._said = self._report.make(files, throw.contestants)
             case "Screenshot":
                 self._said = "Taking the picture."
                 threading.Thread(target=self._take_picture, args=(files,), daemon=True).start()
 
-    def _take_picture(self, files: Kept) -> None:
-        """Keep what the browser sees, at an instant; outside the lock, for it is the browser that draws it."""
+    def _give(self, path: Path, files: Sequence[Path]) -> None:
+        """Let the browser download what was saved, and say where it lies.  Raises OSError."""
+        name, content = download(path, files)
+        self._client.send_file_download(name, content, save_immediately=True)
+        self._tell(f"Saved and downloaded: {path.name}{'/' if path.is_dir() else ''}")
+
+    def _saved_report(self, path: Path) -> None:
+        try:
+            self._give(path, [path])
+        except OSError as error:
+            self._tell(f"No report: {error}")
+
+    def _take_picture(self, files: Saved) -> None:
+        """Save what the browser sees, at an instant; outside the lock, for it is the browser that draws it."""
         with self.session.lock:
             self.session.pause()
-            shown, throw = self.session.shown(), self.session.throw
+            shown = self.session.shown()
             with self._client.atomic():
                 self._show_picture(shown)
             told, size = self._readings(shown)
-            rows = [] if throw is None else error_rows(throw, shown.frame, None)
-            colours = {row.contestant: self._colour(row.contestant) for row in rows}
+            rows = self._rows(shown, None)
+            colours = {row.contestant: self._looks.of(row.contestant).colour for row in rows}
         try:
             camera = self._client.camera
             height = round(PICTURE_WIDTH * camera.image_height / camera.image_width)
             pixels = self._client.get_render(height, PICTURE_WIDTH, transport_format="png", timeout=PICTURE_S)
-            path = files.picture(captioned(pixels, told, rows, colours, places(size)))
-            self._tell(f"Written: {path.name}")
-        except (RuntimeError, TimeoutError, OSError) as error:
+            path = files.picture(captioned(pixels, BACKGROUND, told, rows, colours, places(size)))
+            self._give(path, [path])
+        except (RuntimeError, TimeoutError, ValueError, ArithmeticError, OSError) as error:
             self._tell(f"No picture: {error}")
 
     def _load(self, name: str, content: bytes) -> None:
-        self.session.load(name, content, lambda refused: self._tell(refused or "Graded: see Keep."))
-        self._said = "Reading and grading it."
+        self.session.load(name, content, self._loaded)
+        self._said = f"Reading and grading {name}: it can take a minute."
+
+    def _loaded(self, refused: str) -> None:
+        """Show what became of a trajectory: its verdict stands below the line, or the line says why there is none."""
+        self._refused, self._said = refused, ""
+        self._is_asked = True
+        self._news.set()
 
     def _tell(self, line: str) -> None:
         """Say something that was not asked for just now."""
@@ -175,23 +247,19 @@ class Page:
         self._is_asked = True
         self._news.set()
 
-    def _add_or_drop(self, name: str) -> None:
-        one = next(each for each in self._crew.all_contestants() if each.name == name)
-        others = [each for each in self.session.contestants if each != one]
-        self.session.engage(others if one in self.session.contestants else [*others, one])
-
     def _show_opened(self) -> None:
         """Show a scene that is new: what was chosen for the last one does not hold for it."""
         self._set_up(look=True)
         scene = self.session.draft.scene
-        self._panel.show_scene(scene, self.session.draft.path.stem, usual_magnitude(scene))
+        self._view = View(follow=moves_far(scene), magnitude=usual_magnitude(scene))
+        self._panel.show_scene(scene, self.session.draft.path.stem, self._view.magnitude)
 
     def _set_up(self, *, look: bool) -> None:
         """Build what is seen of the scene as it is now, its body at the start; look: at it, from the usual place."""
         scene = (self.session.thrown or self.session.draft).scene
         self._stage.set_up(scene, look=look)
         self._is_table_4_1 = self._panel.marked.visible = False
-        self._panel.show_question(scene)
+        self._panel.show_values(scene)
         self._is_asked = True
 
     # What is shown: by the page's own thread
@@ -201,25 +269,21 @@ class Page:
             running = self.session.clock.is_running
             self._news.wait(FRAME_S if running else NUMBERS_S if self._is_behind else None)
             self._news.clear()
+            self._do_what_is_asked()
             with self.session.lock:
                 if not self._closed:
                     self._show()
+        self.session.close()  # of a throw that was begun meanwhile
 
     def _show(self) -> None:
         """Bring the browser up to what the session is; numbers and chart less often than the picture."""
-        session, panel, now = self.session, self._panel, time.monotonic()
+        session, now = self.session, time.monotonic()
         shown, throw = session.shown(), session.throw
-        news = None if throw is None else (throw, len(throw.answers), throw.known, throw.why_no_truth)
-        view = (
-            news,
-            shown.frame,
-            panel.magnified.value,
-            panel.follow.value,
-            panel.vertex.value,
-            self._refused,
-            self._said,
-            session.foreign,
-        )
+        news = None if throw is None else (throw, len(throw.answers), throw.known, throw.why_no_truth, session.foreign)
+        if news != self._curves_of:
+            self._curves_of, self._curves = news, self._worked_out()
+        chosen = self._view.magnify, self._view.vertex, self._view.follow
+        view = (news, shown.frame, chosen, self._refused, self._said)
         if view != self._drawn or self._is_asked:
             self._is_asked = False
             with self._client.atomic():
@@ -227,64 +291,128 @@ class Page:
             self._drawn, self._is_behind = view, True
         if self._is_behind and (now - self._numbers_at >= NUMBERS_S):
             self._numbers_at = now
-            panel.show_time(shown.time, session.clock.is_running, session.clock.speed)
+            self._panel.show_time(shown.time, session.clock.is_running, session.clock.speed)
             self._show_numbers(shown)
             self._is_behind = False
-        if news != self._charted and now - self._chart_at >= CHART_S:
-            self._charted, self._chart_at = news, now
-            self._show_chart()
-        self._is_behind = self._is_behind or news != self._charted
+        self._show_slowly(shown, now)
+
+    def _show_slowly(self, shown: Shown, now: float) -> None:
+        """Show what costs a browser more, less often, and the boxes when nothing moves."""
+        is_running = self.session.clock.is_running
+        if not is_running or now - self._chart_at >= CHART_S:
+            self._chart_at = now
+            show(self._panel.chart, self._chart(shown))
+        if not is_running and now - self._opened_at >= TICKS_S:
+            self._panel.ticks.show(self._offers())
+        elif not is_running:
+            self._is_behind = True  # until they are shown
+
+    def _worked_out(self) -> Curves | None:
+        """Return the errors over time of what has come in."""
+        throw, foreign = self.session.throw, self.session.foreign
+        if throw is None:
+            return None
+        times, errors = errors_over_time(throw)
+        largest = [] if foreign is None or foreign.is_right else [float(foreign.errors.max())]
+        factor = fitting(errors.values(), throw.true_limit, throw.scene.body.reach, largest)
+        return Curves(times, errors, throw.true_limit, factor)
+
+    def _factor_of(self, shown: Shown) -> float:
+        """Return by how much errors are drawn larger: not at all where there is no truth to be off from."""
+        if not shown.is_true:
+            return 1.0
+        if self._view.magnify == FIT:
+            return 1.0 if self._curves is None else self._curves.factor
+        return FACTORS[self._view.magnify]
 
     def _show_picture(self, shown: Shown) -> None:
         session, stage, throw = self.session, self._stage, self.session.throw
-        stage.follow(shown.state[0:3] if self._panel.follow.value else None)
-        stage.show_body(shown.state, shown.vertices, shown.is_true)
-        factor = float(self._panel.magnified.value)
-        for one in session.flying():  # colours in their order, not in that of their answers
-            self._colour(one)
-        ghosts: dict[Hashable, Ghost] = {}
-        for contestant, flight in ({} if throw is None else throw.flights()).items():
+        stage.follow(shown.state[0:3] if self._view.follow else None)
+        stage.show_body(shown.state, shown.vertices, shown.whose)
+        for one in session.running():  # looks in their order, not in that of their answers
+            self._looks.of(one)
+        factor = self._factor_of(shown)
+        note = f"error \N{MULTIPLICATION SIGN} {times(factor)}" if factor > 1 else ""
+        stage.show_ghosts(self._ghosts(shown), note)
+        stage.show_impulses(session.impulses_lately(shown.time))
+        if throw is not None:
+            known = slice(0, throw.known)
+            stage.show_path(throw.true_states[known, 0:3])
+            stage.show_printed_vertex(shown.vertices, throw.true_vertices[known])
+
+    def _ghosts(self, shown: Shown) -> dict[str, Ghost]:
+        """Return who is drawn beside the truth at a frame."""
+        throw, foreign, factor = self.session.throw, self.session.foreign, self._factor_of(shown)
+        ghosts = {}
+        for one, flight in ({} if throw is None else throw.flights()).items():
             seen = flight.vertices[shown.frame, 0]
             if np.isfinite(seen).all():
-                state = flight.states[shown.frame, 0] if factor == 1.0 else None
-                ghosts[contestant] = Ghost(magnified(shown.vertices, seen, factor), state, self._colour(contestant))
-        foreign = None if session.foreign is None else session.foreign.at(shown.time)
-        if session.foreign is not None and foreign is not None and foreign.shape == shown.vertices.shape:
-            ghosts[session.foreign.name] = Ghost(magnified(shown.vertices, foreign, factor), None, FOREIGN)
-        stage.show_ghosts(ghosts)
-        stage.show_blows(session.impulses_until(shown.time))
+                look = self._looks.of(one)
+                name = f"{look.mark} {one.name}"
+                ghosts[one.name] = Ghost(magnified(shown.vertices, seen, factor), look.colour, name)
+        off = None if foreign is None else foreign.at(shown.time)
+        if foreign is not None and off is not None and off.shape == shown.vertices.shape:
+            moved = magnified(shown.vertices, shown.vertices + off, factor)
+            ghosts[f"file {foreign.name}"] = Ghost(moved, FOREIGN, foreign.name)
+        return ghosts
 
     def _show_numbers(self, shown: Shown) -> None:
-        session, panel, throw = self.session, self._panel, self.session.throw
+        session, panel = self.session, self._panel
         told, size = self._readings(shown)
-        panel.readings.content = readings_table(told, size)
-        panel.show_contestants([one.name for one in self._crew.all_contestants()])
-        vertex = None if panel.vertex.value == WORST else int(panel.vertex.value)
-        rows = [] if throw is None else error_rows(throw, shown.frame, vertex)
-        colours = {row.contestant: css(self._colour(row.contestant)) for row in rows}
-        panel.errors.content = error_table(rows, colours, size, vertex, shown.time) if rows else ""
-        own = sentence(session, shown, rows, is_table_4_1=self._is_table_4_1)
+        show(panel.readings, readings_table(told, size))
+        vertex = self._view.vertex
+        rows = self._rows(shown, vertex)
+        looks: dict[Contestant, Look] = {row.contestant: self._looks.of(row.contestant) for row in rows}
+        show(panel.errors, error_table(rows, looks, size, vertex, shown.time) if rows else "")
+        own = sentence(session, shown, rows, self._factor_of(shown), is_table_4_1=self._is_table_4_1)
         panel.say(self._refused or self._said or own, is_refusal=bool(self._refused))
-        panel.grade.content = grade_box(session.foreign) if session.foreign else ""
+        show(panel.grade, grade_box(session.foreign) if session.foreign else "")
+
+    def _rows(self, shown: Shown, vertex: int | None) -> list[ErrorRow]:
+        """Return the error table at a frame, and of each contestant whether it is in the view."""
+        throw = self.session.throw
+        if throw is None:
+            return []
+        ghosts = self._ghosts(shown)
+        seen = {name: self._stage.sees(ghost.vertices) for name, ghost in ghosts.items()}
+        rows = error_rows(throw, shown.frame, vertex)
+        return [replace(row, is_in_view=seen.get(row.contestant.name, True)) for row in rows]
+
+    def _chart(self, shown: Shown) -> str:
+        found = self._curves
+        if found is None:
+            return ""
+        curves = []
+        for one, errors in found.errors.items():
+            look = self._looks.of(one)
+            curves.append(Curve(one.name, found.times, errors, look.css, look.dash))
+        if foreign := self.session.foreign:
+            curves.append(Curve(foreign.name, foreign.times, foreign.errors, FOREIGN_INK, ""))
+        return chart(found.times, curves, found.limit, shown.frame)
+
+    def _offers(self) -> list[Offer]:
+        """Return every engine with the contestants that can be ticked."""
+        pool, asked = self._pool, self.session.contestants
+        scene = self.session.draft.scene
+        by_engine: dict[str, list[Contestant]] = {}
+        for one in pool.all_contestants():
+            info = pool.engines.get(one.engine)
+            is_forced = info is not None and one.method in info.forced
+            if not (is_forced and scene.is_free) or one in asked:
+                by_engine.setdefault(one.engine, []).append(one)
+        for one in asked:  # METHOD@TOLERANCE, and what is missing
+            own = by_engine.setdefault(one.engine, [])
+            if one not in own:
+                own.append(one)
+        return [
+            Offer(own[0].title, tuple(own), frozenset(asked) & frozenset(own), pool.why_not(engine))
+            for engine, own in by_engine.items()
+        ]
 
     def _readings(self, shown: Shown) -> tuple[list[Reading], float]:
         """Return the coursework's screen and the size of the body [m]."""
         scene = (self.session.thrown or self.session.draft).scene
-        blows = self.session.impulses_until(shown.time)
-        impulse, hit = blows[-1] if blows else (None, None)
+        impulses = self.session.impulses_until(shown.time)
+        impulse, hit = impulses[-1] if impulses else (None, None)
         told = readings(scene.body.mass, shown.time, shown.state, shown.vertices, impulse, hit)
         return told, float(np.ptp(scene.body.points, axis=0).max())
-
-    def _show_chart(self) -> None:
-        throw = self.session.throw
-        if throw is None:
-            self._panel.show_chart(np.empty(0), {}, np.empty(0))
-            return
-        times, curves = errors_over_time(throw)
-        self._panel.show_chart(
-            times, {one: (errors, css(self._colour(one))) for one, errors in curves.items()}, throw.true_limit
-        )
-
-    def _colour(self, contestant: Contestant) -> Colour:
-        """Return a contestant's colour, the same as long as the page is open."""
-        return PALETTE[self._colours.setdefault(contestant, len(self._colours)) % len(PALETTE)]

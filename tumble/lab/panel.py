@@ -1,26 +1,30 @@
 """The controls and numbers beside the scene; viser's side of them.  Every control calls one function of the page."""
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
+from importlib.resources import files
 from typing import Any
 
 import numpy as np
 import viser
 
-from scenarios.frames import Array
 from scenarios.published import table_4_1
 from scenarios.scene import Scene
 from tumble.lab.clock import SPEEDS
-from tumble.lab.crew import Contestant
-from tumble.lab.markup import said
+from tumble.lab.guard import take_uploads_of
+from tumble.lab.magnify import MAGNIFIED
+from tumble.lab.markup import folder_line, said
+from tumble.lab.pool import Contestant
+from tumble.lab.refusals import OWN_THROW
+from tumble.lab.ticks import Ticks
 
 WORST = "worst of each"
-MAGNIFIED = ("1", "10", "100", "1000")
 PLAY, PAUSE = "Play", "Pause"
 PRINTED_S = table_4_1().physics_times.tolist()
-CHART_HEIGHT, TYPED = 190, 12  # pixels; decimals that can be typed
+TYPED = 12  # decimals that can be typed
+INK = (26, 90, 158)  # the page's colour of links
 
 
 @dataclass(frozen=True)
@@ -28,57 +32,66 @@ class Actions:
     """What a person can ask for: each is called with what the control holds."""
 
     throwing: Callable[[str], object]
+    magnitude: Callable[[float], object]
     play: Callable[[], object]
     go_to: Callable[[float], object]
     pace: Callable[[float], object]
-    redraw: Callable[[], object]
+    magnify: Callable[[str], object]
+    vertex: Callable[[int | None], object]
+    follow: Callable[[bool], object]
     open: Callable[[str], object]
     edit: Callable[[tuple[str, ...], Any], object]
     defaults: Callable[[bool], object]
-    contestant: Callable[[str], object]
-    keep: Callable[[str], object]
+    tick: Callable[[Contestant, bool], object]
+    save: Callable[[str], object]
     load: Callable[[str, bytes], object]
 
 
 class Panel:
-    """All of one browser's controls."""
+    """All of one browser's controls.  folder: where files are saved, as it is shown."""
 
-    def __init__(self, client: viser.ClientHandle, actions: Actions, scenes: Sequence[str]) -> None:
+    def __init__(self, client: viser.ClientHandle, actions: Actions, scenes: Sequence[str], folder: str) -> None:
         gui = client.gui
         self._gui, self._actions = gui, actions
-        gui.configure_theme(show_logo=False, show_share_button=False, control_width="medium")
+        gui.configure_theme(show_logo=False, show_share_button=False, control_width="medium", brand_color=INK)
         gui.set_panel_label("Tumble lab")
         gui.main_panel.dock_right()
         gui.main_panel.set_width(360)
-        state = gui.add_panel()
-        with state.add_tab("The body", viser.Icon.RULER_MEASURE):
+        numbers = gui.add_panel()
+        with numbers.add_tab("The body", viser.Icon.RULER_MEASURE):
             self.readings = gui.add_html("")
-        state.dock_left()
-        state.set_width(272)
+            self.chart = gui.add_html("")
+        numbers.dock_left()
+        numbers.set_width(300)
+        gui.add_html(f"<style>{style()}</style>")
         self.said = gui.add_html("")
+        self.grade = gui.add_html("")
         self._add_throwing(gui)
         self._add_time(gui)
         self.errors = gui.add_html("")
-        self._chart_folder = gui.add_folder("Largest error over time: log10 of metres")
-        self._chart: Any = None
-        with gui.add_folder("Who flies", expand_by_default=False):
-            self._add_contestants(gui)
-        with gui.add_folder("The question", expand_by_default=False):
-            self._add_question(gui, scenes)
-        with gui.add_folder("Keep", expand_by_default=False):
-            self._add_keep(gui)
+        self._add_view(gui)
+        engines = gui.add_folder("Engines", expand_by_default=False)
+        with engines:
+            self.defaults = gui.add_checkbox(
+                "As shipped", initial_value=False, hint="Run engines with the settings that they ship with"
+            )
+            self._asks(self.defaults, lambda value: self._actions.defaults(bool(value)))
+        self.ticks = Ticks(gui, engines, actions.tick)
+        with gui.add_folder("Scene", expand_by_default=False):
+            self._add_scene(gui, scenes)
+        with gui.add_folder("Save and load", expand_by_default=False):
+            self._add_saving(gui, folder)
 
     def say(self, line: str, *, is_refusal: bool = False) -> None:
         """Show one line."""
-        text = said(line, is_refusal=is_refusal)
-        if self.said.content != text:
-            self.said.content = text
+        show(self.said, said(line, is_refusal=is_refusal))
 
     # The parts
 
     def _add_throwing(self, gui: viser.GuiApi) -> None:
         self.magnitude = gui.add_slider("Impulse [N s]", 0.0, 1.0, 0.01, 0.5)
-        throwing = gui.add_button_group("Throw", ("Reset", "Again", "As written", "Table 4.1"))
+        self._asks(self.magnitude, lambda value: self._actions.magnitude(float(value)))
+        throwing = gui.add_button_group("Throw", ("Reset", "Again", OWN_THROW, "Table 4.1"))
         self._asks(throwing, lambda value: self._actions.throwing(value))
 
     def _add_time(self, gui: viser.GuiApi) -> None:
@@ -88,25 +101,18 @@ class Panel:
         self._asks(self.time, lambda value: self._actions.go_to(float(value)))
         self.marked = gui.add_button_group("Table 4.1 at", [f"{at:g}" for at in PRINTED_S], visible=False)
         self._asks(self.marked, lambda value: self._actions.go_to(float(value)))
+
+    def _add_view(self, gui: viser.GuiApi) -> None:
+        self.magnified = gui.add_dropdown("Magnify errors", MAGNIFIED)
+        self._asks(self.magnified, lambda value: self._actions.magnify(str(value)))
+        self.vertex = gui.add_dropdown("Vertex", list_of(WORST))
+        self._asks(self.vertex, lambda value: self._actions.vertex(None if value == WORST else int(value)))
         self.speed = gui.add_dropdown("Speed", tuple(speed_name(speed) for speed in SPEEDS))
         self._asks(self.speed, lambda value: self._actions.pace(SPEEDS[list(map(speed_name, SPEEDS)).index(value)]))
-        self.magnified = gui.add_dropdown("Errors drawn times", MAGNIFIED)
-        self._asks(self.magnified, lambda _: self._actions.redraw())
         self.follow = gui.add_checkbox("Follow the body", initial_value=False)
-        self._asks(self.follow, lambda _: self._actions.redraw())
+        self._asks(self.follow, lambda value: self._actions.follow(bool(value)))
 
-    def _add_contestants(self, gui: viser.GuiApi) -> None:
-        self.defaults = gui.add_checkbox(
-            "Engine defaults", initial_value=False, hint="Engines as they ship, or in fair settings"
-        )
-        self._asks(self.defaults, lambda value: self._actions.defaults(bool(value)))
-        self.contestant = gui.add_dropdown("Contestant", list_of(""))
-        change = gui.add_button("Add or drop it")
-        self._asks(change, lambda _: self._actions.contestant(str(self.contestant.value)))
-        self.vertex = gui.add_dropdown("Vertex", list_of(WORST))
-        self._asks(self.vertex, lambda _: self._actions.redraw())
-
-    def _add_question(self, gui: viser.GuiApi, scenes: Sequence[str]) -> None:
+    def _add_scene(self, gui: viser.GuiApi, scenes: Sequence[str]) -> None:
         self.scene = gui.add_dropdown("Scene", tuple(scenes), initial_value=scenes[0])
         self._asks(self.scene, lambda value: self._actions.open(str(value)))
         self.size = gui.add_vector3("Size [m]", (1.0, 1.0, 1.0))
@@ -123,22 +129,23 @@ class Panel:
         ):
             self._asks(control, lambda value, path=path: self._actions.edit(path, value))
 
-    def _add_keep(self, gui: viser.GuiApi) -> None:
-        keep = gui.add_button_group("Save", ("Scene", "CSV", "Report", "Screenshot"))
-        self._asks(keep, lambda value: self._actions.keep(value))
+    def _add_saving(self, gui: viser.GuiApi, folder: str) -> None:
+        saving = gui.add_button_group("Save", ("Scene", "CSV", "Report", "Screenshot"))
+        self._asks(saving, lambda value: self._actions.save(value))
+        gui.add_html(folder_line(folder))
         load = gui.add_upload_button("Load trajectory (CSV)", icon=viser.Icon.UPLOAD)
+
+        take_uploads_of(load)
 
         @load.on_upload
         def _(event: Any) -> None:
             self._actions.load(event.target.value.name, event.target.value.content)
 
-        self.grade = gui.add_html("")
-
     def _asks(self, control: Any, action: Callable[[Any], object]) -> None:
         """Call an action when a person, not we ourselves, changes a control."""
 
         def asked(event: Any) -> None:
-            if event.client is not None:
+            if event.client is not None and could_be(control, event.target.value):
                 action(event.target.value)
 
         (control.on_click if hasattr(control, "on_click") else control.on_update)(asked)
@@ -154,13 +161,13 @@ class Panel:
         self.magnified.value = MAGNIFIED[0]
         self.vertex.value = WORST
         self.vertex.options = (WORST, *map(str, range(len(scene.body.points))))
-        self.follow.value = flies_far(scene)
+        self.follow.value = moves_far(scene)
         top = 4 * magnitude
         self.magnitude.max, self.magnitude.step = top, top / 200
         self.magnitude.precision = worth_showing(top)
         self.magnitude.value = magnitude
 
-    def show_question(self, scene: Scene) -> None:
+    def show_values(self, scene: Scene) -> None:
         """Set the controls to a scene that was opened or edited."""
         body = scene.body
         self.size.visible = body.size is not None
@@ -178,11 +185,6 @@ class Panel:
         self.time.max, self.time.step = scene.duration, scene.duration / (len(scene.rows) - 1)
         self.time.precision = worth_showing(scene.duration)
 
-    def show_contestants(self, names: Sequence[str]) -> None:
-        """Offer who can be asked for."""
-        if self.contestant.options != tuple(names):
-            self.contestant.options = tuple(names)
-
     def show_time(self, time: float, is_running: bool, speed: float) -> None:
         """Show where the time is."""
         label = PAUSE if is_running else PLAY
@@ -196,31 +198,6 @@ class Panel:
             self.play.icon = viser.Icon.PLAYER_PAUSE if is_running else viser.Icon.PLAYER_PLAY
         if self.speed.value != speed_name(speed):
             self.speed.value = speed_name(speed)
-
-    def show_chart(self, times: Array, curves: Mapping[Contestant, tuple[Array, str]], limit: Array) -> None:
-        """Draw the largest error of each contestant over time, [m], on a log scale, and the truth's limit."""
-        if self._chart is not None:
-            self._chart.remove()
-            self._chart = None
-        if not curves:
-            return
-        data = (times[1:], limit[1:], *(values[1:] for values, _ in curves.values()))
-        # Of a logarithm, and not a logarithmic scale: that one's labels are all 0 below a thousandth.
-        with np.errstate(divide="ignore"):
-            data = (data[0], *(np.where(values > 0, np.log10(values), np.nan) for values in data[1:]))
-        if not any(np.isfinite(values).any() for values in data[1:]):
-            return
-        lines: list[Any] = [{"label": one.name, "stroke": ink, "width": 2} for one, (_, ink) in curves.items()]
-        with self._chart_folder:
-            self._chart = self._gui.add_uplot(
-                data,
-                ({"label": "t [s]"}, {"label": "limit of truth", "stroke": "#9ca3af", "dash": (4.0, 4.0)}, *lines),
-                scales={"x": {"time": False}},
-                axes=({}, {"size": 40}),
-                legend={"show": False},
-                height=CHART_HEIGHT,
-                padding=(12, 12, 0, 0),
-            )
 
 
 def speed_name(speed: float) -> str:
@@ -238,7 +215,7 @@ def worth_showing(most: float) -> int:
     return max(4, 3 - math.floor(math.log10(most)))
 
 
-def flies_far(scene: Scene) -> bool:
+def moves_far(scene: Scene) -> bool:
     """Whether the body leaves the picture by itself, by its velocity and gravity."""
     fall = 0.0 if scene.gravity is None else float(np.linalg.norm(scene.gravity)) * scene.duration**2 / 2
     run = float(np.linalg.norm(scene.start[0, 7:10])) * scene.duration
@@ -248,3 +225,24 @@ def flies_far(scene: Scene) -> bool:
 def list_of(*options: str) -> tuple[str, ...]:
     """Return options of a dropdown that others will replace: to a type checker a literal tuple is for ever."""
     return options
+
+
+def could_be(control: Any, value: Any) -> bool:
+    """Whether a person can have set a control to a value: it may have been sent by a program."""
+    if hasattr(control, "options"):
+        return value in control.options
+    if isinstance(control, viser.GuiSliderHandle | viser.GuiNumberHandle | viser.GuiVector3Handle):
+        numbers = value if isinstance(value, tuple) else (value,)
+        return all(isinstance(one, int | float) and math.isfinite(one) for one in numbers)
+    return isinstance(value, bool)
+
+
+def show(element: Any, content: str) -> None:
+    """Give an element of HTML that content, unless it has it."""
+    if element.content != content:
+        element.content = content
+
+
+def style() -> str:
+    """Return the lab's own style sheet."""
+    return files(__package__ or "").joinpath("lab.css").read_text(encoding="utf-8")

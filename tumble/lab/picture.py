@@ -10,7 +10,7 @@ from PIL import Image, ImageDraw, ImageFont
 
 from reports.numerals import fixed
 from scenarios.format import visible
-from tumble.lab.crew import Contestant
+from tumble.lab.pool import Contestant
 from tumble.lab.readings import ErrorRow, Reading
 
 LINE, MARGIN, SQUARE = 18, 14, 11
@@ -26,11 +26,14 @@ class Line(NamedTuple):
 
 
 def captioned(
-    pixels: np.ndarray, readings: Sequence[Reading], rows: Sequence[ErrorRow], colours: Mapping[Contestant, Colour],
-    decimals: int,
+    pixels: np.ndarray, background: Colour, readings: Sequence[Reading], rows: Sequence[ErrorRow],
+    colours: Mapping[Contestant, Colour], decimals: int,
 ) -> bytes:  # fmt: skip
-    """Return a PNG of pixels (h, w, 4) with the readings and who is how far off under them, as wide as these need."""
-    seen = Image.fromarray(pixels).convert("RGBA")
+    """Return a PNG of pixels (h, w, 4) on a background, under them the readings and each contestant's error, as wide as
+    these need."""
+    drawn = Image.fromarray(pixels).convert("RGBA")
+    seen = Image.new("RGBA", drawn.size, background)
+    seen.alpha_composite(drawn)
     font = ImageFont.load_default(13)
     told = [Line(in_words(one, decimals)) for one in readings]
     half = -(-len(told) // 2)
@@ -41,7 +44,8 @@ def captioned(
     stretch = max(seen.width / sum(widths), 1.0)
     height = seen.height + max(map(len, columns)) * LINE + 2 * MARGIN
     sheet = Image.new("RGB", (round(sum(widths) * stretch), height), PAPER)
-    sheet.paste(seen, ((sheet.width - seen.width) // 2, 0), seen)
+    sheet.paste(background, (0, 0, sheet.width, seen.height))
+    sheet.paste(seen, ((sheet.width - seen.width) // 2, 0))
     draw = ImageDraw.Draw(sheet)
     for column, left in zip(columns, accumulate([0.0, *widths]), strict=False):
         for number, line in enumerate(column):

@@ -8,8 +8,10 @@ import numpy as np
 from compare.run.worker import Failure
 from scenarios.frames import Array
 from scenarios.scene import Impulse
-from tumble.lab.crew import Contestant
+from tumble.lab.pool import Contestant
 from tumble.lab.throw import Throw
+
+RUNNING = "running"
 
 
 @dataclass(frozen=True)
@@ -26,7 +28,7 @@ class ErrorRow:
     """One contestant at the time shown, as a row of Table 4.1: one vertex, its error, and how far off.
 
     vertex: which; position and error [m], (3,); off_m: their distance, limit_m: the least that can be told from none;
-    status: why there is nothing to show, or what is wrong with what is shown.
+    status: why there is nothing to show, or what is wrong with what is shown; is_in_view: whether it is seen.
     """
 
     contestant: Contestant
@@ -36,6 +38,7 @@ class ErrorRow:
     off_m: float
     limit_m: float
     status: str
+    is_in_view: bool = True
 
 
 def readings(
@@ -58,13 +61,13 @@ def readings(
 
 
 def error_rows(throw: Throw, frame: int, vertex: int | None) -> list[ErrorRow]:
-    """Return who is how far off at a frame, at one vertex or, for None, each at the one where it is worst."""
+    """Return each contestant's error at a frame, at one vertex or, for None, at the one where it is largest."""
     flights, answers = throw.flights(), dict(throw.answers)
     rows = []
     for contestant in throw.contestants:
         answer = answers.get(contestant)
         if contestant not in flights:
-            status = answer.status if isinstance(answer, Failure) else "flying"
+            status = answer.status if isinstance(answer, Failure) else RUNNING
             rows.append(ErrorRow(contestant, None, None, None, np.nan, np.nan, status))
             continue
         flight = flights[contestant]
@@ -94,6 +97,6 @@ def errors_over_time(throw: Throw) -> tuple[Array, dict[Contestant, Array]]:
 
 
 def wrong(rows: Sequence[ErrorRow]) -> ErrorRow | None:
-    """Return who is furthest off, if anybody is further off than the limit."""
+    """Return the row with the largest error, if any is larger than its limit."""
     off = [row for row in rows if row.off_m > row.limit_m]
     return max(off, key=lambda row: row.off_m, default=None)

@@ -5,32 +5,35 @@ import signal
 import subprocess
 import threading
 from collections.abc import Callable, Sequence
+from pathlib import Path
 
-from tumble.lab.crew import Contestant
-from tumble.lab.keep import Kept
-from tumble.lab.session import Refused
+from tumble.lab.pool import Contestant
+from tumble.lab.refusals import Refused
+from tumble.lab.save import Saved
 
 
 class ReportAtWork:
-    """What becomes of *Save report*.  tell: called, from a thread, with a line when it is made or cannot be."""
+    """What *Report* makes.  made: called, from a thread, with the file; failed: with the reason why there is none."""
 
-    def __init__(self, tell: Callable[[str], object]) -> None:
-        self._tell = tell
+    def __init__(self, made: Callable[[Path], object], failed: Callable[[str], object]) -> None:
+        self._made, self._failed = made, failed
         self._report: subprocess.Popen[str] | None = None
 
-    def make(self, files: Kept, contestants: Sequence[Contestant]) -> str:
+    def make(self, files: Saved, contestants: Sequence[Contestant]) -> str:
         """Begin one; return what to say meanwhile.  Raises Refused."""
         if self._is_at_work():
-            raise Refused("a report is being made already")
+            raise Refused("A report is being made already.")
         report = self._report = files.report(contestants)
 
         def wait() -> None:
             _, errors = report.communicate()
-            last = (errors.strip().splitlines() or ["it was ended"])[-1]
-            self._tell(f"Written: {files.report_file.name}" if report.returncode == 0 else f"No report: {last}")
+            if report.returncode == 0:
+                self._made(files.report_file)
+            else:
+                self._failed(f"No report: {(errors.strip().splitlines() or ['it was ended'])[-1]}")
 
         threading.Thread(target=wait, daemon=True).start()
-        return f"Making {files.report_file.name}: half a minute or so."
+        return f"Making {files.report_file.name}: it takes half a minute."
 
     def close(self) -> None:
         """End the one that is being made."""

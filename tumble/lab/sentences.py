@@ -4,30 +4,46 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from reports.numerals import figure
 from scenarios.published import VERTEX, table_4_1
+from tumble.lab.magnify import times
+from tumble.lab.markup import metres
 from tumble.lab.readings import ErrorRow, wrong
+from tumble.lab.refusals import OWN_THROW
 from tumble.lab.session import Session, Shown
 
 
-def sentence(session: Session, shown: Shown, rows: Sequence[ErrorRow], *, is_table_4_1: bool) -> str:
-    """Return it; rows: the error table at the time shown; is_table_4_1: whether the coursework's throw is replayed."""
+def sentence(
+    session: Session, shown: Shown, rows: Sequence[ErrorRow], factor: float = 1.0, *, is_table_4_1: bool = False
+) -> str:
+    """Return it; rows: the error table at the time shown; factor: how many times larger errors are drawn;
+    is_table_4_1: whether the coursework's throw is replayed."""
     throw = session.throw
     if session.aiming:
         return "Click the body: another impulse at this instant."
     if throw is None:
         if not len(session.draft.scene.body.faces):
-            return "This body is points without a surface to click: As written flies it."
-        own = " As written flies the scene's own throw." if session.draft.brings_a_throw else ""
+            return f"This body is points without a surface to click: press {OWN_THROW}."
+        own = f" Or press {OWN_THROW}." if session.draft.brings_a_throw else ""
         return f"Click the body to throw it.{own}"
     if is_table_4_1:
         return printed(shown)
     if throw.why_no_truth:
-        return f"No truth here: {throw.why_no_truth}"
-    furthest = wrong(rows)
-    if furthest is not None:
-        return f"Furthest off now: {furthest.contestant.name}, {figure(furthest.off_m)} m."
-    return "Nobody is off by more than the truth's own limit." if throw.is_complete else "Flying."
+        return f"No reference solution here: {throw.why_no_truth}"
+    largest = wrong(rows)
+    if largest is not None:
+        drawn = f", drawn {times(factor)} times larger" if factor > 1 else ""
+        return f"Largest error now: {largest.contestant.name}, {metres(largest.off_m)}{drawn}.{outside(rows)}"
+    if not shown.is_true and throw.flights():
+        return "Waiting for the reference solution."
+    if not throw.is_complete:
+        return "Running."
+    return "All that run here are indistinguishable from the truth." if throw.flights() else "No contestant runs here."
+
+
+def outside(rows: Sequence[ErrorRow]) -> str:
+    """Return who is drawn where it cannot be seen."""
+    names = [row.contestant.name for row in rows if not row.is_in_view]
+    return f" Outside the view: {', '.join(names)}." if names else ""
 
 
 def printed(shown: Shown) -> str:
@@ -35,11 +51,14 @@ def printed(shown: Shown) -> str:
     table = table_4_1()
     row = int(np.argmin(np.abs(table.physics_times - shown.time)))
     if abs(table.physics_times[row] - shown.time) > 1e-9:
-        return "Table 4.1, vertex 5 at five times: green the application's printed positions, violet the calculated."
+        return (
+            f"Table 4.1, vertex {VERTEX} at five times: black the application's printed positions, red the "
+            "calculation's, grey the truth."
+        )
     place = shown.vertices[VERTEX]
-    application = figure(float(np.linalg.norm(place - table.application[row])))
-    calculated = figure(float(np.linalg.norm(place - table.calculated[row])))
+    application = metres(float(np.linalg.norm(place - table.application[row])))
+    calculated = metres(float(np.linalg.norm(place - table.calculated[row])))
     return (
-        f"Vertex 5 as printed, when the screen's clock showed {table.clock[row]:g} s: the application (green) "
-        f"{application} m from the truth, the calculation (violet) {calculated} m."
+        f"Vertex {VERTEX} as printed, when the screen's clock showed {table.clock[row]:g} s: the application (black) "
+        f"{application} from the truth, the calculation (red) {calculated}."
     )

@@ -2,24 +2,20 @@
 
 import contextlib
 import io
-import re
 import threading
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
-from functools import partial
 from pathlib import Path
 
 import viser
-import websockets.asyncio.server as sockets
 
-from tumble.lab.crew import Contestant, Crew
 from tumble.lab.draft import Draft
+from tumble.lab.guard import drop_what_cannot_be_used, guarded
 from tumble.lab.page import Page
+from tumble.lab.pool import Contestant, Pool
 
 HOST = "127.0.0.1"
-# Pages that may connect: those of this machine; and what is no page and says nothing of where it comes from.
-OWN_PAGES = (re.compile(r"http://(127\.0\.0\.1|localhost|\[::1\]):\d+"), None)
 
 
 class LocalServer(viser.ViserServer):
@@ -30,35 +26,28 @@ class LocalServer(viser.ViserServer):
 
 
 @contextmanager
-def own_pages_only() -> Iterator[None]:
-    """Let a server that is started meanwhile refuse pages of other sites, which viser itself does not."""
-    serve = sockets.serve
-    sockets.serve = partial(serve, origins=OWN_PAGES)  # type: ignore[misc, assignment]
-    try:
-        yield
-    finally:
-        sockets.serve = serve  # type: ignore[misc]
-
-
-@contextmanager
-def serving(draft: Draft, contestants: list[Contestant], crew: Crew, folder: Path, port: int) -> Iterator[str]:
-    """Serve the lab and give its address; another port is taken where that one is.  folder: where throws are kept."""
+def serving(draft: Draft, contestants: list[Contestant], pool: Pool, folder: Path, port: int) -> Iterator[str]:
+    """Serve the lab and give its address; another port is taken where that one is.  folder: where throws are saved."""
     # viser greets on standard output, which is for results.
-    with own_pages_only(), contextlib.redirect_stdout(io.StringIO()):
+    with guarded(), contextlib.redirect_stdout(io.StringIO()):
         server = LocalServer(host=HOST, port=port, label="Tumble lab", verbose=False)
-    # What was on its way when a browser was closed is no news.
+    server.get_event_loop().set_exception_handler(drop_what_cannot_be_used)
+    # What was on its way when a browser was closed is no news, nor is an upload that is not what it was said to be.
     warnings.filterwarnings("ignore", "Queued a .* on a closed connection", UserWarning)
+    warnings.filterwarnings("ignore", r"\[viser\] ", UserWarning)
     pages: dict[int, Page] = {}
     lock = threading.Lock()
 
     @server.on_client_connect
     def _(client: viser.ClientHandle) -> None:
-        page = Page(client, draft, contestants, crew, folder)
+        page = Page(client, draft, contestants, pool, folder)
         with lock:
             pages[client.client_id] = page
+        if client.client_id not in server.get_clients():  # it was closed meanwhile
+            forget(client)
 
     @server.on_client_disconnect
-    def _(client: viser.ClientHandle) -> None:
+    def forget(client: viser.ClientHandle) -> None:
         with lock:
             page = pages.pop(client.client_id, None)
         if page:

@@ -15,29 +15,35 @@ from scenarios.frames import Array, vertices
 from scenarios.impulse import RayMissed, strike_point
 from scenarios.read import BadScene
 from scenarios.scene import Impulse
-from tumble.lab.aside import Errand
+from tumble.lab.background import Job
 from tumble.lab.click import hit_point, impulse_table
 from tumble.lab.clock import Clock, pace
-from tumble.lab.crew import Contestant, Crew
 from tumble.lab.draft import Draft
 from tumble.lab.foreign import Foreign, loading
-from tumble.lab.keep import Kept
+from tumble.lab.pool import Contestant, Pool
+from tumble.lab.refusals import OWN_THROW, Refused, in_words
+from tumble.lab.save import Saved
 from tumble.lab.throw import Throw
 
-
-class Refused(ValueError):
-    """What the lab does not do; the text is the one line for the user."""
+START = "the start"  # what is shown where nothing has come in
+PATIENCE_S, LEAD_S = 5.0, 0.25  # a throw waits for its truth, in all; it goes before it, of watching
+LATELY = 0.25  # of a throw, as on the page
 
 
 @dataclass(frozen=True, eq=False)
 class Shown:
-    """What is seen at one frame: state (13,) and vertices [m], (n, 3); is_true: whether they are the truth's."""
+    """What is seen at one frame: state (13,) and vertices [m], (n, 3), and whose they are, '' for the truth's."""
 
     frame: int
     time: float
     state: Array
     vertices: Array
-    is_true: bool
+    whose: str = ""
+
+    @property
+    def is_true(self) -> bool:
+        """Whether it is the truth."""
+        return not self.whose
 
 
 class Session:
@@ -51,7 +57,7 @@ class Session:
         self,
         draft: Draft,
         contestants: Sequence[Contestant],
-        crew: Crew,
+        pool: Pool,
         folder: Path,
         changed: Callable[[], object],
     ) -> None:
@@ -62,15 +68,16 @@ class Session:
         self.draft = draft
         self.thrown: Draft | None = None
         self.throw: Throw | None = None
-        self.kept: Kept | None = None
+        self.saved: Saved | None = None
         self.foreign: Foreign | None = None
-        self._crew, self._changed = crew, changed
+        self._pool, self._changed = pool, changed
         self._asked = list(contestants)
-        self._loading: Errand | None = None
+        self._loading: Job | None = None
+        self._patience_s = 0.0
         self.clock = self._stopped_clock()
 
     def close(self) -> None:
-        """End what still flies or is read."""
+        """End what still runs or is read."""
         if self.throw:
             self.throw.stop()
         if self._loading:
@@ -78,8 +85,8 @@ class Session:
 
     @property
     def contestants(self) -> list[Contestant]:
-        """Who is asked to fly."""
-        return [self._crew.resolved(one) for one in self._asked]
+        """Who is asked to take part."""
+        return [self._pool.resolved(one) for one in self._asked]
 
     # What is asked
 
@@ -102,54 +109,61 @@ class Session:
         again = self.thrown.edited(values)
         self._check(again)
         self.draft = draft
-        self._fly(again)
+        self._throw(again)
 
     def engage(self, contestants: Sequence[Contestant]) -> None:
-        """Let others fly; what was thrown is thrown again."""
+        """Let others take part; what was thrown is thrown again."""
         self._asked = list(contestants)
-        self._fly_again()
+        self._throw_again()
 
     def use_defaults(self, at_defaults: bool) -> None:
-        """Fly engines as they ship, where they have such settings, or in fair ones; thrown again."""
+        """Run engines as they ship, where they have such settings, or in fair ones; thrown again."""
         self.at_defaults = at_defaults
-        self._fly_again()
+        self._throw_again()
 
     # Throwing
 
     def click(self, origin: Sequence[float], direction: Sequence[float], magnitude: float) -> None:
-        """Strike the body along a ray, origin [m], with so many N s: the first throws it, the next only after `again`.
+        """Apply an impulse [N s] along a ray, origin [m]: the first throws the body, the next only after `again`.
+
+        A click beside the body is refused where it would have thrown it, and ignored otherwise.
 
         Raises Refused, BadScene.
         """
-        if self.thrown is not None and not self.aiming:
-            raise Refused("thrown already: Reset allows the next throw, Again adds an impulse to this one")
-        shown = self.shown()
+        shown, body = self.shown(), self.draft.scene.body
+        is_over = self.thrown is not None and not self.aiming
+        if not len(body.faces):
+            raise Refused(f"This body is points without a surface to click: press {OWN_THROW}.")
         try:
-            hit_point(origin, direction, shown.state, self.draft.scene.body)
+            hit_point(origin, direction, shown.state, body)
         except RayMissed:
-            raise Refused("the ray just misses the body") from None
+            if is_over:
+                return
+            raise Refused("That click missed the body: click the body itself.") from None
+        if is_over:
+            raise Refused("Thrown already. Press Reset for a new throw, or Again for another impulse.")
         table = impulse_table(origin, direction, magnitude, shown.time)
         before = self.draft.without_impulses() if self.thrown is None else self.thrown
         struck = before.struck(table)
         if not struck.scene.impulses or not magnitude > 0:
-            raise Refused("an impulse of 0 N s throws nothing")
+            raise Refused("An impulse of 0 N s throws nothing: set Impulse first.")
         self.aiming = False
-        self._fly(struck, shown.frame)
+        self._throw(struck, shown.frame)
 
-    def fly_as_written(self) -> None:
-        """Fly the scene with the impulses of its own file.  Raises Refused, BadScene."""
+    def throw_own(self) -> None:
+        """Throw the body with the impulses of the scene's own file.  Raises Refused, BadScene."""
         self._check(self.draft)
-        self._fly(self.draft)
+        self._throw(self.draft)
 
     def again(self) -> None:
         """Stop the time and let the next click be another impulse.  Raises Refused."""
         if self.throw is None:
-            raise Refused("nothing flies yet: the first click throws")
+            raise Refused("Nothing is thrown yet: click the body first.")
         self.pause()
         if self.shown().frame >= len(self.throw.scene.rows) - 1:
-            raise Refused("the flight is over here: go back in time, or Reset")
+            raise Refused("The throw is over at this time: go back in time, or press Reset.")
         if not self.shown().is_true:
-            raise Refused("no truth at this time yet: nothing to aim at")
+            raise Refused("The reference solution has not reached this time yet: wait a moment.")
         self.aiming = True
         self._changed()
 
@@ -157,7 +171,7 @@ class Session:
         """Put the body where it starts, ready for the next throw."""
         self.close()
         self.throw, self.thrown, self.aiming = None, None, False
-        self.kept, self.foreign, self._loading = None, None, None
+        self.saved, self.foreign, self._loading = None, None, None
         self.clock = self._stopped_clock()
         self._changed()
 
@@ -171,61 +185,62 @@ class Session:
                 except RayMissed as missed:
                     raise BadScene(f"{scene.name}: {missed}") from None
 
-    def _fly_again(self) -> None:
+    def _throw_again(self) -> None:
         if self.thrown is not None:
-            self._fly(self.thrown)
+            self._throw(self.thrown)
         self._changed()
 
-    def _fly(self, draft: Draft, frame: int = 0) -> None:
+    def _throw(self, draft: Draft, frame: int = 0) -> None:
         self.close()
         self.thrown, self.aiming = draft, False
-        self.throw = Throw(draft.scene, self.flying(), self._crew, self._changed)
-        self.kept, self.foreign, self._loading = None, None, None
+        self.throw = Throw(draft.scene, self.running(), self._pool, self._changed)
+        self._patience_s = PATIENCE_S
+        self.saved, self.foreign, self._loading = None, None, None
         self.clock = self._stopped_clock().put(frame).started(time.monotonic())
         self._changed()
 
-    def flying(self) -> list[Contestant]:
-        """Return who flies: at an engine's defaults where they are asked for and it has them."""
+    def running(self) -> list[Contestant]:
+        """Return who takes part: at an engine's defaults where they are asked for and it has them."""
         found = []
         for one in self.contestants:
-            info = self._crew.engines.get(one.engine)
+            info = self._pool.engines.get(one.engine)
             shipped = one.method.partition("+")[0] + SHIPPED
             has = self.at_defaults and info is not None and shipped in info.on_request
-            found.append(self._crew.contestant(one.engine, shipped) if has else one)
+            found.append(self._pool.contestant(one.engine, shipped) if has else one)
         return list(dict.fromkeys(found))
 
     # What is kept, and what is brought along
 
-    def files(self) -> Kept:
+    def files(self) -> Saved:
         """Return where this throw is kept.  Raises Refused."""
         if self.thrown is None:
-            raise Refused("nothing is thrown yet: there is nothing to keep")
-        if self.kept is None:
-            self.kept = Kept(self.thrown, self.folder)
-        return self.kept
+            raise Refused("Nothing is thrown yet: there is nothing to save.")
+        if self.saved is None:
+            self.saved = Saved(self.thrown, self.folder)
+        return self.saved
 
     def load(self, name: str, content: bytes, done: Callable[[str], object]) -> None:
-        """Grade a trajectory that some other program made of this throw and let it fly along; done: told why not.
+        """Grade a trajectory that some other program made of this throw, and show it; done: called with why not, or "".
 
         Raises Refused, OSError.
         """
         if self.thrown is None or self.throw is None:
-            raise Refused("nothing is thrown yet: there is nothing to hold a trajectory against")
+            raise Refused("Throw first: a trajectory is compared with the throw that is shown.")
         if self._loading:
             self._loading.stop()
-        errand = self._loading = loading(self._crew.hands, self.folder, name, content, self.throw.scene)
+        job = self._loading = loading(self._pool.background, self.folder, name, content, self.throw.scene)
 
         def take(future: "Future[Foreign]") -> None:
             with self.lock:
-                if self._loading is not errand or future.cancelled():
+                if self._loading is not job or future.cancelled():
                     return
                 self._loading, error = None, future.exception()
                 if error is None:
                     self.foreign = future.result()
-                done(str(error) if error else "")
+                done(in_words(error) if isinstance(error, Exception) else "")
             self._changed()
 
-        errand.futures[0].add_done_callback(take)
+        job.futures[0].add_done_callback(take)
 
     # The time shown
 
@@ -260,21 +275,31 @@ class Session:
         """Return what is seen now: the truth, or, where it is not there yet, the first flight that is."""
         scene, throw = (self.thrown or self.draft).scene, self.throw
         watch = time.monotonic()
-        flights = [] if throw is None else list(throw.flights().values())
+        flights = {} if throw is None else throw.flights()
         if throw is not None and not flights and not throw.known:
             self.clock = self.clock.kept_at(watch, self.clock.at)  # nothing is there to be shown
+        elif throw is not None and not throw.truth_is_told and self._patience_s > 0:
+            # Errors are seen as the body moves, and so the truth goes before, unless it is a long time coming.
+            known = max(self.clock.instants[max(throw.known - 1, 0)], self.clock.at) + LEAD_S * self.clock.speed
+            self._patience_s -= max(self.clock.time(watch) - known, 0.0) / self.clock.speed
+            self.clock = self.clock.kept_at(watch, known)
         frame = self.clock.frame(watch)
         if self.clock.is_running and frame == len(self.clock.instants) - 1:
             self.clock = self.clock.stopped(watch)
         at = self.clock.instants[frame]
         if throw is None:
-            return Shown(frame, at, scene.start[0], vertices(scene.start, scene.body.points)[0], True)
+            return Shown(frame, at, scene.start[0], vertices(scene.start, scene.body.points)[0])
         if np.isfinite(throw.true_states[frame]).all():
-            return Shown(frame, at, throw.true_states[frame], throw.true_vertices[frame], True)
-        for flight in flights:
+            return Shown(frame, at, throw.true_states[frame], throw.true_vertices[frame])
+        for one, flight in flights.items():
             if np.isfinite(flight.states[frame]).all():
-                return Shown(frame, at, flight.states[frame, 0], flight.vertices[frame, 0], False)
-        return Shown(frame, at, scene.start[0], vertices(scene.start, scene.body.points)[0], False)
+                return Shown(frame, at, flight.states[frame, 0], flight.vertices[frame, 0], one.name)
+        return Shown(frame, at, scene.start[0], vertices(scene.start, scene.body.points)[0], START)
+
+    def impulses_lately(self, at: float) -> list[tuple[Impulse, Array]]:
+        """Return those of the impulses until a time [s] that acted a while before it at most."""
+        while_s = LATELY * self.clock.instants[-1]
+        return [one for one in self.impulses_until(at) if one[0].time >= at - while_s]
 
     def impulses_until(self, at: float) -> list[tuple[Impulse, Array]]:
         """Return the impulses that acted until a time [s], each with the point of the true body that it struck [m].

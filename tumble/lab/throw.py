@@ -17,7 +17,7 @@ from compare.run.worker import Failure
 from scenarios.frames import Array
 from scenarios.scene import Scene
 from scenarios.truth import NoTruth, Truth, truth
-from tumble.lab.crew import Contestant, Crew, Loan
+from tumble.lab.pool import Contestant, Lease, Pool
 
 # Instants of a free flight's truth that are asked for at once: few at first, so that the body can begin to move.
 FIRST, MOST = 5, 40
@@ -26,13 +26,13 @@ FIRST, MOST = 5, 40
 class Throw:
     """The answers to one scene as they come in, the first row of each at t = 0.
 
-    answers: contestant -> its flight, or why there is none; it is not there while it flies.  true_states (R, 13) and
+    answers: contestant -> its trajectory, or why there is none; it is not there while it runs.  true_states (R, 13) and
     true_vertices (R, n, 3) [m] are NaN where the truth is not there yet; why_no_truth says that it will not be.
     changed: called, from any thread, when something came in.
     """
 
     def __init__(
-        self, scene: Scene, contestants: Sequence[Contestant], crew: Crew, changed: Callable[[], object]
+        self, scene: Scene, contestants: Sequence[Contestant], pool: Pool, changed: Callable[[], object]
     ) -> None:
         self.scene, self.contestants = scene, tuple(contestants)
         self.answers: dict[Contestant, Trajectory | Failure] = {}
@@ -40,16 +40,16 @@ class Throw:
         self.true_vertices = np.full((len(scene.rows), *scene.body.points.shape), np.nan)
         self.true_limit = np.full(len(scene.rows), np.nan)
         self.why_no_truth = ""
-        self._crew, self._changed = crew, changed
+        self._pool, self._changed = pool, changed
         self._lock = threading.Lock()
-        self._loans: set[Loan] = set()
+        self._leases: set[Lease] = set()
         self._stopped = False
         self._parts = parts(len(scene.times)) if scene.is_free else [slice(0, len(scene.times))]
         self._pieces: dict[int, Truth] = {}
         for engine in dict.fromkeys(contestant.engine for contestant in contestants):
-            threading.Thread(target=self._fly, args=(engine,), daemon=True).start()
+            threading.Thread(target=self._run, args=(engine,), daemon=True).start()
         calls = [(truth, replace(scene, times=scene.times[part])) for part in self._parts]
-        self._truth = crew.hands.send(calls)
+        self._truth = pool.background.send(calls)
         for number, future in enumerate(self._truth.futures):
             future.add_done_callback(partial(self._take_truth, number))
 
@@ -57,8 +57,8 @@ class Throw:
         """End what is still at work; what comes in afterwards is dropped."""
         with self._lock:
             self._stopped = True
-            for loan in self._loans:
-                loan.halt()
+            for lease in self._leases:
+                lease.halt()
         self._truth.stop()
 
     @property
@@ -86,7 +86,7 @@ class Throw:
         """Return what `tumble compare` makes of what is there; scene: the same under the name it was saved by."""
         scene = scene or self.scene
         whole = None if self.why_no_truth or not self.truth_is_told else self._whole_truth()
-        waiting = Failure("timeout: still flying when this was saved")
+        waiting = Failure("timeout: still running when this was saved")
         runs = (
             Run(
                 scene,
@@ -95,12 +95,12 @@ class Throw:
                 scene.step,
                 self.answers.get(one, waiting),
                 whole,
-                self._crew.tolerance(one),
+                self._pool.tolerance(one),
             )
             for one in self.contestants
         )
         why = self.why_no_truth or "still being worked out"
-        roles = {one.name: self._crew.role(one) for one in self.contestants}
+        roles = {one.name: self._pool.role(one) for one in self.contestants}
         return Comparison(scene, whole, why, tuple(runs), lost_m(scene, whole), roles)
 
     def _whole_truth(self) -> Truth:
@@ -134,37 +134,39 @@ class Throw:
                 self.true_limit[rows] = piece.limit[-count:, 0]
         self._changed()
 
-    def _fly(self, engine: str) -> None:
-        """Fly every method of one engine, one after the other, in one process."""
+    def _run(self, engine: str) -> None:
+        """Run every method of one engine, one after the other, in one process."""
         own = [one for one in self.contestants if one.engine == engine]
         try:
-            loan = self._crew.lend(engine, [one.method for one in own])
+            lease = self._pool.lease(engine, [one.method for one in own], lambda: not self._stopped)
         except BadEngine as error:
-            loan = Failure(f"crashed: {error}")
-        if isinstance(loan, Failure):
+            lease = Failure(f"crashed: {error}")
+        if lease is None:
+            return
+        if isinstance(lease, Failure):
             for contestant in own:
-                self._take(contestant, loan)
+                self._take(contestant, lease)
             return
         with self._lock:
-            self._loans.add(loan)
+            self._leases.add(lease)
         try:
             for contestant in own:
                 if self._stopped:
                     return
-                self._take(*self._flown(loan, self._renamed(contestant, self._crew.resolved(contestant))))
+                self._take(*self._answer(lease, self._renamed(contestant, self._pool.resolved(contestant))))
         except Halted:
             pass
         finally:
             with self._lock:
-                self._loans.discard(loan)
-            self._crew.take_back(loan)
+                self._leases.discard(lease)
+            self._pool.take_back(lease)
 
-    def _flown(self, loan: Loan, contestant: Contestant) -> tuple[Contestant, Trajectory | Failure]:
-        """Fly a contestant, or, where its method has not the scene's laws itself, the one that is given their force."""
-        answer = loan.fly(self.scene, contestant.method)
-        held = self._crew.held(contestant)
+    def _answer(self, lease: Lease, contestant: Contestant) -> tuple[Contestant, Trajectory | Failure]:
+        """Run a contestant, or, where its method has not the scene's laws itself, the one that is given their force."""
+        answer = lease.run(self.scene, contestant.method)
+        held = self._pool.held(contestant)
         if isinstance(answer, Failure) and answer.status.startswith("skipped") and held and not self.scene.is_free:
-            return self._renamed(contestant, held), loan.fly(self.scene, held.method)
+            return self._renamed(contestant, held), lease.run(self.scene, held.method)
         return contestant, answer
 
     def _renamed(self, contestant: Contestant, other: Contestant) -> Contestant:

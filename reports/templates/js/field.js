@@ -1,6 +1,6 @@
 // Who takes part: one colour and one mark each on every figure, and who of them is shown.
 
-// Okabe and Ito's colours, told apart by colour-blind readers; the engines in the order they take part.
+// Okabe and Ito's colours, told apart by colour-blind readers; DATA.places says which is whose, on every page the same.
 const HUES = ["--hue-1", "--hue-2", "--hue-3", "--hue-4", "--hue-5", "--hue-6"];
 // Units about the origin; a contestant's mark is its own within its engine, so colour is never all.
 const MARKS = [
@@ -19,17 +19,15 @@ const FIELD = field();
 
 function field() {
   const found = new Map();
-  const engines = [];
   const counts = new Map();
   for (const row of [...rows("runs.csv"), ...rows("sweep-runs.csv"), ...rows("limits.csv"), ...rows("extremes.csv")]) {
     const name = contestantOf(row);
     if (!row.method || found.has(name)) continue;
-    if (!engines.includes(row.engine)) engines.push(row.engine);
     const at = counts.get(row.engine) ?? 0;
     counts.set(row.engine, at + 1);
     const method = row.method.split("@")[0];
     const [plain, manner] = method.split("+");
-    const place = engines.filter((engine) => engine !== DATA.byHand).indexOf(row.engine);
+    const place = DATA.places[row.engine] ?? 0;
     found.set(name, {
       name,
       engine: row.engine,

@@ -1,4 +1,4 @@
-"""Who flies in the lab's tests: real engines, started once."""
+"""Who takes part in the lab's tests: real engines, started once."""
 
 import threading
 import time
@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterator
 import pytest
 from lab_pages import opening
 
-from tumble.lab.crew import Crew
 from tumble.lab.draft import Draft
+from tumble.lab.pool import Pool
 from tumble.lab.session import Session
 
 WHO = ("tumble:rk4", "mujoco:euler", "pybullet:multibody")
@@ -16,15 +16,15 @@ PATIENCE_S = 180.0
 
 
 @pytest.fixture(scope="session")
-def crew() -> Iterator[Crew]:
-    with Crew(time_limit=60.0) as crew:
-        yield crew
+def pool() -> Iterator[Pool]:
+    with Pool(time_limit=60.0) as pool:
+        yield pool
 
 
 @pytest.fixture
-def session(crew, tmp_path) -> Iterator[Session]:
+def session(pool, tmp_path) -> Iterator[Session]:
     """A session of its own on the coursework's cube, clicked by nobody yet."""
-    session = Session(Draft.opened("table-4-1-ray"), crew.ready(WHO), crew, tmp_path, lambda: None)
+    session = Session(Draft.opened("table-4-1-ray"), pool.ready(WHO), pool, tmp_path, lambda: None)
     yield session
     session.close()
 

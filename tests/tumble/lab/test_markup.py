@@ -3,14 +3,16 @@
 import numpy as np
 
 from scenarios.published import table_4_1
-from tumble.lab.crew import Contestant
 from tumble.lab.foreign import Foreign
+from tumble.lab.looks import Look
 from tumble.lab.markup import error_table, grade_box, readings_table, said
+from tumble.lab.pool import Contestant
 from tumble.lab.readings import ErrorRow, Reading
 from tumble.lab.sentences import printed
 from tumble.lab.session import Shown
 
 EVIL = "<img src=x onerror=alert(1)>"
+LOOK = Look((1, 2, 3), "o", "")
 
 
 def test_what_comes_from_a_file_is_text():
@@ -18,8 +20,8 @@ def test_what_comes_from_a_file_is_text():
     row = ErrorRow(mine, 0, np.zeros(3), np.ones(3), 3**0.5, 0.0, f"flagged: {EVIL}")
     gone = ErrorRow(mine, None, None, None, np.nan, np.nan, f"crashed: {EVIL}")
     pages = (
-        error_table([row, gone], {mine: "rgb(1, 2, 3)"}, 1.0, None, 0.5),
-        grade_box(Foreign(EVIL, np.zeros(1), np.zeros((1, 8, 3)), (f"Off: {EVIL}", EVIL))),
+        error_table([row, gone], {mine: LOOK}, 1.0, None, 0.5),
+        grade_box(Foreign(EVIL, np.zeros(1), np.zeros((1, 8, 3)), f"Off: {EVIL}", False, (EVIL,))),
         said(f"{EVIL}\x1b[2J: no such file", is_refusal=True),
     )
     for page in pages:
@@ -31,13 +33,13 @@ def test_what_comes_from_a_file_is_text():
 def test_an_error_below_the_limit_is_shown_as_the_limit():
     one = Contestant("mujoco", "rk4", "mujoco")
     row = ErrorRow(one, 3, np.zeros(3), np.full(3, 1e-16), 2e-16, 1e-15, "")
-    assert "≤" in error_table([row], {one: "red"}, 1.0, 3, 0.5)
+    assert "≤" in error_table([row], {one: LOOK}, 1.0, 3, 0.5)
 
 
 def test_the_table_names_the_vertex_of_each():
     one = Contestant("mujoco", "rk4", "mujoco")
     row = ErrorRow(one, 6, np.zeros(3), np.full(3, 1e-3), 2e-3, 1e-15, "")
-    assert ">vertex 6</span>" in error_table([row], {one: "red"}, 1.0, None, 0.5)
+    assert ">vertex 6</span>" in error_table([row], {one: LOOK}, 1.0, None, 0.5)
 
 
 def test_a_number_that_is_not_there_yet_is_a_dash():
@@ -52,9 +54,9 @@ def test_the_printed_positions_are_held_against_what_is_shown_at_their_own_times
     table = table_4_1()
     vertices = np.zeros((8, 3))
     vertices[5] = table.application[2]
-    line = printed(Shown(18, float(table.physics_times[2]), np.zeros(13), vertices, True))
+    line = printed(Shown(18, float(table.physics_times[2]), np.zeros(13), vertices))
     assert "0 m from the truth" in line
-    assert "m" in printed(Shown(0, 0.0, np.zeros(13), vertices, True))
+    assert "m" in printed(Shown(0, 0.0, np.zeros(13), vertices))
 
 
 def test_long_numbers_are_let_go_into_lines_of_their_own():

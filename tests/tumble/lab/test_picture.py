@@ -5,8 +5,8 @@ import io
 import numpy as np
 from PIL import Image
 
-from tumble.lab.crew import Contestant
 from tumble.lab.picture import captioned, told_off
+from tumble.lab.pool import Contestant
 from tumble.lab.readings import ErrorRow, Reading
 
 SEEN = np.full((40, 60, 4), 255, dtype=np.uint8)
@@ -16,14 +16,14 @@ OFF = ErrorRow(MINE, 3, np.zeros(3), np.full(3, 1e-3), 3**0.5 * 1e-3, 1e-15, "")
 
 def picture(readings, rows) -> np.ndarray:
     """Return the picture's pixels, (h, w, 3)."""
-    png = captioned(SEEN, readings, rows, {MINE: (1, 200, 3)}, 2)
+    png = captioned(SEEN, (9, 9, 9), readings, rows, {MINE: (1, 200, 3)}, 2)
     return np.asarray(Image.open(io.BytesIO(png)).convert("RGB"))
 
 
 def test_a_long_line_makes_the_picture_wider():
     pixels = picture([Reading("angular velocity", "rad/s", (-1e9, -2e9, 3e9)), Reading("mass", "kg", (1.0,))], [OFF])
     assert pixels.shape[1] > 2 * SEEN.shape[1]
-    assert (pixels[:, -4:] == 255).all()
+    assert (pixels[SEEN.shape[0] :, -4:] == 255).all()
     assert (pixels[SEEN.shape[0] :] < 100).any()
 
 

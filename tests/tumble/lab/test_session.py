@@ -19,11 +19,13 @@ from compare.run.registry import package
 from compare.run.worker import Failure
 from scenarios.frames import rotation_matrix
 from scenarios.read import BadScene, read_scene
-from tumble.lab.aside import Hands
-from tumble.lab.crew import Contestant, Crew
+from tumble.lab.background import Job, Workers
 from tumble.lab.draft import Draft
+from tumble.lab.pool import Contestant, Pool
 from tumble.lab.readings import error_rows, errors_over_time, readings
-from tumble.lab.session import Refused, Session
+from tumble.lab.refusals import Refused
+from tumble.lab.sentences import sentence
+from tumble.lab.session import LEAD_S, Session
 
 PLUGINS = Path(__file__).parents[2] / "plugins"
 PATIENCE_S = 60.0
@@ -61,7 +63,7 @@ def test_the_first_click_throws_and_the_second_does_not(session):
 
 
 def test_a_click_beside_the_body_throws_nothing(session):
-    with pytest.raises(Refused, match="misses"):
+    with pytest.raises(Refused, match="missed"):
         click(session, at=(4.0, 2.5, 0.0))
     assert session.throw is None
 
@@ -97,6 +99,28 @@ def test_run_of_the_saved_scene_is_the_same_trajectory_to_the_last_bit(session, 
     assert done.returncode == 0, done.stderr
     kept = folder / f"trajectory-{contestant.replace(':', '-')}.csv"
     assert kept.read_text(encoding="utf-8") == done.stdout
+
+
+def test_time_waits_for_the_truth_but_not_for_good(session, pool, until, monkeypatch):
+    monkeypatch.setattr(pool.background, "send", lambda calls: Job(calls, Job.cancel))  # never begun
+    click(session)
+    until(lambda: len(session.throw.answers) == len(session.throw.contestants))
+    time.sleep(0.5)
+    for _ in range(3):  # each look is one of the page's
+        shown = session.shown()
+    assert shown.time <= LEAD_S * session.clock.speed
+    assert shown.whose == session.contestants[0].name
+    assert sentence(session, shown, []) == "Waiting for the reference solution."
+    monkeypatch.setattr(session, "_patience_s", 0.0)
+    until(lambda: session.shown().time > 2 * LEAD_S * session.clock.speed)
+
+
+def test_an_impulse_is_seen_for_a_while_and_then_it_is_past(session, until):
+    click(session)
+    until(lambda: session.throw.is_complete)
+    assert len(session.impulses_lately(0.0)) == len(session.impulses_lately(0.1)) == 1
+    assert session.impulses_lately(0.2) == []
+    assert len(session.impulses_until(0.2)) == 1
 
 
 def test_before_a_throw_nothing_has_struck_the_body(session):
@@ -162,32 +186,32 @@ def test_at_its_defaults_pybullet_is_slowed_and_in_fair_settings_it_is_not(sessi
 
 
 def test_a_hung_engine_is_a_line_and_the_others_fly(tmp_path, until):
-    with Crew(time_limit=600.0) as crew:
-        hold_hung_engine(crew, tmp_path, until)
+    with Pool(time_limit=600.0) as pool:
+        hold_hung_engine(pool, tmp_path, until)
 
 
 def test_an_engine_that_hangs_as_it_starts_is_started_once_and_the_others_fly(tmp_path, until, monkeypatch):
-    monkeypatch.setattr("tumble.lab.crew.READY_S", 0.5)
+    monkeypatch.setattr("tumble.lab.pool.READY_S", 0.5)
     stuck = "from pathlib import Path\nwith Path(__file__).with_name('begun').open('a') as file: file.write('x')\n"
     (tmp_path / "stuck.py").write_text(f"{stuck}while True: pass", encoding="utf-8")
-    with Crew(time_limit=60.0) as crew:
+    with Pool(time_limit=60.0) as pool:
         begun = time.monotonic()
-        hangs, _ = crew.ready([str(tmp_path / "stuck.py"), "tumble:rk4"])
+        hangs, _ = pool.ready([str(tmp_path / "stuck.py"), "tumble:rk4"])
         assert time.monotonic() - begun < PATIENCE_S / 2
-        right = crew.contestant("tumble", "rk4")
-        session = Session(Draft.opened("table-4-1-ray"), [hangs, right], crew, tmp_path, lambda: None)
+        right = pool.contestant("tumble", "rk4")
+        session = Session(Draft.opened("table-4-1-ray"), [hangs, right], pool, tmp_path, lambda: None)
         until((tmp_path / "begun").exists)
         for _ in range(3):
             click(session)
             until(lambda: right in session.throw.answers)
             assert hangs.name == "stuck"
-            assert {row.contestant: row for row in error_rows(session.throw, 5, None)}[hangs].status == "flying"
+            assert {row.contestant: row for row in error_rows(session.throw, 5, None)}[hangs].status == "running"
             session.reset()
         assert (tmp_path / "begun").read_text() == "x"
 
 
-def test_an_engine_that_nobody_asked_for_flies_its_default_when_it_is_chosen(session, crew, until):
-    (scipy,) = (one for one in crew.all_contestants() if one.engine == "scipy")
+def test_an_engine_that_nobody_asked_for_flies_its_default_when_it_is_chosen(session, pool, until):
+    (scipy,) = (one for one in pool.all_contestants() if one.engine == "scipy")
     assert (scipy.method, scipy.name) == ("", "scipy")
     session.engage([scipy])
     click(session)
@@ -196,7 +220,7 @@ def test_an_engine_that_nobody_asked_for_flies_its_default_when_it_is_chosen(ses
     assert row.contestant.name == "scipy:dop853"
     assert row.off_m < 1e-6
     assert session.contestants == [row.contestant]
-    assert "scipy:dop853" in [one.name for one in crew.all_contestants()]
+    assert "scipy:dop853" in [one.name for one in pool.all_contestants()]
 
 
 def test_an_engine_without_the_laws_of_a_scene_is_given_their_force(session, until):
@@ -210,33 +234,33 @@ def test_an_engine_without_the_laws_of_a_scene_is_given_their_force(session, unt
 
 
 def test_a_truth_that_is_not_wanted_any_more_keeps_nobody_waiting(until):
-    hands = Hands()
-    slow = [hands.send([(time.sleep, 600.0)]) for _ in range(3)]
-    for errand in slow:
-        errand.stop()
-    until(lambda: all(errand.futures[0].done() for errand in slow))
-    assert hands.send([(abs, -1), (abs, -2)]).futures[1].result(PATIENCE_S) == 2
-    hands.close()
+    workers = Workers()
+    slow = [workers.send([(time.sleep, 600.0)]) for _ in range(3)]
+    for job in slow:
+        job.stop()
+    until(lambda: all(job.futures[0].done() for job in slow))
+    assert workers.send([(abs, -1), (abs, -2)]).futures[1].result(PATIENCE_S) == 2
+    workers.close()
 
 
-def test_a_throw_that_is_reset_stops_its_truth(session, crew, monkeypatch):
+def test_a_throw_that_is_reset_stops_its_truth(session, pool, monkeypatch):
     sent = []
-    send = crew.hands.send
-    monkeypatch.setattr(crew.hands, "send", lambda calls: sent.append(send(calls)) or sent[-1])
+    send = pool.background.send
+    monkeypatch.setattr(pool.background, "send", lambda calls: sent.append(send(calls)) or sent[-1])
     stopped = []
     click(session)
-    (errand,) = sent
-    monkeypatch.setattr(errand, "stop", lambda: stopped.append(errand))
+    (job,) = sent
+    monkeypatch.setattr(job, "stop", lambda: stopped.append(job))
     session.reset()
-    assert stopped == [errand]
+    assert stopped == [job]
 
 
-def test_a_hand_that_died_is_replaced(until):
-    hands = Hands()
-    died = [hands.send([(os._exit, 3)]).futures[0] for _ in range(2)]
+def test_a_worker_that_died_is_replaced(until):
+    workers = Workers()
+    died = [workers.send([(os._exit, 3)]).futures[0] for _ in range(2)]
     until(lambda: all(isinstance(future.exception(PATIENCE_S), BrokenProcessPool) for future in died))
-    assert hands.send([(abs, -1)]).futures[0].result(PATIENCE_S) == 1
-    hands.close()
+    assert workers.send([(abs, -1)]).futures[0].result(PATIENCE_S) == 1
+    workers.close()
 
 
 def test_engines_that_come_up_at_once_are_not_parsed_at_once(monkeypatch):
@@ -262,24 +286,24 @@ def test_two_engine_files_of_one_name_are_two_contestants(tmp_path):
     for folder in ("old", "new"):
         (tmp_path / folder).mkdir()
         shutil.copy(PLUGINS / "mine.py", tmp_path / folder / "mine.py")
-    with Crew(time_limit=60.0) as crew:
-        one, other = crew.ready(str(tmp_path / folder / "mine.py") for folder in ("old", "new"))
+    with Pool(time_limit=60.0) as pool:
+        one, other = pool.ready(str(tmp_path / folder / "mine.py") for folder in ("old", "new"))
         assert [each.name.partition(":")[0] for each in (one, other)] == ["old/mine", "new/mine"]
-        session = Session(Draft.opened("table-4-1-ray"), [one, other], crew, tmp_path, lambda: None)
+        session = Session(Draft.opened("table-4-1-ray"), [one, other], pool, tmp_path, lambda: None)
         click(session)
         runs = session.throw.comparison().runs
         assert [run.engine for run in runs] == ["old/mine", "new/mine"]
         session.close()
 
 
-def hold_hung_engine(crew, tmp_path, until):
+def hold_hung_engine(pool, tmp_path, until):
     (tmp_path / "hung.py").write_text(HUNG, encoding="utf-8")
-    hung, right = crew.ready([str(tmp_path / "hung.py"), "tumble:rk4"])
-    session = Session(Draft.opened("table-4-1-ray"), [hung, right], crew, tmp_path, lambda: None)
+    hung, right = pool.ready([str(tmp_path / "hung.py"), "tumble:rk4"])
+    session = Session(Draft.opened("table-4-1-ray"), [hung, right], pool, tmp_path, lambda: None)
     click(session)
     until(lambda: right in session.throw.answers and session.throw.truth_is_told)
     rows = {row.contestant: row for row in error_rows(session.throw, 5, None)}
-    assert rows[hung].status == "flying"
+    assert rows[hung].status == "running"
     assert rows[right].off_m < 1e-9
     hanging = session.throw
     until((tmp_path / "pid").exists)
@@ -295,7 +319,7 @@ def hold_hung_engine(crew, tmp_path, until):
 
 def test_the_whole_truth_in_parts_is_the_truth(session, until):
     session.open("two-hits")
-    session.fly_as_written()
+    session.throw_own()
     until(lambda: session.throw.is_complete)
     from scenarios.truth import truth
 
@@ -322,7 +346,7 @@ def test_the_numbers_are_those_of_the_coursework(session, until):
 
 def test_the_curves_end_with_the_errors_of_the_table(session, until):
     session.open("brick-tumble")
-    session.fly_as_written()
+    session.throw_own()
     until(lambda: session.throw.is_complete)
     _, curves = errors_over_time(session.throw)
     for row in error_rows(session.throw, len(session.throw.scene.times), None):
@@ -347,14 +371,14 @@ def test_a_rigid_body_has_no_surface_to_click_but_flies_as_written(session, unti
     session.open("dzhanibekov")
     with pytest.raises(Refused):
         click(session)
-    session.fly_as_written()
+    session.throw_own()
     until(lambda: session.throw.flights())
 
 
-def test_two_sessions_have_a_throw_each(session, crew, tmp_path, until):
-    other = Session(Draft.opened("two-hits"), session.contestants, crew, tmp_path, lambda: None)
+def test_two_sessions_have_a_throw_each(session, pool, tmp_path, until):
+    other = Session(Draft.opened("two-hits"), session.contestants, pool, tmp_path, lambda: None)
     click(session)
-    other.fly_as_written()
+    other.throw_own()
     until(lambda: session.throw.is_complete and other.throw.is_complete)
     assert session.throw.scene.name == "table-4-1-ray"
     assert all(
@@ -364,7 +388,7 @@ def test_two_sessions_have_a_throw_each(session, crew, tmp_path, until):
     assert not isinstance(session.throw.answers[session.contestants[0]], Failure)
 
 
-def test_a_loaded_trajectory_flies_along_and_is_graded(session, until, tmp_path):
+def test_a_loaded_trajectory_is_shown_and_graded(session, until, tmp_path):
     session.engage([Contestant("pybullet", "multibody+defaults", "pybullet")])
     click(session)
     until(lambda: session.throw.is_complete)
@@ -373,10 +397,13 @@ def test_a_loaded_trajectory_flies_along_and_is_graded(session, until, tmp_path)
     session.load("<b>mine</b>.csv", kept.read_bytes(), told.append)
     until(lambda: told)
     assert told == [""]
-    assert "damping" in " ".join(session.foreign.sentences)
-    shown = session.shown()
-    assert session.foreign.at(0.0) == pytest.approx(session.throw.true_vertices[0])
-    assert session.foreign.at(shown.time).shape == shown.vertices.shape
+    assert not session.foreign.is_right
+    assert session.foreign.verdict.startswith("<b>mine</b>.csv is wrong")
+    assert "damping" in " ".join(session.foreign.details)
+    assert session.foreign.at(0.0) == pytest.approx(np.zeros((8, 3)), abs=1e-12)
+    (row,) = error_rows(session.throw, len(session.throw.scene.times), None)
+    assert session.foreign.errors[-1] == pytest.approx(row.off_m)
+    assert session.foreign.at(session.throw.scene.duration)[row.vertex] == pytest.approx(row.error)
     assert not list(tmp_path.glob(".lab-*"))
 
 

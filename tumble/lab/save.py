@@ -1,9 +1,11 @@
-"""What is kept of a throw: files beside one another in the folder that the lab was started in, never over others."""
+"""What is saved of a throw: files beside one another in the folder that the lab was started in, never over others."""
 
+import io
 import re
 import shutil
 import subprocess
 import sys
+import zipfile
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -15,13 +17,13 @@ from compare.tables.shared import RUNS
 from compare.tables.trajectory import trajectory_text
 from compare.tables.vertices import vertex_error_table
 from scenarios.read import read_scene
-from tumble.lab.crew import Contestant
 from tumble.lab.draft import Draft
+from tumble.lab.pool import Contestant
 from tumble.lab.throw import Throw
 
 
-class Kept:
-    """The files of one throw.  Whatever is kept of it, its scene file is: the rest is named after that.
+class Saved:
+    """The files of one throw.  Whatever is saved of it, its scene file is, too: the rest is named after that.
 
     folder: where.  Its methods raise OSError.
     """
@@ -43,8 +45,14 @@ class Kept:
             self._scene_file = path
         return self._scene_file
 
+    @property
+    def scene_files(self) -> list[Path]:
+        """The scene file and what it needs beside it: the mesh of its body."""
+        mesh = self._draft.mesh
+        return [self.scene_file, *([] if mesh is None else [self.scene_file.with_suffix(mesh.suffix)])]
+
     def tables(self, throw: Throw) -> Path:
-        """Write every flight as `tumble run` writes it and the errors as `tumble compare` does; return their folder."""
+        """Write every trajectory as `tumble run` does and the errors as `tumble compare` does; return their folder."""
         scene = read_scene(str(self.scene_file))
         comparison = throw.comparison(scene)
         texts = {
@@ -81,6 +89,18 @@ class Kept:
             number += 1
         path.write_bytes(png)
         return path
+
+
+def download(path: Path, files: Sequence[Path]) -> tuple[str, bytes]:
+    """Return the name and the content under which a browser is given what was saved as a path: one file, or a ZIP
+    archive of several.  Raises OSError."""
+    if list(files) == [path]:
+        return path.name, path.read_bytes()
+    out = io.BytesIO()
+    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
+        for file in files:
+            archive.write(file, file.name)
+    return f"{path.stem}.zip", out.getvalue()
 
 
 def unused(folder: Path, stem: str) -> Path:

@@ -1,0 +1,152 @@
+"""What is computed beside the pages: truths and grades, each in a process that can be ended at any time."""
+
+import multiprocessing
+import threading
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future, InvalidStateError, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import suppress
+from typing import Any
+
+from compare.run.truths import end_with, safe_path
+
+# Processes that wait for work; and how many there are at most, whatever the number of pages: further jobs wait.
+IDLE, MOST = 2, 4
+Call = tuple[Callable[..., Any], *tuple[Any, ...]]
+
+
+class Worker:
+    """A process that does one thing after the other.  It ends with this process, however that ends."""
+
+    def __init__(self) -> None:
+        spawn = multiprocessing.get_context("spawn")
+        self._far_end, self._lifeline = spawn.Pipe(duplex=False)
+        self._pool = ProcessPoolExecutor(1, spawn, initializer=end_with, initargs=(self._far_end,))
+        with safe_path():
+            self._pool.submit(get_ready)
+
+    def submit(self, function: Callable[..., Any], *arguments: Any) -> "Future[Any]":
+        """Return what will be the function's result.  Raises BrokenProcessPool where the process is gone."""
+        return self._pool.submit(function, *arguments)
+
+    def close(self) -> None:
+        """End it at once, whatever it is doing; who waits for that gets CancelledError or BrokenProcessPool."""
+        self._lifeline.close()
+        self._pool.shutdown(wait=False, cancel_futures=True)
+        self._far_end.close()
+
+
+def get_ready() -> None:
+    """Import this module where it runs, and with it what truths need, before the first is asked for."""
+
+
+class Job:
+    """Calls that one worker makes in their order: a future for each.
+
+    A job that is stopped before it began is cancelled; one at work ends its process.
+    """
+
+    def __init__(self, calls: Sequence[Call], stopped: Callable[["Job"], object]) -> None:
+        self.calls = calls
+        self.futures: list[Future[Any]] = [Future() for _ in calls]
+        self._stopped = stopped
+
+    def stop(self) -> None:
+        """End what is not done."""
+        self._stopped(self)
+
+    def cancel(self) -> None:
+        """Cancel every call that is not done."""
+        for future in self.futures:
+            future.cancel()
+
+    def begin(self, worker: Worker, done: Callable[["Job"], object]) -> None:
+        """Let a worker make the calls; done: called after the last.  Raises BrokenProcessPool, and nothing is begun."""
+        inner = [worker.submit(*call) for call in self.calls]
+        for one, future in zip(inner, self.futures, strict=True):
+            one.add_done_callback(lambda found, future=future: hand_on(found, future))
+        inner[-1].add_done_callback(lambda _: done(self))
+
+
+def hand_on(done: "Future[Any]", future: "Future[Any]") -> None:
+    """Give a future what another has come to."""
+    with suppress(InvalidStateError):  # it was cancelled
+        if done.cancelled():
+            future.cancel()
+        elif (error := done.exception()) is not None:  # not raised: its traceback would keep a dead worker's pipes open
+            future.set_exception(error)
+        else:
+            future.set_result(done.result())
+
+
+class Workers:
+    """Processes that stand ready, so that a throw does not wait for one to be started."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._closed = False
+        self._waiting: list[Job] = []
+        self._at_work: dict[Job, Worker] = {}
+        self._idle = [Worker() for _ in range(IDLE)]
+
+    def send(self, calls: Sequence[Call]) -> Job:
+        """Let a process that has nothing else to do make these calls, the next that is free where there are MOST."""
+        job = Job(calls, self._stop)
+        with self._lock:
+            self._waiting.append(job)
+        self._assign()
+        return job
+
+    def close(self) -> None:
+        """End all."""
+        with self._lock:
+            self._closed = True
+            waiting, self._waiting = self._waiting, []
+            workers, self._idle = [*self._idle, *self._at_work.values()], []
+            self._at_work.clear()
+        for job in waiting:
+            job.cancel()
+        for worker in workers:
+            worker.close()
+
+    def _assign(self) -> None:
+        """Give what waits to workers that are idle, or new ones, and have one more ready where there may be one."""
+        while True:
+            with self._lock:
+                if self._closed or not self._waiting or not (self._idle or len(self._at_work) < MOST):
+                    return
+                job = self._waiting.pop(0)
+                worker = self._at_work[job] = self._idle.pop() if self._idle else Worker()
+            try:
+                job.begin(worker, self._take_back)
+            except BrokenProcessPool:  # it died while it was idle, of memory or by somebody's hand
+                worker.close()
+                with self._lock:
+                    del self._at_work[job]
+                    self._waiting.insert(0, job)
+                continue
+            with self._lock:
+                if not self._idle and not self._closed and len(self._at_work) < MOST:
+                    self._idle.append(Worker())
+
+    def _take_back(self, job: Job) -> None:
+        """Keep a job's worker for the next."""
+        with self._lock:
+            worker = self._at_work.pop(job, None)
+            if worker is not None and not self._closed and len(self._idle) < IDLE:
+                self._idle.append(worker)
+                worker = None
+        if worker is not None:
+            worker.close()
+        self._assign()
+
+    def _stop(self, job: Job) -> None:
+        """End a job and, where it is at work, its worker."""
+        with self._lock:
+            worker = self._at_work.pop(job, None)
+            if job in self._waiting:
+                self._waiting.remove(job)
+        if worker is not None:
+            worker.close()
+        job.cancel()
+        self._assign()
