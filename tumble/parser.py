@@ -103,7 +103,7 @@ def parser() -> Parser:
         to.add_argument("--memory-limit", type=gibibytes, default=4 << 30, metavar="GIB", help=MEMORY_HELP)
 
     def figure_options(to: argparse.ArgumentParser) -> None:
-        to.add_argument("--svg", metavar="FILE", help="also save the figure; needs `pip install 'tumble[figures]'`")
+        to.add_argument("--svg", metavar="FILE", help="also save the figure; needs `pip install '.[figures]'`")
         to.add_argument("--png", metavar="FILE", help="the same, as PNG")
 
     scenes = command("scenes", "list the catalogue with what each scene needs, or print a scene of it")

@@ -33,7 +33,8 @@ class Halted(Exception):
 class Participant:
     """An engine that takes part: its name or file, its methods, its info or why it has none, and its worker.
 
-    title: its name in tables; named: whether the methods were asked for by name, so that they fly whatever the scene.
+    title: its name in tables; named: whether the methods were asked for by name, so that they fly whatever the scene;
+    unasked: whether it takes part because no engine was asked for, and so only where it can.
     """
 
     engine: str
@@ -42,15 +43,23 @@ class Participant:
     named: bool
     info: EngineInfo | Failure
     worker: Worker
+    unasked: bool = False
     _halted: bool = field(default=False, init=False)
     _ended: bool = field(default=False, init=False)
     _lock: threading.Lock = field(default_factory=threading.Lock, init=False)
 
     def methods_for(self, scene: Scene) -> tuple[str, ...]:
         """Return the methods that take part in this scene: the forced ones where another force than gravity acts."""
+        if self.unasked and not self.answers_at(scene):
+            return ()
         if self.named or not scene.is_free or isinstance(self.info, Failure):
             return self.methods
         return tuple(method for method in self.methods if method not in self.info.forced)
+
+    def answers_at(self, scene: Scene) -> bool:
+        """Whether the engine has an answer at the scene's sample instants; most have one at any."""
+        known = () if isinstance(self.info, Failure) else self.info.instants
+        return not known or scene.times.tolist() == list(known)
 
     def unsupported(self, scene: Scene) -> Failure | None:
         """Return why this engine cannot be put this question, or None."""
@@ -218,6 +227,7 @@ def launched(
     made of; beside: others, asked for in the same way at another time, that titles must tell them from.
     Raises BadEngine with one line.
     """
+    asked = [*asked]
     engines = wanted(asked)
     named = titles((*engines, *engine_files(beside)))
     for one, other in combinations(engines, 2):
@@ -231,6 +241,7 @@ def launched(
             info = worker.describe()
             taking_part = chosen(engine, methods, info, few)
             participants.append(Participant(engine, named[engine], taking_part, bool(methods), info, worker))
+            participants[-1].unasked = not asked
         yield participants
     finally:
         for worker in {*workers, *(participant.worker for participant in participants)}:

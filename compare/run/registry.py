@@ -76,7 +76,7 @@ class EngineInfo:
     leaves out of a world that has no use for it, and keeps if told to; schemes and gyroscopic: names by method, as in
     compare.engines, OWN_SCHEME for a function; largest_turn [rad] of a step; exempt: laws that it is there to break,
     and why; defaults: what a user gets who sets nothing; step_ns: by method, or of all as *, about what a step of one
-    throw takes [ns].
+    throw takes [ns]; instants: the only sample instants at which it has an answer [s], none where it has one at any.
     """
 
     methods: tuple[str, ...]
@@ -96,6 +96,7 @@ class EngineInfo:
     largest_turn: float | None
     exempt: dict[str, str]
     step_ns: dict[str, float]
+    instants: tuple[float, ...]
 
     def step_of(self, method: str) -> float:
         """Return about what a step of one throw takes by a method [ns]."""
@@ -266,6 +267,7 @@ def engine_info(engine: str, module: ModuleType) -> EngineInfo:
             None if largest_turn is None else float(largest_turn),
             {str(law): str(why) for law, why in exempt.items()},
             {str(method): float(ns) for method, ns in of_each.items()},
+            tuple(float(instant) for instant in getattr(module, "INSTANTS", ())),
         )
     except (TypeError, ValueError, OverflowError) as error:
         raise BadEngine(f"{engine}: what it says of itself cannot be read: {error}") from error

@@ -20,7 +20,7 @@ def main(options: Namespace) -> int:
     except ImportError as error:
         if error.name not in ("viser", "tomlkit"):
             raise
-        note("the lab needs viser: `make lab`, or pip install 'tumble[lab]'")
+        note("the lab needs viser: `make lab`, or, in Tumble's checkout, pip install '.[lab]'")
         return 2
     from tumble.lab.crew import Crew
     from tumble.lab.draft import Draft

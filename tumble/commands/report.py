@@ -24,6 +24,7 @@ from compare.run.flight import check_step
 from compare.run.participants import Participant, flights, launched
 from compare.run.progress import Tick
 from compare.run.truths import Truths
+from compare.stability.extremes import OF_A_PAGE
 from compare.stability.findings import stability_findings
 from compare.stability.schemas import LIMITS
 from compare.stability.schemas import TABLES as STABILITY
@@ -39,7 +40,7 @@ from compare.tables.shared import FINDINGS
 from reports.folders import changes, gathered
 from reports.page import page
 from scenarios.needs import needs
-from scenarios.read import catalogue, read_scenes
+from scenarios.read import catalogue, read_scene, read_scenes
 from scenarios.scene import Scene
 from scenarios.truth import NoTruth
 from tumble.notes import note, progress
@@ -84,23 +85,26 @@ def flown(options: Namespace, scenes: list[Scene], folder: Path) -> dict[str, pd
     swept = [scene for scene in scenes if options.scene or scene.name == YARDSTICK]
     # All maps take a minute or two: those that `tumble stability -o` left there are drawn, else one row of one.
     maps = kept_tables(folder / "stability", STABILITY)
-    stiff = [] if maps else [scene for scene in scenes if scene.name == STIFF[0]]
+    stiff = [] if maps else [scene for scene in scenes if scene.name in STIFF or not scene.is_free]
+    cases = [] if maps or options.scene else [read_scene(name) for name in OF_A_PAGE]
+    asked = (*scenes, *scenes, *swept, *stiff, *cases)
     with (
         launched(options.engine, options.time_limit, options.memory_limit, few=not options.all) as participants,
-        progress(flights(participants, (*scenes, *scenes, *swept)) + 2 * len(scenes) + len(swept)) as tick,
+        progress(flights(participants, asked) + 2 * len(scenes) + len(swept) + len(stiff) + len(cases)) as tick,
     ):
         # What no clock reads is flown side by side, so that no core waits for another's longest task.
         with ThreadPoolExecutor(2) as beside:
             try:
-                mapping = beside.submit(quick_tables, participants, stiff, tick)
                 # A film's instants hold the scene's own, so that a truth of them is that of both; it has one throw.
                 watched = [filmed(scene, options.dt or scene.step) for scene in scenes]
                 with Truths([*watched, *(scene for scene in scenes if len(scene.start) > 1)], tick) as truths:
+                    mapping = beside.submit(quick_tables, participants, stiff, cases, tick, truths)
                     climbing = beside.submit(climbed, participants, swept, tick, truths)
                     comparisons = compare(participants, scenes, options.dt, tick, truths)
                     films = film(participants, scenes, options.dt, tick, truths)
-                frames = comparison_tables(comparisons, participants, shlex.join(options.words)) | film_tables(films)
-                ladders_of, frames = climbing.result(), frames | (maps or mapping.result())
+                    frames = comparison_tables(comparisons, participants, shlex.join(options.words))
+                    frames |= film_tables(films)
+                    ladders_of, frames = climbing.result(), frames | (maps or mapping.result())
             except BaseException:
                 for participant in participants:
                     participant.halt(for_good=True)  # a study that begins only now, too
