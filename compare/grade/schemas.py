@@ -69,7 +69,7 @@ class PartRow:
 
     file: File
     from_s: Annotated[float, "begin of the part"]
-    to_s: Annotated[float, "its end"]
+    to_s: Annotated[float, "end of the part"]
     max_error_m: Annotated[float, "largest vertex error in it"]
 
 

@@ -118,9 +118,9 @@ class SameRow:
     """Two contestants that are one integrator: at every step, far closer to each other than to the truth."""
 
     scene: SceneName
-    engine_a: Annotated[str, "engine of the one"]
+    engine_a: Annotated[str, "engine of the one contestant"]
     method_a: Annotated[str, "method of the one contestant"]
-    engine_b: Annotated[str, "engine of the other"]
+    engine_b: Annotated[str, "engine of the other contestant"]
     method_b: Annotated[str, "method of the other contestant"]
     steps_compared: Annotated[int, "number of steps at which both errors stand clear of the truth's limit"]
     furthest_apart_m: Annotated[float, "largest distance between their vertices at any step"]

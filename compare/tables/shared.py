@@ -164,7 +164,11 @@ FINDING_WORDS = {
     "coordinate rounding": "what single precision rounds the furthest coordinate of the flight to",
     "worse below": "who gets worse below a step, and that step; its errors are in the orders",
     "longest step": "who bears the longest step, in radians of the stiffest mode",
-    "shortest step": "who bears the shortest",
+    "shortest step": "who bears the shortest step, in radians of the stiffest mode",
+    "limits with theory": "how many limits of a step have a finite one by theory, in all stiff scenes",
+    "limits as in theory": "how many of the limits with theory are within 5 % of it",
+    "extreme cases": "how many extreme cases there are",
+    "silent failures": "in how many extreme cases a contestant ended with finite numbers that physics does not allow",
     "left out": "whose step would be longest if it left nothing out, over its own",
     "bent edge": "of a body that lost its shape the edge furthest from its true length, over that, at the end",
 }

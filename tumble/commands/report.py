@@ -25,8 +25,8 @@ from compare.run.participants import Participant, flights, launched
 from compare.run.progress import Tick
 from compare.run.truths import Truths
 from compare.stability.extremes import OF_A_PAGE
-from compare.stability.findings import stability_findings
-from compare.stability.schemas import LIMITS
+from compare.stability.findings import extreme_findings, limit_findings
+from compare.stability.schemas import EXTREMES, LIMITS
 from compare.stability.schemas import TABLES as STABILITY
 from compare.stability.store import quick_tables
 from compare.stability.tasks import STIFF
@@ -119,7 +119,8 @@ def flown(options: Namespace, scenes: list[Scene], folder: Path) -> dict[str, pd
     found = [
         *film_findings(films),
         *ablation_findings(ablation.rows),
-        *stability_findings(rows(LIMITS, frames[LIMITS.file])),
+        *limit_findings(rows(LIMITS, frames[LIMITS.file])),
+        *extreme_findings(rows(EXTREMES, frames[EXTREMES.file])),
     ]
     frames[FINDINGS.file] = pd.concat(
         [frames[FINDINGS.file], swept_tables[FINDINGS.file], frame(FINDINGS, found)], ignore_index=True

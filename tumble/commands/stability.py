@@ -5,7 +5,7 @@ from argparse import Namespace
 from pathlib import Path
 
 from compare.run.participants import launched
-from compare.stability.findings import stability_findings
+from compare.stability.findings import extreme_findings, limit_findings
 from compare.stability.schemas import EXTREMES, LIMITS
 from compare.stability.store import pieces, store, tables_of
 from compare.stability.tasks import STIFF, keys, stability
@@ -58,7 +58,7 @@ def main(options: Namespace) -> int:
                 out.print(piece)
     save_figures(options.svg, options.png, limit_figure, kept.tables[LIMITS.file])
     if folder:
-        findings = frame(FINDINGS, stability_findings(rows(LIMITS, kept.tables[LIMITS.file])))
-        write_whole(folder / FINDINGS.file, csv_text(findings))
+        found = [*limit_findings(rows(LIMITS, kept.tables[LIMITS.file])), *extreme_findings(verdicts)]
+        write_whole(folder / FINDINGS.file, csv_text(frame(FINDINGS, found)))
         note(f"tables written to {folder}")
     return 0
