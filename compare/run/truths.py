@@ -78,11 +78,15 @@ class Truths:
         self._told: list[Progress] = []
         self._processes: Processes | None = None
         self._ended = threading.Event()
+        self._one_at_a_time = threading.Lock()  # starts processes, or ends them
         self.futures: list[Future[Answer]] = []
         self._asked = list(zip(scenes, self.more(scenes), strict=True))
 
     def more(self, scenes: Sequence[Scene]) -> list[Future[Answer]]:
-        """Return the true answers of more scenes, by the same processes; `answer` does not look among them."""
+        """Return the true answers of more scenes, by the same processes; `answer` does not look among them.
+
+        After `stop` they are cancelled.
+        """
         told = [Progress(scene.name, self._tick) for scene in scenes]
         self._told += told
         if len(scenes) > 1 or self._processes:
@@ -142,14 +146,17 @@ class Truths:
     ) -> list["Future[Any]"]:
         """Return what will be a function's results, those of forces from one process: to load a compiler takes 1 s."""
         calls = [partial(function, *each) for each in zip(scenes, *more, strict=True)]
-        with safe_path():
+        with self._one_at_a_time, safe_path():
+            if self._ended.is_set():
+                return [cancelled() for _ in calls]
             return self._started().share_out(calls, [not scene.is_free for scene in scenes])
 
     def stop(self) -> None:
         """End what is still at work; who waits for it gets CancelledError or BrokenProcessPool."""
+        with self._one_at_a_time:
+            self._ended.set()
         for future in self.futures:
             future.cancel()
-        self._ended.set()
         if self._processes is not None:
             self._lifeline.close()
             self._processes.end()
@@ -169,6 +176,13 @@ def safe_path() -> Iterator[None]:
                 del os.environ["PYTHONSAFEPATH"]
             else:
                 os.environ["PYTHONSAFEPATH"] = before
+
+
+def cancelled() -> "Future[Any]":
+    """Return what will be no result."""
+    future: Future[Any] = Future()
+    future.cancel()
+    return future
 
 
 def in_a_thread(function: Callable[[Scene], Answer], scene: Scene) -> "Future[Answer]":

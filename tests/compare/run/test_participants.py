@@ -8,6 +8,7 @@ import pytest
 
 from compare.run.participants import launched, titles
 from compare.run.registry import BadEngine
+from scenarios.read import read_scene
 from tumble.__main__ import main
 
 ENGINE = """
@@ -74,3 +75,21 @@ def test_a_record_of_both_can_be_asked_about_one(tmp_path, monkeypatch, capsys):
     assert main(["check", "table-4-1", *asked, "--no-times", "--accept", "-o", "base"]) == 0
     assert main(["check", "table-4-1", "-e", "new/mine.py", "--no-times", "--baseline", "base"]) == 0
     assert "gone" not in capsys.readouterr().out
+
+
+def test_the_hand_calculation_takes_part_where_its_instants_are_or_where_it_is_asked_for():
+    """Eight rows of it in every other scene would say nothing but that it has no answer there."""
+    its_own, other = read_scene("table-4-1"), read_scene("die-vertex")
+    with launched([]) as usual, launched(["handcalc"]) as asked, launched(["handcalc:all-mended"]) as named:
+        (by_hand,) = (one for one in usual if one.engine == "handcalc")
+        assert len(by_hand.methods_for(its_own)) == 8
+        assert by_hand.methods_for(other) == ()
+        assert len(asked[0].methods_for(other)) == 8
+        assert named[0].methods_for(other) == ("all-mended",)
+        assert all(one.methods_for(other) for one in usual if one is not by_hand)
+
+
+def test_an_engine_that_says_nothing_readable_of_its_instants_is_refused(tmp_path):
+    (tmp_path / "mine.py").write_text(ENGINE.format(version=1, speed=1.0) + "INSTANTS = 3\n")
+    with pytest.raises(BadEngine, match="what it says of itself cannot be read"), launched([str(tmp_path / "mine.py")]):
+        pass
