@@ -260,7 +260,7 @@ def test_ctrl_c_leaves_no_process(tmp_path, words):
         assert len(carrying(mark)) >= 3, "command and two engines"
         command.send_signal(signal.SIGINT)
         _, err = command.communicate(timeout=30)
-        assert command.returncode == 130
+        assert command.returncode == 130, err
         assert b"Traceback" not in err
         for _ in range(200):
             if not carrying(mark):
