@@ -147,7 +147,7 @@ def parser() -> Parser:
     advise.add_argument("--memory-limit", type=gibibytes, default=4 << 30, metavar="GIB", help=MEMORY_HELP)
 
     stability = command("stability", "who is stable where, how long a step each bears, and what extreme cases do")
-    extreme = ", or an extreme case (spin-1e4, step-1, far-1e7, denormal ...); default: stiff scenes and all extreme cases"
+    extreme = ", or an extreme case (spin-1e4, far-1e7, denormal ...); default: stiff scenes and all extreme cases"
     stability.add_argument("scene", nargs="*", metavar="SCENE", help=SCENE_HELP + extreme)
     stability.add_argument("-e", "--engine", action="append", default=[], metavar="ENGINE[:METHOD]", help=ENGINE_HELP)
     stability.add_argument(
