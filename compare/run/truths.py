@@ -152,15 +152,16 @@ class Truths:
             return self._started().share_out(calls, [not scene.is_free for scene in scenes])
 
     def stop(self) -> None:
-        """End what is still at work; who waits for it gets CancelledError or BrokenProcessPool."""
+        """End what is still at work, from any thread; who waits for it gets CancelledError or BrokenProcessPool."""
+        # Studies that share the truths may all end them at one Ctrl-C, and a process is not ended twice at once.
         with self._one_at_a_time:
             self._ended.set()
-        for future in self.futures:
-            future.cancel()
-        if self._processes is not None:
-            self._lifeline.close()
-            self._processes.end()
-            self._far_end.close()
+            for future in self.futures:
+                future.cancel()
+            if self._processes is not None:
+                self._lifeline.close()
+                self._processes.end()
+                self._far_end.close()
 
 
 @contextmanager

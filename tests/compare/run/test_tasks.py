@@ -20,6 +20,7 @@ from compare.judge.errors import Flown
 from compare.run.flight import Trajectory
 from compare.run.kept import FOLDER, Kept
 from compare.run.participants import Halted, Participant, launched
+from compare.run.processes import Processes
 from compare.run.tasks import Task, run
 from compare.run.truths import Truths
 from scenarios.read import read_scene
@@ -195,6 +196,26 @@ def test_truths_asked_for_later_end_with_the_others():
     assert all(future.done() for future in late)
     never = truths.more([SCENE, read_scene("two-hits")])
     assert all(future.cancelled() for future in never), "somebody waits for them for ever"
+
+
+def test_studies_that_share_truths_end_them_one_after_the_other(monkeypatch):
+    """On Ctrl-C all of them do; at once they would close a descriptor twice, and the command would blame a file."""
+    ending, most = [], []
+
+    def end(processes: Processes) -> None:
+        ending.append(processes)
+        most.append(len(ending))
+        time.sleep(0.1)
+        really(processes)
+        ending.pop()
+
+    really = Processes.end
+    monkeypatch.setattr(Processes, "end", end)
+    with Truths([SCENE, read_scene("two-hits")]) as truths, ThreadPoolExecutor(3) as threads:
+        for done in [threads.submit(truths.stop) for _ in range(3)]:
+            done.result()
+    assert max(most) == 1
+    assert len(most) == 4
 
 
 class WhereItIsRead:
