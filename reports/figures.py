@@ -1,4 +1,4 @@
-"""One figure of a command's tables as SVG or PNG, by Altair and vl-convert, which are an extra: `tumble[figures]`."""
+"""One figure of a command's tables as SVG or PNG, by Altair and vl-convert, which are the extra `figures`."""
 
 from collections.abc import Callable
 from importlib.util import find_spec
@@ -27,7 +27,7 @@ def check_figures(*files: str | None) -> None:
     """Raise NoFigures where a figure is asked for and what draws it is not installed; before anything is flown."""
     missing = [name.replace("_", "-") for name in LIBRARIES if find_spec(name) is None]
     if any(files) and missing:
-        raise NoFigures(f"--svg and --png need {' and '.join(missing)}: pip install 'tumble[figures]'")
+        raise NoFigures(f"--svg and --png need {' and '.join(missing)}: in Tumble's checkout, pip install '.[figures]'")
 
 
 def save_figures(svg: str | None, png: str | None, figure: Callable[[pd.DataFrame], Any], table: pd.DataFrame) -> None:

@@ -8,8 +8,8 @@ import pandas as pd
 
 from compare.comparison.findings import error_findings
 from compare.releases.schemas import RELEASES
-from compare.stability.findings import stability_findings
-from compare.stability.schemas import LIMITS
+from compare.stability.findings import extreme_findings, limit_findings
+from compare.stability.schemas import EXTREMES, LIMITS
 from compare.tables.frames import frame, read_tables, rows
 from compare.tables.known import SWEEP
 from compare.tables.schema import BadTable
@@ -32,7 +32,8 @@ def gathered(folder: Path) -> dict[str, pd.DataFrame]:
         found |= of_record(found["cells.csv"], found["questions.csv"])
     if FINDINGS.file not in found:  # a record of check, maps that are not done yet, or what an older release left
         said = list(error_findings(rows(RUNS, found["runs.csv"]))) if RUNS.file in found else []
-        said += stability_findings(rows(LIMITS, found[LIMITS.file])) if LIMITS.file in found else []
+        said += limit_findings(rows(LIMITS, found[LIMITS.file])) if LIMITS.file in found else []
+        said += extreme_findings(rows(EXTREMES, found[EXTREMES.file])) if EXTREMES.file in found else []
         found[FINDINGS.file] = frame(FINDINGS, said)
     if not found.keys() & {"runs.csv", "limits.csv", RELEASES.file}:
         raise BadTable(f"{folder}: has no tables of report, compare, sweep, stability, releases or check")

@@ -20,6 +20,7 @@ from scenarios.scene import Scene
 CATALOGUE = Path(__file__).parent / "catalogue"
 # Scenes above a rigid plane, which no engine here simulates yet: read by name, listed apart.
 CONTACT = CATALOGUE / "contact"
+EXTREMES = Path(__file__).parent / "extremes"
 
 
 class BadScene(UsersError):
@@ -36,8 +37,13 @@ def contact_catalogue() -> list[str]:
     return sorted(path.stem for path in CONTACT.glob("*.toml"))
 
 
+def extremes() -> list[str]:
+    """Return the names of the extreme cases: scenes at the ends of what numbers can be, all with an exact truth."""
+    return sorted(path.stem for path in EXTREMES.glob("*.toml"))
+
+
 def read_scene(name_or_path: str, flown: bool = True) -> Scene:
-    """Return the scene of that name in the catalogue, or in that file (anything with .toml or a path separator).
+    """Return the scene of that name, of the catalogue or an extreme case, or in that file (.toml, or with a separator).
 
     flown: whether it is to be flown, which takes a step and sample instants.  Raises BadScene.
     """
@@ -70,13 +76,15 @@ def read_scenes(names_or_paths: Iterable[str]) -> list[Scene]:
 
 
 def scene_path(name_or_path: str) -> Path:
-    """Return the file of a scene of the catalogue, or that path.  Raises BadScene for a name that is unknown."""
+    """Return the file of a scene of the catalogue or of an extreme case, or that path.  Raises BadScene for no name."""
     if name_or_path.endswith(".toml") or any(sep in name_or_path for sep in (os.sep, os.altsep) if sep):
         return Path(name_or_path)
-    names, on_plane = catalogue(), contact_catalogue()
-    if name_or_path not in (*names, *on_plane):
-        raise BadScene(f"unknown scene {short(name_or_path)}: {nearest(name_or_path, (*names, *on_plane))}")
-    return (CONTACT if name_or_path in on_plane else CATALOGUE) / f"{name_or_path}.toml"
+    folders = {CATALOGUE: catalogue(), CONTACT: contact_catalogue(), EXTREMES: extremes()}
+    for folder, names in folders.items():
+        if name_or_path in names:
+            return folder / f"{name_or_path}.toml"
+    every = [name for names in folders.values() for name in names]
+    raise BadScene(f"unknown scene {short(name_or_path)}: {nearest(name_or_path, every)}")
 
 
 def scene_text(path: Path, shown: str) -> str:

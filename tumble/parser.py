@@ -108,7 +108,7 @@ def parser() -> Parser:
         to.add_argument("--memory-limit", type=gibibytes, default=4 << 30, metavar="GIB", help=MEMORY_HELP)
 
     def figure_options(to: argparse.ArgumentParser) -> None:
-        to.add_argument("--svg", metavar="FILE", help="also save the figure; needs `pip install 'tumble[figures]'`")
+        to.add_argument("--svg", metavar="FILE", help="also save the figure; needs `pip install '.[figures]'`")
         to.add_argument("--png", metavar="FILE", help="the same, as PNG")
 
     scenes = command("scenes", "list the catalogue with what each scene needs, or print a scene of it")
@@ -164,7 +164,8 @@ def parser() -> Parser:
     advise.add_argument("--memory-limit", type=gibibytes, default=4 << 30, metavar="GIB", help=MEMORY_HELP)
 
     stability = command("stability", "who is stable where, how long a step each bears, and what extreme cases do")
-    stability.add_argument("scene", nargs="*", metavar="SCENE", help=SCENE_HELP + "; default: stiff ones, and extremes")
+    extreme = ", or an extreme case (spin-1e4, far-1e7, denormal ...); default: stiff scenes and all extreme cases"
+    stability.add_argument("scene", nargs="*", metavar="SCENE", help=SCENE_HELP + extreme)
     stability.add_argument("-e", "--engine", action="append", default=[], metavar="ENGINE[:METHOD]", help=ENGINE_HELP)
     stability.add_argument(
         "--time-limit", type=seconds, default=20.0, metavar="S", help="for each flight [s]; default 20"

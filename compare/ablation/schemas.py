@@ -21,8 +21,8 @@ class AblationRow:
     cpu_ns_per_step_with: Annotated[float | None, "time of a step with it"] = None
     cpu_ns_per_step_without: Annotated[float | None, "and of one without"] = None
     ratio: Annotated[float | None, "with over without, of the same rounds"] = None
-    ratio_low: Annotated[float | None, "from this"] = None
-    ratio_high: Annotated[float | None, "to this: the interval that covers it in 95 of 100 runs"] = None
+    ratio_low: Annotated[float | None, "lower end of the 95 % confidence interval of the ratio"] = None
+    ratio_high: Annotated[float | None, "upper end of the 95 % confidence interval of the ratio"] = None
     max_difference_m: Annotated[float | None, "between the vertices of both flights, 0 where no bit differs"] = None
 
 

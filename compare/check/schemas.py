@@ -42,16 +42,16 @@ class QuestionRow:
     truth: Annotated[str, f"`{EXACT}`, or why there is none"]
     limit_m: Limit
     size_m: Annotated[float, "how far the furthest vertex is from the centre of mass"]
-    x_m: Annotated[float | None, "where the last vertex truly is at the last sample that has a truth, world axes"]
-    y_m: Annotated[float | None, "the same"]
-    z_m: Annotated[float | None, "the same"]
+    x_m: Annotated[float | None, "true x of the last vertex at the last sample that has a truth, world axes"]
+    y_m: Annotated[float | None, "true y of the last vertex at the last sample that has a truth, world axes"]
+    z_m: Annotated[float | None, "true z of the last vertex at the last sample that has a truth, world axes"]
 
 
 @dataclass(frozen=True)
 class CellRow:
     """One contestant on one scene at the scene's own step: errors, drifts from the truth, orders, energy of the spin.
 
-    The columns of runs.csv mean the same here.
+    Columns of runs.csv have the meanings that they have there.
     """
 
     scene: SceneName
@@ -84,8 +84,8 @@ class TimeRow:
     method: Method
     reference: Annotated[str, "ENGINE:METHOD that the ratio is over"]
     time_ratio: Annotated[float | None, "ratio of times; empty where it would say nothing"]
-    time_ratio_low: Annotated[float | None, "from this"] = None
-    time_ratio_high: Annotated[float | None, "to this: the interval that covers it in 95 of 100 runs"] = None
+    time_ratio_low: Annotated[float | None, "lower end of the 95 % confidence interval of time_ratio"] = None
+    time_ratio_high: Annotated[float | None, "upper end of the 95 % confidence interval of time_ratio"] = None
 
 
 QUESTIONS = Table("questions.csv", QuestionRow, ("scene",))

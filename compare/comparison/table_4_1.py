@@ -24,17 +24,17 @@ class PublishedRow:
     method: Method
     t_clock_s: Annotated[float, "time on the clock of the printed table"]
     t_s: Annotated[float, "time since the impulse"]
-    x_m: Annotated[float, "where the contestant has the printed vertex, world axes"]
-    y_m: Annotated[float, "the same"]
-    z_m: Annotated[float, "the same"]
-    calculated_x_m: Annotated[float, "the column printed as calculated"]
-    calculated_y_m: Annotated[float, "the same"]
-    calculated_z_m: Annotated[float, "the same"]
-    application_x_m: Annotated[float, "the column printed as of the application"]
-    application_y_m: Annotated[float, "the same"]
-    application_z_m: Annotated[float, "the same"]
-    to_calculated_m: Annotated[float, "distance from the first"]
-    to_application_m: Annotated[float, "distance from the second"]
+    x_m: Annotated[float, "x of the printed vertex in the run, world axes"]
+    y_m: Annotated[float, "y of the printed vertex in the run, world axes"]
+    z_m: Annotated[float, "z of the printed vertex in the run, world axes"]
+    calculated_x_m: Annotated[float, "x printed as calculated"]
+    calculated_y_m: Annotated[float, "y printed as calculated"]
+    calculated_z_m: Annotated[float, "z printed as calculated"]
+    application_x_m: Annotated[float, "x printed as of the application"]
+    application_y_m: Annotated[float, "y printed as of the application"]
+    application_z_m: Annotated[float, "z printed as of the application"]
+    to_calculated_m: Annotated[float, "distance from the position printed as calculated"]
+    to_application_m: Annotated[float, "distance from the position printed as of the application"]
 
 
 @dataclass(frozen=True)

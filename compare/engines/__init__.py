@@ -42,6 +42,8 @@ More names where they are not empty:
     STEP_NS     about what a step of one throw takes [ns], to a factor of a few, or {method: that} where methods differ;
                 50 000 where it is not said.  A sweep's ladder ends by it and not by a clock, and `tumble stability`
                 refuses what would take too long, so that their rows are the same whatever else the machine does
+    INSTANTS    the only sample instants at which the engine has an answer [s]; it takes part in scenes with others only
+                when it is asked for
     EXEMPT      {law: why}: laws that the engine is there to break
 
 An engine of ours says, as literals, which are read where the engine itself is not installed:

@@ -296,11 +296,12 @@ def audit(world: World) -> list[tuple[str, str]]:
     """Return what went wrong without a word since `write`."""
     resets = not world.model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_AUTORESET
     found = []
-    for kind, warning in enumerate(world.data.warning):
-        if warning.number:
-            was_reset = resets and kind in BAD_STATES
-            text = f"{warning.number} times: {mujoco.mju_warningText(kind, warning.lastinfo)}"
-            found.append(("reset", f"{text} The state was reset.") if was_reset else ("bad-number", text))
+    # As arrays: an object made of every counter takes longer than a short flight.
+    warnings = world.data.warning
+    for kind in np.flatnonzero(warnings.number).tolist():
+        was_reset = resets and kind in BAD_STATES
+        text = f"{warnings.number[kind]} times: {mujoco.mju_warningText(kind, warnings.lastinfo[kind])}"
+        found.append(("reset", f"{text} The state was reset.") if was_reset else ("bad-number", text))
     # MuJoCo adds up its time, which costs up to half an ulp of the total a step; anything more is a reset.
     if abs(world.data.time - world.elapsed) > world.steps * sys.float_info.epsilon * world.elapsed:
         how = f"time is {world.data.time:.17g} s after {world.elapsed:.17g} s of steps: the state was reset"

@@ -28,7 +28,9 @@ class GradeRow:
     digits_m: Annotated[float, "what the digits of the file can tell"]
     energy_drift: Annotated[float | None, "largest difference from the true energy, over the largest kinetic"]
     momentum_drift: Annotated[float | None, "largest difference from the true momentum, over the largest"]
-    angular_momentum_drift: Annotated[float | None, "the same of the angular momentum"]
+    angular_momentum_drift: Annotated[
+        float | None, "largest difference from the true angular momentum, over the largest"
+    ]
     by_differences: Annotated[bool, "whether velocities were taken from differences of positions"]
 
 
@@ -67,7 +69,7 @@ class PartRow:
 
     file: File
     from_s: Annotated[float, "begin of the part"]
-    to_s: Annotated[float, "its end"]
+    to_s: Annotated[float, "end of the part"]
     max_error_m: Annotated[float, "largest vertex error in it"]
 
 
@@ -80,16 +82,16 @@ class KeptRow:
     throw: Annotated[int, "number of the throw"]
     t_s: Annotated[float, "time of the row"]
     vertex: Annotated[int, "number of the vertex"]
-    true_x_m: Annotated[float, "where the vertex truly is, world axes"]
-    true_y_m: Annotated[float, "the same"]
-    true_z_m: Annotated[float, "the same"]
-    x_m: Annotated[float, "where the file has it"]
-    y_m: Annotated[float, "the same"]
-    z_m: Annotated[float, "the same"]
-    error_x_m: Annotated[float, "the file's less the true one"]
-    error_y_m: Annotated[float, "the same"]
-    error_z_m: Annotated[float, "the same"]
-    error_m: Annotated[float, "length of the error"]
+    true_x_m: Annotated[float, "true x of the vertex, world axes"]
+    true_y_m: Annotated[float, "true y of the vertex, world axes"]
+    true_z_m: Annotated[float, "true z of the vertex, world axes"]
+    x_m: Annotated[float, "x of the vertex in the file, world axes"]
+    y_m: Annotated[float, "y of the vertex in the file, world axes"]
+    z_m: Annotated[float, "z of the vertex in the file, world axes"]
+    error_x_m: Annotated[float, "x in the file less the true x"]
+    error_y_m: Annotated[float, "y in the file less the true y"]
+    error_z_m: Annotated[float, "z in the file less the true z"]
+    error_m: Annotated[float, "distance of the vertex in the file from the true one"]
 
 
 GRADE = Table("grade.csv", GradeRow, ("file",))

@@ -18,10 +18,10 @@ class AgreementRow:
     """Two contestants that agree with each other far better than with the truth."""
 
     scene: Annotated[str, "name of the scene"]
-    engine_a: Annotated[str, "engine of the one"]
-    method_a: Annotated[str, "and its METHOD[@TOLERANCE]"]
-    engine_b: Annotated[str, "engine of the other"]
-    method_b: Annotated[str, "and its METHOD[@TOLERANCE]"]
+    engine_a: Annotated[str, "engine of the one contestant"]
+    method_a: Annotated[str, "METHOD[@TOLERANCE] of the one contestant"]
+    engine_b: Annotated[str, "engine of the other contestant"]
+    method_b: Annotated[str, "METHOD[@TOLERANCE] of the other contestant"]
     apart_m: Annotated[float, "largest distance between their vertices"]
     error_a_m: Annotated[float, "largest vertex error of the one"]
     error_b_m: Annotated[float, "largest vertex error of the other"]

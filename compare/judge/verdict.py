@@ -244,3 +244,5 @@ FINDERS: dict[str, Finder] = {
     "damped": is_damped,
 }
 WORDS = ("refused", "no-return", *FINDERS, "stable")
+# Of flights that end with numbers which look right and are not.
+SILENT = tuple(word for word in FINDERS if word != "diverged")

@@ -6,7 +6,8 @@ from typing import Annotated
 from compare.tables.schema import Table
 from compare.tables.shared import CONTESTANT, Engine, Method, SceneName
 
-World = Annotated[float, "the same"]
+PLACE = "where it acts: where an impulse is applied, a tether's anchor, a point of the floor"
+VECTOR = "the impulse [N s], the tether's end in principal axes [m], the floor's normal or gravity [m/s2]"
 Instant = Annotated[float, "time of the frame"]
 
 
@@ -19,22 +20,22 @@ class MotionRow:
     method: Method
     dt_s: Annotated[float, "step that was asked for; 0 for the truth"]
     t_s: Instant
-    x_m: Annotated[float, "centre of mass, world axes"]
-    y_m: World
-    z_m: World
-    qw: Annotated[float, "quaternion from principal to world axes"]
-    qx: World
-    qy: World
-    qz: World
-    vx_m_s: Annotated[float, "velocity, world axes"]
-    vy_m_s: World
-    vz_m_s: World
-    wx_rad_s: Annotated[float, "angular velocity, world axes"]
-    wy_rad_s: World
-    wz_rad_s: World
-    l1_kg_m2_s: Annotated[float, "angular momentum about the centre of mass, principal axes"]
-    l2_kg_m2_s: World
-    l3_kg_m2_s: World
+    x_m: Annotated[float, "x of the centre of mass, world axes"]
+    y_m: Annotated[float, "y of the centre of mass, world axes"]
+    z_m: Annotated[float, "z of the centre of mass, world axes"]
+    qw: Annotated[float, "w of the quaternion from principal to world axes"]
+    qx: Annotated[float, "x of the quaternion from principal to world axes"]
+    qy: Annotated[float, "y of the quaternion from principal to world axes"]
+    qz: Annotated[float, "z of the quaternion from principal to world axes"]
+    vx_m_s: Annotated[float, "x of the velocity of the centre of mass, world axes"]
+    vy_m_s: Annotated[float, "y of the velocity of the centre of mass, world axes"]
+    vz_m_s: Annotated[float, "z of the velocity of the centre of mass, world axes"]
+    wx_rad_s: Annotated[float, "x of the angular velocity, world axes"]
+    wy_rad_s: Annotated[float, "y of the angular velocity, world axes"]
+    wz_rad_s: Annotated[float, "z of the angular velocity, world axes"]
+    l1_kg_m2_s: Annotated[float, "first component of the angular momentum about the centre of mass, principal axes"]
+    l2_kg_m2_s: Annotated[float, "second component of the angular momentum about the centre of mass, principal axes"]
+    l3_kg_m2_s: Annotated[float, "third component of the angular momentum about the centre of mass, principal axes"]
     error_m: Annotated[float, "largest vertex error"]
     energy_drift: Annotated[float, "difference from the true energy, over the largest kinetic"]
     angular_momentum_drift: Annotated[float, "difference from the true angular momentum, over the largest"]
@@ -49,9 +50,9 @@ class DeformedRow:
     method: Method
     t_s: Instant
     vertex: Annotated[int, "number of the vertex"]
-    x_m: Annotated[float, "where it is, world axes"]
-    y_m: World
-    z_m: World
+    x_m: Annotated[float, "x of the vertex, world axes"]
+    y_m: Annotated[float, "y of the vertex, world axes"]
+    z_m: Annotated[float, "z of the vertex, world axes"]
 
 
 @dataclass(frozen=True)
@@ -61,9 +62,9 @@ class BodyRow:
     scene: SceneName
     shape: Annotated[str, "box, mesh or rigid"]
     mass_kg: Annotated[float, "mass"]
-    i1_kg_m2: Annotated[float, "principal moment of inertia"]
-    i2_kg_m2: World
-    i3_kg_m2: World
+    i1_kg_m2: Annotated[float, "moment of inertia about the first principal axis"]
+    i2_kg_m2: Annotated[float, "moment of inertia about the second principal axis"]
+    i3_kg_m2: Annotated[float, "moment of inertia about the third principal axis"]
 
 
 @dataclass(frozen=True)
@@ -72,9 +73,9 @@ class PointRow:
 
     scene: SceneName
     vertex: Annotated[int, "number of the vertex"]
-    x_m: Annotated[float, "where it is from the centre of mass, principal axes"]
-    y_m: World
-    z_m: World
+    x_m: Annotated[float, "x of the vertex from the centre of mass, principal axes"]
+    y_m: Annotated[float, "y of the vertex from the centre of mass, principal axes"]
+    z_m: Annotated[float, "z of the vertex from the centre of mass, principal axes"]
 
 
 @dataclass(frozen=True)
@@ -93,12 +94,12 @@ class ActRow:
     scene: SceneName
     kind: Annotated[str, "impulse, tether, floor or gravity"]
     t_s: Annotated[float, "time of an impulse, else 0"]
-    x_m: Annotated[float, "where it acts, world axes: where an impulse lands, a tether's anchor, a point of the floor"]
-    y_m: World
-    z_m: World
-    u: Annotated[float, "impulse [N s], end of the tether in principal axes [m], normal of the floor, gravity [m/s2]"]
-    v: World
-    w: World
+    x_m: Annotated[float, f"x of {PLACE}, world axes"]
+    y_m: Annotated[float, f"y of {PLACE}, world axes"]
+    z_m: Annotated[float, f"z of {PLACE}, world axes"]
+    u: Annotated[float, f"x of {VECTOR}"]
+    v: Annotated[float, f"y of {VECTOR}"]
+    w: Annotated[float, f"z of {VECTOR}"]
 
 
 BODIES = Table("bodies.csv", BodyRow, ("scene",))

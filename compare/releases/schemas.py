@@ -24,16 +24,20 @@ class ReleaseRow:
     max_error_m: Annotated[float | None, "largest error of any vertex and sample"]
     limit_m: Limit
     energy_drift: Annotated[float | None, "largest drift of the energy from the truth, over its scale"]
-    angular_momentum_drift: Annotated[float | None, "the same of the angular momentum"]
+    angular_momentum_drift: Annotated[
+        float | None, "largest drift of the angular momentum from the truth, over its scale"
+    ]
     attitude_order: Annotated[float | None, "order of convergence of the attitude; empty where none can be read"]
-    translation_order: Annotated[float | None, "the same of the centre of mass"]
+    translation_order: Annotated[
+        float | None, "order of convergence of the centre of mass; empty where none can be read"
+    ]
     spin_energy: Annotated[
         str, f"what becomes of the energy of the spin: {', '.join(TRENDS)}; empty where none is kept"
     ]
     step_ns: Annotated[float | None, "time of a step, on the first scene alone; empty where it was not timed"] = None
-    time_ratio: Annotated[float | None, "the same over the newest release's, in the same rounds"] = None
-    time_ratio_low: Annotated[float | None, "from this"] = None
-    time_ratio_high: Annotated[float | None, "to this: the interval that covers it in 95 of 100 runs"] = None
+    time_ratio: Annotated[float | None, "time of a step over the newest release's, in the same rounds"] = None
+    time_ratio_low: Annotated[float | None, "lower end of the 95 % confidence interval of time_ratio"] = None
+    time_ratio_high: Annotated[float | None, "upper end of the 95 % confidence interval of time_ratio"] = None
 
 
 @dataclass(frozen=True)

@@ -129,14 +129,16 @@ def fly(
     audit = getattr(engine, "audit", lambda world: [])
     where = getattr(engine, "vertices", None)
     found: list[Finding] = []
-    rows: dict[float, tuple[Array, Array]] = {}
+    rows: dict[float, Array] = {}
+    own: dict[float, Array] = {}  # of an engine that has vertices of its own
 
     def look(time: float, read: Any) -> Array:
         states = real(read)
         if states.shape != scene.start.shape:
             raise ValueError(f"read() returned shape {states.shape}, not {scene.start.shape}")
-        seen = where(world, scene.body.points) if where else vertices(states, scene.body.points)
-        rows[time] = states, real(seen)
+        rows[time] = states
+        if where:
+            own[time] = real(where(world, scene.body.points))
         return states
 
     engine.write(world, struck(scene, 0.0, scene.start.copy(), found))
@@ -158,12 +160,14 @@ def fly(
             look(leg.end, engine.read(world))
     found += findings(audit(world))
 
-    nowhere = np.full_like(states, np.nan), np.full((len(states), *scene.body.points.shape), np.nan)
-    seen = [rows.get(time, nowhere) for time in scene.rows]
+    lost, nowhere = np.full_like(states, np.nan), np.full((len(states), *scene.body.points.shape), np.nan)
+    seen = np.array([rows.get(time, lost) for time in scene.rows])
+    # All rows at once: for one body the calls would take longer than most engines' steps.
+    points = np.array([own.get(time, nowhere) for time in scene.rows]) if where else vertices(seen, scene.body.points)
     return Trajectory(
         scene.rows,
-        np.array([states for states, _ in seen]),
-        np.array([points for _, points in seen]),
+        seen,
+        points,
         steps,
         wall_s,
         tuple(dict.fromkeys(found)),

@@ -32,7 +32,8 @@ class Halted(Exception):
 class Participant:
     """An engine that takes part: its name or file, its methods, its info or why it has none, and its worker.
 
-    title: its name in tables; named: those of the methods that were asked for by name, which run whatever the scene.
+    title: its name in tables; named: those of the methods that were asked for by name, which run whatever the scene;
+    unasked: whether it takes part because no engine was asked for, and so only where it can.
     """
 
     engine: str
@@ -41,12 +42,15 @@ class Participant:
     named: frozenset[str]
     info: EngineInfo | Failure
     worker: Worker
+    unasked: bool = False
     _halted: bool = field(default=False, init=False)
     _ended: bool = field(default=False, init=False)
     _lock: threading.Lock = field(default_factory=threading.Lock, init=False)
 
     def methods_for(self, scene: Scene) -> tuple[str, ...]:
         """Return the methods that take part: those named, and the forced ones where another force than gravity acts."""
+        if self.unasked and not self.answers_at(scene):
+            return ()
         if not scene.is_free or isinstance(self.info, Failure):
             return self.methods
         return tuple(method for method in self.methods if method in self.named or method not in self.info.forced)
@@ -61,6 +65,11 @@ class Participant:
         if not isinstance(self.info, Failure) and method in self.info.default:
             return DEFAULT
         return AS_ASKED if method in self.named else ""
+
+    def answers_at(self, scene: Scene) -> bool:
+        """Whether the engine has an answer at the scene's sample instants; most have one at any."""
+        known = () if isinstance(self.info, Failure) else self.info.instants
+        return not known or scene.times.tolist() == list(known)
 
     def unsupported(self, scene: Scene) -> Failure | None:
         """Return why this engine cannot be put this question, or None."""
@@ -230,6 +239,7 @@ def launched(
     made of; beside: others, asked for in the same way at another time, that titles must tell them from.
     Raises BadEngine with one line.
     """
+    asked = [*asked]
     engines = wanted(asked)
     named = titles((*engines, *engine_files(beside)))
     for one, other in combinations(engines, 2):
@@ -243,6 +253,7 @@ def launched(
             info = worker.describe()
             taking_part, asked_by_name = chosen(engine, methods, info, few), frozenset(filter(None, methods))
             participants.append(Participant(engine, named[engine], taking_part, asked_by_name, info, worker))
+            participants[-1].unasked = not asked
         yield participants
     finally:
         for worker in {*workers, *(participant.worker for participant in participants)}:

@@ -78,7 +78,8 @@ class EngineInfo:
     leaves out of a world that has no use for it, and keeps if told to; schemes and gyroscopic: names by method, as in
     compare.engines, OWN_SCHEME for a function; largest_turn [rad] of a step; exempt: laws that it is there to break,
     and why; defaults: what a user gets who sets nothing; step_ns: by method, or of all as *, about what a step of one
-    throw takes [ns]; orders: by method, by which power of the step the error of a free body falls.
+    throw takes [ns]; orders: by method, by which power of the step the error of a free body falls; instants: the only
+    sample instants at which it has an answer [s], none where it has one at any.
     """
 
     methods: tuple[str, ...]
@@ -100,6 +101,7 @@ class EngineInfo:
     exempt: dict[str, str]
     step_ns: dict[str, float]
     orders: dict[str, float]
+    instants: tuple[float, ...]
 
     def step_of(self, method: str) -> float:
         """Return about what a step of one throw takes by a method [ns]."""
@@ -274,6 +276,7 @@ def engine_info(engine: str, module: ModuleType) -> EngineInfo:
             {str(law): str(why) for law, why in exempt.items()},
             {str(method): float(ns) for method, ns in of_each.items()},
             {str(method): float(order) for method, order in dict(getattr(module, "ORDERS", {})).items()},
+            tuple(float(instant) for instant in getattr(module, "INSTANTS", ())),
         )
     except (TypeError, ValueError, OverflowError) as error:
         raise BadEngine(f"{engine}: what it says of itself cannot be read: {error}") from error

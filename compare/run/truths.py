@@ -25,6 +25,8 @@ from scenarios.truth import NoTruth, Truth, truth
 
 # How often somebody who waits for news looks whether there is still anything to wait for [s].
 LOOK_S = 0.2
+# The environment is that of all threads: one at a time sets it for processes to come, and sets it back.
+_ENVIRONMENT = threading.Lock()
 BY_ROW = ("times", "states", "vertices", "bound", "floor")
 
 
@@ -72,32 +74,50 @@ class Truths:
     """
 
     def __init__(self, scenes: Sequence[Scene], tick: Tick = untold, floor: bool = True) -> None:
-        self._scenes = tuple(scenes)
+        self._tick, self._floor = tick, floor
+        self._told: list[Progress] = []
         self._processes: Processes | None = None
-        self.futures: list[Future[Answer]]
-        told = [Progress(scene.name, tick) for scene in scenes]
-        if len(scenes) > 1:
+        self._ended = threading.Event()
+        self._one_at_a_time = threading.Lock()  # starts processes, or ends them
+        self.futures: list[Future[Answer]] = []
+        self._asked = list(zip(scenes, self.more(scenes), strict=True))
+
+    def more(self, scenes: Sequence[Scene]) -> list[Future[Answer]]:
+        """Return the true answers of more scenes, by the same processes; `answer` does not look among them.
+
+        After `stop` they are cancelled.
+        """
+        told = [Progress(scene.name, self._tick) for scene in scenes]
+        self._told += told
+        if len(scenes) > 1 or self._processes:
+            numbers = range(len(self._told) - len(told), len(self._told))
+            futures = self._share_out(numbered_answer, scenes, [self._floor] * len(scenes), numbers)
+        else:
+            of = partial(true_answer, floor=self._floor)
+            futures = [in_a_thread(partial(of, tell=tell), scene) for tell, scene in zip(told, scenes, strict=True)]
+        self.futures += futures
+        for one, future in zip(told, futures, strict=True):
+            future.add_done_callback(lambda done, one=one: done.cancelled() or one.end())
+        return futures
+
+    def _started(self) -> Processes:
+        """Return the processes, started where they are not."""
+        if self._processes is None:
             spawn = multiprocessing.get_context("spawn")
             # Its far end closes with this process, however that ends.
             self._far_end, self._lifeline = spawn.Pipe(duplex=False)
             self._news, near_end = spawn.Pipe(duplex=False)
-            count = min(os.cpu_count() or 1, len(scenes))
-            with safe_path():
-                self._processes = Processes(count, spawn, end_with, (self._far_end, near_end))
-                self.futures = self._share_out(numbered_answer, scenes, [floor] * len(scenes), range(len(scenes)))
-            threading.Thread(target=self._hear, args=(told,), daemon=True).start()
-        else:
-            self.futures = [in_a_thread(partial(true_answer, floor=floor, tell=told[0]), scene) for scene in scenes]
-        for one, future in zip(told, self.futures, strict=True):
-            future.add_done_callback(lambda done, one=one: done.cancelled() or one.end())
+            self._processes = Processes(os.cpu_count() or 1, spawn, end_with, (self._far_end, near_end))
+            threading.Thread(target=self._hear, daemon=True).start()
+        return self._processes
 
-    def _hear(self, told: list[Progress]) -> None:
-        """Pass on what the processes tell, for as long as there is a truth at work."""
+    def _hear(self) -> None:
+        """Pass on what the processes tell, until they end."""
         with self._news:
-            while not all(future.done() for future in self.futures):
+            while not self._ended.is_set():
                 while self._news.poll(LOOK_S):
                     number, share = self._news.recv()
-                    told[number](share)
+                    self._told[number](share)
 
     def __enter__(self) -> Self:
         return self
@@ -110,7 +130,7 @@ class Truths:
 
         Raises what working it out raised.
         """
-        for asked, future in zip(self._scenes, self.futures, strict=True):
+        for asked, future in self._asked:
             if asked.name == scene.name and asked.start.shape == scene.start.shape:
                 return future.result().at(scene)
         raise KeyError(scene.name)
@@ -125,32 +145,45 @@ class Truths:
         self, function: Callable[..., Any], scenes: Sequence[Scene], *more: Sequence[Any]
     ) -> list["Future[Any]"]:
         """Return what will be a function's results, those of forces from one process: to load a compiler takes 1 s."""
-        assert self._processes is not None
         calls = [partial(function, *each) for each in zip(scenes, *more, strict=True)]
-        return self._processes.share_out(calls, [not scene.is_free for scene in scenes])
+        with self._one_at_a_time, safe_path():
+            if self._ended.is_set():
+                return [cancelled() for _ in calls]
+            return self._started().share_out(calls, [not scene.is_free for scene in scenes])
 
     def stop(self) -> None:
-        """End what is still at work; who waits for it gets CancelledError or BrokenProcessPool."""
-        for future in self.futures:
-            future.cancel()
-        if self._processes is not None:
-            self._lifeline.close()
-            self._processes.end()
-            self._far_end.close()
+        """End what is still at work, from any thread; who waits for it gets CancelledError or BrokenProcessPool."""
+        # Studies that share the truths may all end them at one Ctrl-C, and a process is not ended twice at once.
+        with self._one_at_a_time:
+            self._ended.set()
+            for future in self.futures:
+                future.cancel()
+            if self._processes is not None:
+                self._lifeline.close()
+                self._processes.end()
+                self._far_end.close()
 
 
 @contextmanager
 def safe_path() -> Iterator[None]:
     """Let no interpreter that is started meanwhile run files of the working folder."""
-    before = os.environ.get("PYTHONSAFEPATH")
-    os.environ["PYTHONSAFEPATH"] = "1"
-    try:
-        yield
-    finally:
-        if before is None:
-            os.environ.pop("PYTHONSAFEPATH", None)  # another thread may have done so
-        else:
-            os.environ["PYTHONSAFEPATH"] = before
+    with _ENVIRONMENT:
+        before = os.environ.get("PYTHONSAFEPATH")
+        os.environ["PYTHONSAFEPATH"] = "1"
+        try:
+            yield
+        finally:
+            if before is None:
+                del os.environ["PYTHONSAFEPATH"]
+            else:
+                os.environ["PYTHONSAFEPATH"] = before
+
+
+def cancelled() -> "Future[Any]":
+    """Return what will be no result."""
+    future: Future[Any] = Future()
+    future.cancel()
+    return future
 
 
 def in_a_thread(function: Callable[[Scene], Answer], scene: Scene) -> "Future[Answer]":

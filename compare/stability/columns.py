@@ -122,6 +122,14 @@ def columns(scene: Scene, factors: Sequence[float] = FACTORS) -> list[Column]:
     return found
 
 
+def limits_steps(scene: Scene) -> bool:
+    """Whether a mode of the scene limits how long a step may be, so that it has columns."""
+    try:
+        return bool(columns(scene, [1.0]))
+    except BadScene:
+        return False
+
+
 @dataclass(frozen=True, eq=False)
 class Question:
     """One scene at all its values, each with its truth, which may still be on its way."""

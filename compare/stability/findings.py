@@ -1,14 +1,21 @@
-"""What maps of stability found: the numbers of their sentences."""
+"""What maps of stability and extreme cases found: the numbers of their sentences."""
 
 import math
-from collections.abc import Iterable, Iterator
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
 
-from compare.stability.schemas import LimitRow
+from compare.judge.verdict import SILENT
+from compare.stability.schemas import ExtremeRow, LimitRow
 from compare.tables.shared import FindingRow
 
+NEAR = 0.05  # of theory's limit: a measured one that is not as near is another
 
-def stability_findings(limits: Iterable[LimitRow]) -> Iterator[FindingRow]:
-    """Yield, scene by scene, who of those with a limit bears the longest step and who the shortest."""
+
+def limit_findings(limits: Sequence[LimitRow]) -> Iterator[FindingRow]:
+    """Yield, scene by scene, who of those with a limit bears the longest step and who the shortest; then theory's part.
+
+    That is how many limits have one by theory, neither 0 nor infinite, and how many of those are near it.
+    """
     scenes: dict[str, list[LimitRow]] = {}
     for row in limits:
         if row.w_dt_limit and math.isfinite(row.w_dt_limit):
@@ -17,3 +24,18 @@ def stability_findings(limits: Iterable[LimitRow]) -> Iterator[FindingRow]:
         for finding, pick in (("longest step", max), ("shortest step", min)):
             row = pick(own, key=lambda row: row.w_dt_limit or 0.0)
             yield FindingRow(finding, scene, row.engine, row.method, "", row.w_dt_limit, "rad")
+    known = [row for row in limits if row.w_dt_limit is not None and row.theory_w_dt and math.isfinite(row.theory_w_dt)]
+    if known:
+        near = sum(abs((row.w_dt_limit or 0.0) / (row.theory_w_dt or 1.0) - 1) <= NEAR for row in known)
+        yield FindingRow("limits with theory", "", "", "", "", len(known), "1")
+        yield FindingRow("limits as in theory", "", "", "", "", near, "1")
+
+
+def extreme_findings(rows: Iterable[ExtremeRow]) -> Iterator[FindingRow]:
+    """Yield how many extreme cases there are, and for each contestant in how many it failed silently, if in any."""
+    rows = list(rows)
+    if rows:
+        yield FindingRow("extreme cases", "", "", "", "", len({row.scene for row in rows}), "1")
+    silent = Counter((row.engine, row.method) for row in rows if row.verdict in SILENT)
+    for contestant, count in silent.most_common():
+        yield FindingRow("silent failures", "", *contestant, "", count, "1")

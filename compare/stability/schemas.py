@@ -21,7 +21,7 @@ class StabilityRow:
     method: Method
     dt_s: Annotated[float, "step"]
     parameter: Parameter
-    value: Annotated[float, "its value"]
+    value: Annotated[float, "value of that number"]
     status: Status
     why: Why
     verdict: Word
@@ -38,7 +38,7 @@ class LimitRow:
     engine: Engine
     method: Method
     parameter: Parameter
-    value: Annotated[float, "its value in the scene"]
+    value: Annotated[float, "value of that number in the scene"]
     w_rad_s: Annotated[float, "largest |eigenvalue| at the start"]
     w_dt_limit: Annotated[
         float | None,
@@ -46,7 +46,10 @@ class LimitRow:
         "tried, empty where the step is not ours",
     ]
     beyond: Annotated[str, "what comes beyond it"]
-    theory_w_dt: Annotated[float | None, "the same by theory; empty where none is known"]
+    theory_w_dt: Annotated[
+        float | None,
+        "w dt up to which theory has no energy grow: 0 and inf as in w_dt_limit; empty where no theory is known",
+    ]
     theory: Annotated[str, "where that is from"]
     dt_stable_s: Annotated[float | None, "largest step that is stable; empty where none is"]
     dt_1pct_s: Annotated[float | None, "largest step within 1 % of how far a vertex truly gets; empty where none is"]
@@ -71,6 +74,7 @@ class ExtremeRow:
     times_limit: Annotated[float | None, "largest error over samples, in units of what the truth can tell there"]
     energy_ratio: Ratio
     why: Annotated[str, "the reasons of status and verdict"]
+    size_m: Annotated[float, "distance from the centre of mass of the body's furthest vertex"]
 
     @property
     def key(self) -> tuple[str, str, str]:

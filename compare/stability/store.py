@@ -8,9 +8,12 @@ import pandas as pd
 from compare.run.participants import Participant
 from compare.run.progress import Tick, untold
 from compare.run.provenance import ConditionRow
+from compare.run.truths import Truths
+from compare.stability.columns import limits_steps
+from compare.stability.extremes import PAGE_BUDGET_S
 from compare.stability.schemas import CELLS, EXTREMES, LIMITS, TABLES, ExtremeRow
 from compare.stability.tasks import Done, Key, keys, stability
-from compare.stability.trials import Piece
+from compare.stability.trials import BRIEF, Piece
 from compare.tables.frames import frame, rows
 from compare.tables.shared import CONTESTANT
 from compare.tables.store import Store
@@ -41,16 +44,23 @@ def pieces(tables: Mapping[str, pd.DataFrame]) -> list[Piece]:
 
 
 def quick_tables(
-    participants: Sequence[Participant], scenes: Sequence[Scene], tick: Tick = untold
+    participants: Sequence[Participant],
+    scenes: Sequence[Scene],
+    cases: Sequence[Scene] = (),
+    tick: Tick = untold,
+    truths: Truths | None = None,
 ) -> dict[str, pd.DataFrame]:
-    """Return the tables of scenes at their own values only, of nobody who takes part only on request.
+    """Return the tables of a page: of scenes at their own values only, without contestants that are there on request.
 
-    They have the limits, and one row of each map.
+    They have the limits and one row of each map of the scenes that have a limit, and what contestants make of extreme
+    cases in little time.
     """
-    found = store(None, keys(participants, scenes, [], few=True))
+    scenes = [scene for scene in scenes if limits_steps(scene)]
+    found = store(None, keys(participants, scenes, cases, few=True))
 
     def keep(piece: Done) -> None:
         found.keep(piece.key, tables_of(piece))
 
-    stability(participants, scenes, [], keep, tick, factors=[1.0], few=True)
+    quickly = {"factors": [1.0], "few": True, "effort": BRIEF, "budget_s": PAGE_BUDGET_S}
+    stability(participants, scenes, cases, keep, tick, truths=truths, **quickly)
     return found.tables

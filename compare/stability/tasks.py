@@ -5,6 +5,7 @@ What one contestant makes of one scene is a piece, done whole or not at all, and
 
 from collections.abc import Callable, Collection, Sequence
 from concurrent.futures import Future
+from contextlib import nullcontext
 from functools import partial
 
 from compare.run.participants import Participant
@@ -13,8 +14,8 @@ from compare.run.tasks import Task, run
 from compare.run.truths import Answer, Truths
 from compare.run.worker import Failure
 from compare.stability.columns import FACTORS, ROWS, Question, columns
-from compare.stability.extremes import Case, ExtremeRow, extreme
-from compare.stability.trials import Piece, Trials
+from compare.stability.extremes import BUDGET_S, ExtremeRow, extreme
+from compare.stability.trials import FULL, Effort, Piece, Trials
 from compare.tables.store import Key
 from scenarios.scene import Scene
 from scenarios.truth import NoTruth
@@ -44,13 +45,12 @@ def contestants(participant: Participant, scene: Scene, few: bool = False) -> tu
 
 
 def keys(
-    participants: Sequence[Participant], scenes: Sequence[Scene], cases: Sequence[Case], few: bool = False
+    participants: Sequence[Participant], scenes: Sequence[Scene], cases: Sequence[Scene], few: bool = False
 ) -> list[Key]:
     """Return scene, engine and method of every piece there will be, in the order of the tables."""
-    asked = (*scenes, *(case.scene for case in cases))
     return [
         (scene.name, participant.title, method)
-        for scene in asked
+        for scene in (*scenes, *cases)
         for participant in participants
         for method in contestants(participant, scene, few)
     ]
@@ -59,47 +59,53 @@ def keys(
 def stability(
     participants: Sequence[Participant],
     scenes: Sequence[Scene],
-    cases: Sequence[Case],
+    cases: Sequence[Scene],
     keep: Callable[[Done], object],
     tick: Tick = untold,
     done: Collection[Key] = (),
     factors: Sequence[float] = FACTORS,
     few: bool = False,
+    effort: Effort = FULL,
+    budget_s: float = BUDGET_S,
+    truths: Truths | None = None,
 ) -> None:
     """Hand over every piece as it is done, but for those that are done already.
 
     keep: called from several threads, one at a time; tick is told what was done; factors: of the scenes' own values;
-    few: nobody who takes part only on request.
+    few: no contestant that takes part only on request; effort: for each scene; budget_s: for each extreme case [s];
+    truths: whose processes work out the true answers, by default new ones.
     Raises BadScene for a scene in which nothing can be stiff, RayMissed as truth does.
     """
     told = [columns(scene, factors) for scene in scenes]
     flown = [column.flight(ROWS) for own in told for column in own]
-    with Truths([*flown, *(case.scene for case in cases)]) as truths:
-        true = iter(truths.futures)
+    with nullcontext(truths) if truths else Truths([]) as working:
+        true = iter(working.more([*flown, *cases]))
         questions = [Question(scene, own, [next(true) for _ in own]) for scene, own in zip(scenes, told, strict=True)]
         tasks = [
-            Task((question.scene.name, each.title, method), each, partial(piece, method, question))
+            Task((question.scene.name, each.title, method), each, partial(piece, method, question, effort))
             for question in questions
             for each in participants
             for method in contestants(each, question.scene, few)
         ]
         tasks += [
-            Task((case.scene.name, each.title, method), each, partial(extreme_row, method, case, answer))
+            Task((case.name, each.title, method), each, partial(extreme_row, method, case, answer, budget_s))
             for case, answer in zip(cases, true, strict=True)
             for each in participants
-            for method in contestants(each, case.scene, few)
+            for method in contestants(each, case, few)
         ]
-        run(tasks, truths, done, lambda key, result: keep(result), tick)
+        run(tasks, working, done, lambda key, result: keep(result), tick)
 
 
-def piece(method: str, question: Question, participant: Participant) -> Piece:
+def piece(method: str, question: Question, effort: Effort, participant: Participant) -> Piece:
     """Return what one contestant makes of one scene."""
-    return Trials(participant, method, question).piece()
+    return Trials(participant, method, question, effort).piece()
 
 
-def extreme_row(method: str, case: Case, true: Future[Answer], participant: Participant) -> ExtremeRow:
+def extreme_row(
+    method: str, case: Scene, true: Future[Answer], budget_s: float, participant: Participant
+) -> ExtremeRow:
     """Return what one contestant makes of one extreme case."""
     found = true.result()
     if found.truth is None:
-        raise NoTruth(f"{case.scene.name} has no truth to be held against: {found.why}")
-    return extreme(participant, method, case, found.truth)
+        raise NoTruth(f"{case.name} has no truth to be held against: {found.why}")
+    return extreme(participant, method, case, found.truth, budget_s)

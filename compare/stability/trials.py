@@ -8,7 +8,7 @@ exactly one length, which no truth is needed for: up to there the energy does no
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 
 import numpy as np
@@ -28,7 +28,19 @@ from scenarios.truth import Truth
 # fourth of that down to 0.22, and what lies between where the verdicts differ.
 STEPS = tuple(2**k for k in range(2, 13))
 COARSE_STEPS = STEPS[:9:2]
-PRECISION = 0.005
+
+
+@dataclass(frozen=True)
+class Effort:
+    """The steps of the flights at a scene's own value, and the relative precision of limits."""
+
+    steps: tuple[int, ...] = STEPS
+    precision: float = 0.005
+
+
+FULL = Effort()
+# Of a page: no steps finer than maps have at other values, for those take longest.
+BRIEF = Effort(STEPS[:9], 0.02)
 # A limit that is one holds at half the step for four times as many steps; a growth per step as (w dt)^2, which needs
 # only time to be seen at any step, does not.
 HALF, LONGER = 0.5, 4
@@ -100,13 +112,17 @@ class Trials:
     participant: Participant
     method: str
     question: Question
+    effort: Effort = FULL
+    _cells: dict[tuple[int, int], Cell] = field(default_factory=dict, init=False)
 
     def cell(self, place: int, steps: int) -> Cell:
-        """Return one cell of the map."""
-        column = self.question.columns[place]
-        flown = column.flight(steps)
-        true = truth_of(flown, self.question.truths[place].result().truth)
-        return self._judged(column, flown, column.seconds / steps, true)
+        """Return one cell of the map, which is run once."""
+        if (place, steps) not in self._cells:
+            column = self.question.columns[place]
+            flown = column.flight(steps)
+            true = truth_of(flown, self.question.truths[place].result().truth)
+            self._cells[place, steps] = self._judged(column, flown, column.seconds / steps, true)
+        return self._cells[place, steps]
 
     def probe(self, dt: float, steps: int = PROBED) -> Cell:
         """Return a long flight of steps of exactly dt [s], judged by its energy alone."""
@@ -129,7 +145,7 @@ class Trials:
             cells = [self.cell(place, ROWS) for place in places]
             return Piece(tuple(cell.row for cell in cells), self.limit_row(note="takes steps of its own"))
         maps = [
-            [self.cell(place, steps) for steps in STEPS] if place == own else self.coarse_to_fine(place)
+            [self.cell(place, steps) for steps in self.effort.steps] if place == own else self.coarse_to_fine(place)
             for place in places
         ]
         rows = tuple(cell.row for cells in maps for cell in cells)
@@ -172,7 +188,7 @@ class Trials:
             bad, beyond = bad - 1, found.verdict.word
         if 0 < bad < len(ladder):
             low, high = ladder[bad - 1].dt, ladder[bad].dt
-            dt = edge(low, high, lambda dt: self.probe(dt).bounded, PRECISION)
+            dt = edge(low, high, lambda dt: self.probe(dt).bounded, self.effort.precision)
             if self.probe(HALF * dt, LONGER * PROBED).bounded:
                 return dt * ladder[0].column.mode.rate, beyond
         return (math.inf if bad == len(ladder) else 0.0), beyond
@@ -195,7 +211,7 @@ class Trials:
             return ladder[-1].dt
         seconds = ladder[0].column.seconds
         few, many = (round(seconds / (cell.dt * ROWS)) for cell in (ladder[bad], ladder[bad - 1]))
-        while few and many - few > 1 and many > (1 + PRECISION) * few:
+        while few and many - few > 1 and many > (1 + self.effort.precision) * few:
             middle = round(math.sqrt(few * many))
             if self.cell(self.question.own, middle * ROWS).error > target_m:
                 few = middle

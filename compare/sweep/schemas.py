@@ -29,7 +29,7 @@ class WorkPrecisionRow:
     ]
     limit_m: Limit
     flight_us: Annotated[float, "time of one throw's flight: lower decile of the rounds"]
-    p90_flight_us: Annotated[float, "the same, upper decile"]
+    p90_flight_us: Annotated[float, "time of one throw's flight: upper decile of the rounds"]
     step_ns: Annotated[float | None, "time of one step of one throw; empty where a flight is what was timed"]
     clock: Annotated[str, "thread CPU, process CPU or wall: the one that is right for it"]
     frontier: Annotated[bool, "whether no run that has a time is both cheaper and as near"]
@@ -55,8 +55,8 @@ class DigitRow:
     steps_per_s: Annotated[float | None, "steps in one second of CPU time; empty where a flight is the unit"]
     reference: Annotated[str, "ENGINE:METHOD that the ratio is over"]
     ratio: Annotated[float | None, "time over the reference's; empty where either did not reach the error, or why"]
-    ratio_low: Annotated[float | None, "from this"] = None
-    ratio_high: Annotated[float | None, "to this: the interval that covers it in 95 of 100 runs"] = None
+    ratio_low: Annotated[float | None, "lower end of the 95 % confidence interval of the ratio"] = None
+    ratio_high: Annotated[float | None, "upper end of the 95 % confidence interval of the ratio"] = None
     no_ratio: Annotated[str, "why the contestant has no time, and so no ratio"] = ""
     dt_taken_s: StepTaken = None
 
@@ -120,10 +120,10 @@ class SameRow:
     """Two contestants that are one integrator: at every step, far closer to each other than to the truth."""
 
     scene: SceneName
-    engine_a: Annotated[str, "engine of the one"]
-    method_a: Annotated[str, "and its method"]
-    engine_b: Annotated[str, "engine of the other"]
-    method_b: Annotated[str, "and its method"]
+    engine_a: Annotated[str, "engine of the one contestant"]
+    method_a: Annotated[str, "method of the one contestant"]
+    engine_b: Annotated[str, "engine of the other contestant"]
+    method_b: Annotated[str, "method of the other contestant"]
     steps_compared: Annotated[int, "number of steps at which both errors stand clear of the truth's limit"]
     furthest_apart_m: Annotated[float, "largest distance between their vertices at any step"]
 

@@ -26,7 +26,7 @@ RmsError = Annotated[float | None, "root mean square over all vertices, samples 
 FinalError = Annotated[float | None, "largest error of any vertex and throw at the last sample"]
 EnergyDrift = Annotated[float | None, "largest difference from the true energy, over the largest kinetic"]
 MomentumDrift = Annotated[float | None, "largest difference from the true momentum, over the largest"]
-AngularMomentumDrift = Annotated[float | None, "the same of the angular momentum"]
+AngularMomentumDrift = Annotated[float | None, "largest difference from the true angular momentum, over the largest"]
 Limit = Annotated[float | None, "what the truth can tell: an error below it says nothing more"]
 
 
@@ -41,16 +41,16 @@ class VertexErrorRow:
     tolerance: Tolerance
     t_s: Instant
     vertex: Vertex
-    true_x_m: Annotated[float, "where the vertex truly is, world axes"]
-    true_y_m: Annotated[float, "the same"]
-    true_z_m: Annotated[float, "the same"]
-    x_m: Annotated[float, "where the engine has it; empty once it diverged", EMPTY]
-    y_m: Annotated[float, "the same", EMPTY]
-    z_m: Annotated[float, "the same", EMPTY]
-    error_x_m: Annotated[float, "the engine's less the true one", EMPTY]
-    error_y_m: Annotated[float, "the same", EMPTY]
-    error_z_m: Annotated[float, "the same", EMPTY]
-    error_m: Annotated[float, "length of the error", EMPTY]
+    true_x_m: Annotated[float, "true x of the vertex, world axes"]
+    true_y_m: Annotated[float, "true y of the vertex, world axes"]
+    true_z_m: Annotated[float, "true z of the vertex, world axes"]
+    x_m: Annotated[float, "x of the vertex in the run, world axes; empty once it diverged", EMPTY]
+    y_m: Annotated[float, "y of the vertex in the run, world axes; empty once it diverged", EMPTY]
+    z_m: Annotated[float, "z of the vertex in the run, world axes; empty once it diverged", EMPTY]
+    error_x_m: Annotated[float, "x in the run less the true x; empty once it diverged", EMPTY]
+    error_y_m: Annotated[float, "y in the run less the true y; empty once it diverged", EMPTY]
+    error_z_m: Annotated[float, "z in the run less the true z; empty once it diverged", EMPTY]
+    error_m: Annotated[float, "distance of the vertex from the true one; empty once the run diverged", EMPTY]
 
 
 @dataclass(frozen=True)
@@ -104,8 +104,10 @@ class RunRow:
     momentum_drift: MomentumDrift = None
     angular_momentum_drift: AngularMomentumDrift = None
     wall_s: Annotated[float | None, "wall time of the native loop over the whole flight, one pass"] = None
-    wall_ns_per_step: Annotated[float | None, "the same for one step of all throws"] = None
-    wall_per_sim_s: Annotated[float | None, "the same for one second of flight"] = None
+    wall_ns_per_step: Annotated[float | None, "wall time of the native loop for one step of all throws, one pass"] = (
+        None
+    )
+    wall_per_sim_s: Annotated[float | None, "wall time of the native loop for one second of flight, one pass"] = None
     dt_taken_s: StepTaken = None
 
 
@@ -141,7 +143,7 @@ class EngineRow:
     engine: Engine
     status: Annotated[str, "ok, missing or crashed"]
     why: Why
-    version: Annotated[str, "its version"]
+    version: Annotated[str, "version of the engine"]
     precision: Annotated[str, "single or double"]
     methods: Annotated[str, "its methods, first the one that is taken where one is enough"]
     features: Annotated[str, "the force laws it has"]
@@ -155,20 +157,24 @@ class EngineRow:
 
 FINDING_WORDS = {
     "nearest": "who is nearest to the truth, by its largest vertex error",
-    "nearest engine": "the same of engines that are not ours",
+    "nearest engine": "who is nearest to the truth of the engines that are not ours, by its largest vertex error",
     "asked for": "an engine's first method, by its largest vertex error, the nearest engine first",
     "as shipped": "an engine as it is where its user sets nothing, if that took part, by its largest vertex error",
     "furthest": "who of those that finished is furthest off",
     "unfinished": "how many contestants began and did not finish",
     "unable": "how many contestants cannot fly the scene, or are not installed",
     "apart": "two engines that agree far better than either is right: how far they are from each other",
-    "both off": "the same two: the larger of their errors",
+    "both off": "of two engines that agree far better than either is right, the larger of their errors",
     "right column": "the printed column of Table 4.1 that the exact motion is nearer to by far, and how near",
     "wrong column": "the other column, and how far it is",
     "coordinate rounding": "what single precision rounds the furthest coordinate of the flight to",
     "worse below": "who gets worse below a step, and that step; its errors are in the orders",
     "longest step": "who bears the longest step, in radians of the stiffest mode",
-    "shortest step": "who bears the shortest",
+    "shortest step": "who bears the shortest step, in radians of the stiffest mode",
+    "limits with theory": "how many limits of a step have a finite one by theory, in all stiff scenes",
+    "limits as in theory": "how many of the limits with theory are within 5 % of it",
+    "extreme cases": "how many extreme cases there are",
+    "silent failures": "in how many extreme cases a contestant ended with finite numbers that physics does not allow",
     "left out": "whose step would be longest if it left nothing out, over its own",
     "bent edge": "of a body that lost its shape the edge furthest from its true length, over that, at the end",
 }
@@ -180,8 +186,8 @@ class FindingRow:
 
     finding: Annotated[str, "; ".join(f"{name}: {meaning}" for name, meaning in FINDING_WORDS.items())]
     scene: SceneName
-    engine: Annotated[str, "engine it was found of; empty where of nobody"]
-    method: Annotated[str, "and its METHOD[@TOLERANCE]"]
+    engine: Annotated[str, "engine that the finding is about; empty if none"]
+    method: Annotated[str, "METHOD[@TOLERANCE] it was found of; empty where of none"]
     other: Annotated[str, "ENGINE:METHOD of whom else, or the column of a printed table; empty where of nothing else"]
     value: Annotated[float | None, "the number; empty where there is a name and no number"]
     unit: Annotated[str, "its unit; 1 of a pure number"]

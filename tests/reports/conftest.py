@@ -22,8 +22,8 @@ from compare.motion.film import film
 from compare.motion.findings import film_findings
 from compare.motion.results import film_tables
 from compare.run.participants import launched
-from compare.stability.findings import stability_findings
-from compare.stability.schemas import LIMITS
+from compare.stability.findings import extreme_findings, limit_findings
+from compare.stability.schemas import EXTREMES, LIMITS
 from compare.stability.store import quick_tables
 from compare.sweep.results import measured
 from compare.sweep.work_precision import BRIEF, sweep
@@ -34,6 +34,7 @@ from scenarios.read import read_scene
 from scenarios.scene import frozen_array
 
 SCENES = ("die-vertex", "table-4-1", "two-hits", "tether-critical")
+CASES = ("spin-1e3", "spin-1e4", "step-1", "no-impulse")
 ENGINES = (
     "tumble:rk4", "tumble:quaternion-euler", "tumble:matrix-euler", "handcalc", "mujoco:euler", "mujoco:rk4",
     "pybullet:multibody", "pybullet:multibody+defaults",
@@ -54,8 +55,9 @@ def real() -> dict[str, pd.DataFrame]:
         found |= film_tables(films)
         costs = measured([sweep(participants, swept, effort=replace(BRIEF, budget_s=BUDGET_S))], REFERENCE)
         found |= {f"sweep-{name}": table for name, table in costs.items() if name != FINDINGS.file}
-        found |= quick_tables(participants, [scenes[-1]])
-    said = [*film_findings(films), *stability_findings(rows(LIMITS, found[LIMITS.file]))]
+        found |= quick_tables(participants, [scenes[-1]], [read_scene(name) for name in CASES])
+    limits, verdicts = rows(LIMITS, found[LIMITS.file]), rows(EXTREMES, found[EXTREMES.file])
+    said = [*film_findings(films), *limit_findings(limits), *extreme_findings(verdicts)]
     found[FINDINGS.file] = pd.concat(
         [found[FINDINGS.file], costs[FINDINGS.file], frame(FINDINGS, said)], ignore_index=True
     )

@@ -96,5 +96,7 @@ def test_the_figure_is_saved_as_svg_and_png(tumble, tmp_path):
 def test_where_nothing_draws_figures_that_is_one_line(monkeypatch):
     monkeypatch.setattr(figures, "LIBRARIES", ("no_such_library",))
     figures.check_figures(None, None)
-    with pytest.raises(figures.NoFigures, match=r"need no-such-library: pip install 'tumble\[figures\]'$"):
+    with pytest.raises(
+        figures.NoFigures, match=r"need no-such-library: in Tumble's checkout, pip install '\.\[figures\]'$"
+    ):
         figures.check_figures("a.svg", None)

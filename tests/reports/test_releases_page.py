@@ -26,10 +26,42 @@ def test_a_folder_of_releases_is_a_page(opened):
     assert tab.locator("section h2").count() == 2, "of the others there is nothing, but how it was measured"
 
 
+def test_order_and_error_are_drawn_against_the_release(opened):
+    found = gathered(LEDGER)
+    tab = opened(page(found), "#at=releases&show=mujoco:rk4")
+    runs = found["releases.csv"].query("method == 'rk4' and scene == 'brick-tumble'")
+    for chart in ("orders-mujoco", "errors-mujoco-brick-tumble"):
+        marks = tab.locator(f"#release-{chart} .curve .point")
+        marks.first.wait_for()
+        box = tab.locator(f"#release-{chart} .touch").bounding_box()
+        told = set()
+        for mark in marks.all():
+            at = mark.bounding_box()
+            x, y = at["x"] + at["width"] / 2, at["y"] + at["height"] / 2
+            tab.mouse.move(min(max(x, box["x"] + 1), box["x"] + box["width"] - 1), min(y, box["y"] + box["height"] - 1))
+            who, where, *rest = tab.locator("#told").inner_text().split("\n")
+            assert who == "mujoco:rk4"
+            release = where.partition(",")[0]
+            row = runs[runs["release"] == release].iloc[0]
+            assert f"order {row['attitude_order']:.1f}" in rest
+            told.add(release)
+            share = (x - box["x"]) / box["width"] * 14
+            assert int(share) == list(runs["release"]).index(release), "it stands at another release"
+        assert len(told) > 5
+        assert "4.0.0" in told, "where it changed"
+    # The last chart is of errors: they are smaller from 4.0.0 on.
+    ends = [marks.nth(at).bounding_box()["y"] for at in (0, -1)]
+    assert runs["max_error_m"].iloc[-1] < runs["max_error_m"].iloc[0]
+    assert ends[1] > ends[0], "a smaller error is drawn higher"
+    ticks = tab.locator("#release-orders-mujoco text").all_text_contents()
+    assert {"2", "3", "4", "4.0.0"} <= set(ticks)
+
+
 def test_a_ledger_that_is_there_is_taken_onto_the_page_and_none_is_none(tmp_path, opened, real):
     assert kept_tables(tmp_path, TABLES) == {}
     tab = opened(page(real | kept_tables(LEDGER, TABLES)), "#at=releases")
     assert tab.locator("#releases .fold").count() == 2
+    assert tab.locator("#releases svg.chart").count() == 4
     assert opened(page(real)).locator("#releases").count() == 0
 
 

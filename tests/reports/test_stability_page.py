@@ -2,14 +2,17 @@
 
 import io
 import math
+from dataclasses import replace
 from itertools import pairwise
 
 from rich.console import Console
 
+from compare.stability.findings import extreme_findings, limit_findings
 from compare.stability.schemas import CELLS, LIMITS, ExtremeRow, LimitRow, StabilityRow
 from compare.stability.schemas import EXTREMES as EXTREME
 from compare.stability.trials import Piece
 from compare.tables.frames import frame
+from compare.tables.shared import FINDINGS
 from reports.page import page
 from reports.stability_text import stability_text
 from reports.terminal import console, reasons_text
@@ -46,9 +49,10 @@ PIECES = [
 
 
 def extreme(method: str, scene: str, word: str, times_limit: float | None) -> ExtremeRow:
+    """Return what one of our methods makes of a case whose truth tells 1e-15 m of a body of 0.2 m."""
     error = None if times_limit is None else 1e-15 * times_limit
     return ExtremeRow(
-        scene, scene.upper(), "tumble", method, 0.1, 1, "ok", word, error, 1e-15, times_limit, 1.0, "<b>why</b>"
+        scene, scene.upper(), "tumble", method, 0.1, 1, "ok", word, error, 1e-15, times_limit, 1.0, "<b>why</b>", 0.2
     )
 
 
@@ -108,18 +112,84 @@ def test_a_row_of_fewer_steps_leaves_no_gap(opened):
 
 
 def test_limits_stand_beside_theory(opened):
-    tab = opened(planted(), "#show=all&at=limits-springy")
-    table = tab.locator("#limits-springy")
+    tab = opened(planted(), "#show=all&at=limits-springy-mine:a")
+    table = tab.locator("#limits")
     table.wait_for()
     lines = {
-        line.split("\t")[0].split("\n")[0].rstrip("⚓︎"): line.split("\t")[1:]
+        line.split("\t")[0].split("\n")[0].rstrip("⚓︎"): line.split("\t")[2:]
         for line in table.locator("tbody tr").all_inner_texts()
     }
     assert lines["mine:a"][:3] == ["3.00", "2.00", "blew up"]
     assert lines["mine:d"][0] == "∞"
     assert lines["other:x"][-1] == "x carries no forces"
-    chart = tab.locator("#limits-springy-figure g[data-name]")
-    assert [each.get_attribute("data-name") for each in chart.all()] == ["mine:d", "mine:a", "mine:b", "mine:c"]
+    assert [lines["mine:a"][4], lines["mine:a"][5]] == ["1.00·10⁻⁴", "< 0.00100"], "no step tried is within 1 mm"
+    marks = tab.locator("#limits-figure g.limit")
+    drawn = {mark.get_attribute("data-name"): mark.locator(".point").bounding_box() for mark in marks.all()}
+    assert sorted(drawn) == ["mine:a", "mine:b", "mine:c", "mine:d"]
+    middle = {name: (box["x"] + box["width"] / 2, box["y"] + box["height"] / 2) for name, box in drawn.items()}
+    (bar,) = (bar.bounding_box() for bar in tab.locator("#limits-figure .theory").all())
+    # One limit, 1.5 times theory's: at one place of the scale, one above the other; without a limit beyond them all.
+    assert {round(middle[name][0]) for name in ("mine:a", "mine:b", "mine:c")} == {round(middle["mine:a"][0])}
+    assert len({round(middle[name][1]) for name in ("mine:a", "mine:b", "mine:c")}) == 3
+    assert bar["x"] < middle["mine:a"][0] < middle["mine:d"][0]
+    assert [mark.get_attribute("data-name") for mark in marks.all() if mark.locator(".silent").count()] == ["mine:c"]
+
+
+def test_a_scene_at_one_value_is_a_line_for_each_outcome(opened):
+    """As `make report` has them: contestants with the same verdicts share a line, and theory's bar parts its steps."""
+    cells = (row for each in PIECES for row in each.rows if row.value == 1e6)
+    tables = {CELLS.file: frame(CELLS, cells), LIMITS.file: frame(LIMITS, (each.limit for each in PIECES))}
+    tab = opened(page(tables), "#show=all&at=maps")
+    strips = tab.locator("#map-springy")
+    strips.wait_for()
+    assert strips.locator("text.beside").all_text_contents() == ["mine:a, mine:b", "mine:c", "mine:d, mine:own"]
+    assert strips.locator("rect").count() == 3 * 4
+    lefts = sorted({float(rect.get_attribute("x") or 0) for rect in strips.locator("rect").all()})
+    assert lefts == [0.0, 14.0, 28.0, 42.0]
+    assert (strips.locator("path").first.get_attribute("d") or "").startswith(f"M{lefts[1] + 7:g},")
+
+
+WORDS = ("stable", "damped", "drifting", "clamped", "reset", "diverged", "no-return")
+
+
+def cases() -> list[ExtremeRow]:
+    """Return each verdict once, and a flight that is right to the truth's limit, to 1 % of the body, and to less."""
+    rows = [extreme("rk4", word, word, 1e14) for word in WORDS]
+    rows[-2:] = [replace(rows[-2], max_error_m=math.inf), replace(rows[-1], max_error_m=None, why="it hung")]
+    return [*rows, extreme("rk4", "exact", "stable", 0.5), extreme("rk4", "near", "stable", 1e11)]
+
+
+def test_the_board_of_extreme_cases_has_the_verdicts_and_what_is_silent_stands_out(opened):
+    table = {EXTREME.file: frame(EXTREME, cases()), FINDINGS.file: frame(FINDINGS, extreme_findings(cases()))}
+    tab = opened(page(table), "#show=all&at=extremes")
+    tab.locator("#extreme-board button.case").first.wait_for()
+    titles = tab.locator("#extreme-board thead th.upright").all_inner_texts()
+    cells = dict(zip(titles, tab.locator("#extreme-board tbody td.cell").all(), strict=True))
+    kind = {name: (cell.get_attribute("class") or "").split("v-")[1].split()[0] for name, cell in cells.items()}
+    silent = dict.fromkeys(("damped", "drifting", "clamped", "reset"), "flagged")
+    assert kind == {
+        "stable": "beyond", **silent, "diverged": "diverged", "no-return": "failed", "exact": "exact", "near": "within"
+    }  # fmt: skip
+    assert tab.locator("#extreme-board .score").inner_text() == "2/9"
+    paint = "(it) => getComputedStyle(it).backgroundColor"
+    loud, plain = cells["clamped"].evaluate(paint), cells["diverged"].evaluate(paint)
+    assert loud != plain, "a silent failure looks as one that is seen"
+    said = tab.locator("section#extremes .headline").inner_text()
+    assert "tumble:rk4 gets 4 wrong without an error" in said
+
+
+def test_a_case_opens_its_sentence_and_a_command_that_runs_it_again(opened):
+    tab = opened(page({EXTREME.file: frame(EXTREME, cases())}), "#show=all&at=extremes")
+    first = tab.locator("#extreme-board button.case").first
+    first.focus()
+    for _ in range(3):
+        tab.keyboard.press("ArrowRight")
+    tab.keyboard.press("Enter")
+    told = tab.locator("#case-told").inner_text()
+    assert "tumble:rk4 in “CLAMPED”, step 0.1 s: a clamp hides the blow-up" in told
+    assert "<b>why</b>" in told
+    assert tab.locator("#case-told code").inner_text() == "tumble stability clamped -e tumble:rk4"
+    assert tab.locator('#extreme-board button[aria-pressed="true"]').count() == 1
 
 
 def printed(pieces, extremes, width=80) -> str:
@@ -157,3 +227,14 @@ def test_every_reason_is_told_once_and_no_wider_than_a_terminal():
     assert max(map(len, lines)) <= 80
     rest = " ".join(line.strip() for line in lines[1:])
     assert rest == f"{', '.join(f'theirs:{number}' for number in range(20))}: skipped: theirs has no tether"
+
+
+def test_findings_count_the_limits_of_theory_and_the_silent_failures():
+    """Theory has 2 rad for all: limits of 3 rad are none of its, 2.09 rad is within 5 %, and 2.11 rad is not."""
+    near, far = piece("mine", "near", 2.09, "diverged").limit, piece("mine", "far", 2.11, "diverged").limit
+    found = {row.finding: row.value for row in limit_findings([each.limit for each in PIECES[:4]])}
+    assert (found["limits with theory"], found["limits as in theory"]) == (4, 0)
+    found = {row.finding: row.value for row in limit_findings([near, far])}
+    assert (found["limits with theory"], found["limits as in theory"]) == (2, 1)
+    assert {row.finding: row.value for row in extreme_findings(cases())} == {"extreme cases": 9, "silent failures": 4}
+    assert list(extreme_findings([])) == list(limit_findings([])) == []

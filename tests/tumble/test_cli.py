@@ -286,7 +286,7 @@ def test_what_an_engine_has_not_is_skipped(tumble, tmp_path):
         f"{row['engine']}:{row['method']}": ": ".join(filter(None, (row["status"], row["why"])))
         for row in rows((tmp_path / "out/runs.csv").read_text())
     }
-    assert statuses["handcalc:all-mended"] == "skipped: handcalc has no tether"
+    assert not any(name.startswith("handcalc") for name in statuses), "it is of another scene, and nobody asked for it"
     assert statuses["mujoco:rk4"] == statuses["mujoco:rk4+held"] == "ok"
     held_only = "multibody has none of these laws itself; multibody+held is given their force once a step"
     assert statuses["pybullet:multibody"] == f"skipped: {held_only}"

@@ -26,6 +26,7 @@ FIXED = {
 def test_every_column_has_a_meaning_in_one_line(table, column):
     assert column.meaning
     assert "\n" not in column.meaning
+    assert not re.match("the same|and its|from this|to this", column.meaning), "it stands alone in a table of columns"
     assert table.meaning.endswith(".")
 
 

@@ -52,5 +52,5 @@ def lacking(error: ImportError) -> int:
     """Say what the lab needs that is not installed.  Raises the error where it is something else."""
     if error.name not in ("viser", "tomlkit"):
         raise error
-    note("the lab needs viser: `make lab`, or in the repository pip install '.[lab]'")
+    note("the lab needs viser: `make lab`, or, in Tumble's checkout, pip install '.[lab]'")
     return 2

@@ -2,6 +2,7 @@
 
 import shlex
 from argparse import Namespace
+from collections.abc import Sequence
 from pathlib import Path
 
 from compare.releases.changes import changes
@@ -22,7 +23,7 @@ from tumble.taking_part import taking_part
 
 def main(options: Namespace) -> int:
     """Put the same scenes to every release that is here, and say what changed at which."""
-    engine = with_releases(options.engine)
+    engine = with_releases(options.engine, options.scene)
     scenes = read_scenes(options.scene or SCENES)
     asked = [f"{engine}@{release}" for release in chosen(engine, options)]
     folder = Path(options.output) if options.output else None
@@ -56,11 +57,23 @@ def main(options: Namespace) -> int:
     return exit_code(row.status for row in found.rows)
 
 
-def with_releases(engine: str) -> str:
-    """Return the engine.  Raises BadEngine for one that has none."""
+def with_releases(engine: str, beside: Sequence[str]) -> str:
+    """Return the engine.  Raises BadEngine for one that has none, and with what to type for ENGINE@RELEASE ...
+
+    beside: the words after it.
+    """
     name, method = split(engine)
-    if method or "@" in name or registry.is_file(name):
-        raise BadEngine(f"{engine}: releases are those of an ENGINE alone")
+    if registry.is_file(name):
+        raise BadEngine(f"{engine}: a file has no releases")
+    name, _, first = name.partition("@")
+    last = [word.removeprefix(f"{name}@") for word in beside if word.startswith(f"{name}@")][-1:]
+    if method or first or last:
+        asked = [word for word in beside if "@" not in word]
+        asked += [*(["--from", first] if first else ()), *(["--to", *last] if last else ())]
+        raise BadEngine(
+            f"{' '.join([engine, *beside])}: the engine stands without a method or a release: "
+            f"type `tumble {shlex.join(['releases', name, *asked])}`"
+        )
     if not registry.package(name).pins:
         raise BadEngine(f"{name}: has no releases of its own")
     return name

@@ -24,8 +24,9 @@ from compare.run.flight import check_step
 from compare.run.participants import Participant, flights
 from compare.run.progress import Tick
 from compare.run.truths import Truths
-from compare.stability.findings import stability_findings
-from compare.stability.schemas import LIMITS
+from compare.stability.extremes import OF_A_PAGE
+from compare.stability.findings import extreme_findings, limit_findings
+from compare.stability.schemas import EXTREMES, LIMITS
 from compare.stability.schemas import TABLES as STABILITY
 from compare.stability.store import quick_tables
 from compare.stability.tasks import STIFF
@@ -39,7 +40,7 @@ from compare.tables.shared import FINDINGS, RUNS
 from reports.folders import changes, gathered
 from reports.page import page
 from scenarios.needs import needs
-from scenarios.read import catalogue, read_scenes
+from scenarios.read import catalogue, read_scene, read_scenes
 from scenarios.scene import Scene
 from scenarios.truth import NoTruth
 from tumble.finished import exit_code
@@ -88,23 +89,26 @@ def flown(options: Namespace, scenes: list[Scene], folder: Path) -> dict[str, pd
     swept = [scene for scene in scenes if options.scene or scene.name == YARDSTICK]
     # All maps take a minute or two: those that `tumble stability -o` left there are drawn, else one row of one.
     maps = kept_tables(folder / "stability", STABILITY)
-    stiff = [] if maps else [scene for scene in scenes if scene.name == STIFF[0]]
+    stiff = [] if maps else [scene for scene in scenes if scene.name in STIFF or not scene.is_free]
+    cases = [] if maps or options.scene else [read_scene(name) for name in OF_A_PAGE]
+    asked = (*scenes, *scenes, *swept, *stiff, *cases)
     with (
         taking_part(options.engine, options, few=not options.all) as participants,
-        progress(flights(participants, (*scenes, *scenes, *swept)) + 2 * len(scenes) + len(swept)) as tick,
+        progress(flights(participants, asked) + 2 * len(scenes) + len(swept) + len(stiff) + len(cases)) as tick,
     ):
         # What no clock reads is flown side by side, so that no core waits for another's longest task.
         with ThreadPoolExecutor(2) as beside:
             try:
-                mapping = beside.submit(quick_tables, participants, stiff, tick)
                 # A film's instants hold the scene's own, so that a truth of them is that of both; it has one throw.
                 watched = [filmed(scene, options.dt or scene.step) for scene in scenes]
                 with Truths([*watched, *(scene for scene in scenes if len(scene.start) > 1)], tick) as truths:
+                    mapping = beside.submit(quick_tables, participants, stiff, cases, tick, truths)
                     climbing = beside.submit(climbed, participants, swept, tick, truths)
                     comparisons = compare(participants, scenes, options.dt, tick, truths)
                     films = film(participants, scenes, options.dt, tick, truths)
-                frames = comparison_tables(comparisons, participants, shlex.join(options.words)) | film_tables(films)
-                ladders_of, frames = climbing.result(), frames | (maps or mapping.result())
+                    frames = comparison_tables(comparisons, participants, shlex.join(options.words))
+                    frames |= film_tables(films)
+                    ladders_of, frames = climbing.result(), frames | (maps or mapping.result())
             except BaseException:
                 for participant in participants:
                     participant.halt(for_good=True)  # a study that begins only now, too
@@ -119,7 +123,8 @@ def flown(options: Namespace, scenes: list[Scene], folder: Path) -> dict[str, pd
     found = [
         *film_findings(films),
         *ablation_findings(ablation.rows),
-        *stability_findings(rows(LIMITS, frames[LIMITS.file])),
+        *limit_findings(rows(LIMITS, frames[LIMITS.file])),
+        *extreme_findings(rows(EXTREMES, frames[EXTREMES.file])),
     ]
     frames[FINDINGS.file] = pd.concat(
         [frames[FINDINGS.file], swept_tables[FINDINGS.file], frame(FINDINGS, found)], ignore_index=True

@@ -74,5 +74,6 @@ function agreementBars(host, apart) {
     );
   };
   follow(["show", "tol"], render);
+  whenThemeChanges(render);
   new ResizeObserver(render).observe(box);
 }

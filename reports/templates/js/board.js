@@ -48,17 +48,18 @@ function board(host) {
       { class: "wide board", tabindex: "0", role: "region", "aria-label": "Scoreboard: engines by scenes" },
       make(
         "table",
-        { id: "board" },
+        { id: "board", class: "scores" },
         make("caption", { class: "unseen" }, "Largest vertex error of each contestant in each scene, and whether it is within the tolerance"),
         make(
           "thead",
           {},
-          make("tr", {}, make("td"), make("td"), groups.map(([label, list]) => make("th", { scope: "colgroup", colspan: list.length, class: "group" }, label))),
+          make("tr", {}, make("td"), make("td"), make("td"), groups.map(([label, list]) => make("th", { scope: "colgroup", colspan: list.length, class: "group" }, label))),
           make(
             "tr",
             {},
             make("th", { scope: "col", class: "name" }, "contestant"),
             make("th", { scope: "col" }, "within"),
+            make("th", { scope: "col", class: "of-row" }, "in"),
             scenes.map((scene) => make("th", { scope: "col", class: "upright" }, make("a", { href: `#scene-${scene.scene}`, title: scene.title, click: (event) => openScene(event, scene.scene) }, scene.scene))),
           ),
         ),
@@ -68,16 +69,18 @@ function board(host) {
   );
   const runs = new Map(rows("runs.csv").map((run) => [`${contestantOf(run)} ${run.scene}`, run]));
   follow(["tol", "show"], () => {
-    const names = [...shown()].filter((name) => RUNS.has(name)).map((name) => ({ name, ...scoreOf(name, state.tol) }));
+    const names = [...shown()].filter((name) => RUNS.has(name)).map((name) => ({ name, unit: unitOf(RUNS.get(name).map(errorOf)), ...scoreOf(name, state.tol) }));
     names.sort((a, b) => b.within - a.within || a.digits - b.digits);
+    const [first] = cheapest(state.tol);
     body.replaceChildren(
-      ...names.map(({ name, within, flown }) =>
+      ...names.map(({ name, within, flown, unit }) =>
         make(
           "tr",
           { id: `board-${name}`, "data-name": name, pointerenter: () => pick(name), pointerleave: () => pick("") },
-          make("th", { scope: "row", class: "name" }, markOf(name), make("span", {}, brokenName(name), make("span", { class: "note" }, rolesOf(name))), linkTo(`board-${name}`)),
+          make("th", { scope: "row", class: "name" }, markOf(name), make("span", {}, brokenName(name), make("span", { class: "note" }, [rolesOf(name), name === first?.name ? "cheapest" : ""].filter(Boolean).join(", "))), linkTo(`board-${name}`)),
           make("td", { class: "score" }, flown ? `${within}/${flown}` : "–"),
-          scenes.map((scene) => boardCell(runs.get(`${name} ${scene.scene}`), scene.scene)),
+          make("td", { class: "of-row" }, unit),
+          scenes.map((scene) => boardCell(runs.get(`${name} ${scene.scene}`), scene.scene, unit)),
         ),
       ),
     );
@@ -105,20 +108,27 @@ function rolesOf(name) {
   return roles.join(", ");
 }
 
-function boardCell(run, scene) {
+function boardCell(run, scene, unit) {
   if (!run) return make("td", { class: "cell" }, "");
   const kind = verdictOf(run, state.tol);
   const [glyph, words] = VERDICTS[kind];
   const error = errorOf(run);
-  const number = error === null || kind === "diverged" ? "" : `${kind === "exact" ? "≤" : ""}${si(error, "m", 2).replace(THIN, "")}`;
+  const number = error === null || kind === "diverged" ? "" : `${kind === "exact" ? "≤" : ""}${inUnit(error, unit)}`;
   const tellIt = (event) => tell([contestantOf(run), ...toldOf(run, state.tol)], event);
   return make(
     "td",
-    { class: `cell v-${kind}`, pointermove: tellIt, pointerleave: () => tell(null), click: () => choose({ scene }) },
+    { class: `cell v-${kind} ${tintOf(kind, error / state.tol)}`, pointermove: tellIt, pointerleave: () => tell(null), click: () => choose({ scene }) },
     make("span", { class: "glyph", "aria-hidden": "true" }, glyph),
     make("span", { class: "unseen" }, words),
     make("span", { class: "figure" }, number),
   );
+}
+
+/** How strongly a cell is coloured: a step for each decade that its error is below the tolerance, or above it. */
+function tintOf(kind, ratio) {
+  if (!["exact", "within", "beyond"].includes(kind)) return "";
+  const decades = Math.min(12, Math.max(1, Math.ceil(Math.abs(Math.log10(ratio || 1e-12)))));
+  return `${kind === "beyond" ? "above" : "below"}-${decades}`;
 }
 
 function openScene(event, scene) {
@@ -133,7 +143,7 @@ function openScene(event, scene) {
 function toleranceInput(host) {
   const units = { m: 1, mm: 1e-3, "µm": 1e-6, nm: 1e-9 };
   const unitFor = (value) => Object.keys(units).find((unit) => value >= units[unit]) ?? "nm";
-  const number = make("input", { id: "tolerance", type: "number", min: "0", step: "any", inputmode: "decimal", "aria-label": "Error that you can bear" });
+  const number = make("input", { id: "tolerance", type: "number", min: "0", step: "any", inputmode: "decimal", "aria-label": "Acceptable error" });
   const unit = make("select", { "aria-label": "Unit of the tolerance" }, Object.keys(units).map((name) => make("option", { value: name }, name)));
   const read = () => {
     const value = Number(number.value) * units[unit.value];
@@ -141,8 +151,10 @@ function toleranceInput(host) {
   };
   number.addEventListener("change", read);
   unit.addEventListener("change", read);
-  host.append(make("label", { for: "tolerance" }, "I can bear an error of"), number, unit);
+  host.append(make("label", { for: "tolerance" }, "Acceptable error"), number, unit);
   follow(["tol"], () => {
+    const typed = Number((Number(number.value) * units[unit.value]).toPrecision(6));
+    if (number.value !== "" && typed === state.tol) return; // as the reader wrote it: 0.01 mm stays 0.01 mm
     unit.value = unitFor(state.tol);
     number.value = Number((state.tol / units[unit.value]).toPrecision(6));
   });
@@ -153,12 +165,10 @@ function answer(host) {
   follow(["tol"], () => {
     const tolerance = chosen(state.tol, "m");
     const parts = [];
-    const reached = cheapest(state.tol);
-    if (reached.length) {
-      const [first] = reached;
+    const [first, ...others] = answering(state.tol);
+    if (first) {
       parts.push(`To stay within ${tolerance} on the ${sweptScenes()[0]} throw, `, make("b", {}, first.name), ` is cheapest${costInWords(first)}`);
-      const others = reached.filter((one, at) => at && one.engine !== first.engine && reached.findIndex((other) => other.engine === one.engine) === at);
-      others.slice(0, 3).forEach((one, at) => parts.push(at ? ", " : "; then ", make("b", {}, one.name), costInWords(one)));
+      others.forEach((one, at) => parts.push(at ? ", " : "; then ", make("b", {}, one.name), costInWords(one)));
       parts.push(". ");
     }
     const failing = otherEngines()
@@ -167,7 +177,7 @@ function answer(host) {
     const [left, asked] = [true, false].map((isDefault) => failing.filter(({ name }) => ENGINE_DEFAULTS.has(FIELD.get(name).engine) === isDefault));
     const managed = [left.length && managedInWords(left), asked.length && askedInWords(asked)].filter(Boolean);
     if (managed.length) parts.push(`At the scenes' own steps, ${managed.join("; ")}.`);
-    host.replaceChildren(...parts);
+    host.replaceChildren(...parts, ...stiffClause());
   });
 }
 
@@ -189,6 +199,12 @@ function askedInWords(failing) {
 function otherEngines() {
   const named = [...FIELD.values()].filter((one) => !one.ours && !one.byHand).map((one) => one.engine);
   return [...new Set(named)].filter((engine) => firstOf(engine));
+}
+
+/** Who is named in the answer: the cheapest of all, then that of each other engine, three at most. */
+function answering(tolerance) {
+  const reached = cheapest(tolerance);
+  return reached.filter(({ engine }, at) => reached.findIndex((other) => other.engine === engine) === at).slice(0, 4);
 }
 
 /** Who reaches an error on the swept scene, cheapest first: name, time of its flight, the step that did. */

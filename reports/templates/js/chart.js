@@ -43,13 +43,19 @@ function evenly(a, b, pixels) {
   return found;
 }
 
+/** As many of given ticks as there is room for, with the last. */
+function thinned(ticks, pixels) {
+  const every = Math.ceil(ticks.length / Math.max(1, Math.floor(pixels / 46)));
+  return ticks.filter((_, at) => (ticks.length - 1 - at) % every === 0);
+}
+
 /**
  * Put a chart into host and keep it up to date.
- * x, y: {label, log, show(value)}; series(): [{name, points: [{x, y, plain, told, low, high}]}], of everybody;
+ * x, y: {label, log, show(value), ticks where they are given}; series(): [{name, points: [{x, y, plain, told, low, high}]}], of everybody;
  * limit: [{x, y}], below which an error says nothing; under(frame): what is drawn first; among(names): who of those
- * shown is drawn here; cursor: {get(), set(x)}; id: its address.
+ * shown is drawn here; cursor: {get(), set(x)}; id: its address; most: where y ends at most, and what is above stands.
  */
-function chart(host, { id, label, x, y, series, limit = [], under = () => [], cursor = null, height: least = 300, range = null, joined = true }) {
+function chart(host, { id, label, x, y, series, limit = [], under = () => [], cursor = null, height: least = 300, range = null, joined = true, most = Infinity }) {
   const svg = draw("svg", { class: "chart", role: "group", "aria-label": label, id });
   const box = make("figure", { class: "chart-box" }, svg, figureTools(id, () => svg));
   host.append(box);
@@ -63,11 +69,9 @@ function chart(host, { id, label, x, y, series, limit = [], under = () => [], cu
     const drawn = all.filter((one) => names.has(one.name) && one.points.length);
     svg.replaceChildren();
     const height = Math.max(least, drawn.length * LABEL_GAP * 0.9 + 64); // every label has room
-    svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
-    const longest = Math.max(8, ...drawn.map((one) => one.name.length)) * 6.4 + 34;
-    const labelled = longest < 0.45 * width;
-    const right = labelled ? longest : 12;
-    const area = { left: 58, right: width - right, top: 24, bottom: height - 40 };
+    const legend = legendOf(drawn.map((one) => one.name), width, 0.45);
+    svg.setAttribute("viewBox", `0 0 ${width} ${height + legend.below}`);
+    const area = { left: 58, right: width - (legend.beside || 12), top: 24, bottom: height - 40 };
     frame = framed(drawn, area);
     svg.append(...axes(area));
     if (!drawn.length) {
@@ -81,7 +85,7 @@ function chart(host, { id, label, x, y, series, limit = [], under = () => [], cu
     drawn.forEach((one, at) => inside.append(curve(one, at)));
     svg.append(inside);
     if (cursor) svg.append(draw("line", { class: "cursor", y1: area.top, y2: area.bottom, stroke: "var(--ink)", "stroke-width": 1 }));
-    if (labelled) svg.append(...labels(drawn, area));
+    svg.append(...(legend.beside ? labels(drawn, area) : legend.draw(0, height + 8)));
     svg.append(draw("rect", { class: "touch", x: area.left, y: area.top, width: area.right - area.left, height: area.bottom - area.top, fill: "transparent" }));
     moveCursor();
     mark();
@@ -95,12 +99,15 @@ function chart(host, { id, label, x, y, series, limit = [], under = () => [], cu
     const ys = counted.map((point) => point.y).concat(y.log ? limit.map((point) => point.y) : []).filter((value) => placeable(y, value));
     let [low, high] = ys.length ? [Math.min(...ys), Math.max(...ys)] : [1e-3, 1];
     const highest = Math.max(high, ...points.map((point) => point.y).filter(Number.isFinite));
-    if (y.log) [low, high] = [low / 2, Math.min(highest, high * HEADROOM) * 2];
+    if (y.log) [low, high] = [low / 2, Math.min(Math.min(highest, high * HEADROOM) * 2, most)];
     else if (low === high) [low, high] = [low - 1, high + 1];
     else [low, high] = [low - 0.05 * (high - low), high + 0.05 * (high - low)];
     let [first, last] = range ?? (xs.length ? [Math.min(...xs), Math.max(...xs)] : [1e-3, 1]);
     if (x.log) [first, last] = [first / 1.5, last * 1.5];
-    return { X: scale(x, [first, last], [area.left, area.right]), Y: scale(y, [low, high], [area.bottom, area.top]), low, high, first, last };
+    const [X, Y] = [scale(x, [first, last], [area.left, area.right]), scale(y, [low, high], [area.bottom, area.top])];
+    if (x.ticks) X.ticks = thinned(x.ticks, area.right - area.left);
+    if (y.ticks) Y.ticks = y.ticks.filter((value) => value >= low && value <= high);
+    return { X, Y, low, high, first, last };
   }
 
   function axes(area) {
@@ -136,7 +143,7 @@ function chart(host, { id, label, x, y, series, limit = [], under = () => [], cu
   }
 
   function placed(point) {
-    return [frame.X.place(point.x), frame.Y.place(Math.min(Math.max(point.y, y.log ? frame.low / 100 : -Infinity), y.log ? frame.high * 100 : Infinity))];
+    return [frame.X.place(point.x), frame.Y.place(Math.min(Math.max(point.y, y.log ? frame.low / 100 : -Infinity), y.log ? frame.high * (Number.isFinite(most) ? 1 : 100) : Infinity))];
   }
 
   function curve(one, number) {
@@ -176,38 +183,12 @@ function chart(host, { id, label, x, y, series, limit = [], under = () => [], cu
     spread(wanted, area);
     return wanted.map(({ name, from, at }) => {
       const begin = area.right + 8;
-      const group = draw(
-        "g",
-        {
-          class: "label",
-          "data-name": name,
-          tabindex: "0",
-          role: "button",
-          "aria-label": `${name}: press to hide, with shift to show alone`,
-          cursor: "pointer",
-          pointerenter: () => pick(name),
-          pointerleave: () => pick(""),
-          focus: () => pick(name),
-          blur: () => pick(""),
-          keydown: (event) => {
-            if (event.key !== "Enter" && event.key !== " ") return;
-            event.preventDefault();
-            event.shiftKey ? isolate(name) : hide(name);
-          },
-          click: () => {
-            clearTimeout(group.due);
-            group.due = setTimeout(() => hide(name), 230); // unless a second click follows
-          },
-          dblclick: () => {
-            clearTimeout(group.due);
-            isolate(name);
-          },
-        },
+      return labelOf(
+        name,
         draw("path", { d: `M${Math.min(from[0] + 5, area.right + 4).toFixed(1)},${Math.min(Math.max(from[1], area.top), area.bottom).toFixed(1)}L${begin},${at.toFixed(1)}`, fill: "none", stroke: `var(${FIELD.get(name).hue})`, "stroke-opacity": 0.35 }),
         draw("path", { transform: `translate(${begin + 6} ${at.toFixed(1)}) scale(3.4)`, d: FIELD.get(name).mark, ...inkOf(name) }),
         draw("text", { x: begin + 14, y: (at + 4).toFixed(1), fill: "var(--ink)", "font-size": FONT - 0.5 }, name),
       );
-      return group;
     });
   }
 
@@ -271,6 +252,64 @@ function chart(host, { id, label, x, y, series, limit = [], under = () => [], cu
   new ResizeObserver(() => Math.round(box.clientWidth) !== width && box.clientWidth && render()).observe(box);
   follow(["show", "tol"], render);
   return { render, moveCursor };
+}
+
+/** A contestant's name on a figure: a press hides him in all of them, two show him alone. */
+function labelOf(name, ...children) {
+  const group = draw(
+    "g",
+    {
+      class: "label",
+      "data-name": name,
+      tabindex: "0",
+      role: "button",
+      "aria-label": `${name}: press to hide, with shift to show alone`,
+      cursor: "pointer",
+      pointerenter: () => pick(name),
+      pointerleave: () => pick(""),
+      focus: () => pick(name),
+      blur: () => pick(""),
+      keydown: (event) => {
+        if (event.key !== "Enter" && event.key !== " ") return;
+        event.preventDefault();
+        event.shiftKey ? isolate(name) : hide(name);
+      },
+      click: () => {
+        clearTimeout(group.due);
+        group.due = setTimeout(() => hide(name), 230); // unless a second click follows
+      },
+      dblclick: () => {
+        clearTimeout(group.due);
+        isolate(name);
+      },
+    },
+    children,
+  );
+  return group;
+}
+
+/**
+ * Names with their marks: beside a figure of that width where they take no more than a share of it, else below it.
+ * Returns the room they take there, and draw(x, y), which puts the first of them there.
+ */
+function legendOf(names, width, share) {
+  const wide = 34 + 6.4 * Math.max(8, ...names.map((name) => name.length));
+  const beside = wide < share * width ? wide : 0;
+  const columns = beside ? 1 : Math.max(1, Math.floor(width / wide));
+  const place = (x, y, at) => [x + (at % columns) * wide, y + 18 * Math.floor(at / columns)];
+  const entry = (name, x, y) =>
+    labelOf(
+      name,
+      draw("rect", { x, y: y - 9, width: wide - 8, height: 18, fill: "transparent" }),
+      draw("path", { transform: `translate(${x + 8} ${y}) scale(3.4)`, d: FIELD.get(name).mark, ...inkOf(name) }),
+      draw("text", { x: x + 17, y: y + 4, fill: "var(--ink)", "font-size": FONT - 0.5 }, name),
+    );
+  return {
+    beside,
+    below: beside ? 0 : 18 * Math.ceil(names.length / columns) + 4,
+    height: beside ? 40 + 18 * names.length : 0,
+    draw: (x, y) => names.map((name, at) => entry(name, ...place(x, y, at))),
+  };
 }
 
 function hide(name) {

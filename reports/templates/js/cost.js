@@ -9,6 +9,8 @@ function settingOf(run, digits = 3) {
   return run.tolerance === null ? `step ${figure(run.dt_s, digits)} s` : `tolerance ${given(Number(run.tolerance.toPrecision(digits)))}`;
 }
 
+const LOST = 10; // times the body's size: what is further off is no answer, however far
+
 function costSections(host) {
   for (const scene of sweptScenes()) costSection(host, scene);
 }
@@ -36,9 +38,10 @@ function costSection(host, scene) {
     limit: limit > 0 ? [{ x: Math.min(...runs.map((run) => run.flight_us)), y: limit }] : [],
     under: (frame) => [...frontier(frame, runs), ...float32Floor(frame, scene), ...toleranceLine(frame)],
     height: 460,
+    most: LOST * (filmOf(scene)?.size ?? Infinity),
   });
   host.append(
-    make("p", { class: "note" }, `Each point is one step or tolerance, crosses are runs that are no plain results. The broad grey line is the frontier: nobody, shown or not, is cheaper and nearer, the bars reach to the time that nine rounds in ten stay below, the grey floor is what the truth can tell. `, make("code", {}, `tumble sweep ${scene}`)),
+    make("p", { class: "note" }, `Each point is one step or tolerance; crosses mark runs that were flagged or failed. On the broad grey line, the Pareto front, no contestant, shown or hidden, is both faster and more accurate; the bars reach to the 90th percentile of the times, the grey floor is the resolution of the truth. Errors above ten times the body’s size stand at the top. `, make("code", {}, `tumble sweep ${scene}`)),
   );
   worsening(host, scene);
   costTable(host, scene);
@@ -82,14 +85,16 @@ function level(Y, area, value, words) {
   );
 }
 
+/** Who reaches the tolerance soonest and last, of all and not only of those shown: the answer is one. */
 function costHeadline(scene) {
-  const names = shown();
-  const reaching = cheapest(state.tol, scene).filter(({ name }) => names.has(name));
-  if (!reaching.length) return [`Nobody shown reaches ${chosen(state.tol, "m")}.`];
-  const last = reaching.at(-1);
-  const parts = [`Of those shown ${reaching.length} reach ${chosen(state.tol, "m")}; `, make("b", {}, reaching[0].name), ` does it soonest${costInWords(reaching[0])}`];
+  const reaching = cheapest(state.tol, scene);
+  const tolerance = chosen(state.tol, "m");
+  if (!reaching.length) return [`No contestant reaches ${tolerance}.`];
+  const [first, last] = [reaching[0], reaching.at(-1)];
+  const parts = [`${counted(reaching.length, "contestant")} reach${reaching.length === 1 ? "es" : ""} ${tolerance}: `, make("b", {}, first.name), ` soonest${costInWords(first)}`];
   if (reaching.length > 1) parts.push(`, ${last.name} last${costInWords(last)}`);
-  return [...parts, "."];
+  const hidden = [first, last].filter(({ name }, at, both) => !shown().has(name) && both.findIndex((one) => one.name === name) === at).map(({ name }) => name);
+  return [...parts, hidden.length ? `; ${listed(hidden)} ${hidden.length > 1 ? "are" : "is"} not shown.` : "."];
 }
 
 function costTable(host, scene) {

@@ -22,16 +22,16 @@ function filled(element, attributes, children) {
   return element;
 }
 
-// What is printed is all in view: what has not been drawn is, and what that brings, and then all is in the print's colours.
+// What is printed is all in view: what has not been drawn is, and what that brings, and then all is drawn at the print's
+// width and in its colours.
 const unseen = new Set();
 const coloured = new Set();
-let printing = false;
 window.addEventListener("beforeprint", () => {
-  printing = true;
+  document.documentElement.classList.add("printed");
   for (const { element, once } of unseen) if (element.getClientRects().length) once();
   for (const act of coloured) act();
 });
-window.addEventListener("afterprint", () => (printing = false));
+window.addEventListener("afterprint", () => document.documentElement.classList.remove("printed"));
 
 /** Call once when an element first comes near the view. */
 function whenSeen(element, act) {

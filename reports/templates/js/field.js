@@ -20,7 +20,7 @@ const FIELD = field();
 function field() {
   const found = new Map();
   const counts = new Map();
-  for (const row of [...rows("runs.csv"), ...rows("sweep-runs.csv"), ...rows("limits.csv"), ...rows("extremes.csv")]) {
+  for (const row of [...rows("runs.csv"), ...rows("sweep-runs.csv"), ...rows("limits.csv"), ...rows("extremes.csv"), ...rows("releases.csv")]) {
     const name = contestantOf(row);
     if (!row.method || found.has(name)) continue;
     const at = counts.get(row.engine) ?? 0;
@@ -113,6 +113,7 @@ function leading(tolerance = state.tol) {
   for (const engine of new Set([...FIELD.values()].filter((one) => !one.byHand).map((one) => one.engine))) {
     names.push(firstOf(engine), bestOf(engine, tolerance));
   }
+  names.push(...answering(tolerance).map(({ name }) => name)); // who is named in the answer has a row
   const found = [...new Set(names.filter(Boolean))];
   return found.length ? found : [...FIELD.keys()]; // tables of a sweep or of maps alone know no defaults
 }

@@ -54,27 +54,40 @@ function mendingBars(host, hand, beside) {
   const render = () => {
     const width = Math.max(280, box.clientWidth || 600);
     const names = shown();
-    const bars = [...hand, ...beside.filter((row) => names.has(nameOf(row)))];
-    const labels = bars.map((row) => (row.engine === DATA.byHand ? row.method.replaceAll("-", " ").replaceAll("+", " + ") : nameOf(row)));
-    const left = roomFor(labels, width);
+    // Those whose distance reads the same share a bar.
+    const alike = groupBy([...hand, ...beside.filter((row) => names.has(nameOf(row)))], (row) => row.max_to_application_m.toFixed(3));
+    const bars = [...alike].map(([distance, own]) => ({ distance, own, label: barLabel(own) }));
+    const left = roomFor(bars.map(({ label }) => label), width);
     svg.setAttribute("viewBox", `0 0 ${width} ${22 * bars.length + 6}`);
     svg.replaceChildren(
-      ...bars.map((row, at) => {
-        const byHand = row.engine === DATA.byHand;
+      ...bars.map(({ distance, own, label }, at) => {
+        const [row] = own;
         const y = 4 + 22 * at;
         const long = ((width - left - 70) * row.max_to_application_m) / most;
+        const names = own.map(nameOf).join(" ");
         return draw(
           "g",
-          {},
-          draw("text", { x: left - 8, y: y + 13, "text-anchor": "end", fill: "var(--ink)", "font-size": FONT }, labels[at]),
-          draw("rect", { class: "point", x: left, y, width: Math.max(long, 1), height: 16, fill: byHand ? "var(--warn)" : `var(${FIELD.get(nameOf(row)).hue})`, "fill-opacity": 0.75, "data-name": nameOf(row) }),
-          draw("text", { x: left + long + 6, y: y + 13, fill: "var(--soft)", "font-size": FONT }, `${row.max_to_application_m.toFixed(3)} m`),
+          { pointermove: (event) => tell([`${distance} m from the application's positions`, ...own.map(barName)], event), pointerleave: () => tell(null) },
+          draw("rect", { x: 0, y: y - 3, width, height: 22, fill: "transparent" }),
+          draw("text", { x: left - 8, y: y + 13, "text-anchor": "end", fill: "var(--ink)", "font-size": FONT }, label),
+          draw("rect", { class: "point", x: left, y, width: Math.max(long, 1), height: 16, fill: row.engine === DATA.byHand ? "var(--warn)" : `var(${FIELD.get(nameOf(row)).hue})`, "fill-opacity": 0.75, "data-name": names }),
+          draw("text", { x: left + long + 6, y: y + 13, fill: "var(--soft)", "font-size": FONT }, `${distance} m`),
         );
       }),
     );
   };
   follow(["show", "tol"], render);
+  whenThemeChanges(render);
   new ResizeObserver(render).observe(box);
+}
+
+/** Whose bar it is: the hand calculation by the mistakes that are mended in it. */
+function barName(row) {
+  return row.engine === DATA.byHand ? row.method.replaceAll("-", " ").replaceAll("+", " + ") : nameOf(row);
+}
+
+function barLabel(own) {
+  return own.length > 2 ? `${barName(own[0])}, and ${own.length - 1} contestants` : own.map(barName).join(", ");
 }
 
 /** The body whose rotation nobody repairs, beside one that stays rigid, both in flight. */
@@ -90,11 +103,12 @@ function matrixSection(host) {
     make("p", { class: "headline" }, `It stops being one: in ${scene} ${name} ends with an edge ${off.toFixed(2)} times as long as it was, with the same step with which ${film.others.has(rigid) ? rigid : "the truth"} keeps the die whole.`),
   );
   const pair = make("div", { class: "pair" });
+  const clock = new Clock(film, "matrix", film.t.at(-1)); // at the end, where the difference is
   for (const [who, words] of [[name, "the matrix, nobody mends it"], [rigid, "the quaternion, set to length 1 each step"]]) {
     if (!film.others.has(who)) continue;
     const box = make("figure");
     pair.append(box);
-    player(box, scene, { ghosts: () => [who], id: `flight-alone-${who.replaceAll(":", "-")}`, label: `${who} in ${scene}`, alone: true, controls: who === name });
+    player(box, scene, { ghosts: () => [who], id: `flight-alone-${who.replaceAll(":", "-")}`, label: `${who} in ${scene}`, alone: true, controls: who === name, clock });
     box.append(make("figcaption", {}, markOf(who), ` ${who}: ${words}`));
   }
   host.append(pair);

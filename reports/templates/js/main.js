@@ -4,7 +4,8 @@ const SECTIONS = {
   changed: ["changed-runs.csv", changesSection],
   scenes: ["scenes.csv", sceneSections],
   cost: ["sweep-work-precision.csv", costSections],
-  stability: ["limits.csv", stableSections],
+  stability: ["limits.csv", stableSection],
+  extremes: ["extremes.csv", extremeSection],
   same: ["agreement.csv", agreementSection],
   matrix: ["deformed", matrixSection],
   "class-report": ["table-4-1-budget.csv", reportSection],
@@ -19,7 +20,7 @@ function hasAny(table) {
 }
 
 document.body.append(teller);
-toleranceInput(document.getElementById("tolerance-host"));
+if (rows("runs.csv").length || sweptScenes().length) toleranceInput(document.getElementById("tolerance-host"));
 answer(document.getElementById("answer"));
 if (FIELD.size) {
   chips(document.getElementById("chips"));
@@ -36,6 +37,7 @@ for (const [id, [table, fill]] of Object.entries(SECTIONS)) {
     link?.parentElement.remove();
     continue;
   }
+  link?.addEventListener("click", (event) => visit(event, id));
   // The scenes are folded and cheap; a section that an address points into cannot wait.
   const host = section.querySelector(".host");
   if (id === "scenes" || section.contains(document.getElementById(state.at)) || state.at) fill(host);

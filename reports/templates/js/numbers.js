@@ -45,6 +45,23 @@ function si(value, unit, digits = 2) {
   return `${scaled.toFixed(decimals)}${THIN}${PREFIXES[shown]}${unit}`.replace("-", MINUS);
 }
 
+const ROW_UNITS = { m: 1, mm: 1e-3, "µm": 1e-6, nm: 1e-9, pm: 1e-12, fm: 1e-15 };
+
+/** The unit in which the middle of some lengths [m] has one to three digits before the point. */
+function unitOf(lengths) {
+  const sorted = lengths.filter((value) => value > 0 && Number.isFinite(value)).sort((a, b) => a - b);
+  const middle = sorted[Math.floor((sorted.length - 1) / 2)] ?? 1;
+  return Object.keys(ROW_UNITS).find((unit) => middle >= ROW_UNITS[unit]) ?? "fm";
+}
+
+/** A length as a plain number of that unit, two digits; as 3e5 where that has too many zeros. */
+function inUnit(value, unit) {
+  if (!Number.isFinite(value)) return figure(value);
+  const [mantissa, power] = (value / ROW_UNITS[unit]).toExponential(1).split("e").map(Number);
+  if (value === 0 || (power >= -2 && power < 4)) return String(Number(`${mantissa}e${power}`));
+  return `${Math.round(mantissa)}e${power}`.replace("-", MINUS);
+}
+
 /** A length that a person chose, with its prefix: 0.001 is 1 mm. */
 function chosen(value, unit) {
   const digits = value.toExponential().split("e")[0].replace(/[-.]/g, "").length;

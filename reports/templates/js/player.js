@@ -10,10 +10,12 @@ function clockOf(scene) {
 }
 
 class Clock {
-  constructor(film) {
+  /** name: under which the address has its time; begins: the time it has until then. */
+  constructor(film, name = film.scene, begins = 0) {
     this.scene = film.scene;
+    this.name = name;
     this.end = film.t.at(-1);
-    this.time = Math.min(Math.max(state.t[film.scene] ?? 0, 0), this.end);
+    this.time = Math.min(Math.max(state.t[name] ?? begins, 0), this.end);
     this.playing = false;
     this.followers = new Set();
     this.rate = this.end > 3 && this.end < 12 ? 1 : this.end / PLAYS_S;
@@ -28,7 +30,7 @@ class Clock {
   choose(time) {
     this.pause();
     this.set(time);
-    choose({ t: { ...state.t, [this.scene]: this.time } });
+    choose({ t: { ...state.t, [this.name]: this.time } });
   }
 
   play() {
@@ -62,16 +64,14 @@ function paceOf(clock) {
 /**
  * Put a scene's stage with its controls into host.
  * id: its address; ghosts(): who flies beside the truth; label: what is to be seen; alone: draw one contestant solid,
- * without the truth.
+ * without the truth; clock: its own, where it has one.
  */
-function player(host, scene, { id, ghosts, label, alone = false, controls = true, autoplay = false }) {
+function player(host, scene, { id, ghosts, label, alone = false, controls = true, autoplay = false, clock = clockOf(scene) }) {
   const film = filmOf(scene);
-  const clock = clockOf(scene);
   const canvas = make("canvas", { id, class: "stage", role: "img", "aria-label": label });
   host.append(canvas);
   let inView = false;
-  // Where nothing moves, what has become of it at the end.
-  const moment = () => [film, printing && alone ? clock.end : clock.time, ghosts(), alone ? 1 : state.mag];
+  const moment = () => [film, clock.time, ghosts(), alone ? 1 : state.mag];
   const paint = () => {
     if (inView || !clock.playing) canvas.seen = drawMoment(canvas, ...moment(), { alone });
   };
@@ -83,7 +83,7 @@ function player(host, scene, { id, ghosts, label, alone = false, controls = true
   new IntersectionObserver((entries) => {
     inView = entries.at(-1).isIntersecting;
     if (!inView && autoplay) clock.pause();
-    else if (inView && autoplay && !stillness.matches && !state.t[scene]) clock.play();
+    else if (inView && autoplay && !stillness.matches && !state.t[clock.name]) clock.play();
     paint();
   }).observe(canvas);
   clock.followers.add(paint);
@@ -139,7 +139,7 @@ function controlsOf(clock, film) {
   update();
   follow(["mag"], () => (magnified.value = state.mag));
   follow(["t"], () => {
-    if (!clock.playing && clock.scene in state.t && state.t[clock.scene] !== clock.time) clock.set(state.t[clock.scene]);
+    if (!clock.playing && clock.name in state.t && state.t[clock.name] !== clock.time) clock.set(state.t[clock.name]);
   });
   return make("div", { class: "controls" }, play, slider, told, film.others.size ? magnified : "", make("span", { class: "note" }, paceOf(clock)));
 }

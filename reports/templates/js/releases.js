@@ -17,7 +17,9 @@ function releasesSections(host) {
 
 function releasesSection(host, engine, list) {
   const changes = rows("release-changes.csv").filter((row) => row.engine === engine);
-  host.append(make("p", { class: "headline" }, releasesAnswer(engine, [...new Set(list.map((row) => row.release))], changes)));
+  const releases = [...new Set(list.map((row) => row.release))];
+  host.append(make("p", { class: "headline" }, releasesAnswer(engine, releases, changes)));
+  releaseCharts(host, engine, list, releases, changes);
   foldedTable(host, {
     id: `release-changes-${engine}`,
     caption: `What changed at which release of ${engine}`,
@@ -50,6 +52,45 @@ function releasesSection(host, engine, list) {
       { key: "time_ratio_low", label: "95 in 100", words: true, show: (row) => interval(row.time_ratio_low, row.time_ratio_high) },
     ],
   });
+}
+
+/** The order of the attitude and, scene by scene, the largest error against the release; bars where one changed. */
+function releaseCharts(host, engine, list, releases, changes) {
+  const box = make("div", { class: "multiples" });
+  host.append(box);
+  const changed = new Set(changes.filter((row) => row.what !== OF_SPEED).map((row) => releases.indexOf(row.release)));
+  const under = ({ X, area }) => [...changed].map((at) => draw("line", { x1: X.place(at - 0.5), x2: X.place(at - 0.5), y1: area.top, y2: area.bottom, stroke: "var(--warn)", "stroke-dasharray": "3 4" }));
+  const of = (own, y) => own.map((row) => ({ x: releases.indexOf(row.release), y: y(row), plain: row.status === "ok", told: releaseTold(row) })).filter((point) => point.y > 0 && Number.isFinite(point.y)).sort((a, b) => a.x - b.x);
+  const series = (own, y) => [...groupBy(own, contestantOf)].map(([name, runs]) => ({ name, points: of(runs, y) }));
+  const x = { label: `release of ${engine}`, ticks: releases.map((_, at) => at), show: (at) => releases[at] };
+  const range = [-0.5, releases.length - 0.5];
+  const scenes = [...groupBy(list, (row) => row.scene)];
+  const ordered = scenes.find(([, own]) => own.some((row) => row.attitude_order !== null));
+  if (ordered)
+    chart(box, {
+      id: `release-orders-${engine}`,
+      label: `Order of the attitude of each method of ${engine} against its release, in ${ordered[0]}`,
+      x,
+      y: { label: `order of the attitude, ${ordered[0]}`, ticks: [0, 1, 2, 3, 4, 5, 6, 7, 8], show: String },
+      series: () => series(ordered[1], (row) => row.attitude_order),
+      under,
+      range,
+    });
+  for (const [scene, own] of scenes)
+    chart(box, {
+      id: `release-errors-${engine}-${scene}`,
+      label: `Largest vertex error of each method of ${engine} against its release, in ${scene}`,
+      x,
+      y: { label: `largest vertex error, ${scene}`, log: true, show: (value) => si(value, "m", 1) },
+      series: () => series(own, errorOf),
+      under,
+      range,
+    });
+  host.append(make("p", { class: "note" }, "Dashed: a release whose numbers differ from those of the one before it."));
+}
+
+function releaseTold(row) {
+  return [`${row.release}, ${row.scene}`, `${figure(errorOf(row))} m off`, row.attitude_order === null ? "" : `order ${row.attitude_order.toFixed(1)}`, row.status === "ok" ? "" : inWords(row)].filter(Boolean);
 }
 
 /** Which releases fly otherwise than the one before; their speed is another matter. */

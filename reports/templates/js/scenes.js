@@ -10,7 +10,7 @@ function sceneSection(host, scene) {
   const fold = make(
     "details",
     { class: "scene", id },
-    make("summary", {}, make("h3", {}, scene.title || scene.scene), make("span", { class: "headline" }, sceneHeadline(scene))),
+    make("summary", {}, make("h3", {}, scene.title || scene.scene), make("span", { class: "headline" }, specialOf(scene.scene) || sceneHeadline(scene))),
   );
   const body = make("div", { class: "scene-body" });
   fold.append(body);
@@ -45,6 +45,7 @@ function fillScene(body, scene, runs) {
   const film = filmOf(name);
   const ghosts = () => (film ? [...shown()].filter((one) => film.others.has(one)) : []);
   const clock = film && clockOf(name);
+  body.append(make("p", { class: "note" }, sceneHeadline(scene)));
   const cursor = clock && { get: () => clock.time, set: (time) => clock.choose(time) };
   if (film) {
     const show = make("div", { class: "flight" });

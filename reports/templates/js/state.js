@@ -80,28 +80,46 @@ function arrive() {
   setTimeout(() => target.scrollIntoView({ block: "start" }), 250);
 }
 
+/** Go to a place on the page, all else as the reader has it. */
+function visit(event, id) {
+  event.preventDefault();
+  if (location.hash === address(id)) arrive();
+  else location.hash = address(id);
+}
+
+function placeLink(id, words) {
+  return make("a", { href: `#${id}`, click: (event) => visit(event, id) }, words);
+}
+
 /** A button that copies the address of a place in this view. */
 function linkTo(id) {
-  return make(
-    "button",
-    {
-      type: "button",
-      class: "link",
-      title: "Copy a link to this view",
-      "aria-label": `Copy a link to this view of ${id}`,
-      click: async (event) => {
-        const button = event.currentTarget;
-        const link = location.href.split("#")[0] + address(id);
-        try {
-          await navigator.clipboard.writeText(link);
-          button.dataset.said = "copied";
-        } catch {
-          location.hash = address(id); // without a clipboard the address bar has it
-          button.dataset.said = "in the address bar";
-        }
-        setTimeout(() => delete button.dataset.said, 1500);
-      },
-    },
-    "⚓︎",
-  );
+  const copy = async (button) => {
+    const copied = await copyText(button, location.href.split("#")[0] + address(id));
+    if (copied) return;
+    location.hash = address(id); // without a clipboard the address bar has it
+    say(button, "in the address bar");
+  };
+  return make("button", { type: "button", class: "link", title: "Copy a link to this view", "aria-label": `Copy a link to this view of ${id}`, click: (event) => copy(event.currentTarget) }, "⚓︎");
+}
+
+/** A button that copies a text; nothing where the browser has no clipboard. */
+function copies(text) {
+  if (!navigator.clipboard) return "";
+  return make("button", { type: "button", class: "link copy", "aria-label": `Copy ${text}`, click: (event) => copyText(event.currentTarget, text) }, "copy");
+}
+
+async function copyText(button, text) {
+  try {
+    await navigator.clipboard.writeText(text);
+    say(button, "copied");
+    return true;
+  } catch {
+    return false;
+  }
+}
+
+/** Let a button say something for a moment. */
+function say(button, words) {
+  button.dataset.said = words;
+  setTimeout(() => delete button.dataset.said, 1500);
 }

@@ -69,11 +69,11 @@ def _row(mp: Any, scene: Scene, row: int, motion: Motion, changed: list[Changed]
         moved[: len(moves)] = np.maximum(moved[: len(moves)], moves)
         # A changed motion that takes another course says that beyond it the inputs decide.
         moved[len(moves) :] = np.inf
-    rows = len(throw.times)
-    return tuple(
-        np.concatenate((values, np.full((rows - len(values), *values.shape[1:]), filling)))
-        for values, filling in ((states, np.nan), (vertices, np.nan), (bound, np.inf), (moved, np.inf))
-    )
+
+    def all_rows(values: Array, unknown: float) -> Array:
+        return np.concatenate((values, np.full((len(throw.times) - len(values), *values.shape[1:]), unknown)))
+
+    return all_rows(states, np.nan), all_rows(vertices, np.nan), all_rows(bound, np.inf), all_rows(moved, np.inf)
 
 
 def _laid(motion: Motion) -> float:

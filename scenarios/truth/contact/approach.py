@@ -35,7 +35,7 @@ class Flight:
     name = "flight"
 
     def __init__(self, setting: Setting, pose: Pose, since: Any) -> None:
-        self._setting, self.since = setting, since
+        self._setting, self.since, self.until = setting, since, setting.mp.inf
         self._arc = Arc(pose.x, pose.v, setting.gravity, since)
         self._rotation = setting.turning.start(pose.axes, setting.momentum_body(pose))
 

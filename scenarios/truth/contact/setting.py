@@ -35,9 +35,10 @@ def read_plane(scene: Scene, read: Read) -> PlaneNumbers:
         assert written.file_plane_normal is not None
         normal = written.file_plane_normal
     line = exact_numbers(normal, read)
+    squared: Any = line @ line
     return PlaneNumbers(
         exact_numbers(plane.point, read),
-        line / square_root(line @ line),
+        line / square_root(squared),
         read(float(plane.restitution)),
         read(float(plane.friction)),
     )

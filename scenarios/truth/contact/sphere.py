@@ -76,6 +76,7 @@ class Slipping:
 
     def __init__(self, setting: Setting, pose: Pose, since: Any, last: Any) -> None:
         self._setting, self.since = setting, since
+        assert setting.radius is not None
         self._pose = pose = laid(setting, pose)
         lever = setting.normal * -setting.radius
         slip = setting.along(velocity_at(pose, lever))

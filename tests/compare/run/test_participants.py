@@ -125,3 +125,21 @@ def test_compare_calls_nobody_the_default_who_is_not(capsys):
     lines = [line.split() for line in capsys.readouterr().out.splitlines()]
     assert [line[:2] for line in lines if line[1:2] == ["default"]] == [["mujoco:euler", "default"]]
     assert ["mujoco:rk4", "as", "asked"] in [line[:3] for line in lines]
+
+
+def test_the_hand_calculation_takes_part_where_its_instants_are_or_where_it_is_asked_for():
+    """Eight rows of it in every other scene would say nothing but that it has no answer there."""
+    its_own, other = read_scene("table-4-1"), read_scene("die-vertex")
+    with launched([]) as usual, launched(["handcalc"]) as asked, launched(["handcalc:all-mended"]) as named:
+        (by_hand,) = (one for one in usual if one.engine == "handcalc")
+        assert len(by_hand.methods_for(its_own)) == 8
+        assert by_hand.methods_for(other) == ()
+        assert len(asked[0].methods_for(other)) == 8
+        assert named[0].methods_for(other) == ("all-mended",)
+        assert all(one.methods_for(other) for one in usual if one is not by_hand)
+
+
+def test_an_engine_that_says_nothing_readable_of_its_instants_is_refused(tmp_path):
+    (tmp_path / "mine.py").write_text(ENGINE.format(version=1, speed=1.0) + "INSTANTS = 3\n")
+    with pytest.raises(BadEngine, match="what it says of itself cannot be read"), launched([str(tmp_path / "mine.py")]):
+        pass

@@ -21,6 +21,7 @@ from compare.judge.errors import Flown
 from compare.run.flight import Trajectory
 from compare.run.kept import FOLDER, Kept
 from compare.run.participants import Halted, Participant, launched
+from compare.run.processes import Processes
 from compare.run.tasks import Task, run
 from compare.run.truths import Truths
 from scenarios.read import read_scene
@@ -193,6 +194,50 @@ def test_what_follows_of_some_of_the_scenes_is_worked_out_where_their_truths_wer
     assert [isinstance(one, int) and one != os.getpid() for one in whose] == [elsewhere] * 2
 
 
+@pytest.mark.parametrize("asked", [0, 1, 2], ids=["with none before", "after one in a thread", "in its processes"])
+def test_more_truths_are_asked_of_those_that_are_at_work(asked):
+    scenes = [SCENE, read_scene("two-hits")]
+    more = [read_scene("table-4-1"), replace(SCENE, times=SCENE.times[:3], duration=float(SCENE.times[2]))]
+    ticks: list[str] = []
+    with Truths(scenes[:asked], lambda what, share=1.0: ticks.append(what)) as truths:
+        found = [future.result().truth for future in truths.more(more)]
+        assert [len(one.times) for one in found] == [len(scene.rows) for scene in more]
+        assert len(truths.futures) == asked + 2
+        if asked:
+            assert len(truths.answer(SCENE).truth.times) == len(SCENE.rows), "it is found by the name of another"
+    assert sorted(ticks) == sorted(f"{scene.name} truth" for scene in (*scenes[:asked], *more))
+
+
+def test_truths_asked_for_later_end_with_the_others():
+    many = read_scene("many-throws")
+    begun = replace(many, start=np.tile(many.start, (200, 1)))  # minutes of work
+    with Truths([SCENE, read_scene("two-hits")]) as truths:
+        late = truths.more([begun, replace(begun, duration=1.9)])
+    assert all(future.done() for future in late)
+    never = truths.more([SCENE, read_scene("two-hits")])
+    assert all(future.cancelled() for future in never), "somebody waits for them for ever"
+
+
+def test_studies_that_share_truths_end_them_one_after_the_other(monkeypatch):
+    """On Ctrl-C all of them do; at once they would close a descriptor twice, and the command would blame a file."""
+    ending, most = [], []
+
+    def end(processes: Processes) -> None:
+        ending.append(processes)
+        most.append(len(ending))
+        time.sleep(0.1)
+        really(processes)
+        ending.pop()
+
+    really = Processes.end
+    monkeypatch.setattr(Processes, "end", end)
+    with Truths([SCENE, read_scene("two-hits")]) as truths, ThreadPoolExecutor(3) as threads:
+        for done in [threads.submit(truths.stop) for _ in range(3)]:
+            done.result()
+    assert max(most) == 1
+    assert len(most) == 4
+
+
 class WhereItIsRead:
     """What another process reads as its own number."""
 
@@ -253,7 +298,7 @@ def test_ctrl_c_leaves_no_process(tmp_path, words):
         assert len(carrying(mark)) >= 3, "command and two engines"
         command.send_signal(signal.SIGINT)
         _, err = command.communicate(timeout=PATIENCE_S)
-        assert command.returncode == 130
+        assert command.returncode == 130, err
         assert b"Traceback" not in err
         until(lambda: not carrying(mark))
     finally:

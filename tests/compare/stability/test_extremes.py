@@ -9,13 +9,15 @@ import pytest
 
 from compare.run.flight import fly, legs
 from compare.run.participants import launched
-from compare.stability.extremes import BEST, FLOORS, ExtremeRow, cases, extreme, missed, scene_text, texts, too_long
+from compare.stability.extremes import BEST, FLOORS, OF_A_PAGE, PAGE_BUDGET_S, ExtremeRow, extreme, missed, too_long
+from compare.stability.schemas import EXTREMES
+from compare.tables.frames import read_text, rows
 from scenarios.frames import rotation_matrix
-from scenarios.read import catalogue, read_scene
+from scenarios.read import BadScene, catalogue, extremes, read_scene
 from scenarios.scene import Scene
 from scenarios.truth import truth
 
-CASES = {case.scene.name: case for case in cases()}
+CASES = {name: read_scene(name) for name in extremes()}
 # Those whose truth and flights take a moment.
 QUICK = (
     "spin-1e6",
@@ -32,49 +34,62 @@ QUICK = (
 
 @pytest.fixture(scope="module")
 def truths():
-    return {name: truth(CASES[name].scene) for name in QUICK}
+    return {name: truth(CASES[name]) for name in QUICK}
 
 
 def test_every_case_of_the_list_is_there():
     assert {f"spin-1e{power}" for power in range(2, 7)} <= set(CASES)
-    assert {CASES[name].scene.step for name in CASES if name.startswith("step-")} == {1e-6, 1e-4, 1e-2, 1.0}
-    assert {CASES["mass-1e-9"].scene.body.mass, CASES["mass-1e12"].scene.body.mass} == {1e-9, 1e12}
-    assert np.ptp(CASES["micrometre"].scene.body.points) < 5e-6
-    assert np.ptp(CASES["thousand-km"].scene.body.points) >= 1e6
-    moments = CASES["inertia-1e6"].scene.body.moments
+    assert {CASES[name].step for name in CASES if name.startswith("step-")} == {1e-6, 1e-4, 1e-2, 1.0}
+    assert {CASES["mass-1e-9"].body.mass, CASES["mass-1e12"].body.mass} == {1e-9, 1e12}
+    assert np.ptp(CASES["micrometre"].body.points) < 5e-6
+    assert np.ptp(CASES["thousand-km"].body.points) >= 1e6
+    moments = CASES["inertia-1e6"].body.moments
     assert moments.max() / moments.min() == pytest.approx(1e6)
-    assert sum(leg.n for leg in legs(CASES["steps-1e8"].scene, CASES["steps-1e8"].scene.step)) == 10**8
+    assert sum(leg.n for leg in legs(CASES["steps-1e8"], CASES["steps-1e8"].step)) == 10**8
     assert not set(CASES) & set(catalogue())
 
 
 def test_the_cases_are_what_they_are_called():
-    turned = CASES["turns-1e5"].scene
+    turned = CASES["turns-1e5"]
     w = np.linalg.norm(turned.start[0, 10:13])
     assert w * turned.duration / (2 * np.pi) == pytest.approx(1e5, rel=0.05)
-    axis = CASES["middle-axis"].scene
+    axis = CASES["middle-axis"]
     middle = int(np.argsort(axis.body.moments)[1])
     assert np.flatnonzero(axis.start[0, 10:13]).tolist() == [middle]
-    edge = CASES["separatrix"].scene
+    edge = CASES["separatrix"]
     b = sorted(edge.body.moments)[1]
     w_body = rotation_matrix(edge.start[0, 3:7]).T @ edge.start[0, 10:13]
     moments = edge.body.moments
     off = (moments * w_body) @ (moments * w_body) / (b * (moments * w_body) @ w_body) - 1
     assert 1e-13 < abs(off) < 1e-11
-    assert np.linalg.norm(CASES["impulse-1e15"].scene.impulses[0].value) == pytest.approx(1e15, rel=0.02)
-    blows = CASES["ten-impulses"].scene.impulses
+    assert np.linalg.norm(CASES["impulse-1e15"].impulses[0].value) == pytest.approx(1e15, rel=0.02)
+    blows = CASES["ten-impulses"].impulses
     assert len(blows) == 10
     assert len({blow.time for blow in blows}) == 1
-    assert not CASES["no-impulse"].scene.start[0, 7:13].any()
-    assert 5e-324 in CASES["denormal"].scene.start
+    assert not CASES["no-impulse"].start[0, 7:13].any()
+    assert 5e-324 in CASES["denormal"].start
 
 
-def test_a_case_reads_back_from_its_text(tmp_path):
-    for name, text in texts():
-        path = tmp_path / f"{name}.toml"
-        path.write_text(text, encoding="utf-8")
-        again = read_scene(str(path))
-        np.testing.assert_array_equal(again.start, CASES[name].scene.start)
-    assert 'title = "T"' in scene_text("T", 1.0, 0.1, {"shape": "box"})
+def test_a_case_has_a_name_and_a_word_that_is_none_is_refused_with_the_nearest():
+    assert read_scene("spin-1e4").title == "Spin of 9700 rad/s at a step of 1 ms"
+    with pytest.raises(BadScene, match=r"unknown scene 'spin-1e44': did you mean 'spin-1e4'\?"):
+        read_scene("spin-1e44")
+
+
+@pytest.mark.parametrize("name", extremes())
+def test_every_case_is_free_and_says_what_it_is_there_for(name):
+    case = read_scene(name)
+    assert case.is_free
+    assert case.source.startswith("Tumble: ")
+    assert len(case.times) == 16
+
+
+def test_the_cases_of_a_page_are_cases_and_short():
+    assert set(OF_A_PAGE) < set(CASES)
+    assert len(OF_A_PAGE) == len(set(OF_A_PAGE))
+    for name in OF_A_PAGE:
+        steps = sum(leg.n for leg in legs(CASES[name], CASES[name].step))
+        assert steps * 50e-6 < PAGE_BUDGET_S, "an engine of the slowest kind would not be run"
 
 
 def test_our_best_method_holds_every_quick_case(truths):
@@ -87,7 +102,7 @@ def test_our_best_method_holds_every_quick_case(truths):
 
 
 def test_a_miss_is_told():
-    row = ExtremeRow("c", "C", *BEST.split(":"), 0.1, 1, "ok", "stable", 1.0, 0.01, FLOORS * 1.01, 1.0, "")
+    row = ExtremeRow("c", "C", *BEST.split(":"), 0.1, 1, "ok", "stable", 1.0, 0.01, FLOORS * 1.01, 1.0, "", 0.2)
     assert missed([row]) == [row]
     assert missed([replace(row, times_limit=FLOORS)]) == []
     assert missed([replace(row, times_limit=None)]), "no flight is no success"
@@ -113,8 +128,8 @@ def test_one_row_a_contestant_with_its_reason(truths):
 
 def test_what_does_not_fit_the_budget_is_told_from_its_first_steps():
     case = CASES["steps-1e8"]
-    near = replace(case, scene=replace(case.scene, duration=10.0, times=np.array([10.0]), step=1e-6))
-    true = truth(near.scene)
+    near = replace(case, duration=10.0, times=np.array([10.0]), step=1e-6)
+    true = truth(near)
     with launched(["mujoco:rk4", "scipy", "tumble:exact"], 60.0) as participants:
         rk4, dop853, exact = (
             extreme(participant, participant.methods[0], near, true, budget_s=1e-3) for participant in participants
@@ -149,7 +164,7 @@ def test_what_is_too_long_is_the_same_on_a_machine_that_is_busy(tmp_path):
     for name, late_s in (("quiet", "0.0"), ("busy", "0.05")):
         (tmp_path / f"{name}.py").write_text(STEADY.replace("LATE_S", late_s))
         with launched([str(tmp_path / f"{name}.py")], 60.0) as (participant,):
-            rows.append([too_long(participant, method, case.scene, 0.1) for method in participant.methods])
+            rows.append([too_long(participant, method, case, 0.1) for method in participant.methods])
     coasts, crawls, tastes = rows[0]
     assert (coasts, tastes) == (None, None)
     assert crawls.status == "timeout: 5e+05 steps would take 0.5 s of 0.1"
@@ -160,13 +175,13 @@ def test_an_adaptive_method_that_computes_too_long_is_told_so(tmp_path):
     busy = "end = time.process_time() + 0.02\n    while time.process_time() < end: pass"
     (tmp_path / "mine.py").write_text(STEADY.replace("time.sleep(LATE_S)", busy))
     with launched([str(tmp_path / "mine.py")], 60.0) as (participant,):
-        found = too_long(participant, "tastes", CASES["turns-1e5"].scene, 4.0)
+        found = too_long(participant, "tastes", CASES["turns-1e5"], 4.0)
     assert found.status.startswith("timeout: 1000 s of flight would take 5"), found
 
 
 def test_a_long_flight_takes_no_more_memory():
     engine = import_module("compare.engines.tumble")
-    scene = CASES["steps-1e8"].scene
+    scene = CASES["steps-1e8"]
 
     def flight(steps: int) -> Scene:
         seconds = steps * scene.step
@@ -182,3 +197,17 @@ def test_a_long_flight_takes_no_more_memory():
 
     fly(engine, flight(1600), "rk4", scene.step)  # compiles, which takes memory once
     assert peak(1_600_000) < 1.5 * peak(1600)
+
+
+def test_the_command_runs_a_case_that_is_named_and_says_what_became_of_it(tumble, tmp_path):
+    done = tumble("stability", "spin-1e4", "-e", "mujoco:euler+defaults", "-o", "out")
+    assert done.returncode == 0, done.stderr
+    assert "reset" in done.stdout
+    assert "stiffest mode" not in done.stdout, "it is mapped as well"
+    (row,) = rows(EXTREMES, read_text("extremes.csv", (tmp_path / "out" / "extremes.csv").read_text(), EXTREMES))
+    assert (row.scene, row.verdict, row.size_m) == (
+        "spin-1e4",
+        "reset",
+        pytest.approx(np.sqrt(0.4**2 + 0.15**2 + 0.1**2) / 2),
+    )
+    assert "silent failures,,mujoco,euler+defaults,,1.0,1," in (tmp_path / "out" / "findings.csv").read_text()

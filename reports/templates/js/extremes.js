@@ -1,0 +1,177 @@
+// Extreme cases: a board like the first one; a cell opens what became of that run, and the command that runs it again.
+
+// Verdicts of runs that end with finite numbers which physics does not allow, as a cell has room for them.
+const SILENT = { clamped: "clamped", reset: "reset", frozen: "froze", "lost-torque": "no torque", "under-rotated": "lags", drifting: "drifts", damped: "damped" };
+const CLOSE = 0.01; // of the body's size: what counts as accurate here, for bodies of a micrometre and of a thousand km
+const CASE_VERDICTS = {
+  exact: ["◉", "indistinguishable from the truth"],
+  within: ["●", "within 1 % of the body's size"],
+  beyond: ["○", "stable, but further off"],
+  flagged: ["▲", "wrong, and nothing said so"],
+  diverged: ["✕", "blew up, which is seen"],
+  failed: ["✕", "crashed or timed out"],
+  late: ["…", "too slow for a page"],
+  skipped: ["·", "not supported"],
+};
+
+/** What became of one run of an extreme case, as a kind of CASE_VERDICTS. */
+function caseKind(row) {
+  if (row.verdict in SILENT) return "flagged";
+  if (row.verdict === "diverged") return "diverged";
+  if (row.verdict === "no-return") return row.why.includes("would take") ? "late" : "failed";
+  if (row.verdict === "refused") return row.status === "crashed" ? "failed" : "skipped";
+  if (row.times_limit <= 1) return "exact";
+  return row.max_error_m <= CLOSE * row.size_m ? "within" : "beyond";
+}
+
+/** The error of a run as a share of the body's size, short. */
+function caseFigure(row, kind) {
+  if (kind === "flagged") return SILENT[row.verdict];
+  if (kind === "exact" || row.max_error_m === null || !Number.isFinite(row.max_error_m)) return "";
+  const share = row.max_error_m / row.size_m;
+  return share >= 0.001 ? `${figure(100 * share, share < 0.1 ? 1 : 2)}%` : share.toExponential(0).replace("-", MINUS);
+}
+
+/** The first sentence's clause on stiff scenes and extreme cases; nothing where there are none. */
+function stiffClause() {
+  const [known] = findings("limits with theory");
+  const [near] = findings("limits as in theory");
+  const [cases] = findings("extreme cases");
+  const said = [];
+  if (known) said.push([" On ", placeLink("stability", "stiff scenes"), `, ${near.value === known.value ? "all" : `${near.value} of`} ${counted(known.value, "measured step limit")} ${known.value === 1 ? "is that" : "are those"} of theory`]);
+  const silent = findings("silent failures").filter((row) => [undefined, contestantOf(row)].includes(firstOf(row.engine)));
+  if (silent.length) said.push([said.length ? "; of " : ` On stiff scenes, of `, `${cases.value} `, placeLink("extremes", "extreme cases"), ` ${listed(silent.slice(0, 2).map((row, at) => `${ENGINE_DEFAULTS.has(row.engine) ? row.engine : contestantOf(row)}${at ? "" : " gets"} ${row.value}${at ? "" : " wrong without an error"}`))}`]);
+  return said.length ? [...said.flat(), "."] : [];
+}
+
+function extremeSection(host) {
+  const cases = [...groupBy(rows("extremes.csv"), (row) => row.scene).values()].map(([first]) => first);
+  const runs = new Map(rows("extremes.csv").map((row) => [`${contestantOf(row)} ${row.scene}`, row]));
+  const told = make("div", { class: "case-told", role: "status", id: "case-told" });
+  const body = make("tbody");
+  host.append(
+    make("p", { class: "headline" }, extremeHeadline(cases.length)),
+    make(
+      "div",
+      { class: "wide board", tabindex: "0", role: "region", "aria-label": "Board of extreme cases: contestants by cases" },
+      make(
+        "table",
+        { id: "extreme-board", class: "scores" },
+        make("caption", { class: "unseen" }, "What becomes of each contestant in each extreme case; press a cell for the sentence and the command"),
+        make(
+          "thead",
+          {},
+          make("tr", {}, make("th", { scope: "col", class: "name" }, "contestant"), make("th", { scope: "col" }, "sound"), cases.map((row) => make("th", { scope: "col", class: "upright", title: row.title }, row.scene))),
+        ),
+        body,
+      ),
+    ),
+  );
+  const kinds = new Set(rows("extremes.csv").map(caseKind));
+  host.append(
+    told,
+    make("p", { class: "key" }, make("span", {}, "numbers: largest vertex error over the body's size"), Object.entries(CASE_VERDICTS).filter(([kind]) => kinds.has(kind)).map(([kind, [glyph, words]]) => make("span", {}, make("span", { class: `glyph v-${kind}`, "aria-hidden": "true" }, glyph), ` ${words}`))),
+  );
+  const tellCase = (row) => {
+    told.replaceChildren(...caseInWords(row));
+    for (const cell of body.querySelectorAll("button")) cell.setAttribute("aria-pressed", cell.dataset.case === caseId(row));
+  };
+  follow(["show", "tol"], () => {
+    const names = [...shown()].filter((name) => cases.some((one) => runs.has(`${name} ${one.scene}`)));
+    const scored = names.map((name) => {
+      const own = cases.map((one) => runs.get(`${name} ${one.scene}`)).filter(Boolean);
+      return { name, own, sound: own.filter((row) => ["exact", "within"].includes(caseKind(row))).length, silent: own.filter((row) => caseKind(row) === "flagged").length };
+    });
+    scored.sort((a, b) => b.sound - a.sound || a.silent - b.silent);
+    body.replaceChildren(
+      ...scored.map(({ name, own, sound }) =>
+        make(
+          "tr",
+          { id: `extreme-board-${name}`, "data-name": name, pointerenter: () => pick(name), pointerleave: () => pick("") },
+          make("th", { scope: "row", class: "name" }, markOf(name), make("span", {}, brokenName(name)), linkTo(`extreme-board-${name}`)),
+          make("td", { class: "score" }, `${sound}/${own.length}`),
+          cases.map((one) => caseCell(runs.get(`${name} ${one.scene}`), tellCase)),
+        ),
+      ),
+    );
+    roving(body);
+  });
+  extremeTable(host);
+}
+
+function caseId(row) {
+  return `${row.scene} ${nameOf(row)}`;
+}
+
+function caseCell(row, tellCase) {
+  if (!row) return make("td", { class: "cell" }, "");
+  const kind = caseKind(row);
+  const [glyph, words] = CASE_VERDICTS[kind];
+  return make(
+    "td",
+    { class: `cell v-${kind} ${tintOf(kind, row.max_error_m / (CLOSE * row.size_m))}`, pointermove: (event) => tell([nameOf(row), `${row.title}: ${words}`, "press for the reason and the command"], event), pointerleave: () => tell(null) },
+    make(
+      "button",
+      { type: "button", class: "case", "data-case": caseId(row), "aria-pressed": "false", "aria-label": `${nameOf(row)}, ${row.scene}: ${STABILITY[row.verdict]?.[1] ?? row.verdict}`, click: () => (tell(null), tellCase(row)) },
+      make("span", { class: "glyph", "aria-hidden": "true" }, glyph),
+      make("span", { class: "figure" }, caseFigure(row, kind)),
+    ),
+  );
+}
+
+/** One cell of the board is reached by the tab key, the others by arrows. */
+function roving(body) {
+  const table = [...body.rows].map((line) => [...line.querySelectorAll("button.case")]);
+  table.flat().forEach((cell, at) => (cell.tabIndex = at ? -1 : 0));
+  body.onkeydown = (event) => {
+    const step = { ArrowLeft: [0, -1], ArrowRight: [0, 1], ArrowUp: [-1, 0], ArrowDown: [1, 0] }[event.key];
+    const line = table.findIndex((cells) => cells.includes(event.target));
+    if (!step || line < 0) return;
+    const next = table[line + step[0]]?.[table[line].indexOf(event.target) + step[1]];
+    event.preventDefault();
+    if (!next) return;
+    event.target.tabIndex = -1;
+    next.tabIndex = 0;
+    next.focus();
+  };
+}
+
+/** What became of one run, why, and how to run it again. */
+function caseInWords(row) {
+  const kind = caseKind(row);
+  const error = row.max_error_m === null ? "" : Number.isFinite(row.max_error_m) ? `The largest vertex error is ${si(row.max_error_m, "m", 2)} on a body that reaches ${si(row.size_m, "m", 2)} from its centre. ` : "";
+  const energy = kind === "flagged" && row.energy_ratio !== null && Number.isFinite(row.energy_ratio) ? `It ends with ${figure(row.energy_ratio, 2)} times the energy that physics leaves there. ` : "";
+  const verdict = kind === "flagged" ? `${STABILITY[row.verdict][1]}, and its loop ended as usual` : kind === "late" ? "not run to its end" : (STABILITY[row.verdict]?.[1] ?? row.verdict);
+  const command = `tumble stability ${row.scene} -e ${nameOf(row)}`;
+  return [
+    make("p", {}, markOf(contestantOf(row)), " ", make("b", {}, nameOf(row)), ` in “${row.title}”, step ${given(row.dt_s)} s: ${verdict}. ${error}${energy}`, row.why ? make("span", { class: "note" }, `${row.why[0].toUpperCase()}${row.why.slice(1)}.`) : ""),
+    make("p", {}, "Run it again: ", make("code", {}, command), copies(command)),
+  ];
+}
+
+function extremeHeadline(count) {
+  const held = [...groupBy(rows("extremes.csv"), contestantOf)].filter(([, own]) => own.every((row) => row.verdict === "stable" && row.times_limit <= 10)).map(([name]) => name);
+  const silent = findings("silent failures").slice(0, 3);
+  const said = [];
+  if (held.length) said.push(`${listed(held)} ${held.length > 1 ? "hold" : "holds"} all ${count} cases to rounding`);
+  if (silent.length) said.push(`${listed(silent.map((row, at) => `${contestantOf(row)}${at ? "" : " gets"} ${row.value}${at ? "" : " wrong without an error"}`))}`);
+  return said.length ? `${said.join("; ")}.` : `What becomes of ${counted(count, "extreme case")}.`;
+}
+
+function extremeTable(host) {
+  foldedTable(host, {
+    id: "extreme-cases",
+    caption: "All runs of extreme cases",
+    file: "extremes",
+    list: rows("extremes.csv"),
+    key: (row) => `${row.scene}-${nameOf(row)}`,
+    columns: [
+      { key: "scene", label: "case", words: true, show: (row) => row.title || row.scene, sort: (row) => row.scene },
+      { key: "method", label: "contestant", words: true, show: nameOf, sort: nameOf },
+      { key: "verdict", label: "result", words: true, show: (row) => STABILITY[row.verdict]?.[1] ?? row.verdict },
+      { key: "max_error_m", label: "error", unit: "m" },
+      { key: "times_limit", label: "over the truth's limit" },
+      { key: "why", label: "why", words: true },
+    ],
+  });
+}
