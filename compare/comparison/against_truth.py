@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from compare.judge.errors import Flown, Run
 from compare.run.flight import Trajectory
-from compare.run.participants import DEFAULT, Participant
+from compare.run.participants import AS_ASKED, DEFAULT, Participant
 from compare.run.progress import Tick, untold
 from compare.run.tasks import Task, run
 from compare.run.truths import Truths
@@ -35,6 +35,11 @@ class Comparison:
     def defaults(self) -> frozenset[str]:
         """The contestants that do what their engines do where nobody sets anything."""
         return frozenset(name for name, role in self.roles.items() if role == DEFAULT)
+
+    @property
+    def asked(self) -> frozenset[str]:
+        """The contestants that take part because the user named them."""
+        return frozenset(name for name, role in self.roles.items() if role == AS_ASKED)
 
 
 def compare(

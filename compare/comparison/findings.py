@@ -14,20 +14,25 @@ NEARER = 10
 UNABLE = ("skipped", "missing")
 
 
-def error_findings(runs: Iterable[RunRow], defaults: Collection[str] = ()) -> Iterator[FindingRow]:
+def error_findings(
+    runs: Iterable[RunRow], defaults: Collection[str] = (), asked: Collection[str] = ()
+) -> Iterator[FindingRow]:
     """Yield, scene by scene, who is nearest and furthest, the engines as asked for and as shipped, and who got lost.
 
-    defaults: ENGINE:METHOD of those that do what their engines do where nobody sets anything, as far as known.
+    defaults: ENGINE:METHOD of those that do what their engines do where nobody sets anything, as far as known; asked:
+    of those that take part because somebody named them.
     """
     scenes: dict[str, list[RunRow]] = {}
     for run in runs:
         scenes.setdefault(run.scene, []).append(run)
     for own in scenes.values():
-        yield from scene_findings(own, defaults)
+        yield from scene_findings(own, defaults, asked)
 
 
-def scene_findings(runs: Sequence[RunRow], defaults: Collection[str] = ()) -> Iterator[FindingRow]:
-    """Yield what was found in one scene; defaults: as of `error_findings`."""
+def scene_findings(
+    runs: Sequence[RunRow], defaults: Collection[str] = (), asked: Collection[str] = ()
+) -> Iterator[FindingRow]:
+    """Yield what was found in one scene; defaults, asked: as of `error_findings`."""
     flown = ranked(runs)
     engines: dict[str, list[RunRow]] = {}
     for run in runs:
@@ -39,6 +44,7 @@ def scene_findings(runs: Sequence[RunRow], defaults: Collection[str] = ()) -> It
         ("nearest engine", plainest(others)),
         ("asked for", first),
         ("as shipped", [run for own in engines.values() for run in as_shipped(own, defaults)]),
+        ("as asked", [run for run in flown if f"{run.engine}:{run.method}" in asked]),
         ("furthest", flown[-1:]),
     ):
         yield from (error_finding(finding, run) for run in found)

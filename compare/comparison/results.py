@@ -50,8 +50,10 @@ def comparison_tables(
     pairs = [row for each in comparisons for row in agreements(each.runs)]
     published = [row for each in comparisons if is_table_4_1(each.scene) for row in published_rows(each)]
     budget = list(budget_rows(published))
-    defaults = frozenset().union(*(each.defaults for each in comparisons))
-    findings = [*error_findings(rows, defaults), *agreement_findings(pairs), *column_findings(budget)]
+    defaults, asked = (
+        frozenset().union(*each) for each in zip(*((one.defaults, one.asked) for one in comparisons), strict=True)
+    )
+    findings = [*error_findings(rows, defaults, asked), *agreement_findings(pairs), *column_findings(budget)]
     return {
         "scenes.csv": frame(SCENES, map(scene_row, comparisons)),
         "engines.csv": frame(ENGINES, map(engine_row, participants)),

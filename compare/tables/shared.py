@@ -160,6 +160,7 @@ FINDING_WORDS = {
     "nearest engine": "who is nearest to the truth of the engines that are not ours, by its largest vertex error",
     "asked for": "an engine's first method, by its largest vertex error, the nearest engine first",
     "as shipped": "an engine as it is where its user sets nothing, if that took part, by its largest vertex error",
+    "as asked": "a contestant that the user named and that is no default of its engine, by its largest vertex error",
     "furthest": "who of those that finished is furthest off",
     "unfinished": "how many contestants began and did not finish",
     "unable": "how many contestants cannot fly the scene, or are not installed",

@@ -640,7 +640,9 @@ def test_only_what_an_engine_does_where_nobody_sets_anything_is_called_its_defau
     changed = {name: table for name, table in real.items() if not name.startswith("sweep-")}
     runs = real["runs.csv"]
     changed["runs.csv"] = runs[(runs["engine"] != "mujoco") | (runs["method"] == "rk4")]
-    told = error_findings(rows(RUNS, changed["runs.csv"]), {"pybullet:multibody+defaults", "mujoco:euler"})
+    told = error_findings(
+        rows(RUNS, changed["runs.csv"]), {"pybullet:multibody+defaults", "mujoco:euler"}, {"mujoco:rk4"}
+    )
     changed["findings.csv"] = frame(FINDINGS, told)
     tab = opened(page(changed), "#tol=1e-12&show=all&open=two-hits")
     said = tab.locator("#answer").inner_text()
@@ -652,6 +654,7 @@ def test_only_what_an_engine_does_where_nobody_sets_anything_is_called_its_defau
     assert "as asked, its best" in roles["mujoco:rk4"]
     assert "as it ships" in roles["pybullet:multibody+defaults"]
     assert not any("its default" in role for role in roles.values())
+    assert [name for name, role in roles.items() if "as asked" in role] == ["mujoco:rk4"]
 
 
 def test_a_horizon_is_drawn_where_a_scene_has_one(real, opened):

@@ -103,7 +103,7 @@ function rolesOf(name) {
   if (byHand) return "";
   const roles = [];
   if (ENGINE_DEFAULTS.get(engine) === name) roles.push(manner === "defaults" ? "as it ships" : "its default");
-  if (!ENGINE_DEFAULTS.has(engine)) roles.push("as asked");
+  if (ASKED.has(name)) roles.push("as asked");
   if (bestOf(engine, state.tol) === name) roles.push("its best");
   return roles.join(", ");
 }
@@ -190,9 +190,9 @@ function managedInWords(failing) {
   return `left at its default, ${listed(each)}${told.length < failing.length ? `; ${listed(none)} none` : ""}`;
 }
 
-/** The same of contestants that the reader named: their engines may do otherwise where nobody sets anything. */
+/** The same of contestants that are no defaults: the user named them, or their engines have none. */
 function askedInWords(failing) {
-  return `as asked, ${listed(failing.map(({ name, within, flown }, at) => `${name}${at ? "" : " manages"} ${within} of ${flown}${at ? "" : " throws"}`))}`;
+  return `${failing.every(({ name }) => ASKED.has(name)) ? "as asked, " : ""}${listed(failing.map(({ name, within, flown }, at) => `${name}${at ? "" : " manages"} ${within} of ${flown}${at ? "" : " throws"}`))}`;
 }
 
 /** The engines that are not ours and took part in a scene. */

@@ -42,6 +42,8 @@ def test_each_scene_has_its_nearest_its_engines_and_its_lost():
 def test_what_somebody_named_is_not_what_an_engine_does_as_it_ships():
     told = list(error_findings([run("one", "rk4", 1e-6), run("two", "euler", 1e-3)], {"one:euler", "two:euler"}))
     assert [row.contestant for row in told if row.finding == "as shipped"] == ["two:euler"]
+    named = error_findings([run("one", "rk4", 1e-6), run("two", "euler", 1e-3)], {"two:euler"}, {"one:rk4"})
+    assert [row.contestant for row in named if row.finding == "as asked"] == ["one:rk4"]
 
 
 def test_an_error_below_what_the_truth_tells_ranks_as_that():
