@@ -50,13 +50,20 @@ class Answer(NamedTuple):
         return Answer(replace(whole, **parts), "")
 
 
-def true_answer(scene: Scene, floor: bool = True, tell: Callable[[float], object] = lambda share: None) -> Answer:
-    """Return the truth, with its floor or without, or why there is none; tell: is told what share of it is done.
+def true_answer(
+    scene: Scene,
+    floor: bool = True,
+    tell: Callable[[float], object] = lambda share: None,
+    limit_s: float = float("inf"),
+) -> Answer:
+    """Return the truth, with its floor or without, or why there is none.
 
+    tell: is told what share of it is done; limit_s: wall time that each of its parts may take [s]
+    (`scenarios.truth.deadline`).
     Raises RayMissed where the true body is not in the way of a later ray.
     """
     try:
-        return Answer(truth(scene, floor, tell), "")
+        return Answer(truth(scene, floor, tell, limit_s), "")
     except NoTruth as reason:
         return Answer(None, str(reason))
     except RayMissed as missed:
@@ -68,14 +75,17 @@ class Truths:
 
     A context: when it is left what is still at work ends at once, and who waits for it is told (`stop`).
     tick: told of every truth as it is done, and of long ones with the share, below 1, that has been done since;
-    floor: whether the truths are to judge by, or only to be seen.
+    floor: whether the truths are to judge by, or only to be seen; limit_s: wall time that each part of each
+    may take [s], once it has begun.
     """
 
-    def __init__(self, scenes: Sequence[Scene], tick: Tick = untold, floor: bool = True) -> None:
+    def __init__(
+        self, scenes: Sequence[Scene], tick: Tick = untold, floor: bool = True, limit_s: float = float("inf")
+    ) -> None:
         self._scenes = tuple(scenes)
         self._processes: Processes | None = None
         self.futures: list[Future[Answer]]
-        told = [Progress(scene.name, tick) for scene in scenes]
+        told = [Progress(f"{scene.name} truth", tick) for scene in scenes]
         if len(scenes) > 1:
             spawn = multiprocessing.get_context("spawn")
             # Its far end closes with this process, however that ends.
@@ -84,10 +94,12 @@ class Truths:
             count = min(os.cpu_count() or 1, len(scenes))
             with safe_path():
                 self._processes = Processes(count, spawn, end_with, (self._far_end, near_end))
-                self.futures = self._share_out(numbered_answer, scenes, [floor] * len(scenes), range(len(scenes)))
+                asked = [floor] * len(scenes), range(len(scenes)), [limit_s] * len(scenes)
+                self.futures = self._share_out(numbered_answer, scenes, *asked)
             threading.Thread(target=self._hear, args=(told,), daemon=True).start()
         else:
-            self.futures = [in_a_thread(partial(true_answer, floor=floor, tell=told[0]), scene) for scene in scenes]
+            answer = partial(true_answer, floor=floor, tell=told[0], limit_s=limit_s) if told else true_answer
+            self.futures = [in_a_thread(answer, scene) for scene in scenes]
         for one, future in zip(told, self.futures, strict=True):
             future.add_done_callback(lambda done, one=one: done.cancelled() or one.end())
 
@@ -169,14 +181,14 @@ def in_a_thread(function: Callable[[Scene], Answer], scene: Scene) -> "Future[An
     return future
 
 
-def numbered_answer(scene: Scene, floor: bool, number: int) -> Answer:
+def numbered_answer(scene: Scene, floor: bool, number: int, limit_s: float) -> Answer:
     """Return the same in a process of its own, which tells the other one how far that number is."""
 
     def tell(share: float) -> None:
         with suppress(OSError):  # nobody listens any more
             _news[0].send((number, share))
 
-    return true_answer(scene, floor, tell)
+    return true_answer(scene, floor, tell, limit_s)
 
 
 _news: list[Connection] = []

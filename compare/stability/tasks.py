@@ -7,7 +7,7 @@ from collections.abc import Callable, Collection, Sequence
 from concurrent.futures import Future
 from functools import partial
 
-from compare.run.participants import Participant
+from compare.run.participants import Participant, truth_limit
 from compare.run.progress import Tick, untold
 from compare.run.tasks import Task, run
 from compare.run.truths import Answer, Truths
@@ -74,7 +74,7 @@ def stability(
     """
     told = [columns(scene, factors) for scene in scenes]
     flown = [column.flight(ROWS) for own in told for column in own]
-    with Truths([*flown, *(case.scene for case in cases)]) as truths:
+    with Truths([*flown, *(case.scene for case in cases)], limit_s=truth_limit(participants)) as truths:
         true = iter(truths.futures)
         questions = [Question(scene, own, [next(true) for _ in own]) for scene, own in zip(scenes, told, strict=True)]
         tasks = [
