@@ -5,6 +5,7 @@ Engines damp at rates of their own, which `engines` has; a program of a student 
 
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import cached_property
 from itertools import product
 from math import log
 
@@ -17,6 +18,11 @@ from compare.grade.law_hypotheses import Laws
 
 # Schemes that are fitted, of all at their first rates; and of these those whose damping is put elsewhere in the step.
 FITTED, PLACED = 12, 2
+# Shares of a flight over which rates are fitted before all of it: over all of a long one a rate that is a little off
+# leaves as much as one that is far off, as the body is turned by any angle at its end.
+GROWING = (1 / 8, 1 / 4, 1 / 2)
+# Rows without which a share of a flight shows no rates.
+FEWEST = 12
 # Digits that a rate is written in.
 FEW_DIGITS = (1, 2, 3)
 # A flight of more steps than this takes longer than it is worth.
@@ -74,12 +80,21 @@ class Damped:
             for scheme, rotation, force in product(schemes, ROTATION, forced):
                 yield Flown(replace(first.law, gyroscopic=scheme, rotation=rotation), step, late, force)
 
+    @cached_property
+    def _fitters(self) -> list[Fitter]:
+        """The fitters of growing shares of the flight, those that have rows enough."""
+        times, duration = self._flights.all.times, self._flights.question.duration
+        shares = [share for share in GROWING if (times <= share * duration).sum() >= FEWEST]
+        return [*(Fitter(self._flights.until(share)) for share in shares), self._fitter]
+
     def _first(self, flown: Flown) -> Flown:
-        """Return a scheme at the best of the rates tried first, polished one by one: they hardly know each other."""
+        """Return a scheme at the rates that suit the beginning of the flight best, then more and more of it."""
         mistakes = self._said(flown)
         for hypothesis in [mistake.hypothesis for mistake in mistakes if mistake.hypothesis.fitted]:
-            mistakes = self._fitter.best_of(mistakes, hypothesis, hypothesis.values)
-        return _with_rates(flown, self._fitter.polished(mistakes))
+            mistakes = self._fitters[0].best_of(mistakes, hypothesis, hypothesis.values)
+        for fitter in self._fitters:
+            mistakes = fitter.fit(mistakes)
+        return _with_rates(flown, mistakes)
 
     def _fitted(self, flown: Flown) -> Iterator[Flown]:
         """Yield a scheme with its rates at their joint best, and with either damping alone."""

@@ -63,6 +63,12 @@ class Flights:
         self._glancing = SEARCHING
         self.look_for(root_mean_square(kept.vertices - kept.true))
 
+    def until(self, share: float) -> "Flights":
+        """Return the same of the rows up to a share of the flight."""
+        early = self.all.times <= share * self._duration
+        scale = replace(self.scale, floors_m=self.scale.floors_m[early])
+        return Flights(self.question, self.hypotheses, self.all.some(early), self._points, scale, self._single)
+
     def look_for(self, left_m: float) -> None:
         """Take first looks at flights as fine as it takes to explain so much [m]."""
         glancing = COARSE if left_m > LARGE * self.scale.size_m else SEARCHING

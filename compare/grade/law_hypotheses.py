@@ -12,6 +12,8 @@ from compare.grade.hypotheses import NEAR, Hypothesis, Question
 from compare.grade.kernel.laws import AS_FORCE, Scheme
 from compare.grade.mistakes.forces import RATES, damping_rates
 
+# Powers of e that a body loses in a flight at the greatest rate that is fitted: its first eighth shows that.
+MOST_DAMPED = 40.0
 STEP, LAG = "symplectic Euler", "log lag"
 
 
@@ -124,7 +126,7 @@ def _damping(kind: str, damps: int, decays: int, duration: float = 0.0) -> Hypot
     name = f"{kind} damping"
     says = f"{name}: {what} decays at {{}} /s{where}"
     found = Hypothesis(name, name, says, damped, unit="1/s", details=details)
-    return replace(found, values=damping_rates(duration), known=RATES) if duration else found
+    return replace(found, values=damping_rates(duration, MOST_DAMPED), known=RATES) if duration else found
 
 
 def _forced() -> Hypothesis:

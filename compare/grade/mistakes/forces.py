@@ -104,9 +104,9 @@ def _late_gravity(question: Question) -> Hypothesis:
     )
 
 
-def damping_rates(duration: float) -> tuple[float, ...]:
-    """Return rates [1/s] that show in a flight of so many seconds, the least and the greatest among them."""
-    return grid(1e-3 / duration, 4 / duration, 11)
+def damping_rates(duration: float, most: float = 4.0) -> tuple[float, ...]:
+    """Return rates [1/s] that show in a flight of this many seconds, in which a body loses `most` powers of e."""
+    return grid(1e-3 / duration, most / duration, 11)
 
 
 def _damping(question: Question) -> Iterator[Hypothesis]:

@@ -55,6 +55,17 @@ def test_a_game_loop_with_damping_of_its_own_is_named_with_its_order_and_rates(t
     assert ("gyroscopic term missing" in rates) == (gyroscopic != "right")
 
 
+@pytest.mark.parametrize(("linear", "angular"), [(0.3, 0.05), (0.27, 0.48)])
+def test_rates_are_found_over_a_long_flight(tmp_path, linear, angular):
+    """Over 10 s a rate that is a little off leaves as much as any: it is found from the first rows on."""
+    how = {"dt": 1 / 60, "every": 1, "until": 10.0, "damps": "before it moves", "damped": "factor"}
+    found = graded(tmp_path, "brick-tumble", linear=linear, angular=angular, **how)
+    values = {mistake.hypothesis.name: mistake.value for mistake in found.diagnosis.best.mistakes}
+    assert found.verdict == EXPLAINED_WHOLLY
+    assert values["linear damping"] == pytest.approx(linear, rel=1e-9)
+    assert values["angular damping"] == pytest.approx(angular, rel=1e-9)
+
+
 @pytest.mark.parametrize("decays", FORMS.values())
 def test_a_rate_in_another_form_takes_as_much(decays):
     rate, step = 0.3, 1 / 60
