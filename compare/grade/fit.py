@@ -20,6 +20,8 @@ FITS = 0.05
 ALIKE, ROUNDING = 2.0, 1e-6
 ROWS = 64
 MOST_SHOWN = 4
+# The axes of the scene itself.
+OURS = "x,y,z"
 
 
 class Fit(NamedTuple):
@@ -72,7 +74,8 @@ def _fits(path: Path, scene: Scene, said: Said, unread: AnglesUnread) -> Iterato
     for (euler, names), axes, unit in product(_orders().items(), _axes(said), ("deg", "rad")):
         if {said_unit or unit for _, said_unit in unread.named.values()} != {unit}:
             continue
-        own = [name for name in names if axes is None or AXES.get(name) == AXES[axes]] or names
+        cells = AXES.get(axes, axes) if axes else OURS
+        own = [name for name in names if AXES[name] == cells] or names
         way = said.with_angles(unread.named, unit).read_as(euler=own[0] if own else euler, axes=axes)
         whose = f"{' or '.join(name.capitalize() for name in own)}'s" if own else f"turns in the order {euler}"
         if (error := misfit(path, scene, way, reference)) is not None:

@@ -242,6 +242,12 @@ class Trajectory:
         ends = np.flatnonzero(np.append(fresh[1:], True))
         last.update(zip(throws[ends].tolist(), times[ends].tolist(), strict=True))
 
+    def check_clock(self) -> None:
+        """Raise Unsaid where the first row's instant is not of the scene, whatever else is bad in the rows."""
+        time, latest = self._first_time - (self._reading.start or 0.0), self._scene.duration * (1 + BEYOND)
+        if not 0 <= time <= latest:
+            self._ask_for_the_clock(self._reading.first_line, time, latest)
+
     def _ask_for_the_clock(self, line: int, time: float, latest: float) -> None:
         """Raise Unsaid: an instant [s] in a line is before the scene's start or later than any of it."""
         scene, duration = self._scene.name, self._scene.duration

@@ -106,5 +106,19 @@ def inquire(path: Path, scene: Scene, said: Said) -> Inquiry:
             found.said = answered
         except BadTrajectory as refusal:
             found.refusal = refusal
+            if (clock := _clock_question(path, scene, trial)) is not None:
+                found.asked.append(clock)
+                found.said = found.said.answered(clock.answer)
             break
     return found
+
+
+def _clock_question(path: Path, scene: Scene, said: Said) -> Unsaid | None:
+    """Return what is to be asked of the clock of a file with a bad row, if anything."""
+    try:
+        said.opened(path, scene).check_clock()
+    except Unsaid as question:
+        return question
+    except BadTrajectory:  # a header that cannot be read: the refusal says why
+        pass
+    return None
