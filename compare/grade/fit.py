@@ -45,11 +45,17 @@ def euler_offer(scene: Scene, said: Said, unread: AnglesUnread, fits: list[Fit])
         return f"no convention of {columns} can be read: --euler and --axes say which it is"
     best, options = fits[0], [fit.said.options(said) for fit in fits]
     if best.error > FITS:
-        off = f"{best.error:.0%} of the body off" if best.error < 1 else f"{best.error:.1f} times the body's size off"
-        return f"no convention of {columns} fits {scene.name}; nearest, {off}, is {best.whose}: {options[0]}"
+        return (
+            f"no convention of {columns} fits {scene.name}; nearest, {off(best.error)}, is {best.whose}: {options[0]}"
+        )
     if len(fits) == 1:
         return f"{columns} fit as {best.whose}: {options[0]}"
     return f"{columns} fit in {len(fits)} ways: {'; or '.join(options[:MOST_SHOWN])}"
+
+
+def off(error: float) -> str:
+    """Return in words how far rows are off, over the body's size."""
+    return f"{error:.0%} of the body off" if error < 1 else f"{error:.1f} times the body's size off"
 
 
 def misfit(path: Path, scene: Scene, said: Said, reference: Reference) -> float | None:

@@ -12,9 +12,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from compare.grade.cells import Cells
-from compare.grade.columns import MATRIX, QUATERNION, VERTEX, parsed
+from compare.grade.columns import MATRIX, QUATERNION, VERTEX, BadTrajectory, parsed
 from compare.grade.conventions import BODY, WORLD
-from compare.grade.fit import FITS, misfit
+from compare.grade.fit import FITS, misfit, off
 from compare.grade.offers import SI, Habits, likely_meant, unordered
 from compare.grade.reference import Reference
 from compare.grade.said import Said, inquire
@@ -87,6 +87,19 @@ def as_program(path: Path, scene: Scene, said: Said, name: str) -> tuple[Said, f
     return way, error
 
 
+def fitting(path: Path, scene: Scene, said: Said) -> list[str]:
+    """Return the programs whose way to write a file makes its first rows right."""
+    found = []
+    for name in PROGRAMS:
+        try:
+            _, error = as_program(path, scene, said, name)
+        except BadTrajectory:
+            continue
+        if error <= FITS:
+            found.append(name)
+    return found
+
+
 def _named(path: Path, said: Said, program: Program) -> Said:
     """Return what is said with the columns that a program's habits name."""
     cells = Cells(path, said.reading.name or str(path), said.decimal, said.reading.first_line)
@@ -105,4 +118,4 @@ def _has_attitude(quantities: Iterable[str]) -> bool:
 
 def remark(error: float) -> str:
     """Return what is to be added where the first rows do not fit however they are read; nothing where they do."""
-    return f"; its first rows are {error:.0%} of the body off, however they are read" if error > FITS else ""
+    return f"; its first rows are {off(error)}, however they are read" if error > FITS else ""

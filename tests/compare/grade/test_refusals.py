@@ -60,7 +60,7 @@ def test_one_line_asks_for_everything_and_its_options_are_enough(grade, rows, co
     assert err.index("clock starts") < err.index("what turns"), "the clock is asked about before the convention"
     code, out, err = grade(file, *likely(err))
     assert code == 0, err
-    assert "is right, to its printed digits" in out
+    assert "is right, to its printed digits" in " ".join(out.split())
 
 
 def test_three_columns_of_a_rotation_are_angles_and_four_are_a_quaternion(grade, rows):
@@ -104,6 +104,24 @@ def test_the_nearest_convention_is_offered_where_none_fits(grade, tmp_path, caps
     assert code == 2
     assert "no convention of rx_deg, ry_deg, rz_deg fits two-hits; nearest, " in err
     assert "% of the body off, is Blender or Ros's: --euler blender" in err
+
+
+def test_a_program_is_offered_where_only_its_units_fit(grade, rows):
+    """Unreal's centimetres taken for metres are 450 times the body off, in any convention of angles."""
+    file = text(log([(t + 3.42, *rest) for t, *rest in rows], "unreal", form="{:.5f}"))
+    code, _, err = grade(file)
+    assert code == 2
+    assert err.rstrip().endswith("; it fits as Unreal writes it: --like unreal")
+    code, out, err = grade(file, "--like", "unreal")
+    assert code == 0, err
+    assert "is right, to its printed digits" in " ".join(out.split())
+
+
+def test_other_axes_of_ones_own_may_be_said_before_the_angles(grade, rows):
+    lines = list(log(rows, "unity", form="{:.6f}"))
+    code, _, err = grade(text(lines), "--axes", "x,y,-z")
+    assert code == 2
+    assert grade(text(lines), "--axes", "x,y,-z", *likely(err))[0] == 0
 
 
 def test_a_unit_of_time_is_found_with_the_rest(grade, rows):
