@@ -55,7 +55,7 @@ def euler_offer(scene: Scene, said: Said, unread: AnglesUnread, fits: list[Fit])
 
 def off(error: float) -> str:
     """Return in words how far rows are off, over the body's size."""
-    return f"{error:.0%} of the body off" if error < 1 else f"{error:.1f} times the body's size off"
+    return f"{error:.0%} of the body off" if error < 1 else f"{error:.1f} times the size of the body off"
 
 
 def misfit(path: Path, scene: Scene, said: Said, reference: Reference) -> float | None:
