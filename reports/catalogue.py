@@ -3,11 +3,36 @@
 import shutil
 import sys
 import textwrap
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+
+import numpy as np
 
 from scenarios.format import visible
+from scenarios.mass import mesh
 from scenarios.needs import needs
 from scenarios.scene import Scene
+
+
+def body_lines(scene: Scene) -> Iterator[str]:
+    """Yield what follows from a scene's body, as comments of TOML: its mass, volume, centre, moments and their axes."""
+    body = scene.body
+    yield "# What follows from [body]:"
+    yield f"# mass     {body.mass:.9g} kg"
+    if len(body.faces):
+        given = body.points if scene.written is None or scene.written.points is None else scene.written.points
+        solid = mesh(body.mass, given, body.faces)
+        yield f"# volume   {abs(solid.volume):.9g} m3, density {body.mass / abs(solid.volume):.6g} kg/m3"
+        if body.shape == "mesh":
+            yield f"# centre   {_numbers(solid.centre)} m, of mass, in the mesh file's own coordinates"
+            yield f"# extent   {_numbers(np.ptp(given, axis=0))} m, along the mesh file's axes"
+    yield f"# moments  {_numbers(body.moments)} kg m2, about the principal axes"
+    if body.file_axes[0] != 1.0:
+        yield f"# axes     {_numbers(body.file_axes)}, quaternion w x y z from the file's axes to the principal ones"
+    yield f"# vertices {len(body.points)}, the furthest {body.reach:.6g} m from the centre of mass"
+
+
+def _numbers(values: Iterable[float]) -> str:
+    return "[" + ", ".join(f"{value + 0.0:.9g}" for value in values) + "]"
 
 
 def scene_list(scenes: Sequence[Scene]) -> Iterator[str]:

@@ -18,6 +18,7 @@ from compare.grade.verdict import (
     CORRECT_TO_SINGLE,
     EXPLAINED_PARTLY,
     EXPLAINED_WHOLLY,
+    TOO_COARSE,
     TOO_FEW,
     TOO_LITTLE,
     UNEXPLAINED,
@@ -66,8 +67,12 @@ def answer(grade: Grade) -> str:
     }
     if grade.verdict in right:
         return f"{grade.file} is right, {right[grade.verdict]}."
+    if grade.verdict == TOO_COARSE:
+        return f"{grade.file} is too coarse to judge: {coarse(grade)}. Print more digits."
     wrong = f"{grade.file} is wrong: up to {length(m.worst_m)} off."
-    if diagnosis is None:
+    if grade.verdict == TOO_LITTLE and diagnosis is not None and diagnosis.nothing.nothing:
+        return f"{wrong} That is about what its printed digits allow, {length(m.half_m)}, and too little to say why."
+    if diagnosis is None or grade.verdict == TOO_LITTLE:
         return f"{wrong} That is too little to say why."
     best = said(diagnosis.best)
     if grade.verdict == UNEXPLAINED or not diagnosis.best.mistakes:
@@ -77,6 +82,15 @@ def answer(grade: Grade) -> str:
     if diagnosis.engines:
         return f"{wrong} This is what {listed(diagnosis.engines)} at its defaults."
     return f"{wrong} {'One of several that fit alike' if diagnosis.alike else 'Most likely'}: {best}."
+
+
+def coarse(grade: Grade) -> str:
+    """Return what the printed digits leave open, beside the error and the body."""
+    m = grade.measured
+    return (
+        f"up to {length(m.worst_m)} off, but its printed digits allow {length(m.half_m)}, and the body is "
+        f"{length(grade.scale.size_m)} long"
+    )
 
 
 def read_as(m: Measured) -> str:
@@ -156,8 +170,7 @@ def verdict_lines(grade: Grade) -> Iterator[str]:
         case verdict if verdict == CORRECT_TO_LIMIT:
             yield f"Correct: no error that could be told from none ({length(m.limit_m)})."
         case verdict if verdict == CORRECT_TO_DIGITS:
-            within = "within" if m.excess_m <= 0 else "about"
-            yield f"Correct to the printed digits: every error is {within} the {length(m.half_m)} that they leave open."
+            yield f"Correct to the printed digits: every error is within the {length(m.half_m)} that they leave open."
         case verdict if verdict == CORRECT_TO_SINGLE:
             yield (
                 f"Correct to single precision: every number in the file is one, and {length(m.worst_m)} is what that "
@@ -173,6 +186,8 @@ def verdict_lines(grade: Grade) -> Iterator[str]:
                 f"Off by {length(m.worst_m)}, {figure(m.worst_m / grade.scale.size_m)} of the body's size: too little "
                 "to tell one mistake from another."
             )
+        case verdict if verdict == TOO_COARSE:
+            yield f"Too coarse to judge: {coarse(grade)}."
         case verdict if verdict == TOO_FEW:
             yield f"Off by {length(m.worst_m)}: one row is too few to say why."
         case _ if diagnosis is not None:
@@ -228,12 +243,20 @@ def listed(engines: Sequence[str]) -> str:
 
 
 def evidence(diagnosis: Diagnosis) -> Iterator[str]:
-    """Yield one line for each mistake of the best explanation: what it is, and from how much to how much it helps."""
-    before = diagnosis.steps[0]
-    for number, step in enumerate(diagnosis.steps[1:], 1):
-        new = next(each for each in step.mistakes if each.hypothesis.name not in before.names)
-        now = next(each for each in diagnosis.best.mistakes if each.hypothesis is new.hypothesis)
-        yield f"  {number}. {now.said}: {length(before.max_m)} -> {length(step.max_m)}"
+    """Yield one line for each mistake of the best explanation: what it is, and from how much to how much it helps.
+
+    Of mistakes that help only together the last one says so.
+    """
+    before, number = diagnosis.steps[0], 0
+    for step in diagnosis.steps[1:]:
+        new = step.names - before.names
+        *first, last = (each.said for each in diagnosis.best.mistakes if each.hypothesis.name in new)
+        for said in first:
+            number += 1
+            yield f"  {number}. {said}"
+        number += 1
+        others = f" (with {' and '.join(map(str, range(number - len(first), number)))})" if first else ""
+        yield f"  {number}. {last}: {length(before.max_m)} -> {length(step.max_m)}{others}"
         before = step
 
 

@@ -2,6 +2,7 @@
 
 import argparse
 import math
+import re
 import sys
 import textwrap
 from typing import NoReturn
@@ -17,6 +18,14 @@ ENGINE_HELP = (
     "ENGINE[@RELEASE][:METHOD] or your own engine, ./mine.py[:METHOD] or ./mine.toml[:METHOD]; may be repeated"
 )
 MEMORY_HELP = "for each engine's process [GiB]; default 4"
+
+
+# A number and what may stand behind it for its unit; a bare one is in metres.
+LENGTH = re.compile(r"(.*?[\d.])\s*([a-zµμ]*)", re.IGNORECASE)
+METRES = {
+    "": 1.0, "m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "μm": 1e-6, "nm": 1e-9, "pm": 1e-12,
+    "km": 1e3, "in": 0.0254, "ft": 0.3048,
+}  # fmt: skip
 
 
 class Parser(argparse.ArgumentParser):
@@ -75,8 +84,18 @@ def port(text: str) -> int:
 
 
 def metres(text: str) -> float:
-    """Return a positive number of metres."""
-    return positive(text, "metres")
+    """Return a positive number of metres, from a length with its unit or a bare number of metres."""
+    match = LENGTH.fullmatch(text.strip())
+    unit = match[2] if match else ""
+    if match is None or unit not in METRES:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a length > 0, such as 0.001, 1mm or 50um")
+    try:
+        value = float(match[1]) * METRES[unit]
+    except ValueError:
+        value = math.nan
+    if not (math.isfinite(value) and value > 0):
+        raise argparse.ArgumentTypeError(f"{text!r} is not a length > 0, such as 0.001, 1mm or 50um")
+    return value
 
 
 def parser() -> Parser:
@@ -112,7 +131,12 @@ def parser() -> Parser:
         to.add_argument("--png", metavar="FILE", help="the same, as PNG")
 
     scenes = command("scenes", "list the catalogue with what each scene needs, or print a scene of it")
-    scenes.add_argument("scene", nargs="?", metavar="NAME", help="print this scene's TOML, to copy and change")
+    scenes.add_argument(
+        "scene",
+        nargs="?",
+        metavar="NAME",
+        help="print this scene's TOML, to copy and change; of your own file also mass, volume, centre and moments",
+    )
     engines = command("engines", "list the engines: versions, methods, precision, what is missing and why")
     engines.add_argument("-e", "--engine", action="append", default=[], metavar="ENGINE", help=ENGINE_HELP)
     engines.add_argument("--install", nargs="+", default=[], metavar="ENGINE[@RELEASE]", help="in an environment each")
@@ -152,7 +176,9 @@ def parser() -> Parser:
 
     advise = command("advise", "the cheapest engine, method and step that stays within an error")
     advise.add_argument("scene", nargs="+", metavar="SCENE", help=SCENE_HELP)
-    advise.add_argument("--tolerance", type=metres, required=True, metavar="M", help="largest vertex error [m]")
+    advise.add_argument(
+        "--tolerance", type=metres, required=True, metavar="M", help="largest vertex error: 1mm, or 0.001 for metres"
+    )
     advise.add_argument(
         "--beyond-samples",
         action="store_true",
@@ -189,20 +215,33 @@ def parser() -> Parser:
         help="what a column is, with its unit: t_s, t_ms, x_cm, qw, r11, vx_m_s, wx_deg_s, v0x_m, ..., or ignore",
     )
     grade.add_argument("--map-file", metavar="TOML", help="the same in a table [columns]; default: FILE.csv.toml")
+    grade.add_argument(
+        "--like",
+        choices=("unity", "unreal", "blender", "godot", "ros", "mujoco"),
+        help="read the file as one of this program: sets columns, units, axes, angles, start and decimal sign, and "
+        "prints the options that do so",
+    )
     grade.add_argument("--by", choices=("pose", "matrix", "vertices"), help="what to grade where a file has several")
     grade.add_argument("--columns", metavar="NAME,...", help="names of the columns of a file that has no header")
     grade.add_argument("--start", type=instant, metavar="S", help="what the file's clock shows at the start [s]")
     grade.add_argument(
         "--euler",
         metavar="ORDER",
-        help="what angles rx, ry, rz are: unity, unreal, blender, godot, ros, or the order of the turns: zxy about "
-        "fixed axes, ZXY about the body's",
+        help="what angles rx, ry, rz are: unity, unreal, blender, godot, ros, mujoco, or the order of the turns: zxy "
+        "about fixed axes, ZXY about the body's",
     )
     grade.add_argument(
-        "--axes", metavar="NAME", help="its axes: unity, unreal, blender, godot, ros, or what our x, y, z are: x,y,-z"
+        "--axes",
+        metavar="NAME",
+        help="its axes: unity, unreal, blender, godot, ros, mujoco, or what our x, y, z are: x,y,-z",
+    )
+    grade.add_argument(
+        "--spin", choices=("world", "body"), default="world", help="axes of the angular velocity (default: world)"
     )
     grade.add_argument("--decimal", choices=(".", ","), default=".", help="decimal sign; default: a point")
-    grade.add_argument("--tolerance", type=metres, metavar="M", help="exit 1 where a vertex is further off [m]")
+    grade.add_argument(
+        "--tolerance", type=metres, metavar="M", help="exit 1 where a vertex is further off: 1mm, or 0.001 for metres"
+    )
     grade.add_argument("--json", action="store_true", help="print the answer as JSON, with stable names of mistakes")
     grade.add_argument("-o", "--output", metavar="DIR", help="also write the tables as CSV into DIR")
 

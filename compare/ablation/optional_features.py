@@ -15,7 +15,7 @@ import numpy as np
 from compare.ablation.schemas import EVERYTHING, AblationRow
 from compare.judge.errors import quietly
 from compare.run.flight import Trajectory, legs
-from compare.run.participants import Participant
+from compare.run.participants import Participant, truth_limit
 from compare.run.progress import Tick, untold
 from compare.run.readings import USUAL, Reading, Sampling, ratio
 from compare.run.tasks import Task, run
@@ -111,7 +111,7 @@ def ablate(
 
     sampling: of the times; most_methods: of each engine, None for all.
     """
-    true, _ = true_answer(scene)
+    true, _ = true_answer(scene, limit_s=truth_limit(participants))
     asked = [ask for each in participants for ask in questions(each, scene, true, most_methods)]
     answers = iter(run([one for one in asked if isinstance(one, Task)], tick=tick))
     found = [one for ask in asked for one in (next(answers) if isinstance(ask, Task) else [ask])]

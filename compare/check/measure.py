@@ -16,7 +16,7 @@ from compare.judge.errors import Flown, Run
 from compare.judge.trend import spin_energy
 from compare.run.flight import Trajectory, legs
 from compare.run.kept import Kept
-from compare.run.participants import Participant
+from compare.run.participants import Participant, truth_limit
 from compare.run.progress import Tick, untold
 from compare.run.tasks import Task, run
 from compare.run.truths import Answer, Truths
@@ -61,7 +61,7 @@ def measure(
     already, and where those are kept that get done.
     Raises RayMissed where the true body is not in the way of a later ray.
     """
-    with Truths(scenes, tick) as truths:
+    with Truths(scenes, tick, limit_s=truth_limit(participants)) as truths:
         tasks = [
             [task(scene, true, each, method) for each in participants for method in each.methods_for(scene)]
             for scene, true in zip(scenes, truths.futures, strict=True)

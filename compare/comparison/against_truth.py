@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from compare.judge.errors import Flown, Run
 from compare.run.flight import Trajectory
-from compare.run.participants import AS_ASKED, DEFAULT, Participant
+from compare.run.participants import AS_ASKED, DEFAULT, Participant, truth_limit
 from compare.run.progress import Tick, untold
 from compare.run.tasks import Task, run
 from compare.run.truths import Truths
@@ -64,7 +64,7 @@ def compare(
         [task(scene, participant, method) for participant in participants for method in participant.methods_for(scene)]
         for scene in scenes
     ]
-    with nullcontext(truths) if truths else Truths(scenes, tick) as asked:
+    with nullcontext(truths) if truths else Truths(scenes, tick, limit_s=truth_limit(participants)) as asked:
         answers = iter(run([one for own in tasks for one in own], asked, tick=tick))
         true = [asked.answer(scene) for scene in scenes]
         lost = asked.each(lost_m, scenes, [answer.truth for answer in true])

@@ -12,11 +12,13 @@ from pathlib import Path
 
 import numpy as np
 
-from compare.grade.columns import BadTrajectory, Column
+from compare.grade.columns import Answer, BadTrajectory, Column, Unsaid
 from scenarios.files import why_unread
 from scenarios.format import printable, short, visible
 from scenarios.frames import Array
 
+# What follows a decimal comma.
+DECIMALS = re.compile(r"\d+(?:[eE][+-]?\d+)?\s*", re.ASCII)
 # Bytes that are read at a time; a line of more bytes than this is no row of a trajectory.
 LONGEST_LINE = 1_000_000
 # Rows whose text is looked at for how numbers are printed: so many first ones, and as many from so many places.
@@ -29,11 +31,14 @@ LARGEST = 1e50
 class Cells:
     """A file whose separator and header are known: header: names of its columns.
 
-    first_line: of its rows, as refusals count them.  Raises BadTrajectory for what cannot be read.
+    first_line: of its rows, as refusals count them; share: of its bytes that have been read by now.
+    Raises BadTrajectory for what cannot be read.
     """
 
     def __init__(self, path: Path, name: str, decimal: str, first_line: int) -> None:
         self._path, self.name, self._decimal, self._first_line = path, name, decimal, first_line
+        self.header: list[str] = []
+        self.share = 0.0
         with self._open() as file:
             first = next(self._lines(file, 0), "")
         self._separator = self._separator_of(first)
@@ -53,7 +58,9 @@ class Cells:
         All at once while the lines are plain numbers; from the first part that is otherwise row by row, which takes
         quotes and blank lines, and can say what is wrong in which line.  most_rows: of a table read row by row.
         """
+        self.share = 0.0
         with self._open() as file:
+            size = max(os.fstat(file.fileno()).st_size, 1)
             next(self._lines(file, 0), None)
             before = self._first_line - 1
             while part := file.read(LONGEST_LINE) + file.readline(LONGEST_LINE + 1):
@@ -61,10 +68,14 @@ class Cells:
                 table = self._plain(part, columns) if is_whole else None
                 if table is None:
                     file.seek(-len(part), os.SEEK_CUR)
-                    yield from self._row_by_row(self._rows(self._lines(file, before), before), columns, most_rows)
-                    return
+                    for rows in self._row_by_row(self._rows(self._lines(file, before), before), columns, most_rows):
+                        self.share = file.tell() / size
+                        yield rows
+                    break
+                self.share = file.tell() / size
                 yield np.arange(before + 1, before + 1 + len(table)), table
                 before += len(table)
+        self.share = 1.0
 
     def _here_and_there(self, file: BufferedReader) -> Iterator[list[str]]:
         """Yield rows from all over the file: a number that grows shows its last digit further on."""
@@ -73,7 +84,7 @@ class Cells:
             file.seek(size * part // PLACES)
             file.readline(LONGEST_LINE)  # what is left of a row
             for _ in range(LOOKED_AT // PLACES):
-                cells = file.readline(LONGEST_LINE).decode(errors="replace").split(self._separator)
+                cells = self._joined(file.readline(LONGEST_LINE).decode(errors="replace").split(self._separator))
                 if len(cells) == len(self.header):
                     yield cells
 
@@ -132,11 +143,23 @@ class Cells:
             for cells in reader:
                 is_comment = before + reader.line_num > 1 and cells and cells[0].lstrip().startswith("#")
                 if any(map(str.strip, cells)) and not is_comment:
-                    yield before + reader.line_num, cells
+                    yield before + reader.line_num, self._joined(cells)
         except csv.Error as error:
             raise BadTrajectory(
                 f"{self.name}: line {before + reader.line_num}: not CSV: {visible(str(error))}"
             ) from None
+
+    def _are_halves(self, cells: Sequence[str]) -> bool:
+        """Whether every number has a decimal comma, which separates cells as well: 0,02,1,5 is 0.02 and 1.5."""
+        return (
+            self._separator == "," and len(cells) == 2 * len(self.header) and all(map(DECIMALS.fullmatch, cells[1::2]))
+        )
+
+    def _joined(self, cells: list[str]) -> list[str]:
+        """Return the cells of a row, halves of numbers put together where the decimal sign is a comma."""
+        if self._decimal != "," or not self._are_halves(cells):
+            return cells
+        return [f"{whole},{part}" for whole, part in zip(cells[::2], cells[1::2], strict=True)]
 
     def _separator_of(self, first: str) -> str:
         if not first.strip():
@@ -169,6 +192,8 @@ class Cells:
         width = len(self.header)
         if len(cells) == width + 1 and not cells[-1].strip():
             cells.pop()  # a separator after every cell
+        if self._decimal != "," and self._are_halves(cells):
+            raise self._decimal_unsaid(f"line {line}: {len(cells)} cells, but the header has {width}")
         if len(cells) != width:
             commas = self._separator == "," and len(cells) > width
             why = " (decimal commas need cells in quotes, or separated by ; or tabs)" if commas else ""
@@ -190,8 +215,17 @@ class Cells:
 
     def _refuse_cell(self, line: int, place: int, cell: str) -> None:
         why = f"must be a finite number of at most {LARGEST:g}"
+        where = f"line {line}, {printable(self.header[place])} = {short(cell)}"
         if self._decimal == "," and "." in cell:
             why = "a point, but --decimal , says that the decimal sign is a comma"
         elif "," in cell:
-            why += ", or give --decimal , where commas are decimal points"
-        raise BadTrajectory(f"{self.name}: line {line}, {printable(self.header[place])} = {short(cell)}: {why}")
+            raise self._decimal_unsaid(f"{where}: {why}")
+        raise BadTrajectory(f"{self.name}: {where}: {why}")
+
+    def _decimal_unsaid(self, message: str) -> Unsaid:
+        """Return the question whether commas are decimal points."""
+        return Unsaid(
+            f"{self.name}: {message}, or give --decimal , where commas are decimal points",
+            "whether commas are decimal points",
+            Answer(decimal=","),
+        )

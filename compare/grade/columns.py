@@ -6,7 +6,8 @@ guessed.
 """
 
 import re
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from math import pi
 from typing import NamedTuple
 
@@ -14,7 +15,7 @@ from scenarios.refusal import UsersError
 
 IGNORED = "ignore"
 UNITS: dict[str, dict[str, float]] = {
-    "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0},
+    "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0},
     "length": {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "km": 1e3, "in": 0.0254, "ft": 0.3048},
     "speed": {"m_s": 1.0, "cm_s": 1e-2, "mm_s": 1e-3, "km_h": 1 / 3.6, "ft_s": 0.3048},
     "angle": {"rad": 1.0, "deg": pi / 180},
@@ -37,11 +38,31 @@ class BadTrajectory(UsersError):
     """A trajectory that cannot be graded as it is; the message is the one line for the user."""
 
 
-class AnglesUnread(BadTrajectory):
+@dataclass(frozen=True)
+class Answer:
+    """What would answer a question about a file: names of columns, column -> name; its decimal sign; its start [s]."""
+
+    mapping: Mapping[str, str] = field(default_factory=dict)
+    decimal: str | None = None
+    start: float | None = None
+
+
+class Unsaid(BadTrajectory):
+    """A trajectory that does not say how it is to be read.
+
+    asks: what is not said, in few words; answer: what is likely meant, empty where nothing is likelier than the rest.
+    """
+
+    def __init__(self, message: str, asks: str, answer: Answer | None = None) -> None:
+        super().__init__(message)
+        self.asks, self.answer = asks, answer or Answer()
+
+
+class AnglesUnread(Unsaid):
     """Only angles say how the body is turned; named: column -> the angle it is, rx, ry or rz, and its unit or ''."""
 
     def __init__(self, message: str, named: dict[str, tuple[str, str]]) -> None:
-        super().__init__(message)
+        super().__init__(message, f"what turns {', '.join(named)} are")
         self.named = named
 
 

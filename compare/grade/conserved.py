@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from compare.grade.block import Block, axes_of, vertices_of
+from compare.grade.block import Block, axes_of, principal_attitudes, vertices_of
 from compare.grade.columns import CENTRE, SPIN, VELOCITY, Shown
 from compare.judge import mechanics
 from scenarios.frames import Array, rotation_matrix, turned_by
@@ -67,7 +67,9 @@ class Conserved:
 
     def _poses(self, rows: Block) -> Array:
         """Return x and q, (n, 7), of the rows, of vertices by the rotation that fits them best."""
-        if self._shown.kind != "vertices":
+        if self._shown.kind == "pose":
+            return np.hstack((rows.of(CENTRE), principal_attitudes(rows, self._scene.body.file_axes)))
+        if self._shown.kind == "matrix":
             axes = axes_of(rows, self._shown.kind, self._scene.body.file_axes)
             return np.hstack((rows.of(CENTRE), from_matrix(axes)))
         return posed(vertices_of(rows, self._shown, self._scene), self._scene.body.points[list(self._shown.vertices)])

@@ -23,6 +23,7 @@ AXES = {
     "godot": "x,y,z",  # right-handed, y up
     "blender": "x,z,-y",  # right-handed, z up
     "ros": "x,z,-y",  # REP 103: x forward, y left, z up
+    "mujoco": "x,z,-y",  # right-handed, z up
 }
 # A scene whose gravity is along z has z up: (x, y, z) with y up is (x, -z, y) there.
 Z_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
@@ -32,8 +33,10 @@ EULER = {
     "unreal": ("xyz", (-1, -1, 1)),  # FRotationMatrix: roll, pitch, yaw; roll and pitch turn the other way
     "blender": ("xyz", (1, 1, 1)),  # rotation_mode XYZ: about x first
     "godot": ("YXZ", (1, 1, 1)),  # EULER_ORDER_YXZ
-    "ros": ("xyz", (1, 1, 1)),  # fixed axes: roll, pitch, yaw
+    "ros": ("xyz", (1, 1, 1)),  # REP 103, fixed axes: roll, pitch, yaw
+    "mujoco": ("XYZ", (1, 1, 1)),  # compiler eulerseq="xyz": small letters are axes that move with the body
 }
+WORLD, BODY = "world", "body"
 PREFIX = re.compile(r"(intrinsic|extrinsic)[-: ]?([xyz]{3})", re.IGNORECASE)
 
 
@@ -41,12 +44,14 @@ PREFIX = re.compile(r"(intrinsic|extrinsic)[-: ]?([xyz]{3})", re.IGNORECASE)
 class Reading:
     """What the user says of a whole file: the order of its Euler angles, its axes, when its clock starts [s].
 
+    spin: in whose axes its angular velocity is, world or body;
     name: how refusals call it; first_line: of its rows; notes: what is to be told once of how it was read.
     """
 
     euler: str | None = None
     axes: str | None = None
     start: float | None = None
+    spin: str = WORLD
     name: str | None = None
     first_line: int = 2
     notes: list[str] = field(default_factory=list, compare=False)

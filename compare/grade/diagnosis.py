@@ -10,9 +10,10 @@ from compare.grade.account import FINE, Account, Pose
 from compare.grade.engines import ENGINES, Law
 from compare.grade.explanation import Explanation, Mistake, Mistakes
 from compare.grade.fitting import Fitter
-from compare.grade.flights import Flights
+from compare.grade.flights import ENOUGH, Flights
 from compare.grade.hypotheses import Hypothesis
 from compare.grade.lawful import Lawful
+from compare.grade.mistakes.clocks import NEVER_MOVES
 from compare.grade.mistakes.writings import WRITTEN
 from compare.grade.noise import ALIKE
 
@@ -23,9 +24,8 @@ AGAIN = 32
 FINALISTS = 6
 # Single mistakes that are fitted finely: one that is right may look no better at first than others.
 SINGLES = 12
-# Steps of flights after which no more mistakes are put on top of others, and the shares of them after which no more
-# pairs of usual mistakes are looked at, and of any: the bound of a search, the same on any machine.
-ENOUGH, OF_USUAL, OF_PAIRS = 60_000_000, 1 / 3, 0.6
+# Shares of the steps that a search may take after which no more pairs of usual mistakes are looked at, and of any.
+OF_USUAL, OF_PAIRS = 1 / 3, 0.6
 # Single mistakes upon which all others are tried with care, and explanations upon which more are.
 TOGETHER, STARTS = 6, 3
 MOST_MISTAKES = 5
@@ -67,19 +67,21 @@ class Search:
         nearest: Callable[[Explanation], None] = lambda _: None,
     ) -> None:
         self._flights, self._fitter, self._glanced = flights, Fitter(flights), flights.glanced
-        self._lawful, self._nearest = Lawful(flights, engines), nearest
+        self._lawful, self._nearest = Lawful(flights, self._fitter, engines), nearest
 
     def diagnose(self) -> Diagnosis:
         """Return what explains the rows best."""
         nothing = self._flights.explain(())
         found, engines = [nothing], ()
         if not nothing.nothing:
+            found += self._still()
+        if not found[-1].nothing:
             law, engines = self._lawful.engines()
             found += law
-            if not law[0].nothing:
-                self._nearest(law[0])
+            if not any(each.nothing for each in law):
                 found += self._searched(nothing, law)
-        ranked = [each for each in sorted(found, key=_by_weight) if not _is_padded(each, found)]
+        helpful = [nothing, *(each for each in found if each.max_m < nothing.max_m)]
+        ranked = [each for each in sorted(helpful, key=_by_weight) if not _is_padded(each, helpful)]
         best = ranked[0]
         alike = [
             each
@@ -94,16 +96,28 @@ class Search:
             nothing,
             best,
             () if engines else tuple(_distinct(alike)),
-            tuple(self._steps(best)),
+            tuple(self._steps(nothing, best)),
             self._flights.tried,
             account,
             engines,
         )
 
+    def _still(self) -> list[Explanation]:
+        """Return the explanation that the body never moves, if that is all: other laws would do as well."""
+        never = [self._flights.explain((Mistake(h),)) for h in self._flights.hypotheses if h.name == NEVER_MOVES]
+        return [each for each in never if each.nothing]
+
     def _searched(self, nothing: Explanation, laws: Sequence[Explanation]) -> list[Explanation]:
         """Return what a search finds, where whole laws have not been enough."""
+        spent = self._flights.steps
+        damped = self._lawful.damped()
+        self._flights.steps = spent  # they are few, and what a search may take is for the search
+        if not damped or not damped[0].nothing:
+            self._tell_nearest((*laws, *damped))
         singles = sorted((self._fitter.tuned((h,)) for h in self._flights.hypotheses), key=self._glanced)
         found = [*laws, *sorted(self._explained(singles[:SINGLES]), key=_by_weight)]
+        if damped and damped[0].nothing:
+            return [*damped, *found[len(laws) :]]
         found += self._finer(min(found, key=_by_weight))
         if not min(found, key=_by_weight).nothing:
             found += self._lawful.combined()
@@ -121,7 +135,13 @@ class Search:
         found += self._finer(min(found, key=_by_weight))
         found += self._with_one_fewer(found)
         found += self._swapped(min(found, key=_by_weight))
-        return found[len(laws) :]
+        # What damped schemes leave is not built upon: the search has its own damping.
+        return [*damped, *found[len(laws) :]]
+
+    def _tell_nearest(self, laws: Sequence[Explanation]) -> None:
+        """Tell whose law comes nearest, where there is any."""
+        if laws:
+            self._nearest(min(laws, key=_by_weight))
 
     def _is_small(self, nothing: Explanation) -> bool:
         """Whether so little is wrong that more than one mistake cannot be told."""
@@ -286,13 +306,19 @@ class Search:
         fitted = list(map(self._fitter.fit, candidates))
         return [self._flights.explain(each) for each in dict.fromkeys((*fitted, *map(self._fitter.named, fitted)))]
 
-    def _steps(self, best: Explanation) -> list[Explanation]:
-        """Return explanations from nothing to the best: one by one it loses the mistake that it can best spare."""
+    def _steps(self, nothing: Explanation, best: Explanation) -> list[Explanation]:
+        """Return explanations from nothing to the best, with more and more of its mistakes, each with a smaller error.
+
+        One by one it loses the mistake that it can best spare.  Where mistakes help only together, the error of some of
+        them is larger than without: a step is then of several.
+        """
         steps = [best]
-        while mistakes := steps[0].mistakes:
-            fewer = combinations(mistakes, len(mistakes) - 1)
-            steps.insert(0, min(map(self._flights.explain, fewer), key=lambda each: each.weighed_m))
-        return steps
+        for fewer in range(len(best.mistakes) - 1, 0, -1):
+            candidates = [self._flights.explain(some) for some in combinations(steps[0].mistakes, fewer)]
+            smaller = [each for each in candidates if steps[0].max_m < each.max_m < nothing.max_m]
+            if smaller:
+                steps.insert(0, min(smaller, key=lambda each: each.weighed_m))
+        return [nothing, *steps] if best.mistakes else steps
 
 
 def _of_two_parts(hypotheses: Iterable[Hypothesis]) -> Iterator[tuple[Hypothesis, Hypothesis]]:

@@ -15,8 +15,10 @@ TELLING = 9
 FIXED = 30
 # Of a double.
 MOST = 17
-# Intervals of a clock in doubles are as even as this.
-ROUNDING = 1e-8
+# Decimal places that are looked at.
+MOST_PLACES = 10
+# Intervals of a clock in doubles are as even as this; those of no clock are this share of the least interval apart.
+ROUNDING, UNEVEN = 1e-8, 0.02
 
 
 class Digits(NamedTuple):
@@ -44,10 +46,10 @@ def digits(cells: Iterable[str]) -> Digits:
     """Return how cells that hold numbers are printed; whether they are numbers of single precision."""
     figures, single, telling, ends = 1, True, False, False
     places: set[float] = set()
-    cells = list(cells)
+    cells = [cell.strip() for cell in cells]
     constant = len(set(cells)) == 1
     for cell in cells:
-        match = NUMBER.fullmatch(cell.strip())
+        match = NUMBER.fullmatch(cell)
         if match is None:
             continue
         whole, part = match[1], match[2] or ""
@@ -59,7 +61,8 @@ def digits(cells: Iterable[str]) -> Digits:
         written = len((whole + part).lstrip("0"))
         figures = max(figures, written)
         ends = ends or part.endswith("0")
-        if written >= TELLING:
+        # 169.3750000 is a number of single precision because it is a short one.
+        if len((whole + part).strip("0")) >= TELLING:
             telling = True
             value = float(match[0])
             single = single and abs(value - _single(value)) <= 0.501 * last
@@ -87,10 +90,24 @@ def _single(value: float) -> float:
         return float(np.float32(value))
 
 
+def shared_place(numbers: Array) -> float:
+    """Return the coarsest decimal place of which all of some numbers are multiples, 0 where there is none."""
+    for place in 10.0 ** -np.arange(1, MOST_PLACES):
+        if (np.abs(numbers - np.round(numbers / place) * place) <= ROUNDING * place).all():
+            return float(place)
+    return 0.0
+
+
 def rounded_times(times: Array, place: float) -> bool:
-    """Whether instants, (T,), are those of an even clock rounded to a place: 0.017, 0.033, 0.05, 0.067."""
+    """Whether instants, (T,), show that they were rounded to a place.
+
+    As those of an even clock do, 0.017, 0.033, 0.05, 0.067, or many that are no multiples of the least interval.
+    """
     if len(times) < 3:
         return False
     intervals = np.diff(times)
-    uneven = float(np.ptp(intervals))
-    return ROUNDING * intervals.max() < uneven <= 2.01 * place
+    uneven, least = float(np.ptp(intervals)), float(intervals.min())
+    if not uneven > ROUNDING * intervals.max():
+        return False
+    counts = intervals / least
+    return uneven <= 2.01 * place or (len(times) >= FIXED and float(np.ptp(counts - np.round(counts))) > UNEVEN)

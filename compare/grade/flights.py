@@ -1,6 +1,6 @@
 """Flies a throw as programs with mistakes would, and says what each leaves of the rows: at a glance, or in full."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -17,6 +17,9 @@ from scenarios.frames import Array
 
 # Rows that a search takes, of those kept, and a first look of these.
 SOUGHT, GLANCE = 96, 24
+# Steps of flights after which no more mistakes are put on top of others: the bound of a search, the same on any
+# machine.
+ENOUGH = 60_000_000
 # Radians in a step of a first look where more than this share of the body's size is to be explained.
 COARSE, LARGE = 0.4, 0.02
 # Steps that it takes as long as to begin a flight, and the most that are counted of one.
@@ -30,7 +33,7 @@ class Flights:
 
     kept: its rows; glance: some of them; points: the vertices that they show [m], (K, 3); hypotheses: in the order in
     which a program makes them; tried: flights looked at so far; steps: that they took, of those
-    that were not only written down in another way.
+    that were not only written down in another way; tell: is told what share they are of those that a search may take.
     """
 
     def __init__(
@@ -41,9 +44,10 @@ class Flights:
         points: Array,
         scale: Scale,
         single: bool = False,
+        tell: Callable[[float], object] = lambda share: None,
     ) -> None:
         self.question, self.hypotheses, self.scale, self.tried = question, list(hypotheses), scale, 0
-        self.steps = 0
+        self.steps, self._tell = 0, tell
         self.all, self._single = kept, single
         self._sought = golden(len(kept), SOUGHT)
         self.kept = kept.some(self._sought)
@@ -58,6 +62,12 @@ class Flights:
         self._flown: dict[tuple, Pose] = {}
         self._glancing = SEARCHING
         self.look_for(root_mean_square(kept.vertices - kept.true))
+
+    def until(self, share: float) -> "Flights":
+        """Return the same of the rows up to a share of the flight."""
+        early = self.all.times <= share * self._duration
+        scale = replace(self.scale, floors_m=self.scale.floors_m[early])
+        return Flights(self.question, self.hypotheses, self.all.some(early), self._points, scale, self._single)
 
     def look_for(self, left_m: float) -> None:
         """Take first looks at flights as fine as it takes to explain so much [m]."""
@@ -130,6 +140,7 @@ class Flights:
         scheme, smooth = account.scheme, account.scheme.attitude == SMOOTH
         count = self._duration / (fineness * self._turn_s if smooth else scheme.step)
         self.steps += STARTED + (4 if smooth or scheme.attitude == RUNGE_KUTTA else 1) * round(min(count, MOST_COUNTED))
+        self._tell(self.steps / ENOUGH)
         return account.written(rows.times, fineness)
 
     def written(self, pose: Pose, mistakes: Sequence[Mistake]) -> Pose:

@@ -13,19 +13,24 @@ from compare.grade.columns import (
     CENTRE,
     MATRIX,
     QUATERNION,
+    SPIN,
     THROW,
     TIME,
+    UNITS,
     VERTEX,
+    Answer,
     BadTrajectory,
     Column,
     Shown,
+    Unsaid,
 )
-from compare.grade.conventions import Reading, matrix_of, order_of, quaternion_digits, quaternions, renamed
-from compare.grade.digits import Digits, alike, digits, rounded_times
+from compare.grade.conventions import BODY, Reading, matrix_of, order_of, quaternion_digits, quaternions, renamed
+from compare.grade.digits import Digits, alike, digits, rounded_times, shared_place
+from compare.grade.even_clock import EXACT, EvenClock, PrintedClock, even_clock
 from compare.grade.header import layout, shown
-from compare.grade.offers import angles_of, map_option
-from scenarios.format import printable
-from scenarios.frames import Array
+from compare.grade.offers import angles_of, map_option, map_options
+from scenarios.format import printable, short
+from scenarios.frames import Array, rotation_matrix
 from scenarios.scene import Scene
 
 # Vertices of a block of rows: what measuring one takes is some hundred bytes each.
@@ -39,7 +44,8 @@ SPARSEST = 0.1
 class Trajectory:
     """A file that has been opened and whose header is understood.
 
-    shown: what it shows of the body, the description to grade first; digits: quantity -> how it is printed.
+    shown: what it shows of the body, the description to grade first; digits: quantity -> how it is printed; clock: what
+    its printed instants mean.
     Raises BadTrajectory for what cannot be read or is ambiguous.
     """
 
@@ -63,9 +69,14 @@ class Trajectory:
         self.shown: list[Shown] = shown(self.name, self.header, mapping, described, len(scene.body.points), by)
         first_rows, others = self._cells.looked_at()
         self.digits = self._printed([*first_rows, *others])
-        clock = self.columns[TIME].place
-        times = (self._cells.number(row[clock]) for row in first_rows if clock < len(row))
-        self._first_times = [time for time in times if time is not None and abs(time) <= LARGEST]
+        self._first_times, self._last_times = self._instants(first_rows), self._instants(others)
+        self.clock = self._printed_clock([time * self.columns[TIME].factor for time in self._last_times])
+
+    def _instants(self, rows: Sequence[Sequence[str]]) -> list[float]:
+        """Return what rows of cells have for the time, in its own unit."""
+        place = self.columns[TIME].place
+        times = (self._cells.number(row[place]) for row in rows if place < len(row))
+        return [time for time in times if time is not None and abs(time) <= LARGEST]
 
     def _printed(self, rows: Sequence[Sequence[str]]) -> dict[str, Digits]:
         """Return how each quantity is printed."""
@@ -91,27 +102,48 @@ class Trajectory:
             return self.columns
         order_of(self._reading.euler)
         if missing := [name for name in ANGLES if name not in self.columns]:
-            offers = " ".join(
-                map_option(column, f"{angle}_{unit or 'deg'}")
+            meant = {
+                column: f"{angle}_{unit or 'deg'}"
                 for column, (angle, unit) in angles_of(self.header).items()
                 if angle in missing
-            )
-            raise BadTrajectory(
+            }
+            raise Unsaid(
                 f"{self.name}: --euler: {', '.join(missing)} missing: it takes rx_deg, ry_deg, rz_deg or rx_rad, ..."
-                + (f"; in degrees: {offers}" if offers else "")
+                + (f"; in degrees: {map_options(meant)}" if meant else ""),
+                "which columns are the angles",
+                Answer(meant),
             )
         return self.columns | dict.fromkeys(QUATERNION, Column(self.columns[ANGLES[0]].place, 1.0))
 
-    def half_times(self, times: Array) -> Array:
-        """Return half a unit of the last printed place of instants [s], 0 where the file's do not show rounding."""
-        times = times + (self._reading.start or 0.0)
-        return self.half_digits(TIME, times) if self._rounded_times else np.zeros(len(times))
+    def _printed_clock(self, later: Sequence[float]) -> EvenClock | PrintedClock:
+        """Return the clock of the instants: even but for their printed digits, or as printed.
+
+        later: instants from all over the file [s].
+        """
+        first, start = self._first_run, self._reading.start or 0.0
+        # 0.01667 may be printed as 0.0166700.
+        factor = self.columns[TIME].factor
+        shared = factor * shared_place(first / factor)
+
+        def half_of(times: Array) -> Array:
+            return self.half_digits(TIME, times)
+
+        for half in (half_of, lambda times: np.maximum(half_of(times), shared / 2)):
+            if (found := even_clock(first, np.array(later), half, start)) is not None:
+                return found
+        is_rounded = rounded_times(first, 2 * float(half_of(first[-1:]).max(initial=0.0)))
+        return PrintedClock(half_of) if is_rounded else EXACT
 
     @cached_property
-    def _rounded_times(self) -> bool:
-        times = np.array(self._first_times)
-        times = times[: 1 + int(np.argmax(np.append(np.diff(times) <= 0, True)))]
-        return rounded_times(times, 2 * float(self.digits[TIME].half(times[-1:]).max(initial=0.0)))
+    def _first_run(self) -> Array:
+        """Return the first instants [s], as long as they increase."""
+        times = self.columns[TIME].factor * np.array(self._first_times)
+        return times[: 1 + int(np.argmax(np.append(np.diff(times) <= 0, True)))]
+
+    @property
+    def share(self) -> float:
+        """How much of the file has been read by now, from 0 to 1."""
+        return self._cells.share
 
     def half_digits(self, name: str, values: Array) -> Array:
         """Return half a unit of the last printed place of a quantity's values, SI."""
@@ -138,9 +170,12 @@ class Trajectory:
             angles = np.stack([values.pop(name) for name in ANGLES], axis=1)
             turned = quaternions(angles, self._reading.euler, self._matrix)
             values |= dict(zip(QUATERNION, turned.T, strict=True))
+        if self._reading.spin == BODY:
+            values |= _turned_spin(values)
         throws = self._throws(values.pop(THROW, None), lines)
-        times = values.pop(TIME) - (self._reading.start or 0.0)
-        block = self._within(Block(lines, throws, times, values))
+        printed = values.pop(TIME)
+        times, rounding = self.clock.read(printed)
+        block = self._within(Block(lines, throws, times - (self._reading.start or 0.0), rounding, values))
         self._check_times(block, last)
         self._check_attitude(block)
         return block
@@ -165,9 +200,7 @@ class Trajectory:
         told = f"rows past the end of {self._scene.name}, {self._scene.duration:g} s, are ignored"
         if told not in self._reading.notes:
             self._reading.notes.append(told)
-        kept = ~beyond
-        values = {name: column[kept] for name, column in block.values.items()}
-        return Block(block.lines[kept], block.throws[kept], block.times[kept], values)
+        return block.some(~beyond)
 
     @cached_property
     def _interval(self) -> float:
@@ -192,17 +225,7 @@ class Trajectory:
         outside = (block.times < 0) | (block.times > latest)
         if outside.any():
             row = int(np.argmax(outside))
-            if 0 < self._interval <= SPARSEST * duration and self._reading.start is None:
-                raise BadTrajectory(
-                    f"{self.name}: line {block.lines[row]}, t = {block.times[row]:g} s: must be from 0 to "
-                    f"{latest:g} s: {self._scene.name} lasts {duration:g} s; "
-                    "where its clock starts at its first row: --start "
-                    f"{self._first_time!r} (other units: --map COLUMN=t_ms, ...)"
-                )
-            raise BadTrajectory(
-                f"{self.name}: line {block.lines[row]}, t = {block.times[row]:g} s: must be from 0 to {latest:g} s: "
-                f"{self._scene.name} lasts {duration:g} s (other units: --map COLUMN=t_ms, ...)"
-            )
+            self._ask_for_the_clock(int(block.lines[row]), float(block.times[row]), latest)
         order = np.argsort(block.throws, kind="stable")
         throws, times = block.throws[order], block.times[order]
         fresh = np.diff(throws, prepend=-1) != 0
@@ -219,6 +242,47 @@ class Trajectory:
         ends = np.flatnonzero(np.append(fresh[1:], True))
         last.update(zip(throws[ends].tolist(), times[ends].tolist(), strict=True))
 
+    def check_clock(self) -> None:
+        """Raise Unsaid where the first row's instant is not of the scene, whatever else is bad in the rows."""
+        time, latest = self._first_time - (self._reading.start or 0.0), self._scene.duration * (1 + BEYOND)
+        if not 0 <= time <= latest:
+            self._ask_for_the_clock(self._reading.first_line, time, latest)
+
+    def _ask_for_the_clock(self, line: int, time: float, latest: float) -> None:
+        """Raise Unsaid: an instant [s] in a line is before the scene's start or later than any of it."""
+        scene, duration = self._scene.name, self._scene.duration
+        column = self.header[self.columns[TIME].place]
+        message = (
+            f"{self.name}: line {line}, t = {time:g} s: must be from 0 to {latest:g} s: {scene} lasts {duration:g} s"
+        )
+        if self._reading.start is None and 0 < self._interval <= SPARSEST * duration:
+            start = f"its clock starts at {self._first_time!r} s"
+            raise Unsaid(
+                f"{message}; where its clock starts at its first row: --start {self._first_time!r} "
+                f"(other units: {map_option(column, 't_ms')}, ...)",
+                start,
+                Answer(start=self._first_time),
+            )
+        unit = self._likely_unit()
+        offer = map_option(column, f"t_{unit or 'ms'}")
+        asks = f"in which unit {short(column)} is"
+        raise Unsaid(f"{message} (other units: {offer}, ...)", asks, Answer({column: f"t_{unit}"} if unit else {}))
+
+    def _likely_unit(self) -> str:
+        """Return the unit of time in which rows are as dense as they are, and end with the scene; '' for none."""
+        times = np.array(self._first_times[:2] + self._last_times)
+        span = times.max() - times.min() if len(times) > 1 else 0.0
+        for unit, factor in UNITS["time"].items():
+            if 0 < factor * span <= (1 + BEYOND) * self._scene.duration:
+                return unit
+        return ""
+
+    def likely_starts(self) -> list[float | None]:
+        """Return what the clock may show at the start [s]: 0, which is None, the first row's time, or a row before."""
+        first = self._first_time
+        starts: list[float | None] = [] if self._reading.start is not None or first < 0 else [None]
+        return [*starts, first, *([first - self._interval] if first and np.isfinite(self._interval) else [])]
+
     def _throws_unsaid(self) -> str:
         several = len(self._scene.start) > 1 and THROW not in self.columns
         return f": {self._scene.name} has many throws, and a column `throw` says which one a row is of" * several
@@ -229,3 +293,19 @@ class Trajectory:
             if empty.any():
                 line = block.lines[int(np.argmax(empty))]
                 raise BadTrajectory(f"{self.name}: line {line}: the quaternion is zero: no attitude")
+
+
+def _turned_spin(values: Mapping[str, Array]) -> dict[str, Array]:
+    """Return an angular velocity in world axes that is in the body's, nothing where there is none, or no attitude."""
+    if not all(name in values for name in SPIN):
+        return {}
+    if all(name in values for name in QUATERNION):
+        q = np.stack([values[name] for name in QUATERNION], axis=1)
+        lengths = np.linalg.norm(q, axis=1)[:, None]
+        axes = rotation_matrix(q / np.where(lengths > 0, lengths, 1.0))
+    elif all(name in values for name in MATRIX):
+        axes = np.stack([values[name] for name in MATRIX], axis=1).reshape(-1, 3, 3)
+    else:
+        return {}
+    w_body = np.stack([values[name] for name in SPIN], axis=1)
+    return dict(zip(SPIN, np.einsum("nij,nj->in", axes, w_body), strict=True))

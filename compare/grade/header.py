@@ -1,6 +1,5 @@
 """What the columns of a file are: where each quantity is, what that shows of the body; asks where it is not said."""
 
-import re
 from collections.abc import Mapping, Sequence
 
 from compare.grade.columns import (
@@ -14,17 +13,25 @@ from compare.grade.columns import (
     VELOCITY,
     VERTEX,
     AnglesUnread,
+    Answer,
     BadTrajectory,
     Column,
     Shown,
+    Unsaid,
     dimension,
     parsed,
 )
-from compare.grade.offers import angles_of, are_angles, map_option, offered
+from compare.grade.offers import (
+    UNORDERED,
+    angles_of,
+    are_angles,
+    likely_meant,
+    map_option,
+    map_options,
+    unordered,
+)
 from scenarios.format import nearest, printable, short
 
-# Names that say that something is there but not what: which of four numbers is the scalar.
-UNORDERED = re.compile(r"(q|quat|quaternion|orientation)[_.]?[0-4]", re.ASCII | re.IGNORECASE)
 COUNTED_FROM_0 = tuple(f"r{row}{column}" for row in "012" for column in "012")
 # Names of columns, and characters of a list of them, that fit into one line.
 MOST_LISTED = 8
@@ -63,26 +70,33 @@ def layout(file: str, header: Sequence[str], mapping: Mapping[str, str]) -> dict
 def _ask(file: str, header: Sequence[str], mapping: Mapping[str, str], found: Mapping[str, Column]) -> None:
     """Raise BadTrajectory where columns are likely meant for something that their names do not say."""
     unnamed = [column for column in header if column not in mapping and parsed(column) is None]
-    unordered = [column for column in unnamed if UNORDERED.fullmatch(column)]
-    if unordered and QUATERNION[0] not in found:
-        ways = [
-            " ".join(map_option(*pair) for pair in zip(unordered, order, strict=False))
-            for order in (QUATERNION, (*QUATERNION[1:], QUATERNION[0]))
-        ]
-        raise BadTrajectory(
-            f"{file}: {_listed(unordered)}: which is the scalar?  The first: {ways[0]}; the last: {ways[1]}"
+    counted = [column for column in unnamed if UNORDERED.fullmatch(column)]
+    if counted and QUATERNION[0] not in found:
+        ways = [unordered(counted, last) for last in (False, True)]
+        offers = [map_options(way) or "name all four" for way in ways]
+        raise Unsaid(
+            f"{file}: {_listed(counted)}: which is the scalar?  The first: {offers[0]}; the last: {offers[1]}",
+            f"whether the scalar is the first of {_listed(counted)}, or the last",
+            Answer(ways[0]),
         )
     if set(COUNTED_FROM_0) <= set(unnamed) | set(found) and COUNTED_FROM_0[0] in unnamed:
-        options = " ".join(map(map_option, COUNTED_FROM_0, MATRIX))
-        raise BadTrajectory(f"{file}: a matrix counted from 0: rows and columns are counted from 1 here: {options}")
+        meant = dict(zip(COUNTED_FROM_0, MATRIX, strict=True))
+        raise Unsaid(
+            f"{file}: a matrix counted from 0: rows and columns are counted from 1 here: {map_options(meant)}",
+            "a matrix counted from 0",
+            Answer(meant),
+        )
     # A quantity by its bare name: meant, but in which unit?
     bare = [column for column in unnamed if dimension(column.lower()) not in (None, "none", "angle")]
     if bare:
         units = {measured: UNITS[measured] for column in bare if (measured := dimension(column.lower()))}
         others = "; ".join(f"{measured} in {', '.join(names)}" for measured, names in units.items())
-        raise BadTrajectory(
-            f"{file}: {_listed(bare)}: in which unit?  If SI: {offered(header, mapping, found)}; there is {others}; "
-            f"NAME={IGNORED} leaves a column out"
+        meant = likely_meant(header, mapping, found)
+        raise Unsaid(
+            f"{file}: {_listed(bare)}: in which unit?  If SI: {map_options(meant)}; there is {others}; "
+            f"NAME={IGNORED} leaves a column out",
+            f"in which unit {_listed(bare)} {'is' if len(bare) == 1 else 'are'}",
+            Answer(meant),
         )
 
 
@@ -108,10 +122,8 @@ def shown(
     points: how many the body has; by: the one that the user wants, or None.  Raises BadTrajectory where a description
     has a part missing, a vertex does not exist, or nothing says where the body is.
     """
-    offer = offered(header, mapping, columns)
-    perhaps = f"perhaps {offer}" if offer else f"line 1 names {_listed(header)}: --map COLUMN=NAME says what one is"
     if TIME not in columns:
-        raise BadTrajectory(f"{file}: no column says the time, t_s: {perhaps}")
+        raise _unnamed(file, "no column says the time, t_s", "which column is the time", header, mapping, columns)
     for group in (CENTRE, QUATERNION, MATRIX, VELOCITY, SPIN):
         _whole(file, columns, group)
     numbers = sorted({int(match[1]) for name in columns if (match := VERTEX.fullmatch(name))})
@@ -127,13 +139,13 @@ def shown(
         "matrix": (turned or not numbers) and MATRIX[0] in columns,
     }
     if not any(has.values()):
-        angles = [column for column in header if are_angles(column)]
-        if angles:
-            perhaps = f"{_listed(angles)} are not read, for angles come in dozens of conventions"
         what = "nothing says how the body is turned" if turned else "nothing says where the body is"
         needed = "qw, qx, qy, qz or r11 ... r33" if turned else "x_m, y_m, z_m with qw, qx, qy, qz or r11 ... r33"
-        message = f"{file}: {what}: it takes {needed}, or v0x_m, v0y_m, v0z_m, ...; {perhaps}"
-        raise AnglesUnread(message, named) if (named := angles_of(header)) and turned else BadTrajectory(message)
+        message = f"{what}: it takes {needed}, or v0x_m, v0y_m, v0z_m, ..."
+        if turned and not any(_says_attitude(name) for name in likely_meant(header, mapping, columns).values()):
+            _ask_for_angles(f"{file}: {message}", header)
+        asks = f"which columns say {'how the body is turned' if turned else 'where the body is'}"
+        raise _unnamed(file, message, asks, header, mapping, columns)
     if by and not has[by]:
         raise BadTrajectory(f"{file}: --by {by}: the file has {' and '.join(kind for kind in has if has[kind])} only")
     order = [by] if by else [kind for kind in has if has[kind]]
@@ -148,6 +160,29 @@ def shown(
         )
         for kind in order
     ]
+
+
+def _unnamed(
+    file: str, message: str, asks: str, header: Sequence[str], mapping: Mapping[str, str], found: Mapping[str, Column]
+) -> Unsaid:
+    """Return the question which columns are meant, with those that are likely."""
+    meant = likely_meant(header, mapping, found)
+    perhaps = f"perhaps {map_options(meant)}" if meant else f"line 1 names {_listed(header)}"
+    more = "" if meant else ": --map COLUMN=NAME says what one is"
+    return Unsaid(f"{file}: {message}: {perhaps}{more}", asks, Answer(meant))
+
+
+def _says_attitude(name: str) -> bool:
+    quantity = name.partition("_")[0]
+    return quantity in (*QUATERNION, *MATRIX) or VERTEX.fullmatch(quantity) is not None
+
+
+def _ask_for_angles(message: str, header: Sequence[str]) -> None:
+    """Raise where columns are angles; AnglesUnread where they are the three of an attitude."""
+    if named := angles_of(header):
+        raise AnglesUnread(f"{message}; {_listed(list(named))} are angles, which are read in many ways", named)
+    if angles := [column for column in header if are_angles(column)]:
+        raise BadTrajectory(f"{message}; {_listed(angles)} are angles, but not about each of three axes")
 
 
 def _whole(file: str, columns: Mapping[str, Column], group: Sequence[str]) -> None:

@@ -7,6 +7,7 @@ from typing import Protocol
 import numpy as np
 
 from compare.grade.account import Account
+from compare.grade.kernel.stepping import MOST_STEPS
 from scenarios.frames import Array
 from scenarios.scene import Scene
 
@@ -62,9 +63,12 @@ class Question:
 
     @property
     def parts(self) -> list[float]:
-        """Steps of which a whole number goes from row to row: one, parts of it, and those that programs take [s]."""
+        """Steps of which a whole number goes from row to row: one, parts of it, and those that programs take [s].
+
+        None of which a flight takes more than can be flown.
+        """
         steps = self.steps
-        counts = {step: self.spacing_s / step for step in steps}
+        counts = {step: self.spacing_s / step for step in steps if self.duration <= MOST_STEPS * step}
         return [
             step
             for step, count in counts.items()

@@ -10,7 +10,10 @@ from compare.grade.engines import DECAYS, GYROSCOPIC, PLACES, ROTATION, Damping,
 from compare.grade.explanation import Mistake, Mistakes
 from compare.grade.hypotheses import NEAR, Hypothesis, Question
 from compare.grade.kernel.laws import AS_FORCE, Scheme
+from compare.grade.mistakes.forces import RATES, damping_rates
 
+# Powers of e that a body loses in a flight at the greatest rate that is fitted: its first eighth shows that.
+MOST_DAMPED = 40.0
 STEP, LAG = "symplectic Euler", "log lag"
 
 
@@ -21,8 +24,11 @@ class Laws:
         self._question, self._known = question, dict[tuple, Hypothesis]()
         self._equal = float(np.ptp(question.account.moments)) == 0.0
 
-    def mistakes(self, flown: Flown) -> Mistakes:
-        """Return what is said of a program that does this, instead of what is right."""
+    def mistakes(self, flown: Flown, fitted: bool = False) -> Mistakes:
+        """Return what is said of a program that does this, instead of what is right.
+
+        fitted: the rates of its damping are no engine's, but to be fitted.
+        """
         law, found = flown.law, []
         if flown.forced:
             found.append(Mistake(self._of(_forced, ()), flown.step))
@@ -30,7 +36,8 @@ class Laws:
             found.append(Mistake(self._of(_idle, (law.idle,)), flown.step))
         if (cap := law.cap(flown.step)) and cap * self._question.turn_s < 1:
             found.append(Mistake(self._of(_spin_cap, ()), cap))
-        found += [Mistake(self._of(_damping, key), rate) for key, rate in _dampings(law.damping)]
+        longest = self._question.duration if fitted else 0.0
+        found += [Mistake(self._of(_damping, (*key, longest)), rate) for key, rate in _dampings(law.damping)]
         if law.gyroscopic == "none" and not self._equal:
             found.append(Mistake(self._of(_no_gyroscopic, ())))
         found.append(Mistake(self.step(law.gyroscopic, law.rotation, law.falls, 0 if law.lengthens else 1), flown.step))
@@ -102,7 +109,8 @@ def _dampings(damping: Damping) -> Iterator[tuple[tuple, float]]:
         yield ("angular", *how), damping.angular
 
 
-def _damping(kind: str, damps: int, decays: int) -> Hypothesis:
+def _damping(kind: str, damps: int, decays: int, duration: float = 0.0) -> Hypothesis:
+    """Return damping as engines have it; duration: of the flight that its rate is to be fitted to [s], 0 for none."""
     where = "" if damps == AS_FORCE else f", {DECAYS[decays]} {PLACES[damps]}"
     details = (("damping law", DECAYS[decays]), ("damps", PLACES[damps]))
 
@@ -116,7 +124,9 @@ def _damping(kind: str, damps: int, decays: int) -> Hypothesis:
         return Hypothesis("damping as PyBullet's default", "linear damping", says, damped, unit="1/s", details=details)
     what = "velocity" if kind == "linear" else "angular velocity"
     name = f"{kind} damping"
-    return Hypothesis(name, name, f"{name}: {what} decays at {{}} /s{where}", damped, unit="1/s", details=details)
+    says = f"{name}: {what} decays at {{}} /s{where}"
+    found = Hypothesis(name, name, says, damped, unit="1/s", details=details)
+    return replace(found, values=damping_rates(duration, MOST_DAMPED), known=RATES) if duration else found
 
 
 def _forced() -> Hypothesis:

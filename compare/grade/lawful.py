@@ -3,8 +3,10 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
+from compare.grade.damped import Damped
 from compare.grade.engines import ENGINES, GYROSCOPIC, LATE, ROTATION, Flown, Law, combinations, table
 from compare.grade.explanation import Explanation, Mistake, Mistakes
+from compare.grade.fitting import Fitter
 from compare.grade.flights import Flights
 from compare.grade.law_hypotheses import Laws
 
@@ -17,21 +19,30 @@ SEEN, HIDDEN = 3.0, 0.5
 class Lawful:
     """Holds laws against the rows."""
 
-    def __init__(self, flights: Flights, engines: Sequence[Law] = ENGINES) -> None:
+    def __init__(self, flights: Flights, fitter: Fitter, engines: Sequence[Law] = ENGINES) -> None:
         self._flights, self._laws, self._table = flights, Laws(flights.question), engines
+        self._damped = Damped(flights, fitter, self._laws)
 
     def engines(self) -> tuple[list[Explanation], tuple[str, ...]]:
-        """Return the explanations by engines that leave least, best first, and those that do so if it is whole."""
+        """Return the explanations by engines that leave least, best first, and those that do so if it is whole.
+
+        None where rows are so dense that no engine's step between them can be flown.
+        """
         found = self._closest(table(self._flights.question, self._table))
-        flown, best = found[0]
-        if best.nothing:
+        if found and found[0][1].nothing:
+            flown, best = found[0]
             return [self._plain(best)], tuple(self._engines(flown, best))
         return [explanation for _, explanation in found], ()
 
     def combined(self) -> list[Explanation]:
         """Return the explanations by what no engine does, but parts of several, best first."""
         found = [explanation for _, explanation in self._closest(combinations(self._flights.question, self._table))]
-        return [self._plain(found[0])] if found[0].nothing else found
+        return [self._plain(found[0])] if found and found[0].nothing else found
+
+    def damped(self) -> list[Explanation]:
+        """Return the explanations by schemes of engines with damping of any rate, best first."""
+        found = self._damped.explanations()
+        return [self._plain(found[0])] if found and found[0].nothing else found
 
     def _closest(self, laws: Iterable[Flown]) -> list[tuple[Flown, Explanation]]:
         weighed = sorted(((self._flights.law(self._laws.mistakes(flown)), n, flown) for n, flown in enumerate(laws)))

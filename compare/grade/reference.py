@@ -4,18 +4,19 @@ A truth costs milliseconds an instant, a compiled flight a microsecond.  So rows
 far that is from the truth where both are known is added to what can be told from nothing.
 """
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
 from compare.grade.account import FINE, truthful
+from compare.grade.kernel.coasting import coast
 from scenarios.frames import Array, rotation_matrix, vertices
 from scenarios.impulse import jump
 from scenarios.scene import Scene, frozen_array
 from scenarios.truth import NoTruth, truth
 from solver.body import Body
 from solver.compilation import without_blas
-from solver.integrators.exact import exact
 
 CERTIFIED = 12
 
@@ -53,16 +54,17 @@ class Reference:
         """Return where the vertices are [m], (T, n, 3)."""
         return vertices(self.states(throw, times), self._scene.body.points)
 
-    def limit(self, throw: int, times: Array) -> float:
+    def limit(self, throw: int, times: Array, tell: Callable[[float], object] = lambda share: None) -> float:
         """Return what cannot be told from nothing [m]: the truth's own limit, and what the flight is off from it.
 
-        times: instants [s], increasing, of which a dozen are asked of the truth.  Raises NoTruth.
+        times: instants [s], increasing, of which a dozen are asked of the truth; tell: is called with the share of it
+        that is done.  Raises NoTruth.
         """
         some = np.unique(np.linspace(0, len(times) - 1, CERTIFIED).round().astype(int))
         asked = frozen_array(times[some])
         duration = max(self._scene.duration, float(asked[-1]))
         start = frozen_array(self._scene.start[throw : throw + 1])
-        true = truth(replace(self._scene, times=asked, duration=duration, start=start))
+        true = truth(replace(self._scene, times=asked, duration=duration, start=start), tell=tell)
         if not np.isfinite(true.vertices).all():
             raise NoTruth(f"the true flight is known until {true.horizon:.6g} s: {true.why}")
         apart = self.vertices(throw, asked) - true.vertices[-len(asked) :, 0]
@@ -85,8 +87,7 @@ class Reference:
         axes = rotation_matrix(state[3:7])
         spins = np.empty((len(t), 14))
         spins[:, 7:14] = *state[3:7], *(self._scene.body.moments * (axes.T @ state[10:13]))
-        for row, instant in enumerate(t.tolist()):
-            exact(spins[row : row + 1], 1, instant, self._body.inverse_moments, self._body.gyroscopic)
+        coast(spins, t, self._body.inverse_moments, self._body.gyroscopic)
         q, momentum_body = spins[:, 0:4], spins[:, 4:7]
         w = np.einsum("tij,tj->ti", rotation_matrix(q), momentum_body / self._scene.body.moments)
         gravity = np.zeros(3) if self._scene.gravity is None else self._scene.gravity

@@ -8,8 +8,10 @@ import numpy as np
 from compare.grade.block import Block, vertices_of
 from compare.grade.columns import CENTRE, MATRIX, QUATERNION, SPIN, BadTrajectory, Shown
 from compare.grade.conserved import Conserved
+from compare.grade.even_clock import EXACT, EvenClock
 from compare.grade.foreign import Trajectory
 from compare.grade.reference import Reference
+from compare.run.progress import Progress, Tick, untold
 from scenarios.frames import Array, vertices
 from scenarios.scene import Scene
 
@@ -20,6 +22,8 @@ BINS = 60
 # How far two descriptions of one place may differ, of the largest coordinate; of single precision, four last bits.
 # And as much for each of a quaternion's four numbers, of how far the body reaches: engines let its length slip.
 ALIKE, SINGLES_ALIKE, TURNED = 1e-9, 4 * 2.0**-23, 4
+# First rows that say by which clock a body moves, and how much more smoothly it must by the printed one.
+FIRST_ROWS, SMOOTHER = 200, 0.1
 # Intervals between rows that are looked at for how far rows are apart.
 SPACED = 10_000
 
@@ -129,6 +133,7 @@ class Measured:
 @dataclass(eq=False)
 class _Sums:
     rows: int = 0
+    rounding: float = 0.0
     squares: float = 0.0
     products: float = 0.0
     neighbours: Array = field(default_factory=lambda: np.zeros(2))
@@ -142,9 +147,14 @@ class _Sums:
     intervals: list[float] = field(default_factory=list)
 
 
-def measure(trajectory: Trajectory, scene: Scene) -> Measured:
-    """Hold every row against the right motion.  Raises BadTrajectory for a bad row, NoTruth where there is no truth."""
+def measure(trajectory: Trajectory, scene: Scene, tick: Tick = untold) -> Measured:
+    """Hold every row against the right motion; tick is called with shares of the rows, and of the truth.
+
+    Raises BadTrajectory for a bad row, NoTruth where there is no truth.
+    """
     shown, reference = trajectory.shown[0], Reference(scene)
+    _settle_clock(trajectory, reference, scene)
+    reading, working = Progress("rows", tick), Progress(f"{scene.name} truth", tick)
     sums, conserved, single = _Sums(), Conserved(scene, shown), _single(trajectory)
     slack = SINGLES_ALIKE if single else ALIKE
     thinned: dict[int, Thinned] = {}
@@ -160,19 +170,22 @@ def measure(trajectory: Trajectory, scene: Scene) -> Measured:
             conserved.add(rows, states)
             if not thinned or throw in thinned:
                 thinned.setdefault(throw, Thinned()).add(_kept(rows, shown, scene, true, half))
+        reading(trajectory.share)
+    reading.end()
     worst_m, worst_t_s, worst_throw, worst_vertex = sums.worst
     if worst_throw not in thinned:
         thinned = {worst_throw: _thinned(trajectory, scene, worst_throw)}
     diagnosed, kept = worst_throw, thinned[worst_throw].kept
     assert kept is not None
-    limit = reference.limit(diagnosed, kept.times)
+    limit = reference.limit(diagnosed, kept.times, working)
+    working.end()
     return Measured(
         shown=shown,
         rows=sums.rows,
         throws=len(sums.last),
         spacing_s=float(np.median(sums.intervals)) if sums.intervals else scene.duration,
         intervals=np.array(sums.intervals),
-        rounding_s=float(trajectory.half_times(kept.times).max(initial=0.0)),
+        rounding_s=sums.rounding,
         worst_m=worst_m,
         worst_t_s=worst_t_s,
         worst_throw=worst_throw,
@@ -192,6 +205,31 @@ def measure(trajectory: Trajectory, scene: Scene) -> Measured:
         throw=diagnosed,
         kept=kept,
     )
+
+
+def _settle_clock(trajectory: Trajectory, reference: Reference, scene: Scene) -> None:
+    """Take instants as exact where the errors of rows change far more smoothly by them than by an even clock.
+
+    A program that rounded its instants first has moved the body to those; most round what they print.
+    """
+    if not isinstance(trajectory.clock, EvenClock):
+        return
+    clock, even = trajectory.clock, _unevenness(trajectory, reference, scene)
+    trajectory.clock = EXACT
+    if not _unevenness(trajectory, reference, scene) < SMOOTHER * even:
+        trajectory.clock = clock
+
+
+def _unevenness(trajectory: Trajectory, reference: Reference, scene: Scene) -> float:
+    """Return by how much the errors of the first rows change unevenly, in the middle [m]; 0 of too few."""
+    block = next(trajectory.blocks())
+    throw = int(block.throws[0])
+    rows = block.throw(throw).some(slice(FIRST_ROWS))
+    errors = vertices_of(rows, trajectory.shown[0], scene) - _right(
+        reference.states(throw, rows.times), trajectory.shown[0], scene
+    )
+    bends = np.linalg.norm(np.diff(errors, 2, axis=0), axis=-1)
+    return float(np.median(bends)) if bends.size else 0.0
 
 
 def _right(states: Array, shown: Shown, scene: Scene) -> Array:
@@ -228,6 +266,7 @@ def _add(sums: _Sums, rows: Block, seen: Array, true: Array, half: Array, throw:
         sums.products += float((errors[1:] * errors[:-1]).sum())
         sums.neighbours += np.array([(errors[:-1] ** 2).sum(), (errors[1:] ** 2).sum()])
     sums.rows += len(errors)
+    sums.rounding = max(sums.rounding, float(rows.rounding.max()))
     sums.pairs += len(errors) - 1
     sums.last[throw] = float(largest[-1])
     row, vertex = np.unravel_index(int(np.argmax(distances)), distances.shape)
@@ -254,9 +293,7 @@ def half_digits(trajectory: Trajectory, rows: Block, shown: Shown, scene: Scene,
     def half(names: Sequence[str]) -> Array:
         return np.stack([trajectory.half_digits(name, rows.values[name]) for name in names], axis=1)
 
-    reach = scene.body.reach
-    speed = np.linalg.norm(states[:, 7:10], axis=1) + reach * np.linalg.norm(states[:, 10:13], axis=1)
-    late = (speed * trajectory.half_times(rows.times))[:, None]
+    reach, late = scene.body.reach, moved_by(rows.rounding, states, scene)[:, None]
     if shown.kind == "vertices":
         places = [[f"v{number}{axis}" for axis in "xyz"] for number in shown.vertices]
         return late + np.max([half(place) for place in places], axis=0)
@@ -265,6 +302,17 @@ def half_digits(trajectory: Trajectory, rows: Block, shown: Shown, scene: Scene,
         return late + reach * np.linalg.norm(half(MATRIX), axis=1)[:, None]
     # A change dq of a unit quaternion turns by 2 |dq|.
     return late + 2 * reach * np.linalg.norm(half(QUATERNION), axis=1)[:, None]
+
+
+def moved_by(late: Array, states: Array, scene: Scene) -> Array:
+    """Return how far a vertex moves at most in a short time [s], (n,), from states, (n, 13), before it or after [m].
+
+    Its speed, and half of its acceleration: of a spin w that is |w|^2 about the axis, and as much again as w changes.
+    """
+    spin = np.linalg.norm(states[:, 10:13], axis=1)
+    speed = np.linalg.norm(states[:, 7:10], axis=1) + scene.body.reach * spin
+    gravity = 0.0 if scene.gravity is None else float(np.linalg.norm(scene.gravity))
+    return speed * late + (gravity + 2 * scene.body.reach * spin**2) * late**2 / 2
 
 
 def _check_agreement(trajectory: Trajectory, rows: Block, scene: Scene, half: Array, slack: float) -> None:

@@ -18,13 +18,14 @@ from compare.grade.flights import Flights
 from compare.grade.foreign import Trajectory
 from compare.grade.hypotheses import Question
 from compare.grade.mistakes import hypotheses
-from compare.grade.noise import ALIKE, FLIGHT, Scale, independent
+from compare.grade.noise import ALIKE, FLIGHT, LOUDEST, Scale, independent
 from compare.grade.offset import constant_drift, constant_offset
 from compare.grade.reference import Reference
 from compare.grade.residual import Kept, Measured, measure
 from compare.grade.sightings import sightings
 from compare.grade.single import in_steps, single_floor
 from compare.grade.spin import spin_mistake
+from compare.run.progress import Progress, Tick, untold
 from scenarios.frames import Array
 from scenarios.scene import Scene
 
@@ -39,6 +40,12 @@ STRAIN = 1e-6
 # Errors below this share of the body's size are of a step or a clock, too little to be told apart.
 LITTLE = 1e-6
 
+# Digits that leave more than this share of the body's size open show it neither right nor wrong.
+COARSE = LOUDEST
+
+# What takes long: the rows, the truth, the search.
+PIECES = 3
+
 CORRECT_TO_LIMIT = "correct"
 CORRECT_TO_DIGITS = "correct to the printed digits"
 CORRECT_TO_SINGLE = "correct to single precision"
@@ -48,6 +55,7 @@ EXPLAINED_WHOLLY = "explained"
 EXPLAINED_PARTLY = "explained in part"
 UNEXPLAINED = "not explained"
 TOO_FEW = "too few rows to explain"
+TOO_COARSE = "too coarse to judge"
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,13 +77,13 @@ class Grade:
         if measured.worst_m <= measured.limit_m:
             return CORRECT_TO_LIMIT
         if measured.excess_m <= 0:
-            return CORRECT_TO_DIGITS
+            return TOO_COARSE if self.is_coarse else CORRECT_TO_DIGITS
         if diagnosis is None:
             return TOO_FEW
+        if self.is_coarse and diagnosis.nothing.weighed_m <= BARELY * self.scale.floor_m:
+            return TOO_COARSE
         if diagnosis.nothing.nothing:
-            if measured.single:
-                return CORRECT_TO_SINGLE
-            return CORRECT_TO_DIGITS if measured.excess_m <= measured.half_m else TOO_LITTLE
+            return CORRECT_TO_SINGLE if measured.single else TOO_LITTLE
         best = diagnosis.best
         if not best.mistakes or best.weight > diagnosis.nothing.weight - ALIKE:
             if diagnosis.nothing.noise and self.scale.is_noise(
@@ -91,6 +99,11 @@ class Grade:
         guessed = all(m.hypothesis.part == "steps" and m.hypothesis.only_known for m in best.mistakes)
         partly = best.weighed_m <= MOST_LEFT * diagnosis.nothing.weighed_m and not guessed
         return EXPLAINED_PARTLY if partly else UNEXPLAINED
+
+    @property
+    def is_coarse(self) -> bool:
+        """Whether the printed digits leave too much open to see how the body moves."""
+        return self.measured.half_m > COARSE * self.scale.size_m
 
     @cached_property
     def strain(self) -> float:
@@ -114,15 +127,17 @@ def grade(
     reading: Reading | None = None,
     engines: Sequence[Law] = ENGINES,
     nearest: Callable[[Explanation], None] = lambda _: None,
+    tick: Tick = untold,
 ) -> Grade:
     """Grade one file.
 
     tell: is told what is known before a search; reading: what is said of the whole file; engines: whose laws are tried;
-    nearest: is told which of them leaves least, where none is enough and a search begins.
+    nearest: is told which of them leaves least, where none is enough and a search begins; tick: is called with shares
+    of the rows, the truth and the search, PIECES in all.
     Raises BadTrajectory, NoTruth, RayMissed.
     """
     trajectory = Trajectory(path, scene, mapping, by, decimal, reading)
-    measured = measure(trajectory, scene)
+    measured, searched = measure(trajectory, scene, tick), Progress("search", tick)
     kept, throw = measured.kept, measured.throw
     question = question_of(scene, throw, measured)
     scale = scale_of(kept, scene, measured.limit_m, single_of(measured, question))
@@ -137,7 +152,8 @@ def grade(
             question = replace(question, offset=offset.body)
         elif measured.shown.centred and (drift := constant_drift(kept, points, scale.floors_m)) is not None:
             question = replace(question, drift=np.stack(drift))
-        diagnosis = diagnose(question, measured.shown, kept, scale, measured.single, engines, nearest)
+        diagnosis = diagnose(question, measured.shown, kept, scale, measured.single, engines, nearest, searched)
+    searched.end()
     account = diagnosis.account if diagnosis else question.account
     return Grade(trajectory.name, scene, measured, diagnosis, spin_mistake(kept, account), scale, seen)
 
@@ -191,7 +207,12 @@ def diagnose(
     single: bool = False,
     engines: Sequence[Law] = ENGINES,
     nearest: Callable[[Explanation], None] = lambda _: None,
+    tell: Callable[[float], object] = lambda share: None,
 ) -> Diagnosis:
-    """Look for what explains the rows kept of one throw; single: its numbers are of single precision."""
+    """Look for what explains the rows kept of one throw.
+
+    single: its numbers are of single precision; tell: is told what share of the search is done.
+    """
     points = question.scene.body.points[list(shown.vertices)]
-    return Search(Flights(question, hypotheses(question), kept, points, scale, single), engines, nearest).diagnose()
+    flights = Flights(question, hypotheses(question), kept, points, scale, single, tell)
+    return Search(flights, engines, nearest).diagnose()

@@ -8,7 +8,7 @@ from contextlib import nullcontext
 from dataclasses import dataclass, replace
 
 from compare.run.flight import Trajectory, legs
-from compare.run.participants import Participant
+from compare.run.participants import Participant, truth_limit
 from compare.run.progress import Tick, untold
 from compare.run.tasks import Task, run
 from compare.run.truths import Truths
@@ -52,7 +52,7 @@ def film(
         for participant in participants
         for method in participant.methods_for(scene)
     ]
-    with nullcontext(truths) if truths else Truths(watched, tick) as asked:
+    with nullcontext(truths) if truths else Truths(watched, tick, limit_s=truth_limit(participants)) as asked:
         answers = dict(zip((one.key for one in tasks), run(tasks, asked, tick=tick), strict=True))
         true = [asked.answer(scene).truth for scene in watched]
     return [

@@ -11,7 +11,7 @@ from compare.judge.errors import Flown, Run
 from compare.releases.schemas import ReleaseRow
 from compare.run.environments import split_release
 from compare.run.kept import Kept
-from compare.run.participants import Participant
+from compare.run.participants import Participant, truth_limit
 from compare.run.progress import Tick, untold
 from compare.run.readings import USUAL, Reading, Sampling, ratio
 from compare.run.tasks import Task, run
@@ -69,7 +69,7 @@ def ledger(
         key = scene.name, participant.title, method
         return Task(key, participant, lambda able: asked(able, scene, method, true()), Asked)
 
-    with Truths(scenes, tick) as truths:
+    with Truths(scenes, tick, limit_s=truth_limit(participants)) as truths:
         tasks = [
             (scene, future, task(scene, lambda future=future: future.result().truth, each, method))
             for scene, future in zip(scenes, truths.futures, strict=True)

@@ -2,7 +2,7 @@
 
 import os
 import threading
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from itertools import combinations, count
@@ -222,6 +222,11 @@ def is_tolerance(method: str, info: EngineInfo) -> bool:
         return bool(at) and name in info.adaptive and 0 < float(tolerance) < 1
     except ValueError:
         return False
+
+
+def truth_limit(participants: Sequence[Participant]) -> float:
+    """Return the wall time that each part of a truth may take [s]: as long as an answer of an engine."""
+    return max((participant.worker.time_limit for participant in participants), default=TIME_LIMIT_S)
 
 
 @contextmanager

@@ -20,10 +20,10 @@ def untold(what: str, share: float = 1.0) -> None:
 
 
 class Progress:
-    """Tells of a truth in pieces that come to one, or at once where it is quick."""
+    """Tells of a truth, or another long piece of work, in shares that come to one, or at once where it is quick."""
 
-    def __init__(self, name: str, tick: Tick) -> None:
-        self._what, self._tick, self._told, self._begun = f"{name} truth", tick, 0.0, time.monotonic()
+    def __init__(self, what: str, tick: Tick) -> None:
+        self._what, self._tick, self._told, self._begun = what, tick, 0.0, time.monotonic()
         # The end may be told before the last piece has been heard of.
         self._one_at_a_time = threading.Lock()
 

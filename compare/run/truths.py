@@ -52,13 +52,20 @@ class Answer(NamedTuple):
         return Answer(replace(whole, **parts), "")
 
 
-def true_answer(scene: Scene, floor: bool = True, tell: Callable[[float], object] = lambda share: None) -> Answer:
-    """Return the truth, with its floor or without, or why there is none; tell: is told what share of it is done.
+def true_answer(
+    scene: Scene,
+    floor: bool = True,
+    tell: Callable[[float], object] = lambda share: None,
+    limit_s: float = float("inf"),
+) -> Answer:
+    """Return the truth, with its floor or without, or why there is none.
 
+    tell: is told what share of it is done; limit_s: wall time that each of its parts may take [s]
+    (`scenarios.truth.deadline`).
     Raises RayMissed where the true body is not in the way of a later ray.
     """
     try:
-        return Answer(truth(scene, floor, tell), "")
+        return Answer(truth(scene, floor, tell, limit_s), "")
     except NoTruth as reason:
         return Answer(None, str(reason))
     except RayMissed as missed:
@@ -70,11 +77,14 @@ class Truths:
 
     A context: when it is left what is still at work ends at once, and who waits for it is told (`stop`).
     tick: told of every truth as it is done, and of long ones with the share, below 1, that has been done since;
-    floor: whether the truths are to judge by, or only to be seen.
+    floor: whether the truths are to judge by, or only to be seen; limit_s: wall time that each part of each
+    may take [s], once it has begun.
     """
 
-    def __init__(self, scenes: Sequence[Scene], tick: Tick = untold, floor: bool = True) -> None:
-        self._tick, self._floor = tick, floor
+    def __init__(
+        self, scenes: Sequence[Scene], tick: Tick = untold, floor: bool = True, limit_s: float = float("inf")
+    ) -> None:
+        self._tick, self._floor, self._limit_s = tick, floor, limit_s
         self._told: list[Progress] = []
         self._processes: Processes | None = None
         self._ended = threading.Event()
@@ -87,13 +97,14 @@ class Truths:
 
         After `stop` they are cancelled.
         """
-        told = [Progress(scene.name, self._tick) for scene in scenes]
+        told = [Progress(f"{scene.name} truth", self._tick) for scene in scenes]
         self._told += told
         if len(scenes) > 1 or self._processes:
             numbers = range(len(self._told) - len(told), len(self._told))
-            futures = self._share_out(numbered_answer, scenes, [self._floor] * len(scenes), numbers)
+            limits = [self._limit_s] * len(scenes)
+            futures = self._share_out(numbered_answer, scenes, [self._floor] * len(scenes), numbers, limits)
         else:
-            of = partial(true_answer, floor=self._floor)
+            of = partial(true_answer, floor=self._floor, limit_s=self._limit_s)
             futures = [in_a_thread(partial(of, tell=tell), scene) for tell, scene in zip(told, scenes, strict=True)]
         self.futures += futures
         for one, future in zip(told, futures, strict=True):
@@ -202,14 +213,14 @@ def in_a_thread(function: Callable[[Scene], Answer], scene: Scene) -> "Future[An
     return future
 
 
-def numbered_answer(scene: Scene, floor: bool, number: int) -> Answer:
+def numbered_answer(scene: Scene, floor: bool, number: int, limit_s: float) -> Answer:
     """Return the same in a process of its own, which tells the other one how far that number is."""
 
     def tell(share: float) -> None:
         with suppress(OSError):  # nobody listens any more
             _news[0].send((number, share))
 
-    return true_answer(scene, floor, tell)
+    return true_answer(scene, floor, tell, limit_s)
 
 
 _news: list[Connection] = []

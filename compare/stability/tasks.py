@@ -8,7 +8,7 @@ from concurrent.futures import Future
 from contextlib import nullcontext
 from functools import partial
 
-from compare.run.participants import Participant
+from compare.run.participants import Participant, truth_limit
 from compare.run.progress import Tick, untold
 from compare.run.tasks import Task, run
 from compare.run.truths import Answer, Truths
@@ -78,7 +78,7 @@ def stability(
     """
     told = [columns(scene, factors) for scene in scenes]
     flown = [column.flight(ROWS) for own in told for column in own]
-    with nullcontext(truths) if truths else Truths([]) as working:
+    with nullcontext(truths) if truths else Truths([], limit_s=truth_limit(participants)) as working:
         true = iter(working.more([*flown, *cases]))
         questions = [Question(scene, own, [next(true) for _ in own]) for scene, own in zip(scenes, told, strict=True)]
         tasks = [

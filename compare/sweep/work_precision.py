@@ -11,7 +11,7 @@ from compare.judge.cost import Timed, time_runs
 from compare.judge.errors import Flown, Run
 from compare.run.flight import legs
 from compare.run.kept import Kept
-from compare.run.participants import Participant
+from compare.run.participants import Participant, truth_limit
 from compare.run.progress import Tick, untold
 from compare.run.readings import USUAL, Sampling
 from compare.run.tasks import Task, run
@@ -108,7 +108,7 @@ def ladders(
     truths: where that of the scene is asked for already; the other arguments, and what is raised: as of `sweep`.
     """
     longer = longer_steps(scene) if beyond_samples else {}
-    answer = truths.answer(scene) if truths else true_answer(at_all(scene, longer))
+    answer = truths.answer(scene) if truths else true_answer(at_all(scene, longer), limit_s=truth_limit(participants))
     if answer.truth is None:
         raise NoTruth(f"{scene.name} has no truth to be held against: {answer.why}")
     asked = ((dt, seen, answer.at(seen).truth) for dt, seen in [(None, scene), *longer.items()])

@@ -16,6 +16,7 @@ import numpy as np
 from scenarios.frames import Array
 from scenarios.refusal import UsersError
 from scenarios.scene import Scene
+from scenarios.truth.deadline import PARTS, Late, current, within
 from scenarios.truth.flight import Pose, quaternion
 from scenarios.truth.inertia import Numbers
 from scenarios.truth.limit import FAR, TRUSTED, Answer, input_floor, own_error, rounding, settle
@@ -83,13 +84,14 @@ class Truth:
         return replace(self, **rows)
 
 
-def truth(scene: Scene, floor: bool = True, tell: Tell = lambda share: None) -> Truth:
+def truth(scene: Scene, floor: bool = True, tell: Tell = lambda share: None, limit_s: float = float("inf")) -> Truth:
     """Return the true flight of every throw of the scene.
 
     floor: whether to find how far rounded inputs move it, which is most of the work of a free flight; else it is 0;
-    tell: is told again and again what share of the throws is done.
-    Raises NoTruth where not one sample after the start can be told, RayMissed where an impulse's ray does not meet the
-    body.
+    tell: is told again and again what share of the throws is done; limit_s: wall time that each of its
+    three parts may take [s], the answer, its check, and what the inputs do.
+    Raises NoTruth where not one sample after the start can be told, or not within that time, RayMissed where an
+    impulse's ray does not meet the body.
     """
     from mpmath import MPContext  # a tenth of a second that only this call should pay
 
@@ -97,12 +99,15 @@ def truth(scene: Scene, floor: bool = True, tell: Tell = lambda share: None) -> 
     mp = MPContext()
     contacts: tuple[ContactRecord, ...] = ()
     try:
-        if scene.plane is None:
-            told, how, why = _told(mp, scene, floor, tell)
-        else:
-            from scenarios.truth.contact.answer import on_plane
+        with within(limit_s):
+            if scene.plane is None:
+                told, how, why = _told(mp, scene, floor, tell)
+            else:
+                from scenarios.truth.contact.answer import on_plane
 
-            told, how, why, contacts = on_plane(mp, scene, floor, tell)
+                told, how, why, contacts = on_plane(mp, scene, floor, tell)
+    except Late:
+        raise NoTruth(f"the true flight was not worked out within {PARTS * limit_s:g} s (--time-limit)") from None
     except OverflowError:
         raise NoTruth("the true flight cannot be told: its numbers leave the range of doubles") from None
     answer = Truth(scene.rows, *told, how=" / ".join(dict.fromkeys(how)), contacts=contacts)
@@ -115,6 +120,7 @@ def _told(mp: Any, scene: Scene, floor: bool, tell: Tell) -> tuple[list[Array], 
     left = np.arange(len(scene.start)) if many is None else np.flatnonzero(np.isnan(many.floor).any(axis=0))
     flights = []
     for row in left.tolist():
+        current().check()
         flights.append(_flight(mp, scene, row, floor))
         tell(1 - (len(left) - len(flights)) / len(scene.start))
     *columns, how, why = map(list, zip(*flights, strict=True)) if flights else [[]] * 6
@@ -134,7 +140,11 @@ def _many(mp: Any, scene: Scene, tell: Tell) -> "Flights | None":
         return None
     from scenarios.truth.bulk.flight import all_flights
 
-    return all_flights(mp, scene, tell)
+    def told(share: float) -> None:
+        current().check()
+        tell(share)
+
+    return all_flights(mp, scene, told)
 
 
 def _until_horizon(answer: Truth, scene: Scene, why: str) -> Truth:

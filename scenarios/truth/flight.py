@@ -11,6 +11,7 @@ import numpy as np
 
 from scenarios.impulse import RayMissed
 from scenarios.ray import first_hit
+from scenarios.truth.deadline import current
 from scenarios.truth.inertia import Numbers, Principal, inverse
 from scenarios.truth.rational import Fraction, cross
 from scenarios.truth.rotation import Rotation, SteadySpin, free_rotation
@@ -34,6 +35,7 @@ def poses(mp: Any, throw: Throw, own: Principal) -> list[Pose]:
     following = deque(stretches(mp, throw, own))
     now, poses, inertia = following.popleft(), [], inverse(throw.solid.tensor)
     for time in throw.times:
+        current().check()
         while following and following[0].arc.since <= time:
             now = following.popleft()
         x, v = now.arc.at(time)
@@ -59,6 +61,7 @@ def stretches(mp: Any, throw: Throw, own: Principal) -> list[Stretch]:
     for blow in throw.blows:
         if blow.time > throw.times[-1]:
             break
+        current().check()
         arc, rotation, turned = found[-1]
         x, v = arc.at(blow.time)
         arc = Arc(x, v + blow.value / throw.solid.mass, throw.gravity, blow.time)

@@ -9,17 +9,33 @@ from contextlib import ExitStack
 from pathlib import Path
 
 from compare.grade.answer import answer
-from compare.grade.columns import AnglesUnread, BadTrajectory
+from compare.grade.columns import BadTrajectory, Unsaid
 from compare.grade.conventions import Reading
 from compare.grade.dialect import plain
-from compare.grade.fit import euler_offer
 from compare.grade.mapping import mapping_file, mapping_of
-from compare.grade.verdict import grade
+from compare.grade.refusals import refusal
+from compare.grade.said import Said
+from compare.grade.verdict import PIECES, grade
 from compare.tables.files import write_folder
 from reports.grade import grade_text, off_by, so_far
 from reports.terminal import console
 from scenarios.read import read_scene
-from tumble.notes import note, notes
+from scenarios.scene import Scene
+from tumble.notes import note, notes, progress
+
+
+def _like(program: str, path: Path, scene: Scene, said: Said) -> Said:
+    """Return how a program's file is to be read, and tell the options that would say so."""
+    from compare.grade.programs import as_program, remark
+
+    whole, error = as_program(path, scene, said, program)
+    note(f"--like {program} reads it with {whole.options(said) or 'no further options'}{remark(error)}")
+    return whole
+
+
+def _named(error: BadTrajectory, named: str) -> BadTrajectory:
+    """Return a refusal, with the file that named the columns."""
+    return BadTrajectory(f"{error} ({named})") if named else error
 
 
 def main(options: Namespace) -> int:
@@ -35,23 +51,28 @@ def main(options: Namespace) -> int:
     columns = [name.strip() for name in options.columns.split(",")] if options.columns else []
     with ExitStack() as drafts:
         path, name, first_line = plain(options.file, columns, options.decimal, drafts)
-        reading = Reading(options.euler, options.axes, options.start, name, first_line)
+        reading = Reading(options.euler, options.axes, options.start, options.spin, name, first_line)
+        said = Said(mapping, options.decimal, options.by, reading)
         try:
-            found = grade(
-                path,
-                scene,
-                mapping,
-                options.by,
-                options.decimal,
-                lambda measured, seen: notes(off_by(name, measured, seen)),
-                reading,
-                nearest=lambda explanation: note(so_far(explanation)),
-            )
-        except AnglesUnread as error:
-            offer = euler_offer(path, scene, mapping, options.decimal, reading, error)
-            raise BadTrajectory(f"{error}; {offer}") from None
+            if options.like:
+                said = _like(options.like, path, scene, said)
+            reading = said.reading
+            with progress(PIECES) as tick:
+                found = grade(
+                    path,
+                    scene,
+                    said.mapping,
+                    said.by,
+                    said.decimal,
+                    lambda measured, seen: notes(off_by(name, measured, seen)),
+                    reading,
+                    nearest=lambda explanation: note(so_far(explanation)),
+                    tick=tick,
+                )
+        except Unsaid as question:
+            raise _named(refusal(path, scene, said, question), named) from None
         except BadTrajectory as error:
-            raise BadTrajectory(f"{error} ({named})" if named else str(error)) from None
+            raise _named(error, named) from None
     for line in reading.notes:
         note(line)
     if named:

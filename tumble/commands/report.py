@@ -101,7 +101,8 @@ def flown(options: Namespace, scenes: list[Scene], folder: Path) -> dict[str, pd
             try:
                 # A film's instants hold the scene's own, so that a truth of them is that of both; it has one throw.
                 watched = [filmed(scene, options.dt or scene.step) for scene in scenes]
-                with Truths([*watched, *(scene for scene in scenes if len(scene.start) > 1)], tick) as truths:
+                several = [scene for scene in scenes if len(scene.start) > 1]
+                with Truths([*watched, *several], tick, limit_s=options.time_limit) as truths:
                     mapping = beside.submit(quick_tables, participants, stiff, cases, tick, truths)
                     climbing = beside.submit(climbed, participants, swept, tick, truths)
                     comparisons = compare(participants, scenes, options.dt, tick, truths)

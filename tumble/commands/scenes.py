@@ -3,14 +3,21 @@
 import sys
 from argparse import Namespace
 
-from reports.catalogue import scene_list
+from reports.catalogue import body_lines, scene_list
 from scenarios.read import catalogue, read_scene, scene_path, scene_text
 
 
 def main(options: Namespace) -> int:
-    """List every scene with its title and what it needs, or print one as it is written."""
+    """List every scene with its title and what it needs, or print one as it is written.
+
+    Of a file of the user's also what follows from its body; a scene of the catalogue is printed to be changed.
+    """
     if options.scene:
-        sys.stdout.write(scene_text(scene_path(options.scene), options.scene))
+        text, lines = scene_text(scene_path(options.scene), options.scene), []
+        if options.scene not in catalogue():
+            lines = ["", *body_lines(read_scene(options.scene, flown=False))]
+        sys.stdout.write(text if text.endswith("\n") else f"{text}\n")
+        sys.stdout.writelines(f"{line}\n" for line in lines)
         return 0
     sys.stdout.writelines(f"{line}\n" for line in scene_list([read_scene(name) for name in catalogue()]))
     return 0

@@ -24,6 +24,7 @@ MOST_TICKS = 2000
 # How far from the best tick others are tried, in turn, of what they were apart.
 CLOSER = (1.0, 0.04)
 WHOLE_HZ = (5, 8, 10, 12, 15, 16, 20, 24, 25, 30, 32, 40, 48, 50, 60, 64, 72, 75, 80, 90, 100, 120, 128, 144, 200, 240)
+NEVER_MOVES = "never moves"
 BEHIND = {0.0: "", 1.0: ", one step late"}
 BETWEEN = {ALONG_ARCS: "", STRAIGHT: " (the quaternion straight)"}
 LAGS = (
@@ -63,7 +64,7 @@ def clocks(question: Question) -> Iterator[Hypothesis]:
 def _stops(question: Question) -> Iterator[Hypothesis]:
     """Yield that the body never moves, or stops for good."""
     yield Hypothesis(
-        "never moves",
+        NEVER_MOVES,
         "clock rate",
         "the body never moves",
         lambda account, _: _clocked(account, rate=0.0),

@@ -104,8 +104,13 @@ def _late_gravity(question: Question) -> Hypothesis:
     )
 
 
+def damping_rates(duration: float, most: float = 4.0) -> tuple[float, ...]:
+    """Return rates [1/s] that show in a flight of this many seconds, in which a body loses `most` powers of e."""
+    return grid(1e-3 / duration, most / duration, 11)
+
+
 def _damping(question: Question) -> Iterator[Hypothesis]:
-    rates = grid(1e-3 / question.duration, 4 / question.duration, 11)
+    rates = damping_rates(question.duration)
     kinds = ("linear damping", "velocity", 0), ("angular damping", "angular velocity", 2)
     for damps, when in DAMPS.items():
         for name, what, place in kinds:
@@ -154,7 +159,7 @@ def _drag(question: Question) -> Iterator[Hypothesis]:
 
 def _brakes(question: Question) -> Iterator[Hypothesis]:
     """Yield damping along one axis only."""
-    rates = grid(1e-3 / question.duration, 4 / question.duration, 11)
+    rates = damping_rates(question.duration)
     for kind, what, axes in (
         (0, "linear damping along {}", "velocity along {} decays at {{}} /s"),
         (1, "angular damping about the body's {}", "angular velocity about the body's {} decays at {{}} /s"),

@@ -47,6 +47,8 @@ def steps(question: Question) -> Iterator[Hypothesis]:
     PyBullet's default body and in MuJoCo's Euler, or with their implicit gyroscopic term.  With a symplectic step w
     in body axes and w in world axes are the same: the body turns about it.
     """
+    if _longest(question) * MOST_KNOWN_STEPS < question.duration:
+        return  # rows are so dense that no step between them can be flown
     explicit, symplectic = "explicit Euler with a step of {} s", "symplectic Euler with a step of {} s"
     equal = np.ptp(question.account.moments) == 0
     for attitude, turns in ((QUATERNION, ""), (EXPONENTIAL, TURNED)):
@@ -77,7 +79,8 @@ def steps(question: Question) -> Iterator[Hypothesis]:
         says = f"{name} with a step of {{}} s{axes}"
         hypothesis = _euler(question, name, says, RUNGE_KUTTA, method, variant=bool(axes))
         # So little is wrong that any step would fit: only those that programs take are believed.
-        yield replace(hypothesis, rare=True, values=tuple(sorted(hypothesis.known)), only_known=True)
+        if hypothesis.known:
+            yield replace(hypothesis, rare=True, values=tuple(sorted(hypothesis.known)), only_known=True)
     yield Hypothesis(
         "normalised rarely",
         "normalisation",
@@ -100,7 +103,7 @@ def _euler(
     normalises: int = 1,
     variant: bool = False,
 ) -> Hypothesis:
-    longest = min(0.1 * question.duration, 0.5 * question.turn_s, question.spacing_s)
+    longest = _longest(question)
     shortest = max(longest / RANGE, question.duration / MOST_STEPS)
     return Hypothesis(
         name,
@@ -118,6 +121,11 @@ def _euler(
         unit="s",
         variant=variant,
     )
+
+
+def _longest(question: Question) -> float:
+    """Return the longest step that is tried [s]: no longer than from row to row."""
+    return min(0.1 * question.duration, 0.5 * question.turn_s, question.spacing_s)
 
 
 def _falls(question: Question) -> Iterator[Hypothesis]:

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 from scenarios.truth.contact.setting import Setting
+from scenarios.truth.deadline import current
 from scenarios.truth.inertia import Numbers
 
 # Terms per bit of the working precision.
@@ -28,6 +29,7 @@ class DrivenSpin:
     def at(self, t: Any) -> Numbers:
         """Return the body's axes at t [s], (3, 3)."""
         while self._steps[-1][0] + self._steps[-1][1] < t:
+            current().check()
             start, duration, series = self._steps[-1]
             then = start + duration
             self._steps.append((then, *self._series(horner(series, duration), then)))

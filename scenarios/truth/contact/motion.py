@@ -9,6 +9,7 @@ from scenarios.frames import Array
 from scenarios.scene import Scene
 from scenarios.truth.contact.setting import Setting, read_setting
 from scenarios.truth.contact.timeline import Timeline, timeline
+from scenarios.truth.deadline import current
 from scenarios.truth.flight import Pose
 from scenarios.truth.limit import AGREEMENT, PATTERNS, movement
 from scenarios.truth.rational import Fraction
@@ -36,6 +37,7 @@ def motion_of(mp: Any, scene: Scene, row: int) -> Motion:
     near = read_setting(_doubles(), scene, row)
     rougher: Timeline | None = None
     for bits in PRECISIONS:
+        current().check()
         mp.prec = bits
         setting = read_setting(mp, scene, row)
         finer = timeline(setting, near, None if rougher is None else rougher.choices)

@@ -15,6 +15,7 @@ from scenarios.truth.contact.approach import Flight, NoContactFound, in_doubles,
 from scenarios.truth.contact.impact import Impact, impact, velocity_at
 from scenarios.truth.contact.pinned import LANDS, SLIPS, Failure, failure, hold, zero_of
 from scenarios.truth.contact.setting import TOUCHING, Setting, length
+from scenarios.truth.deadline import current
 from scenarios.truth.flight import Pose, lever
 from scenarios.truth.inertia import Numbers
 from scenarios.truth.rational import cross
@@ -115,6 +116,7 @@ class Builder:
         pose, time = setting.start, setting.mp.zero
         blows = [(setting.mp.mpf(blow.time), blow) for blow in setting.throw.blows]
         while len(self.choices) < MOST_PHASES:
+            current().check()
             while blows and blows[0][0] <= time:
                 pose = self._struck(pose, *blows.pop(0))
             until = min(blows[0][0], self.last) if blows else self.last

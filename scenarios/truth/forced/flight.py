@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from scenarios.frames import Array
+from scenarios.truth.deadline import Deadline, current
 from scenarios.truth.double_double import fractions_of, pairs
 from scenarios.truth.flight import lever
 from scenarios.truth.forced.collocation import continued, slopes_by_state, solved, tableau
@@ -64,10 +65,14 @@ class Flown(NamedTuple):
 
 
 class Budget:
-    """BUDGET_S of this thread's processor time, from the first question on: compiling, which comes before, is free."""
+    """BUDGET_S of this thread's processor time, from the first question on: compiling, which comes before, is free.
+
+    And no more wall time than each part of the truth may take: the answer, its check and the inputs have one each.
+    """
 
     def __init__(self) -> None:
         self._end: float | None = None
+        self._wall = Deadline(float("inf"))
 
     def is_up(self) -> bool:
         """Return whether it is used up."""
@@ -75,8 +80,16 @@ class Budget:
 
     def left_s(self) -> float:
         """Return what is left of it [s]."""
-        self._end = thread_time() + BUDGET_S if self._end is None else self._end
-        return self._end - thread_time()
+        if self._end is None:
+            self._end, self._wall = thread_time() + BUDGET_S, Deadline(current().limit_s)
+        return min(self._end - thread_time(), self._wall.left_s())
+
+    @property
+    def said(self) -> str:
+        """What it is, in words: what comes first."""
+        if current().limit_s < BUDGET_S:
+            return f"the {current().limit_s:g} s of --time-limit"
+        return f"the {BUDGET_S:g} s of processor time that each flight is given"
 
 
 class Pilot:
@@ -146,7 +159,7 @@ class Pilot:
             if switches > MOST_SWITCHES:
                 return done, f"the floor pushes on and off without end {at}"
             if self._budget.is_up():
-                return done, f"the {BUDGET_S:g} s of processor time that each flight is given were up {at}"
+                return done, f"{self._budget.said} were up {at}"
 
     def _leap(self, state, clock, span, times, part, done, h, program, gauges, contacts, scales) -> Outcome:
         """Make some hundred steps by series."""

@@ -13,7 +13,7 @@ import numpy as np
 from scenarios.frames import Array
 from scenarios.scene import Scene
 from scenarios.truth.flight import Pose
-from scenarios.truth.forced.flight import BUDGET_S, Budget, Pilot, length_of
+from scenarios.truth.forced.flight import Budget, Pilot, length_of
 from scenarios.truth.forced.laws import AXES, MOMENTUM, V, X
 from scenarios.truth.forced.passage import Manner
 from scenarios.truth.inertia import inverse
@@ -36,7 +36,6 @@ CHANGES, QUICK_CHANGES = ((PLAIN, 2.0**23), (PLAIN, 2.0**8)), ((QUICK, 2.0**36),
 MANY_STEPS, FURTHER = 5000, 4
 # The pattern and the share of a throw as it is written; how many flights it takes to see whether effects are even.
 UNCHANGED, TRIED = (0, 0.0), 3
-LATE = f"the {BUDGET_S:g} s of processor time for what the last bits of its numbers do were up"
 
 
 def answer(mp: Any, scene: Scene, row: int, throw: Throw) -> Answer:
@@ -109,13 +108,18 @@ def input_floor(
         if len(floor) == known:
             return floor, ""
         if tried.is_late:
-            return floor, LATE
+            return floor, late(budget)
     longer = Sensitivity(scene, row, throw, ROUGH, 1.0, budget)
     for reach in (len(floor) + 1, known):
         floor = np.concatenate((floor, longer.moves(reach)[len(floor) :]))
         if longer.why or longer.is_late or floor[-1] > TRUSTED * length_of(throw):
             break
-    return floor, LATE if longer.is_late else longer.why
+    return floor, late(budget) if longer.is_late else longer.why
+
+
+def late(budget: Budget) -> str:
+    """Return why there is no more to be known of what the inputs do."""
+    return f"{budget.said} were up for what the last bits of its numbers do"
 
 
 class Sensitivity:

@@ -29,6 +29,11 @@ def test_numbers_of_single_precision_are_told_from_doubles():
     assert not digits([f"{value:.9g}" for value in values]).single
 
 
+def test_zeros_at_the_end_do_not_tell_single_precision():
+    short = digits([f"{value:.7f}" for value in 100 * (8 * np.linspace(0, 10, 41) - 4.9 * np.linspace(0, 10, 41) ** 2)])
+    assert not short.telling
+
+
 def test_a_short_column_is_taken_for_one_of_its_neighbours():
     short, long = digits(["0.05", "0.1", "0.15"]), digits(["0.05123", "0.1", "0.15777"])
     assert [each.place for each in alike([short, long])] == pytest.approx([1e-5, 1e-5])
@@ -44,3 +49,11 @@ def test_an_even_clock_that_is_rounded_is_told_from_an_uneven_one():
     assert rounded_times(even.round(3), 1e-3)
     assert not rounded_times(even, 1e-3)
     assert not rounded_times(even + 5e-3 * np.sin(np.arange(29.0)), 1e-3)
+
+
+def test_many_uneven_instants_are_rounded_unless_they_are_whole_intervals():
+    frames = np.cumsum(np.random.default_rng(2).uniform(0.012, 0.021, 60))
+    assert rounded_times(frames.round(3), 1e-3)
+    assert not rounded_times(frames.round(3)[:20], 1e-3), "too few: they may be meant as they are"
+    lost = np.delete(np.arange(80) * 0.02, [7, 8, 30])
+    assert not rounded_times(lost, 1e-2), "rows are missing"

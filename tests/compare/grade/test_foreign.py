@@ -188,7 +188,7 @@ def test_names_and_units_in_a_file_beside_it_or_anywhere(correct, refused, forei
         ("[columns]\nt = 3", "must be a name"),
         ("[column]\nt = 't_s'", "unknown key"),
         ("[columns\n", "not TOML"),
-        ("[columns]\nTime = 't_h'", "t_s, t_ms, t_us, t_min"),
+        ("[columns]\nTime = 't_h'", "t_s, t_ms, t_us, t_ns, t_min"),
         ("[columns]\nTime = 'speed'", "no such name"),
         ("[columns]\nTiem = 't_s'", "did you mean 'Time'?"),
     ],
@@ -258,7 +258,11 @@ def test_decimal_commas_in_cells_that_commas_separate(correct, refused, right):
     header, *rows = [line.split(",") for line in text(right, POSE).splitlines()]
     quoted = [",".join(f'"{cell.replace(".", ",")}"' for cell in row) for row in rows]
     correct("\n".join([",".join(header), *quoted]), "--decimal", ",")
-    bare = [",".join(cell.replace(".", ",") for cell in row) for row in rows]
+    # Where every number has a comma, two cells are one number; where one has none, nothing says which.
+    bare = [",".join(f"{float(cell):.9f}".replace(".", ",") for cell in row) for row in rows]
+    correct("\n".join([",".join(header), *bare]), "--decimal", ",")
+    assert "or give --decimal ," in refused("\n".join([",".join(header), *bare]))
+    bare[3] = bare[3].replace(",", ".", 1)
     assert "decimal commas need" in refused("\n".join([",".join(header), *bare]), "--decimal", ",")
 
 
@@ -325,8 +329,9 @@ def test_foreign_names_are_asked_for_with_options_that_a_shell_takes(correct, re
     [
         ("t_s,x_m,y_m,z_m,q0,q1,q2,q3", ("which is the scalar?", "--map q0=qw", "--map q3=qw")),
         ("t_s,x,y_m,z_m,qw,qx,qy,qz", ("in which unit?", "--map x=x_m", "cm")),
-        ("t_s,x_m,y_m,z_m,roll,pitch,yaw", ("how the body is turned", "'roll', 'pitch', 'yaw' are not read")),
-        ("t_s,x_m,y_m,z_m,Euler X (deg),Euler Y (deg),Euler Z (deg)", ("are not read",)),
+        ("t_s,x_m,y_m,z_m,roll,pitch,yaw", ("how the body is turned", "'roll', 'pitch', 'yaw' are angles")),
+        ("t_s,x_m,y_m,z_m,Euler X (deg),Euler Y (deg),Euler Z (deg)", ("are angles", "nearest, ", "--euler ")),
+        ("t_s,x_m,y_m,z_m,Euler X,Euler Y", ("are angles, but not about each",)),
         ("t_s,x_m,y_m,z_m,a", ("nothing says how the body is turned",)),
         ("t_s,a,b", ("nothing says where the body is", "'a', 'b'", "--map COLUMN=NAME")),
         ("a,b,c", ("no column says the time", "--map COLUMN=NAME")),
