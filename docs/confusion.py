@@ -16,20 +16,20 @@ import altair
 import numpy as np
 import vl_convert
 
-from compare.grade.account import FINE, Account, truthful
-from compare.grade.columns import Shown
-from compare.grade.hypotheses import Hypothesis, Question
-from compare.grade.mistakes import hypotheses
-from compare.grade.noise import root_mean_square
-from compare.grade.residual import Kept
-from compare.grade.verdict import diagnose, scale_of
-from compare.tables.files import write_whole
-from compare.tables.frames import csv_text, frame
-from compare.tables.schema import Table
-from scenarios.frames import Array
-from scenarios.mass import BOX_FACES, box, box_corners
-from scenarios.scene import Body, Impulse, Scene, frozen_array
+from tumble.compare.grade.account import FINE, Account, truthful
+from tumble.compare.grade.columns import Shown
+from tumble.compare.grade.hypotheses import Hypothesis, Question
+from tumble.compare.grade.mistakes import hypotheses
+from tumble.compare.grade.noise import root_mean_square
+from tumble.compare.grade.residual import Kept
+from tumble.compare.grade.verdict import diagnose, scale_of
+from tumble.compare.tables.files import write_whole
+from tumble.compare.tables.frames import csv_text, frame
+from tumble.compare.tables.schema import Table
 from tumble.notes import progress
+from tumble.scenarios.frames import Array
+from tumble.scenarios.mass import BOX_FACES, box, box_corners
+from tumble.scenarios.scene import Body, Impulse, Scene, frozen_array
 
 HERE = Path(__file__).parent
 SCENES = 200

@@ -16,8 +16,8 @@ sys.path[:0] = [str(HOME), str(HOME / "tests" / "support")]
 from random_contact import FAMILIES, drawn  # noqa: E402
 from second_contact import worst  # noqa: E402
 
-from scenarios.read import read_scene  # noqa: E402
-from scenarios.truth import NoTruth, truth  # noqa: E402
+from tumble.scenarios.read import read_scene  # noqa: E402
+from tumble.scenarios.truth import NoTruth, truth  # noqa: E402
 
 PAGE = HOME / "docs" / "contact.md"
 BEGIN, END = "<!-- contact-check begins -->\n", "<!-- contact-check ends -->\n"

@@ -22,13 +22,13 @@ from pathlib import Path
 from statistics import median
 from time import perf_counter
 
-from compare.grade.diagnosis import Diagnosis
-from compare.grade.engines import ENGINES, Law
-from compare.grade.verdict import EXPLAINED_PARTLY, EXPLAINED_WHOLLY, Grade, grade
-from compare.tables.files import write_whole
-from compare.tables.frames import csv_text, frame
-from compare.tables.schema import Table
-from scenarios.read import read_scene
+from tumble.compare.grade.diagnosis import Diagnosis
+from tumble.compare.grade.engines import ENGINES, Law
+from tumble.compare.grade.verdict import EXPLAINED_PARTLY, EXPLAINED_WHOLLY, Grade, grade
+from tumble.compare.tables.files import write_whole
+from tumble.compare.tables.frames import csv_text, frame
+from tumble.compare.tables.schema import Table
+from tumble.scenarios.read import read_scene
 
 # What truth.csv says of a planted mistake -> the names that are right.
 NAMES = {

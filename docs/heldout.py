@@ -26,13 +26,13 @@ from planted import CASES  # noqa: E402
 from programs import read, write  # noqa: E402
 from unnamed import MISTAKES  # noqa: E402
 
-from compare.grade.engines import ENGINES  # noqa: E402
-from compare.grade.verdict import EXPLAINED_PARTLY, EXPLAINED_WHOLLY, Grade, grade  # noqa: E402
-from compare.tables.files import write_whole  # noqa: E402
-from compare.tables.frames import csv_text, frame  # noqa: E402
-from compare.tables.schema import Table  # noqa: E402
-from scenarios.read import read_scene  # noqa: E402
+from tumble.compare.grade.engines import ENGINES  # noqa: E402
+from tumble.compare.grade.verdict import EXPLAINED_PARTLY, EXPLAINED_WHOLLY, Grade, grade  # noqa: E402
+from tumble.compare.tables.files import write_whole  # noqa: E402
+from tumble.compare.tables.frames import csv_text, frame  # noqa: E402
+from tumble.compare.tables.schema import Table  # noqa: E402
 from tumble.notes import progress  # noqa: E402
+from tumble.scenarios.read import read_scene  # noqa: E402
 
 FOREIGN = TESTS / "compare" / "grade" / "foreign"
 SCENES = {

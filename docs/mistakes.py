@@ -12,14 +12,14 @@ from pathlib import Path
 
 import numpy as np
 
-from compare.grade.account import truthful
-from compare.grade.answer import parameters, stable_name
-from compare.grade.engines import combinations, table
-from compare.grade.hypotheses import Hypothesis, Question
-from compare.grade.law_hypotheses import Laws
-from compare.grade.mistakes import hypotheses
-from compare.tables.files import write_whole
-from scenarios.read import scene_of
+from tumble.compare.grade.account import truthful
+from tumble.compare.grade.answer import parameters, stable_name
+from tumble.compare.grade.engines import combinations, table
+from tumble.compare.grade.hypotheses import Hypothesis, Question
+from tumble.compare.grade.law_hypotheses import Laws
+from tumble.compare.grade.mistakes import hypotheses
+from tumble.compare.tables.files import write_whole
+from tumble.scenarios.read import scene_of
 
 PAGE = Path(__file__).parent / "mistakes.md"
 BODY = """

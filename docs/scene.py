@@ -6,7 +6,7 @@ python docs/scene.py
 import json
 from pathlib import Path
 
-from scenarios.schema import TABLES, json_schema, keys, title
+from tumble.scenarios.schema import TABLES, json_schema, keys, title
 
 HERE = Path(__file__).parent
 BEGIN, END = "<!-- keys: made by docs/scene.py -->\n", "<!-- end of keys -->\n"

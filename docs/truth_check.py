@@ -16,8 +16,8 @@ sys.path[:0] = [str(HOME), str(HOME / "tests" / "support")]
 from random_scenes import COSTLY, FAMILIES, REACHED, drawn  # noqa: E402
 from second_truth import worst  # noqa: E402
 
-from scenarios.read import read_scene  # noqa: E402
-from scenarios.truth import NoTruth, truth  # noqa: E402
+from tumble.scenarios.read import read_scene  # noqa: E402
+from tumble.scenarios.truth import NoTruth, truth  # noqa: E402
 
 PAGE = HOME / "docs" / "truth.md"
 BEGIN, END = "<!-- truth-check begins -->\n", "<!-- truth-check ends -->\n"

@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from compare.engines.tumble import forces_of
-from compare.grade.kernel.laws import (
+from tumble.compare.engines.tumble import forces_of
+from tumble.compare.grade.kernel.laws import (
     AS_FORCE,
     AS_THE_BODY,
     BEGIN,
@@ -27,13 +27,13 @@ from compare.grade.kernel.laws import (
     Laws,
     Scheme,
 )
-from compare.grade.kernel.stepping import WIDTH, integrate
-from scenarios.forces import Law, stiffness
-from scenarios.frames import Array, rotation_matrix
-from scenarios.impulse import strike_point
-from scenarios.scene import Body, Impulse, Scene
-from solver.forces import Forces
-from solver.vectors import Vector
+from tumble.compare.grade.kernel.stepping import WIDTH, integrate
+from tumble.scenarios.forces import Law, stiffness
+from tumble.scenarios.frames import Array, rotation_matrix
+from tumble.scenarios.impulse import strike_point
+from tumble.scenarios.scene import Body, Impulse, Scene
+from tumble.solver.forces import Forces
+from tumble.solver.vectors import Vector
 
 # Radians a smooth step turns at most: order 4 leaves 1e-5 of a radian turned while searching, 1e-9 in the end.
 SEARCHING, FINE = 0.2, 0.02

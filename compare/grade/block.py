@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from compare.grade.columns import CENTRE, MATRIX, QUATERNION, Shown
-from scenarios.frames import Array, quaternion_product, rotation_matrix
-from scenarios.scene import Scene
+from tumble.compare.grade.columns import CENTRE, MATRIX, QUATERNION, Shown
+from tumble.scenarios.frames import Array, quaternion_product, rotation_matrix
+from tumble.scenarios.scene import Scene
 
 CONJUGATE = (1.0, -1.0, -1.0, -1.0)
 

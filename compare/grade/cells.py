@@ -12,10 +12,10 @@ from pathlib import Path
 
 import numpy as np
 
-from compare.grade.columns import Answer, BadTrajectory, Column, Unsaid
-from scenarios.files import why_unread
-from scenarios.format import printable, short, visible
-from scenarios.frames import Array
+from tumble.compare.grade.columns import Answer, BadTrajectory, Column, Unsaid
+from tumble.scenarios.files import why_unread
+from tumble.scenarios.format import printable, short, visible
+from tumble.scenarios.frames import Array
 
 # What follows a decimal comma.
 DECIMALS = re.compile(r"\d+(?:[eE][+-]?\d+)?\s*", re.ASCII)

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from math import pi
 from typing import NamedTuple
 
-from scenarios.refusal import UsersError
+from tumble.scenarios.refusal import UsersError
 
 IGNORED = "ignore"
 UNITS: dict[str, dict[str, float]] = {

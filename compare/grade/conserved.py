@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from compare.grade.block import Block, axes_of, principal_attitudes, vertices_of
-from compare.grade.columns import CENTRE, SPIN, VELOCITY, Shown
-from compare.judge import mechanics
-from scenarios.frames import Array, rotation_matrix, turned_by
-from scenarios.scene import Scene
-from solver.quaternion import from_matrix
+from tumble.compare.grade.block import Block, axes_of, principal_attitudes, vertices_of
+from tumble.compare.grade.columns import CENTRE, SPIN, VELOCITY, Shown
+from tumble.compare.judge import mechanics
+from tumble.scenarios.frames import Array, rotation_matrix, turned_by
+from tumble.scenarios.scene import Scene
+from tumble.solver.quaternion import from_matrix
 
 # Vertices that say how a body is turned: so much of their spread must be across a line.
 SPREAD = 1e-6
@@ -85,7 +85,8 @@ def posed(places: Array, points: Array) -> Array:
     """Return x and q, (n, 7), of the rigid motion nearest to where points are.
 
     places: world [m], (n, K, 3); points: body axes [m], (K, 3).
-    Source: Kabsch, Acta Cryst. A32 (1976) 922; the rotation by Davenport's q-method, `solver.quaternion.from_matrix`.
+    Source: Kabsch, Acta Cryst. A32 (1976) 922; the rotation by Davenport's q-method,
+    `tumble.solver.quaternion.from_matrix`.
     """
     middle = points.mean(axis=0)
     centre = places.mean(axis=1)

@@ -10,11 +10,21 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from compare.grade.columns import ANGLES, CENTRE, MATRIX, QUATERNION, SPIN, VELOCITY, VERTEX, BadTrajectory, Column
-from compare.grade.digits import Digits
-from scenarios.format import short
-from scenarios.frames import Array, quaternion_product
-from scenarios.scene import Scene
+from tumble.compare.grade.columns import (
+    ANGLES,
+    CENTRE,
+    MATRIX,
+    QUATERNION,
+    SPIN,
+    VELOCITY,
+    VERTEX,
+    BadTrajectory,
+    Column,
+)
+from tumble.compare.grade.digits import Digits
+from tumble.scenarios.format import short
+from tumble.scenarios.frames import Array, quaternion_product
+from tumble.scenarios.scene import Scene
 
 # Which of the program's axes our x, y, z are, in a world where y is up.
 AXES = {

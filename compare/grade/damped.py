@@ -9,12 +9,12 @@ from functools import cached_property
 from itertools import product
 from math import log
 
-from compare.grade.engines import DECAYS, GYROSCOPIC, LATE, PLACES, ROTATION, Damping, Flown, Law
-from compare.grade.explanation import Explanation, Mistakes
-from compare.grade.fitting import Fitter
-from compare.grade.flights import Flights
-from compare.grade.kernel.laws import AFTER_FORCES, AS_FORCE, EXPONENTIALLY, LINEARLY
-from compare.grade.law_hypotheses import Laws
+from tumble.compare.grade.engines import DECAYS, GYROSCOPIC, LATE, PLACES, ROTATION, Damping, Flown, Law
+from tumble.compare.grade.explanation import Explanation, Mistakes
+from tumble.compare.grade.fitting import Fitter
+from tumble.compare.grade.flights import Flights
+from tumble.compare.grade.kernel.laws import AFTER_FORCES, AS_FORCE, EXPONENTIALLY, LINEARLY
+from tumble.compare.grade.law_hypotheses import Laws
 
 # Schemes that are fitted, of all at their first rates; and of these those whose damping is put elsewhere in the step.
 FITTED, PLACED = 12, 2

@@ -6,16 +6,16 @@ from itertools import combinations, groupby
 
 import numpy as np
 
-from compare.grade.account import FINE, Account, Pose
-from compare.grade.engines import ENGINES, Law
-from compare.grade.explanation import Explanation, Mistake, Mistakes
-from compare.grade.fitting import Fitter
-from compare.grade.flights import ENOUGH, Flights
-from compare.grade.hypotheses import Hypothesis
-from compare.grade.lawful import Lawful
-from compare.grade.mistakes.clocks import NEVER_MOVES
-from compare.grade.mistakes.writings import WRITTEN
-from compare.grade.noise import ALIKE
+from tumble.compare.grade.account import FINE, Account, Pose
+from tumble.compare.grade.engines import ENGINES, Law
+from tumble.compare.grade.explanation import Explanation, Mistake, Mistakes
+from tumble.compare.grade.fitting import Fitter
+from tumble.compare.grade.flights import ENOUGH, Flights
+from tumble.compare.grade.hypotheses import Hypothesis
+from tumble.compare.grade.lawful import Lawful
+from tumble.compare.grade.mistakes.clocks import NEVER_MOVES
+from tumble.compare.grade.mistakes.writings import WRITTEN
+from tumble.compare.grade.noise import ALIKE
 
 # Parts of a program whose mistakes may make one motion: gravity from the second step on, and x by the old velocity.
 TWINS = {"gravity start": "position step", "position step": "gravity start"}

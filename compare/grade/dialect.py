@@ -1,4 +1,4 @@
-"""Other formats of a trajectory, brought into plain CSV for `compare.grade.foreign`, a line at a time.
+"""Other formats of a trajectory, brought into plain CSV for `tumble.compare.grade.foreign`, a line at a time.
 
 Numbers keep the text that they were written in, so that their printed digits can still be told.
 """
@@ -15,9 +15,9 @@ from itertools import chain, islice
 from pathlib import Path
 from typing import NamedTuple, TextIO
 
-from compare.grade.columns import BadTrajectory
-from scenarios.files import why_unread
-from scenarios.format import printable, short
+from tumble.compare.grade.columns import BadTrajectory
+from tumble.scenarios.files import why_unread
+from tumble.scenarios.format import printable, short
 
 STANDARD_INPUT = "-"
 PARQUET = b"PAR1"

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from scenarios.frames import Array
+from tumble.scenarios.frames import Array
 
 NUMBER = re.compile(r"[+-]?(\d*)(?:\.(\d*))?(?:[eE]([+-]?\d{1,9}))?", re.ASCII)
 # Nine significant digits tell every single-precision number from its neighbours, and from most doubles.

@@ -11,8 +11,8 @@ from itertools import product
 
 import numpy as np
 
-from compare.grade.hypotheses import NEAR, Question
-from compare.grade.kernel.laws import (
+from tumble.compare.grade.hypotheses import NEAR, Question
+from tumble.compare.grade.kernel.laws import (
     AFTER_FORCES,
     AS_FORCE,
     BACKWARD,

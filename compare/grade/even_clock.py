@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from scenarios.frames import Array
+from tumble.scenarios.frames import Array
 
 # Gives half a unit of the last places of instants, (n,), both in s.
 HalfOf = Callable[[Array], Array]

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from compare.grade.hypotheses import Hypothesis
+from tumble.compare.grade.hypotheses import Hypothesis
 
 
 class Mistake(NamedTuple):

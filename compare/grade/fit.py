@@ -7,12 +7,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from compare.grade.block import vertices_of
-from compare.grade.columns import AnglesUnread, BadTrajectory
-from compare.grade.conventions import AXES, EULER
-from compare.grade.reference import Reference
-from compare.grade.said import Said
-from scenarios.scene import Scene
+from tumble.compare.grade.block import vertices_of
+from tumble.compare.grade.columns import AnglesUnread, BadTrajectory
+from tumble.compare.grade.conventions import AXES, EULER
+from tumble.compare.grade.reference import Reference
+from tumble.compare.grade.said import Said
+from tumble.scenarios.scene import Scene
 
 # A convention fits where the vertices of half of the first rows are within this share of the body of the truth; others
 # fit as well where they are not twice as far off, but for rounding.

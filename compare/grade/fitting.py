@@ -4,12 +4,12 @@ from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
-from compare.grade.account import SEARCHING
-from compare.grade.explanation import Mistake, Mistakes, value_of, with_value
-from compare.grade.flights import Flights
-from compare.grade.hypotheses import Hypothesis
-from compare.grade.residual import Kept
-from scenarios.frames import Array
+from tumble.compare.grade.account import SEARCHING
+from tumble.compare.grade.explanation import Mistake, Mistakes, value_of, with_value
+from tumble.compare.grade.flights import Flights
+from tumble.compare.grade.hypotheses import Hypothesis
+from tumble.compare.grade.residual import Kept
+from tumble.scenarios.frames import Array
 
 # Rounds of one number after the other, where two are fitted.
 ROUNDS = 2

@@ -5,15 +5,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from compare.grade.account import FINE, RIGHT, SEARCHING, Account, Pose
-from compare.grade.explanation import Explanation, Mistake, Mistakes
-from compare.grade.hypotheses import Hypothesis, Question
-from compare.grade.kernel.laws import RUNGE_KUTTA, SMOOTH
-from compare.grade.mistakes.writings import WRITTEN
-from compare.grade.noise import Scale, chosen, relation, root_mean_square
-from compare.grade.residual import Kept, golden
-from compare.grade.single import single_floor
-from scenarios.frames import Array
+from tumble.compare.grade.account import FINE, RIGHT, SEARCHING, Account, Pose
+from tumble.compare.grade.explanation import Explanation, Mistake, Mistakes
+from tumble.compare.grade.hypotheses import Hypothesis, Question
+from tumble.compare.grade.kernel.laws import RUNGE_KUTTA, SMOOTH
+from tumble.compare.grade.mistakes.writings import WRITTEN
+from tumble.compare.grade.noise import Scale, chosen, relation, root_mean_square
+from tumble.compare.grade.residual import Kept, golden
+from tumble.compare.grade.single import single_floor
+from tumble.scenarios.frames import Array
 
 # Rows that a search takes, of those kept, and a first look of these.
 SOUGHT, GLANCE = 96, 24

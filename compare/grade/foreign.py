@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from compare.grade.block import Block
-from compare.grade.cells import LARGEST, Cells
-from compare.grade.columns import (
+from tumble.compare.grade.block import Block
+from tumble.compare.grade.cells import LARGEST, Cells
+from tumble.compare.grade.columns import (
     ANGLES,
     CENTRE,
     MATRIX,
@@ -24,14 +24,14 @@ from compare.grade.columns import (
     Shown,
     Unsaid,
 )
-from compare.grade.conventions import BODY, Reading, matrix_of, order_of, quaternion_digits, quaternions, renamed
-from compare.grade.digits import Digits, alike, digits, rounded_times, shared_place
-from compare.grade.even_clock import EXACT, EvenClock, PrintedClock, even_clock
-from compare.grade.header import layout, shown
-from compare.grade.offers import angles_of, map_option, map_options
-from scenarios.format import printable, short
-from scenarios.frames import Array, rotation_matrix
-from scenarios.scene import Scene
+from tumble.compare.grade.conventions import BODY, Reading, matrix_of, order_of, quaternion_digits, quaternions, renamed
+from tumble.compare.grade.digits import Digits, alike, digits, rounded_times, shared_place
+from tumble.compare.grade.even_clock import EXACT, EvenClock, PrintedClock, even_clock
+from tumble.compare.grade.header import layout, shown
+from tumble.compare.grade.offers import angles_of, map_option, map_options
+from tumble.scenarios.format import printable, short
+from tumble.scenarios.frames import Array, rotation_matrix
+from tumble.scenarios.scene import Scene
 
 # Vertices of a block of rows: what measuring one takes is some hundred bytes each.
 BLOCK = 200_000

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 
-from compare.grade.columns import (
+from tumble.compare.grade.columns import (
     CENTRE,
     IGNORED,
     MATRIX,
@@ -21,7 +21,7 @@ from compare.grade.columns import (
     dimension,
     parsed,
 )
-from compare.grade.offers import (
+from tumble.compare.grade.offers import (
     UNORDERED,
     angles_of,
     are_angles,
@@ -30,7 +30,7 @@ from compare.grade.offers import (
     map_options,
     unordered,
 )
-from scenarios.format import nearest, printable, short
+from tumble.scenarios.format import nearest, printable, short
 
 COUNTED_FROM_0 = tuple(f"r{row}{column}" for row in "012" for column in "012")
 # Names of columns, and characters of a list of them, that fit into one line.

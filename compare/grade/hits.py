@@ -5,9 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from compare.grade.residual import Kept, Measured
-from scenarios.frames import Array
-from scenarios.scene import Scene
+from tumble.compare.grade.residual import Kept, Measured
+from tumble.scenarios.frames import Array
+from tumble.scenarios.scene import Scene
 
 # A jump of the velocity is so many times as large as velocities change from row to row otherwise.
 JUMP, MOST_JUMPS = 30.0, 3

@@ -6,10 +6,10 @@ from typing import Protocol
 
 import numpy as np
 
-from compare.grade.account import Account
-from compare.grade.kernel.stepping import MOST_STEPS
-from scenarios.frames import Array
-from scenarios.scene import Scene
+from tumble.compare.grade.account import Account
+from tumble.compare.grade.kernel.stepping import MOST_STEPS
+from tumble.scenarios.frames import Array
+from tumble.scenarios.scene import Scene
 
 # Steps that programs take.
 STEPS = {

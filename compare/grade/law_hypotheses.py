@@ -5,12 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from compare.grade.account import ALONG_ARCS, Account, Clock, Stroke
-from compare.grade.engines import DECAYS, GYROSCOPIC, PLACES, ROTATION, Damping, Flown
-from compare.grade.explanation import Mistake, Mistakes
-from compare.grade.hypotheses import NEAR, Hypothesis, Question
-from compare.grade.kernel.laws import AS_FORCE, Scheme
-from compare.grade.mistakes.forces import RATES, damping_rates
+from tumble.compare.grade.account import ALONG_ARCS, Account, Clock, Stroke
+from tumble.compare.grade.engines import DECAYS, GYROSCOPIC, PLACES, ROTATION, Damping, Flown
+from tumble.compare.grade.explanation import Mistake, Mistakes
+from tumble.compare.grade.hypotheses import NEAR, Hypothesis, Question
+from tumble.compare.grade.kernel.laws import AS_FORCE, Scheme
+from tumble.compare.grade.mistakes.forces import RATES, damping_rates
 
 # Powers of e that a body loses in a flight at the greatest rate that is fitted: its first eighth shows that.
 MOST_DAMPED = 40.0

@@ -3,12 +3,12 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
-from compare.grade.damped import Damped
-from compare.grade.engines import ENGINES, GYROSCOPIC, LATE, ROTATION, Flown, Law, combinations, table
-from compare.grade.explanation import Explanation, Mistake, Mistakes
-from compare.grade.fitting import Fitter
-from compare.grade.flights import Flights
-from compare.grade.law_hypotheses import Laws
+from tumble.compare.grade.damped import Damped
+from tumble.compare.grade.engines import ENGINES, GYROSCOPIC, LATE, ROTATION, Flown, Law, combinations, table
+from tumble.compare.grade.explanation import Explanation, Mistake, Mistakes
+from tumble.compare.grade.fitting import Fitter
+from tumble.compare.grade.flights import Flights
+from tumble.compare.grade.law_hypotheses import Laws
 
 # Laws that are looked at closely, of those that leave least.
 FINALISTS = 3

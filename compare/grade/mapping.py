@@ -4,9 +4,9 @@ import tomllib
 from collections.abc import Sequence
 from pathlib import Path
 
-from compare.grade.columns import BadTrajectory
-from scenarios.files import plain_bytes, why_unread
-from scenarios.format import printable, short
+from tumble.compare.grade.columns import BadTrajectory
+from tumble.scenarios.files import plain_bytes, why_unread
+from tumble.scenarios.format import printable, short
 
 
 def mapping_of(pairs: Sequence[str]) -> dict[str, str]:

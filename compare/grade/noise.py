@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scenarios.frames import Array
+from tumble.scenarios.frames import Array
 
 # A pose is six numbers, however many vertices it is seen by.
 FREE_OF_A_BODY = 6

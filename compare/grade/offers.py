@@ -9,9 +9,9 @@ import shlex
 from collections.abc import Container, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
-from compare.grade.columns import ANGLES as ROTATIONS
-from compare.grade.columns import PILOTS, QUATERNION, TIME, UNITS, dimension, parsed
-from scenarios.format import printable
+from tumble.compare.grade.columns import ANGLES as ROTATIONS
+from tumble.compare.grade.columns import PILOTS, QUATERNION, TIME, UNITS, dimension, parsed
+from tumble.scenarios.format import printable
 
 # Words of a name without its unit, in small letters and digits only -> what we call it.
 _OWNER = (

@@ -4,9 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from compare.grade.conserved import posed
-from compare.grade.residual import Kept
-from scenarios.frames import Array, rotation_matrix
+from tumble.compare.grade.conserved import posed
+from tumble.compare.grade.residual import Kept
+from tumble.scenarios.frames import Array, rotation_matrix
 
 # Of the floor: what such vectors may leave, and how much larger than that they must be.
 LEFT, MUCH = 4.0, 20.0

@@ -11,14 +11,14 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from compare.grade.cells import Cells
-from compare.grade.columns import MATRIX, QUATERNION, VERTEX, BadTrajectory, parsed
-from compare.grade.conventions import BODY, WORLD
-from compare.grade.fit import FITS, misfit, off
-from compare.grade.offers import SI, Habits, likely_meant, unordered
-from compare.grade.reference import Reference
-from compare.grade.said import Said, inquire
-from scenarios.scene import Scene
+from tumble.compare.grade.cells import Cells
+from tumble.compare.grade.columns import MATRIX, QUATERNION, VERTEX, BadTrajectory, parsed
+from tumble.compare.grade.conventions import BODY, WORLD
+from tumble.compare.grade.fit import FITS, misfit, off
+from tumble.compare.grade.offers import SI, Habits, likely_meant, unordered
+from tumble.compare.grade.reference import Reference
+from tumble.compare.grade.said import Said, inquire
+from tumble.scenarios.scene import Scene
 
 # A way to read a file is as good as a better one where it is not twice as far off, but for rounding.
 ALIKE, ROUNDING = 2.0, 1e-6

@@ -9,14 +9,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from compare.grade.account import FINE, truthful
-from compare.grade.kernel.coasting import coast
-from scenarios.frames import Array, rotation_matrix, vertices
-from scenarios.impulse import jump
-from scenarios.scene import Scene, frozen_array
-from scenarios.truth import NoTruth, truth
-from solver.body import Body
-from solver.compilation import without_blas
+from tumble.compare.grade.account import FINE, truthful
+from tumble.compare.grade.kernel.coasting import coast
+from tumble.scenarios.frames import Array, rotation_matrix, vertices
+from tumble.scenarios.impulse import jump
+from tumble.scenarios.scene import Scene, frozen_array
+from tumble.scenarios.truth import NoTruth, truth
+from tumble.solver.body import Body
+from tumble.solver.compilation import without_blas
 
 CERTIFIED = 12
 

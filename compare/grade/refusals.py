@@ -2,11 +2,11 @@
 
 from pathlib import Path
 
-from compare.grade.columns import BadTrajectory, Unsaid
-from compare.grade.fit import FITS, best_fits, euler_offer, off
-from compare.grade.programs import fitting
-from compare.grade.said import Said, inquire
-from scenarios.scene import Scene
+from tumble.compare.grade.columns import BadTrajectory, Unsaid
+from tumble.compare.grade.fit import FITS, best_fits, euler_offer, off
+from tumble.compare.grade.programs import fitting
+from tumble.compare.grade.said import Said, inquire
+from tumble.scenarios.scene import Scene
 
 
 def refusal(path: Path, scene: Scene, said: Said, first: Unsaid) -> BadTrajectory:

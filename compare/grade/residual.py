@@ -5,15 +5,15 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from compare.grade.block import Block, vertices_of
-from compare.grade.columns import CENTRE, MATRIX, QUATERNION, SPIN, BadTrajectory, Shown
-from compare.grade.conserved import Conserved
-from compare.grade.even_clock import EXACT, EvenClock
-from compare.grade.foreign import Trajectory
-from compare.grade.reference import Reference
-from compare.run.progress import Progress, Tick, untold
-from scenarios.frames import Array, vertices
-from scenarios.scene import Scene
+from tumble.compare.grade.block import Block, vertices_of
+from tumble.compare.grade.columns import CENTRE, MATRIX, QUATERNION, SPIN, BadTrajectory, Shown
+from tumble.compare.grade.conserved import Conserved
+from tumble.compare.grade.even_clock import EXACT, EvenClock
+from tumble.compare.grade.foreign import Trajectory
+from tumble.compare.grade.reference import Reference
+from tumble.compare.run.progress import Progress, Tick, untold
+from tumble.scenarios.frames import Array, vertices
+from tumble.scenarios.scene import Scene
 
 # Rows kept of the throw that is diagnosed: at least so many where there are as many, at most twice that.
 KEPT = 256
@@ -100,7 +100,7 @@ class Measured:
     open; excess_m: the largest that they do not; over_time_m: the largest in each of equal parts of the duration, nan
     where there are no rows; relation: of neighbouring rows' errors, 0 for noise, 1 for a drift, over so many pairs;
     lengths: of the shortest and the longest quaternion; single: its places are of single precision; drifts: of
-    energy, momentum, angular momentum as `compare.judge.errors` has them, None where they cannot be known,
+    energy, momentum, angular momentum as `tumble.compare.judge.errors` has them, None where they cannot be known,
     by_differences where they come from poses; limit_m: an error below it says nothing; throw: the one furthest off.
     """
 

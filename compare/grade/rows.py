@@ -5,9 +5,9 @@ from collections.abc import Iterator
 import numpy as np
 import pandas as pd
 
-from compare.grade.answer import diagnosis_rows
-from compare.grade.residual import BINS
-from compare.grade.schemas import (
+from tumble.compare.grade.answer import diagnosis_rows
+from tumble.compare.grade.residual import BINS
+from tumble.compare.grade.schemas import (
     DIAGNOSIS,
     EXPLANATIONS,
     GRADE,
@@ -18,11 +18,11 @@ from compare.grade.schemas import (
     KeptRow,
     PartRow,
 )
-from compare.grade.verdict import Grade
-from compare.run.provenance import conditions
-from compare.tables.frames import frame
-from compare.tables.runs import xyz
-from compare.tables.shared import CONDITIONS
+from tumble.compare.grade.verdict import Grade
+from tumble.compare.run.provenance import conditions
+from tumble.compare.tables.frames import frame
+from tumble.compare.tables.runs import xyz
+from tumble.compare.tables.shared import CONDITIONS
 
 
 def grade_row(grade: Grade) -> GradeRow:

@@ -5,12 +5,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from compare.grade.block import Block
-from compare.grade.columns import AnglesUnread, Answer, BadTrajectory, Unsaid, parsed
-from compare.grade.conventions import WORLD, Reading
-from compare.grade.foreign import Trajectory
-from compare.grade.offers import map_option
-from scenarios.scene import Scene
+from tumble.compare.grade.block import Block
+from tumble.compare.grade.columns import AnglesUnread, Answer, BadTrajectory, Unsaid, parsed
+from tumble.compare.grade.conventions import WORLD, Reading
+from tumble.compare.grade.foreign import Trajectory
+from tumble.compare.grade.offers import map_option
+from tumble.scenarios.scene import Scene
 
 # Questions about one file: columns, units, the scalar, the decimal sign, the clock, angles.
 MOST_QUESTIONS = 8

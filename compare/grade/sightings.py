@@ -4,12 +4,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from compare.grade.conserved import posed
-from compare.grade.hits import hits
-from compare.grade.offset import Offset
-from compare.grade.residual import Kept, Measured
-from scenarios.frames import Array, turned_by
-from scenarios.scene import Scene
+from tumble.compare.grade.conserved import posed
+from tumble.compare.grade.hits import hits
+from tumble.compare.grade.offset import Offset
+from tumble.compare.grade.residual import Kept, Measured
+from tumble.scenarios.frames import Array, turned_by
+from tumble.scenarios.scene import Scene
 
 # An error of so many times what digits and single precision leave is seen.
 SEEN = 4.0

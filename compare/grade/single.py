@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from compare.grade.account import SEARCHING, Account
-from compare.grade.kernel.laws import BIASED, EXPONENTIAL, RESCALED, ROUNDED, Scheme
-from scenarios.frames import Array
+from tumble.compare.grade.account import SEARCHING, Account
+from tumble.compare.grade.kernel.laws import BIASED, EXPONENTIAL, RESCALED, ROUNDED, Scheme
+from tumble.scenarios.frames import Array
 
 # What rounding after every step moves the vertices by, and what it could if all of it went one way, times so much: an
 # engine rounds each operation, not each step.  Held against Jolt, PhysX, Newton and ODE: rms 0.1 to 1.6 of the floor.

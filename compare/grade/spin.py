@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from compare.grade.account import FINE, Account
-from compare.grade.kernel.stepping import WIDTH
-from compare.grade.residual import Kept
-from scenarios.frames import Array
+from tumble.compare.grade.account import FINE, Account
+from tumble.compare.grade.kernel.stepping import WIDTH
+from tumble.compare.grade.residual import Kept
+from tumble.scenarios.frames import Array
 
 # Written otherwise, the angular velocity must fit so much better, and miss by so much as it is, to be called mistaken.
 BETTER = 0.2

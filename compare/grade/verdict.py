@@ -7,27 +7,27 @@ from pathlib import Path
 
 import numpy as np
 
-from compare.grade.account import truthful
-from compare.grade.columns import Shown
-from compare.grade.conserved import posed
-from compare.grade.conventions import Reading
-from compare.grade.diagnosis import Diagnosis, Search
-from compare.grade.engines import ENGINES, Law
-from compare.grade.explanation import Explanation
-from compare.grade.flights import Flights
-from compare.grade.foreign import Trajectory
-from compare.grade.hypotheses import Question
-from compare.grade.mistakes import hypotheses
-from compare.grade.noise import ALIKE, FLIGHT, LOUDEST, Scale, independent
-from compare.grade.offset import constant_drift, constant_offset
-from compare.grade.reference import Reference
-from compare.grade.residual import Kept, Measured, measure
-from compare.grade.sightings import sightings
-from compare.grade.single import in_steps, single_floor
-from compare.grade.spin import spin_mistake
-from compare.run.progress import Progress, Tick, untold
-from scenarios.frames import Array
-from scenarios.scene import Scene
+from tumble.compare.grade.account import truthful
+from tumble.compare.grade.columns import Shown
+from tumble.compare.grade.conserved import posed
+from tumble.compare.grade.conventions import Reading
+from tumble.compare.grade.diagnosis import Diagnosis, Search
+from tumble.compare.grade.engines import ENGINES, Law
+from tumble.compare.grade.explanation import Explanation
+from tumble.compare.grade.flights import Flights
+from tumble.compare.grade.foreign import Trajectory
+from tumble.compare.grade.hypotheses import Question
+from tumble.compare.grade.mistakes import hypotheses
+from tumble.compare.grade.noise import ALIKE, FLIGHT, LOUDEST, Scale, independent
+from tumble.compare.grade.offset import constant_drift, constant_offset
+from tumble.compare.grade.reference import Reference
+from tumble.compare.grade.residual import Kept, Measured, measure
+from tumble.compare.grade.sightings import sightings
+from tumble.compare.grade.single import in_steps, single_floor
+from tumble.compare.grade.spin import spin_mistake
+from tumble.compare.run.progress import Progress, Tick, untold
+from tumble.scenarios.frames import Array
+from tumble.scenarios.scene import Scene
 
 # Of the floor: an error no larger than so many of it is of an engine that is known, or of nobody that could be named.
 BARELY = 10.0

@@ -8,11 +8,11 @@ from types import ModuleType
 
 import numpy as np
 
-from compare.run.timer import PARTS, prepare
-from scenarios.frames import Array
-from scenarios.mass import BOX_FACES, box_corners
-from scenarios.published import table_4_1
-from scenarios.scene import Body, Scene, frozen_array
+from tumble.compare.run.timer import PARTS, prepare
+from tumble.scenarios.frames import Array
+from tumble.scenarios.mass import BOX_FACES, box_corners
+from tumble.scenarios.published import table_4_1
+from tumble.scenarios.scene import Body, Scene, frozen_array
 
 SIZE = (0.4, 0.15, 0.1)
 MASS = 2.4

@@ -1,7 +1,7 @@
 """Environments: an engine's own interpreter and packages, one folder each, so that any release of it can take part.
 
 They lie in the user's cache folder, or where TUMBLE_ENVIRONMENTS says.  One is made under another name and moved into
-place when its engine has been loaded in it: there is never a half-made one.  compare.run.installing makes them.
+place when its engine has been loaded in it: there is never a half-made one.  tumble.compare.run.installing makes them.
 """
 
 import json
@@ -14,9 +14,9 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from compare.run import registry
-from compare.run.program import ENVIRONMENT
-from compare.run.registry import BadEngine
+from tumble.compare.run import registry
+from tumble.compare.run.program import ENVIRONMENT
+from tumble.compare.run.registry import BadEngine
 
 MARK = "environment.json"  # written last; a folder without it is no environment
 LIBRARIES = "libraries"  # what Debian has beside its package of Python

@@ -3,10 +3,10 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from compare.engines import LAWS
-from compare.run.laws import laws_for
-from compare.run.participants import Participant
-from compare.run.worker import Failure
+from tumble.compare.engines import LAWS
+from tumble.compare.run.laws import laws_for
+from tumble.compare.run.participants import Participant
+from tumble.compare.run.worker import Failure
 
 LOOSE = 1e-3  # a tolerance at which the steps of an adaptive method are few
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scenarios.frames import Array, quaternion_product, rotation_matrix
+from tumble.scenarios.frames import Array, quaternion_product, rotation_matrix
 
 # Steps of the midpoint rule that are extrapolated from, and how far a body turns in one extrapolation [rad].
 HALVES, TURN = range(2, 18, 2), 0.5

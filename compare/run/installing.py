@@ -16,8 +16,8 @@ from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from compare.run import registry
-from compare.run.environments import (
+from tumble.compare.run import registry
+from tumble.compare.run.environments import (
     LIBRARIES,
     MARK,
     Environment,
@@ -29,8 +29,8 @@ from compare.run.environments import (
     place_of,
     split_release,
 )
-from compare.run.progress import Tick, untold
-from compare.run.registry import BadEngine, Package
+from tumble.compare.run.progress import Tick, untold
+from tumble.compare.run.registry import BadEngine, Package
 
 # What the folder is called in which one is made.
 MAKING = "making-"
@@ -260,7 +260,7 @@ def make_node(made: Site, pins: list[str]) -> str:
 
 def fly_once(engine: str, place: Place, tick: Tick) -> None:
     """See that every method of the engine can be used there.  Raises BadEngine."""
-    from compare.run.worker import Failure, Worker
+    from tumble.compare.run.worker import Failure, Worker
 
     with Worker(engine, 900.0, place=place) as worker:  # what some compile first they keep in their environment
         tick(f"loading {engine}", 0.0)

@@ -14,8 +14,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from compare.run.message import PREFIX, Malformed, frame, lengths, unpacked
-from scenarios.files import plain_bytes
+from tumble.compare.run.message import PREFIX, Malformed, frame, lengths, unpacked
+from tumble.scenarios.files import plain_bytes
 
 FOLDER = ".unfinished"
 

@@ -1,4 +1,4 @@
-"""The laws of compare.engines, put to an engine: what `tumble engines --check` and the tests of engines ask."""
+"""The laws of tumble.compare.engines, put to an engine: what `tumble engines --check` and the tests of engines ask."""
 
 import math
 from collections.abc import Callable, Iterable
@@ -6,8 +6,8 @@ from types import ModuleType
 
 import numpy as np
 
-from compare.engines import LAWS
-from compare.run.brick import (
+from tumble.compare.engines import LAWS
+from tumble.compare.run.brick import (
     GRAVITY,
     THROWS,
     Broken,
@@ -19,9 +19,9 @@ from compare.run.brick import (
     step,
     with_signs_of,
 )
-from compare.run.message import frame
-from compare.run.motion_laws import comes_nearer_with_the_step, spins_steadily
-from scenarios.scene import Scene
+from tumble.compare.run.message import frame
+from tumble.compare.run.motion_laws import comes_nearer_with_the_step, spins_steadily
+from tumble.scenarios.scene import Scene
 
 # Numbers of which six digits say too little for single precision, too: half a unit of the sixth is left over.
 ALL_DIGITS = 1 + np.arange(39).reshape(3, 13) * 0.01371 + 4.9e-6 / np.sqrt(2)

@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from compare.engines import EULER
-from compare.run.brick import MOMENTS, THROWS, Broken, by_other_roundings, flown, rounding
-from compare.run.free_body import MISREADINGS, moved, to_world
-from scenarios.frames import Array, quaternion_product, turned_by
+from tumble.compare.engines import EULER
+from tumble.compare.run.brick import MOMENTS, THROWS, Broken, by_other_roundings, flown, rounding
+from tumble.compare.run.free_body import MISREADINGS, moved, to_world
+from tumble.scenarios.frames import Array, quaternion_product, turned_by
 
 # A spin about each principal axis [rad/s], and the step of it [s]; its time is 1 s.
 SPINS, SPIN_STEP = np.array([2.3, -1.9, 3.1]), 1 / 256

@@ -14,7 +14,7 @@ from contextlib import suppress
 from time import monotonic
 from typing import Any
 
-from compare.run.message import PREFIX, Malformed, frame, lengths, unpacked
+from tumble.compare.run.message import PREFIX, Malformed, frame, lengths, unpacked
 
 # A system call waits no longer than this at a time [s]; a deadline may be further away than it can count.
 LONGEST_WAIT_S = 3600.0

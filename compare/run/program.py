@@ -19,9 +19,9 @@ from typing import Any
 
 import numpy as np
 
-from compare.run.process import signal_name
-from scenarios.frames import Array
-from scenarios.scene import Scene
+from tumble.compare.run.process import signal_name
+from tumble.scenarios.frames import Array
+from tumble.scenarios.scene import Scene
 
 # Where what is installed for it lies, told to engines of ours that no Python brings.
 ENVIRONMENT = "TUMBLE_ENVIRONMENT"
@@ -42,7 +42,7 @@ STATED = (
     "largest_turn",
     "exempt",
 )
-# What brings one of ours: compare.run.registry.Package.
+# What brings one of ours: tumble.compare.run.registry.Package.
 BROUGHT = ("packages", "pins", "installer", "apart", "megabytes")
 PRECISIONS = ("single", "double")
 # A number takes so many bytes at most, and words about a flight so many [B].

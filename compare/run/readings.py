@@ -16,10 +16,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from compare.run.others import machine, other_work, say
-from compare.run.questions import Failure
-from compare.run.timer import Sample
-from scenarios.frames import Array
+from tumble.compare.run.others import machine, other_work, say
+from tumble.compare.run.questions import Failure
+from tumble.compare.run.timer import Sample
+from tumble.scenarios.frames import Array
 
 SPAN_S, BUDGET_S = 3.0, 12.0
 ROUNDS = 24

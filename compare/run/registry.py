@@ -15,14 +15,14 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from compare import engines
-from compare.engines import FINDINGS, GYROSCOPIC_NAMES, LAWS, OWN, SCHEME_NAMES, SHIPPED
-from compare.run import program
-from compare.run.program import ProgramEngine
-from compare.run.step_function import StepEngine
-from scenarios.needs import FORCES
-from scenarios.refusal import UsersError, nearest
-from scenarios.scene import Scene
+from tumble.compare import engines
+from tumble.compare.engines import FINDINGS, GYROSCOPIC_NAMES, LAWS, OWN, SCHEME_NAMES, SHIPPED
+from tumble.compare.run import program
+from tumble.compare.run.program import ProgramEngine
+from tumble.compare.run.step_function import StepEngine
+from tumble.scenarios.needs import FORCES
+from tumble.scenarios.refusal import UsersError, nearest
+from tumble.scenarios.scene import Scene
 
 FILES = (".py", ".toml")
 VERBS = ("build", "write", "advance", "read")
@@ -41,7 +41,7 @@ class Missing(ImportError):
 
 @dataclass(frozen=True)
 class Finding:
-    """What an audit found: a kind of compare.engines.FINDINGS, and words."""
+    """What an audit found: a kind of tumble.compare.engines.FINDINGS, and words."""
 
     kind: str
     text: str
@@ -76,10 +76,10 @@ class EngineInfo:
     on_request: names that take part only when asked for; default: those that do what the engine does where its user
     sets nothing; shown: those that a page is made of; optional: what build
     leaves out of a world that has no use for it, and keeps if told to; schemes and gyroscopic: names by method, as in
-    compare.engines, OWN_SCHEME for a function; largest_turn [rad] of a step; exempt: laws that it is there to break,
-    and why; defaults: what a user gets who sets nothing; step_ns: by method, or of all as *, about what a step of one
-    throw takes [ns]; orders: by method, by which power of the step the error of a free body falls; instants: the only
-    sample instants at which it has an answer [s], none where it has one at any.
+    tumble.compare.engines, OWN_SCHEME for a function; largest_turn [rad] of a step; exempt: laws that it is there to
+    break, and why; defaults: what a user gets who sets nothing; step_ns: by method, or of all as *, about what a step
+    of one throw takes [ns]; orders: by method, by which power of the step the error of a free body falls; instants: the
+    only sample instants at which it has an answer [s], none where it has one at any.
     """
 
     methods: tuple[str, ...]

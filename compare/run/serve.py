@@ -19,7 +19,7 @@ TUMBLE = Path(__file__).absolute().parents[2]
 def main(engine: str, memory_limit: str, line: str, lifeline: str) -> None:
     """Serve one engine."""
     load_tumble()
-    from compare.run.process import end_with_parent
+    from tumble.compare.run.process import end_with_parent
 
     end_with_parent(int(lifeline))
     os.dup2(2, 1)  # whatever an engine prints goes to standard error: standard output is for results
@@ -27,7 +27,7 @@ def main(engine: str, memory_limit: str, line: str, lifeline: str) -> None:
     limit_memory(int(memory_limit))
     os.set_inheritable(int(line), False)
 
-    from compare.run.questions import answer_all
+    from tumble.compare.run.questions import answer_all
 
     with socket.socket(fileno=int(line)) as connection:
         answer_all(connection, engine, int(memory_limit))

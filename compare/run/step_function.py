@@ -1,4 +1,4 @@
-"""The shortest engine: a file with one function, step(state, dt, body), as an engine of compare.engines.
+"""The shortest engine: a file with one function, step(state, dt, body), as an engine of tumble.compare.engines.
 
 state: x [m], q (w x y z), v [m/s], w [rad/s], (13,), in world axes; it returns the state dt [s] later, or changes the
 one it was given.  body has mass [kg], moments [kg m2] about its principal axes, which are the body axes, points [m],
@@ -11,10 +11,10 @@ from types import ModuleType, SimpleNamespace
 
 import numpy as np
 
-from scenarios.frames import Array
-from scenarios.scene import Scene
+from tumble.scenarios.frames import Array
+from tumble.scenarios.scene import Scene
 
-# What such a file may say of its function beside that, each a dict with the key "step", as in compare.engines.
+# What such a file may say of its function beside that, each a dict with the key "step", as in tumble.compare.engines.
 STATED = ("GYROSCOPIC", "ORDERS", "EXEMPT")
 
 Step = Callable[[Array, float, SimpleNamespace], Array | None]

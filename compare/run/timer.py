@@ -3,7 +3,7 @@
 A sample is 1 to 2 ms of a contestant's own loop, with nothing between two readings but calls of `advance`, and after it
 a `read`, which waits for what `advance` has only begun; building, compiling and writing states are outside.  Before it
 the loop has run for a while, so that no sample pays for caches that others have filled meanwhile.  Three clocks are
-read; `compare.run.readings` says which of them is right.
+read; `tumble.compare.run.readings` says which of them is right.
 """
 
 import os
@@ -19,9 +19,9 @@ from typing import Any
 
 import numpy as np
 
-from compare.run.registry import built
-from scenarios.frames import Array
-from scenarios.scene import Scene
+from tumble.compare.run.registry import built
+from tumble.scenarios.frames import Array
+from tumble.scenarios.scene import Scene
 
 SAMPLE_NS = 1e6
 MOST_STEPS, MOST_COPIES = 1 << 20, 1 << 12

@@ -3,13 +3,13 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from compare.run.flight import legs
-from compare.run.participants import Participant
-from compare.run.readings import GONE, USUAL, Reading, Sampling, load_seen, round_robin
-from compare.run.tasks import Task, run
-from compare.run.timer import Pace, Ready, Sample
-from compare.run.worker import Failure, Worker
-from scenarios.scene import Scene
+from tumble.compare.run.flight import legs
+from tumble.compare.run.participants import Participant
+from tumble.compare.run.readings import GONE, USUAL, Reading, Sampling, load_seen, round_robin
+from tumble.compare.run.tasks import Task, run
+from tumble.compare.run.timer import Pace, Ready, Sample
+from tumble.compare.run.worker import Failure, Worker
+from tumble.scenarios.scene import Scene
 
 UNTIMED = "untimed: "
 

@@ -17,11 +17,11 @@ from typing import Any, NamedTuple, Self
 
 import numpy as np
 
-from compare.run.processes import Processes
-from compare.run.progress import Progress, Tick, untold
-from scenarios.impulse import RayMissed
-from scenarios.scene import Scene
-from scenarios.truth import NoTruth, Truth, truth
+from tumble.compare.run.processes import Processes
+from tumble.compare.run.progress import Progress, Tick, untold
+from tumble.scenarios.impulse import RayMissed
+from tumble.scenarios.scene import Scene
+from tumble.scenarios.truth import NoTruth, Truth, truth
 
 # How often somebody who waits for news looks whether there is still anything to wait for [s].
 LOOK_S = 0.2
@@ -61,7 +61,7 @@ def true_answer(
     """Return the truth, with its floor or without, or why there is none.
 
     tell: is told what share of it is done; limit_s: wall time that each of its parts may take [s]
-    (`scenarios.truth.deadline`).
+    (`tumble.scenarios.truth.deadline`).
     Raises RayMissed where the true body is not in the way of a later ray.
     """
     try:

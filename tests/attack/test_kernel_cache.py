@@ -92,7 +92,7 @@ def test_without_a_folder_to_write_to_the_next_is_taken(tmp_path):
 
 
 def test_a_folder_of_somebody_else_is_not_run(tmp_path, monkeypatch):
-    from solver import kernel_cache
+    from tumble.solver import kernel_cache
 
     monkeypatch.setattr(kernel_cache.tempfile, "gettempdir", lambda: str(tmp_path))
     own = tmp_path / f"tumble-{os.getuid()}"
@@ -113,7 +113,7 @@ TWICE = """
 import sys
 from pathlib import Path
 from numba import njit
-from scenarios import kernel_cache
+from tumble.scenarios import kernel_cache
 saved = kernel_cache.KernelCache.save_overload
 def save(self, sig, data):
     print("compiled", flush=True)

@@ -13,10 +13,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from compare.run.provenance import conditions
-from compare.tables.files import write_whole
-from compare.tables.frames import csv_text, frame
-from compare.tables.schema import Table
+from tumble.compare.run.provenance import conditions
+from tumble.compare.tables.files import write_whole
+from tumble.compare.tables.frames import csv_text, frame
+from tumble.compare.tables.schema import Table
 
 Clock = Callable[[], float]
 

@@ -8,8 +8,8 @@ from pathlib import Path
 import jsonschema
 import pytest
 
-from scenarios.read import CATALOGUE, catalogue
-from scenarios.schema import TABLES, json_schema, keys
+from tumble.scenarios.read import CATALOGUE, catalogue
+from tumble.scenarios.schema import TABLES, json_schema, keys
 
 ROOT = Path(__file__).parents[2]
 MAKER = runpy.run_path(str(ROOT / "docs/scene.py"))

@@ -10,7 +10,7 @@ from patience import PATIENCE_S
 
 ENGINES = {"mujoco", "pybullet", "heyoka"}
 DRAWING = {"altair", "vl_convert", "jinja2", "pandas", "matplotlib"}
-TRUTH = {"mpmath", "gmpy2", "scenarios.truth"}
+TRUTH = {"mpmath", "gmpy2", "tumble.scenarios.truth"}
 IMPORTED = re.compile(r"^import time:.*\|\s*(\S+)$", re.MULTILINE)
 
 
@@ -41,7 +41,7 @@ def imported(*words: str, folder) -> set[str]:
         ),
         (
             ["scenes"],
-            {"scenarios.needs"},
+            {"tumble.scenarios.needs"},
             {
                 "trimesh",
                 "scipy",
@@ -58,7 +58,7 @@ def imported(*words: str, folder) -> set[str]:
         # A body that never turns needs no compiled loop: the compiler's own typing is what takes longest to import.
         (
             ["run", "die-straight"],
-            {"solver.flight"},
+            {"tumble.solver.flight"},
             {"scipy.linalg", "numba.np.arraymath", "trimesh", "rich", *TRUTH, *ENGINES, *DRAWING},
         ),
         # The compiler would look for scipy's BLAS, which no kernel calls.

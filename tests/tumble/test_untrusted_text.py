@@ -20,16 +20,16 @@ from hypothesis import strategies as st
 from markdown_it import MarkdownIt
 from patience import PATIENCE_S
 
-from compare.check.changes import hold_against
-from compare.check.junit import junit
-from compare.check.markdown import code, summary
-from compare.check.record import Record
-from compare.check.schemas import CELLS, QUESTIONS, CellRow, QuestionRow
-from compare.check.tolerances import Tolerances
-from compare.tables.cells import CONTROL as OBEYED
-from compare.tables.cells import float_cells, lines_text, text_cell, text_of_cell
-from compare.tables.frames import frame
-from compare.tables.shared import ENGINES, EngineRow
+from tumble.compare.check.changes import hold_against
+from tumble.compare.check.junit import junit
+from tumble.compare.check.markdown import code, summary
+from tumble.compare.check.record import Record
+from tumble.compare.check.schemas import CELLS, QUESTIONS, CellRow, QuestionRow
+from tumble.compare.check.tolerances import Tolerances
+from tumble.compare.tables.cells import CONTROL as OBEYED
+from tumble.compare.tables.cells import float_cells, lines_text, text_cell, text_of_cell
+from tumble.compare.tables.frames import frame
+from tumble.compare.tables.shared import ENGINES, EngineRow
 
 MINE = (Path(__file__).parents[1] / "plugins/mine.py").read_text(encoding="utf-8")
 HTML = "<script>alert(1)</script><img src=x onerror=alert(2)>"

@@ -8,7 +8,7 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import suppress
 from typing import Any
 
-from compare.run.truths import end_with, safe_path
+from tumble.compare.run.truths import end_with, safe_path
 
 # Processes that wait for work; and how many there are at most, whatever the number of pages: further jobs wait.
 IDLE, MOST = 2, 4

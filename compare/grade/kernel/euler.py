@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
-from compare.grade.kernel.gyroscopic import carried, spun
-from compare.grade.kernel.laws import (
+from tumble.compare.grade.kernel.gyroscopic import carried, spun
+from tumble.compare.grade.kernel.laws import (
     AFTER_FORCES,
     AS_FORCE,
     BEFORE_FORCES,
@@ -21,9 +21,9 @@ from compare.grade.kernel.laws import (
     Push,
     Scheme,
 )
-from compare.grade.kernel.rates import accelerations, damped, decayed, turning
-from solver.compilation import inner
-from solver.quaternion import (
+from tumble.compare.grade.kernel.rates import accelerations, damped, decayed, turning
+from tumble.solver.compilation import inner
+from tumble.solver.quaternion import (
     Quaternion,
     exponential,
     norm_squared,
@@ -34,7 +34,7 @@ from solver.quaternion import (
     rotate,
     rotate_back,
 )
-from solver.vectors import Vector, add, cross, dot, scale
+from tumble.solver.vectors import Vector, add, cross, dot, scale
 
 HALF_SINGLE = 2.0**-24
 

@@ -1,6 +1,6 @@
 """What impulses, and forces that last, do to a motion as they begin and end."""
 
-from compare.grade.kernel.laws import (
+from tumble.compare.grade.kernel.laws import (
     AS_AT_THE_START,
     AS_THE_BODY,
     END,
@@ -12,10 +12,10 @@ from compare.grade.kernel.laws import (
     Motion,
     Push,
 )
-from compare.grade.kernel.rates import angular_response
-from solver.compilation import inner
-from solver.quaternion import rotate, rotate_back
-from solver.vectors import Vector, add, cross, scale
+from tumble.compare.grade.kernel.rates import angular_response
+from tumble.solver.compilation import inner
+from tumble.solver.quaternion import rotate, rotate_back
+from tumble.solver.vectors import Vector, add, cross, scale
 
 
 @inner

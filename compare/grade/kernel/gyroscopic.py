@@ -2,7 +2,7 @@
 
 import math
 
-from compare.grade.kernel.laws import (
+from tumble.compare.grade.kernel.laws import (
     BACKWARD,
     EXPLICIT,
     IMPLICIT,
@@ -13,10 +13,10 @@ from compare.grade.kernel.laws import (
     Laws,
     Motion,
 )
-from compare.grade.kernel.rates import divided, gyroscopic_rate, to_tensor, turning
-from solver.compilation import inner
-from solver.quaternion import Quaternion, rotate, rotate_back
-from solver.vectors import Vector, add, cross, dot, scale, times
+from tumble.compare.grade.kernel.rates import divided, gyroscopic_rate, to_tensor, turning
+from tumble.solver.compilation import inner
+from tumble.solver.quaternion import Quaternion, rotate, rotate_back
+from tumble.solver.vectors import Vector, add, cross, dot, scale, times
 
 # Fixed-point rounds of the midpoint rule, each better by |w| dt.
 ROUNDS = 12

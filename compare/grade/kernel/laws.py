@@ -9,9 +9,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.forces import Forces
-from solver.quaternion import Quaternion
-from solver.vectors import Vector
+from tumble.solver.forces import Forces
+from tumble.solver.quaternion import Quaternion
+from tumble.solver.vectors import Vector
 
 Array = NDArray[np.float64]
 

@@ -2,7 +2,7 @@
 
 import math
 
-from compare.grade.kernel.laws import (
+from tumble.compare.grade.kernel.laws import (
     EXPONENTIALLY,
     FROZEN,
     LINEARLY,
@@ -16,10 +16,10 @@ from compare.grade.kernel.laws import (
     Motion,
     Push,
 )
-from solver.compilation import inner
-from solver.forces import wrench
-from solver.quaternion import Quaternion, conjugate, plus, product, product_vector, rotate, rotate_back, stretch
-from solver.vectors import Vector, add, cross, dot, scale, times
+from tumble.solver.compilation import inner
+from tumble.solver.forces import wrench
+from tumble.solver.quaternion import Quaternion, conjugate, plus, product, product_vector, rotate, rotate_back, stretch
+from tumble.solver.vectors import Vector, add, cross, dot, scale, times
 
 
 @inner

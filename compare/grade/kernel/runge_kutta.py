@@ -2,11 +2,22 @@
 
 import math
 
-from compare.grade.kernel.laws import HEUN, IN_WORLD, ORDER_3, ORDER_4, TURNED, UNMIXED, VERLET, Laws, Motion, Push
-from compare.grade.kernel.rates import along, slope, turning, twist
-from solver.compilation import inner
-from solver.quaternion import exponential, normalise, product, rotate, rotate_back
-from solver.vectors import add, dot, scale, times
+from tumble.compare.grade.kernel.laws import (
+    HEUN,
+    IN_WORLD,
+    ORDER_3,
+    ORDER_4,
+    TURNED,
+    UNMIXED,
+    VERLET,
+    Laws,
+    Motion,
+    Push,
+)
+from tumble.compare.grade.kernel.rates import along, slope, turning, twist
+from tumble.solver.compilation import inner
+from tumble.solver.quaternion import exponential, normalise, product, rotate, rotate_back
+from tumble.solver.vectors import add, dot, scale, times
 
 
 @inner

@@ -9,14 +9,25 @@ from pathlib import Path
 
 import numpy as np
 
-from compare.grade.kernel.euler import capped, euler_step, kept_in_single, matrix_step
-from compare.grade.kernel.events import happen
-from compare.grade.kernel.laws import AS_IT_IS, MATRIX, ORDER_4, RUNGE_KUTTA, SMOOTH, Array, Laws, Motion, Push, Scheme
-from compare.grade.kernel.rates import twist
-from compare.grade.kernel.runge_kutta import runge_kutta_step, smooth_count
-from solver.compilation import inner, kernel_with
-from solver.quaternion import Quaternion, normalise, rotate, rotate_back, stretch
-from solver.vectors import Vector, add, scale, times
+from tumble.compare.grade.kernel.euler import capped, euler_step, kept_in_single, matrix_step
+from tumble.compare.grade.kernel.events import happen
+from tumble.compare.grade.kernel.laws import (
+    AS_IT_IS,
+    MATRIX,
+    ORDER_4,
+    RUNGE_KUTTA,
+    SMOOTH,
+    Array,
+    Laws,
+    Motion,
+    Push,
+    Scheme,
+)
+from tumble.compare.grade.kernel.rates import twist
+from tumble.compare.grade.kernel.runge_kutta import runge_kutta_step, smooth_count
+from tumble.solver.compilation import inner, kernel_with
+from tumble.solver.quaternion import Quaternion, normalise, rotate, rotate_back, stretch
+from tumble.solver.vectors import Vector, add, scale, times
 
 WIDTH = 22
 # A flight takes no more steps than this, a smooth one no more than so many radians have steps.

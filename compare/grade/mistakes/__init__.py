@@ -3,15 +3,15 @@
 A new one is one more entry in the file of its part.
 """
 
-from compare.grade.hypotheses import Hypothesis, Question
-from compare.grade.mistakes.clocks import clocks
-from compare.grade.mistakes.forces import forces
-from compare.grade.mistakes.impulses import impulses
-from compare.grade.mistakes.rotation import rotation
-from compare.grade.mistakes.size import size
-from compare.grade.mistakes.start import start
-from compare.grade.mistakes.steps import steps
-from compare.grade.mistakes.writings import writings
+from tumble.compare.grade.hypotheses import Hypothesis, Question
+from tumble.compare.grade.mistakes.clocks import clocks
+from tumble.compare.grade.mistakes.forces import forces
+from tumble.compare.grade.mistakes.impulses import impulses
+from tumble.compare.grade.mistakes.rotation import rotation
+from tumble.compare.grade.mistakes.size import size
+from tumble.compare.grade.mistakes.start import start
+from tumble.compare.grade.mistakes.steps import steps
+from tumble.compare.grade.mistakes.writings import writings
 
 PARTS = (start, impulses, forces, size, rotation, steps, clocks, writings)
 

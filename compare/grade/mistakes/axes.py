@@ -4,7 +4,7 @@ from itertools import permutations, product
 
 import numpy as np
 
-from scenarios.frames import Array
+from tumble.scenarios.frames import Array
 
 
 def signed_permutations(determinant: int) -> list[Array]:

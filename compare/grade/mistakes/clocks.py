@@ -7,9 +7,9 @@ from itertools import product
 
 import numpy as np
 
-from compare.grade.account import ALONG_ARCS, STRAIGHT, Account, in_ticks
-from compare.grade.hypotheses import Hypothesis, Question, grid
-from scenarios.frames import Array
+from tumble.compare.grade.account import ALONG_ARCS, STRAIGHT, Account, in_ticks
+from tumble.compare.grade.hypotheses import Hypothesis, Question, grid
+from tumble.scenarios.frames import Array
 
 # An offset of up to this share of the duration, a rate of up to this ratio.
 FURTHEST, FASTEST = 0.2, 1.3

@@ -5,10 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from compare.grade.account import Account, without_strength
-from compare.grade.hypotheses import STEPS, Hypothesis, Question, choice, grid
-from compare.grade.kernel.laws import AFTER_FORCES, AS_FORCE, LAST
-from scenarios.forces import GRAVITY, acting
+from tumble.compare.grade.account import Account, without_strength
+from tumble.compare.grade.hypotheses import STEPS, Hypothesis, Question, choice, grid
+from tumble.compare.grade.kernel.laws import AFTER_FORCES, AS_FORCE, LAST
+from tumble.scenarios.forces import GRAVITY, acting
 
 STANDARD = 9.81  # m/s2
 SIZES = {9.8: "9.8 m/s2", 9.80665: "9.80665 m/s2", 10.0: "10 m/s2"}

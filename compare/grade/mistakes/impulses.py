@@ -5,9 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from compare.grade.account import Account
-from compare.grade.hypotheses import STEPS, Hypothesis, Question, choice, grid
-from compare.grade.kernel.laws import (
+from tumble.compare.grade.account import Account
+from tumble.compare.grade.hypotheses import STEPS, Hypothesis, Question, choice, grid
+from tumble.compare.grade.kernel.laws import (
     AS_AT_THE_START,
     NOT_TURNED,
     POINT_MOVES,
@@ -15,9 +15,9 @@ from compare.grade.kernel.laws import (
     TORQUE_STAYS,
     TORQUE_UNTURNED,
 )
-from compare.grade.mistakes.one_impulse import MOST_VERTICES, one_impulse
-from scenarios.frames import Array
-from scenarios.scene import Impulse
+from tumble.compare.grade.mistakes.one_impulse import MOST_VERTICES, one_impulse
+from tumble.scenarios.frames import Array
+from tumble.scenarios.scene import Impulse
 
 N_S_AS_N = {1.0: "N s read as N"}
 # What becomes of the place where a force acts that lasts.

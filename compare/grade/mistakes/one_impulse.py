@@ -5,10 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from compare.grade.account import FINE, Account
-from compare.grade.hypotheses import STEPS, Hypothesis, Question, choice, grid
-from scenarios.frames import Array, rotation_matrix
-from scenarios.scene import Impulse
+from tumble.compare.grade.account import FINE, Account
+from tumble.compare.grade.hypotheses import STEPS, Hypothesis, Question, choice, grid
+from tumble.scenarios.frames import Array, rotation_matrix
+from tumble.scenarios.scene import Impulse
 
 # Bodies of more vertices than this are meshes, whose vertices nobody takes for one another.
 MOST_VERTICES = 27

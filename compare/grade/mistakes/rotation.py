@@ -6,10 +6,10 @@ from itertools import permutations
 
 import numpy as np
 
-from compare.grade.account import Account
-from compare.grade.hypotheses import Hypothesis, Question, choice, grid
-from compare.grade.kernel.laws import FROZEN, MIXED_BODY, MIXED_MOMENTUM, MIXED_WORLD, NEVER_TURNED, TURNED_BACK
-from scenarios.frames import rotation_matrix
+from tumble.compare.grade.account import Account
+from tumble.compare.grade.hypotheses import Hypothesis, Question, choice, grid
+from tumble.compare.grade.kernel.laws import FROZEN, MIXED_BODY, MIXED_MOMENTUM, MIXED_WORLD, NEVER_TURNED, TURNED_BACK
+from tumble.scenarios.frames import rotation_matrix
 
 DEGREE = np.pi / 180
 # Inertia that is so much larger or smaller than it should be is rare.

@@ -6,11 +6,11 @@ from itertools import permutations
 
 import numpy as np
 
-from compare.grade.account import Account, with_writing
-from compare.grade.hypotheses import Hypothesis, Question, choice, grid
-from scenarios.frames import Array
-from scenarios.mass import box
-from scenarios.scene import Impulse
+from tumble.compare.grade.account import Account, with_writing
+from tumble.compare.grade.hypotheses import Hypothesis, Question, choice, grid
+from tumble.scenarios.frames import Array
+from tumble.scenarios.mass import box
+from tumble.scenarios.scene import Impulse
 
 # Nobody has an edge wrong by so little, and any small error would be taken for it.
 LEAST = 0.02

@@ -5,10 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from compare.grade.account import Account
-from compare.grade.hypotheses import Hypothesis, Question, choice
-from compare.grade.mistakes.axes import axis_names, signed_permutations
-from scenarios.frames import Array, rotation_matrix
+from tumble.compare.grade.account import Account
+from tumble.compare.grade.hypotheses import Hypothesis, Question, choice
+from tumble.compare.grade.mistakes.axes import axis_names, signed_permutations
+from tumble.scenarios.frames import Array, rotation_matrix
 
 POSITION, ATTITUDE, VELOCITY, SPIN = slice(0, 3), slice(3, 7), slice(7, 10), slice(10, 13)
 UNTURNED = np.array([1.0, 0.0, 0.0, 0.0])

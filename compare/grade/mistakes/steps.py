@@ -5,9 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from compare.grade.account import Account
-from compare.grade.hypotheses import Hypothesis, Question, choice, grid
-from compare.grade.kernel.laws import (
+from tumble.compare.grade.account import Account
+from tumble.compare.grade.hypotheses import Hypothesis, Question, choice, grid
+from tumble.compare.grade.kernel.laws import (
     EXPLICIT,
     EXPONENTIAL,
     HEUN,

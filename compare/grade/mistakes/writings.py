@@ -4,10 +4,10 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from compare.grade.account import Pose, Writing, with_writing
-from compare.grade.hypotheses import Hypothesis, Question, choice, grid
-from compare.grade.mistakes.axes import axis_names, signed_permutations
-from scenarios.frames import Array, rotation_matrix
+from tumble.compare.grade.account import Pose, Writing, with_writing
+from tumble.compare.grade.hypotheses import Hypothesis, Question, choice, grid
+from tumble.compare.grade.mistakes.axes import axis_names, signed_permutations
+from tumble.scenarios.frames import Array, rotation_matrix
 
 EARTH_RAD_S = 7.292115e-5
 UNITS = {

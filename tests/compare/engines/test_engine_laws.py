@@ -11,17 +11,17 @@ from types import MappingProxyType, ModuleType
 import numpy as np
 import pytest
 
-from compare import engines as contract
-from compare.run import registry
-from compare.run.brick import MOMENTS, THROWS, Broken, prepare, scene
-from compare.run.free_body import moved
-from compare.run.laws import ASKED, law_broken, laws_for
-from compare.run.participants import launched
-from compare.stability.modes import Mode
-from compare.stability.theory import SCHEMES, theory
-from scenarios.frames import turned_by
-from scenarios.read import read_scene
-from scenarios.truth import truth
+from tumble.compare import engines as contract
+from tumble.compare.run import registry
+from tumble.compare.run.brick import MOMENTS, THROWS, Broken, prepare, scene
+from tumble.compare.run.free_body import moved
+from tumble.compare.run.laws import ASKED, law_broken, laws_for
+from tumble.compare.run.participants import launched
+from tumble.compare.stability.modes import Mode
+from tumble.compare.stability.theory import SCHEMES, theory
+from tumble.scenarios.frames import turned_by
+from tumble.scenarios.read import read_scene
+from tumble.scenarios.truth import truth
 
 ROOT = Path(__file__).parents[3]
 PLUGINS = ROOT / "tests" / "plugins"

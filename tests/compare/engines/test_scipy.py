@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 from triaxial import GRAVITY, SIZE, THROWS, scene
 
-from compare.engines import scipy as engine
-from scenarios.frames import Array, vertices
-from scenarios.scene import Scene, frozen_array
-from scenarios.truth import truth
+from tumble.compare.engines import scipy as engine
+from tumble.scenarios.frames import Array, vertices
+from tumble.scenarios.scene import Scene, frozen_array
+from tumble.scenarios.truth import truth
 
 FLIGHT_S = 3.0
 RADIUS_M = np.linalg.norm(SIZE) / 2

@@ -4,10 +4,10 @@ from typing import Any, cast
 
 import pytest
 
-from compare.grade.explanation import Mistake, value_of
-from compare.grade.fitting import Fitter
-from compare.grade.flights import Flights
-from compare.grade.hypotheses import Hypothesis
+from tumble.compare.grade.explanation import Mistake, value_of
+from tumble.compare.grade.fitting import Fitter
+from tumble.compare.grade.flights import Flights
+from tumble.compare.grade.hypotheses import Hypothesis
 
 
 def hypothesis(name, values=(), **said):

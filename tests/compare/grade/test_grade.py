@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from patience import PATIENCE_S
 
-from compare.grade import verdict
-from compare.grade.columns import UNITS
-from scenarios.published import VERTEX, table_4_1
 from tumble.__main__ import main
+from tumble.compare.grade import verdict
+from tumble.compare.grade.columns import UNITS
+from tumble.scenarios.published import VERTEX, table_4_1
 
 
 def fly(contestant, path):

@@ -5,12 +5,12 @@ import csv
 import numpy as np
 import pytest
 
-from compare.grade.reference import Reference
-from compare.grade.residual import moved_by
-from compare.grade.verdict import COARSE, CORRECT_TO_DIGITS, TOO_COARSE, TOO_LITTLE, grade
-from scenarios.frames import vertices
-from scenarios.read import read_scene
 from tumble.__main__ import main
+from tumble.compare.grade.reference import Reference
+from tumble.compare.grade.residual import moved_by
+from tumble.compare.grade.verdict import COARSE, CORRECT_TO_DIGITS, TOO_COARSE, TOO_LITTLE, grade
+from tumble.scenarios.frames import vertices
+from tumble.scenarios.read import read_scene
 
 SCENE = "two-hits"
 POSE = ["x_m", "y_m", "z_m", "qw", "qx", "qy", "qz"]

@@ -12,14 +12,14 @@ import numpy as np
 import pytest
 from patience import PATIENCE_S, until
 
-from compare.engines import LAWS
-from compare.run.examine import examined
-from compare.run.flight import Trajectory
-from compare.run.participants import launched
-from compare.run.readings import DISAGREE, round_robin
-from compare.run.timer import Pace
-from compare.run.worker import Failure
-from scenarios.read import read_scene
+from tumble.compare.engines import LAWS
+from tumble.compare.run.examine import examined
+from tumble.compare.run.flight import Trajectory
+from tumble.compare.run.participants import launched
+from tumble.compare.run.readings import DISAGREE, round_robin
+from tumble.compare.run.timer import Pace
+from tumble.compare.run.worker import Failure
+from tumble.scenarios.read import read_scene
 from tumble.starters import STARTERS
 
 ROOT = Path(__file__).parents[3]
@@ -303,7 +303,7 @@ def test_a_record_does_not_run_the_program_that_it_names(tumble, tmp_path):
 
 
 def test_a_changed_program_is_another_circumstance(tmp_path):
-    from compare.run.registry import files
+    from tumble.compare.run.registry import files
 
     path = script(tmp_path)
     assert files(path) == [Path(path), Path(sys.executable), tmp_path / "engine.py"]

@@ -17,14 +17,14 @@ import numpy as np
 import pytest
 from patience import PATIENCE_S, until
 
-from compare.judge.errors import Flown
-from compare.run.flight import Trajectory
-from compare.run.kept import FOLDER, Kept
-from compare.run.participants import Halted, Participant, launched
-from compare.run.processes import Processes
-from compare.run.tasks import Task, run
-from compare.run.truths import Truths
-from scenarios.read import read_scene
+from tumble.compare.judge.errors import Flown
+from tumble.compare.run.flight import Trajectory
+from tumble.compare.run.kept import FOLDER, Kept
+from tumble.compare.run.participants import Halted, Participant, launched
+from tumble.compare.run.processes import Processes
+from tumble.compare.run.tasks import Task, run
+from tumble.compare.run.truths import Truths
+from tumble.scenarios.read import read_scene
 
 # It dies where the scene is called `die`, hangs where it is called `hang`, waits for a file where `slow`, and leaves
 # its number in a file beside it.
@@ -247,7 +247,7 @@ class WhereItIsRead:
 
 @pytest.mark.parametrize("others", [(), (SCENE,)], ids=["in a thread", "in a process"])
 def test_a_long_truth_tells_how_far_it_is(others, monkeypatch):
-    monkeypatch.setattr("compare.run.progress.QUICK_S", 0.0)
+    monkeypatch.setattr("tumble.compare.run.progress.QUICK_S", 0.0)
     shares: list[float] = []
     tick = lambda what, share=1.0: shares.append(share) if what == "many-throws truth" else None  # noqa: E731
     with Truths([read_scene("many-throws"), *others], tick) as truths:

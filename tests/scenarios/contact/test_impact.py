@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from mpmath import MPContext
 
-from scenarios.read import read_scene, scene_of
-from scenarios.truth.contact.impact import FRICTIONLESS, REVERSES, SLIPS, STICKS, impact, response, velocity_at
-from scenarios.truth.contact.setting import read_setting
+from tumble.scenarios.read import read_scene, scene_of
+from tumble.scenarios.truth.contact.impact import FRICTIONLESS, REVERSES, SLIPS, STICKS, impact, response, velocity_at
+from tumble.scenarios.truth.contact.setting import read_setting
 
 DIE = """
 title = "a"
@@ -195,7 +195,7 @@ def test_the_slip_turns_in_space_and_not_in_the_plane(tmp_path):
 def test_the_catalogue_has_an_impact_of_every_kind():
     modes = set()
     for name in ("die-corner-smooth", "die-corner-sticks", "die-corner-planar", "die-corner-space"):
-        from scenarios.truth import truth
+        from tumble.scenarios.truth import truth
 
         (record,) = truth(read_scene(name), False).contacts
         modes.add(next(event for event in record.events if event.kind == "impact").modes)
