@@ -33,11 +33,15 @@ def imported(*words: str, folder) -> set[str]:
 @pytest.mark.parametrize(
     ("words", "used", "unused"),
     [
-        (["--help"], {"argparse"}, {"numpy", "msgspec", "multiprocessing", "scenarios", "compare", "rich"}),
+        (
+            ["--help"],
+            {"argparse"},
+            {"numpy", "msgspec", "multiprocessing", "tumble.scenarios", "tumble.compare", "rich"},
+        ),
         (
             ["--version"],
             {"argparse"},
-            {"numpy", "msgspec", "multiprocessing", "scenarios", "compare", "rich"},
+            {"numpy", "msgspec", "multiprocessing", "tumble.scenarios", "tumble.compare", "rich"},
         ),
         (
             ["scenes"],
@@ -50,7 +54,7 @@ def imported(*words: str, folder) -> set[str]:
                 "difflib",
                 "rich",
                 "multiprocessing",
-                "compare",
+                "tumble.compare",
                 *TRUTH,
                 *DRAWING,
             },
@@ -70,16 +74,16 @@ def imported(*words: str, folder) -> set[str]:
         (
             ["run", "die-vertex", "-e", "mujoco"],
             {"mujoco"},
-            {"solver", "numba", "scipy", "rich", *TRUTH, *DRAWING, *ENGINES - {"mujoco"}},
+            {"tumble.solver", "numba", "scipy", "rich", *TRUTH, *DRAWING, *ENGINES - {"mujoco"}},
         ),
         (
             ["run", "die-vertex", "-e", "pybullet"],
             {"importlib.metadata"},
-            {"solver", "numba", "scipy", "rich", *TRUTH, *DRAWING, *ENGINES - {"pybullet"}},
+            {"tumble.solver", "numba", "scipy", "rich", *TRUTH, *DRAWING, *ENGINES - {"pybullet"}},
         ),
         (["engines", "-e", "tumble"], {"rich"}, {"numba.np.arraymath", "mpmath", *ENGINES, *DRAWING}),
         (["compare", "die-straight", "-e", "tumble:rk4"], {"mpmath", "rich"}, {"trimesh", *ENGINES, *DRAWING}),
-        (["compare", "die-straight", "-e", "mujoco"], {"mpmath", "mujoco"}, {"solver", "pybullet", *DRAWING}),
+        (["compare", "die-straight", "-e", "mujoco"], {"mpmath", "mujoco"}, {"tumble.solver", "pybullet", *DRAWING}),
     ],
     ids=lambda value: " ".join(value) if isinstance(value, list) else "",
 )
