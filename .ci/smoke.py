@@ -46,6 +46,12 @@ time = 0.0
 value = [-3.1, 0.9, 2.2]
 vertex = 0
 """
+DENSE = """
+[ensemble]
+throws = 100
+seed = 1
+magnitude = 0.1
+"""
 SPRING = """
 [[tether]]
 vertex = 7
@@ -87,6 +93,8 @@ STEPS = (
     Step(f"advise free.toml --tolerance 1e-3 {TWO}", prints="tumble:rk4"),
     Step("stability spring.toml -e mujoco:euler -o stable", prints="mujoco:euler", writes="stable/limits.csv"),
     Step("ablate free.toml -e mujoco:euler -o ablated", prints="mujoco", writes="ablated/ablation.csv"),
+    Step("run dense.toml -e tumble:rk4 -o dense.csv", writes="dense.csv"),
+    Step(f"compare dense.toml {TWO}", prints="nearest"),  # 400 samples of 100 throws
     Step("grade euler.csv --scene free.toml", prints="MuJoCo"),
     Step("grade rk4.csv --scene free.toml --tolerance 0.01 --json", prints='"'),
     Step(f"check free.toml {TWO} --no-times --accept -o record", writes="record"),
@@ -222,14 +230,14 @@ def find_uv(work: Path) -> str:
 
 
 def built(uv: str, work: Path) -> Path:
-    """Return a wheel of the files that git knows, as a user's `pip install` makes it."""
+    """Return a wheel of the files that git knows, made from the source distribution of them."""
     source = work / "source"
     listed = run(["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"], cwd=ROOT)
     for name in filter(None, listed.split("\0")):
         if (ROOT / name).is_file():
             (source / name).parent.mkdir(parents=True, exist_ok=True)
             shutil.copy2(ROOT / name, source / name)
-    run([uv, "build", "--quiet", "--wheel", "--out-dir", str(work / "wheel"), str(source)])
+    run([uv, "build", "--quiet", "--out-dir", str(work / "wheel"), str(source)])
     (wheel,) = (work / "wheel").glob("*.whl")
     return wheel
 
@@ -240,6 +248,8 @@ def smoked(cell: Cell, uv: str, wheel: Path) -> Cell:
     try:
         (cell.folder / "work").mkdir(parents=True)
         (cell.folder / "work/free.toml").write_text(f'title = "A brick, struck"\n{BODY}')
+        many = BODY.replace("samples = 4", "samples = 400")
+        (cell.folder / "work/dense.toml").write_text(f'title = "A hundred bricks, looked at often"\n{many}{DENSE}')
         (cell.folder / "work/spring.toml").write_text(f'title = "A brick on a spring"\n{BODY}{SPRING}')
         run([uv, "venv", "--quiet", "--python", str(cell.python), str(cell.folder / "env")])
         install(cell, uv, "-r", str(ROOT / "pyproject.toml"))
