@@ -17,9 +17,9 @@ from tumble.compare.judge.errors import quietly
 from tumble.compare.run.flight import Trajectory, legs
 from tumble.compare.run.participants import Participant, truth_limit
 from tumble.compare.run.progress import Tick, untold
-from tumble.compare.run.readings import USUAL, Reading, Sampling, ratio
 from tumble.compare.run.tasks import Task, run
-from tumble.compare.run.timing import Cost, Load, costs
+from tumble.compare.run.timing.readings import USUAL, Reading, Sampling, ratio
+from tumble.compare.run.timing.timing import Cost, Load, costs
 from tumble.compare.run.truths import true_answer
 from tumble.compare.run.worker import Failure
 from tumble.scenarios.needs import needs

@@ -15,8 +15,8 @@ from tumble.compare.judge import ladder as order
 from tumble.compare.judge.errors import Flown, Run
 from tumble.compare.judge.trend import spin_energy
 from tumble.compare.run.flight import Trajectory, legs
-from tumble.compare.run.kept import Kept
 from tumble.compare.run.participants import Participant, truth_limit
+from tumble.compare.run.process.kept import Kept
 from tumble.compare.run.progress import Tick, untold
 from tumble.compare.run.tasks import Task, run
 from tumble.compare.run.truths import Answer, Truths

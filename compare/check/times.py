@@ -13,7 +13,7 @@ from tumble.compare.judge.errors import Run
 from tumble.compare.run.flight import Trajectory
 from tumble.compare.run.participants import Participant, launched
 from tumble.compare.run.progress import Tick
-from tumble.compare.run.readings import ratio
+from tumble.compare.run.timing.readings import ratio
 from tumble.scenarios.scene import Scene
 
 

@@ -9,9 +9,9 @@ import numpy as np
 from tumble.compare.judge.errors import Run
 from tumble.compare.run.flight import Trajectory
 from tumble.compare.run.participants import Participant
-from tumble.compare.run.readings import USUAL, Reading, Sampling
-from tumble.compare.run.timer import Ready
-from tumble.compare.run.timing import Cost, Load, costs
+from tumble.compare.run.timing.readings import USUAL, Reading, Sampling
+from tumble.compare.run.timing.timer import Ready
+from tumble.compare.run.timing.timing import Cost, Load, costs
 from tumble.compare.run.worker import Failure
 from tumble.scenarios.scene import Scene
 

@@ -9,13 +9,13 @@ from dataclasses import dataclass, replace
 from tumble.compare.judge import ladder, trend
 from tumble.compare.judge.errors import Flown, Run
 from tumble.compare.releases.schemas import ReleaseRow
-from tumble.compare.run.environments import split_release
-from tumble.compare.run.kept import Kept
+from tumble.compare.run.engines.environments import split_release
 from tumble.compare.run.participants import Participant, truth_limit
+from tumble.compare.run.process.kept import Kept
 from tumble.compare.run.progress import Tick, untold
-from tumble.compare.run.readings import USUAL, Reading, Sampling, ratio
 from tumble.compare.run.tasks import Task, run
-from tumble.compare.run.timing import Cost, Load, costs
+from tumble.compare.run.timing.readings import USUAL, Reading, Sampling, ratio
+from tumble.compare.run.timing.timing import Cost, Load, costs
 from tumble.compare.run.truths import Truths
 from tumble.compare.run.worker import Failure
 from tumble.compare.tables.runs import run_row

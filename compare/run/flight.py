@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tumble.compare.run.registry import Finding, built, findings
-from tumble.compare.run.timer import prepare, process_ns, wall_of_steps
+from tumble.compare.run.engines.registry import Finding, built, findings
+from tumble.compare.run.timing.timer import prepare, process_ns, wall_of_steps
 from tumble.scenarios.frames import Array, quaternion_product, vertices
 from tumble.scenarios.impulse import RayMissed, jump
 from tumble.scenarios.refusal import UsersError

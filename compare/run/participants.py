@@ -8,12 +8,12 @@ from dataclasses import dataclass, field
 from itertools import combinations, count
 from pathlib import Path
 
-from tumble.compare.run import registry
-from tumble.compare.run.environments import split_release
+from tumble.compare.run.engines import registry
+from tumble.compare.run.engines.environments import split_release
+from tumble.compare.run.engines.registry import BadEngine, EngineInfo
 from tumble.compare.run.flight import Trajectory
 from tumble.compare.run.precision import DOUBLE, rounding
-from tumble.compare.run.registry import BadEngine, EngineInfo
-from tumble.compare.run.timer import Pace, Ready, Sample
+from tumble.compare.run.timing.timer import Pace, Ready, Sample
 from tumble.compare.run.worker import MEMORY_LIMIT, Failure, Worker
 from tumble.scenarios.format import nearest
 from tumble.scenarios.needs import FORCES, needs

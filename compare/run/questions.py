@@ -8,12 +8,12 @@ from typing import BinaryIO
 
 import numpy as np
 
+from tumble.compare.run.engines.laws import law_broken
+from tumble.compare.run.engines.program import ProgramFailed
+from tumble.compare.run.engines.registry import BadEngine, EngineInfo, Missing, engine_info, in_one_line, load
 from tumble.compare.run.flight import Trajectory, fly, struck
-from tumble.compare.run.laws import law_broken
-from tumble.compare.run.message import PREFIX, Malformed, frame, lengths, unpacked
-from tumble.compare.run.program import ProgramFailed
-from tumble.compare.run.registry import BadEngine, EngineInfo, Missing, engine_info, in_one_line, load
-from tumble.compare.run.timer import NoTime, Pace, Ready, Sample, Timer
+from tumble.compare.run.process.message import PREFIX, Malformed, frame, lengths, unpacked
+from tumble.compare.run.timing.timer import NoTime, Pace, Ready, Sample, Timer
 from tumble.scenarios.frames import Array
 from tumble.scenarios.scene import Scene
 

@@ -19,7 +19,7 @@ TUMBLE = Path(__file__).absolute().parents[2]
 def main(engine: str, memory_limit: str, line: str, lifeline: str) -> None:
     """Serve one engine."""
     load_tumble()
-    from tumble.compare.run.process import end_with_parent
+    from tumble.compare.run.process.process import end_with_parent
 
     end_with_parent(int(lifeline))
     os.dup2(2, 1)  # whatever an engine prints goes to standard error: standard output is for results

@@ -18,8 +18,8 @@ from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
-from tumble.compare.run.kept import Kept
 from tumble.compare.run.participants import Participant
+from tumble.compare.run.process.kept import Kept
 from tumble.compare.run.progress import Tick, untold
 from tumble.compare.run.truths import Truths
 

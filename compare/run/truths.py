@@ -17,7 +17,7 @@ from typing import Any, NamedTuple, Self
 
 import numpy as np
 
-from tumble.compare.run.processes import Processes
+from tumble.compare.run.process.processes import Processes
 from tumble.compare.run.progress import Progress, Tick, untold
 from tumble.scenarios.impulse import RayMissed
 from tumble.scenarios.scene import Scene

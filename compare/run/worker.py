@@ -10,10 +10,11 @@ from typing import Any, Self
 
 import numpy as np
 
-from tumble.compare.run.environments import HERE, Place, located
+from tumble.compare.run.engines.environments import HERE, Place, located
+from tumble.compare.run.engines.registry import BadEngine, EngineInfo, is_file
 from tumble.compare.run.flight import Trajectory
-from tumble.compare.run.message import Malformed
-from tumble.compare.run.process import Died, Process, signal_name
+from tumble.compare.run.process.message import Malformed
+from tumble.compare.run.process.process import Died, Process, signal_name
 from tumble.compare.run.questions import (
     Ended,
     Failure,
@@ -26,8 +27,7 @@ from tumble.compare.run.questions import (
     TakeSample,
     more_than,
 )
-from tumble.compare.run.registry import BadEngine, EngineInfo, is_file
-from tumble.compare.run.timer import Pace, Ready, Sample
+from tumble.compare.run.timing.timer import Pace, Ready, Sample
 from tumble.scenarios.frames import Array
 from tumble.scenarios.scene import Scene
 

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tumble.compare.run.engines.registry import OWN_SCHEME
 from tumble.compare.run.participants import Participant
-from tumble.compare.run.registry import OWN_SCHEME
 from tumble.compare.run.worker import Failure
 from tumble.compare.stability.modes import Mode
 from tumble.scenarios.forces import stiffness

@@ -11,7 +11,7 @@ from tumble.compare.judge.cost import Timed
 from tumble.compare.judge.errors import Run
 from tumble.compare.judge.orders import ASYMPTOTIC, LAST, Rung, local_orders, parts
 from tumble.compare.run.precision import precision
-from tumble.compare.run.readings import ratio
+from tumble.compare.run.timing.readings import ratio
 from tumble.compare.sweep.schemas import ClockRow, DigitRow, OrderRow, SameRow, ThrowsRow, WorkPrecisionRow
 from tumble.compare.sweep.work_precision import Sweep
 from tumble.compare.tables.runs import step_of

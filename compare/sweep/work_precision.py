@@ -10,11 +10,11 @@ from dataclasses import dataclass, field
 from tumble.compare.judge.cost import Timed, time_runs
 from tumble.compare.judge.errors import Flown, Run
 from tumble.compare.run.flight import legs
-from tumble.compare.run.kept import Kept
 from tumble.compare.run.participants import Participant, truth_limit
+from tumble.compare.run.process.kept import Kept
 from tumble.compare.run.progress import Tick, untold
-from tumble.compare.run.readings import USUAL, Sampling
 from tumble.compare.run.tasks import Task, run
+from tumble.compare.run.timing.readings import USUAL, Sampling
 from tumble.compare.run.truths import Truths, true_answer
 from tumble.compare.run.worker import Failure
 from tumble.compare.sweep.longer_steps import COUNTS, at_all, longer_steps

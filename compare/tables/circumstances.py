@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
+from tumble.compare.run.engines.registry import files, is_file
 from tumble.compare.run.participants import Participant
 from tumble.compare.run.provenance import ConditionRow, conditions
-from tumble.compare.run.registry import files, is_file
 from tumble.compare.tables.engines import engine_row
 from tumble.compare.tables.files import place
 from tumble.compare.tables.frames import read_file, rows

@@ -7,7 +7,7 @@ from pathlib import Path
 from left_running import left_running
 
 from tumble.compare.judge.errors import Run
-from tumble.compare.run.registry import BadEngine
+from tumble.compare.run.engines.registry import BadEngine
 from tumble.compare.run.truths import true_answer
 from tumble.compare.run.worker import Failure, Worker
 from tumble.scenarios.read import read_scene

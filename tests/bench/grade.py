@@ -18,7 +18,7 @@ from time import perf_counter
 import numpy as np
 from figures import FigureRow, show
 
-from tumble.compare.grade.reference import Reference
+from tumble.compare.grade.model.reference import Reference
 from tumble.scenarios.read import read_scene
 
 SCENE = "yardstick"

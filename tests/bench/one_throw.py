@@ -2,8 +2,8 @@
 
     python tests/bench/one_throw.py [-o FILE.csv]
 
-Every figure is a ratio of times at equal error, or of steps, from one round robin of `tumble.compare.run.timer`; low,
-high:
+Every figure is a ratio of times at equal error, or of steps, from one round robin of `tumble.compare.run.timing.timer`;
+low, high:
 the ratios of its two passes.  `asked` is what the project set itself to reach on a machine with 512-bit vectors.
 The error beside a method's own cost is the least that any of its steps reached.
 """
@@ -14,7 +14,7 @@ from collections.abc import Iterator
 from figures import FigureRow, output_option, show
 
 from tumble.compare.run.participants import launched
-from tumble.compare.run.readings import Reading, ratio
+from tumble.compare.run.timing.readings import Reading, ratio
 from tumble.compare.run.worker import Failure
 from tumble.compare.sweep.frontier import by_contestant, reach
 from tumble.compare.sweep.work_precision import YARDSTICK, Sweep, sweep

@@ -14,8 +14,8 @@ import pandas as pd
 from figures import output_option
 
 from tumble.compare.run.participants import launched
-from tumble.compare.run.readings import reading
-from tumble.compare.run.timing import Load
+from tumble.compare.run.timing.readings import reading
+from tumble.compare.run.timing.timing import Load
 from tumble.compare.tables.files import write_whole
 from tumble.compare.tables.frames import csv_text
 from tumble.scenarios.read import read_scene

@@ -3,7 +3,7 @@
 import re
 
 from tumble.compare.engines import BY_HAND
-from tumble.compare.run.registry import names
+from tumble.compare.run.engines.registry import names
 from tumble.reports.hues import LIGHT, PLACES, places, rgb
 from tumble.reports.page import TEMPLATES
 

@@ -11,8 +11,8 @@ from tumble.compare.judge.cost import Timed
 from tumble.compare.judge.errors import Run
 from tumble.compare.run.flight import Trajectory, legs
 from tumble.compare.run.participants import launched
-from tumble.compare.run.readings import Reading
-from tumble.compare.run.timer import Ready
+from tumble.compare.run.timing.readings import Reading
+from tumble.compare.run.timing.timer import Ready
 from tumble.compare.sweep.longer_steps import longer_steps
 from tumble.compare.sweep.work_precision import Effort, Sweep, sweep
 from tumble.reports.sweep_text import advice_text, sweep_text

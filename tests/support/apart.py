@@ -4,12 +4,12 @@ from contextlib import contextmanager
 
 import numpy as np
 
-from tumble.compare.run.brick import scene
-from tumble.compare.run.examine import examined
+from tumble.compare.run.engines.brick import scene
+from tumble.compare.run.engines.examine import examined
+from tumble.compare.run.engines.installing import install
+from tumble.compare.run.engines.registry import BadEngine
 from tumble.compare.run.flight import Trajectory
-from tumble.compare.run.installing import install
 from tumble.compare.run.participants import launched
-from tumble.compare.run.registry import BadEngine
 from tumble.scenarios.frames import Array
 
 

@@ -32,20 +32,20 @@ from tumble.compare.check.markdown import summary
 from tumble.compare.check.record import BadRecord, Record, read_record, texts
 from tumble.compare.check.schemas import CELLS, QUESTIONS, TIMES, CellRow, QuestionRow, TimeRow
 from tumble.compare.check.tolerances import BadTolerance, Tolerances, read_tolerances
-from tumble.compare.grade.columns import BadTrajectory
-from tumble.compare.grade.conventions import Reading
-from tumble.compare.grade.dialect import plain
-from tumble.compare.grade.foreign import Trajectory
-from tumble.compare.grade.mapping import mapping_file, mapping_of
-from tumble.compare.grade.reference import Reference
-from tumble.compare.grade.residual import measure
-from tumble.compare.run import message
+from tumble.compare.grade.measure.residual import measure
+from tumble.compare.grade.model.reference import Reference
+from tumble.compare.grade.read.columns import BadTrajectory
+from tumble.compare.grade.read.conventions import Reading
+from tumble.compare.grade.read.dialect import plain
+from tumble.compare.grade.read.foreign import Trajectory
+from tumble.compare.grade.read.mapping import mapping_file, mapping_of
+from tumble.compare.run.engines.registry import BadEngine, Finding, engine_info, load
 from tumble.compare.run.flight import Probe
 from tumble.compare.run.flight import Trajectory as Flight
-from tumble.compare.run.message import PREFIX, Malformed, lengths, unpacked
+from tumble.compare.run.process.message import PREFIX, Malformed, lengths, unpacked
+from tumble.compare.run.process.process import message
 from tumble.compare.run.questions import Failure
-from tumble.compare.run.registry import BadEngine, Finding, engine_info, load
-from tumble.compare.run.timer import Sample
+from tumble.compare.run.timing.timer import Sample
 from tumble.compare.tables.files import write_folder
 from tumble.compare.tables.frames import frame
 from tumble.compare.tables.shared import ENGINES, EngineRow

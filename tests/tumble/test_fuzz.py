@@ -10,7 +10,7 @@ import fuzz
 import pytest
 from patience import PATIENCE_S
 
-from tumble.compare.run.kept import FOLDER
+from tumble.compare.run.process.kept import FOLDER
 
 FEW = 600
 

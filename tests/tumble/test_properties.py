@@ -11,8 +11,8 @@ from hypothesis import Phase, assume, given, settings
 from hypothesis import strategies as st
 
 from tumble.compare.judge.errors import Run
+from tumble.compare.run.engines.registry import load
 from tumble.compare.run.flight import Trajectory, fly
-from tumble.compare.run.registry import load
 from tumble.scenarios.frames import Array, quaternion_product, rotation_matrix
 from tumble.scenarios.mass import BOX_FACES, box_corners
 from tumble.scenarios.scene import Body, Impulse, Scene, frozen_array

@@ -14,9 +14,9 @@ from tumble.compare.check.record import BadRecord, Record, is_record, read_recor
 from tumble.compare.check.schemas import TIMES
 from tumble.compare.check.times import nearer
 from tumble.compare.check.tolerances import Tolerances, read_tolerances
-from tumble.compare.run.kept import Kept
+from tumble.compare.run.engines.registry import is_file
 from tumble.compare.run.participants import flights, split, wanted
-from tumble.compare.run.registry import is_file
+from tumble.compare.run.process.kept import Kept
 from tumble.compare.tables.circumstances import binding, circumstances
 from tumble.compare.tables.files import write_folder
 from tumble.notes import note, progress

@@ -5,10 +5,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from tumble.compare.engines import LAWS
-from tumble.compare.run import environments, installing, registry
-from tumble.compare.run.examine import Examined, examined
+from tumble.compare.run.engines import environments, installing, registry
+from tumble.compare.run.engines.examine import Examined, examined
+from tumble.compare.run.engines.registry import BadEngine
 from tumble.compare.run.participants import launched, split
-from tumble.compare.run.registry import BadEngine
 from tumble.compare.run.worker import Failure
 from tumble.compare.tables.engines import engine_row
 from tumble.compare.tables.files import write_together

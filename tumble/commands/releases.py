@@ -8,10 +8,10 @@ from pathlib import Path
 from tumble.compare.releases.changes import changes
 from tumble.compare.releases.ledger import SCENES, ledger
 from tumble.compare.releases.notes import shipped_notes
-from tumble.compare.run import environments, installing, registry
-from tumble.compare.run.kept import Kept
+from tumble.compare.run.engines import environments, installing, registry
+from tumble.compare.run.engines.registry import BadEngine
 from tumble.compare.run.participants import flights, split
-from tumble.compare.run.registry import BadEngine
+from tumble.compare.run.process.kept import Kept
 from tumble.compare.tables.files import write_folder
 from tumble.finished import exit_code
 from tumble.notes import note, progress

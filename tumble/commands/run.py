@@ -10,10 +10,10 @@ from shutil import copyfileobj
 from tempfile import SpooledTemporaryFile
 
 from tumble.compare.engines import OWN
+from tumble.compare.run.engines.registry import BadEngine
 from tumble.compare.run.flight import check_step, mean_step
 from tumble.compare.run.participants import Participant
 from tumble.compare.run.progress import Tick, untold
-from tumble.compare.run.registry import BadEngine
 from tumble.compare.run.worker import Failure
 from tumble.compare.tables.files import write_whole
 from tumble.compare.tables.trajectory import trajectory_text

@@ -4,8 +4,8 @@ import shlex
 from argparse import Namespace
 from pathlib import Path
 
-from tumble.compare.run.kept import Kept
 from tumble.compare.run.participants import flights
+from tumble.compare.run.process.kept import Kept
 from tumble.compare.sweep.results import MEASURED, measured
 from tumble.compare.sweep.schemas import WORK_PRECISION
 from tumble.compare.sweep.work_precision import YARDSTICK, sweep

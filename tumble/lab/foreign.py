@@ -54,14 +54,14 @@ def loading(workers: Workers, folder: Path, name: str, content: bytes, scene: Sc
 
 def graded(path: Path, name: str, scene: Scene) -> Foreign:
     """Grade a file and return it under another name."""
-    from tumble.compare.grade.columns import BadTrajectory
-    from tumble.compare.grade.verdict import (
+    from tumble.compare.grade.grade import (
         CORRECT_TO_DIGITS,
         CORRECT_TO_LIMIT,
         CORRECT_TO_NOISE,
         CORRECT_TO_SINGLE,
         grade,
     )
+    from tumble.compare.grade.read.columns import BadTrajectory
     from tumble.reports.grade import answer, verdict_lines
 
     try:

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import viser
 
-from tumble.compare.run.registry import BadEngine
+from tumble.compare.run.engines.registry import BadEngine
 from tumble.lab.chart import Curve, chart
 from tumble.lab.draft import Draft, usual_magnitude
 from tumble.lab.looks import Look, Looks

@@ -20,10 +20,10 @@ from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from typing import Self
 
-from tumble.compare.run.environments import located
+from tumble.compare.run.engines.environments import located
+from tumble.compare.run.engines.registry import BadEngine, EngineInfo, is_file, names
 from tumble.compare.run.flight import Trajectory
 from tumble.compare.run.participants import AS_ASKED, DEFAULT, Participant, chosen, launched, titles, wanted
-from tumble.compare.run.registry import BadEngine, EngineInfo, is_file, names
 from tumble.compare.run.worker import Failure
 from tumble.lab.background import Workers
 from tumble.scenarios.scene import Scene

@@ -2,7 +2,7 @@
 
 import re
 
-from tumble.compare.grade.columns import BadTrajectory
+from tumble.compare.grade.read.columns import BadTrajectory
 from tumble.scenarios.impulse import RayMissed
 from tumble.scenarios.read import BadScene
 

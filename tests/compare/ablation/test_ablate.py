@@ -11,9 +11,9 @@ from tumble.__main__ import main
 from tumble.compare.ablation.optional_features import EVERYTHING, AblationRow, Build, Pair, ablate, apart_m, measured
 from tumble.compare.run.flight import Trajectory
 from tumble.compare.run.participants import launched
-from tumble.compare.run.readings import Reading, Sampling
-from tumble.compare.run.timer import Ready
-from tumble.compare.run.timing import Cost
+from tumble.compare.run.timing.readings import Reading, Sampling
+from tumble.compare.run.timing.timer import Ready
+from tumble.compare.run.timing.timing import Cost
 from tumble.compare.run.worker import Failure
 from tumble.reports.ablation import band, others, times
 from tumble.scenarios.needs import needs

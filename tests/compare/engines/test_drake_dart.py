@@ -7,7 +7,7 @@ import pytest
 from apart import broken_laws, engine, flight, throw
 
 from tumble.compare.judge.errors import Run
-from tumble.compare.run.brick import scene
+from tumble.compare.run.engines.brick import scene
 from tumble.compare.run.worker import Failure
 from tumble.scenarios.frames import rotation_matrix
 from tumble.scenarios.truth import truth

@@ -19,8 +19,8 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 from triaxial import GRAVITY, MASS, MOMENTS, THROWS, scene
 
+from tumble.compare.run.engines.registry import engine_info
 from tumble.compare.run.participants import Participant, chosen
-from tumble.compare.run.registry import engine_info
 from tumble.compare.run.worker import Failure, Worker
 from tumble.scenarios.frames import Array, rotation_matrix, vertices
 from tumble.scenarios.mass import BOX_FACES, box_corners

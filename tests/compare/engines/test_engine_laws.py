@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 
 from tumble.compare import engines as contract
-from tumble.compare.run import registry
-from tumble.compare.run.brick import MOMENTS, THROWS, Broken, prepare, scene
-from tumble.compare.run.free_body import moved
-from tumble.compare.run.laws import ASKED, law_broken, laws_for
+from tumble.compare.run.engines import registry
+from tumble.compare.run.engines.brick import MOMENTS, THROWS, Broken, prepare, scene
+from tumble.compare.run.engines.free_body import moved
+from tumble.compare.run.engines.laws import ASKED, law_broken, laws_for
 from tumble.compare.run.participants import launched
 from tumble.compare.stability.modes import Mode
 from tumble.compare.stability.theory import SCHEMES, theory

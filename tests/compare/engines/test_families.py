@@ -10,7 +10,7 @@ from apart import engine, throw
 
 from tumble.compare.judge import mechanics
 from tumble.compare.judge.family import family
-from tumble.compare.run.brick import scene
+from tumble.compare.run.engines.brick import scene
 from tumble.compare.run.participants import launched
 from tumble.scenarios.read import read_scene
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from apart import broken_laws, engine, flight, throw
 
-from tumble.compare.run.brick import scene
+from tumble.compare.run.engines.brick import scene
 from tumble.compare.run.participants import launched
 
 EPS = float(np.finfo(np.float32).eps)

@@ -8,10 +8,10 @@ import pytest
 from apart import broken_laws, engine, flight, throw
 
 from tumble.compare.judge.errors import Run
-from tumble.compare.run import environments, installing
-from tumble.compare.run.installing import install
+from tumble.compare.run.engines import environments, installing
+from tumble.compare.run.engines.installing import install
+from tumble.compare.run.engines.registry import BadEngine, names, package
 from tumble.compare.run.participants import launched
-from tumble.compare.run.registry import BadEngine, names, package
 from tumble.scenarios.read import read_scene
 from tumble.scenarios.truth import truth
 

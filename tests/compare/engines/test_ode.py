@@ -7,10 +7,10 @@ import pytest
 from apart import broken_laws, engine, flight, throw
 
 from tumble.compare.judge.errors import Run
-from tumble.compare.run import installing
-from tumble.compare.run.brick import scene
-from tumble.compare.run.installing import install
-from tumble.compare.run.registry import BadEngine
+from tumble.compare.run.engines import installing
+from tumble.compare.run.engines.brick import scene
+from tumble.compare.run.engines.installing import install
+from tumble.compare.run.engines.registry import BadEngine
 from tumble.compare.run.worker import Failure
 from tumble.scenarios.frames import rotation_matrix
 from tumble.scenarios.truth import truth

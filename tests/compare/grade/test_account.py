@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tumble.compare.grade.account import ALONG_ARCS, FINE, STRAIGHT, Clock, Stroke, truthful, with_writing
-from tumble.compare.grade.kernel.laws import (
+from tumble.compare.grade.model.account import ALONG_ARCS, FINE, STRAIGHT, Clock, Stroke, truthful, with_writing
+from tumble.compare.grade.model.kernel.laws import (
     EXPLICIT,
     EXPONENTIALLY,
     IMPLICITLY,

@@ -10,7 +10,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tumble.__main__ import main
-from tumble.compare.grade.conventions import matrix_of
+from tumble.compare.grade.read.conventions import matrix_of
 from tumble.scenarios.read import read_scene
 
 SCENE = "two-hits"

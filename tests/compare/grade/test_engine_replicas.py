@@ -9,7 +9,7 @@ from programs import read, write
 from replicas import Replica, midpoint, none, rescaled
 
 from tumble.__main__ import main
-from tumble.compare.grade.verdict import EXPLAINED_WHOLLY, grade
+from tumble.compare.grade.grade import EXPLAINED_WHOLLY, grade
 from tumble.scenarios.read import read_scene
 
 SCENE = """

@@ -11,8 +11,8 @@ import pytest
 from patience import PATIENCE_S
 
 from tumble.__main__ import main
-from tumble.compare.grade import verdict
-from tumble.compare.grade.columns import UNITS
+from tumble.compare.grade import grade as verdict
+from tumble.compare.grade.read.columns import UNITS
 from tumble.scenarios.published import VERTEX, table_4_1
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tumble.compare.grade import mistakes
+from tumble.compare.grade.hypotheses.hypothesis import mistakes
 
 ROOT = Path(__file__).parents[3]
 PAGE = (ROOT / "docs/mistakes.md").read_text(encoding="utf-8")

@@ -10,7 +10,7 @@ from engine_logs import log, read
 from scipy.spatial.transform import Rotation
 
 from tumble.__main__ import main
-from tumble.compare.grade import header, offers
+from tumble.compare.grade.read import header, offers
 
 SCENE = "two-hits"
 

@@ -7,9 +7,9 @@ import pytest
 
 from tumble.compare.judge.agreement import agreements
 from tumble.compare.judge.errors import Run
+from tumble.compare.run.engines.registry import Finding
 from tumble.compare.run.flight import Trajectory
 from tumble.compare.run.precision import ROUNDINGS
-from tumble.compare.run.registry import Finding
 from tumble.compare.run.worker import Failure
 from tumble.compare.tables.runs import run_row
 from tumble.scenarios.frames import vertices

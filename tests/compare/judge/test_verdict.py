@@ -15,8 +15,8 @@ from tumble.compare.engines import FINDINGS
 from tumble.compare.judge.balance import energies, mechanical_energy
 from tumble.compare.judge.errors import Run
 from tumble.compare.judge.verdict import AUDITED, HOLDS, WORDS, bounded, verdict
+from tumble.compare.run.engines.registry import Finding
 from tumble.compare.run.flight import Trajectory, fly
-from tumble.compare.run.registry import Finding
 from tumble.compare.run.worker import Failure
 from tumble.compare.stability.columns import columns
 from tumble.scenarios.frames import Array, quaternion_product, vertices

@@ -11,10 +11,10 @@ from tumble.compare.releases.changes import changes
 from tumble.compare.releases.ledger import Ledger, ledger
 from tumble.compare.releases.notes import Notes, shipped_notes
 from tumble.compare.releases.schemas import ReleaseRow
-from tumble.compare.run.environments import folder, in_order
-from tumble.compare.run.kept import Kept
+from tumble.compare.run.engines.environments import folder, in_order
 from tumble.compare.run.participants import launched
-from tumble.compare.run.readings import Reading, Sampling
+from tumble.compare.run.process.kept import Kept
+from tumble.compare.run.timing.readings import Reading, Sampling
 from tumble.reports.releases import answer, ledger_markdown, ledger_text, sentence
 from tumble.scenarios.read import read_scene
 

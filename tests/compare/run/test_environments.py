@@ -14,9 +14,9 @@ from time import sleep
 
 import pytest
 
-from tumble.compare.run import environments, registry
-from tumble.compare.run.environments import HERE, BadEngine, located, split_release
-from tumble.compare.run.installing import install, remove, run, site, sweep
+from tumble.compare.run.engines import environments, registry
+from tumble.compare.run.engines.environments import HERE, BadEngine, located, split_release
+from tumble.compare.run.engines.installing import install, remove, run, site, sweep
 from tumble.compare.run.progress import untold
 from tumble.compare.run.worker import Failure, Worker
 

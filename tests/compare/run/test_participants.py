@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from tumble.__main__ import main
+from tumble.compare.run.engines.registry import BadEngine
 from tumble.compare.run.participants import launched, titles
-from tumble.compare.run.registry import BadEngine
 from tumble.scenarios.read import read_scene
 
 ENGINE = """

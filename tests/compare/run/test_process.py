@@ -18,10 +18,10 @@ import pytest
 from patience import PATIENCE_S, until, without_progress
 from typing_extensions import TypeAliasType
 
-from tumble.compare.run.environments import Place
+from tumble.compare.run.engines.environments import Place
 from tumble.compare.run.flight import Trajectory
-from tumble.compare.run.message import PREFIX, Malformed, frame, lengths, unpacked
-from tumble.compare.run.process import environment
+from tumble.compare.run.process.message import PREFIX, Malformed, frame, lengths, unpacked
+from tumble.compare.run.process.process import environment
 from tumble.compare.run.questions import Failure, Fly, Question
 from tumble.compare.run.worker import Worker
 from tumble.scenarios.read import read_scene

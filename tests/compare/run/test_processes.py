@@ -7,7 +7,7 @@ from functools import partial
 
 import pytest
 
-from tumble.compare.run.processes import Processes
+from tumble.compare.run.process.processes import Processes
 
 OF_A_KIND = [False] * 5 + [True] * 3 + [False] * 5
 

@@ -13,11 +13,11 @@ import pytest
 from patience import PATIENCE_S, until
 
 from tumble.compare.engines import LAWS
-from tumble.compare.run.examine import examined
+from tumble.compare.run.engines.examine import examined
 from tumble.compare.run.flight import Trajectory
 from tumble.compare.run.participants import launched
-from tumble.compare.run.readings import DISAGREE, round_robin
-from tumble.compare.run.timer import Pace
+from tumble.compare.run.timing.readings import DISAGREE, round_robin
+from tumble.compare.run.timing.timer import Pace
 from tumble.compare.run.worker import Failure
 from tumble.scenarios.read import read_scene
 from tumble.starters import STARTERS
@@ -303,7 +303,7 @@ def test_a_record_does_not_run_the_program_that_it_names(tumble, tmp_path):
 
 
 def test_a_changed_program_is_another_circumstance(tmp_path):
-    from tumble.compare.run.registry import files
+    from tumble.compare.run.engines.registry import files
 
     path = script(tmp_path)
     assert files(path) == [Path(path), Path(sys.executable), tmp_path / "engine.py"]

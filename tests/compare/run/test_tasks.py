@@ -19,9 +19,9 @@ from patience import PATIENCE_S, until
 
 from tumble.compare.judge.errors import Flown
 from tumble.compare.run.flight import Trajectory
-from tumble.compare.run.kept import FOLDER, Kept
 from tumble.compare.run.participants import Halted, Participant, launched
-from tumble.compare.run.processes import Processes
+from tumble.compare.run.process.kept import FOLDER, Kept
+from tumble.compare.run.process.processes import Processes
 from tumble.compare.run.tasks import Task, run
 from tumble.compare.run.truths import Truths
 from tumble.scenarios.read import read_scene

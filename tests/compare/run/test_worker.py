@@ -3,8 +3,8 @@
 import pytest
 
 from tumble.compare.comparison.against_truth import compare
+from tumble.compare.run.engines.registry import BadEngine
 from tumble.compare.run.participants import launched
-from tumble.compare.run.registry import BadEngine
 from tumble.scenarios.read import read_scene
 
 GOOD = """

@@ -13,11 +13,11 @@ import pytest
 
 from tumble.compare.judge.errors import Run
 from tumble.compare.judge.orders import Rung, local_orders
+from tumble.compare.run.engines.registry import Finding
 from tumble.compare.run.flight import Trajectory
 from tumble.compare.run.participants import launched
-from tumble.compare.run.readings import PROCESS, Reading, round_robin
-from tumble.compare.run.registry import Finding
-from tumble.compare.run.timer import Pace, Ready, Timer
+from tumble.compare.run.timing.readings import PROCESS, Reading, round_robin
+from tumble.compare.run.timing.timer import Pace, Ready, Timer
 from tumble.compare.sweep.frontier import (
     TARGETS_M,
     by_contestant,

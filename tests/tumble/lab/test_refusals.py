@@ -2,7 +2,7 @@
 
 import pytest
 
-from tumble.compare.grade.columns import BadTrajectory
+from tumble.compare.grade.read.columns import BadTrajectory
 from tumble.lab.draft import Draft
 from tumble.lab.refusals import in_words
 from tumble.scenarios.read import BadScene

@@ -14,8 +14,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from tumble.compare.run.engines.registry import package
 from tumble.compare.run.flight import Trajectory
-from tumble.compare.run.registry import package
 from tumble.compare.run.worker import Failure
 from tumble.lab.background import Job, Workers
 from tumble.lab.draft import Draft
@@ -273,7 +273,7 @@ def test_engines_that_come_up_at_once_are_not_parsed_at_once(monkeypatch):
         inside.pop()
         return ast.Module([], [])
 
-    monkeypatch.setattr("tumble.compare.run.registry.ast", SimpleNamespace(parse=slowly))
+    monkeypatch.setattr("tumble.compare.run.engines.registry.ast", SimpleNamespace(parse=slowly))
     threads = [threading.Thread(target=package.__wrapped__, args=(name,)) for name in ("mujoco", "pybullet", "scipy")]
     for thread in threads:
         thread.start()
