@@ -116,6 +116,11 @@ class Process:
             if left <= 0:
                 raise TimeoutError
 
+    @property
+    def gone(self) -> bool:
+        """Whether it has ended, by itself or not."""
+        return self._process.returncode is not None or bool(select.select([self._sentinel], [], [], 0.0)[0])
+
     def kill(self) -> None:
         """Kill the whole group, whatever it is doing; who waits for an answer is told that it died."""
         if self._process.returncode is None:

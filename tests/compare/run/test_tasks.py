@@ -8,7 +8,6 @@ import threading
 import time
 import uuid
 from concurrent.futures import ThreadPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -20,8 +19,9 @@ from patience import PATIENCE_S, until
 from tumble.compare.judge.errors import Flown
 from tumble.compare.run.flight import Trajectory
 from tumble.compare.run.participants import Halted, Participant, launched
+from tumble.compare.run.process.callers import Callers
 from tumble.compare.run.process.kept import FOLDER, Kept
-from tumble.compare.run.process.processes import Processes
+from tumble.compare.run.process.process import Died
 from tumble.compare.run.tasks import Task, run
 from tumble.compare.run.truths import Truths
 from tumble.scenarios.read import read_scene
@@ -169,7 +169,7 @@ def test_truths_end_when_they_are_stopped_and_who_waits_is_told():
     waiting.start()
     truths.stop()
     waiting.join(60)
-    assert isinstance(told[0], BrokenProcessPool), "its process went on to the end"
+    assert isinstance(told[0], Died), "its process went on to the end"
     assert all(future.done() for future in truths.futures)
 
 
@@ -222,15 +222,15 @@ def test_studies_that_share_truths_end_them_one_after_the_other(monkeypatch):
     """On Ctrl-C all of them do; at once they would close a descriptor twice, and the command would blame a file."""
     ending, most = [], []
 
-    def end(processes: Processes) -> None:
-        ending.append(processes)
+    def end(callers: Callers) -> None:
+        ending.append(callers)
         most.append(len(ending))
         time.sleep(0.1)
-        really(processes)
+        really(callers)
         ending.pop()
 
-    really = Processes.end
-    monkeypatch.setattr(Processes, "end", end)
+    really = Callers.end
+    monkeypatch.setattr(Callers, "end", end)
     with Truths([SCENE, read_scene("two-hits")]) as truths, ThreadPoolExecutor(3) as threads:
         for done in [threads.submit(truths.stop) for _ in range(3)]:
             done.result()

@@ -2,39 +2,46 @@
 
 from collections import deque
 from collections.abc import Callable, Sequence
-from concurrent.futures import CancelledError, Future, ProcessPoolExecutor
+from concurrent.futures import CancelledError, Future
 from functools import partial
-from multiprocessing.context import BaseContext
-from typing import Any
+from typing import Any, NamedTuple
 
-Call = Callable[[], Any]
+from tumble.compare.run.process.caller import Caller, Tell
+
+
+class Call(NamedTuple):
+    """A function, what it is given, and what is called with each share of the work that it reports, if it does."""
+
+    function: Callable[..., Any]
+    arguments: Sequence[Any] = ()
+    tell: Tell | None = None
+
+
 Task = tuple[Call, "Future[Any]"]
 
 
-class Processes:
-    """So many processes, each started with the first call that it gets; initializer and initargs: its first words."""
+class Callers:
+    """So many processes, each of which makes one call after the other."""
 
-    def __init__(self, count: int, context: BaseContext, initializer: Callable[..., object], initargs: tuple) -> None:
-        self._executors = [
-            ProcessPoolExecutor(1, context, initializer=initializer, initargs=initargs) for _ in range(count)
-        ]
+    def __init__(self, count: int) -> None:
+        self._callers = [Caller() for _ in range(count)]
 
     def share_out(self, calls: Sequence[Call], of_a_kind: Sequence[bool]) -> list["Future[Any]"]:
         """Return what will be the results of calls; the first process takes those of a kind before any other."""
         futures: list[Future[Any]] = [Future() for _ in calls]
         ordered = sorted(range(len(calls)), key=lambda number: not of_a_kind[number])
         waiting = deque((calls[number], futures[number]) for number in ordered)
-        for number, executor in enumerate(self._executors):
-            _go_on(executor, waiting.pop if number else waiting.popleft)
+        for number, caller in enumerate(self._callers):
+            _go_on(caller, waiting.pop if number else waiting.popleft)
         return futures
 
     def end(self) -> None:
-        """Wait for the processes to end; calls that wait are not made."""
-        for executor in self._executors:
-            executor.shutdown(cancel_futures=True)
+        """End the processes, whatever they are doing; calls that wait are not made."""
+        for caller in self._callers:
+            caller.end()
 
 
-def _go_on(executor: ProcessPoolExecutor, take: Callable[[], Task]) -> None:
+def _go_on(caller: Caller, take: Callable[[], Task]) -> None:
     """Let a process make the next call that nobody has cancelled, and so on when it is done."""
     while True:
         try:
@@ -44,12 +51,12 @@ def _go_on(executor: ProcessPoolExecutor, take: Callable[[], Task]) -> None:
         if not future.set_running_or_notify_cancel():
             continue
         try:
-            made = executor.submit(call)
-        except RuntimeError as ended:  # it has been told to, or has died
+            made = caller.submit(call.function, *call.arguments, tell=call.tell)
+        except RuntimeError as ended:  # it was ended, or has died
             future.set_exception(ended)
             continue
         made.add_done_callback(partial(_tell, future))
-        made.add_done_callback(lambda _: _go_on(executor, take))
+        made.add_done_callback(lambda _: _go_on(caller, take))
         return
 
 
