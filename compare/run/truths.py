@@ -7,7 +7,7 @@ import os
 import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
-from dataclasses import replace
+from dataclasses import fields, replace
 from functools import partial
 from typing import Any, NamedTuple, Self
 
@@ -110,12 +110,12 @@ class Truths:
         self.stop()
 
     def answer(self, scene: Scene) -> Answer:
-        """Return the answer to a scene that was asked for, or to one of as many throws that is looked at less often.
+        """Return the answer to a scene that was asked for, or to one made of it that has fewer samples.
 
-        Raises what working it out raised.
+        Raises what working it out raised, KeyError where nobody asked.
         """
         for asked, future in self._asked:
-            if asked.name == scene.name and asked.start.shape == scene.start.shape:
+            if is_same_motion(asked, scene):
                 return future.result().at(scene)
         raise KeyError(scene.name)
 
@@ -144,6 +144,12 @@ class Truths:
                 future.cancel()
             if self._callers is not None:
                 self._callers.end()
+
+
+def is_same_motion(one: Scene, other: Scene) -> bool:
+    """Whether two scenes differ in their samples alone: one was made of the other, for two files may share a name."""
+    same = (field.name for field in fields(Scene) if field.name not in ("times", "start"))
+    return all(getattr(one, name) is getattr(other, name) for name in same) and np.array_equal(one.start, other.start)
 
 
 def cancelled() -> "Future[Any]":

@@ -208,6 +208,17 @@ def test_more_truths_are_asked_of_those_that_are_at_work(asked):
     assert sorted(ticks) == sorted(f"{scene.name} truth" for scene in (*scenes[:asked], *more))
 
 
+def test_two_scenes_of_one_name_have_each_its_own_truth():
+    one, other = read_scene("die-straight"), read_scene("die-vertex")
+    other = replace(other, name=one.name)
+    with Truths([one, other]) as truths:
+        assert truths.answer(other).truth.vertices.tolist() == truths.futures[1].result().truth.vertices.tolist()
+        fewer = replace(other, times=other.times[1::2])
+        assert truths.answer(fewer).truth.times.tolist() == fewer.rows.tolist()
+        with pytest.raises(KeyError):
+            truths.answer(read_scene("die-vertex"))
+
+
 def test_truths_asked_for_later_end_with_the_others():
     many = read_scene("many-throws")
     begun = replace(many, start=np.tile(many.start, (200, 1)))  # minutes of work
