@@ -109,15 +109,14 @@ class Search:
 
     def _searched(self, nothing: Explanation, laws: Sequence[Explanation]) -> list[Explanation]:
         """Return what a search finds, where whole laws have not been enough."""
-        spent = self._flights.steps
-        damped = self._lawful.damped()
-        self._flights.steps = spent  # they are few, and what a search may take is for the search
-        if not damped or not damped[0].nothing:
-            self._tell_nearest((*laws, *damped))
         singles = sorted((self._fitter.tuned((h,)) for h in self._flights.hypotheses), key=self._glanced)
-        found = [*laws, *sorted(self._explained(singles[:SINGLES]), key=_by_weight)]
+        explained = sorted(self._explained(singles[:SINGLES]), key=_by_weight)
+        # Of what one mistake explains there is nothing left to fit, and those fits take seconds.
+        damped = [] if any(each.nothing for each in explained) else self._damped()
+        found = [*laws, *explained]
         if damped and damped[0].nothing:
-            return [*damped, *found[len(laws) :]]
+            return [*damped, *explained]
+        self._tell_nearest((*laws, *damped))
         found += self._finer(min(found, key=_by_weight))
         if not min(found, key=_by_weight).nothing:
             found += self._lawful.combined()
@@ -137,6 +136,13 @@ class Search:
         found += self._swapped(min(found, key=_by_weight))
         # What damped schemes leave is not built upon: the search has its own damping.
         return [*damped, *found[len(laws) :]]
+
+    def _damped(self) -> list[Explanation]:
+        """Return what schemes with damping of any rate leave; what they take is not of what the search may take."""
+        spent = self._flights.steps
+        found = self._lawful.damped()
+        self._flights.steps = spent
+        return found
 
     def _tell_nearest(self, laws: Sequence[Explanation]) -> None:
         """Tell whose law comes nearest, where there is any."""

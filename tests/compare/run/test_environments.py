@@ -5,6 +5,7 @@ The real ones are in tests/compare/engines, one for each engine that needs it.
 
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -35,6 +36,13 @@ def test_a_release_is_split_off_and_its_form_is_asked_for():
     for wrong in ("mujoco@", "mujoco@../up", "mujoco@-r x", "mujoco@>3", "handcalc@1"):
         with pytest.raises(BadEngine):
             split_release(wrong)
+
+
+@pytest.fixture
+def pip_alone(monkeypatch):
+    """Let pip install, also where uv is: their words differ."""
+    which = shutil.which
+    monkeypatch.setattr(shutil, "which", lambda name: None if name == "uv" else which(name))
 
 
 def test_what_is_beside_tumble_needs_no_environment():
@@ -78,6 +86,7 @@ def test_wrong_words_are_one_line(tumble, folder, words, said):
     assert not folder.exists()
 
 
+@pytest.mark.usefixtures("pip_alone")
 def test_a_release_that_there_is_not_leaves_nothing(monkeypatch, folder):
     monkeypatch.setenv("PIP_NO_INDEX", "1")  # as without a network: no release is found anywhere
     with pytest.raises(BadEngine, match=r"mujoco@9\.9: No matching .* for mujoco==9\.9.*nothing was kept"):
@@ -92,6 +101,7 @@ def empty_wheel(folder: Path) -> None:
         archive.writestr("mujoco-9.9.dist-info/RECORD", "")
 
 
+@pytest.mark.usefixtures("pip_alone")
 def test_a_package_that_does_not_bring_the_engine_leaves_nothing(monkeypatch, tmp_path, folder):
     empty_wheel(tmp_path)
     monkeypatch.setenv("PIP_NO_INDEX", "1")
@@ -101,6 +111,7 @@ def test_a_package_that_does_not_bring_the_engine_leaves_nothing(monkeypatch, tm
     assert list(folder.iterdir()) == []
 
 
+@pytest.mark.usefixtures("pip_alone")
 def test_what_is_installed_is_reported_as_it_comes(monkeypatch, tmp_path):
     empty_wheel(tmp_path)
     monkeypatch.setenv("PIP_NO_INDEX", "1")

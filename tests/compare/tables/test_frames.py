@@ -50,8 +50,8 @@ def test_rows_come_back_with_their_dtypes():
     made = frame(RUNS, [RUN, ABSENT])
     text = csv_text(made)
     assert text.splitlines()[1:] == [
-        "s,e,m,0.1,,10,ok,,1e-05,,,-0.0,,,,,,",
-        "s,gone,,,1e-09,,missing,no wheel,,,,,,,,,,",
+        "s,e,m,0.1,,10,ok,,1e-05,,,-0.0,,,,,,,",
+        "s,gone,,,1e-09,,missing,no wheel,,,,,,,,,,,",
     ]
     read = read_tables({"runs.csv": text, "sweep-runs.csv": text, "notes.txt": "none of ours"})
     assert list(read) == ["runs.csv", "sweep-runs.csv"]
@@ -76,8 +76,8 @@ def test_an_empty_table_keeps_its_columns_and_dtypes(table):
         (",10,", ",10.5,", "line 2: steps = '10.5': must be a whole number"),
         (",0.1,", ",one,", "line 2: dt_s = 'one': must be a number"),
         (",1e-05,", ",small,", "line 2: max_error_m = 'small': must be a number"),
-        ("\ns,gone", "\n\ns,gone", "line 3: 0 cells: must be 18"),
-        ("s,e,m", "s,e", "line 2: 17 cells: must be 18"),
+        ("\ns,gone", "\n\ns,gone", "line 3: 0 cells: must be 19"),
+        ("s,e,m", "s,e", "line 2: 18 cells: must be 19"),
         ("s,e,m", '"s,e,m', "not CSV"),
     ],
 )
