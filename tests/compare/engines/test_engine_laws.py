@@ -206,8 +206,8 @@ def test_what_brings_an_engine_is_read_without_running_it(monkeypatch, tmp_path)
 
 # Where `grade` knows engines by what they do and by what they write.
 OF_THEIR_FILES = {("grade", name) for name in ("engines.py", "programs.py", "conventions.py")}
-# The colours of those that most pages have side by side; another takes one that is free.
-OF_THEIR_FILES |= {("reports", "hues.py")}
+# The colours of those that most pages have side by side, another takes one that is free; the formats of `--like`.
+OF_THEIR_FILES |= {("reports", "hues.py"), ("tumble", "parser.py")}
 
 
 def test_nobody_outside_names_an_engine():
