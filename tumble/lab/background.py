@@ -7,6 +7,7 @@ from contextlib import suppress
 from typing import Any
 
 from tumble.compare.run.process.caller import Caller
+from tumble.compare.run.process.process import Died
 
 # Processes that wait for work; and how many there are at most, whatever the number of pages: further jobs wait.
 IDLE, MOST = 2, 4
@@ -45,7 +46,7 @@ class Job:
             future.cancel()
 
     def begin(self, worker: Caller, done: Callable[["Job"], object]) -> None:
-        """Let a worker make the calls; done: called after the last.  Raises RuntimeError, and nothing is begun."""
+        """Let a worker make the calls; done: called after the last.  Raises Died, and nothing is begun."""
         inner = [worker.submit(*call) for call in self.calls]
         for one, future in zip(inner, self.futures, strict=True):
             one.add_done_callback(lambda found, future=future: hand_on(found, future))
@@ -103,7 +104,7 @@ class Workers:
                 worker = self._at_work[job] = self._idle.pop() if self._idle else standing()
             try:
                 job.begin(worker, self._take_back)
-            except RuntimeError:  # it died while it was idle, of memory or by somebody's hand
+            except Died:  # it died while it was idle, of memory or by somebody's hand
                 worker.end()
                 with self._lock:
                     del self._at_work[job]

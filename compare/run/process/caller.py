@@ -19,7 +19,7 @@ import numpy as np
 
 import tumble
 from tumble.compare.run.process.message import PREFIX, frame, lengths, unpacked
-from tumble.compare.run.process.process import Process, end_with_parent
+from tumble.compare.run.process.process import Died, Process, end_with_parent
 
 # What the process runs: it finds the package where this one has found it, and nothing else of the working folder.
 HOME = str(Path(tumble.__path__[0]).parent)
@@ -36,18 +36,23 @@ class Caller:
         self._process = Process([sys.executable, "-P", "-c", BEGIN], {})
         self._thread = ThreadPoolExecutor(1)
         self._turn, self._ended = threading.Lock(), False
+        self._own_thread: int | None = None
 
     def submit(self, function: Callable[..., Any], *arguments: Any, tell: Tell | None = None) -> "Future[Any]":
         """Return what will be the function's result.
 
         tell: called with each share of the work that the function reports; it must take `tell`, too, then.
-        Raises RuntimeError where the process was ended, or has died.
+        Raises Died where the process was ended, or has died.
         """
         if self._process.gone:
-            raise RuntimeError("its process is gone")
-        return self._thread.submit(self._call, function, arguments, tell)
+            raise Died("its process is gone")
+        try:
+            return self._thread.submit(self._call, function, arguments, tell)
+        except RuntimeError as ended:
+            raise Died("its process was ended") from ended
 
     def _call(self, function: Callable[..., Any], arguments: tuple[Any, ...], tell: Tell | None) -> Any:
+        self._own_thread = threading.get_ident()
         with self._turn:
             self._process.send(as_array((function, arguments, tell is not None)), math.inf)
             while True:
@@ -63,7 +68,8 @@ class Caller:
         """End the process at once, whatever it is doing: who waits for a call gets CancelledError or Died."""
         if not self._ended:
             self._process.kill()
-        self._thread.shutdown(wait=False, cancel_futures=True)
+        # Who is told of a call may end the process there and then: that thread cannot wait for itself.
+        self._thread.shutdown(wait=threading.get_ident() != self._own_thread, cancel_futures=True)
         with self._turn:
             if not self._ended:
                 self._process.end()

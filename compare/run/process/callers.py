@@ -7,6 +7,7 @@ from functools import partial
 from typing import Any, NamedTuple
 
 from tumble.compare.run.process.caller import Caller, Tell
+from tumble.compare.run.process.process import Died
 
 
 class Call(NamedTuple):
@@ -52,7 +53,7 @@ def _go_on(caller: Caller, take: Callable[[], Task]) -> None:
             continue
         try:
             made = caller.submit(call.function, *call.arguments, tell=call.tell)
-        except RuntimeError as ended:  # it was ended, or has died
+        except Died as ended:
             future.set_exception(ended)
             continue
         made.add_done_callback(partial(_tell, future))
