@@ -3,7 +3,7 @@
 PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
 
-.PHONY: report docs lab test attack check bench truth-check requirements venv venv-lab venv-test
+.PHONY: report docs lab test test-rest test-all attack check bench truth-check requirements venv venv-lab venv-test
 
 report: venv
 	$(BIN)/tumble report -o report/tumble.html
@@ -17,7 +17,15 @@ docs: venv-test report
 lab: venv-lab
 	$(BIN)/tumble lab
 
+# Every quick test, and of the slow ones (tests/slow.txt) a part, another with each commit.
 test: venv-test
+	$(BIN)/pytest -n auto --quick
+
+# What `make test` leaves out; and both.
+test-rest: venv-test
+	$(BIN)/pytest -n auto --rest
+
+test-all: venv-test
 	$(BIN)/pytest -n auto
 
 check: venv-test
