@@ -11,8 +11,8 @@ report: venv
 # The page that is shown before anybody installs, and the README's pictures of it and of the lab.
 docs: venv-test report
 	cp report/tumble.html docs/example.html
-	$(BIN)/python docs/picture.py
-	$(BIN)/python docs/lab_picture.py
+	$(BIN)/python -m tools.page_picture
+	$(BIN)/python -m tools.lab_picture
 
 lab: venv-lab
 	$(BIN)/tumble lab
@@ -34,7 +34,7 @@ bench: venv-test
 
 # The table of docs/truth.md: random scenes against a second formulation at 60 digits; fails where a bound is broken.
 truth-check: venv-test
-	$(BIN)/python docs/truth_check.py --scenes 30 --write
+	$(BIN)/python -m tools.truth_check --scenes 30 --write
 
 # What is installed, every version pinned and every file's hash, from the names in pyproject.toml and requirements*.in.
 # It keeps the versions that it can; `make requirements UPGRADE=--upgrade` takes the newest.

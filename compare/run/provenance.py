@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Annotated
 
 from tumble.compare.run.engines import registry
-from tumble.compare.run.timing.timing import others
+from tumble.compare.run.timing import others
 
 # What the tables of a comparison or a sweep are called; to be counted up when a column changes its name or meaning.
 FORMAT = "tumble tables 2"
