@@ -42,8 +42,8 @@ from tumble.compare.grade.read.mapping import mapping_file, mapping_of
 from tumble.compare.run.engines.registry import BadEngine, Finding, engine_info, load
 from tumble.compare.run.flight import Probe
 from tumble.compare.run.flight import Trajectory as Flight
+from tumble.compare.run.process import message
 from tumble.compare.run.process.message import PREFIX, Malformed, lengths, unpacked
-from tumble.compare.run.process.process import message
 from tumble.compare.run.questions import Failure
 from tumble.compare.run.timing.timer import Sample
 from tumble.compare.tables.files import write_folder

@@ -14,10 +14,11 @@ import pytest
 from tumble.compare.ablation.optional_features import QUICK
 from tumble.compare.run.participants import launched
 from tumble.compare.run.provenance import conditions
+from tumble.compare.run.timing import others
 from tumble.compare.run.timing.others import Machine, other_work
 from tumble.compare.run.timing.readings import PROCESS, Ratio, Reading, Sampling, narrow, ratio, reading, round_robin
 from tumble.compare.run.timing.timer import Pace, Ready, Sample
-from tumble.compare.run.timing.timing import Cost, Load, costs, others
+from tumble.compare.run.timing.timing import Cost, Load, costs
 from tumble.compare.run.worker import Failure, Worker
 from tumble.compare.sweep.work_precision import BRIEF
 from tumble.scenarios.read import read_scene

@@ -12,9 +12,10 @@ import pytest
 from patience import PATIENCE_S
 
 from tumble.compare.run import serve
-from tumble.compare.run.process.process import Died, Process, process
+from tumble.compare.run.process import process
+from tumble.compare.run.process.process import Died, Process
 from tumble.compare.run.provenance import processor
-from tumble.compare.run.timing.timing import others, timer
+from tumble.compare.run.timing import others, timer
 
 # Starts a child that holds all that it has open, and ends; or waits.
 HOLDS = "import os, sys, time; os.fork() or time.sleep(6000); sys.exit(int({code!r}))"
