@@ -15,7 +15,7 @@ import numpy as np
 try:
     from numba import njit  # pyright: ignore[reportAssignmentType]
 
-    from tumble.scenarios.kernel_cache import keep  # pyright: ignore[reportAssignmentType]
+    from tumble.kernel_cache import keep  # pyright: ignore[reportAssignmentType]
 except ModuleNotFoundError:  # in an environment that an engine has to itself: slower, with the same numbers
 
     def njit(**_: object) -> Callable:

@@ -22,8 +22,8 @@ from scipy.integrate import DOP853
 
 from tumble.compare.engines.parts.turn import turned as rotated
 from tumble.compare.engines.parts.turn import turned_back
+from tumble.kernel_cache import keep
 from tumble.scenarios import wrench
-from tumble.scenarios.kernel_cache import keep
 from tumble.scenarios.wrench import net_wrenches, numbers, turned
 
 if TYPE_CHECKING:

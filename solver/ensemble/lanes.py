@@ -13,9 +13,9 @@ from typing import TypeVar, cast
 from numba import njit, types
 from numba.extending import intrinsic
 
+from tumble.kernel_cache import keep
 from tumble.solver import quaternion, vectors
 from tumble.solver.compilation import OPTIONS, SOURCE
-from tumble.solver.kernel_cache import keep
 
 F = TypeVar("F", bound=Callable)
 

@@ -1,6 +1,6 @@
 """Where compiled kernels are kept, nowhere if that cannot be; what cannot be read is compiled anew.
 
-`solver` and `scenarios` do not know each other, and each has this file; a test sees that they are the same.
+Below `solver` and `scenarios`, which do not know each other; it imports nothing of Tumble.
 """
 
 import contextlib
