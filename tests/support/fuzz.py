@@ -206,7 +206,7 @@ def records(folder: Path, numbers: range) -> Outcome:
             (folder / name).write_bytes(whole[name])
         if rng.randrange(HELD):
             return
-        outcome = hold_against(*rng.sample((BASE, record), 2), Tolerances())
+        outcome = hold_against(*rng.sample((BASE, record), 2), Tolerances())  # pyright: ignore[reportCallIssue]
         assert summary(outcome, ("--baseline", "b")).startswith("## tumble check: ")
         ElementTree.fromstring(junit(outcome, ("--baseline", "b")))
         # What was read is what is written: no cell is taken for something else.
