@@ -13,6 +13,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import tarfile
 import tempfile
 import time
 import urllib.request
@@ -230,15 +231,22 @@ def find_uv(work: Path) -> str:
 
 
 def built(uv: str, work: Path) -> Path:
-    """Return a wheel of the files that git knows, made from the source distribution of them."""
+    """Return a wheel of the files that git knows, made from the source distribution of them, which holds them all.
+
+    Raises Failed.
+    """
     source = work / "source"
     listed = run(["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"], cwd=ROOT)
-    for name in filter(None, listed.split("\0")):
-        if (ROOT / name).is_file():
-            (source / name).parent.mkdir(parents=True, exist_ok=True)
-            shutil.copy2(ROOT / name, source / name)
+    names = {name for name in listed.split("\0") if name and (ROOT / name).is_file()}
+    for name in names:
+        (source / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy2(ROOT / name, source / name)
     run([uv, "build", "--quiet", "--out-dir", str(work / "wheel"), str(source)])
-    (wheel,) = (work / "wheel").glob("*.whl")
+    ((wheel,), (archive,)) = ((work / "wheel").glob(pattern) for pattern in ("*.whl", "*.tar.gz"))
+    with tarfile.open(archive) as files:
+        held = {name.partition("/")[2] for name in files.getnames()}
+    if left_out := sorted(names - held):
+        raise Failed(f"{len(left_out)} files are not in {archive.name}: {', '.join(left_out[:5])}")
     return wheel
 
 

@@ -1,6 +1,6 @@
 """Where compiled kernels are kept, nowhere if that cannot be; what cannot be read is compiled anew.
 
-It is the lowest module of all: `solver` and `scenarios`, which do not know each other, both compile.
+Below `solver` and `scenarios`, which do not know each other; it imports nothing of Tumble.
 """
 
 import contextlib

@@ -17,7 +17,7 @@ ANEW = "each process compiles them anew"
 def run(folder: Path, *, root: Path = ROOT, env=None, **settings) -> subprocess.CompletedProcess[str]:
     """Fly a scene with a force, which takes a kernel of the solver, one of the truth and one of the wrench."""
     env = {name: value for name, value in os.environ.items() if name != "NUMBA_CACHE_DIR"} | (env or {})
-    words = ["compare", "tether-critical", "-e", "tumble:rk4", "-e", "mujoco:euler+held", "--dt", "0.01"]
+    words = ["compare", "tether-critical", "-e", "tumble:rk4", "-e", "mujoco:euler+held", "--dt", "0.01", "--quiet"]
     return subprocess.run(
         [sys.executable, "-P", "-m", "tumble", *words],
         cwd=folder,

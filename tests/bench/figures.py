@@ -37,7 +37,7 @@ class FigureRow:
 
 def figure(what: str, peer: str, unit: str, asked: float | None, passes: ArrayLike) -> FigureRow:
     """Return the row of a figure found once in each pass."""
-    return FigureRow(what, peer, None, unit, asked, *(float(f(passes)) for f in (np.mean, np.min, np.max)))
+    return FigureRow(what, peer, None, unit, asked, *(float(f(passes)) for f in (np.mean, np.min, np.max)))  # pyright: ignore[reportCallIssue]
 
 
 def lower_deciles(tasks: Mapping[str, tuple[Callable[[], object], Clock]], rounds: int) -> dict[str, float]:

@@ -61,7 +61,7 @@ def figures(found: Sweep) -> Iterator[FigureRow]:
             yield FigureRow(what, peer, None, "x", asked, *ratios(1.0, theirs[0].reading, mine[0].reading))
             continue
         costs = [reach(timed, error_m)[1:] for timed in (ours if what == "best" else steppers).values()]
-        own_ns, own = min((cost for cost in costs if cost[0] is not None), key=lambda cost: cost[0])
+        own_ns, own = min((cost for cost in costs if cost[0] is not None), key=lambda cost: cost[0])  # pyright: ignore[reportCallIssue]
         _, peer_ns, run = reach(theirs, error_m)
         if run is None or own is None or peer_ns is None:
             yield FigureRow(what, peer, error_m, "x", asked, None, None, None)

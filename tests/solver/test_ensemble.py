@@ -325,7 +325,7 @@ def test_two_cores_give_the_bits_of_one(method, monkeypatch):
     rows = spins(500, BRICK.moments, width=WIDTH[method])
     one = turn(method, rows, BRICK, (5, 0.03))
     monkeypatch.setattr(blocks, "LEAST_WORK", 0)
-    monkeypatch.setattr(blocks.numba.config, "NUMBA_NUM_THREADS", 3)
+    monkeypatch.setattr(blocks.numba.config, "NUMBA_NUM_THREADS", 3)  # pyright: ignore[reportPrivateImportUsage]
     shared = []
     monkeypatch.setattr(blocks, "_threads", Counting(blocks._threads(), shared))
     np.testing.assert_array_equal(turn(method, rows, BRICK, (5, 0.03)), one)

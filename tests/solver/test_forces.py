@@ -279,7 +279,7 @@ def corner_error(method, steps, true_corners):
 @pytest.mark.parametrize("method", [name for name in FORCED if METHODS[name].order is not None])
 def test_order_under_forces(method, true_corners):
     order = METHODS[method].order
-    steps = {1: (1024, 2048, 4096, 8192), 4: (64, 128, 256)}.get(order, (12, 16, 24))
+    steps = {1: (1024, 2048, 4096, 8192), 4: (64, 128, 256)}.get(order, (12, 16, 24))  # pyright: ignore[reportCallIssue]
     errors = [corner_error(method, n, true_corners) for n in steps]
     slopes = [
         math.log(a / b) / math.log(n / m) for (a, b), (m, n) in zip(pairwise(errors), pairwise(steps), strict=True)
@@ -414,7 +414,7 @@ class TestWhatIsNotThere:
 
     def test_what_is_kept_is_really_computed(self):
         """A kernel with a term does more arithmetic than one without: no timer is needed to see it."""
-        fresh = njit(error_model="numpy")(rk4_forced.py_func)
+        fresh = njit(error_model="numpy")(rk4_forced.py_func)  # pyright: ignore[reportFunctionMemberAccess]
         sizes = []
         for forces, turning in (
             (Forces(1.0, GRAVITY), (None, None)),

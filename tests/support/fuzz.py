@@ -42,8 +42,8 @@ from tumble.compare.grade.read.mapping import mapping_file, mapping_of
 from tumble.compare.run.engines.registry import BadEngine, Finding, engine_info, load
 from tumble.compare.run.flight import Probe
 from tumble.compare.run.flight import Trajectory as Flight
+from tumble.compare.run.process import message
 from tumble.compare.run.process.message import PREFIX, Malformed, lengths, unpacked
-from tumble.compare.run.process.process import message
 from tumble.compare.run.questions import Failure
 from tumble.compare.run.timing.timer import Sample
 from tumble.compare.tables.files import write_folder
@@ -206,7 +206,7 @@ def records(folder: Path, numbers: range) -> Outcome:
             (folder / name).write_bytes(whole[name])
         if rng.randrange(HELD):
             return
-        outcome = hold_against(*rng.sample((BASE, record), 2), Tolerances())
+        outcome = hold_against(*rng.sample((BASE, record), 2), Tolerances())  # pyright: ignore[reportCallIssue]
         assert summary(outcome, ("--baseline", "b")).startswith("## tumble check: ")
         ElementTree.fromstring(junit(outcome, ("--baseline", "b")))
         # What was read is what is written: no cell is taken for something else.

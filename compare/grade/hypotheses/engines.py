@@ -1,7 +1,7 @@
 """What engines do in a step at their defaults: whole hypotheses, one line an engine, flown before anything is fitted.
 
 Each law was established by a program of its own that reproduces what the engine writes, and is held against fresh
-trajectories by `docs/foreign.py`.  A law is data: `law_hypotheses` turns it into the mistakes that the search
+trajectories by `tools/foreign.py`.  A law is data: `law_hypotheses` turns it into the mistakes that the search
 knows.
 """
 

@@ -42,7 +42,7 @@ def test_every_bit_is_that_of_solve_ivp(steps, exponent):
     tolerance = 10.0**-exponent
     world = thrown(f"dop853@{tolerance!r}", THROWS[:1], gravity=GRAVITY)
     y0 = world.motions[0].copy()
-    scale = np.repeat([1.0, np.linalg.norm(y0[4:7])], [4, 3])
+    scale = np.repeat([1.0, np.linalg.norm(y0[4:7])], [4, 3])  # pyright: ignore[reportCallIssue]
     for n, dt in steps:
         engine.advance(world, n, dt)
         bare = solve_ivp(world.slope, (0.0, world.elapsed), y0, "DOP853", rtol=tolerance, atol=tolerance * scale)

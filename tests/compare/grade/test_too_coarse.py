@@ -49,7 +49,7 @@ def test_metres_and_an_attitude_that_stands_still_are_not_right(tmp_path, right,
 
 @pytest.mark.parametrize("places", range(6))
 def test_a_right_file_is_right_only_while_its_digits_show_the_body(tmp_path, right, places):
-    _, found = graded(tmp_path, *right, [f"{{:.{places}f}}"] * 7)
+    _, found = graded(tmp_path, *right, [f"{{:.{places}f}}"] * 7)  # pyright: ignore[reportCallIssue]
     m = found.measured
     assert m.worst_m <= m.half_m, "it is right"
     assert found.verdict == (TOO_COARSE if m.half_m > COARSE * found.scale.size_m else CORRECT_TO_DIGITS)

@@ -366,7 +366,7 @@ class Fleeting(dict):
     def __iter__(self):
         yield from [*super().__iter__(), "GONE"]
 
-    keys = __iter__
+    keys = __iter__  # pyright: ignore[reportAssignmentType]
 
 
 def test_a_variable_that_another_thread_takes_away_is_no_reason_not_to_start(monkeypatch):

@@ -1,6 +1,5 @@
 """Programs as contestants: the page's examples, what one may do wrong, its time, and that none runs unasked."""
 
-import importlib.util
 import os
 import re
 import shutil
@@ -12,6 +11,7 @@ import numpy as np
 import pytest
 from patience import PATIENCE_S, until
 
+from tools import programs_page
 from tumble.compare.engines import LAWS
 from tumble.compare.run.engines.examine import examined
 from tumble.compare.run.flight import Trajectory
@@ -154,12 +154,9 @@ def test_a_template_overwrites_nothing(tmp_path, tumble):
 
 
 def test_the_page_shows_the_templates_as_they_are():
-    spec = importlib.util.spec_from_file_location("programs", ROOT / "docs" / "programs.py")
-    made = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(made)
-    page = made.PAGE.read_text(encoding="utf-8")
-    assert made.page(page) == page, "python docs/programs.py"
-    shown = {found[2] for found in made.BLOCK.finditer(page)}
+    page = programs_page.PAGE.read_text(encoding="utf-8")
+    assert programs_page.page(page) == page, "python -m tools.programs_page"
+    shown = {found[2] for found in programs_page.BLOCK.finditer(page)}
     assert shown == {"mine.toml", *(each.source for name, each in STARTERS.items() if name != "python")}
 
 

@@ -74,7 +74,7 @@ def test_results_are_in_the_order_of_the_tasks_whoever_is_first(tmp_path):
         ]
         results = run([*tasks, b_is_done], finished=lambda key, result: finished.append(key))
     assert results[0] is True
-    assert [number for number, _ in results[1:-1]] == list(range(6))
+    assert [number for number, _ in results[1:-1]] == list(range(6))  # pyright: ignore[reportGeneralTypeIssues]
     assert finished.index(("b", "last")) < finished.index(("a", "first")), "they were not side by side"
 
 

@@ -12,7 +12,8 @@ import pytest
 from patience import PATIENCE_S
 
 from tumble.compare.run import serve
-from tumble.compare.run.process.process import Died, Process, process
+from tumble.compare.run.process import process
+from tumble.compare.run.process.process import Died, Process
 from tumble.compare.run.provenance import processor
 from tumble.compare.run.timing import others, timer
 

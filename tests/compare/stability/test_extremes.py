@@ -111,7 +111,7 @@ def test_our_best_method_holds_every_quick_case(truths):
 
 
 def test_a_miss_is_told():
-    row = ExtremeRow("c", "C", *BEST.split(":"), 0.1, 1, "ok", "stable", 1.0, 0.01, FLOORS * 1.01, 1.0, "", 0.2)
+    row = ExtremeRow("c", "C", *BEST.split(":"), 0.1, 1, "ok", "stable", 1.0, 0.01, FLOORS * 1.01, 1.0, "", 0.2)  # pyright: ignore[reportCallIssue]
     assert missed([row]) == [row]
     assert missed([replace(row, times_limit=FLOORS)]) == []
     assert missed([replace(row, times_limit=None)]), "no flight is no success"

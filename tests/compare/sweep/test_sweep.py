@@ -256,7 +256,7 @@ def test_every_timed_run_has_its_row_with_the_clocks_time(real):
     assert all(row.flight_us == pytest.approx(row.steps * row.step_ns / 1e3) for row in rows)
     per_step = {(row.engine, row.method): set() for row in rows}
     for row in rows:
-        per_step[row.engine, row.method].add(round(row.step_ns, 6))
+        per_step[row.engine, row.method].add(round(row.step_ns, 6))  # pyright: ignore[reportCallIssue]
     assert all(len(times) == 1 for times in per_step.values()), "one clock reading serves a whole ladder"
 
 

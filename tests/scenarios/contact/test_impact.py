@@ -91,7 +91,7 @@ def test_momentum_moment_and_energy_add_up(tmp_path, mu):
     v, w = done.pose.v - pose.v, done.pose.w_world - pose.w_world
     np.testing.assert_allclose(doubles(v * setting.mass)[0], doubles(done.impulse)[0], rtol=1e-14, atol=1e-20)
     spun = doubles(pose.axes @ setting.tensor @ pose.axes.T @ w)[0]
-    np.testing.assert_allclose(spun, np.cross(*doubles(lever, done.impulse)), rtol=0, atol=1e-15)
+    np.testing.assert_allclose(spun, np.cross(*doubles(lever, done.impulse)), rtol=0, atol=1e-15)  # pyright: ignore[reportCallIssue]
     assert float(done.energy_lost) == pytest.approx(energy(setting, pose) - energy(setting, done.pose), rel=1e-12)
     np.testing.assert_allclose(doubles(velocity_at(done.pose, lever))[0], doubles(done.after)[0], rtol=0, atol=1e-15)
     along = done.impulse - setting.normal * (done.impulse @ setting.normal)

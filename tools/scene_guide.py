@@ -1,15 +1,16 @@
-"""Make the tables of keys in docs/scene.md, and docs/scene.schema.json, from the types that scenes are read with.
+"""Makes the tables of keys in docs/scene.md, and docs/scene.schema.json, from the types that scenes are read with.
 
-python docs/scene.py
+.venv/bin/python -m tools.scene_guide
 """
 
 import json
+from argparse import ArgumentParser
 from pathlib import Path
 
 from tumble.scenarios.schema import TABLES, json_schema, keys, title
 
-HERE = Path(__file__).parent
-BEGIN, END = "<!-- keys: made by docs/scene.py -->\n", "<!-- end of keys -->\n"
+DOCS = Path(__file__).parents[1] / "docs"
+BEGIN, END = "<!-- keys: made by tools/scene_guide.py -->\n", "<!-- end of keys -->\n"
 
 
 def key_tables() -> str:
@@ -41,6 +42,7 @@ def schema_text() -> str:
 
 
 if __name__ == "__main__":
-    guide = HERE / "scene.md"
+    ArgumentParser(prog="tools.scene_guide", description="Make docs/scene.md's tables and schema.").parse_args()
+    guide = DOCS / "scene.md"
     guide.write_text(page(guide.read_text(encoding="utf-8")), encoding="utf-8")
-    (HERE / "scene.schema.json").write_text(schema_text(), encoding="utf-8")
+    (DOCS / "scene.schema.json").write_text(schema_text(), encoding="utf-8")

@@ -1,14 +1,15 @@
 """Makes the second half of docs/confusion.md, and heldout.csv: mistakes and engines' files the search was not tuned on.
 
-    .venv/bin/python docs/heldout.py [FOLDER ...]
+    .venv/bin/python -m tools.heldout [FOLDER ...]
 
 Mistakes without a name (tests/support/unnamed.py) and with one (planted.py) are flown by tests/support/programs.py,
 which shares nothing with the models that recognise mistakes.  Then the files of real engines that the tests have, and
-those in each FOLDER, which is as docs/foreign.py reads it, are judged, some of them also without their engine's law.
+those in each FOLDER, which is as tools/foreign.py reads it, are judged, some of them also without their engine's law.
 It takes ten minutes on two cores.
 """
 
 import sys
+from argparse import ArgumentParser
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
@@ -16,16 +17,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-HERE = Path(__file__).parent
-TESTS = HERE.parent / "tests"
-sys.path[:0] = [str(HERE), str(TESTS / "support")]
+ROOT = Path(__file__).parents[1]
+DOCS, TESTS = ROOT / "docs", ROOT / "tests"
+sys.path[:0] = [str(TESTS / "support")]
 
-from foreign import ForeignRow, Job, jobs_of  # noqa: E402
-from foreign import row as foreign_row  # noqa: E402
 from planted import CASES  # noqa: E402
 from programs import read, write  # noqa: E402
 from unnamed import MISTAKES  # noqa: E402
 
+from tools.foreign import ForeignRow, Job, jobs_of  # noqa: E402
+from tools.foreign import row as foreign_row  # noqa: E402
 from tumble.compare.grade.grade import EXPLAINED_PARTLY, EXPLAINED_WHOLLY, Grade, grade  # noqa: E402
 from tumble.compare.grade.hypotheses.engines import ENGINES  # noqa: E402
 from tumble.compare.tables.files import write_whole  # noqa: E402
@@ -36,7 +37,7 @@ from tumble.scenarios.read import read_scene  # noqa: E402
 
 FOREIGN = TESTS / "compare" / "grade" / "foreign"
 SCENES = {
-    "two-hits": HERE.parent / "scenarios" / "catalogue" / "two-hits.toml",
+    "two-hits": ROOT / "scenarios" / "catalogue" / "two-hits.toml",
     "struck": FOREIGN / "scenes" / "struck.toml",
 }
 PROCESSES = 2
@@ -106,7 +107,7 @@ def planted(job: tuple[str, str, str]) -> HeldOutRow:
 
 
 def of_engine(job: tuple[str, Job]) -> HeldOutRow:
-    """Return what docs/foreign.py finds of a file, with its engine's laws in the table or without."""
+    """Return what tools/foreign.py finds of a file, with its engine's laws in the table or without."""
     source, foreign = job
     program, scene, rate, _ = foreign[0].name.rsplit(".", 3)
     own = LAWS[program.partition("+")[0]] if source == LEFT_OUT else None
@@ -164,7 +165,7 @@ def half(rows: Sequence[HeldOutRow]) -> str:
     lines = [
         HEADING,
         "",
-        "Made by `docs/heldout.py`; every row is in `heldout.csv`. `tests/support/programs.py`, which flies what is",
+        "Made by `tools/heldout.py`; every row is in `heldout.csv`. `tests/support/programs.py`, which flies what is",
         "planted, shares nothing with the models that recognise it.",
         "",
         f"**What is told firmly**: of {len(unnamed) + len(named) + len(left_out)} files of planted mistakes and of",
@@ -196,9 +197,15 @@ def half(rows: Sequence[HeldOutRow]) -> str:
 
 def main() -> None:
     """Write the table and the second half of the page."""
-    made = list(all_rows([FOREIGN, *map(Path, sys.argv[1:])]))
-    write_whole(HERE / "heldout.csv", csv_text(frame(Table("", HeldOutRow), made)))
-    page = HERE / "confusion.md"
+    parser = ArgumentParser(
+        prog="tools.heldout", description="Make docs/heldout.csv and the second half of docs/confusion.md."
+    )
+    parser.add_argument(
+        "folders", metavar="FOLDER", type=Path, nargs="*", help="more files, laid out as tools/foreign.py reads them"
+    )
+    made = list(all_rows([FOREIGN, *parser.parse_args().folders]))
+    write_whole(DOCS / "heldout.csv", csv_text(frame(Table("", HeldOutRow), made)))
+    page = DOCS / "confusion.md"
     first, _, _ = page.read_text(encoding="utf-8").partition(HEADING)
     write_whole(page, f"{first.rstrip()}\n\n{half(made)}")
 

@@ -1,6 +1,6 @@
 """Makes the table of docs/truth.md: the truth of random scenes against a second formulation, at 60 digits.
 
-make truth-check  (or: python docs/truth_check.py --scenes 30 --write)
+make truth-check  (or: python -m tools.truth_check --scenes 30 --write)
 """
 
 import argparse
@@ -10,8 +10,8 @@ import tempfile
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
-HOME = Path(__file__).parents[1]
-sys.path[:0] = [str(HOME), str(HOME / "tests" / "support")]
+ROOT = Path(__file__).parents[1]
+sys.path[:0] = [str(ROOT / "tests/support")]
 
 from random_scenes import COSTLY, FAMILIES, REACHED, drawn  # noqa: E402
 from second_truth import worst  # noqa: E402
@@ -19,7 +19,7 @@ from second_truth import worst  # noqa: E402
 from tumble.scenarios.read import read_scene  # noqa: E402
 from tumble.scenarios.truth import NoTruth, truth  # noqa: E402
 
-PAGE = HOME / "docs" / "truth.md"
+PAGE = ROOT / "docs" / "truth.md"
 BEGIN, END = "<!-- truth-check begins -->\n", "<!-- truth-check ends -->\n"
 
 

@@ -1,11 +1,12 @@
 """Makes docs/mistakes.md: every stable name that `diagnosis.csv` and `--json` may say.
 
-    .venv/bin/python docs/mistakes.py
+    .venv/bin/python -m tools.mistakes_page
 
 What is tried depends on the scene and the file, so the names are those of scenes that leave room for everything; a
 test compares them with the names in the code.
 """
 
+from argparse import ArgumentParser
 from collections.abc import Iterator
 from itertools import product
 from pathlib import Path
@@ -21,7 +22,7 @@ from tumble.compare.grade.model.account import truthful
 from tumble.compare.tables.files import write_whole
 from tumble.scenarios.read import scene_of
 
-PAGE = Path(__file__).parent / "mistakes.md"
+PAGE = Path(__file__).parents[1] / "docs/mistakes.md"
 BODY = """
 title = "Room for every mistake"
 duration = 2.0
@@ -102,7 +103,8 @@ def page() -> str:
         "# The names of mistakes",
         "",
         "What stands under `mistake`, `parameter` and `unit` in `diagnosis.csv` and in `tumble grade --json`:",
-        f"{len(known)} names, made by `docs/mistakes.py` from the mistakes that are tried. They stay as they are.",
+        f"{len(known)} names, made by `tools/mistakes_page.py` from the mistakes that are tried.",
+        "They stay as they are ([compatibility.md](compatibility.md)).",
         "A mistake has one row for each parameter that can be told in the scene, and one row without a parameter",
         "where it has no number. A `choice` is a word.",
         "",
@@ -116,4 +118,5 @@ def page() -> str:
 
 
 if __name__ == "__main__":
+    ArgumentParser(prog="tools.mistakes_page", description="Make docs/mistakes.md.").parse_args()
     write_whole(PAGE, page())

@@ -1,6 +1,6 @@
 """Makes the table of docs/contact.md: the truth of random scenes above a plane against a second formulation.
 
-python docs/contact_check.py --scenes 40 --seed 0 --write
+.venv/bin/python -m tools.contact_check --scenes 40 --seed 0 --write
 """
 
 import argparse
@@ -10,8 +10,8 @@ import tempfile
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
-HOME = Path(__file__).parents[1]
-sys.path[:0] = [str(HOME), str(HOME / "tests" / "support")]
+ROOT = Path(__file__).parents[1]
+sys.path[:0] = [str(ROOT / "tests/support")]
 
 from random_contact import FAMILIES, drawn  # noqa: E402
 from second_contact import worst  # noqa: E402
@@ -19,7 +19,7 @@ from second_contact import worst  # noqa: E402
 from tumble.scenarios.read import read_scene  # noqa: E402
 from tumble.scenarios.truth import NoTruth, truth  # noqa: E402
 
-PAGE = HOME / "docs" / "contact.md"
+PAGE = ROOT / "docs" / "contact.md"
 BEGIN, END = "<!-- contact-check begins -->\n", "<!-- contact-check ends -->\n"
 MOST_BOUND = 1e-12
 

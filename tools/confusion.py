@@ -1,11 +1,11 @@
 """Makes docs/confusion.md, .csv and .png: which mistake was planted, and which one `tumble grade` named.
 
 Random boxes are thrown with random impulses, flown with one mistake or two, and written down with noise of 1e-4 of the
-body's size.  `.venv/bin/python docs/confusion.py` takes a quarter of an hour on two cores; a number after it says how
+body's size.  `.venv/bin/python -m tools.confusion` takes a quarter of an hour on two cores; a number after it says how
 many of the 200 scenes, evenly spread, so that all mistakes have their turn.
 """
 
-import sys
+from argparse import ArgumentParser
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
@@ -31,7 +31,7 @@ from tumble.scenarios.frames import Array
 from tumble.scenarios.mass import BOX_FACES, box, box_corners
 from tumble.scenarios.scene import Body, Impulse, Scene, frozen_array
 
-HERE = Path(__file__).parent
+DOCS = Path(__file__).parents[1] / "docs"
 SCENES = 200
 NOISE = 1e-4
 ROWS = 60
@@ -227,7 +227,7 @@ def page(rows: Sequence[ConfusionRow]) -> str:
     lines = [
         "# Which mistake was planted, and which was named",
         "",
-        "Made by `docs/confusion.py`: random boxes, struck once or twice, flown by a program with one mistake or two,",
+        "Made by `tools/confusion.py`: random boxes, struck once or twice, flown by a program with one mistake or two,",
         "and written down as poses, matrices or vertices with noise of 1e-4 of the body's size; every row is in",
         f"`confusion.csv`: {len(rows) // 2} of the {SCENES} scenes, evenly spread.",
         "",
@@ -286,11 +286,13 @@ def picture(rows: Sequence[ConfusionRow]) -> bytes:
 
 def main() -> None:
     """Write the three files."""
-    rows = list(all_rows(int(sys.argv[1]) if len(sys.argv) > 1 else SCENES))
-    write_whole(HERE / "confusion.csv", csv_text(frame(Table("", ConfusionRow), rows)))
-    _, heading, second = (HERE / "confusion.md").read_text(encoding="utf-8").partition("## Held out")
-    write_whole(HERE / "confusion.md", page(rows) + f"\n{heading}{second}")  # docs/heldout.py makes the second half
-    (HERE / "confusion.png").write_bytes(picture(rows))
+    parser = ArgumentParser(prog="tools.confusion", description="Make docs/confusion.md, .csv and .png.")
+    parser.add_argument("scenes", type=int, nargs="?", default=SCENES, help=f"how many of the {SCENES} scenes")
+    rows = list(all_rows(parser.parse_args().scenes))
+    write_whole(DOCS / "confusion.csv", csv_text(frame(Table("", ConfusionRow), rows)))
+    _, heading, second = (DOCS / "confusion.md").read_text(encoding="utf-8").partition("## Held out")
+    write_whole(DOCS / "confusion.md", page(rows) + f"\n{heading}{second}")  # tools/heldout.py makes the second half
+    (DOCS / "confusion.png").write_bytes(picture(rows))
 
 
 if __name__ == "__main__":

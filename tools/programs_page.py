@@ -1,14 +1,15 @@
-"""Put the starters that `tumble engines --template` writes into docs/programs.md.
+"""Puts the starters that `tumble engines --template` writes into docs/programs.md.
 
-python docs/programs.py
+.venv/bin/python -m tools.programs_page
 """
 
 import re
+from argparse import ArgumentParser
 from pathlib import Path
 
 from tumble.starters import FOLDER
 
-PAGE = Path(__file__).with_suffix(".md")
+PAGE = Path(__file__).parents[1] / "docs/programs.md"
 # A block of code says which file it is: the page is read on the web, too, where nobody runs this.
 BLOCK = re.compile(r"(<!-- tumble/starters/(\S+) -->\n```(\w+)\n)(.*?)(```\n)", re.DOTALL)
 
@@ -19,4 +20,5 @@ def page(text: str) -> str:
 
 
 if __name__ == "__main__":
+    ArgumentParser(prog="tools.programs_page", description="Copy the starters into docs/programs.md.").parse_args()
     PAGE.write_text(page(PAGE.read_text(encoding="utf-8")), encoding="utf-8")

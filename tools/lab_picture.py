@@ -1,20 +1,24 @@
-"""Makes the README's picture of the lab, docs/lab.png, in a real browser: `docs/lab_picture.py [PNG]`."""
+"""Makes the README's picture of the lab, docs/lab.png, in a real browser.
+
+.venv/bin/python -m tools.lab_picture [PNG]
+"""
 
 import re
 import shutil
 import sys
 import tempfile
+from argparse import ArgumentParser
 from pathlib import Path
 
-from playwright.sync_api import Page, expect, sync_playwright
+from playwright.sync_api import Page, ViewportSize, expect, sync_playwright
 
-HERE = Path(__file__).parent
-sys.path[:0] = [str(HERE.parent / "tests" / "support")]
+ROOT = Path(__file__).parents[1]
+sys.path[:0] = [str(ROOT / "tests/support")]
 from lab_pages import PATIENCE_MS, serving  # noqa: E402
 
-PICTURE = HERE / "lab.png"
+PICTURE = ROOT / "docs/lab.png"
 SCENE, SHOWN_S = "die-ray", "0.72"
-SIZE = {"width": 1280, "height": 720}
+SIZE: ViewportSize = {"width": 1280, "height": 720}
 SETTLED_MS = 6_000
 
 
@@ -37,7 +41,7 @@ def throw(page: Page) -> None:
     page.wait_for_timeout(SETTLED_MS)
 
 
-def main(picture: Path = PICTURE) -> None:
+def photograph(picture: Path) -> None:
     """Photograph the die in flight."""
     with tempfile.TemporaryDirectory() as folder, serving(Path(folder), SCENE) as lab, sync_playwright() as playwright:
         browser = playwright.chromium.launch(
@@ -52,4 +56,6 @@ def main(picture: Path = PICTURE) -> None:
 
 
 if __name__ == "__main__":
-    main(*map(Path, sys.argv[1:]))
+    parser = ArgumentParser(prog="tools.lab_picture", description="Photograph the lab with a die in flight.")
+    parser.add_argument("picture", type=Path, nargs="?", default=PICTURE, help="default: docs/lab.png")
+    photograph(parser.parse_args().picture)

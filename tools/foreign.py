@@ -1,6 +1,6 @@
 """Says how well `tumble grade` does on trajectories that other programs wrote, whose truth somebody established.
 
-    .venv/bin/python docs/foreign.py FOLDER [PATTERN] [-o FILE.csv]
+    .venv/bin/python -m tools.foreign FOLDER [PATTERN] [-o FILE.csv]
 
 FOLDER holds `csv/NAME.SCENE.HZ.csv`, `scenes/SCENE.toml` for what is not in the catalogue, and `truth.csv`: of each
 file the step [s], the gyroscopic scheme, damping [1/s] and lag [s] that are to be seen in it, and under `also` what
