@@ -40,7 +40,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Leave out what is listed, but for first cases and the part of this commit.  A name that is no test is an error."""
+    """Leave out what is listed, but for first cases and the part of this commit; refuse a name that is no test."""
     slow = slow_tests()
     if config.args_source is pytest.Config.ArgsSource.TESTPATHS and (gone := {*slow} - {*map(function_of, items)}):
         raise pytest.UsageError(f"{LIST.relative_to(ROOT)} lists what is no test: {', '.join(sorted(gone))}")
@@ -98,5 +98,5 @@ def pytest_terminal_summary(terminalreporter, config: pytest.Config) -> None:
     if config.getoption("--quick") and "PYTEST_XDIST_WORKER" not in os.environ:
         count = len(slow_tests())
         terminalreporter.write_line(
-            f"left out: nine tenths of the cases of {count} slow tests (tests/slow.txt); `make test-all` runs everything"
+            f"left out: nine tenths of the cases of {count} slow tests (tests/slow.txt); `make test-all` runs them"
         )
