@@ -3,7 +3,7 @@
 PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
 
-.PHONY: report docs lab test attack check bench truth-check requirements venv venv-lab venv-test
+.PHONY: report docs lab test test-rest test-all attack check bench truth-check requirements venv venv-lab venv-test
 
 report: venv
 	$(BIN)/tumble report -o report/tumble.html
@@ -11,17 +11,30 @@ report: venv
 # The page that is shown before anybody installs, and the README's pictures of it and of the lab.
 docs: venv-test report
 	cp report/tumble.html docs/example.html
-	$(BIN)/python docs/picture.py
-	$(BIN)/python docs/lab_picture.py
+	$(BIN)/python -m tools.page_picture
+	$(BIN)/python -m tools.lab_picture
 
 lab: venv-lab
 	$(BIN)/tumble lab
 
+# Every quick test, and of the slow ones (tests/slow.txt) a part, another with each commit.
 test: venv-test
+	$(BIN)/pytest -n auto --quick
+
+# What `make test` leaves out; and both.
+test-rest: venv-test
+	$(BIN)/pytest -n auto --rest
+
+test-all: venv-test
 	$(BIN)/pytest -n auto
 
 check: venv-test
 	$(BIN)/ruff check . && $(BIN)/ruff format --check . && $(BIN)/lint-imports && $(BIN)/pyright
+
+# What ruff can put right by itself: order of imports, formatting, old forms.
+.PHONY: fix
+fix: venv-test
+	$(BIN)/ruff check --fix . ; $(BIN)/ruff format .
 
 bench: venv-test
 	$(BIN)/python tests/bench/one_throw.py -o report/bench/one-throw.csv
@@ -34,7 +47,7 @@ bench: venv-test
 
 # The table of docs/truth.md: random scenes against a second formulation at 60 digits; fails where a bound is broken.
 truth-check: venv-test
-	$(BIN)/python docs/truth_check.py --scenes 30 --write
+	$(BIN)/python -m tools.truth_check --scenes 30 --write
 
 # What is installed, every version pinned and every file's hash, from the names in pyproject.toml and requirements*.in.
 # It keeps the versions that it can; `make requirements UPGRADE=--upgrade` takes the newest.
@@ -45,9 +58,29 @@ requirements: venv
 	$(PYTHON) -m venv --clear .venv/requirements
 	.venv/requirements/bin/python -m pip install --quiet --disable-pip-version-check pip-tools==7.6.2
 	$(COMPILE) -o requirements.txt pyproject.toml requirements.in
-	$(COMPILE) -o requirements-lab.txt --extra lab -c requirements.txt pyproject.toml requirements.in
+	sed '/^rich==/,/[^\\]$$/d' requirements.txt > .venv/requirements/core.txt # the lab's viser takes an older rich
+	$(COMPILE) -o requirements-lab.txt --extra lab -c .venv/requirements/core.txt pyproject.toml requirements.in
 	$(COMPILE) -o requirements-test.txt --extra lab -c requirements-lab.txt \
 	  pyproject.toml requirements.in requirements-test.in
+
+# dist/: the source distribution, the wheel made from it, and what the package index would say of both.
+RELEASE := .venv/release/bin
+.PHONY: release changelog venv-release
+release: venv-release
+	rm -rf dist
+	$(RELEASE)/python -m build --no-isolation
+	$(RELEASE)/twine check --strict dist/*
+	$(RELEASE)/check-wheel-contents dist/*.whl
+
+# Moves changes/*.md into CHANGELOG.md, under the version in pyproject.toml and the date.
+changelog: venv-release
+	$(RELEASE)/towncrier build --yes --version $$(sed -n 's/^version = "\(.*\)".*/\1/p' pyproject.toml)
+
+venv-release:
+	@cmp -s requirements-release.txt .venv/release/requirements.txt || { \
+	  $(PYTHON) -m venv --clear .venv/release && \
+	  $(RELEASE)/python -m pip install --quiet --disable-pip-version-check -r requirements-release.txt && \
+	  cp requirements-release.txt .venv/release/requirements.txt; }
 
 # Kills, damage, misbehaving engines, starved machines and a million damaged files: hours, and the table of docs/attacks.md.
 attack: venv-test

@@ -13,6 +13,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import tarfile
 import tempfile
 import time
 import urllib.request
@@ -45,6 +46,12 @@ angular_velocity = [0.2, 3.0, 0.4]
 time = 0.0
 value = [-3.1, 0.9, 2.2]
 vertex = 0
+"""
+DENSE = """
+[ensemble]
+throws = 100
+seed = 1
+magnitude = 0.1
 """
 SPRING = """
 [[tether]]
@@ -87,6 +94,8 @@ STEPS = (
     Step(f"advise free.toml --tolerance 1e-3 {TWO}", prints="tumble:rk4"),
     Step("stability spring.toml -e mujoco:euler -o stable", prints="mujoco:euler", writes="stable/limits.csv"),
     Step("ablate free.toml -e mujoco:euler -o ablated", prints="mujoco", writes="ablated/ablation.csv"),
+    Step("run dense.toml -e tumble:rk4 -o dense.csv", writes="dense.csv"),
+    Step(f"compare dense.toml {TWO}", prints="nearest"),  # 400 samples of 100 throws
     Step("grade euler.csv --scene free.toml", prints="MuJoCo"),
     Step("grade rk4.csv --scene free.toml --tolerance 0.01 --json", prints='"'),
     Step(f"check free.toml {TWO} --no-times --accept -o record", writes="record"),
@@ -222,15 +231,22 @@ def find_uv(work: Path) -> str:
 
 
 def built(uv: str, work: Path) -> Path:
-    """Return a wheel of the files that git knows, as a user's `pip install` makes it."""
+    """Return a wheel of the files that git knows, made from the source distribution of them, which holds them all.
+
+    Raises Failed.
+    """
     source = work / "source"
     listed = run(["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"], cwd=ROOT)
-    for name in filter(None, listed.split("\0")):
-        if (ROOT / name).is_file():
-            (source / name).parent.mkdir(parents=True, exist_ok=True)
-            shutil.copy2(ROOT / name, source / name)
-    run([uv, "build", "--quiet", "--wheel", "--out-dir", str(work / "wheel"), str(source)])
-    (wheel,) = (work / "wheel").glob("*.whl")
+    names = {name for name in listed.split("\0") if name and (ROOT / name).is_file()}
+    for name in names:
+        (source / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy2(ROOT / name, source / name)
+    run([uv, "build", "--quiet", "--out-dir", str(work / "wheel"), str(source)])
+    ((wheel,), (archive,)) = ((work / "wheel").glob(pattern) for pattern in ("*.whl", "*.tar.gz"))
+    with tarfile.open(archive) as files:
+        held = {name.partition("/")[2] for name in files.getnames()}
+    if left_out := sorted(names - held):
+        raise Failed(f"{len(left_out)} files are not in {archive.name}: {', '.join(left_out[:5])}")
     return wheel
 
 
@@ -240,6 +256,8 @@ def smoked(cell: Cell, uv: str, wheel: Path) -> Cell:
     try:
         (cell.folder / "work").mkdir(parents=True)
         (cell.folder / "work/free.toml").write_text(f'title = "A brick, struck"\n{BODY}')
+        many = BODY.replace("samples = 4", "samples = 400")
+        (cell.folder / "work/dense.toml").write_text(f'title = "A hundred bricks, looked at often"\n{many}{DENSE}')
         (cell.folder / "work/spring.toml").write_text(f'title = "A brick on a spring"\n{BODY}{SPRING}')
         run([uv, "venv", "--quiet", "--python", str(cell.python), str(cell.folder / "env")])
         install(cell, uv, "-r", str(ROOT / "pyproject.toml"))

@@ -6,9 +6,9 @@ from collections.abc import Iterator, Sequence
 from rich.table import Table
 from rich.text import Text
 
-from compare.ablation.optional_features import EVERYTHING, Ablation, AblationRow
-from reports.rows import contestant
-from reports.terminal import columns, plain
+from tumble.compare.ablation.optional_features import EVERYTHING, Ablation, AblationRow
+from tumble.reports.rows import contestant
+from tumble.reports.terminal import columns, plain
 
 
 def others(rows: Sequence[AblationRow]) -> list[str]:

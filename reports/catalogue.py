@@ -7,10 +7,10 @@ from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
-from scenarios.format import visible
-from scenarios.mass import mesh
-from scenarios.needs import needs
-from scenarios.scene import Scene
+from tumble.scenarios.format import visible
+from tumble.scenarios.mass import mesh
+from tumble.scenarios.needs import needs
+from tumble.scenarios.scene import Scene
 
 
 def body_lines(scene: Scene) -> Iterator[str]:

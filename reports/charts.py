@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from rich.table import Table
 from rich.text import Text
 
-from compare.comparison.findings import error_m
-from compare.engines import OWN
-from compare.stability.schemas import LimitRow
-from compare.sweep.schemas import DigitRow
-from compare.tables.shared import RunRow
-from reports.rows import contestant
-from reports.terminal import LIST_WIDTH, columns, length, plain
+from tumble.compare.comparison.findings import error_m
+from tumble.compare.engines import OWN
+from tumble.compare.stability.schemas import LimitRow
+from tumble.compare.sweep.schemas import DigitRow
+from tumble.compare.tables.shared import RunRow
+from tumble.reports.rows import contestant
+from tumble.reports.terminal import LIST_WIDTH, columns, length, plain
 
 # Of a status or a verdict that is no plain result; all others stay as they are.
 COLOURS = {

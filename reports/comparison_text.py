@@ -8,17 +8,17 @@ from rich.constrain import Constrain
 from rich.table import Table
 from rich.text import Text
 
-from compare.comparison.against_truth import Comparison
-from compare.comparison.findings import scene_findings
-from compare.comparison.hints import hints
-from compare.comparison.table_4_1 import BudgetRow, budget_rows, is_table_4_1, published_rows
-from compare.engines import OWN
-from compare.judge.errors import Run
-from compare.tables.runs import run_row
-from compare.tables.shared import FindingRow
-from reports.charts import GOOD, coloured, error_chart
-from reports.numerals import counted, listed
-from reports.terminal import (
+from tumble.compare.comparison.against_truth import Comparison
+from tumble.compare.comparison.findings import scene_findings
+from tumble.compare.comparison.hints import hints
+from tumble.compare.comparison.table_4_1 import BudgetRow, budget_rows, is_table_4_1, published_rows
+from tumble.compare.engines import OWN
+from tumble.compare.judge.errors import Run
+from tumble.compare.tables.runs import run_row
+from tumble.compare.tables.shared import FindingRow
+from tumble.reports.charts import GOOD, coloured, error_chart
+from tumble.reports.numerals import counted, listed
+from tumble.reports.terminal import (
     LIST_WIDTH,
     columns,
     figure,
@@ -30,8 +30,8 @@ from reports.terminal import (
     unit_of,
     vector,
 )
-from scenarios.published import VERTEX
-from scenarios.truth import Truth
+from tumble.scenarios.published import VERTEX
+from tumble.scenarios.truth import Truth
 
 MOST_SAID = 4  # engines that one sentence can hold
 

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from compare.engines import BY_HAND, OWN
-from reports.hues import places
-from scenarios.frames import quaternion_product
+from tumble.compare.engines import BY_HAND, OWN
+from tumble.reports.hues import places
+from tumble.scenarios.frames import quaternion_product
 
 TRUTH = "truth"
 # These become films, or are too long to carry whole.

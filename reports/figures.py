@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from compare.tables.files import write_whole
-from scenarios.refusal import UsersError
+from tumble.compare.tables.files import write_whole
+from tumble.scenarios.refusal import UsersError
 
 if TYPE_CHECKING:
     import altair

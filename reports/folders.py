@@ -6,14 +6,14 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from compare.comparison.findings import error_findings
-from compare.releases.schemas import RELEASES
-from compare.stability.findings import extreme_findings, limit_findings
-from compare.stability.schemas import EXTREMES, LIMITS
-from compare.tables.frames import frame, read_tables, rows
-from compare.tables.known import SWEEP
-from compare.tables.schema import BadTable
-from compare.tables.shared import FINDINGS, RUNS
+from tumble.compare.comparison.findings import error_findings
+from tumble.compare.releases.schemas import RELEASES
+from tumble.compare.stability.findings import extreme_findings, limit_findings
+from tumble.compare.stability.schemas import EXTREMES, LIMITS
+from tumble.compare.tables.frames import frame, read_tables, rows
+from tumble.compare.tables.known import SWEEP
+from tumble.compare.tables.schema import BadTable
+from tumble.compare.tables.shared import FINDINGS, RUNS
 
 CONTESTANT = ["scene", "engine", "method"]
 # What only a sweep leaves; its runs are many to a contestant, and stand apart from those at the scenes' own steps.

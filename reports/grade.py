@@ -8,10 +8,7 @@ from rich.constrain import Constrain
 from rich.table import Table
 from rich.text import Text
 
-from compare.grade.diagnosis import Diagnosis
-from compare.grade.explanation import Explanation
-from compare.grade.residual import Measured
-from compare.grade.verdict import (
+from tumble.compare.grade.grade import (
     CORRECT_TO_DIGITS,
     CORRECT_TO_LIMIT,
     CORRECT_TO_NOISE,
@@ -24,7 +21,10 @@ from compare.grade.verdict import (
     UNEXPLAINED,
     Grade,
 )
-from reports.terminal import LIST_WIDTH, columns, figure, length, plain, ruler, thinned, unit_of, vector
+from tumble.compare.grade.hypotheses.explanation import Explanation
+from tumble.compare.grade.measure.residual import Measured
+from tumble.compare.grade.search.diagnosis import Diagnosis
+from tumble.reports.terminal import LIST_WIDTH, columns, figure, length, plain, ruler, thinned, unit_of, vector
 
 BARS = "▁▂▃▄▅▆▇█"
 READ_AS = {

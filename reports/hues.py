@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 
-from compare.engines import BY_HAND
+from tumble.compare.engines import BY_HAND
 
 # Okabe and Ito (2008), darkened so that a line or a name in them is read on light paper; the page's --hue-1 to --hue-6.
 LIGHT = ("#0072b2", "#a63d7c", "#c25100", "#007a5a", "#7a5b00", "#4f4fb5")

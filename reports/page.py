@@ -9,7 +9,7 @@ import pandas as pd
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
-from reports.embedding import data_of
+from tumble.reports.embedding import data_of
 
 TEMPLATES = Path(__file__).parent / "templates"
 # The script is one, and these are its parts: what a part needs comes before it.
@@ -47,7 +47,7 @@ SCRIPTS = (
 def page(tables: Mapping[str, pd.DataFrame]) -> str:
     """Return the report as HTML that needs no network; its policy lets only its own script and style in.
 
-    tables: file name -> table, as compare.tables.frames.read_tables gives them.
+    tables: file name -> table, as tumble.compare.tables.frames.read_tables gives them.
     """
     style = (TEMPLATES / "page.css").read_text(encoding="utf-8")
     script = whole_script()

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from rich.console import RenderableType
 from rich.constrain import Constrain
 
-from compare.releases.ledger import Ledger
-from compare.releases.schemas import ReleaseChangeRow, ReleaseRow
-from reports.terminal import LIST_WIDTH, columns, figure, plain
+from tumble.compare.releases.ledger import Ledger
+from tumble.compare.releases.schemas import ReleaseChangeRow, ReleaseRow
+from tumble.reports.terminal import LIST_WIDTH, columns, figure, plain
 
 # What a change is called, by its column; of those of physics first.
 KINDS = {

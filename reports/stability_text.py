@@ -7,12 +7,12 @@ from collections.abc import Iterator, Sequence
 from rich.console import RenderableType
 from rich.text import Text
 
-from compare.judge.verdict import WORDS
-from compare.stability.extremes import BEST, FLOORS, ExtremeRow, missed
-from compare.stability.trials import Piece
-from reports.charts import coloured, limit_chart
-from reports.rows import contestant
-from reports.terminal import columns, figure, plain, reasons_text
+from tumble.compare.judge.verdict import WORDS
+from tumble.compare.stability.extremes import BEST, FLOORS, ExtremeRow, missed
+from tumble.compare.stability.trials import Piece
+from tumble.reports.charts import coloured, limit_chart
+from tumble.reports.rows import contestant
+from tumble.reports.terminal import columns, figure, plain, reasons_text
 
 FULL = 6  # so many contestants of an extreme case are told one by one
 

@@ -6,8 +6,8 @@ from collections.abc import Collection, Iterator, Sequence
 from rich.console import RenderableType
 from rich.constrain import Constrain
 
-from compare.engines import BY_HAND, OWN
-from compare.sweep.frontier import (
+from tumble.compare.engines import BY_HAND, OWN
+from tumble.compare.sweep.frontier import (
     TARGETS_M,
     by_contestant,
     digit_rows,
@@ -16,13 +16,13 @@ from compare.sweep.frontier import (
     same_rows,
     usable,
 )
-from compare.sweep.longer_steps import longer_steps
-from compare.sweep.schemas import DigitRow, OrderRow
-from compare.sweep.work_precision import Sweep, Timed
-from reports.charts import cost_chart
-from reports.families import joined
-from reports.numerals import listed
-from reports.terminal import LIST_WIDTH, columns, figure, length, plain, reasons_text
+from tumble.compare.sweep.longer_steps import longer_steps
+from tumble.compare.sweep.schemas import DigitRow, OrderRow
+from tumble.compare.sweep.work_precision import Sweep, Timed
+from tumble.reports.charts import cost_chart
+from tumble.reports.families import joined
+from tumble.reports.numerals import listed
+from tumble.reports.terminal import LIST_WIDTH, columns, figure, length, plain, reasons_text
 
 MOST_ALIKE = 3  # contestants that one error is said to be cheapest with
 # An interval wider than this, from end to end, is quoted itself, and not its middle.

@@ -10,11 +10,11 @@ from rich.constrain import Constrain
 from rich.table import Table
 from rich.text import Text
 
-from compare.tables.shared import EngineRow
-from reports.numerals import superscript
-from reports.output import drop_output
-from scenarios.format import visible
-from scenarios.frames import Array
+from tumble.compare.tables.shared import EngineRow
+from tumble.reports.numerals import superscript
+from tumble.reports.output import drop_output
+from tumble.scenarios.format import visible
+from tumble.scenarios.frames import Array
 
 # Tables need not wrap into a pipe; lists do, for they are read and not cut into columns.
 PIPE_WIDTH, LIST_WIDTH = 160, 80

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from scenarios import mass
-from scenarios.format import (
+from tumble.scenarios import mass
+from tumble.scenarios.format import (
     BodyTable,
     BoxTable,
     EnsembleTable,
@@ -21,10 +21,22 @@ from scenarios.format import (
     RigidTable,
     SphereTable,
 )
-from scenarios.frames import Array, quaternion_product, rotation_matrix, vertices
-from scenarios.impulse import RayMissed, jump
-from scenarios.scene import Body, Drag, Floor, Impulse, Plane, Ray, Scene, Tether, Written, WrittenBlow, frozen_array
-from scenarios.surface import read_surface
+from tumble.scenarios.frames import Array, quaternion_product, rotation_matrix, vertices
+from tumble.scenarios.impulse import RayMissed, jump
+from tumble.scenarios.scene import (
+    Body,
+    Drag,
+    Floor,
+    Impulse,
+    Plane,
+    Ray,
+    Scene,
+    Tether,
+    Written,
+    WrittenBlow,
+    frozen_array,
+)
+from tumble.scenarios.surface import read_surface
 
 MOST_STEPS = 1e9
 ROUNDING = 1e-12  # relative: how far a tensor may be from symmetric, or from A + B >= C
@@ -168,7 +180,7 @@ def _throws(table: EnsembleTable, start: Array, impulses: list[Impulse], body: B
             raise Refused(("ensemble", key), "must be 0 where an impulse comes after t = 0: only those at 0 are spread")
         if getattr(table, key) and not impulses:
             raise Refused(("ensemble", key), "must be 0 where there is no impulse to spread")
-    from scenarios.ensemble import OutOfReach, throws  # only many throws pay for random numbers
+    from tumble.scenarios.ensemble import OutOfReach, throws  # only many throws pay for random numbers
 
     first = [impulse for impulse in impulses if impulse.time == 0 and impulse.value.any()]
     spreads = (table.magnitude, table.cone, table.point, table.orientation)

@@ -8,9 +8,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from scenarios.frames import Array, quaternion_product, rotation_matrix
-from scenarios.impulse import RayMissed, strike_point
-from scenarios.scene import Body, Impulse
+from tumble.scenarios.frames import Array, quaternion_product, rotation_matrix
+from tumble.scenarios.impulse import RayMissed, strike_point
+from tumble.scenarios.scene import Body, Impulse
 
 # Throws times faces that are held against each other at a time: what stays below 100 MB.
 AT_A_TIME = 500_000
@@ -166,7 +166,7 @@ def _on_surface(stream: np.random.Generator, spots: Array, corners: Array, reach
 
 
 def _struck(states: Array, blows: Array, spots: Array, body: Body) -> Array:
-    """Return the states after each throw's own impulse: as `scenarios.impulse.jump`, in body axes.
+    """Return the states after each throw's own impulse: as `tumble.scenarios.impulse.jump`, in body axes.
 
     blows: (N, 3), world axes [N s]; spots: (N, 3), body axes [m].
     """

@@ -1,7 +1,7 @@
 """The force laws that a scene may have, one entry each: what acts, what it stores, what it takes, what makes it stiff.
 
-A law's formula is in `scenarios.scene`, beside its numbers.  The truth, our solver and `scenarios.wrench` each write it
-anew, in other variables; whatever else is asked of a law is asked here.
+A law's formula is in `tumble.scenarios.scene`, beside its numbers.  The truth, our solver and `tumble.scenarios.wrench`
+each write it anew, in other variables; whatever else is asked of a law is asked here.
 """
 
 from collections.abc import Callable
@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from scenarios.frames import Array, vertices
+from tumble.scenarios.frames import Array, vertices
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,7 +13,7 @@ from typing import Annotated, Any
 import msgspec
 from msgspec import Meta, inspect
 
-from scenarios.refusal import nearest
+from tumble.scenarios.refusal import nearest
 
 MOST_SAMPLES = 1_000_000
 MOST_THROWS = 1_000_000

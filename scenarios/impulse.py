@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from scenarios.frames import Array, rotation_matrix
-from scenarios.ray import first_hit
-from scenarios.refusal import UsersError
-from scenarios.scene import Body, Impulse
+from tumble.scenarios.frames import Array, rotation_matrix
+from tumble.scenarios.ray import first_hit
+from tumble.scenarios.refusal import UsersError
+from tumble.scenarios.scene import Body, Impulse
 
 
 class RayMissed(UsersError):

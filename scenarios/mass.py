@@ -9,8 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from scenarios.frames import Array
-from scenarios.scene import frozen_array
+from tumble.scenarios.frames import Array
+from tumble.scenarios.scene import frozen_array
 
 # The axes of a tensor whose products of inertia are no more than rounding are left alone.
 DIAGONAL = 1e-15

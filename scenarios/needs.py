@@ -5,10 +5,10 @@ Where the numbers do not settle a question, because only a flight can tell, the 
 
 import numpy as np
 
-from scenarios.forces import LAWS, acting, can_turn
-from scenarios.frames import Array
-from scenarios.impulse import RayMissed, jump
-from scenarios.scene import Body, Impulse, Scene
+from tumble.scenarios.forces import LAWS, acting, can_turn
+from tumble.scenarios.frames import Array
+from tumble.scenarios.impulse import RayMissed, jump
+from tumble.scenarios.scene import Body, Impulse, Scene
 
 # The force laws an engine must be able to express exactly; a file in compare/engines lists those it can.
 FORCES = tuple(law.name for law in LAWS)

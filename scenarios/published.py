@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from scenarios.frames import Array
+from tumble.scenarios.frames import Array
 
 # Eq. 4.2 prints p0 = (-2.5, 0, -2.5); the printed results (4.10 and the calculated column) come out only with the
 # opposite sign, (2.5, 0, 2.5), which is the vertex (+, -, +) of a cube centred at (0, 2.5, 0).

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from scenarios.frames import Array
+from tumble.scenarios.frames import Array
 
 # A ray through an edge belongs to both triangles; the slack keeps rounding from letting it slip between them.
 # It is relative to the triangle, or to the body where a distance is meant.

@@ -1,7 +1,7 @@
 """From the name of a scene or its file (TOML) to a Scene, or to the one line that says what is wrong with it.
 
-`scenarios.format` holds a file against keys, types and signs; `scenarios.build` checks what a type cannot say, and
-builds.  Reading runs no code and opens no file but the scene and its mesh.
+`tumble.scenarios.format` holds a file against keys, types and signs; `tumble.scenarios.build` checks what a type cannot
+say, and builds.  Reading runs no code and opens no file but the scene and its mesh.
 """
 
 import os
@@ -11,11 +11,11 @@ from pathlib import Path
 
 import numpy as np
 
-from scenarios.build import scene_from
-from scenarios.files import plain_bytes, why_unread
-from scenarios.format import Refused, dotted, nearest, printable, short, tables, value_at
-from scenarios.refusal import UsersError
-from scenarios.scene import Scene
+from tumble.scenarios.build import scene_from
+from tumble.scenarios.files import plain_bytes, why_unread
+from tumble.scenarios.format import Refused, dotted, nearest, printable, short, tables, value_at
+from tumble.scenarios.refusal import UsersError
+from tumble.scenarios.scene import Scene
 
 CATALOGUE = Path(__file__).parent / "catalogue"
 # Scenes above a rigid plane, which no engine here simulates yet: read by name, listed apart.

@@ -1,6 +1,7 @@
 """What a scene is: a body, its start, what strikes it and pulls at it, and when it is looked at.
 
-These are plain values.  `scenarios.read` makes them from a scene file; engines receive them and read their attributes.
+These are plain values.  `tumble.scenarios.read` makes them from a scene file; engines receive them and read their
+attributes.
 Every array is read-only: an engine cannot alter the question.
 """
 
@@ -8,8 +9,8 @@ from dataclasses import dataclass, field, fields
 
 import numpy as np
 
-from scenarios.forces import GRAVITY, acting
-from scenarios.frames import Array
+from tumble.scenarios.forces import GRAVITY, acting
+from tumble.scenarios.frames import Array
 
 
 def frozen_array(values: object, dtype: type = float) -> np.ndarray:

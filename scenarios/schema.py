@@ -7,8 +7,8 @@ from typing import Any
 import msgspec
 from msgspec import inspect
 
-from scenarios import format as scene_format
-from scenarios.format import BodyTable, BoxTable, File, MeshTable, RayTable, RigidTable, SphereTable
+from tumble.scenarios import format as scene_format
+from tumble.scenarios.format import BodyTable, BoxTable, File, MeshTable, RayTable, RigidTable, SphereTable
 
 # The tables in the order in which a file has them, and how their heads are written.
 TABLES: dict[str, type] = {

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from scenarios.files import plain_bytes, why_unread
-from scenarios.frames import Array
+from tumble.scenarios.files import plain_bytes, why_unread
+from tumble.scenarios.frames import Array
 
 MESH_FORMATS = ("stl", "ply", "off")
 # One triangle of a binary STL file.

@@ -15,7 +15,7 @@ import numpy as np
 try:
     from numba import njit  # pyright: ignore[reportAssignmentType]
 
-    from scenarios.kernel_cache import keep  # pyright: ignore[reportAssignmentType]
+    from tumble.kernel_cache import keep  # pyright: ignore[reportAssignmentType]
 except ModuleNotFoundError:  # in an environment that an engine has to itself: slower, with the same numbers
 
     def njit(**_: object) -> Callable:
@@ -27,8 +27,8 @@ except ModuleNotFoundError:  # in an environment that an engine has to itself: s
         return compiled
 
 
-from scenarios.frames import Array
-from scenarios.scene import Scene
+from tumble.scenarios.frames import Array
+from tumble.scenarios.scene import Scene
 
 Vector = tuple[float, float, float]
 Wrench = Callable[[Array], Array]

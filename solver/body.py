@@ -2,9 +2,9 @@
 
 from dataclasses import dataclass
 
-from solver.compilation import scalar
-from solver.quaternion import Quaternion, rotate, rotate_back
-from solver.vectors import Vector, add, cross, times
+from tumble.solver.compilation import scalar
+from tumble.solver.quaternion import Quaternion, rotate, rotate_back
+from tumble.solver.vectors import Vector, add, cross, times
 
 
 @dataclass(frozen=True)

@@ -4,10 +4,11 @@
 lives in registers.  `inner` is for those of them that only kernels call, `inlined` for large ones.  `kernel` is for the
 loops that Python calls: kept on disk, so that a second process compiles nothing.  numba renews what is on disk when the
 kernel's own file changes, but not when a scalar function elsewhere does: so each state of the solver's source has a
-folder of its own (`solver.kernel_cache`).
+folder of its own (`tumble.kernel_cache`).
 
 Division by zero gives inf or nan, for a judge to see.  Fast-math is off, and so is contraction to fused multiply-adds,
-for the last bits would depend on the processor and on how a loop happened to be compiled: `solver.fused` says them.
+for the last bits would depend on the processor and on how a loop happened to be compiled: `tumble.solver.fused` says
+them.
 """
 
 import sys
@@ -18,7 +19,7 @@ from typing import Any, TypeVar, cast
 
 from numba import njit
 
-from solver.kernel_cache import keep
+from tumble.kernel_cache import keep
 
 SOURCE = Path(__file__).parent
 

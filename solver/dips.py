@@ -8,10 +8,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.compilation import inner
-from solver.forces import Plane, floor_under
-from solver.motion import State, spin
-from solver.vectors import Vector, dot
+from tumble.solver.compilation import inner
+from tumble.solver.forces import Plane, floor_under
+from tumble.solver.motion import State, spin
+from tumble.solver.vectors import Vector, dot
 
 Array = NDArray[np.float64]
 

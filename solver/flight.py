@@ -5,11 +5,11 @@ from collections.abc import Collection
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from solver.body import Body
-from solver.forces import Forces, only_gravity
-from solver.registry import find
-from solver.rotation import Rotation, turned
-from solver.translation import FreeFall, Stepped
+from tumble.solver.body import Body
+from tumble.solver.forces import Forces, only_gravity
+from tumble.solver.registry import find
+from tumble.solver.rotation import Rotation, turned
+from tumble.solver.translation import FreeFall, Stepped
 
 Array = NDArray[np.float64]
 
@@ -28,7 +28,7 @@ def _parts(throws: int) -> list[slice]:
 class Flight:
     """N throws of one body by one method.
 
-    method: a name of `solver.registry`, or NAME@TOLERANCE.  forces: what acts, None for nothing.  kept: what is
+    method: a name of `tumble.solver.registry`, or NAME@TOLERANCE.  forces: what acts, None for nothing.  kept: what is
     computed although it changes nothing, to be timed: of "gyroscopic", "rotation", and "translation", which is then
     stepped and not taken in closed form.
     Raises ValueError for a method that does not exist, NotImplementedError for one that cannot carry what acts.

@@ -15,9 +15,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.compilation import inner, scalar
-from solver.quaternion import Quaternion, conjugate, norm_squared
-from solver.vectors import Vector, add, cross, dot, scale
+from tumble.solver.compilation import inner, scalar
+from tumble.solver.quaternion import Quaternion, conjugate, norm_squared
+from tumble.solver.vectors import Vector, add, cross, dot, scale
 
 Array = NDArray[np.float64]
 

@@ -12,9 +12,9 @@ from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
-from solver.compilation import scalar
-from solver.quaternion import SERIES_LIMIT, Quaternion, exponential, stretch
-from solver.vectors import Vector
+from tumble.solver.compilation import scalar
+from tumble.solver.quaternion import SERIES_LIMIT, Quaternion, exponential, stretch
+from tumble.solver.vectors import Vector
 
 FOUR = types.UniTuple(types.float64, 4)
 LANE, REGISTER = ir.IntType(32), ir.VectorType(ir.DoubleType(), 4)
@@ -126,7 +126,7 @@ def fused_product(p: Quaternion, q: Quaternion) -> Quaternion:
 
 @scalar
 def fused_exponential(u: Vector) -> Quaternion:
-    """Return exp(u~) as `solver.quaternion.exponential` does.
+    """Return exp(u~) as `tumble.solver.quaternion.exponential` does.
 
     Source: Sola, "Quaternion kinematics for the error-state Kalman filter" (2017), section 1.3.4.
     """

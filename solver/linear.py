@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.compilation import inner
+from tumble.solver.compilation import inner
 
 Matrix = NDArray[np.float64] | NDArray[np.complex128]
 Order = NDArray[np.int64]

@@ -15,11 +15,11 @@ from numba import types
 from numba.extending import overload
 from numpy.typing import NDArray
 
-from solver.body import momentum_rate
-from solver.compilation import OPTIONS, inlined, inner
-from solver.forces import NOTHING, Forces, wrench
-from solver.quaternion import Quaternion, plus, product_vector, stretch
-from solver.vectors import Vector, add, scale, times
+from tumble.solver.body import momentum_rate
+from tumble.solver.compilation import OPTIONS, inlined, inner
+from tumble.solver.forces import NOTHING, Forces, wrench
+from tumble.solver.quaternion import Quaternion, plus, product_vector, stretch
+from tumble.solver.vectors import Vector, add, scale, times
 
 State = tuple[Vector, Quaternion | None, Vector, Vector | None]
 

@@ -10,8 +10,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.compilation import scalar
-from solver.vectors import Vector, add, cross, dot, scale
+from tumble.solver.compilation import scalar
+from tumble.solver.vectors import Vector, add, cross, dot, scale
 
 Quaternion = tuple[float, float, float, float]
 

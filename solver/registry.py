@@ -8,25 +8,25 @@ from typing import Any, Literal
 
 import numpy as np
 
-from solver.ensemble.blocks import LANES
-from solver.ensemble.exact import exact as exact_lanes
-from solver.ensemble.rkmk4 import rkmk4 as rkmk4_lanes
-from solver.integrators.adaptive import adaptive
-from solver.integrators.adaptive_forced import adaptive_forced
-from solver.integrators.exact import exact
-from solver.integrators.gauss6 import gauss6, gauss6_forced
-from solver.integrators.implicit_midpoint import implicit_midpoint
-from solver.integrators.magnus6 import magnus6
-from solver.integrators.matrix_euler import matrix_euler
-from solver.integrators.quaternion_euler import quaternion_euler
-from solver.integrators.radau5 import radau5, radau5_forced
-from solver.integrators.rk4 import rk4, rk4_forced
-from solver.integrators.rkmk4 import rkmk4
-from solver.integrators.splitting import splitting
-from solver.integrators.splitting8 import splitting8
-from solver.integrators.symplectic_euler import symplectic_euler, symplectic_euler_forced
-from solver.integrators.taylor8 import taylor8
-from solver.integrators.taylor12 import taylor12
+from tumble.solver.ensemble.blocks import LANES
+from tumble.solver.ensemble.exact import exact as exact_lanes
+from tumble.solver.ensemble.rkmk4 import rkmk4 as rkmk4_lanes
+from tumble.solver.integrators.adaptive import adaptive
+from tumble.solver.integrators.adaptive_forced import adaptive_forced
+from tumble.solver.integrators.exact import exact
+from tumble.solver.integrators.gauss6 import gauss6, gauss6_forced
+from tumble.solver.integrators.implicit_midpoint import implicit_midpoint
+from tumble.solver.integrators.magnus6 import magnus6
+from tumble.solver.integrators.matrix_euler import matrix_euler
+from tumble.solver.integrators.quaternion_euler import quaternion_euler
+from tumble.solver.integrators.radau5 import radau5, radau5_forced
+from tumble.solver.integrators.rk4 import rk4, rk4_forced
+from tumble.solver.integrators.rkmk4 import rkmk4
+from tumble.solver.integrators.splitting import splitting
+from tumble.solver.integrators.splitting8 import splitting8
+from tumble.solver.integrators.symplectic_euler import symplectic_euler, symplectic_euler_forced
+from tumble.solver.integrators.taylor8 import taylor8
+from tumble.solver.integrators.taylor12 import taylor12
 
 # What rounding leaves to a step of order eight.
 LEAST_TOLERANCE = 1e-15
@@ -36,7 +36,7 @@ LEAST_TOLERANCE = 1e-15
 class Method:
     """How a method steps, how it keeps a rotation between two calls, and what it claims for a body of any moments.
 
-    steps: the kernel, with the signature of `solver.integrators`.
+    steps: the kernel, with the signature of `tumble.solver.integrators`.
     attitude: what the kernel's rows start with.  momentum_axes: the axes of the angular momentum that follows it.
     lag: how the position's steps use the velocity: -1 with the old one, +1 with the new one, 0 with their mean.
     order: the error of a finished flight falls as dt^order; None where it does not depend on dt.

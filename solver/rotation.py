@@ -5,9 +5,9 @@ from collections.abc import Collection
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.body import Body
-from solver.quaternion import from_matrix, to_matrix
-from solver.registry import Method
+from tumble.solver.body import Body
+from tumble.solver.quaternion import from_matrix, to_matrix
+from tumble.solver.registry import Method
 
 Array = NDArray[np.float64]
 

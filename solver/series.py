@@ -6,10 +6,10 @@ Source: Moore, "Interval Analysis" (1966), chapter 11; Jorba & Zou, "A software 
 ODEs by means of high-order Taylor methods" (2005), section 2.
 """
 
-from solver.compilation import inlined, scalar
-from solver.fused import fused, fused_stretch, times_units
-from solver.quaternion import Quaternion, plus
-from solver.vectors import Vector, scale, times
+from tumble.solver.compilation import inlined, scalar
+from tumble.solver.fused import fused, fused_stretch, times_units
+from tumble.solver.quaternion import Quaternion, plus
+from tumble.solver.vectors import Vector, scale, times
 
 NO_PRODUCTS = (0.0, 0.0, 0.0)
 NO_TURNS = ((0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0))
@@ -57,7 +57,7 @@ def _sum(share: float, turns: Units) -> Quaternion:
 def momentum_terms(l0: Vector, g: Vector) -> tuple[Vector, ...]:
     """Return the terms 1 to 12 of L_body [kg m2/s] from term 0, for dL/dt = L x w.
 
-    g: dt times `solver.body.Body.gyroscopic`.
+    g: dt times `tumble.solver.body.Body.gyroscopic`.
     """
     l1 = times(scale(1 / 1, g), _products(l0, l0, NO_PRODUCTS))
     l2 = times(scale(1 / 2, g), _both(l0, l1, NO_PRODUCTS))

@@ -3,9 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.compilation import scalar
-from solver.quaternion import Quaternion
-from solver.vectors import Vector
+from tumble.solver.compilation import scalar
+from tumble.solver.quaternion import Quaternion
+from tumble.solver.vectors import Vector
 
 
 @scalar

@@ -5,8 +5,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.body import Body
-from solver.forces import Forces
+from tumble.solver.body import Body
+from tumble.solver.forces import Forces
 
 Array = NDArray[np.float64]
 

@@ -7,8 +7,8 @@ An angle is had as its cosine and sine, a phase as a complex number.  Source: th
 import math
 from typing import NamedTuple
 
-from solver.compilation import inner
-from solver.quaternion import normalise
+from tumble.solver.compilation import inner
+from tumble.solver.quaternion import normalise
 
 Pair = tuple[float, float]
 Terms = tuple[float, float, float, float]

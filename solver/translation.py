@@ -3,10 +3,10 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.body import Body
-from solver.forces import Forces, gives_torque
-from solver.registry import Method
-from solver.rotation import Rotation
+from tumble.solver.body import Body
+from tumble.solver.forces import Forces, gives_torque
+from tumble.solver.registry import Method
+from tumble.solver.rotation import Rotation
 
 Array = NDArray[np.float64]
 

@@ -1,6 +1,6 @@
 """Vectors of three numbers, as tuples."""
 
-from solver.compilation import scalar
+from tumble.solver.compilation import scalar
 
 Vector = tuple[float, float, float]
 

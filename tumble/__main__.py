@@ -25,8 +25,8 @@ import threading
 from collections.abc import Mapping
 from contextlib import suppress
 
-from reports.output import drop_output
 from tumble.parser import EXIT_USER, Parser, complete, parser
+from tumble.reports.output import drop_output
 
 if before is not None:
     signal.signal(signal.SIGINT, before)
@@ -140,7 +140,7 @@ def interrupt(number: int, frame: object) -> None:
 
 def is_users(error: Exception) -> bool:
     """Whether the mistake is the user's."""
-    from scenarios.refusal import UsersError
+    from tumble.scenarios.refusal import UsersError
 
     return isinstance(error, UsersError)
 

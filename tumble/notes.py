@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from time import monotonic
 
-from scenarios.format import visible
+from tumble.scenarios.format import visible
 
 # Where nobody watches a bar, into a file or a pipe, a line is written so often [s].
 PERIOD_S = 10.0

@@ -34,7 +34,7 @@ class Parser(argparse.ArgumentParser):
     def _check_value(self, action: argparse.Action, value: object) -> None:
         """Refuse a word that is none of those there are, and offer the nearest."""
         if action.choices is not None and value not in action.choices:
-            from scenarios.format import nearest
+            from tumble.scenarios.format import nearest
 
             raise argparse.ArgumentError(action, f"{value!r}: {nearest(str(value), [*map(str, action.choices)])}")
 
@@ -314,7 +314,7 @@ def complete(top: Parser) -> None:
     import argcomplete
     from argcomplete.completers import FilesCompleter
 
-    from scenarios.read import catalogue
+    from tumble.scenarios.read import catalogue
 
     for command in next(
         action for action in top._actions if isinstance(action, argparse._SubParsersAction)

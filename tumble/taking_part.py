@@ -4,7 +4,7 @@ from argparse import Namespace
 from collections.abc import Iterable, Iterator
 from contextlib import ExitStack, contextmanager
 
-from compare.run.participants import Participant, launched
+from tumble.compare.run.participants import Participant, launched
 from tumble.notes import progress
 
 

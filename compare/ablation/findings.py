@@ -2,8 +2,8 @@
 
 from collections.abc import Iterable, Iterator
 
-from compare.ablation.schemas import EVERYTHING, AblationRow
-from compare.tables.shared import FindingRow
+from tumble.compare.ablation.schemas import EVERYTHING, AblationRow
+from tumble.compare.tables.shared import FindingRow
 
 LEAST_NS = 1.0  # under a nanosecond a step no time is a step's
 

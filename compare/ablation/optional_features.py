@@ -1,8 +1,8 @@
 """What leaving out pays: every contestant with all that it could leave out, and with only what the scene needs.
 
 A contestant is built lean, as it always is, then with one of its OPTIONAL kept after the other, and with all of them:
-`build(scene, method, keep)` of `compare.engines`.  The motion must stay the same, and one clock reads them all in the
-same rounds.
+`build(scene, method, keep)` of `tumble.compare.engines`.  The motion must stay the same, and one clock reads them all
+in the same rounds.
 """
 
 import math
@@ -12,19 +12,19 @@ from functools import partial
 
 import numpy as np
 
-from compare.ablation.schemas import EVERYTHING, AblationRow
-from compare.judge.errors import quietly
-from compare.run.flight import Trajectory, legs
-from compare.run.participants import Participant, truth_limit
-from compare.run.progress import Tick, untold
-from compare.run.readings import USUAL, Reading, Sampling, ratio
-from compare.run.tasks import Task, run
-from compare.run.timing import Cost, Load, costs
-from compare.run.truths import true_answer
-from compare.run.worker import Failure
-from scenarios.needs import needs
-from scenarios.scene import Scene
-from scenarios.truth import Truth
+from tumble.compare.ablation.schemas import EVERYTHING, AblationRow
+from tumble.compare.judge.errors import quietly
+from tumble.compare.run.flight import Trajectory, legs
+from tumble.compare.run.participants import Participant, truth_limit
+from tumble.compare.run.progress import Tick, untold
+from tumble.compare.run.tasks import Task, run
+from tumble.compare.run.timing.readings import USUAL, Reading, Sampling, ratio
+from tumble.compare.run.timing.timing import Cost, Load, costs
+from tumble.compare.run.truths import true_answer
+from tumble.compare.run.worker import Failure
+from tumble.scenarios.needs import needs
+from tumble.scenarios.scene import Scene
+from tumble.scenarios.truth import Truth
 
 # A free cube, a body that never turns, and the throw on which times are compared, which has most use for it all.
 SCENES = ("table-4-1", "die-straight", "yardstick")

@@ -4,14 +4,14 @@ from collections.abc import Sequence
 
 import pandas as pd
 
-from compare.ablation.findings import ablation_findings
-from compare.ablation.optional_features import Ablation
-from compare.ablation.schemas import ABLATION
-from compare.run.participants import Participant
-from compare.run.provenance import conditions
-from compare.tables.engines import engine_row
-from compare.tables.frames import frame
-from compare.tables.shared import CONDITIONS, ENGINES, FINDINGS
+from tumble.compare.ablation.findings import ablation_findings
+from tumble.compare.ablation.optional_features import Ablation
+from tumble.compare.ablation.schemas import ABLATION
+from tumble.compare.run.participants import Participant
+from tumble.compare.run.provenance import conditions
+from tumble.compare.tables.engines import engine_row
+from tumble.compare.tables.frames import frame
+from tumble.compare.tables.shared import CONDITIONS, ENGINES, FINDINGS
 
 
 def ablation_tables(

@@ -9,14 +9,14 @@ from typing import Any, Literal
 import numpy as np
 import pandas as pd
 
-from compare.check.record import Record
-from compare.check.schemas import CELLS, DRIFTS, ERRORS, QUESTIONS, STATUSES, TIMES
-from compare.check.tolerances import Tolerances
-from compare.judge.trend import TRENDS
-from compare.run.participants import engine_files, titles
-from compare.run.precision import DOUBLE, rounding
-from compare.tables.schema import Table
-from compare.tables.shared import CONTESTANT, told
+from tumble.compare.check.record import Record
+from tumble.compare.check.schemas import CELLS, DRIFTS, ERRORS, QUESTIONS, STATUSES, TIMES
+from tumble.compare.check.tolerances import Tolerances
+from tumble.compare.judge.trend import TRENDS
+from tumble.compare.run.participants import engine_files, titles
+from tumble.compare.run.precision import DOUBLE, rounding
+from tumble.compare.tables.schema import Table
+from tumble.compare.tables.shared import CONTESTANT, told
 
 Verdict = Literal["incomparable", "worse", "gone", "better", "changed", "new"]
 VERDICTS: tuple[Verdict, ...] = ("incomparable", "worse", "gone", "better", "changed", "new")

@@ -3,10 +3,10 @@
 from collections.abc import Sequence
 from xml.etree import ElementTree
 
-from compare.check.changes import FAILING, Outcome
-from compare.check.words import by_cell, rerun, sentence
-from compare.tables.shared import told
-from scenarios.format import visible
+from tumble.compare.check.changes import FAILING, Outcome
+from tumble.compare.check.words import by_cell, rerun, sentence
+from tumble.compare.tables.shared import told
+from tumble.scenarios.format import visible
 
 
 def junit(outcome: Outcome, against: Sequence[str]) -> str:

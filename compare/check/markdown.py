@@ -4,9 +4,9 @@ import re
 from collections.abc import Iterator, Sequence
 from itertools import groupby
 
-from compare.check.changes import VERDICTS, Outcome
-from compare.check.words import behaviours, by_cell, rerun, sentence, sentences, versions
-from scenarios.format import visible
+from tumble.compare.check.changes import VERDICTS, Outcome
+from tumble.compare.check.words import behaviours, by_cell, rerun, sentence, sentences, versions
+from tumble.scenarios.format import visible
 
 HEADINGS = {
     "incomparable": "Another question",

@@ -8,26 +8,26 @@ from itertools import chain
 
 import numpy as np
 
-from compare.check.record import Record
-from compare.check.schemas import CELLS, EXACT, QUESTIONS, TIMES, CellRow, QuestionRow
-from compare.check.times import time_rows
-from compare.judge import ladder as order
-from compare.judge.errors import Flown, Run
-from compare.judge.trend import spin_energy
-from compare.run.flight import Trajectory, legs
-from compare.run.kept import Kept
-from compare.run.participants import Participant, truth_limit
-from compare.run.progress import Tick, untold
-from compare.run.tasks import Task, run
-from compare.run.truths import Answer, Truths
-from compare.run.worker import Failure
-from compare.tables.engines import engine_row
-from compare.tables.frames import frame
-from compare.tables.runs import run_row
-from compare.tables.shared import ENGINES
-from scenarios.frames import Array
-from scenarios.scene import Scene, frozen_array
-from scenarios.truth import Truth
+from tumble.compare.check.record import Record
+from tumble.compare.check.schemas import CELLS, EXACT, QUESTIONS, TIMES, CellRow, QuestionRow
+from tumble.compare.check.times import time_rows
+from tumble.compare.judge import ladder as order
+from tumble.compare.judge.errors import Flown, Run
+from tumble.compare.judge.trend import spin_energy
+from tumble.compare.run.flight import Trajectory, legs
+from tumble.compare.run.participants import Participant, truth_limit
+from tumble.compare.run.process.kept import Kept
+from tumble.compare.run.progress import Tick, untold
+from tumble.compare.run.tasks import Task, run
+from tumble.compare.run.truths import Answer, Truths
+from tumble.compare.run.worker import Failure
+from tumble.compare.tables.engines import engine_row
+from tumble.compare.tables.frames import frame
+from tumble.compare.tables.runs import run_row
+from tumble.compare.tables.shared import ENGINES
+from tumble.scenarios.frames import Array
+from tumble.scenarios.scene import Scene, frozen_array
+from tumble.scenarios.truth import Truth
 
 # One rounding of a number of size 1, up and down by turns.
 NUDGE = np.resize((1.0, -1.0, -1.0, 1.0, 1.0), 13)

@@ -7,16 +7,16 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from compare.check.schemas import CELLS, DRIFTS, ERRORS, EXACT, QUESTIONS, STATUSES, TIMES, CellRow, QuestionRow
-from compare.judge.trend import TRENDS
-from compare.run.provenance import ConditionRow, versions
-from compare.tables.files import place
-from compare.tables.frames import csv_text, frame, read_file, rows
-from compare.tables.schema import BadTable, Table
-from compare.tables.shared import CONDITIONS, ENGINES
-from scenarios.files import why_unread
-from scenarios.format import printable, short
-from scenarios.refusal import UsersError
+from tumble.compare.check.schemas import CELLS, DRIFTS, ERRORS, EXACT, QUESTIONS, STATUSES, TIMES, CellRow, QuestionRow
+from tumble.compare.judge.trend import TRENDS
+from tumble.compare.run.provenance import ConditionRow, versions
+from tumble.compare.tables.files import place
+from tumble.compare.tables.frames import csv_text, frame, read_file, rows
+from tumble.compare.tables.schema import BadTable, Table
+from tumble.compare.tables.shared import CONDITIONS, ENGINES
+from tumble.scenarios.files import why_unread
+from tumble.scenarios.format import printable, short
+from tumble.scenarios.refusal import UsersError
 
 FORMAT = "tumble check 2"
 # Figures that are infinite of a run that diverged, and those that may be below zero.
@@ -35,8 +35,8 @@ class Record:
     """Everything one check measured.
 
     scenes, contestants: the words it was asked for with, so that it can be asked again; empty means all there are.
-    questions, engines, cells, times: the tables of `compare.check.schemas` and `compare.tables.shared`; times is None
-    where run times were not measured.
+    questions, engines, cells, times: the tables of `tumble.compare.check.schemas` and `tumble.compare.tables.shared`;
+    times is None where run times were not measured.
     """
 
     scenes: tuple[str, ...]

@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 from typing import Annotated
 
-from compare.judge.trend import TRENDS
-from compare.tables.schema import Table
-from compare.tables.shared import (
+from tumble.compare.judge.trend import TRENDS
+from tumble.compare.tables.schema import Table
+from tumble.compare.tables.shared import (
     CONTESTANT,
     AngularMomentumDrift,
     EnergyDrift,

@@ -7,14 +7,14 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from compare.check.schemas import TIMES, TimeRow
-from compare.judge.cost import REFERENCE, time_runs
-from compare.judge.errors import Run
-from compare.run.flight import Trajectory
-from compare.run.participants import Participant, launched
-from compare.run.progress import Tick
-from compare.run.readings import ratio
-from scenarios.scene import Scene
+from tumble.compare.check.schemas import TIMES, TimeRow
+from tumble.compare.judge.cost import REFERENCE, time_runs
+from tumble.compare.judge.errors import Run
+from tumble.compare.run.flight import Trajectory
+from tumble.compare.run.participants import Participant, launched
+from tumble.compare.run.progress import Tick
+from tumble.compare.run.timing.readings import ratio
+from tumble.scenarios.scene import Scene
 
 
 def time_rows(participants: Sequence[Participant], scene: Scene, runs: Sequence[Run], tick: Tick) -> Iterator[TimeRow]:

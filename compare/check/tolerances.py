@@ -5,9 +5,9 @@ import tomllib
 from dataclasses import dataclass, fields
 from pathlib import Path
 
-from scenarios.files import plain_bytes, why_unread
-from scenarios.format import nearest, printable, short
-from scenarios.refusal import UsersError
+from tumble.scenarios.files import plain_bytes, why_unread
+from tumble.scenarios.format import nearest, printable, short
+from tumble.scenarios.refusal import UsersError
 
 
 class BadTolerance(UsersError):

@@ -6,11 +6,11 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from compare.check.changes import Change, Outcome, Verdict
-from compare.check.record import Record
-from compare.check.schemas import ERRORS
-from compare.run.participants import engine_files, titles
-from compare.tables.shared import told
+from tumble.compare.check.changes import Change, Outcome, Verdict
+from tumble.compare.check.record import Record
+from tumble.compare.check.schemas import ERRORS
+from tumble.compare.run.participants import engine_files, titles
+from tumble.compare.tables.shared import told
 
 FIGURES = {
     "max_error_m": ("largest error", " m"),

@@ -4,16 +4,16 @@ from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass
 
-from compare.judge.errors import Flown, Run
-from compare.run.flight import Trajectory
-from compare.run.participants import AS_ASKED, DEFAULT, Participant, truth_limit
-from compare.run.progress import Tick, untold
-from compare.run.tasks import Task, run
-from compare.run.truths import Truths
-from compare.run.worker import Failure
-from scenarios.scene import Scene
-from scenarios.truth import Truth
-from scenarios.truth.handed import cost_of_doubles
+from tumble.compare.judge.errors import Flown, Run
+from tumble.compare.run.flight import Trajectory
+from tumble.compare.run.participants import AS_ASKED, DEFAULT, Participant, truth_limit
+from tumble.compare.run.progress import Tick, untold
+from tumble.compare.run.tasks import Task, run
+from tumble.compare.run.truths import Truths
+from tumble.compare.run.worker import Failure
+from tumble.scenarios.scene import Scene
+from tumble.scenarios.truth import Truth
+from tumble.scenarios.truth.handed import cost_of_doubles
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,10 +3,10 @@
 import math
 from collections.abc import Collection, Iterable, Iterator, Sequence
 
-from compare.comparison.table_4_1 import BudgetRow
-from compare.engines import BY_HAND, OWN, SHIPPED
-from compare.judge.agreement import AgreementRow
-from compare.tables.shared import FindingRow, RunRow
+from tumble.compare.comparison.table_4_1 import BudgetRow
+from tumble.compare.engines import BY_HAND, OWN, SHIPPED
+from tumble.compare.judge.agreement import AgreementRow
+from tumble.compare.tables.shared import FindingRow, RunRow
 
 # One column of Table 4.1 is called right where the exact motion is so many times nearer to it than to the other.
 NEARER = 10

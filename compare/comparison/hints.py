@@ -4,8 +4,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from scenarios.frames import vertices
-from scenarios.scene import Scene
+from tumble.scenarios.frames import vertices
+from tumble.scenarios.scene import Scene
 
 # A tether that starts stretched by more than this share of the body pulls hard from the first instant on.
 STRETCHED = 0.1

@@ -4,19 +4,19 @@ from collections.abc import Sequence
 
 import pandas as pd
 
-from compare.comparison.against_truth import Comparison
-from compare.comparison.findings import agreement_findings, column_findings, error_findings
-from compare.comparison.schemas import AGREEMENT, BUDGET, PUBLISHED
-from compare.comparison.table_4_1 import budget_rows, is_table_4_1, published_rows
-from compare.judge.agreement import agreements
-from compare.run.participants import Participant
-from compare.run.provenance import conditions
-from compare.tables.engines import engine_row
-from compare.tables.frames import frame
-from compare.tables.runs import run_row
-from compare.tables.shared import CONDITIONS, ENGINES, FINDINGS, RUNS, SCENES, SceneRow
-from compare.tables.vertices import error_over_time_table, throw_table, vertex_error_table
-from scenarios.needs import needs
+from tumble.compare.comparison.against_truth import Comparison
+from tumble.compare.comparison.findings import agreement_findings, column_findings, error_findings
+from tumble.compare.comparison.schemas import AGREEMENT, BUDGET, PUBLISHED
+from tumble.compare.comparison.table_4_1 import budget_rows, is_table_4_1, published_rows
+from tumble.compare.judge.agreement import agreements
+from tumble.compare.run.participants import Participant
+from tumble.compare.run.provenance import conditions
+from tumble.compare.tables.engines import engine_row
+from tumble.compare.tables.frames import frame
+from tumble.compare.tables.runs import run_row
+from tumble.compare.tables.shared import CONDITIONS, ENGINES, FINDINGS, RUNS, SCENES, SceneRow
+from tumble.compare.tables.vertices import error_over_time_table, throw_table, vertex_error_table
+from tumble.scenarios.needs import needs
 
 
 def scene_row(comparison: Comparison) -> SceneRow:

@@ -7,12 +7,12 @@ from typing import Annotated
 
 import numpy as np
 
-from compare.comparison.against_truth import Comparison
-from compare.tables.runs import xyz
-from compare.tables.shared import CONTESTANT, Engine, Method, SceneName
-from scenarios.frames import Array
-from scenarios.published import VERTEX, table_4_1
-from scenarios.scene import Scene
+from tumble.compare.comparison.against_truth import Comparison
+from tumble.compare.tables.runs import xyz
+from tumble.compare.tables.shared import CONTESTANT, Engine, Method, SceneName
+from tumble.scenarios.frames import Array
+from tumble.scenarios.published import VERTEX, table_4_1
+from tumble.scenarios.scene import Scene
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ and four verbs on whole states (N, 13): x [m], q (w x y z, body to world), v [m/
     advance(world, n, dt)            n steps of dt [s] in the engine's native loop: the only timed call
     read(world) -> states            (N, 13)
 
-The laws, LAWS below, are put to a file by `tumble engines --check ./mine.py` (compare/run/laws.py).
+The laws, LAWS below, are put to a file by `tumble engines --check ./mine.py` (compare/run/engines/laws.py).
 
 More names where they are not empty:
 

@@ -16,13 +16,13 @@ import dartpy
 import numpy as np
 from numpy.typing import NDArray
 
-from compare.engines.parts.audits import stood_still
-from compare.engines.parts.held import held_wrench
-from compare.engines.parts.silence import silenced_stderr
+from tumble.compare.engines.parts.audits import stood_still
+from tumble.compare.engines.parts.held import held_wrench
+from tumble.compare.engines.parts.silence import silenced_stderr
 
 if TYPE_CHECKING:
-    from scenarios.scene import Scene
-    from scenarios.wrench import Wrench
+    from tumble.scenarios.scene import Scene
+    from tumble.scenarios.wrench import Wrench
 
 METHODS = ("semi-implicit-euler",)
 FORCED = ("semi-implicit-euler+held",)

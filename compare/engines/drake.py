@@ -22,12 +22,12 @@ from pydrake.multibody.plant import ExternallyAppliedSpatialForce, MultibodyPlan
 from pydrake.multibody.tree import SpatialInertia, UnitInertia
 from pydrake.systems.analysis import ResetIntegratorFromFlags, Simulator
 
-from compare.engines.parts.audits import stood_still
-from compare.engines.parts.held import held_wrench
+from tumble.compare.engines.parts.audits import stood_still
+from tumble.compare.engines.parts.held import held_wrench
 
 if TYPE_CHECKING:
-    from scenarios.scene import Scene
-    from scenarios.wrench import Wrench
+    from tumble.scenarios.scene import Scene
+    from tumble.scenarios.wrench import Wrench
 
 INTEGRATORS = {"rk3": "runge_kutta3", "rk5": "runge_kutta5"}
 ADAPTIVE = {"error-controlled": 1e-9}  # runge_kutta5; as Drake ships it is runge_kutta3 to 1e-4

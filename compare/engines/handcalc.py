@@ -16,11 +16,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from scenarios.frames import Array, quaternion_product
-from scenarios.published import table_4_1
+from tumble.scenarios.frames import Array, quaternion_product
+from tumble.scenarios.published import table_4_1
 
 if TYPE_CHECKING:
-    from scenarios.scene import Scene
+    from tumble.scenarios.scene import Scene
 
 MISTAKES = ("impulse", "vertex", "clock")
 MENDED: dict[str, frozenset[str]] = {

@@ -15,10 +15,10 @@ import heyoka
 import numpy as np
 from numpy.typing import NDArray
 
-from compare.engines.parts.turn import turned, turned_back
+from tumble.compare.engines.parts.turn import turned, turned_back
 
 if TYPE_CHECKING:
-    from scenarios.scene import Scene
+    from tumble.scenarios.scene import Scene
 
 Array = NDArray[np.float64]
 

@@ -25,11 +25,11 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from compare.engines.parts.scale import scale_to_one
+from tumble.compare.engines.parts.scale import scale_to_one
 
 if TYPE_CHECKING:
-    from scenarios.scene import Scene
-    from scenarios.wrench import Wrench
+    from tumble.scenarios.scene import Scene
+    from tumble.scenarios.wrench import Wrench
 
 # Those that put the whole state back to the model's start where auto-reset is on.
 BAD_STATES = (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC)
@@ -162,7 +162,7 @@ def build(scene: "Scene", method: str, keep: Collection[str] = ()) -> World:
     world = World(model, mujoco.MjData(model), scale, held=bool(manner))
     mujoco.mj_setConst(model, world.data)  # the mass matrix of a free body comes from constants derived from its masses
     if not outside.is_free:
-        from scenarios.wrench import wrench  # it brings a compiler, which a free flight has no use for
+        from tumble.scenarios.wrench import wrench  # it brings a compiler, which a free flight has no use for
 
         world.told = wrench(outside)
     return world

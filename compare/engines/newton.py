@@ -22,14 +22,14 @@ import numpy as np
 import warp
 from numpy.typing import NDArray
 
-from compare.engines.parts.audits import stood_still
-from compare.engines.parts.held import held_wrench
-from compare.engines.parts.scale import scale_to_one
-from compare.engines.parts.silence import silenced_stderr
+from tumble.compare.engines.parts.audits import stood_still
+from tumble.compare.engines.parts.held import held_wrench
+from tumble.compare.engines.parts.scale import scale_to_one
+from tumble.compare.engines.parts.silence import silenced_stderr
 
 if TYPE_CHECKING:
-    from scenarios.scene import Scene
-    from scenarios.wrench import Wrench
+    from tumble.scenarios.scene import Scene
+    from tumble.scenarios.wrench import Wrench
 
 warp.config.log_level = warp.LOG_ERROR  # of devices it has not, and of every kernel that it loads
 if os.access(sys.prefix, os.W_OK):

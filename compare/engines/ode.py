@@ -17,12 +17,12 @@ import numpy as np
 import ode
 from numpy.typing import NDArray
 
-from compare.engines.parts.audits import stood_still
-from compare.engines.parts.held import held_wrench
+from tumble.compare.engines.parts.audits import stood_still
+from tumble.compare.engines.parts.held import held_wrench
 
 if TYPE_CHECKING:
-    from scenarios.scene import Scene
-    from scenarios.wrench import Wrench
+    from tumble.scenarios.scene import Scene
+    from tumble.scenarios.wrench import Wrench
 
 METHODS = ("step", "quickstep")
 FORCED = ("step+held", "quickstep+held")

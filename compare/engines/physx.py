@@ -16,14 +16,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from compare.engines.parts.audits import beyond, stood_still
-from compare.engines.parts.held import held_wrench
-from compare.engines.parts.scale import scale_to_one
-from compare.engines.parts.silence import silenced_stderr
+from tumble.compare.engines.parts.audits import beyond, stood_still
+from tumble.compare.engines.parts.held import held_wrench
+from tumble.compare.engines.parts.scale import scale_to_one
+from tumble.compare.engines.parts.silence import silenced_stderr
 
 if TYPE_CHECKING:
-    from scenarios.scene import Scene
-    from scenarios.wrench import Wrench
+    from tumble.scenarios.scene import Scene
+    from tumble.scenarios.wrench import Wrench
 
 with silenced_stderr():  # it looks for a graphics card
     import sapien

@@ -18,12 +18,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from compare.engines.parts.scale import scale_to_one
-from compare.engines.parts.silence import silenced_stderr
+from tumble.compare.engines.parts.scale import scale_to_one
+from tumble.compare.engines.parts.silence import silenced_stderr
 
 if TYPE_CHECKING:
-    from scenarios.scene import Scene
-    from scenarios.wrench import Wrench
+    from tumble.scenarios.scene import Scene
+    from tumble.scenarios.wrench import Wrench
 
 
 with silenced_stderr():  # it prints its build date
@@ -103,7 +103,7 @@ def build(scene: "Scene", method: str, keep: Collection[str] = ()) -> World:
     if scene.gravity is not None:
         pybullet.setGravity(*scene.gravity, physicsClientId=client)
     if not scene.is_free:
-        from scenarios.wrench import wrench  # it brings a compiler, which a free flight has no use for
+        from tumble.scenarios.wrench import wrench  # it brings a compiler, which a free flight has no use for
 
         world.held = wrench(scene)
     shape = collision_shape(world, scene) if "collision shape" in keep else NO_SHAPE

@@ -17,13 +17,13 @@ import numpy as np
 import rapier3d
 from numpy.typing import NDArray
 
-from compare.engines.parts.audits import beyond, stood_still
-from compare.engines.parts.held import held_wrench
-from compare.engines.parts.scale import scale_to_one
+from tumble.compare.engines.parts.audits import beyond, stood_still
+from tumble.compare.engines.parts.held import held_wrench
+from tumble.compare.engines.parts.scale import scale_to_one
 
 if TYPE_CHECKING:
-    from scenarios.scene import Scene
-    from scenarios.wrench import Wrench
+    from tumble.scenarios.scene import Scene
+    from tumble.scenarios.wrench import Wrench
 
 METHODS = ("tgs",)
 FORCED = ("tgs+held",)

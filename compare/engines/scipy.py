@@ -20,14 +20,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import DOP853
 
-from compare.engines.parts.turn import turned as rotated
-from compare.engines.parts.turn import turned_back
-from scenarios import wrench
-from scenarios.kernel_cache import keep
-from scenarios.wrench import net_wrenches, numbers, turned
+from tumble.compare.engines.parts.turn import turned as rotated
+from tumble.compare.engines.parts.turn import turned_back
+from tumble.kernel_cache import keep
+from tumble.scenarios import wrench
+from tumble.scenarios.wrench import net_wrenches, numbers, turned
 
 if TYPE_CHECKING:
-    from scenarios.scene import Scene
+    from tumble.scenarios.scene import Scene
 
 Array = NDArray[np.float64]
 Slope = Callable[[float, Array], Array]

@@ -6,13 +6,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from solver.body import Body
-from solver.compilation import without_blas
-from solver.flight import Flight
-from solver.forces import LAWS, Forces, only_gravity
-from solver.registry import METHODS as REGISTRY
-from solver.registry import find
-from solver.stiffness import fastest
+from tumble.solver.body import Body
+from tumble.solver.compilation import without_blas
+from tumble.solver.flight import Flight
+from tumble.solver.forces import LAWS, Forces, only_gravity
+from tumble.solver.registry import METHODS as REGISTRY
+from tumble.solver.registry import find
+from tumble.solver.stiffness import fastest
 
 METHODS = tuple(REGISTRY)
 # Of these NAME@TOLERANCE is a method too, e.g. adaptive@1e-9; the plain name means its default.

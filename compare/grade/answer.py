@@ -3,10 +3,10 @@
 from collections.abc import Iterator
 from dataclasses import asdict
 
-from compare.grade.explanation import Explanation, Mistake
-from compare.grade.hypotheses import Hypothesis
-from compare.grade.schemas import DiagnosisRow
-from compare.grade.verdict import Grade
+from tumble.compare.grade.grade import Grade
+from tumble.compare.grade.hypotheses.explanation import Explanation, Mistake
+from tumble.compare.grade.hypotheses.hypothesis import Hypothesis
+from tumble.compare.grade.schemas import DiagnosisRow
 
 # What a value stands for, of mistakes by the beginning of their unit or by name.
 STEP, RATE, FACTOR, CHOICE, SECONDS = "step", "rate", "factor", "choice", "time"

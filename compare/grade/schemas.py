@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 from typing import Annotated
 
-from compare.tables.schema import Table
-from compare.tables.shared import SceneName
+from tumble.compare.tables.schema import Table
+from tumble.compare.tables.shared import SceneName
 
 File = Annotated[str, "the file that was graded"]
 

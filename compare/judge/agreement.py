@@ -7,7 +7,7 @@ from typing import Annotated
 
 import numpy as np
 
-from compare.judge.errors import Run
+from tumble.compare.judge.errors import Run
 
 # Two that lie this much closer to each other than either does to the truth share their mistake.
 SHARED = 1e-3

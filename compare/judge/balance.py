@@ -5,11 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from compare.judge import mechanics
-from compare.judge.errors import Run
-from scenarios.forces import GRAVITY, stored, takes_energy
-from scenarios.frames import Array
-from scenarios.scene import Scene
+from tumble.compare.judge import mechanics
+from tumble.compare.judge.errors import Run
+from tumble.scenarios.forces import GRAVITY, stored, takes_energy
+from tumble.scenarios.frames import Array
+from tumble.scenarios.scene import Scene
 
 # 5 % of the energy is 2.5 % of the speed: what a person begins to see.  Where forces act a symplectic step keeps an
 # energy that is up to w dt/2 off, and modes that pass theirs on to each other let it wander over many turns: that is

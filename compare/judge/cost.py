@@ -6,14 +6,14 @@ from functools import cached_property
 
 import numpy as np
 
-from compare.judge.errors import Run
-from compare.run.flight import Trajectory
-from compare.run.participants import Participant
-from compare.run.readings import USUAL, Reading, Sampling
-from compare.run.timer import Ready
-from compare.run.timing import Cost, Load, costs
-from compare.run.worker import Failure
-from scenarios.scene import Scene
+from tumble.compare.judge.errors import Run
+from tumble.compare.run.flight import Trajectory
+from tumble.compare.run.participants import Participant
+from tumble.compare.run.timing.readings import USUAL, Reading, Sampling
+from tumble.compare.run.timing.timer import Ready
+from tumble.compare.run.timing.timing import Cost, Load, costs
+from tumble.compare.run.worker import Failure
+from tumble.scenarios.scene import Scene
 
 # Whose times others are told as multiples of, unless another is asked for.
 REFERENCE = "tumble:rk4"

@@ -5,16 +5,16 @@ from functools import cached_property
 
 import numpy as np
 
-from compare.judge import mechanics
-from compare.judge.lookup import looked_up
-from compare.run.flight import Trajectory, mean_step
-from compare.run.participants import Participant
-from compare.run.precision import DOUBLE
-from compare.run.worker import Failure
-from scenarios.frames import Array
-from scenarios.needs import needs
-from scenarios.scene import Scene
-from scenarios.truth import Truth
+from tumble.compare.judge import mechanics
+from tumble.compare.judge.lookup import looked_up
+from tumble.compare.run.flight import Trajectory, mean_step
+from tumble.compare.run.participants import Participant
+from tumble.compare.run.precision import DOUBLE
+from tumble.compare.run.worker import Failure
+from tumble.scenarios.frames import Array
+from tumble.scenarios.needs import needs
+from tumble.scenarios.scene import Scene
+from tumble.scenarios.truth import Truth
 
 # A free body's velocity is v0 + g t in every integrator there is, but for a rounding of it a step.
 HIDDEN_FORCE = 1e-4

@@ -7,9 +7,9 @@ stays and the energy alone is off; by the midpoint rule both stay (Hairer, Lubic
 
 import numpy as np
 
-from compare.judge import mechanics
-from scenarios.frames import Array
-from scenarios.scene import Body
+from tumble.compare.judge import mechanics
+from tumble.scenarios.frames import Array
+from tumble.scenarios.scene import Body
 
 # A step rounds more numbers than one: what is less than so many roundings a step is kept.
 ROUNDINGS = 4.0

@@ -6,9 +6,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from compare.judge.errors import Run
-from compare.judge.orders import ASYMPTOTIC, FLOOR, LAST, Rung, local_orders, parts
-from compare.run.flight import legs
+from tumble.compare.judge.errors import Run
+from tumble.compare.judge.orders import ASYMPTOTIC, FLOOR, LAST, Rung, local_orders, parts
+from tumble.compare.run.flight import legs
 
 PAIRS = 3
 MOST_STEPS, FINEST = 1 << 16, 16

@@ -9,10 +9,10 @@ from functools import lru_cache
 
 import numpy as np
 
-from compare.run.flight import Probe, Trajectory
-from scenarios.frames import Array, vertices
-from scenarios.scene import Scene, frozen_array
-from scenarios.truth import NoTruth, Truth, truth
+from tumble.compare.run.flight import Probe, Trajectory
+from tumble.scenarios.frames import Array, vertices
+from tumble.scenarios.scene import Scene, frozen_array
+from tumble.scenarios.truth import NoTruth, Truth, truth
 
 # A change moves the body by about as much as it is: by less than a quarter of it, or four times as much, is a question
 # for the truth, which takes a while and is not asked without one.

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from scenarios.frames import Array, rotation_matrix
-from scenarios.scene import Body
+from tumble.scenarios.frames import Array, rotation_matrix
+from tumble.scenarios.scene import Body
 
 
 def kinetic_energy(states: Array, body: Body) -> Array:

@@ -7,8 +7,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from compare.judge.errors import Run
-from scenarios.frames import rotation_matrix
+from tumble.compare.judge.errors import Run
+from tumble.scenarios.frames import rotation_matrix
 
 # An order is read off errors below a share of the body's size, where no higher order is seen, and above the truth's
 # limit; a ladder that ends before is read at its last pairs.

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from compare.judge import mechanics
-from compare.judge.errors import Run, quietly
-from scenarios.frames import Array
+from tumble.compare.judge import mechanics
+from tumble.compare.judge.errors import Run, quietly
+from tumble.scenarios.frames import Array
 
 # What may become of it, from good to bad.
 TRENDS = {"kept": 0, "wavers": 1, "grows": 2, "decays": 2}

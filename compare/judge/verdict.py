@@ -23,14 +23,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from compare.judge import mechanics
-from compare.judge.balance import BAND, Balance, energies
-from compare.judge.errors import Run, largest, lost_torque, quietly
-from compare.run.worker import Failure
-from scenarios.forces import acting, can_turn
-from scenarios.frames import Array, rotation_matrix, vertices
-from scenarios.needs import needs
-from scenarios.scene import Body
+from tumble.compare.judge import mechanics
+from tumble.compare.judge.balance import BAND, Balance, energies
+from tumble.compare.judge.errors import Run, largest, lost_torque, quietly
+from tumble.compare.run.worker import Failure
+from tumble.scenarios.forces import acting, can_turn
+from tumble.scenarios.frames import Array, rotation_matrix, vertices
+from tumble.scenarios.needs import needs
+from tumble.scenarios.scene import Body
 
 # A growth that ends is not without end: from the first to the last quarter of a flight it does not come to this.
 TENFOLD = 10.0

@@ -7,14 +7,14 @@ from collections.abc import Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
 
-from compare.run.flight import Trajectory, legs
-from compare.run.participants import Participant, truth_limit
-from compare.run.progress import Tick, untold
-from compare.run.tasks import Task, run
-from compare.run.truths import Truths
-from compare.run.worker import Failure
-from scenarios.scene import Scene, frozen_array
-from scenarios.truth import Truth
+from tumble.compare.run.flight import Trajectory, legs
+from tumble.compare.run.participants import Participant, truth_limit
+from tumble.compare.run.progress import Tick, untold
+from tumble.compare.run.tasks import Task, run
+from tumble.compare.run.truths import Truths
+from tumble.compare.run.worker import Failure
+from tumble.scenarios.scene import Scene, frozen_array
+from tumble.scenarios.truth import Truth
 
 FRAMES = 64
 

@@ -5,11 +5,11 @@ from itertools import pairwise
 
 import numpy as np
 
-from compare.motion.film import Film
-from compare.motion.results import bent, faces
-from compare.tables.shared import FindingRow
-from scenarios.frames import Array
-from scenarios.scene import Body
+from tumble.compare.motion.film import Film
+from tumble.compare.motion.results import bent, faces
+from tumble.compare.tables.shared import FindingRow
+from tumble.scenarios.frames import Array
+from tumble.scenarios.scene import Body
 
 
 def film_findings(films: Sequence[Film]) -> Iterator[FindingRow]:

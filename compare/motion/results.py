@@ -5,9 +5,9 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 import pandas as pd
 
-from compare.judge import mechanics
-from compare.motion.film import Film
-from compare.motion.schemas import (
+from tumble.compare.judge import mechanics
+from tumble.compare.motion.film import Film
+from tumble.compare.motion.schemas import (
     ACTS,
     BODIES,
     DEFORMED,
@@ -21,11 +21,11 @@ from compare.motion.schemas import (
     MotionRow,
     PointRow,
 )
-from compare.run.flight import Trajectory
-from compare.tables.frames import frame
-from scenarios.frames import Array, vertices
-from scenarios.impulse import RayMissed, strike_point
-from scenarios.scene import Body, Scene
+from tumble.compare.run.flight import Trajectory
+from tumble.compare.tables.frames import frame
+from tumble.scenarios.frames import Array, vertices
+from tumble.scenarios.impulse import RayMissed, strike_point
+from tumble.scenarios.scene import Body, Scene
 
 TRUTH = "truth"
 # Vertices further than this part of the body from where a rigid body has them are no rigid body's.

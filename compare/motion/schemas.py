@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 from typing import Annotated
 
-from compare.tables.schema import Table
-from compare.tables.shared import CONTESTANT, Engine, Method, SceneName
+from tumble.compare.tables.schema import Table
+from tumble.compare.tables.shared import CONTESTANT, Engine, Method, SceneName
 
 PLACE = "where it acts: where an impulse is applied, a tether's anchor, a point of the floor"
 VECTOR = "the impulse [N s], the tether's end in principal axes [m], the floor's normal or gravity [m/s2]"

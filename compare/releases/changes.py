@@ -3,11 +3,11 @@
 import math
 from collections.abc import Iterator
 
-from compare.judge.orders import FLOOR
-from compare.releases.ledger import Ledger, neighbours
-from compare.releases.notes import Notes
-from compare.releases.schemas import ReleaseChangeRow, ReleaseRow
-from compare.run.readings import Reading, ratio
+from tumble.compare.judge.orders import FLOOR
+from tumble.compare.releases.ledger import Ledger, neighbours
+from tumble.compare.releases.notes import Notes
+from tumble.compare.releases.schemas import ReleaseChangeRow, ReleaseRow
+from tumble.compare.run.timing.readings import Reading, ratio
 
 # An order of a ladder is known to about a tenth; an integrator's are whole numbers.
 ORDER = 0.5

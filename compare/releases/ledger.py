@@ -6,21 +6,21 @@ All speeds are those of one scene, sampled in the same rounds, so that releases 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
-from compare.judge import ladder, trend
-from compare.judge.errors import Flown, Run
-from compare.releases.schemas import ReleaseRow
-from compare.run.environments import split_release
-from compare.run.kept import Kept
-from compare.run.participants import Participant, truth_limit
-from compare.run.progress import Tick, untold
-from compare.run.readings import USUAL, Reading, Sampling, ratio
-from compare.run.tasks import Task, run
-from compare.run.timing import Cost, Load, costs
-from compare.run.truths import Truths
-from compare.run.worker import Failure
-from compare.tables.runs import run_row
-from scenarios.scene import Scene
-from scenarios.truth import Truth
+from tumble.compare.judge import ladder, trend
+from tumble.compare.judge.errors import Flown, Run
+from tumble.compare.releases.schemas import ReleaseRow
+from tumble.compare.run.engines.environments import split_release
+from tumble.compare.run.participants import Participant, truth_limit
+from tumble.compare.run.process.kept import Kept
+from tumble.compare.run.progress import Tick, untold
+from tumble.compare.run.tasks import Task, run
+from tumble.compare.run.timing.readings import USUAL, Reading, Sampling, ratio
+from tumble.compare.run.timing.timing import Cost, Load, costs
+from tumble.compare.run.truths import Truths
+from tumble.compare.run.worker import Failure
+from tumble.compare.tables.runs import run_row
+from tumble.scenarios.scene import Scene
+from tumble.scenarios.truth import Truth
 
 # A brick that tumbles and falls, two blows, and a force that is no gravity.
 SCENES = ("brick-tumble", "two-hits", "tether-undamped")

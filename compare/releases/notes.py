@@ -4,8 +4,8 @@ import re
 from importlib.metadata import PackageNotFoundError, distribution, distributions
 from pathlib import Path
 
-from compare.run import registry
-from compare.run.environments import environments, folder
+from tumble.compare.run.engines import registry
+from tumble.compare.run.engines.environments import environments, folder
 
 NAMES = re.compile(r"(change ?log|changes|history|release[-_ ]?notes)\.(rst|md|txt)", re.IGNORECASE)
 # A heading: `Version 4.0.0 (...)`, `## 4.0.0`, `v4.0.0`; in reStructuredText the line below it is of one sign.

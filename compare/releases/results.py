@@ -4,13 +4,13 @@ from collections.abc import Sequence
 
 import pandas as pd
 
-from compare.releases.ledger import Ledger
-from compare.releases.schemas import CHANGES, RELEASES, ReleaseChangeRow
-from compare.run.participants import Participant
-from compare.run.provenance import conditions
-from compare.tables.engines import engine_row
-from compare.tables.frames import frame
-from compare.tables.shared import CONDITIONS, ENGINES
+from tumble.compare.releases.ledger import Ledger
+from tumble.compare.releases.schemas import CHANGES, RELEASES, ReleaseChangeRow
+from tumble.compare.run.participants import Participant
+from tumble.compare.run.provenance import conditions
+from tumble.compare.tables.engines import engine_row
+from tumble.compare.tables.frames import frame
+from tumble.compare.tables.shared import CONDITIONS, ENGINES
 
 
 def ledger_tables(

@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 from typing import Annotated
 
-from compare.judge.trend import TRENDS
-from compare.tables.schema import Table
-from compare.tables.shared import Engine, Limit, Method, SceneName, Status, Step, Why
+from tumble.compare.judge.trend import TRENDS
+from tumble.compare.tables.schema import Table
+from tumble.compare.tables.shared import Engine, Limit, Method, SceneName, Status, Step, Why
 
 Release = Annotated[str, "release of the engine"]
 

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from compare.run.registry import Finding, built, findings
-from compare.run.timer import prepare, process_ns, wall_of_steps
-from scenarios.frames import Array, quaternion_product, vertices
-from scenarios.impulse import RayMissed, jump
-from scenarios.refusal import UsersError
-from scenarios.scene import Scene
+from tumble.compare.run.engines.registry import Finding, built, findings
+from tumble.compare.run.timing.timer import prepare, process_ns, wall_of_steps
+from tumble.scenarios.frames import Array, quaternion_product, vertices
+from tumble.scenarios.impulse import RayMissed, jump
+from tumble.scenarios.refusal import UsersError
+from tumble.scenarios.scene import Scene
 
 # A start that an engine is not told of is so much another one, of the body's size, a radian and its velocities; it is
 # flown for so many steps.
@@ -81,7 +81,7 @@ class Trajectory:
 
 def check_step(scene: Scene, dt: float | None) -> None:
     """Raise BadStep where a step [s] asked for instead of the scene's own makes more steps than a flight may have."""
-    from scenarios.build import MOST_STEPS  # by the one who asks: who flies may have nothing but numpy
+    from tumble.scenarios.build import MOST_STEPS  # by the one who asks: who flies may have nothing but numpy
 
     if dt is not None and scene.duration / dt > MOST_STEPS:
         raise BadStep(f"--dt = {dt:g}: must be at least {scene.duration / MOST_STEPS:g} s for {scene.name}")

@@ -8,16 +8,16 @@ from dataclasses import dataclass, field
 from itertools import combinations, count
 from pathlib import Path
 
-from compare.run import registry
-from compare.run.environments import split_release
-from compare.run.flight import Trajectory
-from compare.run.precision import DOUBLE, rounding
-from compare.run.registry import BadEngine, EngineInfo
-from compare.run.timer import Pace, Ready, Sample
-from compare.run.worker import MEMORY_LIMIT, Failure, Worker
-from scenarios.format import nearest
-from scenarios.needs import FORCES, needs
-from scenarios.scene import Scene
+from tumble.compare.run.engines import registry
+from tumble.compare.run.engines.environments import split_release
+from tumble.compare.run.engines.registry import BadEngine, EngineInfo
+from tumble.compare.run.flight import Trajectory
+from tumble.compare.run.precision import DOUBLE, rounding
+from tumble.compare.run.timing.timer import Pace, Ready, Sample
+from tumble.compare.run.worker import MEMORY_LIMIT, Failure, Worker
+from tumble.scenarios.format import nearest
+from tumble.scenarios.needs import FORCES, needs
+from tumble.scenarios.scene import Scene
 
 TIME_LIMIT_S = 60.0
 # What a contestant is to its engine: what it does where nobody sets anything, or a method that the user named.

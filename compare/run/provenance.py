@@ -10,7 +10,8 @@ from functools import cache
 from pathlib import Path
 from typing import Annotated
 
-from compare.run import others, registry
+from tumble.compare.run.engines import registry
+from tumble.compare.run.timing import others
 
 # What the tables of a comparison or a sweep are called; to be counted up when a column changes its name or meaning.
 FORMAT = "tumble tables 2"

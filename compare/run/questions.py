@@ -8,14 +8,14 @@ from typing import BinaryIO
 
 import numpy as np
 
-from compare.run.flight import Trajectory, fly, struck
-from compare.run.laws import law_broken
-from compare.run.message import PREFIX, Malformed, frame, lengths, unpacked
-from compare.run.program import ProgramFailed
-from compare.run.registry import BadEngine, EngineInfo, Missing, engine_info, in_one_line, load
-from compare.run.timer import NoTime, Pace, Ready, Sample, Timer
-from scenarios.frames import Array
-from scenarios.scene import Scene
+from tumble.compare.run.engines.laws import law_broken
+from tumble.compare.run.engines.program import ProgramFailed
+from tumble.compare.run.engines.registry import BadEngine, EngineInfo, Missing, engine_info, in_one_line, load
+from tumble.compare.run.flight import Trajectory, fly, struck
+from tumble.compare.run.process.message import PREFIX, Malformed, frame, lengths, unpacked
+from tumble.compare.run.timing.timer import NoTime, Pace, Ready, Sample, Timer
+from tumble.scenarios.frames import Array
+from tumble.scenarios.scene import Scene
 
 
 @dataclass(frozen=True)
@@ -108,7 +108,7 @@ class StepMatrices:
 
 @dataclass(frozen=True)
 class PutLaw:
-    """Put a law of compare.engines to a method."""
+    """Put a law of tumble.compare.engines to a method."""
 
     law: str
     method: str

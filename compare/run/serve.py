@@ -1,49 +1,25 @@
 """The process of an engine: loads it, says what it is, then does what it is asked until nobody asks any more.
 
 Run as a program by any interpreter that has numpy: `serve.py ENGINE MEMORY_LIMIT LINE LIFELINE`.  Its working directory
-is no place to import from, and of ours it finds compare, scenarios and solver alone, wherever they lie.
+is no place to import from, and of ours it finds the package tumble alone, wherever that lies.
 """
 
-import importlib.machinery
+import importlib.util
 import os
 import resource
 import socket
 import sys
 from contextlib import suppress
-from importlib.abc import MetaPathFinder
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[2]
-# In a wheel the rooms lie inside one package; see setup.py.
-OURS = ("tumble",) if (ROOT / "__init__.py").exists() else ("compare", "scenarios", "solver", "reports", "tumble")
-HOME = str(ROOT.parent if OURS == ("tumble",) else ROOT)
-
-
-class FindOurs(MetaPathFinder):
-    """Finds our top-level packages where this file lies, before any others of their names."""
-
-    def find_spec(self, fullname, path=None, target=None):
-        """Return where a package of ours is, None for all else."""
-        return importlib.machinery.PathFinder.find_spec(fullname, [HOME]) if fullname in OURS else None
-
-
-class FindTheirs(MetaPathFinder):
-    """Finds what the user calls by one of our names: his own, or nothing."""
-
-    def find_spec(self, fullname, path=None, target=None):
-        """Return where it is, None for all other names.  Raises ModuleNotFoundError where the user has none."""
-        if fullname not in OURS:
-            return None
-        spec = importlib.machinery.PathFinder.find_spec(fullname, [place for place in sys.path if place != HOME])
-        if spec is None:
-            raise ModuleNotFoundError(f"No module named {fullname!r}", name=fullname)
-        return spec
+# As it was asked for: in a checkout there is a link on the way, and what it leads to is not in the package.
+TUMBLE = Path(__file__).absolute().parents[2]
 
 
 def main(engine: str, memory_limit: str, line: str, lifeline: str) -> None:
     """Serve one engine."""
-    sys.meta_path.insert(0, FindOurs())
-    from compare.run.process import end_with_parent
+    load_tumble()
+    from tumble.compare.run.process.process import end_with_parent
 
     end_with_parent(int(lifeline))
     os.dup2(2, 1)  # whatever an engine prints goes to standard error: standard output is for results
@@ -51,23 +27,24 @@ def main(engine: str, memory_limit: str, line: str, lifeline: str) -> None:
     limit_memory(int(memory_limit))
     os.set_inheritable(int(line), False)
 
-    from compare.run.questions import answer_all
+    from tumble.compare.run.questions import answer_all
 
-    if engine.endswith(".py"):
-        forget_ours()
     with socket.socket(fileno=int(line)) as connection:
         answer_all(connection, engine, int(memory_limit))
 
 
-def forget_ours() -> None:
-    """Leave our names to the user: what he calls `compare` or `solver` is his own, and ours is none of his business.
-
-    What is loaded goes on working, for it knows its modules without asking for them again.
-    """
-    sys.meta_path[0] = FindTheirs()
-    for name in [*sys.modules]:
-        if name.partition(".")[0] in OURS:
-            del sys.modules[name]
+def load_tumble() -> None:
+    """Load the package from where this file lies, whatever else is called tumble on the path."""
+    spec = importlib.util.spec_from_file_location(
+        "tumble", TUMBLE / "__init__.py", submodule_search_locations=[str(TUMBLE)]
+    )
+    assert spec is not None
+    assert spec.loader is not None
+    sys.modules["tumble"] = package = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(package)
+    # A checkout is on the path for the sake of the package; whatever else lies in it is not for engines to import.
+    if (TUMBLE / "compare").is_symlink():
+        sys.path[:] = [place for place in sys.path if place != str(TUMBLE.parent)]
 
 
 def limit_memory(most: int) -> None:

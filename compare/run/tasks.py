@@ -18,10 +18,10 @@ from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
-from compare.run.kept import Kept
-from compare.run.participants import Participant
-from compare.run.progress import Tick, untold
-from compare.run.truths import Truths
+from tumble.compare.run.participants import Participant
+from tumble.compare.run.process.kept import Kept
+from tumble.compare.run.progress import Tick, untold
+from tumble.compare.run.truths import Truths
 
 Result = TypeVar("Result", covariant=True)
 Key = tuple[str, ...]

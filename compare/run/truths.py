@@ -3,30 +3,22 @@
 A truth is minutes of pure Python at worst, and two threads of one process do not share the work.
 """
 
-import multiprocessing
 import os
-import signal
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import Future
-from contextlib import contextmanager, suppress
-from dataclasses import replace
+from dataclasses import fields, replace
 from functools import partial
-from multiprocessing.connection import Connection
 from typing import Any, NamedTuple, Self
 
 import numpy as np
 
-from compare.run.processes import Processes
-from compare.run.progress import Progress, Tick, untold
-from scenarios.impulse import RayMissed
-from scenarios.scene import Scene
-from scenarios.truth import NoTruth, Truth, truth
+from tumble.compare.run.process.callers import Call, Callers
+from tumble.compare.run.progress import Progress, Tick, untold
+from tumble.scenarios.impulse import RayMissed
+from tumble.scenarios.scene import Scene
+from tumble.scenarios.truth import NoTruth, Truth, truth
 
-# How often somebody who waits for news looks whether there is still anything to wait for [s].
-LOOK_S = 0.2
-# The environment is that of all threads: one at a time sets it for processes to come, and sets it back.
-_ENVIRONMENT = threading.Lock()
 BY_ROW = ("times", "states", "vertices", "bound", "floor")
 
 
@@ -61,7 +53,7 @@ def true_answer(
     """Return the truth, with its floor or without, or why there is none.
 
     tell: is told what share of it is done; limit_s: wall time that each of its parts may take [s]
-    (`scenarios.truth.deadline`).
+    (`tumble.scenarios.truth.deadline`).
     Raises RayMissed where the true body is not in the way of a later ray.
     """
     try:
@@ -86,7 +78,7 @@ class Truths:
     ) -> None:
         self._tick, self._floor, self._limit_s = tick, floor, limit_s
         self._told: list[Progress] = []
-        self._processes: Processes | None = None
+        self._callers: Callers | None = None
         self._ended = threading.Event()
         self._one_at_a_time = threading.Lock()  # starts processes, or ends them
         self.futures: list[Future[Answer]] = []
@@ -99,36 +91,17 @@ class Truths:
         """
         told = [Progress(f"{scene.name} truth", self._tick) for scene in scenes]
         self._told += told
-        if len(scenes) > 1 or self._processes:
-            numbers = range(len(self._told) - len(told), len(self._told))
-            limits = [self._limit_s] * len(scenes)
-            futures = self._share_out(numbered_answer, scenes, [self._floor] * len(scenes), numbers, limits)
+        of = partial(true_answer, floor=self._floor, limit_s=self._limit_s)
+        if len(scenes) > 1 or self._callers:
+            futures = self._share_out(
+                scenes, [Call(of, (scene,), tell) for scene, tell in zip(scenes, told, strict=True)]
+            )
         else:
-            of = partial(true_answer, floor=self._floor, limit_s=self._limit_s)
             futures = [in_a_thread(partial(of, tell=tell), scene) for tell, scene in zip(told, scenes, strict=True)]
         self.futures += futures
         for one, future in zip(told, futures, strict=True):
             future.add_done_callback(lambda done, one=one: done.cancelled() or one.end())
         return futures
-
-    def _started(self) -> Processes:
-        """Return the processes, started where they are not."""
-        if self._processes is None:
-            spawn = multiprocessing.get_context("spawn")
-            # Its far end closes with this process, however that ends.
-            self._far_end, self._lifeline = spawn.Pipe(duplex=False)
-            self._news, near_end = spawn.Pipe(duplex=False)
-            self._processes = Processes(os.cpu_count() or 1, spawn, end_with, (self._far_end, near_end))
-            threading.Thread(target=self._hear, daemon=True).start()
-        return self._processes
-
-    def _hear(self) -> None:
-        """Pass on what the processes tell, until they end."""
-        with self._news:
-            while not self._ended.is_set():
-                while self._news.poll(LOOK_S):
-                    number, share = self._news.recv()
-                    self._told[number](share)
 
     def __enter__(self) -> Self:
         return self
@@ -137,57 +110,46 @@ class Truths:
         self.stop()
 
     def answer(self, scene: Scene) -> Answer:
-        """Return the answer to a scene that was asked for, or to one of as many throws that is looked at less often.
+        """Return the answer to a scene that was asked for, or to one made of it that has fewer samples.
 
-        Raises what working it out raised.
+        Raises what working it out raised, KeyError where nobody asked.
         """
         for asked, future in self._asked:
-            if asked.name == scene.name and asked.start.shape == scene.start.shape:
+            if is_same_motion(asked, scene):
                 return future.result().at(scene)
         raise KeyError(scene.name)
 
     def each(self, function: Callable[..., Any], scenes: Sequence[Scene], *more: Sequence[Any]) -> list[Any]:
         """Return what a function makes of each scene and of more that is its own, worked out where the truths were."""
-        if self._processes is None:
+        if self._callers is None:
             return list(map(function, scenes, *more))
-        return [future.result() for future in self._share_out(function, scenes, *more)]
+        calls = [Call(function, given) for given in zip(scenes, *more, strict=True)]
+        return [future.result() for future in self._share_out(scenes, calls)]
 
-    def _share_out(
-        self, function: Callable[..., Any], scenes: Sequence[Scene], *more: Sequence[Any]
-    ) -> list["Future[Any]"]:
-        """Return what will be a function's results, those of forces from one process: to load a compiler takes 1 s."""
-        calls = [partial(function, *each) for each in zip(scenes, *more, strict=True)]
-        with self._one_at_a_time, safe_path():
+    def _share_out(self, scenes: Sequence[Scene], calls: Sequence[Call]) -> list["Future[Any]"]:
+        """Return what will be the calls' results, those of forces from one process: to load a compiler takes 1 s."""
+        with self._one_at_a_time:
             if self._ended.is_set():
                 return [cancelled() for _ in calls]
-            return self._started().share_out(calls, [not scene.is_free for scene in scenes])
+            if self._callers is None:
+                self._callers = Callers(os.cpu_count() or 1)
+            return self._callers.share_out(calls, [not scene.is_free for scene in scenes])
 
     def stop(self) -> None:
-        """End what is still at work, from any thread; who waits for it gets CancelledError or BrokenProcessPool."""
+        """End what is still at work, from any thread; who waits for it gets CancelledError or Died."""
         # Studies that share the truths may all end them at one Ctrl-C, and a process is not ended twice at once.
         with self._one_at_a_time:
             self._ended.set()
             for future in self.futures:
                 future.cancel()
-            if self._processes is not None:
-                self._lifeline.close()
-                self._processes.end()
-                self._far_end.close()
+            if self._callers is not None:
+                self._callers.end()
 
 
-@contextmanager
-def safe_path() -> Iterator[None]:
-    """Let no interpreter that is started meanwhile run files of the working folder."""
-    with _ENVIRONMENT:
-        before = os.environ.get("PYTHONSAFEPATH")
-        os.environ["PYTHONSAFEPATH"] = "1"
-        try:
-            yield
-        finally:
-            if before is None:
-                del os.environ["PYTHONSAFEPATH"]
-            else:
-                os.environ["PYTHONSAFEPATH"] = before
+def is_same_motion(one: Scene, other: Scene) -> bool:
+    """Whether two scenes differ in their samples alone: one was made of the other, for two files may share a name."""
+    same = (field.name for field in fields(Scene) if field.name not in ("times", "start"))
+    return all(getattr(one, name) is getattr(other, name) for name in same) and np.array_equal(one.start, other.start)
 
 
 def cancelled() -> "Future[Any]":
@@ -211,34 +173,3 @@ def in_a_thread(function: Callable[[Scene], Answer], scene: Scene) -> "Future[An
 
     threading.Thread(target=work, daemon=True, name=f"truth of {scene.name}").start()
     return future
-
-
-def numbered_answer(scene: Scene, floor: bool, number: int, limit_s: float) -> Answer:
-    """Return the same in a process of its own, which tells the other one how far that number is."""
-
-    def tell(share: float) -> None:
-        with suppress(OSError):  # nobody listens any more
-            _news[0].send((number, share))
-
-    return true_answer(scene, floor, tell, limit_s)
-
-
-_news: list[Connection] = []
-
-
-def end_with(lifeline: Connection, news: Connection | None = None) -> None:
-    """Let this process end when the other end of the lifeline does; Ctrl-C is for that process to handle.
-
-    news: where to tell how far a truth is, if anybody asks.
-    """
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    if news is not None:
-        _news.append(news)
-
-    def watch() -> None:
-        try:
-            lifeline.recv_bytes()
-        except (EOFError, OSError):
-            os._exit(1)
-
-    threading.Thread(target=watch, daemon=True).start()

@@ -10,11 +10,12 @@ from typing import Any, Self
 
 import numpy as np
 
-from compare.run.environments import HERE, Place, located
-from compare.run.flight import Trajectory
-from compare.run.message import Malformed
-from compare.run.process import Died, Process, signal_name
-from compare.run.questions import (
+from tumble.compare.run.engines.environments import HERE, Place, located
+from tumble.compare.run.engines.registry import BadEngine, EngineInfo, is_file
+from tumble.compare.run.flight import Trajectory
+from tumble.compare.run.process.message import Malformed
+from tumble.compare.run.process.process import Died, Process, signal_name
+from tumble.compare.run.questions import (
     Ended,
     Failure,
     Fly,
@@ -26,10 +27,9 @@ from compare.run.questions import (
     TakeSample,
     more_than,
 )
-from compare.run.registry import BadEngine, EngineInfo, is_file
-from compare.run.timer import Pace, Ready, Sample
-from scenarios.frames import Array
-from scenarios.scene import Scene
+from tumble.compare.run.timing.timer import Pace, Ready, Sample
+from tumble.scenarios.frames import Array
+from tumble.scenarios.scene import Scene
 
 MEMORY_LIMIT = 4 << 30
 # A process that has closed its line has so long to end [s].

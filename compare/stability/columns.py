@@ -8,13 +8,13 @@ from functools import cached_property
 
 import numpy as np
 
-from compare.run.truths import Answer
-from compare.stability.modes import Mode, stiffest_mode
-from scenarios.forces import GRAVITY, LAWS, Law
-from scenarios.frames import Array
-from scenarios.read import BadScene
-from scenarios.scene import Scene
-from scenarios.truth import Truth
+from tumble.compare.run.truths import Answer
+from tumble.compare.stability.modes import Mode, stiffest_mode
+from tumble.scenarios.forces import GRAVITY, LAWS, Law
+from tumble.scenarios.frames import Array
+from tumble.scenarios.read import BadScene
+from tumble.scenarios.scene import Scene
+from tumble.scenarios.truth import Truth
 
 RADIANS = 72 * math.pi  # of the stiffest mode in a flight: 36 turns
 ROWS = 32

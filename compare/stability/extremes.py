@@ -1,4 +1,4 @@
-"""What a contestant makes of an extreme case: a scene at the ends of what numbers can be (`scenarios.extremes`).
+"""What a contestant makes of an extreme case: a scene at the ends of what numbers can be (`tumble.scenarios.extremes`).
 
 Every one is a free flight with an exact truth; no contestant is held to more than its limit.
 """
@@ -9,17 +9,17 @@ from dataclasses import replace
 
 import numpy as np
 
-from compare.engines import OWN
-from compare.judge.errors import Flown
-from compare.judge.verdict import verdict
-from compare.run.flight import Trajectory, legs
-from compare.run.participants import Participant
-from compare.run.worker import Failure
-from compare.stability.schemas import ExtremeRow
-from compare.tables.runs import boundless
-from compare.tables.shared import worded
-from scenarios.scene import Scene
-from scenarios.truth import Truth
+from tumble.compare.engines import OWN
+from tumble.compare.judge.errors import Flown
+from tumble.compare.judge.verdict import verdict
+from tumble.compare.run.flight import Trajectory, legs
+from tumble.compare.run.participants import Participant
+from tumble.compare.run.worker import Failure
+from tumble.compare.stability.schemas import ExtremeRow
+from tumble.compare.tables.runs import boundless
+from tumble.compare.tables.shared import worded
+from tumble.scenarios.scene import Scene
+from tumble.scenarios.truth import Truth
 
 BEST, FLOORS = f"{OWN}:exact", 10.0
 BUDGET_S = 6.0  # of native loop in a flight

@@ -4,9 +4,9 @@ import math
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 
-from compare.judge.verdict import SILENT
-from compare.stability.schemas import ExtremeRow, LimitRow
-from compare.tables.shared import FindingRow
+from tumble.compare.judge.verdict import SILENT
+from tumble.compare.stability.schemas import ExtremeRow, LimitRow
+from tumble.compare.tables.shared import FindingRow
 
 NEAR = 0.05  # of theory's limit: a measured one that is not as near is another
 

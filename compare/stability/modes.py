@@ -13,9 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scenarios.frames import Array, quaternion_product, rotation_matrix
-from scenarios.impulse import jump
-from scenarios.scene import Scene
+from tumble.scenarios.frames import Array, quaternion_product, rotation_matrix
+from tumble.scenarios.impulse import jump
+from tumble.scenarios.scene import Scene
 
 DIFFERENCE = math.sqrt(np.finfo(float).eps)  # of the body's size, of a radian, and of as much in a second
 
@@ -66,7 +66,7 @@ def linearised(scene: Scene, state: Array) -> Array:
 
 def pulled(scene: Scene, state: Array, axes: Array) -> Array:
     """Return the derivatives of the accelerations that forces give, (6, 12), by central differences."""
-    from scenarios.wrench import wrench  # it brings a compiler, which a free scene has no use for
+    from tumble.scenarios.wrench import wrench  # it brings a compiler, which a free scene has no use for
 
     size = scene.body.reach
     steps = DIFFERENCE * np.repeat((size, 1.0, size, 1.0), 3)

@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 from typing import Annotated
 
-from compare.tables.schema import Table
-from compare.tables.shared import CONTESTANT, Engine, Limit, Method, SceneName, Status, Why
+from tumble.compare.tables.schema import Table
+from tumble.compare.tables.shared import CONTESTANT, Engine, Limit, Method, SceneName, Status, Why
 
 Parameter = Annotated[str, "the number that makes the scene stiff, with its unit"]
 Word = Annotated[str, "what became of the flight, as `tumble stability` says it"]

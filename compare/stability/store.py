@@ -5,19 +5,19 @@ from pathlib import Path
 
 import pandas as pd
 
-from compare.run.participants import Participant
-from compare.run.progress import Tick, untold
-from compare.run.provenance import ConditionRow
-from compare.run.truths import Truths
-from compare.stability.columns import limits_steps
-from compare.stability.extremes import PAGE_BUDGET_S
-from compare.stability.schemas import CELLS, EXTREMES, LIMITS, TABLES, ExtremeRow
-from compare.stability.tasks import Done, Key, keys, stability
-from compare.stability.trials import BRIEF, Piece
-from compare.tables.frames import frame, rows
-from compare.tables.shared import CONTESTANT
-from compare.tables.store import Store
-from scenarios.scene import Scene
+from tumble.compare.run.participants import Participant
+from tumble.compare.run.progress import Tick, untold
+from tumble.compare.run.provenance import ConditionRow
+from tumble.compare.run.truths import Truths
+from tumble.compare.stability.columns import limits_steps
+from tumble.compare.stability.extremes import PAGE_BUDGET_S
+from tumble.compare.stability.schemas import CELLS, EXTREMES, LIMITS, TABLES, ExtremeRow
+from tumble.compare.stability.tasks import Done, Key, keys, stability
+from tumble.compare.stability.trials import BRIEF, Piece
+from tumble.compare.tables.frames import frame, rows
+from tumble.compare.tables.shared import CONTESTANT
+from tumble.compare.tables.store import Store
+from tumble.scenarios.scene import Scene
 
 
 def store(folder: Path | None, order: Sequence[Key], under: Sequence[ConditionRow] = ()) -> Store:

@@ -8,17 +8,17 @@ from concurrent.futures import Future
 from contextlib import nullcontext
 from functools import partial
 
-from compare.run.participants import Participant, truth_limit
-from compare.run.progress import Tick, untold
-from compare.run.tasks import Task, run
-from compare.run.truths import Answer, Truths
-from compare.run.worker import Failure
-from compare.stability.columns import FACTORS, ROWS, Question, columns
-from compare.stability.extremes import BUDGET_S, ExtremeRow, extreme
-from compare.stability.trials import FULL, Effort, Piece, Trials
-from compare.tables.store import Key
-from scenarios.scene import Scene
-from scenarios.truth import NoTruth
+from tumble.compare.run.participants import Participant, truth_limit
+from tumble.compare.run.progress import Tick, untold
+from tumble.compare.run.tasks import Task, run
+from tumble.compare.run.truths import Answer, Truths
+from tumble.compare.run.worker import Failure
+from tumble.compare.stability.columns import FACTORS, ROWS, Question, columns
+from tumble.compare.stability.extremes import BUDGET_S, ExtremeRow, extreme
+from tumble.compare.stability.trials import FULL, Effort, Piece, Trials
+from tumble.compare.tables.store import Key
+from tumble.scenarios.scene import Scene
+from tumble.scenarios.truth import NoTruth
 
 # Mapped where no scene is named.
 STIFF = (

@@ -10,13 +10,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from compare.run.participants import Participant
-from compare.run.registry import OWN_SCHEME
-from compare.run.worker import Failure
-from compare.stability.modes import Mode
-from scenarios.forces import stiffness
-from scenarios.frames import Array
-from scenarios.scene import Scene
+from tumble.compare.run.engines.registry import OWN_SCHEME
+from tumble.compare.run.participants import Participant
+from tumble.compare.run.worker import Failure
+from tumble.compare.stability.modes import Mode
+from tumble.scenarios.forces import stiffness
+from tumble.scenarios.frames import Array
+from tumble.scenarios.scene import Scene
 
 UNLIMITED = math.inf
 SCANNED = np.geomspace(1e-3, 1e3, 2000)  # of rate times step
@@ -53,7 +53,7 @@ def matrices(a: Array, b: Array, c: Array, d: Array) -> Array:
     return np.stack(np.broadcast_arrays(a, b, c, d), axis=-1).reshape(-1, 2, 2)
 
 
-# By the names of compare.engines.SCHEME_NAMES, but for those that `theory` reads itself.
+# By the names of tumble.compare.engines.SCHEME_NAMES, but for those that `theory` reads itself.
 SCHEMES: dict[str, tuple[str, Scheme]] = {
     "semi-implicit-euler": ("semi-implicit Euler", semi_implicit_euler),
     "damping-implicit-euler": ("semi-implicit Euler, damping implicit", damping_implicit_euler),
@@ -73,7 +73,7 @@ class Theory:
 STABILITY_FUNCTION = "spectral radius of one step on the stiffest mode (Hairer and Wanner II, IV.2)"
 A_STABLE = Theory(UNLIMITED, "A-stable: bounded at every step (Hairer and Wanner II, IV.3 and IV.5)")
 
-# What a step may turn a free body by [rad], by the names of compare.engines.GYROSCOPIC_NAMES.
+# What a step may turn a free body by [rad], by the names of tumble.compare.engines.GYROSCOPIC_NAMES.
 FREE = {
     "none": Theory(UNLIMITED, "no gyroscopic torque: the angular velocity stands still"),
     "explicit": Theory(0.0, "gyroscopic torque by explicit Euler: |1 + i h lambda| > 1 at every step"),

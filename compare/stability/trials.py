@@ -13,16 +13,16 @@ from itertools import pairwise
 
 import numpy as np
 
-from compare.judge.errors import Flown, Run
-from compare.judge.verdict import Verdict, bounded, verdict
-from compare.run.participants import Participant
-from compare.stability.columns import PROBED, ROWS, Column, Question, truth_of
-from compare.stability.schemas import LimitRow, StabilityRow
-from compare.stability.theory import theory
-from compare.tables.runs import boundless
-from compare.tables.shared import worded
-from scenarios.scene import Scene
-from scenarios.truth import Truth
+from tumble.compare.judge.errors import Flown, Run
+from tumble.compare.judge.verdict import Verdict, bounded, verdict
+from tumble.compare.run.participants import Participant
+from tumble.compare.stability.columns import PROBED, ROWS, Column, Question, truth_of
+from tumble.compare.stability.schemas import LimitRow, StabilityRow
+from tumble.compare.stability.theory import theory
+from tumble.compare.tables.runs import boundless
+from tumble.compare.tables.shared import worded
+from tumble.scenarios.scene import Scene
+from tumble.scenarios.truth import Truth
 
 # Steps of a flight, which put w dt at 57, 28, 14, ..., 0.06.  At other values than the scene's own it is at first every
 # fourth of that down to 0.22, and what lies between where the verdicts differ.

@@ -4,9 +4,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from compare.sweep.frontier import order_rows
-from compare.sweep.work_precision import Sweep
-from compare.tables.shared import FindingRow
+from tumble.compare.sweep.frontier import order_rows
+from tumble.compare.sweep.work_precision import Sweep
+from tumble.compare.tables.shared import FindingRow
 
 
 def sweep_findings(sweep: Sweep) -> Iterator[FindingRow]:

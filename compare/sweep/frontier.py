@@ -6,16 +6,16 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 import pandas as pd
 
-from compare.judge.agreement import SHARED
-from compare.judge.cost import Timed
-from compare.judge.errors import Run
-from compare.judge.orders import ASYMPTOTIC, LAST, Rung, local_orders, parts
-from compare.run.precision import precision
-from compare.run.readings import ratio
-from compare.sweep.schemas import ClockRow, DigitRow, OrderRow, SameRow, ThrowsRow, WorkPrecisionRow
-from compare.sweep.work_precision import Sweep
-from compare.tables.runs import step_of
-from compare.tables.shared import worded
+from tumble.compare.judge.agreement import SHARED
+from tumble.compare.judge.cost import Timed
+from tumble.compare.judge.errors import Run
+from tumble.compare.judge.orders import ASYMPTOTIC, LAST, Rung, local_orders, parts
+from tumble.compare.run.precision import precision
+from tumble.compare.run.timing.readings import ratio
+from tumble.compare.sweep.schemas import ClockRow, DigitRow, OrderRow, SameRow, ThrowsRow, WorkPrecisionRow
+from tumble.compare.sweep.work_precision import Sweep
+from tumble.compare.tables.runs import step_of
+from tumble.compare.tables.shared import worded
 
 UNTIMED = "untimed"
 TARGETS_M = (1e-3, 1e-6, 1e-9, 1e-12)

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from compare.run.flight import legs
-from scenarios.scene import Scene, frozen_array
+from tumble.compare.run.flight import legs
+from tumble.scenarios.scene import Scene, frozen_array
 
 MOST_COUNT = 60
 # Steps to a leg of a ladder, 1, 2, 3, 4, 6, 8, 12, ...: they differ by a third or a half.

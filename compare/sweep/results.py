@@ -4,16 +4,23 @@ from collections.abc import Sequence
 
 import pandas as pd
 
-from compare.run.participants import Participant
-from compare.run.provenance import conditions
-from compare.sweep.findings import sweep_findings
-from compare.sweep.frontier import clock_rows, digit_rows, order_rows, same_rows, throws_rows, work_precision_rows
-from compare.sweep.schemas import CLOCK, DIGITS, ORDERS, SAME, THROWS, WORK_PRECISION
-from compare.sweep.work_precision import Sweep
-from compare.tables.engines import engine_row
-from compare.tables.frames import frame
-from compare.tables.runs import run_row
-from compare.tables.shared import CONDITIONS, ENGINES, FINDINGS, RUNS
+from tumble.compare.run.participants import Participant
+from tumble.compare.run.provenance import conditions
+from tumble.compare.sweep.findings import sweep_findings
+from tumble.compare.sweep.frontier import (
+    clock_rows,
+    digit_rows,
+    order_rows,
+    same_rows,
+    throws_rows,
+    work_precision_rows,
+)
+from tumble.compare.sweep.schemas import CLOCK, DIGITS, ORDERS, SAME, THROWS, WORK_PRECISION
+from tumble.compare.sweep.work_precision import Sweep
+from tumble.compare.tables.engines import engine_row
+from tumble.compare.tables.frames import frame
+from tumble.compare.tables.runs import run_row
+from tumble.compare.tables.shared import CONDITIONS, ENGINES, FINDINGS, RUNS
 
 MEASURED = (RUNS, WORK_PRECISION, DIGITS, ORDERS, THROWS, SAME, CLOCK, FINDINGS)
 

@@ -3,8 +3,19 @@
 from dataclasses import dataclass
 from typing import Annotated
 
-from compare.tables.schema import EMPTY, Table
-from compare.tables.shared import CONTESTANT, Engine, Limit, Method, SceneName, Status, Step, StepTaken, Tolerance, Why
+from tumble.compare.tables.schema import EMPTY, Table
+from tumble.compare.tables.shared import (
+    CONTESTANT,
+    Engine,
+    Limit,
+    Method,
+    SceneName,
+    Status,
+    Step,
+    StepTaken,
+    Tolerance,
+    Why,
+)
 
 WORSE = 2.0
 

@@ -7,19 +7,19 @@ method, and one that takes a flight in one step, is timed by whole flights.
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from compare.judge.cost import Timed, time_runs
-from compare.judge.errors import Flown, Run
-from compare.run.flight import legs
-from compare.run.kept import Kept
-from compare.run.participants import Participant, truth_limit
-from compare.run.progress import Tick, untold
-from compare.run.readings import USUAL, Sampling
-from compare.run.tasks import Task, run
-from compare.run.truths import Truths, true_answer
-from compare.run.worker import Failure
-from compare.sweep.longer_steps import COUNTS, at_all, longer_steps
-from scenarios.scene import Scene
-from scenarios.truth import NoTruth, Truth
+from tumble.compare.judge.cost import Timed, time_runs
+from tumble.compare.judge.errors import Flown, Run
+from tumble.compare.run.flight import legs
+from tumble.compare.run.participants import Participant, truth_limit
+from tumble.compare.run.process.kept import Kept
+from tumble.compare.run.progress import Tick, untold
+from tumble.compare.run.tasks import Task, run
+from tumble.compare.run.timing.readings import USUAL, Sampling
+from tumble.compare.run.truths import Truths, true_answer
+from tumble.compare.run.worker import Failure
+from tumble.compare.sweep.longer_steps import COUNTS, at_all, longer_steps
+from tumble.scenarios.scene import Scene
+from tumble.scenarios.truth import NoTruth, Truth
 
 YARDSTICK = "yardstick"
 TOLERANCES = tuple(10.0 ** (-half / 2) for half in range(4, 29))

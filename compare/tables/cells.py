@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 import msgspec
 import numpy as np
 
-from scenarios.frames import Array
+from tumble.scenarios.frames import Array
 
 # Text that a spreadsheet takes for a formula, or what is written here in its place.
 FORMULA = re.compile(r"['\s]*[=+\-@]")

@@ -8,14 +8,14 @@ from pathlib import Path
 
 import numpy as np
 
-from compare.run.participants import Participant
-from compare.run.provenance import ConditionRow, conditions
-from compare.run.registry import files, is_file
-from compare.tables.engines import engine_row
-from compare.tables.files import place
-from compare.tables.frames import read_file, rows
-from compare.tables.shared import CONDITIONS
-from scenarios.scene import Scene
+from tumble.compare.run.engines.registry import files, is_file
+from tumble.compare.run.participants import Participant
+from tumble.compare.run.provenance import ConditionRow, conditions
+from tumble.compare.tables.engines import engine_row
+from tumble.compare.tables.files import place
+from tumble.compare.tables.frames import read_file, rows
+from tumble.compare.tables.shared import CONDITIONS
+from tumble.scenarios.scene import Scene
 
 # Another command may ask for the same; on how many cores, and beside what, moves no number.
 OF_NO_ACCOUNT = ("command", "cores", "other work")

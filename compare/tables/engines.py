@@ -1,8 +1,8 @@
 """What is written of the engines that took part."""
 
-from compare.run.participants import Participant
-from compare.run.worker import Failure
-from compare.tables.shared import EngineRow, worded
+from tumble.compare.run.participants import Participant
+from tumble.compare.run.worker import Failure
+from tumble.compare.tables.shared import EngineRow, worded
 
 
 def engine_row(participant: Participant) -> EngineRow:

@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from compare.tables.cells import float_cells, lines_text, text_cell, text_of_cell
-from compare.tables.files import place
-from compare.tables.known import schema
-from compare.tables.schema import BadTable, Column, Table
-from scenarios.files import plain_bytes
-from scenarios.format import short
+from tumble.compare.tables.cells import float_cells, lines_text, text_cell, text_of_cell
+from tumble.compare.tables.files import place
+from tumble.compare.tables.known import schema
+from tumble.compare.tables.schema import BadTable, Column, Table
+from tumble.scenarios.files import plain_bytes
+from tumble.scenarios.format import short
 
 
 def frame(table: Table, rows: Iterable[Any]) -> pd.DataFrame:

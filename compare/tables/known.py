@@ -5,9 +5,9 @@ from importlib import import_module
 from importlib.util import find_spec
 from pkgutil import iter_modules
 
-from compare import tables as home
-from compare.tables import shared
-from compare.tables.schema import Table
+from tumble.compare import tables as home
+from tumble.compare.tables import shared
+from tumble.compare.tables.schema import Table
 
 SWEEP = "sweep-"  # before the name of a sweep's table where it lies beside those of a comparison
 

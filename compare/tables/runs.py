@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 
-from compare.judge.errors import Run, quietly
-from compare.run.flight import Trajectory
-from compare.tables.shared import RunRow, worded
-from scenarios.frames import Array
+from tumble.compare.judge.errors import Run, quietly
+from tumble.compare.run.flight import Trajectory
+from tumble.compare.tables.shared import RunRow, worded
+from tumble.scenarios.frames import Array
 
 
 def step_of(run: Run) -> tuple[float, float | None]:

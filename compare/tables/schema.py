@@ -10,7 +10,7 @@ from functools import cached_property
 from types import NoneType
 from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
-from scenarios.refusal import UsersError
+from tumble.scenarios.refusal import UsersError
 
 # The longest first: `wall_ns_per_step` is no number of steps.
 UNITS = {

@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 from typing import Annotated
 
-from compare.run.provenance import ConditionRow
-from compare.tables.schema import EMPTY, Table
+from tumble.compare.run.provenance import ConditionRow
+from tumble.compare.tables.schema import EMPTY, Table
 
 SceneName = Annotated[str, "name of the scene"]
 Engine = Annotated[str, "name of the engine"]

@@ -13,14 +13,14 @@ from time import monotonic
 
 import pandas as pd
 
-from compare.run.provenance import ConditionRow
-from compare.tables.circumstances import TABLE, changed_since
-from compare.tables.files import place, write_folder
-from compare.tables.frames import csv_text, csv_texts, frame, read_text, rows, typed
-from compare.tables.schema import BadTable, Table
-from compare.tables.shared import CONDITIONS
-from scenarios.files import plain_bytes
-from scenarios.format import printable
+from tumble.compare.run.provenance import ConditionRow
+from tumble.compare.tables.circumstances import TABLE, changed_since
+from tumble.compare.tables.files import place, write_folder
+from tumble.compare.tables.frames import csv_text, csv_texts, frame, read_text, rows, typed
+from tumble.compare.tables.schema import BadTable, Table
+from tumble.compare.tables.shared import CONDITIONS
+from tumble.scenarios.files import plain_bytes
+from tumble.scenarios.format import printable
 
 Key = tuple[str, ...]
 OFTEN_S = 2.0

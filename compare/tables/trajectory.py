@@ -4,10 +4,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from compare.run.flight import Trajectory
-from compare.tables.cells import float_cells, lines_text
-from scenarios.frames import Array, quaternion_product
-from scenarios.scene import Body
+from tumble.compare.run.flight import Trajectory
+from tumble.compare.tables.cells import float_cells, lines_text
+from tumble.scenarios.frames import Array, quaternion_product
+from tumble.scenarios.scene import Body
 
 STATE_COLUMNS = [
     "t_s", "x_m", "y_m", "z_m", "qw", "qx", "qy", "qz",

@@ -5,11 +5,11 @@ from collections.abc import Sequence
 import numpy as np
 import pandas as pd
 
-from compare.judge.errors import Run
-from compare.tables.frames import typed
-from compare.tables.runs import step_of
-from compare.tables.shared import ERROR_OVER_TIME, EVERY_THROW, VERTEX_ERRORS
-from scenarios.frames import Array
+from tumble.compare.judge.errors import Run
+from tumble.compare.tables.frames import typed
+from tumble.compare.tables.runs import step_of
+from tumble.compare.tables.shared import ERROR_OVER_TIME, EVERY_THROW, VERTEX_ERRORS
+from tumble.scenarios.frames import Array
 
 
 def vertex_error_table(runs: Sequence[Run]) -> pd.DataFrame:

@@ -1,6 +1,6 @@
 """Writes mesh_die.stl: a 16 mm die with its corners cut to different depths, so that no axis of the file is principal.
 
-Run as `python -m scenarios.catalogue.make_mesh_die`; it gives the same bytes every time.
+Run as `python -m tumble.scenarios.catalogue.make_mesh_die`; it gives the same bytes every time.
 """
 
 from itertools import pairwise, product

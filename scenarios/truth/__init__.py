@@ -13,19 +13,19 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scenarios.frames import Array
-from scenarios.refusal import UsersError
-from scenarios.scene import Scene
-from scenarios.truth.deadline import PARTS, Late, current, within
-from scenarios.truth.flight import Pose, quaternion
-from scenarios.truth.inertia import Numbers
-from scenarios.truth.limit import FAR, TRUSTED, Answer, input_floor, own_error, rounding, settle
-from scenarios.truth.rational import Fraction
-from scenarios.truth.throw import Throw, read_throw
+from tumble.scenarios.frames import Array
+from tumble.scenarios.refusal import UsersError
+from tumble.scenarios.scene import Scene
+from tumble.scenarios.truth.deadline import PARTS, Late, current, within
+from tumble.scenarios.truth.flight import Pose, quaternion
+from tumble.scenarios.truth.inertia import Numbers
+from tumble.scenarios.truth.limit import FAR, TRUSTED, Answer, input_floor, own_error, rounding, settle
+from tumble.scenarios.truth.rational import Fraction
+from tumble.scenarios.truth.throw import Throw, read_throw
 
 if TYPE_CHECKING:
-    from scenarios.truth.bulk.flight import Flights
-    from scenarios.truth.contact.record import ContactRecord
+    from tumble.scenarios.truth.bulk.flight import Flights
+    from tumble.scenarios.truth.contact.record import ContactRecord
 
 # So many throws take longer one by one than compiled code takes to load.
 MANY, MANY_INSTANTS = 64, 400
@@ -103,7 +103,7 @@ def truth(scene: Scene, floor: bool = True, tell: Tell = lambda share: None, lim
             if scene.plane is None:
                 told, how, why = _told(mp, scene, floor, tell)
             else:
-                from scenarios.truth.contact.answer import on_plane
+                from tumble.scenarios.truth.contact.answer import on_plane
 
                 told, how, why, contacts = on_plane(mp, scene, floor, tell)
     except Late:
@@ -138,7 +138,7 @@ def _many(mp: Any, scene: Scene, tell: Tell) -> "Flights | None":
     """Return the throws of a free scene without blows, where they are so many that compiled code pays, or None."""
     if not scene.is_free or scene.impulses or len(scene.start) < MANY:
         return None
-    from scenarios.truth.bulk.flight import all_flights
+    from tumble.scenarios.truth.bulk.flight import all_flights
 
     def told(share: float) -> None:
         current().check()
@@ -169,7 +169,7 @@ def _blurred(scene: Scene, vertices: Array, limit: Array) -> np.ndarray:
 def _flight(mp: Any, scene: Scene, row: int, floor: bool) -> tuple[Array, Array, Array, Array, str, str]:
     """Return states (R, 13), vertices (R, n, 3), bound and floor (R,) of one throw; how it was made and why it ends."""
     if scene.is_free and len(scene.rows) >= MANY_INSTANTS:
-        from scenarios.truth.bulk.samples import one_flight
+        from tumble.scenarios.truth.bulk.samples import one_flight
 
         if (found := one_flight(mp, scene, row)) is not None:
             return _completed(mp, scene, row, floor, [column[:, 0] for column in found])
@@ -223,7 +223,7 @@ def _closed(mp: Any, scene: Scene, row: int, throw: Throw, floor: bool) -> Answe
 
 def _integrated(mp: Any, scene: Scene, row: int, throw: Throw) -> Answer:
     # It is compiled, by a compiler that a free flight need not load.
-    from scenarios.truth import forced
+    from tumble.scenarios.truth import forced
 
     return forced.answer(mp, scene, row, throw)
 

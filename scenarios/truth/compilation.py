@@ -13,7 +13,7 @@ from typing import Any, TypeVar, cast
 
 from numba import njit
 
-from scenarios.kernel_cache import keep
+from tumble.kernel_cache import keep
 
 SOURCE = Path(__file__).parent
 OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": False, "no_cfunc_wrapper": True, "nogil": True}

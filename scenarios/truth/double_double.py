@@ -12,9 +12,9 @@ import numpy as np
 from numba import types
 from numba.extending import intrinsic
 
-from scenarios.frames import Array
-from scenarios.truth.compilation import inlined, inner
-from scenarios.truth.rational import Fraction
+from tumble.scenarios.frames import Array
+from tumble.scenarios.truth.compilation import inlined, inner
+from tumble.scenarios.truth.rational import Fraction
 
 Pair = tuple[float, float]
 

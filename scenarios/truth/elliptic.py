@@ -5,7 +5,7 @@
 
 from typing import Any, NamedTuple
 
-from scenarios.truth.rational import Fraction
+from tumble.scenarios.truth.rational import Fraction
 
 
 class Amplitude(NamedTuple):

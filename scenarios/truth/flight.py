@@ -9,13 +9,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from scenarios.impulse import RayMissed
-from scenarios.ray import first_hit
-from scenarios.truth.deadline import current
-from scenarios.truth.inertia import Numbers, Principal, inverse
-from scenarios.truth.rational import Fraction, cross
-from scenarios.truth.rotation import Rotation, SteadySpin, free_rotation
-from scenarios.truth.throw import Blow, Throw
+from tumble.scenarios.impulse import RayMissed
+from tumble.scenarios.ray import first_hit
+from tumble.scenarios.truth.deadline import current
+from tumble.scenarios.truth.inertia import Numbers, Principal, inverse
+from tumble.scenarios.truth.rational import Fraction, cross
+from tumble.scenarios.truth.rotation import Rotation, SteadySpin, free_rotation
+from tumble.scenarios.truth.throw import Blow, Throw
 
 
 class Pose(NamedTuple):

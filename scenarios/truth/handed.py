@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from scenarios.impulse import RayMissed
-from scenarios.scene import Scene
-from scenarios.truth import Truth, told_vertices
-from scenarios.truth.inertia import principal
-from scenarios.truth.limit import PRECISIONS, Flight
-from scenarios.truth.throw import Throw, read_throw
+from tumble.scenarios.impulse import RayMissed
+from tumble.scenarios.scene import Scene
+from tumble.scenarios.truth import Truth, told_vertices
+from tumble.scenarios.truth.inertia import principal
+from tumble.scenarios.truth.limit import PRECISIONS, Flight
+from tumble.scenarios.truth.throw import Throw, read_throw
 
 # The first throws and so many instants, the last that is known among them, tell it well enough.
 THROWS, INSTANTS = 8, 32
@@ -46,10 +46,10 @@ def cost_of_doubles(scene: Scene, answer: Truth) -> float:
 
 def _flown(mp: Any, scene: Scene, throw: Throw) -> Flight:
     if scene.is_free:
-        from scenarios.truth.flight import poses
+        from tumble.scenarios.truth.flight import poses
 
         mp.prec = PRECISIONS[2]
         return Flight(mp.prec, poses(mp, throw, principal(mp, throw.solid.tensor)))
-    from scenarios.truth.forced import flown
+    from tumble.scenarios.truth.forced import flown
 
     return flown(mp, throw)

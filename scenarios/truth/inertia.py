@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from scenarios.truth.rational import Fraction, cross
+from tumble.scenarios.truth.rational import Fraction, cross
 
 Numbers = np.ndarray
 # What stands for a root that is no fraction: more digits than any flight is worked out with.

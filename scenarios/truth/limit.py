@@ -5,12 +5,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from scenarios.frames import Array
-from scenarios.scene import Scene
-from scenarios.truth.flight import Pose, poses
-from scenarios.truth.inertia import Numbers, Principal, principal
-from scenarios.truth.rational import Fraction
-from scenarios.truth.throw import Throw, changing, read_throw
+from tumble.scenarios.frames import Array
+from tumble.scenarios.scene import Scene
+from tumble.scenarios.truth.flight import Pose, poses
+from tumble.scenarios.truth.inertia import Numbers, Principal, principal
+from tumble.scenarios.truth.rational import Fraction
+from tumble.scenarios.truth.throw import Throw, changing, read_throw
 
 # The first, 33 digits, can lose the eleven that 1e11 radians cost; the last is for what no double can follow.
 PRECISIONS = (112, 168, 252, 378, 567, 850, 1275, 1913, 2869, 4304)  # bits

@@ -9,9 +9,9 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from scenarios.truth.elliptic import Amplitude, JacobiFunctions, third_kind_angle
-from scenarios.truth.inertia import Numbers
-from scenarios.truth.rational import Fraction, cross
+from tumble.scenarios.truth.elliptic import Amplitude, JacobiFunctions, third_kind_angle
+from tumble.scenarios.truth.inertia import Numbers
+from tumble.scenarios.truth.rational import Fraction, cross
 
 
 class Rotation(Protocol):

@@ -11,15 +11,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from scenarios.scene import Impulse, Scene, Tether, Written, WrittenBlow
-from scenarios.truth.inertia import Numbers, Solid, box, identity, mesh, sphere, square_root
-from scenarios.truth.rational import Fraction
+from tumble.scenarios.scene import Impulse, Scene, Tether, Written, WrittenBlow
+from tumble.scenarios.truth.inertia import Numbers, Solid, box, identity, mesh, sphere, square_root
+from tumble.scenarios.truth.rational import Fraction
 
 Read = Callable[[float], Fraction]
 
 
 class Blow(NamedTuple):
-    """An impulse: time [s], value [N s], (3,), and where it lands, as in `scenarios.scene.Impulse`, file axes.
+    """An impulse: time [s], value [N s], (3,), and where it lands, as in `tumble.scenarios.scene.Impulse`, file axes.
 
     ray: origin and direction, (2, 3); the direction counts as it is, unit or not.
     """

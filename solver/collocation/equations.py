@@ -6,12 +6,12 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.collocation.scheme import Scheme
-from solver.compilation import inner
-from solver.forces import Forces
-from solver.motion import free_slope, load, slope, store
-from solver.quaternion import Quaternion, conjugate, norm_squared, product, product_vector, stretch
-from solver.vectors import Vector, dot, times
+from tumble.solver.collocation.scheme import Scheme
+from tumble.solver.compilation import inner
+from tumble.solver.forces import Forces
+from tumble.solver.motion import free_slope, load, slope, store
+from tumble.solver.quaternion import Quaternion, conjugate, norm_squared, product, product_vector, stretch
+from tumble.solver.vectors import Vector, dot, times
 
 Array = NDArray[np.float64]
 Columns = NDArray[np.int64]

@@ -11,12 +11,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.collocation.equations import energy, put_jacobian, put_wanted, weighted
-from solver.collocation.scheme import Scheme
-from solver.compilation import inner
-from solver.forces import Forces
-from solver.linear import factorise, substitute
-from solver.vectors import Vector, dot, times
+from tumble.solver.collocation.equations import energy, put_jacobian, put_wanted, weighted
+from tumble.solver.collocation.scheme import Scheme
+from tumble.solver.compilation import inner
+from tumble.solver.forces import Forces
+from tumble.solver.linear import factorise, substitute
+from tumble.solver.vectors import Vector, dot, times
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]

@@ -12,13 +12,13 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.collocation.equations import weighted
-from solver.collocation.newton import found
-from solver.collocation.scheme import Scheme
-from solver.compilation import inner, kernel
-from solver.forces import Forces
-from solver.quaternion import normalise
-from solver.vectors import Vector
+from tumble.solver.collocation.equations import weighted
+from tumble.solver.collocation.newton import found
+from tumble.solver.collocation.scheme import Scheme
+from tumble.solver.compilation import inner, kernel
+from tumble.solver.forces import Forces
+from tumble.solver.quaternion import normalise
+from tumble.solver.vectors import Vector
 
 Array = NDArray[np.float64]
 Columns = NDArray[np.int64]

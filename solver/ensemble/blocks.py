@@ -9,7 +9,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.ensemble.lanes import lane
+from tumble.solver.ensemble.lanes import lane
 
 # A block's numbers, seven to twenty times this many doubles, stay in the nearest cache; fewer lanes fill no pipeline.
 LANES = 64

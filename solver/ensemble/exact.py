@@ -1,9 +1,10 @@
 """The closed form of free rotation for many throws: theta series with no function in them that a lane has not got.
 
-The motion is that of `solver.integrators.exact`, whose docstring tells it, in the nome q of m alone: up to 0.35, which
-is all but the throws within a hundredth of the separatrix, its first form does, with six terms where that one has four.
+The motion is that of `tumble.solver.integrators.exact`, whose docstring tells it, in the nome q of m alone: up to 0.35,
+which is all but the throws within a hundredth of the separatrix, its first form does, with six terms where that one has
+four.
 Throws beyond, symmetric bodies, and a body at rest come out as nan and go through the scalar kernel.  `throw` is what
-time does not change, `flown` the rest: `solver.ensemble.poses` calls it alone.  Sources: as there.
+time does not change, `flown` the rest: `tumble.solver.ensemble.poses` calls it alone.  Sources: as there.
 """
 
 import math
@@ -12,11 +13,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from solver import quaternion
-from solver.ensemble.blocks import LANES, share_out
-from solver.ensemble.frames import frame_of, framed, ordered, placed
-from solver.ensemble.lanes import lane, lanes_kernel, product, scale, widest_vectors
-from solver.ensemble.theta import (
+from tumble.solver import quaternion
+from tumble.solver.ensemble.blocks import LANES, share_out
+from tumble.solver.ensemble.frames import frame_of, framed, ordered, placed
+from tumble.solver.ensemble.lanes import lane, lanes_kernel, product, scale, widest_vectors
+from tumble.solver.ensemble.theta import (
     Pair,
     Terms,
     alternating_sum_of,
@@ -31,9 +32,9 @@ from solver.ensemble.theta import (
     times_conjugate,
     turned,
 )
-from solver.integrators.exact import exact as one_by_one
-from solver.quaternion import Quaternion
-from solver.vectors import Vector
+from tumble.solver.integrators.exact import exact as one_by_one
+from tumble.solver.quaternion import Quaternion
+from tumble.solver.vectors import Vector
 
 LARGEST_NOME = 0.35
 # |L1|^2 and |L2|^2 over |L|^2, weighted: below this the spin is steady, whatever its phase.
@@ -271,7 +272,7 @@ def exact(spins: NDArray[np.float64], n: int, dt: float, inverse_moments: Vector
     """Turn for n dt, at once, from where the rows were when the count of n began.
 
     spins: q, then L in body axes, then both at the start of the count, (N, 14) or wider, C order, altered in place; as
-    `solver.integrators.exact` has it.
+    `tumble.solver.integrators.exact` has it.
     """
     if gyroscopic is None or 0.0 in gyroscopic:
         share_out(_one_by_one, len(spins), FLOPS, spins, n, dt, inverse_moments, gyroscopic)

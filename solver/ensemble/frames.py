@@ -1,7 +1,7 @@
 """The axes a throw is told in: those of the least, the middle and the greatest moment, then those its L runs round."""
 
-from solver.ensemble.lanes import lane
-from solver.vectors import Vector
+from tumble.solver.ensemble.lanes import lane
+from tumble.solver.vectors import Vector
 
 
 def ordered(inverse_moments: Vector, gyroscopic: Vector) -> tuple[tuple[int, int, int], float, Vector]:

@@ -13,9 +13,9 @@ from typing import TypeVar, cast
 from numba import njit, types
 from numba.extending import intrinsic
 
-from solver import quaternion, vectors
-from solver.compilation import OPTIONS, SOURCE
-from solver.kernel_cache import keep
+from tumble.kernel_cache import keep
+from tumble.solver import quaternion, vectors
+from tumble.solver.compilation import OPTIONS, SOURCE
 
 F = TypeVar("F", bound=Callable)
 

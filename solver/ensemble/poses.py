@@ -9,12 +9,12 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from solver.ensemble.blocks import LANES, share_out
-from solver.ensemble.exact import flown, throw
-from solver.ensemble.frames import ordered
-from solver.ensemble.lanes import lane, lanes_kernel, widest_vectors
-from solver.integrators.exact import exact
-from solver.vectors import Vector
+from tumble.solver.ensemble.blocks import LANES, share_out
+from tumble.solver.ensemble.exact import flown, throw
+from tumble.solver.ensemble.frames import ordered
+from tumble.solver.ensemble.lanes import lane, lanes_kernel, widest_vectors
+from tumble.solver.integrators.exact import exact
+from tumble.solver.vectors import Vector
 
 # An instant's additions and multiplications, a root or a quotient counted as ten.
 FLOPS = 300
@@ -85,7 +85,8 @@ def _poses(
 def poses(spin: ArrayLike, times: ArrayLike, inverse_moments: Vector, gyroscopic: Vector | None) -> NDArray[np.float64]:
     """Return where one throw is at each instant: its quaternion, then L in body axes [kg m2/s], (T, 7).
 
-    spin: the same of the throw at time 0, (7,); times [s], (T,), in any order; the body as `solver.integrators` has it.
+    spin: the same of the throw at time 0, (7,); times [s], (T,), in any order; the body as `tumble.solver.integrators`
+    has it.
     Raises ValueError for other shapes.
     """
     spin, times = np.array(spin, dtype=float), np.array(times, dtype=float)

@@ -3,10 +3,10 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.ensemble.blocks import LANES, load_block, share_out, store_block
-from solver.ensemble.lanes import add, cross, dot, lane, lanes_kernel, product, scale, times, widest_vectors
-from solver.quaternion import Quaternion, exponential
-from solver.vectors import Vector
+from tumble.solver.ensemble.blocks import LANES, load_block, share_out, store_block
+from tumble.solver.ensemble.lanes import add, cross, dot, lane, lanes_kernel, product, scale, times, widest_vectors
+from tumble.solver.quaternion import Quaternion, exponential
+from tumble.solver.vectors import Vector
 
 # A step's multiplications and additions, a fused one counted as two.
 FLOPS = 144
@@ -32,7 +32,7 @@ def turn_by(u: Vector) -> Quaternion:
 
 @lane
 def momentum_rate(l_body: Vector, gyroscopic: Vector) -> Vector:
-    """Return dL/dt = L x w, as `solver.body.momentum_rate` does."""
+    """Return dL/dt = L x w, as `tumble.solver.body.momentum_rate` does."""
     return times(gyroscopic, (l_body[1] * l_body[2], l_body[2] * l_body[0], l_body[0] * l_body[1]))
 
 
@@ -106,7 +106,7 @@ def _constant_turn(first: int, last: int, spins: NDArray[np.float64], n: int, ha
 def rkmk4(spins: NDArray[np.float64], n: int, dt: float, inverse_moments: Vector, gyroscopic: Vector | None) -> None:
     """Take n steps of q = q exp(dt/12 (w1 + 2 w2 + 2 w3 + w4) + dt^2/24 w1 x w4), with dL/dt = L x w by RK4.
 
-    spins: q, then L in body axes, (N, 7), C order, altered in place; as `solver.integrators` has it.
+    spins: q, then L in body axes, (N, 7), C order, altered in place; as `tumble.solver.integrators` has it.
     w1 ... w4 = I0^-1 L at the four stages of L, whose own equation does not know q: one exponential and one commutator
     a step.  The length of q is left to rounding.
     Source: Munthe-Kaas, "High order Runge-Kutta methods on manifolds" (1999), example 3; the single commutator as in

@@ -1,13 +1,13 @@
 """Theta series in lanes: six terms, nomes up to 0.35; what needs a logarithm is had from Gauss's mean and square roots.
 
-An angle is a point of the unit circle, as a complex number.  Source: as in `solver.theta`; Gauss's mean with its
+An angle is a point of the unit circle, as a complex number.  Source: as in `tumble.solver.theta`; Gauss's mean with its
 angles: Bulirsch, "Numerical calculation of elliptic integrals and elliptic functions" (1965).
 """
 
 import math
 
-from solver.ensemble.lanes import lane
-from solver.vectors import Vector
+from tumble.solver.ensemble.lanes import lane
+from tumble.solver.vectors import Vector
 
 Pair = tuple[float, float]
 Terms = tuple[float, ...]

@@ -5,12 +5,12 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.body import momentum_rate
-from solver.compilation import inner, kernel
-from solver.dop853 import ERROR_3, ERROR_5, STAGES, WEIGHTS
-from solver.quaternion import Quaternion, normalise, product_vector
-from solver.spins import load_anchor, store, store_anchor
-from solver.vectors import Vector, dot, scale, times
+from tumble.solver.body import momentum_rate
+from tumble.solver.compilation import inner, kernel
+from tumble.solver.dop853 import ERROR_3, ERROR_5, STAGES, WEIGHTS
+from tumble.solver.quaternion import Quaternion, normalise, product_vector
+from tumble.solver.spins import load_anchor, store, store_anchor
+from tumble.solver.vectors import Vector, dot, scale, times
 
 Array = NDArray[np.float64]
 State = tuple[Quaternion, Vector]
@@ -114,7 +114,7 @@ def adaptive(
     length of the next [s], 0 before the first, (N, 16).
     The steps taken do not depend on the instants asked for: each of those is read by one more step, back from the end
     of the last, of the same order and no longer, which is then forgotten.
-    Source: `solver.dop853`; step control: Hairer, Norsett & Wanner (1993), section II.4; order 8.
+    Source: `tumble.solver.dop853`; step control: Hairer, Norsett & Wanner (1993), section II.4; order 8.
     """
     t = n * dt
     slopes = np.empty((len(WEIGHTS), 7))

@@ -9,14 +9,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.compilation import inlined, inner, kernel
-from solver.dips import dips
-from solver.dop853 import ERROR_3, ERROR_5, STAGES, WEIGHTS
-from solver.forces import Forces
-from solver.integrators.adaptive import FIRST_TURN, GREATEST_CHANGE, LEAST_CHANGE, combined, regrown
-from solver.motion import State, load, plus_times, slope, store, times_state
-from solver.quaternion import Quaternion, norm_squared, normalise
-from solver.vectors import Vector, dot
+from tumble.solver.compilation import inlined, inner, kernel
+from tumble.solver.dips import dips
+from tumble.solver.dop853 import ERROR_3, ERROR_5, STAGES, WEIGHTS
+from tumble.solver.forces import Forces
+from tumble.solver.integrators.adaptive import FIRST_TURN, GREATEST_CHANGE, LEAST_CHANGE, combined, regrown
+from tumble.solver.motion import State, load, plus_times, slope, store, times_state
+from tumble.solver.quaternion import Quaternion, norm_squared, normalise
+from tumble.solver.vectors import Vector, dot
 
 Array = NDArray[np.float64]
 
@@ -172,7 +172,7 @@ def adaptive_forced(
     contact that comes and goes between its stages.
     Off is a place over the way of the step and the radius of gyration, a velocity over the greatest of any point
     there, whichever is more.
-    Source: `solver.dop853`; step control: Hairer, Norsett & Wanner (1993), section II.4; order 8.
+    Source: `tumble.solver.dop853`; step control: Hairer, Norsett & Wanner (1993), section II.4; order 8.
     """
     t = n * dt
     radius = math.sqrt((moments[0] + moments[1] + moments[2]) / (2.0 * forces.mass))

@@ -24,12 +24,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.body import momentum_rate
-from solver.compilation import inner, kernel
-from solver.quaternion import Quaternion, exponential, normalise, product
-from solver.spins import load_anchor, store
-from solver.theta import Pair, alternating, even_sums, half, hyperbolic, landen, less, nome_of, shifted, total
-from solver.vectors import Vector, dot, scale, times
+from tumble.solver.body import momentum_rate
+from tumble.solver.compilation import inner, kernel
+from tumble.solver.quaternion import Quaternion, exponential, normalise, product
+from tumble.solver.spins import load_anchor, store
+from tumble.solver.theta import Pair, alternating, even_sums, half, hyperbolic, landen, less, nome_of, shifted, total
+from tumble.solver.vectors import Vector, dot, scale, times
 
 Axes = tuple[int, int, int]
 

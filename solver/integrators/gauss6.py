@@ -3,10 +3,10 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.collocation.scheme import scheme
-from solver.collocation.steps import integrate, turn
-from solver.forces import Forces
-from solver.vectors import Vector
+from tumble.solver.collocation.scheme import scheme
+from tumble.solver.collocation.steps import integrate, turn
+from tumble.solver.forces import Forces
+from tumble.solver.vectors import Vector
 
 
 def _gauss(count: int) -> NDArray[np.float64]:
@@ -42,7 +42,7 @@ def gauss6_forced(
     gyroscopic: Vector | None,
     forces: Forces,
 ) -> None:
-    """Take n steps of the equations of motion, `solver.motion.slope`.
+    """Take n steps of the equations of motion, `tumble.solver.motion.slope`.
 
     rows: x, q, v, L in body axes and the count of steps that were not found, (N, 14).
     The force of a stage is a mean over the step: where forces have a potential the energy is kept, to the quadrature of

@@ -5,11 +5,11 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.body import momentum_rate
-from solver.compilation import inner, kernel
-from solver.quaternion import Quaternion, normalise, product
-from solver.spins import load, store
-from solver.vectors import Vector, add, cross, dot, scale, times
+from tumble.solver.body import momentum_rate
+from tumble.solver.compilation import inner, kernel
+from tumble.solver.quaternion import Quaternion, normalise, product
+from tumble.solver.spins import load, store
+from tumble.solver.vectors import Vector, add, cross, dot, scale, times
 
 # Newton's correction falls quadratically: one of this size, relative to L, was the last that doubles can see.
 SMALL = 1e-10
@@ -30,7 +30,7 @@ def _solved(row1: Vector, row2: Vector, row3: Vector, right: Vector) -> Vector:
 def _newton(start: Vector, half_gyroscopic: Vector, near: Vector) -> tuple[Vector, bool]:
     """Return the L that solves L = start + dt/2 L x w, by Newton's method, and whether that converged.
 
-    half_gyroscopic: dt/2 times `solver.body.Body.gyroscopic`.  near: where to begin.
+    half_gyroscopic: dt/2 times `tumble.solver.body.Body.gyroscopic`.  near: where to begin.
     """
     x, y, z = middle = near
     a, b, c = half_gyroscopic

@@ -5,10 +5,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.compilation import inner, kernel
-from solver.quaternion import Quaternion, exponential, product, steady_turn
-from solver.spins import load, store
-from solver.vectors import Vector, add, cross, scale, times
+from tumble.solver.compilation import inner, kernel
+from tumble.solver.quaternion import Quaternion, exponential, product, steady_turn
+from tumble.solver.spins import load, store
+from tumble.solver.vectors import Vector, add, cross, scale, times
 
 # Gauss's nodes in [0, 1]; the middle one is 1/2.
 EARLY, LATE = (1 - math.sqrt(3 / 5)) / 2, (1 + math.sqrt(3 / 5)) / 2
@@ -21,8 +21,8 @@ def _momentum_series(momentum: Vector, step_gyroscopic: Vector) -> tuple[Series,
     """Return the coefficients of (t/dt)^n in the components of L_body, n = 0 ... 8, for dL/dt = L x w.
 
     Written out, for a loop takes half as long again.  Eight: where dt is so long that L is off, Magnus's series is too.
-    step_gyroscopic: dt times `solver.body.Body.gyroscopic`.  Source: Cauchy products; Jorba & Zou, "A software package
-    for the numerical integration of ODEs by means of high-order Taylor methods" (2005), section 2.
+    step_gyroscopic: dt times `tumble.solver.body.Body.gyroscopic`.  Source: Cauchy products; Jorba & Zou, "A software
+    package for the numerical integration of ODEs by means of high-order Taylor methods" (2005), section 2.
     """
     x0, y0, z0 = momentum
     a, b, c = step_gyroscopic

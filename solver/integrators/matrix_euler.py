@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.compilation import kernel, scalar
-from solver.vectors import Vector, add, cross, dot, scale
+from tumble.solver.compilation import kernel, scalar
+from tumble.solver.vectors import Vector, add, cross, dot, scale
 
 
 @scalar

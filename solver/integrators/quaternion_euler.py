@@ -3,10 +3,10 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.compilation import kernel
-from solver.quaternion import normalise, plus, product_vector, rotate_back, vector_product
-from solver.spins import load, store
-from solver.vectors import Vector, scale, times
+from tumble.solver.compilation import kernel
+from tumble.solver.quaternion import normalise, plus, product_vector, rotate_back, vector_product
+from tumble.solver.spins import load, store
+from tumble.solver.vectors import Vector, scale, times
 
 
 @kernel

@@ -5,10 +5,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.collocation.scheme import scheme
-from solver.collocation.steps import integrate, turn
-from solver.forces import Forces
-from solver.vectors import Vector
+from tumble.solver.collocation.scheme import scheme
+from tumble.solver.collocation.steps import integrate, turn
+from tumble.solver.forces import Forces
+from tumble.solver.vectors import Vector
 
 _NODES = np.array([(4.0 - math.sqrt(6.0)) / 10.0, (4.0 + math.sqrt(6.0)) / 10.0, 1.0])
 RADAU = scheme(stages=_NODES, instants=_NODES)
@@ -35,7 +35,7 @@ def radau5_forced(
     gyroscopic: Vector | None,
     forces: Forces,
 ) -> None:
-    """Take n steps of the equations of motion, `solver.motion.slope`.
+    """Take n steps of the equations of motion, `tumble.solver.motion.slope`.
 
     rows: x, q, v, L in body axes and the count of steps that were not found, (N, 14).
     L-stable: a decay of any rate ends with the step.  An undamped mode with w dt above 1 is damped too: `gauss6`.

@@ -5,15 +5,15 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from solver import motion
-from solver.body import products
-from solver.compilation import kernel, scalar
-from solver.forces import Forces
-from solver.fused import fused_scale, fused_times
-from solver.motion import plus_times, slope
-from solver.quaternion import Quaternion, plus, product, product_vector, stretch
-from solver.spins import load, store
-from solver.vectors import Vector, add, scale, times
+from tumble.solver import motion
+from tumble.solver.body import products
+from tumble.solver.compilation import kernel, scalar
+from tumble.solver.forces import Forces
+from tumble.solver.fused import fused_scale, fused_times
+from tumble.solver.motion import plus_times, slope
+from tumble.solver.quaternion import Quaternion, plus, product, product_vector, stretch
+from tumble.solver.spins import load, store
+from tumble.solver.vectors import Vector, add, scale, times
 
 # Steps between two looks at the quaternion's length.  In one step the length shrinks to no less than a half.
 BLOCK = 64
@@ -102,7 +102,7 @@ def rk4_forced(
     gyroscopic: Vector | None,
     forces: Forces,
 ) -> None:
-    """Take n steps of the equations of motion, `solver.motion.slope`.
+    """Take n steps of the equations of motion, `tumble.solver.motion.slope`.
 
     rows: x, q of any length, v, L in body axes, (N, 13).  The length of q is treated, and the source is, as in rk4.
     """

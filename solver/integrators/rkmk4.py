@@ -3,11 +3,11 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.compilation import kernel
-from solver.fused import fused_cross, fused_exponential, fused_product, fused_scale
-from solver.integrators.rk4 import stage_momenta
-from solver.spins import load, store
-from solver.vectors import Vector, add, scale, times
+from tumble.solver.compilation import kernel
+from tumble.solver.fused import fused_cross, fused_exponential, fused_product, fused_scale
+from tumble.solver.integrators.rk4 import stage_momenta
+from tumble.solver.spins import load, store
+from tumble.solver.vectors import Vector, add, scale, times
 
 
 @kernel

@@ -3,10 +3,10 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.compilation import inner, kernel
-from solver.quaternion import Quaternion, cosine_and_sine_ratio, steady_turn
-from solver.spins import load, store
-from solver.vectors import Vector, scale, times
+from tumble.solver.compilation import inner, kernel
+from tumble.solver.quaternion import Quaternion, cosine_and_sine_ratio, steady_turn
+from tumble.solver.spins import load, store
+from tumble.solver.vectors import Vector, scale, times
 
 
 @inner

@@ -3,11 +3,11 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.compilation import kernel
-from solver.integrators.splitting import symmetric_step
-from solver.quaternion import steady_turn
-from solver.spins import load, store
-from solver.vectors import Vector, scale, times
+from tumble.solver.compilation import kernel
+from tumble.solver.integrators.splitting import symmetric_step
+from tumble.solver.quaternion import steady_turn
+from tumble.solver.spins import load, store
+from tumble.solver.vectors import Vector, scale, times
 
 _HALF = (
     0.74167036435061295344822780,

@@ -6,12 +6,12 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from solver import motion
-from solver.compilation import inlined, inner, kernel, scalar
-from solver.forces import Forces, wrench
-from solver.quaternion import Quaternion, exponential, norm_squared, product, rotate, rotate_back, stretch
-from solver.spins import load, store
-from solver.vectors import Vector, add, scale, times
+from tumble.solver import motion
+from tumble.solver.compilation import inlined, inner, kernel, scalar
+from tumble.solver.forces import Forces, wrench
+from tumble.solver.quaternion import Quaternion, exponential, norm_squared, product, rotate, rotate_back, stretch
+from tumble.solver.spins import load, store
+from tumble.solver.vectors import Vector, add, scale, times
 
 
 @scalar

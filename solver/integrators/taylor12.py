@@ -3,11 +3,11 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.compilation import kernel
-from solver.quaternion import normalise, plus, steady_turn
-from solver.series import momentum_terms, quaternion_terms
-from solver.spins import load, store
-from solver.vectors import Vector, add, scale, times
+from tumble.solver.compilation import kernel
+from tumble.solver.quaternion import normalise, plus, steady_turn
+from tumble.solver.series import momentum_terms, quaternion_terms
+from tumble.solver.spins import load, store
+from tumble.solver.vectors import Vector, add, scale, times
 
 
 @kernel
@@ -15,7 +15,7 @@ def taylor12(spins: NDArray[np.float64], n: int, dt: float, inverse_moments: Vec
     """Take n steps of dq/dt = q w~/2 and dL/dt = L x w, with w = I0^-1 L, all in body axes.
 
     spins: q, then L in body axes, (N, 7).  Where w is constant the series of q is that of an exponential.
-    Source: `solver.series`; order 12.
+    Source: `tumble.solver.series`; order 12.
     """
     half_step = scale(dt / 2.0, inverse_moments)
     for spin in spins:

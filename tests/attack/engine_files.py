@@ -6,11 +6,11 @@ from pathlib import Path
 
 from left_running import left_running
 
-from compare.judge.errors import Run
-from compare.run.registry import BadEngine
-from compare.run.truths import true_answer
-from compare.run.worker import Failure, Worker
-from scenarios.read import read_scene
+from tumble.compare.judge.errors import Run
+from tumble.compare.run.engines.registry import BadEngine
+from tumble.compare.run.truths import true_answer
+from tumble.compare.run.worker import Failure, Worker
+from tumble.scenarios.read import read_scene
 
 GOOD = """
 import ctypes, gc, json, os, signal, struct, sys, threading, time, warnings

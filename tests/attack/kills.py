@@ -16,7 +16,7 @@ from pathlib import Path
 from left_running import carrying, gone
 from patience import PATIENCE_S
 
-from compare.tables.files import settle
+from tumble.compare.tables.files import settle
 
 MINE = str(Path(__file__).parents[1] / "plugins" / "mine.py")
 ENGINES = ("-e", "tumble:rk4", "-e", "mujoco:euler", "-e", MINE)

@@ -148,7 +148,7 @@ def attack(folder: Path, name: str) -> None:
     try:
         with ExitStack() as files:
             opened = {stream: files.enter_context(open(path, "w")) for stream, path in state.streams.items()}
-            done = subprocess.run(
+            done = subprocess.run(  # pyright: ignore[reportCallIssue]
                 [sys.executable, "-P", "-m", "tumble", *state.words],
                 cwd=own,
                 env=os.environ | state.env | dict([mark.split("=")]),

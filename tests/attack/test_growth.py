@@ -7,13 +7,13 @@ from time import process_time
 import pytest
 from fuzz import BASE, texts
 
-from compare.check.record import BadRecord, read_record
-from compare.grade.columns import BadTrajectory
-from compare.grade.foreign import Trajectory
-from compare.grade.residual import measure
-from compare.tables.files import write_folder
-from scenarios.read import read_scene
-from scenarios.surface import read_surface
+from tumble.compare.check.record import BadRecord, read_record
+from tumble.compare.grade.measure.residual import measure
+from tumble.compare.grade.read.columns import BadTrajectory
+from tumble.compare.grade.read.foreign import Trajectory
+from tumble.compare.tables.files import write_folder
+from tumble.scenarios.read import read_scene
+from tumble.scenarios.surface import read_surface
 
 # Quadratic is sixteen; what is linear takes four times as long and, where others work, some more.
 FACTOR, MOST, ROUNDS = 4, 10.0, 8

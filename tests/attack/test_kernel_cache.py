@@ -11,14 +11,13 @@ import pytest
 from patience import PATIENCE_S, without_progress
 
 ROOT = Path(__file__).parents[2]
-FLOORS = ("solver", "scenarios", "compare", "reports", "tumble")
 ANEW = "each process compiles them anew"
 
 
 def run(folder: Path, *, root: Path = ROOT, env=None, **settings) -> subprocess.CompletedProcess[str]:
     """Fly a scene with a force, which takes a kernel of the solver, one of the truth and one of the wrench."""
     env = {name: value for name, value in os.environ.items() if name != "NUMBA_CACHE_DIR"} | (env or {})
-    words = ["compare", "tether-critical", "-e", "tumble:rk4", "-e", "mujoco:euler+held", "--dt", "0.01"]
+    words = ["compare", "tether-critical", "-e", "tumble:rk4", "-e", "mujoco:euler+held", "--dt", "0.01", "--quiet"]
     return subprocess.run(
         [sys.executable, "-P", "-m", "tumble", *words],
         cwd=folder,
@@ -69,9 +68,8 @@ def test_a_full_disk_costs_only_time(tmp_path):
 def test_without_a_folder_to_write_to_the_next_is_taken(tmp_path):
     """The package's own folders cannot be written to, and then the home cannot, and then nothing can."""
     root = tmp_path / "package"
-    for floor in FLOORS:
-        shutil.copytree(ROOT / floor, root / floor, ignore=shutil.ignore_patterns("__pycache__"))
-    for folder in (path for floor in FLOORS for path in [root / floor, *(root / floor).rglob("*")] if path.is_dir()):
+    shutil.copytree(ROOT / "tumble", root / "tumble", ignore=shutil.ignore_patterns("__pycache__"))
+    for folder in (path for path in [root, *root.rglob("*")] if path.is_dir()):
         (folder / "__pycache__").write_text("a file, where a folder would be made")
     home, temporary = tmp_path / "home", tmp_path / "temporary"
     temporary.mkdir()
@@ -92,7 +90,7 @@ def test_without_a_folder_to_write_to_the_next_is_taken(tmp_path):
 
 
 def test_a_folder_of_somebody_else_is_not_run(tmp_path, monkeypatch):
-    from solver import kernel_cache
+    from tumble import kernel_cache
 
     monkeypatch.setattr(kernel_cache.tempfile, "gettempdir", lambda: str(tmp_path))
     own = tmp_path / f"tumble-{os.getuid()}"
@@ -105,15 +103,11 @@ def test_a_folder_of_somebody_else_is_not_run(tmp_path, monkeypatch):
     assert own not in list(kernel_cache.folders(tmp_path))
 
 
-def test_both_floors_keep_kernels_alike():
-    assert (ROOT / "solver/kernel_cache.py").read_bytes() == (ROOT / "scenarios/kernel_cache.py").read_bytes()
-
-
 TWICE = """
 import sys
 from pathlib import Path
 from numba import njit
-from scenarios import kernel_cache
+from tumble import kernel_cache
 saved = kernel_cache.KernelCache.save_overload
 def save(self, sig, data):
     print("compiled", flush=True)

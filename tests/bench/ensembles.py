@@ -21,15 +21,15 @@ import numpy as np
 from figures import Clock, FigureRow, figure, lower_deciles, output_option, show, thread_clock, wall_clock
 from peak import CHAINS, flops, multiply_add
 
-from compare.engines import mujoco as engine
-from scenarios.read import read_scene
-from scenarios.scene import Scene
-from solver.body import Body
-from solver.ensemble.exact import exact
-from solver.ensemble.rkmk4 import FLOPS, rkmk4
-from solver.flight import Flight
+from tumble.compare.engines import mujoco as engine
+from tumble.scenarios.read import read_scene
+from tumble.scenarios.scene import Scene
+from tumble.solver.body import Body
+from tumble.solver.ensemble.exact import exact
+from tumble.solver.ensemble.rkmk4 import FLOPS, rkmk4
+from tumble.solver.flight import Flight
 
-CORES = min(2, numba.config.NUMBA_NUM_THREADS)
+CORES = min(2, numba.config.NUMBA_NUM_THREADS)  # pyright: ignore[reportPrivateImportUsage]
 PASSES, ROUNDS = 3, 10
 DT = 1e-3
 THROWS = 1_000
@@ -52,7 +52,7 @@ def ours(method: Callable, body: Body, throws: int, steps: int, width: int, core
     spins = np.ascontiguousarray(np.hstack((rows, rows))[:, :width])
 
     def call() -> None:
-        numba.config.NUMBA_NUM_THREADS = cores
+        numba.config.NUMBA_NUM_THREADS = cores  # pyright: ignore[reportPrivateImportUsage]
         for _ in range(repeats):
             method(spins, steps, DT, body.inverse_moments, body.gyroscopic)
 

@@ -13,10 +13,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from compare.run.provenance import conditions
-from compare.tables.files import write_whole
-from compare.tables.frames import csv_text, frame
-from compare.tables.schema import Table
+from tumble.compare.run.provenance import conditions
+from tumble.compare.tables.files import write_whole
+from tumble.compare.tables.frames import csv_text, frame
+from tumble.compare.tables.schema import Table
 
 Clock = Callable[[], float]
 
@@ -37,7 +37,7 @@ class FigureRow:
 
 def figure(what: str, peer: str, unit: str, asked: float | None, passes: ArrayLike) -> FigureRow:
     """Return the row of a figure found once in each pass."""
-    return FigureRow(what, peer, None, unit, asked, *(float(f(passes)) for f in (np.mean, np.min, np.max)))
+    return FigureRow(what, peer, None, unit, asked, *(float(f(passes)) for f in (np.mean, np.min, np.max)))  # pyright: ignore[reportCallIssue]
 
 
 def lower_deciles(tasks: Mapping[str, tuple[Callable[[], object], Clock]], rounds: int) -> dict[str, float]:

@@ -18,8 +18,8 @@ from time import perf_counter
 import numpy as np
 from figures import FigureRow, show
 
-from compare.grade.reference import Reference
-from scenarios.read import read_scene
+from tumble.compare.grade.model.reference import Reference
+from tumble.scenarios.read import read_scene
 
 SCENE = "yardstick"
 ROWS, PASSES = 10_000, 3

@@ -2,7 +2,8 @@
 
     python tests/bench/one_throw.py [-o FILE.csv]
 
-Every figure is a ratio of times at equal error, or of steps, from one round robin of `compare.run.timer`; low, high:
+Every figure is a ratio of times at equal error, or of steps, from one round robin of `tumble.compare.run.timing.timer`;
+low, high:
 the ratios of its two passes.  `asked` is what the project set itself to reach on a machine with 512-bit vectors.
 The error beside a method's own cost is the least that any of its steps reached.
 """
@@ -12,12 +13,12 @@ from collections.abc import Iterator
 
 from figures import FigureRow, output_option, show
 
-from compare.run.participants import launched
-from compare.run.readings import Reading, ratio
-from compare.run.worker import Failure
-from compare.sweep.frontier import by_contestant, reach
-from compare.sweep.work_precision import YARDSTICK, Sweep, sweep
-from scenarios.read import read_scene
+from tumble.compare.run.participants import launched
+from tumble.compare.run.timing.readings import Reading, ratio
+from tumble.compare.run.worker import Failure
+from tumble.compare.sweep.frontier import by_contestant, reach
+from tumble.compare.sweep.work_precision import YARDSTICK, Sweep, sweep
+from tumble.scenarios.read import read_scene
 
 EXACT = ("tumble", "exact")
 PEERS = ("mujoco:rk4", "mujoco:euler", "pybullet:multibody", "scipy", "heyoka")
@@ -60,7 +61,7 @@ def figures(found: Sweep) -> Iterator[FigureRow]:
             yield FigureRow(what, peer, None, "x", asked, *ratios(1.0, theirs[0].reading, mine[0].reading))
             continue
         costs = [reach(timed, error_m)[1:] for timed in (ours if what == "best" else steppers).values()]
-        own_ns, own = min((cost for cost in costs if cost[0] is not None), key=lambda cost: cost[0])
+        own_ns, own = min((cost for cost in costs if cost[0] is not None), key=lambda cost: cost[0])  # pyright: ignore[reportCallIssue]
         _, peer_ns, run = reach(theirs, error_m)
         if run is None or own is None or peer_ns is None:
             yield FigureRow(what, peer, error_m, "x", asked, None, None, None)

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.ensemble.lanes import lanes_kernel, widest_vectors
+from tumble.solver.ensemble.lanes import lanes_kernel, widest_vectors
 
 # Sixteen vectors of eight: more than the pipelines hold, no more than there are registers.
 CHAINS = 128

@@ -13,12 +13,12 @@ from pathlib import Path
 import pandas as pd
 from figures import output_option
 
-from compare.run.participants import launched
-from compare.run.readings import reading
-from compare.run.timing import Load
-from compare.tables.files import write_whole
-from compare.tables.frames import csv_text
-from scenarios.read import read_scene
+from tumble.compare.run.participants import launched
+from tumble.compare.run.timing.readings import reading
+from tumble.compare.run.timing.timing import Load
+from tumble.compare.tables.files import write_whole
+from tumble.compare.tables.frames import csv_text
+from tumble.scenarios.read import read_scene
 
 MINE = Path(__file__).parents[1] / "plugins" / "mine.py"
 CONTESTANTS = ("tumble:rk4", "tumble:gauss6", "mujoco:euler", "mujoco:rk4", "pybullet:multibody", str(MINE))

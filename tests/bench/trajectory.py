@@ -18,10 +18,10 @@ import numpy as np
 from figures import figure, lower_deciles, output_option, show, thread_clock
 from peak import CHAINS, flops, multiply_add
 
-from compare.engines import mujoco as engine
-from scenarios.read import read_scene
-from solver.body import Body
-from solver.ensemble.poses import poses
+from tumble.compare.engines import mujoco as engine
+from tumble.scenarios.read import read_scene
+from tumble.solver.body import Body
+from tumble.solver.ensemble.poses import poses
 
 DT = 1e-3
 POSES = 10_001

@@ -13,10 +13,10 @@ from dataclasses import replace
 import numpy as np
 from figures import figure, output_option, show
 
-from compare.run.truths import Truths
-from scenarios.read import catalogue, read_scene, scene_of, scene_path
-from scenarios.scene import Scene, frozen_array
-from scenarios.truth import truth
+from tumble.compare.run.truths import Truths
+from tumble.scenarios.read import catalogue, read_scene, scene_of, scene_path
+from tumble.scenarios.scene import Scene, frozen_array
+from tumble.scenarios.truth import truth
 
 PASSES, THROWS, INSTANTS = 3, 1_000_000, 100_000
 

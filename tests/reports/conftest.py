@@ -16,22 +16,22 @@ import pytest
 from patience import PATIENCE_S
 from playwright.sync_api import Page
 
-from compare.comparison.against_truth import compare
-from compare.comparison.results import comparison_tables
-from compare.motion.film import film
-from compare.motion.findings import film_findings
-from compare.motion.results import film_tables
-from compare.run.participants import launched
-from compare.stability.findings import extreme_findings, limit_findings
-from compare.stability.schemas import EXTREMES, LIMITS
-from compare.stability.store import quick_tables
-from compare.sweep.results import measured
-from compare.sweep.work_precision import BRIEF, sweep
-from compare.tables.frames import frame, rows
-from compare.tables.shared import FINDINGS
-from reports.page import page
-from scenarios.read import read_scene
-from scenarios.scene import frozen_array
+from tumble.compare.comparison.against_truth import compare
+from tumble.compare.comparison.results import comparison_tables
+from tumble.compare.motion.film import film
+from tumble.compare.motion.findings import film_findings
+from tumble.compare.motion.results import film_tables
+from tumble.compare.run.participants import launched
+from tumble.compare.stability.findings import extreme_findings, limit_findings
+from tumble.compare.stability.schemas import EXTREMES, LIMITS
+from tumble.compare.stability.store import quick_tables
+from tumble.compare.sweep.results import measured
+from tumble.compare.sweep.work_precision import BRIEF, sweep
+from tumble.compare.tables.frames import frame, rows
+from tumble.compare.tables.shared import FINDINGS
+from tumble.reports.page import page
+from tumble.scenarios.read import read_scene
+from tumble.scenarios.scene import frozen_array
 
 SCENES = ("die-vertex", "table-4-1", "two-hits", "tether-critical")
 CASES = ("spin-1e3", "spin-1e4", "step-1", "no-impulse")

@@ -8,11 +8,11 @@ from itertools import pairwise
 import pytest
 from rich.console import Console
 
-from compare.stability.schemas import LimitRow
-from compare.sweep.schemas import DigitRow
-from compare.tables.shared import RunRow
-from reports import figures
-from reports.charts import Ruler, cost_chart, error_chart, limit_chart
+from tumble.compare.stability.schemas import LimitRow
+from tumble.compare.sweep.schemas import DigitRow
+from tumble.compare.tables.shared import RunRow
+from tumble.reports import figures
+from tumble.reports.charts import Ruler, cost_chart, error_chart, limit_chart
 
 ANSI = re.compile(r"\x1b\[[0-9;?]*[A-Za-z]")
 ASK = ("compare", "die-straight", "-e", "tumble:rk4", "-e", "mujoco:euler", "-e", "pybullet:multibody")

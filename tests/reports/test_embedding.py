@@ -11,10 +11,10 @@ import pandas as pd
 import pytest
 from conftest import SCENES, data_in
 
-from compare.judge.verdict import WORDS
-from reports.embedding import values
-from reports.page import SCRIPTS, TEMPLATES, page
-from scenarios.frames import rotation_matrix
+from tumble.compare.judge.verdict import WORDS
+from tumble.reports.embedding import values
+from tumble.reports.page import SCRIPTS, TEMPLATES, page
+from tumble.scenarios.frames import rotation_matrix
 
 PACKED = {"motion.csv", "deformed.csv", "vertex-errors.csv", "error-over-time.csv", "table-4-1.csv"}
 

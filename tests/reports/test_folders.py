@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from conftest import data_in
 
-from compare.tables.files import write_folder
-from compare.tables.frames import csv_texts
-from reports.folders import changes, gathered
-from reports.page import page
+from tumble.compare.tables.files import write_folder
+from tumble.compare.tables.frames import csv_texts
+from tumble.reports.folders import changes, gathered
+from tumble.reports.page import page
 
 
 @pytest.fixture

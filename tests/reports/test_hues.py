@@ -2,10 +2,10 @@
 
 import re
 
-from compare.engines import BY_HAND
-from compare.run.registry import names
-from reports.hues import LIGHT, PLACES, places, rgb
-from reports.page import TEMPLATES
+from tumble.compare.engines import BY_HAND
+from tumble.compare.run.engines.registry import names
+from tumble.reports.hues import LIGHT, PLACES, places, rgb
+from tumble.reports.page import TEMPLATES
 
 
 def test_an_engine_has_its_colour_whoever_takes_part_with_it():

@@ -4,8 +4,8 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from reports.numerals import MINUS, SUPERSCRIPTS, TIMES_TEN, figure, fixed
-from reports.terminal import vector
+from tumble.reports.numerals import MINUS, SUPERSCRIPTS, TIMES_TEN, figure, fixed
+from tumble.reports.terminal import vector
 
 
 @settings(derandomize=True, deadline=None)

@@ -13,13 +13,13 @@ from axe_playwright_python.sync_playwright import Axe
 from conftest import SCENES, data_in, until
 from playwright.sync_api import expect
 
-from compare.comparison.findings import error_findings
-from compare.tables.frames import frame, rows
-from compare.tables.known import schema
-from compare.tables.shared import FINDINGS, RUNS
-from reports.page import TEMPLATES, page, whole_script
-from scenarios.frames import rotation_matrix
-from scenarios.read import catalogue
+from tumble.compare.comparison.findings import error_findings
+from tumble.compare.tables.frames import frame, rows
+from tumble.compare.tables.known import schema
+from tumble.compare.tables.shared import FINDINGS, RUNS
+from tumble.reports.page import TEMPLATES, page, whole_script
+from tumble.scenarios.frames import rotation_matrix
+from tumble.scenarios.read import catalogue
 
 EVIL = "</script><script>alert(1)</script><img src=x onerror=alert(2)>"
 TOWARDS_EYE = np.array((0.55, 0.5, 1.0)) / np.linalg.norm((0.55, 0.5, 1.0))

@@ -5,11 +5,11 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from compare.releases.schemas import TABLES
-from compare.tables.frames import frame, kept_tables
-from compare.tables.shared import FINDINGS, FindingRow
-from reports.folders import gathered
-from reports.page import page
+from tumble.compare.releases.schemas import TABLES
+from tumble.compare.tables.frames import frame, kept_tables
+from tumble.compare.tables.shared import FINDINGS, FindingRow
+from tumble.reports.folders import gathered
+from tumble.reports.page import page
 
 LEDGER = Path(__file__).parents[2] / "docs" / "releases" / "mujoco"
 

@@ -7,15 +7,15 @@ from itertools import pairwise
 
 from rich.console import Console
 
-from compare.stability.findings import extreme_findings, limit_findings
-from compare.stability.schemas import CELLS, LIMITS, ExtremeRow, LimitRow, StabilityRow
-from compare.stability.schemas import EXTREMES as EXTREME
-from compare.stability.trials import Piece
-from compare.tables.frames import frame
-from compare.tables.shared import FINDINGS
-from reports.page import page
-from reports.stability_text import stability_text
-from reports.terminal import console, reasons_text
+from tumble.compare.stability.findings import extreme_findings, limit_findings
+from tumble.compare.stability.schemas import CELLS, LIMITS, ExtremeRow, LimitRow, StabilityRow
+from tumble.compare.stability.schemas import EXTREMES as EXTREME
+from tumble.compare.stability.trials import Piece
+from tumble.compare.tables.frames import frame
+from tumble.compare.tables.shared import FINDINGS
+from tumble.reports.page import page
+from tumble.reports.stability_text import stability_text
+from tumble.reports.terminal import console, reasons_text
 
 W = 1000.0
 

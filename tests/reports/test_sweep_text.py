@@ -7,20 +7,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from compare.judge.cost import Timed
-from compare.judge.errors import Run
-from compare.run.flight import Trajectory, legs
-from compare.run.participants import launched
-from compare.run.readings import Reading
-from compare.run.timer import Ready
-from compare.sweep.longer_steps import longer_steps
-from compare.sweep.work_precision import Effort, Sweep, sweep
-from reports.sweep_text import advice_text, sweep_text
-from reports.terminal import console
-from scenarios.frames import vertices
-from scenarios.read import read_scene
-from scenarios.scene import frozen_array
-from scenarios.truth import truth
+from tumble.compare.judge.cost import Timed
+from tumble.compare.judge.errors import Run
+from tumble.compare.run.flight import Trajectory, legs
+from tumble.compare.run.participants import launched
+from tumble.compare.run.timing.readings import Reading
+from tumble.compare.run.timing.timer import Ready
+from tumble.compare.sweep.longer_steps import longer_steps
+from tumble.compare.sweep.work_precision import Effort, Sweep, sweep
+from tumble.reports.sweep_text import advice_text, sweep_text
+from tumble.reports.terminal import console
+from tumble.scenarios.frames import vertices
+from tumble.scenarios.read import read_scene
+from tumble.scenarios.scene import frozen_array
+from tumble.scenarios.truth import truth
 
 SCENE = replace(read_scene("two-hits"), impulses=(), times=frozen_array([0.25, 0.5, 0.75, 1.0]), duration=1.0)
 TRUTH = truth(SCENE)

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from scenarios.read import BadScene, read_scene
-from scenarios.scene import Scene
+from tumble.scenarios.read import BadScene, read_scene
+from tumble.scenarios.scene import Scene
 
 BAD = sorted((Path(__file__).parents[1] / "bad").glob("*.toml"))
 GOOD = 'title = "a"\nduration = 1.0\nsamples = 2\nstep = 0.1\n[body]\nshape = "box"\nsize = [1, 1, 1]\nmass = 1\n'

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from mpmath import MPContext
 
-from scenarios import truth as rooms
-from scenarios.mass import BOX_FACES
-from scenarios.read import read_scene
-from scenarios.scene import Body, Scene, frozen_array
-from scenarios.truth import truth
-from scenarios.truth.bulk import flight as bulk
-from scenarios.truth.bulk.bodies import bodies, readings
+from tumble.scenarios import truth as rooms
+from tumble.scenarios.mass import BOX_FACES
+from tumble.scenarios.read import read_scene
+from tumble.scenarios.scene import Body, Scene, frozen_array
+from tumble.scenarios.truth import truth
+from tumble.scenarios.truth.bulk import flight as bulk
+from tumble.scenarios.truth.bulk.bodies import bodies, readings
 
 CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * (0.2, 0.075, 0.05)
 

@@ -7,10 +7,10 @@ import heyoka as hy
 import numpy as np
 import pytest
 
-from scenarios.frames import quaternion_product, rotation_matrix, vertices
-from scenarios.impulse import jump
-from scenarios.read import read_scene
-from scenarios.truth import truth
+from tumble.scenarios.frames import quaternion_product, rotation_matrix, vertices
+from tumble.scenarios.impulse import jump
+from tumble.scenarios.read import read_scene
+from tumble.scenarios.truth import truth
 
 EPS = np.finfo(float).eps
 

@@ -5,13 +5,13 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 import pytest
 
-from compare.judge.balance import moving_and_stored
-from compare.stability.columns import PARAMETERS
-from scenarios.forces import GRAVITY, LAWS, Law, acting, can_turn, stiffness, stored, takes_energy
-from scenarios.needs import FORCES, needs
-from scenarios.read import catalogue, read_scene
-from scenarios.scene import Drag, Scene
-from scenarios.wrench import wrench
+from tumble.compare.judge.balance import moving_and_stored
+from tumble.compare.stability.columns import PARAMETERS
+from tumble.scenarios.forces import GRAVITY, LAWS, Law, acting, can_turn, stiffness, stored, takes_energy
+from tumble.scenarios.needs import FORCES, needs
+from tumble.scenarios.read import catalogue, read_scene
+from tumble.scenarios.scene import Drag, Scene
+from tumble.scenarios.wrench import wrench
 
 FORCED = [name for name in catalogue() if not read_scene(name).is_free]
 
@@ -46,7 +46,7 @@ def test_an_entry_more_is_asked_by_all(monkeypatch):
         stiffness=lambda hold, scene: hold.linear,
         numbers={"hold [N/m]": "linear"},
     )
-    monkeypatch.setattr("scenarios.forces.LAWS", (*LAWS, law))
+    monkeypatch.setattr("tumble.scenarios.forces.LAWS", (*LAWS, law))
     fallen = read_scene("die-straight")
     scene = Held(**{item.name: getattr(fallen, item.name) for item in fields(fallen)}, hold=Drag(80.0, 0.0))
     assert not scene.is_free

@@ -8,11 +8,11 @@ import pytest
 from mpmath import MPContext
 from second_truth import worst
 
-from scenarios.read import read_scene
-from scenarios.truth import truth
-from scenarios.truth.handed import cost_of_doubles
-from scenarios.truth.limit import settle
-from scenarios.truth.throw import read_throw
+from tumble.scenarios.read import read_scene
+from tumble.scenarios.truth import truth
+from tumble.scenarios.truth.handed import cost_of_doubles
+from tumble.scenarios.truth.limit import settle
+from tumble.scenarios.truth.throw import read_throw
 
 # A needle along oblique axes: its axes in doubles are a turn of 1e-16, which its least moment feels a million times.
 NEEDLE = """

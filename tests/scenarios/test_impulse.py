@@ -5,12 +5,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from scenarios import mass
-from scenarios.frames import rotation_matrix, vertices
-from scenarios.impulse import RayMissed, jump, strike_point
-from scenarios.ray import first_hit
-from scenarios.read import read_scene
-from scenarios.scene import Body, Impulse, Ray
+from tumble.scenarios import mass
+from tumble.scenarios.frames import rotation_matrix, vertices
+from tumble.scenarios.impulse import RayMissed, jump, strike_point
+from tumble.scenarios.ray import first_hit
+from tumble.scenarios.read import read_scene
+from tumble.scenarios.scene import Body, Impulse, Ray
 
 SIZE = np.array([0.4, 0.15, 0.1])
 BRICK = Body("box", 2.4, np.diag(mass.box(2.4, SIZE).tensor), mass.box_corners(SIZE), mass.BOX_FACES, SIZE)

@@ -8,8 +8,8 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from scenarios import mass
-from scenarios.frames import rotation_matrix
+from tumble.scenarios import mass
+from tumble.scenarios.frames import rotation_matrix
 
 # The sums have a few dozen terms of the size of the result: some tens of roundings of 1.1e-16.
 ROUNDING = 1e-14

@@ -11,11 +11,11 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from scenarios.frames import rotation_matrix
-from scenarios.needs import FORCES, needs
-from scenarios.read import read_scene
-from scenarios.scene import Scene, frozen_array
-from scenarios.truth import truth
+from tumble.scenarios.frames import rotation_matrix
+from tumble.scenarios.needs import FORCES, needs
+from tumble.scenarios.read import read_scene
+from tumble.scenarios.scene import Scene, frozen_array
+from tumble.scenarios.truth import truth
 
 HEAD = 'title = "t"\nduration = 1.0\nsamples = 4\nstep = 0.01\n'
 CUBE = '[body]\nshape = "box"\nsize = [2.0, 2.0, 2.0]\nmass = 2.0\n'

@@ -9,15 +9,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from scenarios import mass
-from scenarios.catalogue import make_mesh_die
-from scenarios.frames import quaternion_product, rotation_matrix, vertices
-from scenarios.impulse import jump, strike_point
-from scenarios.needs import FORCES, needs
-from scenarios.published import VERTEX, table_4_1
-from scenarios.read import CATALOGUE, catalogue, read_scene
-from scenarios.scene import Scene
-from scenarios.surface import read_surface
+from tumble.scenarios import mass
+from tumble.scenarios.catalogue import make_mesh_die
+from tumble.scenarios.frames import quaternion_product, rotation_matrix, vertices
+from tumble.scenarios.impulse import jump, strike_point
+from tumble.scenarios.needs import FORCES, needs
+from tumble.scenarios.published import VERTEX, table_4_1
+from tumble.scenarios.read import CATALOGUE, catalogue, read_scene
+from tumble.scenarios.scene import Scene
+from tumble.scenarios.surface import read_surface
 
 HEAD = 'title = "a"\nduration = 1.0\nsamples = 4\nstep = 0.1\n'
 BOX = 'shape = "box"\nsize = [1.0, 2.0, 3.0]\nmass = 2.0\n'
@@ -416,6 +416,7 @@ def test_corners_that_one_sum_cannot_tell_apart_stay_apart(tmp_path):
 
 def test_only_meshes_pay_for_trimesh():
     code = (
-        "import sys; from scenarios.read import read_scene; read_scene('die-vertex'); print('trimesh' in sys.modules)"
+        "import sys; from tumble.scenarios.read import read_scene; "
+        "read_scene('die-vertex'); print('trimesh' in sys.modules)"
     )
     assert subprocess.check_output([sys.executable, "-c", code], text=True) == "False\n"

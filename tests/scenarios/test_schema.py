@@ -1,25 +1,24 @@
 """The JSON Schema and the tables of keys are what the types say, and a schema refuses what the reader refuses."""
 
 import json
-import runpy
 import tomllib
 from pathlib import Path
 
 import jsonschema
 import pytest
 
-from scenarios.read import CATALOGUE, catalogue
-from scenarios.schema import TABLES, json_schema, keys
+from tools import scene_guide
+from tumble.scenarios.read import CATALOGUE, catalogue
+from tumble.scenarios.schema import TABLES, json_schema, keys
 
 ROOT = Path(__file__).parents[2]
-MAKER = runpy.run_path(str(ROOT / "docs/scene.py"))
 
 
 def test_the_guide_and_the_schema_are_what_the_script_makes():
     guide = (ROOT / "docs/scene.md").read_text(encoding="utf-8")
-    assert MAKER["page"](guide) == guide, "run: python docs/scene.py"
-    assert (ROOT / "docs/scene.schema.json").read_text(encoding="utf-8") == MAKER["schema_text"](), (
-        "python docs/scene.py"
+    assert scene_guide.page(guide) == guide, "run: python -m tools.scene_guide"
+    assert (ROOT / "docs/scene.schema.json").read_text(encoding="utf-8") == scene_guide.schema_text(), (
+        "python -m tools.scene_guide"
     )
 
 

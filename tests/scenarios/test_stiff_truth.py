@@ -5,9 +5,9 @@ import re
 import numpy as np
 import pytest
 
-from scenarios.read import catalogue, read_scene, scene_of, scene_path
-from scenarios.truth import truth
-from scenarios.truth.forced import flight
+from tumble.scenarios.read import catalogue, read_scene, scene_of, scene_path
+from tumble.scenarios.truth import truth
+from tumble.scenarios.truth.forced import flight
 
 
 def changed(name, **numbers):

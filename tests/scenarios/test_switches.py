@@ -5,7 +5,7 @@ import pytest
 from numba import njit
 from numpy.polynomial import polynomial
 
-from scenarios.truth.forced.switches import ABOVE, IDLE, NEVER, PRESSING, first_fall, next_switch
+from tumble.scenarios.truth.forced.switches import ABOVE, IDLE, NEVER, PRESSING, first_fall, next_switch
 
 
 @njit

@@ -13,14 +13,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from scenarios.frames import rotation_matrix, vertices
-from scenarios.impulse import RayMissed, jump
-from scenarios.scene import Body, Impulse, Ray, Scene, frozen_array
-from scenarios.truth import truth
-from scenarios.truth.elliptic import JacobiFunctions, third_kind_angle
-from scenarios.truth.limit import PRECISIONS, settle
-from scenarios.truth.rotation import SteadySpin, free_rotation
-from scenarios.truth.throw import read_throw
+from tumble.scenarios.frames import rotation_matrix, vertices
+from tumble.scenarios.impulse import RayMissed, jump
+from tumble.scenarios.scene import Body, Impulse, Ray, Scene, frozen_array
+from tumble.scenarios.truth import truth
+from tumble.scenarios.truth.elliptic import JacobiFunctions, third_kind_angle
+from tumble.scenarios.truth.limit import PRECISIONS, settle
+from tumble.scenarios.truth.rotation import SteadySpin, free_rotation
+from tumble.scenarios.truth.throw import read_throw
 
 # 45 digits: what is compared to 25 or more has twenty to lose to radians and the separatrix.
 BITS = 150
@@ -462,7 +462,7 @@ def test_bound_is_the_rounding_to_doubles():
 def test_bound_holds_against_a_much_finer_flight(start_bits, monkeypatch):
     scene = a_scene(impulses=[blow(0.25, point_body=(0.2, 0.07, 0.05))], times=[1.0, 1e3, 1e6])
     answer = truth(scene)
-    monkeypatch.setattr("scenarios.truth.limit.PRECISIONS", (start_bits, 2 * start_bits))
+    monkeypatch.setattr("tumble.scenarios.truth.limit.PRECISIONS", (start_bits, 2 * start_bits))
     for row, pose in enumerate(poses(scene)):
         exact = exactly(*scene.body.points.flat).reshape(-1, 3) @ pose.axes.T + pose.x
         error = np.array(exact - exactly(*answer.vertices[row, 0].flat).reshape(-1, 3), dtype=float)
@@ -586,6 +586,7 @@ def test_others_keep_their_precision_and_imports_stay_light():
     before = mpmath.mp.prec
     truth(a_scene(times=[1.0]))
     assert mpmath.mp.prec == before
-    code = "import sys, scenarios.truth; print([name for name in ('mpmath', 'numba', 'solver') if name in sys.modules])"
+    heavy = ("mpmath", "numba", "tumble.solver")
+    code = f"import sys, tumble.scenarios.truth; print([name for name in {heavy} if name in sys.modules])"
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert run.stdout.strip() == "[]"

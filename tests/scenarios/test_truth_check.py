@@ -7,8 +7,8 @@ import pytest
 from random_scenes import FAMILIES, REACHED, drawn
 from second_truth import worst
 
-from scenarios.read import read_scene
-from scenarios.truth import truth
+from tumble.scenarios.read import read_scene
+from tumble.scenarios.truth import truth
 
 
 @pytest.fixture

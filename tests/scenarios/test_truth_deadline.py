@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from scenarios.read import read_scene
-from scenarios.scene import frozen_array
-from scenarios.truth import NoTruth, truth
-from scenarios.truth.deadline import Deadline, Late, current, within
+from tumble.scenarios.read import read_scene
+from tumble.scenarios.scene import frozen_array
+from tumble.scenarios.truth import NoTruth, truth
+from tumble.scenarios.truth.deadline import Deadline, Late, current, within
 
 
 def long(name, duration, samples):

@@ -8,14 +8,14 @@ import pytest
 from numba import njit
 from scipy.integrate import solve_ivp
 
-from solver.body import Body
-from solver.collocation import equations
-from solver.compilation import OPTIONS
-from solver.forces import Forces
-from solver.integrators.gauss6 import GAUSS, gauss6, gauss6_forced
-from solver.integrators.radau5 import RADAU, radau5, radau5_forced
-from solver.motion import load, slope, store
-from solver.quaternion import to_matrix
+from tumble.solver.body import Body
+from tumble.solver.collocation import equations
+from tumble.solver.compilation import OPTIONS
+from tumble.solver.forces import Forces
+from tumble.solver.integrators.gauss6 import GAUSS, gauss6, gauss6_forced
+from tumble.solver.integrators.radau5 import RADAU, radau5, radau5_forced
+from tumble.solver.motion import load, slope, store
+from tumble.solver.quaternion import to_matrix
 
 EPS = np.finfo(float).eps
 FORCED = {"gauss6": gauss6_forced, "radau5": radau5_forced}

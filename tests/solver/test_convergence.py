@@ -5,12 +5,12 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from compare.engines import tumble
-from compare.run.flight import fly
-from scenarios.needs import needs
-from scenarios.read import catalogue, read_scene
-from scenarios.truth import truth
-from solver.registry import METHODS
+from tumble.compare.engines import tumble
+from tumble.compare.run.flight import fly
+from tumble.scenarios.needs import needs
+from tumble.scenarios.read import catalogue, read_scene
+from tumble.scenarios.truth import truth
+from tumble.solver.registry import METHODS
 
 SCENES = [name for name in catalogue() if "gyroscopic" in needs(read_scene(name))]
 HALVINGS = 11

@@ -8,19 +8,19 @@ import pytest
 from triaxial import SIZE
 from triaxial import scene as triaxial
 
-from scenarios.ensemble import throws
-from scenarios.frames import rotation_matrix
-from scenarios.impulse import jump
-from scenarios.read import catalogue, read_scene
-from scenarios.scene import Impulse, frozen_array
-from scenarios.truth import truth
-from solver.body import Body
-from solver.ensemble import blocks
-from solver.ensemble.exact import exact
-from solver.ensemble.rkmk4 import rkmk4
-from solver.integrators.exact import exact as scalar_exact
-from solver.integrators.rk4 import rk4
-from solver.quaternion import to_matrix
+from tumble.scenarios.ensemble import throws
+from tumble.scenarios.frames import rotation_matrix
+from tumble.scenarios.impulse import jump
+from tumble.scenarios.read import catalogue, read_scene
+from tumble.scenarios.scene import Impulse, frozen_array
+from tumble.scenarios.truth import truth
+from tumble.solver.body import Body
+from tumble.solver.ensemble import blocks
+from tumble.solver.ensemble.exact import exact
+from tumble.solver.ensemble.rkmk4 import rkmk4
+from tumble.solver.integrators.exact import exact as scalar_exact
+from tumble.solver.integrators.rk4 import rk4
+from tumble.solver.quaternion import to_matrix
 
 EPS = np.finfo(float).eps
 MANY = 20_000
@@ -325,7 +325,7 @@ def test_two_cores_give_the_bits_of_one(method, monkeypatch):
     rows = spins(500, BRICK.moments, width=WIDTH[method])
     one = turn(method, rows, BRICK, (5, 0.03))
     monkeypatch.setattr(blocks, "LEAST_WORK", 0)
-    monkeypatch.setattr(blocks.numba.config, "NUMBA_NUM_THREADS", 3)
+    monkeypatch.setattr(blocks.numba.config, "NUMBA_NUM_THREADS", 3)  # pyright: ignore[reportPrivateImportUsage]
     shared = []
     monkeypatch.setattr(blocks, "_threads", Counting(blocks._threads(), shared))
     np.testing.assert_array_equal(turn(method, rows, BRICK, (5, 0.03)), one)

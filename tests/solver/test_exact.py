@@ -9,15 +9,15 @@ from itertools import product
 import numpy as np
 import pytest
 
-from compare.engines import tumble
-from compare.run.flight import fly
-from scenarios import scene as scenes
-from scenarios.frames import rotation_matrix
-from scenarios.read import catalogue, read_scene
-from scenarios.truth import truth
-from solver.body import Body
-from solver.flight import Flight
-from solver.integrators.exact import exact
+from tumble.compare.engines import tumble
+from tumble.compare.run.flight import fly
+from tumble.scenarios import scene as scenes
+from tumble.scenarios.frames import rotation_matrix
+from tumble.scenarios.read import catalogue, read_scene
+from tumble.scenarios.truth import truth
+from tumble.solver.body import Body
+from tumble.solver.flight import Flight
+from tumble.solver.integrators.exact import exact
 
 CORNERS = np.array(list(product((-0.5, 0.5), repeat=3)))
 # The truth's floor is what half an ulp of every input does.  The closed form rounds each input once, as reading does,

@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from scenarios.frames import vertices
-from solver.body import Body, angular_acceleration, point_acceleration, point_position, point_velocity
-from solver.flight import Flight
-from solver.forces import Forces
-from solver.registry import METHODS
+from tumble.scenarios.frames import vertices
+from tumble.solver.body import Body, angular_acceleration, point_acceleration, point_position, point_velocity
+from tumble.solver.flight import Flight
+from tumble.solver.forces import Forces
+from tumble.solver.registry import METHODS
 
 EPS = np.finfo(float).eps
 GRAVITY = (0.5, -9.75, 0.25)

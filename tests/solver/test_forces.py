@@ -17,17 +17,17 @@ from numba import njit
 from patience import PATIENCE_S
 from scipy.integrate import solve_ivp
 
-from compare.engines import tumble as engine
-from scenarios.frames import rotation_matrix, vertices
-from scenarios.read import read_scene
-from scenarios.scene import Drag, Floor, Tether
-from solver.body import Body
-from solver.flight import Flight
-from solver.forces import LAWS, Forces, wrench
-from solver.integrators.rk4 import rk4_forced
-from solver.motion import slope
-from solver.registry import METHODS
-from solver.stiffness import fastest
+from tumble.compare.engines import tumble as engine
+from tumble.scenarios.frames import rotation_matrix, vertices
+from tumble.scenarios.read import read_scene
+from tumble.scenarios.scene import Drag, Floor, Tether
+from tumble.solver.body import Body
+from tumble.solver.flight import Flight
+from tumble.solver.forces import LAWS, Forces, wrench
+from tumble.solver.integrators.rk4 import rk4_forced
+from tumble.solver.motion import slope
+from tumble.solver.registry import METHODS
+from tumble.solver.stiffness import fastest
 
 EPS = np.finfo(float).eps
 BODY = Body(2.0, (0.2, 0.7, 0.8))
@@ -279,7 +279,7 @@ def corner_error(method, steps, true_corners):
 @pytest.mark.parametrize("method", [name for name in FORCED if METHODS[name].order is not None])
 def test_order_under_forces(method, true_corners):
     order = METHODS[method].order
-    steps = {1: (1024, 2048, 4096, 8192), 4: (64, 128, 256)}.get(order, (12, 16, 24))
+    steps = {1: (1024, 2048, 4096, 8192), 4: (64, 128, 256)}.get(order, (12, 16, 24))  # pyright: ignore[reportCallIssue]
     errors = [corner_error(method, n, true_corners) for n in steps]
     slopes = [
         math.log(a / b) / math.log(n / m) for (a, b), (m, n) in zip(pairwise(errors), pairwise(steps), strict=True)
@@ -414,7 +414,7 @@ class TestWhatIsNotThere:
 
     def test_what_is_kept_is_really_computed(self):
         """A kernel with a term does more arithmetic than one without: no timer is needed to see it."""
-        fresh = njit(error_model="numpy")(rk4_forced.py_func)
+        fresh = njit(error_model="numpy")(rk4_forced.py_func)  # pyright: ignore[reportFunctionMemberAccess]
         sizes = []
         for forces, turning in (
             (Forces(1.0, GRAVITY), (None, None)),
@@ -432,8 +432,8 @@ class TestWhatIsNotThere:
 # Each alone in a process, then in one where every other kernel was compiled before it.
 SHOW_BITS = """
 import sys
-from compare.engines import tumble as engine
-from scenarios.read import read_scene
+from tumble.compare.engines import tumble as engine
+from tumble.scenarios.read import read_scene
 if sys.argv[1] == "crowded":
     scene = read_scene("tether-critical")
     for keep in (engine.OPTIONAL, ("drag",), ("floor",)):

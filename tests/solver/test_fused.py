@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numba import njit
 
-from solver.fused import fused, fused_cross, fused_exponential, fused_product, fused_stretch, times_units
-from solver.quaternion import exponential, product
-from solver.series import momentum_terms, quaternion_terms
+from tumble.solver.fused import fused, fused_cross, fused_exponential, fused_product, fused_stretch, times_units
+from tumble.solver.quaternion import exponential, product
+from tumble.solver.series import momentum_terms, quaternion_terms
 
 EPS = np.finfo(float).eps
 number = st.floats(-1e3, 1e3).filter(lambda x: x == 0.0 or abs(x) > 1e-3)

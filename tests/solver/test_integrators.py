@@ -8,10 +8,10 @@ import mpmath
 import numpy as np
 import pytest
 
-from solver.body import Body
-from solver.flight import Flight
-from solver.quaternion import to_matrix
-from solver.registry import METHODS, taylor_limit
+from tumble.solver.body import Body
+from tumble.solver.flight import Flight
+from tumble.solver.quaternion import to_matrix
+from tumble.solver.registry import METHODS, taylor_limit
 
 EPS = np.finfo(float).eps
 

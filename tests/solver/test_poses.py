@@ -10,14 +10,14 @@ from numpy.typing import ArrayLike
 from triaxial import THROWS
 from triaxial import scene as triaxial
 
-from scenarios.frames import rotation_matrix
-from scenarios.scene import frozen_array
-from scenarios.truth import truth
-from solver.body import Body
-from solver.ensemble import blocks
-from solver.ensemble.poses import poses
-from solver.integrators.exact import exact
-from solver.quaternion import to_matrix
+from tumble.scenarios.frames import rotation_matrix
+from tumble.scenarios.scene import frozen_array
+from tumble.scenarios.truth import truth
+from tumble.solver.body import Body
+from tumble.solver.ensemble import blocks
+from tumble.solver.ensemble.poses import poses
+from tumble.solver.integrators.exact import exact
+from tumble.solver.quaternion import to_matrix
 
 EPS = np.finfo(float).eps
 MOMENTS = (0.58 / 12, 1.09 / 12, 1.49 / 12)

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from solver import quaternion
+from tumble.solver import quaternion
 
 EPS = np.finfo(float).eps
 # Every result below is a sum of at most a dozen products of numbers up to 1: a few roundings of 1.

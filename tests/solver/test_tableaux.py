@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate._ivp import dop853_coefficients as published
 
-from solver.dop853 import ERROR_3, ERROR_5, STAGES, WEIGHTS
+from tumble.solver.dop853 import ERROR_3, ERROR_5, STAGES, WEIGHTS
 
 NODES = STAGES.sum(axis=1)
 EPS = np.finfo(float).eps

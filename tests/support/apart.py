@@ -4,13 +4,13 @@ from contextlib import contextmanager
 
 import numpy as np
 
-from compare.run.brick import scene
-from compare.run.examine import examined
-from compare.run.flight import Trajectory
-from compare.run.installing import install
-from compare.run.participants import launched
-from compare.run.registry import BadEngine
-from scenarios.frames import Array
+from tumble.compare.run.engines.brick import scene
+from tumble.compare.run.engines.examine import examined
+from tumble.compare.run.engines.installing import install
+from tumble.compare.run.engines.registry import BadEngine
+from tumble.compare.run.flight import Trajectory
+from tumble.compare.run.participants import launched
+from tumble.scenarios.frames import Array
 
 
 @contextmanager

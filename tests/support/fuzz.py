@@ -25,33 +25,33 @@ import numpy as np
 import trimesh
 from scipy.spatial.transform import Rotation
 
-from compare.check.changes import hold_against
-from compare.check.junit import junit
-from compare.check.markdown import summary
-from compare.check.record import BadRecord, Record, read_record, texts
-from compare.check.schemas import CELLS, QUESTIONS, TIMES, CellRow, QuestionRow, TimeRow
-from compare.check.tolerances import BadTolerance, Tolerances, read_tolerances
-from compare.grade.columns import BadTrajectory
-from compare.grade.conventions import Reading
-from compare.grade.dialect import plain
-from compare.grade.foreign import Trajectory
-from compare.grade.mapping import mapping_file, mapping_of
-from compare.grade.reference import Reference
-from compare.grade.residual import measure
-from compare.run import message
-from compare.run.flight import Probe
-from compare.run.flight import Trajectory as Flight
-from compare.run.message import PREFIX, Malformed, lengths, unpacked
-from compare.run.questions import Failure
-from compare.run.registry import BadEngine, Finding, engine_info, load
-from compare.run.timer import Sample
-from compare.tables.files import write_folder
-from compare.tables.frames import frame
-from compare.tables.shared import ENGINES, EngineRow
-from scenarios.frames import rotation_matrix, vertices
-from scenarios.read import BadScene, read_scene
-from scenarios.surface import read_surface
 from tumble.__main__ import main as tumble
+from tumble.compare.check.changes import hold_against
+from tumble.compare.check.junit import junit
+from tumble.compare.check.markdown import summary
+from tumble.compare.check.record import BadRecord, Record, read_record, texts
+from tumble.compare.check.schemas import CELLS, QUESTIONS, TIMES, CellRow, QuestionRow, TimeRow
+from tumble.compare.check.tolerances import BadTolerance, Tolerances, read_tolerances
+from tumble.compare.grade.measure.residual import measure
+from tumble.compare.grade.model.reference import Reference
+from tumble.compare.grade.read.columns import BadTrajectory
+from tumble.compare.grade.read.conventions import Reading
+from tumble.compare.grade.read.dialect import plain
+from tumble.compare.grade.read.foreign import Trajectory
+from tumble.compare.grade.read.mapping import mapping_file, mapping_of
+from tumble.compare.run.engines.registry import BadEngine, Finding, engine_info, load
+from tumble.compare.run.flight import Probe
+from tumble.compare.run.flight import Trajectory as Flight
+from tumble.compare.run.process import message
+from tumble.compare.run.process.message import PREFIX, Malformed, lengths, unpacked
+from tumble.compare.run.questions import Failure
+from tumble.compare.run.timing.timer import Sample
+from tumble.compare.tables.files import write_folder
+from tumble.compare.tables.frames import frame
+from tumble.compare.tables.shared import ENGINES, EngineRow
+from tumble.scenarios.frames import rotation_matrix, vertices
+from tumble.scenarios.read import BadScene, read_scene
+from tumble.scenarios.surface import read_surface
 
 ROOT = Path(__file__).parents[2]
 # What takes longer hangs: a parser takes milliseconds, but a search for what is wrong many seconds where others work.
@@ -206,7 +206,7 @@ def records(folder: Path, numbers: range) -> Outcome:
             (folder / name).write_bytes(whole[name])
         if rng.randrange(HELD):
             return
-        outcome = hold_against(*rng.sample((BASE, record), 2), Tolerances())
+        outcome = hold_against(*rng.sample((BASE, record), 2), Tolerances())  # pyright: ignore[reportCallIssue]
         assert summary(outcome, ("--baseline", "b")).startswith("## tumble check: ")
         ElementTree.fromstring(junit(outcome, ("--baseline", "b")))
         # What was read is what is written: no cell is taken for something else.

@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 from playwright.sync_api import Browser, Page, expect
 
-from scenarios.read import read_scene
 from tumble.lab.eye import FIELD_OF_VIEW, axes, first_view
+from tumble.scenarios.read import read_scene
 
 WIDTH, HEIGHT = 1280, 720
 LISTENING_MS, PATIENCE_MS = 1_000, 180_000  # of a fresh clone, whose kernels are compiled while the first throw waits

@@ -3,6 +3,6 @@
 Three different moments, because a cube cannot show a wrong gyroscopic term.
 """
 
-from compare.run.brick import GRAVITY, MASS, MOMENTS, SIZE, THROWS, scene
+from tumble.compare.run.engines.brick import GRAVITY, MASS, MOMENTS, SIZE, THROWS, scene
 
 __all__ = ["GRAVITY", "MASS", "MOMENTS", "SIZE", "THROWS", "scene"]

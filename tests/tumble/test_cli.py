@@ -300,7 +300,7 @@ def test_what_an_engine_has_not_is_skipped(tumble, tmp_path):
 def test_run_equals_a_bare_mujoco_loop_bit_for_bit(tumble, method):
     import mujoco
 
-    from scenarios.read import read_scene
+    from tumble.scenarios.read import read_scene
 
     scene = read_scene("brick-tumble")
     mass, (x, y, z), (gx, gy, gz) = scene.body.mass, scene.body.moments.tolist(), scene.gravity.tolist()
@@ -325,7 +325,7 @@ def test_run_equals_a_bare_mujoco_loop_bit_for_bit(tumble, method):
 def test_run_equals_a_bare_pybullet_loop_bit_for_bit(tumble, method):
     import pybullet
 
-    from scenarios.read import read_scene
+    from tumble.scenarios.read import read_scene
 
     scene = read_scene("brick-tumble")
     client = pybullet.connect(pybullet.DIRECT)

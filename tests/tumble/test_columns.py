@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from compare.tables.known import tables
+from tumble.compare.tables.known import tables
 
 ROOT = Path(__file__).parents[2]
 COLUMNS = [(table, column) for table in tables().values() for column in table.columns]

@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 from patience import PATIENCE_S
 
-from compare.check.record import read_record, texts
-from compare.tables.files import write_folder
+from tumble.compare.check.record import read_record, texts
+from tumble.compare.tables.files import write_folder
 
 # What a clock says, and what is named after the machine's speed.
 TIMES = ("wall_s", "wall_ns_per_step", "wall_per_sim_s")

@@ -10,7 +10,7 @@ import fuzz
 import pytest
 from patience import PATIENCE_S
 
-from compare.run.kept import FOLDER
+from tumble.compare.run.process.kept import FOLDER
 
 FEW = 600
 

@@ -11,9 +11,9 @@ from pathlib import Path
 import pytest
 from patience import PATIENCE_S
 
-from scenarios.read import catalogue
 from tumble.examples import EXAMPLES
 from tumble.parser import parser
+from tumble.scenarios.read import catalogue
 
 COMMANDS = next(one for one in parser()._actions if isinstance(one, argparse._SubParsersAction)).choices
 

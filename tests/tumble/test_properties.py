@@ -10,14 +10,14 @@ import numpy as np
 from hypothesis import Phase, assume, given, settings
 from hypothesis import strategies as st
 
-from compare.judge.errors import Run
-from compare.run.flight import Trajectory, fly
-from compare.run.registry import load
-from scenarios.frames import Array, quaternion_product, rotation_matrix
-from scenarios.mass import BOX_FACES, box_corners
-from scenarios.scene import Body, Impulse, Scene, frozen_array
-from scenarios.truth import Truth, truth
-from solver.registry import METHODS
+from tumble.compare.judge.errors import Run
+from tumble.compare.run.engines.registry import load
+from tumble.compare.run.flight import Trajectory, fly
+from tumble.scenarios.frames import Array, quaternion_product, rotation_matrix
+from tumble.scenarios.mass import BOX_FACES, box_corners
+from tumble.scenarios.scene import Body, Impulse, Scene, frozen_array
+from tumble.scenarios.truth import Truth, truth
+from tumble.solver.registry import METHODS
 
 DT = 2.0**-6
 TIMES = (0.25, 0.5, 1.0)

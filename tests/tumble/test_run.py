@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from compare.run.participants import launched
-from scenarios.read import read_scene
 from tumble.commands import run
+from tumble.compare.run.participants import launched
+from tumble.scenarios.read import read_scene
 
 
 def test_an_ensemble_is_flown_and_written_some_throws_at_a_time(monkeypatch):

@@ -10,7 +10,7 @@ from patience import PATIENCE_S
 
 ENGINES = {"mujoco", "pybullet", "heyoka"}
 DRAWING = {"altair", "vl_convert", "jinja2", "pandas", "matplotlib"}
-TRUTH = {"mpmath", "gmpy2", "scenarios.truth"}
+TRUTH = {"mpmath", "gmpy2", "tumble.scenarios.truth"}
 IMPORTED = re.compile(r"^import time:.*\|\s*(\S+)$", re.MULTILINE)
 
 
@@ -33,15 +33,19 @@ def imported(*words: str, folder) -> set[str]:
 @pytest.mark.parametrize(
     ("words", "used", "unused"),
     [
-        (["--help"], {"argparse"}, {"numpy", "msgspec", "multiprocessing", "scenarios", "compare", "rich"}),
+        (
+            ["--help"],
+            {"argparse"},
+            {"numpy", "msgspec", "multiprocessing", "tumble.scenarios", "tumble.compare", "rich"},
+        ),
         (
             ["--version"],
             {"argparse"},
-            {"numpy", "msgspec", "multiprocessing", "scenarios", "compare", "rich"},
+            {"numpy", "msgspec", "multiprocessing", "tumble.scenarios", "tumble.compare", "rich"},
         ),
         (
             ["scenes"],
-            {"scenarios.needs"},
+            {"tumble.scenarios.needs"},
             {
                 "trimesh",
                 "scipy",
@@ -50,7 +54,7 @@ def imported(*words: str, folder) -> set[str]:
                 "difflib",
                 "rich",
                 "multiprocessing",
-                "compare",
+                "tumble.compare",
                 *TRUTH,
                 *DRAWING,
             },
@@ -58,7 +62,7 @@ def imported(*words: str, folder) -> set[str]:
         # A body that never turns needs no compiled loop: the compiler's own typing is what takes longest to import.
         (
             ["run", "die-straight"],
-            {"solver.flight"},
+            {"tumble.solver.flight"},
             {"scipy.linalg", "numba.np.arraymath", "trimesh", "rich", *TRUTH, *ENGINES, *DRAWING},
         ),
         # The compiler would look for scipy's BLAS, which no kernel calls.
@@ -70,16 +74,16 @@ def imported(*words: str, folder) -> set[str]:
         (
             ["run", "die-vertex", "-e", "mujoco"],
             {"mujoco"},
-            {"solver", "numba", "scipy", "rich", *TRUTH, *DRAWING, *ENGINES - {"mujoco"}},
+            {"tumble.solver", "numba", "scipy", "rich", *TRUTH, *DRAWING, *ENGINES - {"mujoco"}},
         ),
         (
             ["run", "die-vertex", "-e", "pybullet"],
             {"importlib.metadata"},
-            {"solver", "numba", "scipy", "rich", *TRUTH, *DRAWING, *ENGINES - {"pybullet"}},
+            {"tumble.solver", "numba", "scipy", "rich", *TRUTH, *DRAWING, *ENGINES - {"pybullet"}},
         ),
         (["engines", "-e", "tumble"], {"rich"}, {"numba.np.arraymath", "mpmath", *ENGINES, *DRAWING}),
         (["compare", "die-straight", "-e", "tumble:rk4"], {"mpmath", "rich"}, {"trimesh", *ENGINES, *DRAWING}),
-        (["compare", "die-straight", "-e", "mujoco"], {"mpmath", "mujoco"}, {"solver", "pybullet", *DRAWING}),
+        (["compare", "die-straight", "-e", "mujoco"], {"mpmath", "mujoco"}, {"tumble.solver", "pybullet", *DRAWING}),
     ],
     ids=lambda value: " ".join(value) if isinstance(value, list) else "",
 )

@@ -4,14 +4,14 @@ import shlex
 from argparse import Namespace
 from pathlib import Path
 
-from compare.ablation.optional_features import NOTHING, SCENES, ablate
-from compare.run.participants import flights
-from compare.tables.files import write_folder
-from reports.ablation import ablation_text
-from reports.terminal import console
-from scenarios.read import read_scenes
+from tumble.compare.ablation.optional_features import NOTHING, SCENES, ablate
+from tumble.compare.run.participants import flights
+from tumble.compare.tables.files import write_folder
 from tumble.finished import FAILED, exit_code
 from tumble.notes import note, progress
+from tumble.reports.ablation import ablation_text
+from tumble.reports.terminal import console
+from tumble.scenarios.read import read_scenes
 from tumble.taking_part import taking_part
 
 
@@ -29,8 +29,8 @@ def main(options: Namespace) -> int:
             for piece in ablation_text(ablation):
                 out.print(piece)
         if folder:
-            from compare.ablation.results import ablation_tables  # pandas is slow to load
-            from compare.tables.frames import csv_texts
+            from tumble.compare.ablation.results import ablation_tables  # pandas is slow to load
+            from tumble.compare.tables.frames import csv_texts
 
             write_folder(folder, csv_texts(ablation_tables(ablations, participants, shlex.join(options.words))))
             note(f"tables written to {folder}")

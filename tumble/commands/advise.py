@@ -2,13 +2,13 @@
 
 from argparse import Namespace
 
-from compare.run.participants import flights
-from compare.sweep.work_precision import Effort, sweep
-from reports.sweep_text import advice_text
-from reports.terminal import console
-from scenarios.read import read_scenes
+from tumble.compare.run.participants import flights
+from tumble.compare.sweep.work_precision import Effort, sweep
 from tumble.finished import exit_code
 from tumble.notes import note, progress
+from tumble.reports.sweep_text import advice_text
+from tumble.reports.terminal import console
+from tumble.scenarios.read import read_scenes
 from tumble.taking_part import taking_part
 
 # A ladder that ends where its tolerance is reached is short.

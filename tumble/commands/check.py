@@ -6,22 +6,22 @@ from argparse import Namespace
 from dataclasses import replace
 from pathlib import Path
 
-from compare.check.changes import Outcome, failures, hold_against, time_changes, within
-from compare.check.junit import junit
-from compare.check.markdown import summary
-from compare.check.measure import measure
-from compare.check.record import BadRecord, Record, is_record, read_record, texts
-from compare.check.schemas import TIMES
-from compare.check.times import nearer
-from compare.check.tolerances import Tolerances, read_tolerances
-from compare.run.kept import Kept
-from compare.run.participants import flights, split, wanted
-from compare.run.registry import is_file
-from compare.tables.circumstances import binding, circumstances
-from compare.tables.files import write_folder
-from reports.numerals import counted
-from scenarios.read import catalogue, read_scenes
+from tumble.compare.check.changes import Outcome, failures, hold_against, time_changes, within
+from tumble.compare.check.junit import junit
+from tumble.compare.check.markdown import summary
+from tumble.compare.check.measure import measure
+from tumble.compare.check.record import BadRecord, Record, is_record, read_record, texts
+from tumble.compare.check.schemas import TIMES
+from tumble.compare.check.times import nearer
+from tumble.compare.check.tolerances import Tolerances, read_tolerances
+from tumble.compare.run.engines.registry import is_file
+from tumble.compare.run.participants import flights, split, wanted
+from tumble.compare.run.process.kept import Kept
+from tumble.compare.tables.circumstances import binding, circumstances
+from tumble.compare.tables.files import write_folder
 from tumble.notes import note, progress
+from tumble.reports.numerals import counted
+from tumble.scenarios.read import catalogue, read_scenes
 from tumble.taking_part import taking_part
 
 

@@ -5,9 +5,9 @@ from argparse import Namespace
 from collections.abc import Iterator
 from textwrap import fill
 
-from compare.tables.known import tables
-from compare.tables.schema import BadTable, Table
-from scenarios.format import nearest
+from tumble.compare.tables.known import tables
+from tumble.compare.tables.schema import BadTable, Table
+from tumble.scenarios.format import nearest
 
 WIDTH = 80
 

@@ -4,22 +4,22 @@ import shlex
 from argparse import Namespace
 from pathlib import Path
 
-from compare.comparison.against_truth import compare
-from compare.run.flight import check_step
-from compare.run.participants import flights
-from compare.tables.files import write_folder
-from reports.comparison_text import comparison_text
-from reports.terminal import console
-from scenarios.read import BadScene, read_scenes
+from tumble.compare.comparison.against_truth import compare
+from tumble.compare.run.flight import check_step
+from tumble.compare.run.participants import flights
+from tumble.compare.tables.files import write_folder
 from tumble.finished import exit_code
 from tumble.notes import note, progress
+from tumble.reports.comparison_text import comparison_text
+from tumble.reports.terminal import console
+from tumble.scenarios.read import BadScene, read_scenes
 from tumble.taking_part import taking_part
 
 
 def main(options: Namespace) -> int:
     """Put each scene to every contestant, print answer, ranking and error tables, and write all of them where asked."""
     if options.svg or options.png:
-        from reports.figures import check_figures  # slow to load
+        from tumble.reports.figures import check_figures  # slow to load
 
         check_figures(options.svg, options.png)
     scenes = read_scenes(options.scene)
@@ -41,9 +41,9 @@ def main(options: Namespace) -> int:
             for piece in comparison_text(comparison, options.vertex, options.all, out.is_terminal):
                 out.print(piece)
         if folder or options.svg or options.png:
-            from compare.comparison.results import comparison_tables  # pandas is slow to load
-            from compare.tables.frames import csv_texts
-            from reports.figures import error_figure, save_figures
+            from tumble.compare.comparison.results import comparison_tables  # pandas is slow to load
+            from tumble.compare.tables.frames import csv_texts
+            from tumble.reports.figures import error_figure, save_figures
 
             frames = comparison_tables(comparisons, participants, shlex.join(options.words))
             save_figures(options.svg, options.png, error_figure, frames["runs.csv"])

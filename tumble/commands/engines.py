@@ -4,16 +4,16 @@ from argparse import Namespace
 from collections.abc import Iterator
 from pathlib import Path
 
-from compare.engines import LAWS
-from compare.run import environments, installing, registry
-from compare.run.examine import Examined, examined
-from compare.run.participants import launched, split
-from compare.run.registry import BadEngine
-from compare.run.worker import Failure
-from compare.tables.engines import engine_row
-from compare.tables.files import write_together
-from reports.terminal import console, engine_list, plain
+from tumble.compare.engines import LAWS
+from tumble.compare.run.engines import environments, installing, registry
+from tumble.compare.run.engines.examine import Examined, examined
+from tumble.compare.run.engines.registry import BadEngine
+from tumble.compare.run.participants import launched, split
+from tumble.compare.run.worker import Failure
+from tumble.compare.tables.engines import engine_row
+from tumble.compare.tables.files import write_together
 from tumble.notes import note, progress
+from tumble.reports.terminal import console, engine_list, plain
 from tumble.starters import STARTERS, Starter
 
 FAILED, DONE = 1, 0

@@ -8,25 +8,25 @@ from argparse import Namespace
 from contextlib import ExitStack
 from pathlib import Path
 
-from compare.grade.answer import answer
-from compare.grade.columns import BadTrajectory, Unsaid
-from compare.grade.conventions import Reading
-from compare.grade.dialect import plain
-from compare.grade.mapping import mapping_file, mapping_of
-from compare.grade.refusals import refusal
-from compare.grade.said import Said
-from compare.grade.verdict import PIECES, grade
-from compare.tables.files import write_folder
-from reports.grade import grade_text, off_by, so_far
-from reports.terminal import console
-from scenarios.read import read_scene
-from scenarios.scene import Scene
+from tumble.compare.grade.answer import answer
+from tumble.compare.grade.grade import PIECES, grade
+from tumble.compare.grade.read.columns import BadTrajectory, Unsaid
+from tumble.compare.grade.read.conventions import Reading
+from tumble.compare.grade.read.dialect import plain
+from tumble.compare.grade.read.mapping import mapping_file, mapping_of
+from tumble.compare.grade.read.refusals import refusal
+from tumble.compare.grade.read.said import Said
+from tumble.compare.tables.files import write_folder
 from tumble.notes import note, notes, progress
+from tumble.reports.grade import grade_text, off_by, so_far
+from tumble.reports.terminal import console
+from tumble.scenarios.read import read_scene
+from tumble.scenarios.scene import Scene
 
 
 def _like(program: str, path: Path, scene: Scene, said: Said) -> Said:
     """Return how a program's file is to be read, and tell the options that would say so."""
-    from compare.grade.programs import as_program, remark
+    from tumble.compare.grade.read.programs import as_program, remark
 
     whole, error = as_program(path, scene, said, program)
     note(f"--like {program} reads it with {whole.options(said) or 'no further options'}{remark(error)}")
@@ -84,8 +84,8 @@ def main(options: Namespace) -> int:
         for piece in grade_text(found):
             out.print(piece)
     if options.output:
-        from compare.grade.rows import grade_tables  # pandas is slow to load
-        from compare.tables.frames import csv_texts
+        from tumble.compare.grade.tables import grade_tables  # pandas is slow to load
+        from tumble.compare.tables.frames import csv_texts
 
         write_folder(Path(options.output), csv_texts(grade_tables(found, shlex.join(options.words))))
         note(f"tables written to {options.output}")

@@ -5,19 +5,19 @@ from argparse import Namespace
 from collections.abc import Sequence
 from pathlib import Path
 
-from compare.releases.changes import changes
-from compare.releases.ledger import SCENES, ledger
-from compare.releases.notes import shipped_notes
-from compare.run import environments, installing, registry
-from compare.run.kept import Kept
-from compare.run.participants import flights, split
-from compare.run.registry import BadEngine
-from compare.tables.files import write_folder
-from reports.releases import ledger_markdown, ledger_text
-from reports.terminal import console
-from scenarios.read import read_scenes
+from tumble.compare.releases.changes import changes
+from tumble.compare.releases.ledger import SCENES, ledger
+from tumble.compare.releases.notes import shipped_notes
+from tumble.compare.run.engines import environments, installing, registry
+from tumble.compare.run.engines.registry import BadEngine
+from tumble.compare.run.participants import flights, split
+from tumble.compare.run.process.kept import Kept
+from tumble.compare.tables.files import write_folder
 from tumble.finished import exit_code
 from tumble.notes import note, progress
+from tumble.reports.releases import ledger_markdown, ledger_text
+from tumble.reports.terminal import console
+from tumble.scenarios.read import read_scenes
 from tumble.taking_part import taking_part
 
 
@@ -32,7 +32,7 @@ def main(options: Namespace) -> int:
     with taking_part(asked, options) as participants:
         kept = None
         if folder:
-            from compare.tables.circumstances import binding, circumstances
+            from tumble.compare.tables.circumstances import binding, circumstances
 
             limit = {"time limit [s]": f"{options.time_limit:g}"}
             kept = Kept(folder, binding(circumstances(participants, scenes, limit, "")))
@@ -46,8 +46,8 @@ def main(options: Namespace) -> int:
         for piece in ledger_text(found, told):
             console().print(piece)
         if folder and kept:
-            from compare.releases.results import ledger_tables  # pandas is slow to load
-            from compare.tables.frames import csv_texts
+            from tumble.compare.releases.results import ledger_tables  # pandas is slow to load
+            from tumble.compare.tables.frames import csv_texts
 
             command = shlex.join(options.words)
             texts = csv_texts(ledger_tables(found, told, participants, command))

@@ -9,42 +9,42 @@ from pathlib import Path
 
 import pandas as pd
 
-from compare.ablation.findings import ablation_findings
-from compare.ablation.optional_features import QUICK, ablate
-from compare.ablation.schemas import ABLATION
-from compare.comparison.against_truth import compare
-from compare.comparison.results import comparison_tables
-from compare.judge.cost import REFERENCE
-from compare.judge.errors import Run
-from compare.motion.film import film, filmed
-from compare.motion.findings import film_findings
-from compare.motion.results import film_tables
-from compare.releases.schemas import TABLES as RELEASES
-from compare.run.flight import check_step
-from compare.run.participants import Participant, flights
-from compare.run.progress import Tick
-from compare.run.truths import Truths
-from compare.stability.extremes import OF_A_PAGE
-from compare.stability.findings import extreme_findings, limit_findings
-from compare.stability.schemas import EXTREMES, LIMITS
-from compare.stability.schemas import TABLES as STABILITY
-from compare.stability.store import quick_tables
-from compare.stability.tasks import STIFF
-from compare.sweep.results import measured
-from compare.sweep.work_precision import BRIEF, YARDSTICK, against_the_clock, ladders
-from compare.tables.files import write_folder, write_whole
-from compare.tables.frames import csv_texts, frame, kept_tables, rows
-from compare.tables.known import SWEEP
-from compare.tables.schema import BadTable
-from compare.tables.shared import FINDINGS, RUNS
-from reports.folders import changes, gathered
-from reports.page import page
-from scenarios.needs import needs
-from scenarios.read import catalogue, read_scene, read_scenes
-from scenarios.scene import Scene
-from scenarios.truth import NoTruth
+from tumble.compare.ablation.findings import ablation_findings
+from tumble.compare.ablation.optional_features import QUICK, ablate
+from tumble.compare.ablation.schemas import ABLATION
+from tumble.compare.comparison.against_truth import compare
+from tumble.compare.comparison.results import comparison_tables
+from tumble.compare.judge.cost import REFERENCE
+from tumble.compare.judge.errors import Run
+from tumble.compare.motion.film import film, filmed
+from tumble.compare.motion.findings import film_findings
+from tumble.compare.motion.results import film_tables
+from tumble.compare.releases.schemas import TABLES as RELEASES
+from tumble.compare.run.flight import check_step
+from tumble.compare.run.participants import Participant, flights
+from tumble.compare.run.progress import Tick
+from tumble.compare.run.truths import Truths
+from tumble.compare.stability.extremes import OF_A_PAGE
+from tumble.compare.stability.findings import extreme_findings, limit_findings
+from tumble.compare.stability.schemas import EXTREMES, LIMITS
+from tumble.compare.stability.schemas import TABLES as STABILITY
+from tumble.compare.stability.store import quick_tables
+from tumble.compare.stability.tasks import STIFF
+from tumble.compare.sweep.results import measured
+from tumble.compare.sweep.work_precision import BRIEF, YARDSTICK, against_the_clock, ladders
+from tumble.compare.tables.files import write_folder, write_whole
+from tumble.compare.tables.frames import csv_texts, frame, kept_tables, rows
+from tumble.compare.tables.known import SWEEP
+from tumble.compare.tables.schema import BadTable
+from tumble.compare.tables.shared import FINDINGS, RUNS
 from tumble.finished import exit_code
 from tumble.notes import note, progress
+from tumble.reports.folders import changes, gathered
+from tumble.reports.page import page
+from tumble.scenarios.needs import needs
+from tumble.scenarios.read import catalogue, read_scene, read_scenes
+from tumble.scenarios.scene import Scene
+from tumble.scenarios.truth import NoTruth
 from tumble.taking_part import taking_part
 
 

@@ -9,17 +9,17 @@ from pathlib import Path
 from shutil import copyfileobj
 from tempfile import SpooledTemporaryFile
 
-from compare.engines import OWN
-from compare.run.flight import check_step, mean_step
-from compare.run.participants import Participant
-from compare.run.progress import Tick, untold
-from compare.run.registry import BadEngine
-from compare.run.worker import Failure
-from compare.tables.files import write_whole
-from compare.tables.trajectory import trajectory_text
-from scenarios.read import read_scene
-from scenarios.scene import Scene
+from tumble.compare.engines import OWN
+from tumble.compare.run.engines.registry import BadEngine
+from tumble.compare.run.flight import check_step, mean_step
+from tumble.compare.run.participants import Participant
+from tumble.compare.run.progress import Tick, untold
+from tumble.compare.run.worker import Failure
+from tumble.compare.tables.files import write_whole
+from tumble.compare.tables.trajectory import trajectory_text
 from tumble.notes import note, progress
+from tumble.scenarios.read import read_scene
+from tumble.scenarios.scene import Scene
 from tumble.taking_part import taking_part
 
 # Numbers of a trajectory that are flown at a time, and characters of its text that are kept in memory.

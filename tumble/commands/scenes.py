@@ -3,8 +3,8 @@
 import sys
 from argparse import Namespace
 
-from reports.catalogue import body_lines, scene_list
-from scenarios.read import catalogue, read_scene, scene_path, scene_text
+from tumble.reports.catalogue import body_lines, scene_list
+from tumble.scenarios.read import catalogue, read_scene, scene_path, scene_text
 
 
 def main(options: Namespace) -> int:

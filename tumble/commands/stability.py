@@ -4,20 +4,20 @@ import shlex
 from argparse import Namespace
 from pathlib import Path
 
-from compare.stability.findings import extreme_findings, limit_findings
-from compare.stability.schemas import CELLS, EXTREMES, LIMITS
-from compare.stability.store import pieces, store, tables_of
-from compare.stability.tasks import STIFF, keys, stability
-from compare.tables.circumstances import circumstances
-from compare.tables.files import write_whole
-from compare.tables.frames import csv_text, frame, rows
-from compare.tables.shared import FINDINGS
-from reports.figures import check_figures, limit_figure, save_figures
-from reports.stability_text import stability_text
-from reports.terminal import console
-from scenarios.read import extremes, read_scenes
+from tumble.compare.stability.findings import extreme_findings, limit_findings
+from tumble.compare.stability.schemas import CELLS, EXTREMES, LIMITS
+from tumble.compare.stability.store import pieces, store, tables_of
+from tumble.compare.stability.tasks import STIFF, keys, stability
+from tumble.compare.tables.circumstances import circumstances
+from tumble.compare.tables.files import write_whole
+from tumble.compare.tables.frames import csv_text, frame, rows
+from tumble.compare.tables.shared import FINDINGS
 from tumble.finished import exit_code
 from tumble.notes import note, progress
+from tumble.reports.figures import check_figures, limit_figure, save_figures
+from tumble.reports.stability_text import stability_text
+from tumble.reports.terminal import console
+from tumble.scenarios.read import extremes, read_scenes
 from tumble.taking_part import taking_part
 
 

@@ -4,23 +4,23 @@ import shlex
 from argparse import Namespace
 from pathlib import Path
 
-from compare.run.kept import Kept
-from compare.run.participants import flights
-from compare.sweep.results import MEASURED, measured
-from compare.sweep.schemas import WORK_PRECISION
-from compare.sweep.work_precision import YARDSTICK, sweep
-from compare.tables.circumstances import binding, circumstances
-from compare.tables.engines import engine_row
-from compare.tables.files import write_whole
-from compare.tables.frames import csv_text, frame
-from compare.tables.shared import ENGINES, RUNS
-from compare.tables.store import Store
-from reports.figures import check_figures, cost_figure, save_figures
-from reports.sweep_text import sweep_text
-from reports.terminal import console
-from scenarios.read import read_scenes
+from tumble.compare.run.participants import flights
+from tumble.compare.run.process.kept import Kept
+from tumble.compare.sweep.results import MEASURED, measured
+from tumble.compare.sweep.schemas import WORK_PRECISION
+from tumble.compare.sweep.work_precision import YARDSTICK, sweep
+from tumble.compare.tables.circumstances import binding, circumstances
+from tumble.compare.tables.engines import engine_row
+from tumble.compare.tables.files import write_whole
+from tumble.compare.tables.frames import csv_text, frame
+from tumble.compare.tables.shared import ENGINES, RUNS
+from tumble.compare.tables.store import Store
 from tumble.finished import exit_code
 from tumble.notes import note, progress
+from tumble.reports.figures import check_figures, cost_figure, save_figures
+from tumble.reports.sweep_text import sweep_text
+from tumble.reports.terminal import console
+from tumble.scenarios.read import read_scenes
 from tumble.taking_part import taking_part
 
 

@@ -1,43 +1,28 @@
 """What is computed beside the pages: truths and grades, each in a process that can be ended at any time."""
 
-import multiprocessing
 import threading
 from collections.abc import Callable, Sequence
-from concurrent.futures import Future, InvalidStateError, ProcessPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
+from concurrent.futures import Future, InvalidStateError
 from contextlib import suppress
 from typing import Any
 
-from compare.run.truths import end_with, safe_path
+from tumble.compare.run.process.caller import Caller
+from tumble.compare.run.process.process import Died
 
 # Processes that wait for work; and how many there are at most, whatever the number of pages: further jobs wait.
 IDLE, MOST = 2, 4
 Call = tuple[Callable[..., Any], *tuple[Any, ...]]
 
 
-class Worker:
-    """A process that does one thing after the other.  It ends with this process, however that ends."""
-
-    def __init__(self) -> None:
-        spawn = multiprocessing.get_context("spawn")
-        self._far_end, self._lifeline = spawn.Pipe(duplex=False)
-        self._pool = ProcessPoolExecutor(1, spawn, initializer=end_with, initargs=(self._far_end,))
-        with safe_path():
-            self._pool.submit(get_ready)
-
-    def submit(self, function: Callable[..., Any], *arguments: Any) -> "Future[Any]":
-        """Return what will be the function's result.  Raises BrokenProcessPool where the process is gone."""
-        return self._pool.submit(function, *arguments)
-
-    def close(self) -> None:
-        """End it at once, whatever it is doing; who waits for that gets CancelledError or BrokenProcessPool."""
-        self._lifeline.close()
-        self._pool.shutdown(wait=False, cancel_futures=True)
-        self._far_end.close()
+def standing() -> Caller:
+    """Return a process that has imported what truths need before the first is asked for."""
+    caller = Caller()
+    caller.submit(get_ready)
+    return caller
 
 
 def get_ready() -> None:
-    """Import this module where it runs, and with it what truths need, before the first is asked for."""
+    """Import this module where it runs."""
 
 
 class Job:
@@ -60,8 +45,8 @@ class Job:
         for future in self.futures:
             future.cancel()
 
-    def begin(self, worker: Worker, done: Callable[["Job"], object]) -> None:
-        """Let a worker make the calls; done: called after the last.  Raises BrokenProcessPool, and nothing is begun."""
+    def begin(self, worker: Caller, done: Callable[["Job"], object]) -> None:
+        """Let a worker make the calls; done: called after the last.  Raises Died, and nothing is begun."""
         inner = [worker.submit(*call) for call in self.calls]
         for one, future in zip(inner, self.futures, strict=True):
             one.add_done_callback(lambda found, future=future: hand_on(found, future))
@@ -86,8 +71,8 @@ class Workers:
         self._lock = threading.Lock()
         self._closed = False
         self._waiting: list[Job] = []
-        self._at_work: dict[Job, Worker] = {}
-        self._idle = [Worker() for _ in range(IDLE)]
+        self._at_work: dict[Job, Caller] = {}
+        self._idle = [standing() for _ in range(IDLE)]
 
     def send(self, calls: Sequence[Call]) -> Job:
         """Let a process that has nothing else to do make these calls, the next that is free where there are MOST."""
@@ -107,7 +92,7 @@ class Workers:
         for job in waiting:
             job.cancel()
         for worker in workers:
-            worker.close()
+            worker.end()
 
     def _assign(self) -> None:
         """Give what waits to workers that are idle, or new ones, and have one more ready where there may be one."""
@@ -116,18 +101,18 @@ class Workers:
                 if self._closed or not self._waiting or not (self._idle or len(self._at_work) < MOST):
                     return
                 job = self._waiting.pop(0)
-                worker = self._at_work[job] = self._idle.pop() if self._idle else Worker()
+                worker = self._at_work[job] = self._idle.pop() if self._idle else standing()
             try:
                 job.begin(worker, self._take_back)
-            except BrokenProcessPool:  # it died while it was idle, of memory or by somebody's hand
-                worker.close()
+            except Died:  # it died while it was idle, of memory or by somebody's hand
+                worker.end()
                 with self._lock:
                     del self._at_work[job]
                     self._waiting.insert(0, job)
                 continue
             with self._lock:
                 if not self._idle and not self._closed and len(self._at_work) < MOST:
-                    self._idle.append(Worker())
+                    self._idle.append(standing())
 
     def _take_back(self, job: Job) -> None:
         """Keep a job's worker for the next."""
@@ -137,7 +122,7 @@ class Workers:
                 self._idle.append(worker)
                 worker = None
         if worker is not None:
-            worker.close()
+            worker.end()
         self._assign()
 
     def _stop(self, job: Job) -> None:
@@ -147,6 +132,6 @@ class Workers:
             if job in self._waiting:
                 self._waiting.remove(job)
         if worker is not None:
-            worker.close()
+            worker.end()
         job.cancel()
         self._assign()

@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 from markupsafe import Markup
 
-from reports.numerals import given
-from reports.terminal import length
-from scenarios.frames import Array
+from tumble.reports.numerals import given
+from tumble.reports.terminal import length
+from tumble.scenarios.frames import Array
 
 WIDTH, HEIGHT = 300, 190
 LEFT, RIGHT, TOP, BOTTOM = 50, 290, 10, 166

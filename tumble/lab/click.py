@@ -5,9 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from scenarios.frames import Array
-from scenarios.impulse import RayMissed, strike_point
-from scenarios.scene import Body, Impulse, Ray, frozen_array
+from tumble.scenarios.frames import Array
+from tumble.scenarios.impulse import RayMissed, strike_point
+from tumble.scenarios.scene import Body, Impulse, Ray, frozen_array
 
 
 def impulse_table(origin: Sequence[float], direction: Sequence[float], magnitude: float, time: float) -> dict[str, Any]:

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from compare.motion.results import BOX_FACES
-from scenarios.frames import Array
-from scenarios.scene import Body
+from tumble.compare.motion.results import BOX_FACES
+from tumble.scenarios.frames import Array
+from tumble.scenarios.scene import Body
 
 # How many pips the faces of BOX_FACES have, and where they lie: in quarters of the face's two edges.
 COUNTS = (1, 6, 2, 5, 3, 4)

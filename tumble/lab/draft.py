@@ -15,10 +15,10 @@ from typing import Any, Self
 import numpy as np
 import tomlkit
 
-from scenarios.format import visible
-from scenarios.read import scene_of, scene_path, scene_text
-from scenarios.scene import Scene
 from tumble.lab.clock import pace
+from tumble.scenarios.format import visible
+from tumble.scenarios.read import scene_of, scene_path, scene_text
+from tumble.scenarios.scene import Scene
 
 # Frames of a flight: so many a second of watching it at its usual pace, but at most so many in all.
 FRAMES_A_SECOND, MOST = 24, 600

@@ -6,8 +6,8 @@ from typing import NamedTuple, Self
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from scenarios.frames import Array
-from scenarios.scene import Scene
+from tumble.scenarios.frames import Array
+from tumble.scenarios.scene import Scene
 
 FIELD_OF_VIEW = np.deg2rad(45.0)
 NARROW = 0.7  # width over height: in such a window the controls lie over the picture

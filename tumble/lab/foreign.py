@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
-from scenarios.format import visible
-from scenarios.frames import Array
-from scenarios.scene import Scene
 from tumble.lab.background import Job, Workers
+from tumble.scenarios.format import visible
+from tumble.scenarios.frames import Array
+from tumble.scenarios.scene import Scene
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,15 +54,15 @@ def loading(workers: Workers, folder: Path, name: str, content: bytes, scene: Sc
 
 def graded(path: Path, name: str, scene: Scene) -> Foreign:
     """Grade a file and return it under another name."""
-    from compare.grade.columns import BadTrajectory
-    from compare.grade.verdict import (
+    from tumble.compare.grade.grade import (
         CORRECT_TO_DIGITS,
         CORRECT_TO_LIMIT,
         CORRECT_TO_NOISE,
         CORRECT_TO_SINGLE,
         grade,
     )
-    from reports.grade import answer, verdict_lines
+    from tumble.compare.grade.read.columns import BadTrajectory
+    from tumble.reports.grade import answer, verdict_lines
 
     try:
         found = grade(path, scene, {})

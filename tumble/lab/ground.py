@@ -5,11 +5,11 @@ from typing import Any
 import numpy as np
 import viser
 
-from reports.numerals import given
-from scenarios.frames import Array
-from scenarios.scene import Scene
 from tumble.lab.eye import Axes, axes, turned_to
 from tumble.lab.space import Space
+from tumble.reports.numerals import given
+from tumble.scenarios.frames import Array
+from tumble.scenarios.scene import Scene
 
 CELL_INK, SECTION_INK, FLOOR_INK, PATH_INK = (219, 224, 229), (176, 185, 194), (228, 233, 238), (110, 121, 131)
 FADED = 14.0  # radii of the body: further away a grid is not seen

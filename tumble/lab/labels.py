@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from scenarios.frames import Array
 from tumble.lab.eye import Box, Eye
+from tumble.scenarios.frames import Array
 
 LISTED = 4  # names in a label; of more it says how many
 AWAY = 0.22  # from the body to its label, in what the bodies are drawn in

@@ -2,8 +2,8 @@
 
 from typing import NamedTuple
 
-from reports.hues import places, rgb
 from tumble.lab.pool import Contestant
+from tumble.reports.hues import places, rgb
 
 Colour = tuple[int, int, int]
 MARKS = ("\N{BLACK CIRCLE}", "\N{BLACK SQUARE}", "\N{BLACK UP-POINTING TRIANGLE}", "\N{BLACK DIAMOND}",

@@ -4,7 +4,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from scenarios.frames import Array
+from tumble.scenarios.frames import Array
 
 FIT, AS_IT_IS = "fit the view", "1"
 FACTORS = {

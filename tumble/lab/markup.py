@@ -6,13 +6,13 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from markupsafe import Markup
 
-from reports.numerals import fixed, given
-from reports.terminal import unit_of
-from scenarios.format import visible
 from tumble.lab.foreign import Foreign
 from tumble.lab.looks import Look
 from tumble.lab.pool import Contestant
 from tumble.lab.readings import ErrorRow, Reading
+from tumble.reports.numerals import fixed, given
+from tumble.reports.terminal import unit_of
+from tumble.scenarios.format import visible
 
 STYLE = Markup("font-size:12px;line-height:1.45;font-variant-numeric:tabular-nums;padding:2px 10px 6px")
 FAINT = Markup("color:#56616b")

@@ -5,8 +5,8 @@ from itertools import combinations
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
-from scenarios.frames import Array
-from scenarios.scene import Body
+from tumble.scenarios.frames import Array
+from tumble.scenarios.scene import Body
 
 FLAT = 1e-9  # the sine of the angle between two triangles that are one face
 

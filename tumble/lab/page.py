@@ -12,10 +12,7 @@ from typing import Any
 import numpy as np
 import viser
 
-from compare.run.registry import BadEngine
-from scenarios.impulse import RayMissed
-from scenarios.published import VERTEX
-from scenarios.read import BadScene, catalogue
+from tumble.compare.run.engines.registry import BadEngine
 from tumble.lab.chart import Curve, chart
 from tumble.lab.draft import Draft, usual_magnitude
 from tumble.lab.looks import Look, Looks
@@ -32,6 +29,9 @@ from tumble.lab.sentences import sentence
 from tumble.lab.session import Session, Shown
 from tumble.lab.stage import BACKGROUND, FOREIGN, Ghost, Stage
 from tumble.lab.ticks import Offer
+from tumble.scenarios.impulse import RayMissed
+from tumble.scenarios.published import VERTEX
+from tumble.scenarios.read import BadScene, catalogue
 
 FRAME_S, NUMBERS_S, CHART_S, PICTURE_S = 1 / 40, 0.12, 0.3, 20.0
 TICKS_S = 2.0  # after a page is opened: its many boxes are no part of the first picture

@@ -10,8 +10,6 @@ from typing import Any
 import numpy as np
 import viser
 
-from scenarios.published import table_4_1
-from scenarios.scene import Scene
 from tumble.lab.clock import SPEEDS
 from tumble.lab.guard import take_uploads_of
 from tumble.lab.magnify import MAGNIFIED
@@ -19,6 +17,8 @@ from tumble.lab.markup import folder_line, said
 from tumble.lab.pool import Contestant
 from tumble.lab.refusals import OWN_THROW
 from tumble.lab.ticks import Ticks
+from tumble.scenarios.published import table_4_1
+from tumble.scenarios.scene import Scene
 
 WORST = "worst of each"
 PLAY, PAUSE = "Play", "Pause"

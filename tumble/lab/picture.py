@@ -8,10 +8,10 @@ from typing import NamedTuple
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from reports.numerals import fixed
-from scenarios.format import visible
 from tumble.lab.pool import Contestant
 from tumble.lab.readings import ErrorRow, Reading
+from tumble.reports.numerals import fixed
+from tumble.scenarios.format import visible
 
 LINE, MARGIN, SQUARE = 18, 14, 11
 PAPER, INK = (255, 255, 255), (30, 30, 30)

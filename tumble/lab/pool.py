@@ -6,10 +6,10 @@ is slow, is ended, so that it keeps no later throw waiting.  An engine that take
 part when it is up: a contestant without a method learns by then which that is.  Of the processes that nobody uses a few
 stay, those used last, and the others are ended.
 
-The runner of studies (`compare.run.tasks`) does not fit here: it works through a list that is known when it begins,
-one process an engine, and stops all of them when one task is given up.  Here throws come while others run, each gives
-up its own runs alone, and one engine runs for several pages at once.  What a process is, what one run is, time limits
-and what happens to a process that died are the same: `launched` and `Participant.fly`.
+The runner of studies (`tumble.compare.run.tasks`) does not fit here: it works through a list that is known when it
+begins, one process an engine, and stops all of them when one task is given up.  Here throws come while others run, each
+gives up its own runs alone, and one engine runs for several pages at once.  What a process is, what one run is, time
+limits and what happens to a process that died are the same: `launched` and `Participant.fly`.
 """
 
 import threading
@@ -20,13 +20,13 @@ from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from typing import Self
 
-from compare.run.environments import located
-from compare.run.flight import Trajectory
-from compare.run.participants import AS_ASKED, DEFAULT, Participant, chosen, launched, titles, wanted
-from compare.run.registry import BadEngine, EngineInfo, is_file, names
-from compare.run.worker import Failure
-from scenarios.scene import Scene
+from tumble.compare.run.engines.environments import located
+from tumble.compare.run.engines.registry import BadEngine, EngineInfo, is_file, names
+from tumble.compare.run.flight import Trajectory
+from tumble.compare.run.participants import AS_ASKED, DEFAULT, Participant, chosen, launched, titles, wanted
+from tumble.compare.run.worker import Failure
 from tumble.lab.background import Workers
+from tumble.scenarios.scene import Scene
 
 HELD = "+held"
 READY_S = 10.0  # the longest that the page waits for an engine

@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 import viser
 
-from scenarios.frames import Array
-from scenarios.published import VERTEX, table_4_1
 from tumble.lab.space import Space
+from tumble.scenarios.frames import Array
+from tumble.scenarios.published import VERTEX, table_4_1
 
 APPLICATION, CALCULATED, TRUE = (27, 33, 39), (196, 40, 30), (110, 121, 131)
 SIZE = 0.03

@@ -5,11 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from compare.run.worker import Failure
-from scenarios.frames import Array
-from scenarios.scene import Impulse
+from tumble.compare.run.worker import Failure
 from tumble.lab.pool import Contestant
 from tumble.lab.throw import Throw
+from tumble.scenarios.frames import Array
+from tumble.scenarios.scene import Impulse
 
 RUNNING = "running"
 

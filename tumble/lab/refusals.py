@@ -2,9 +2,9 @@
 
 import re
 
-from compare.grade.columns import BadTrajectory
-from scenarios.impulse import RayMissed
-from scenarios.read import BadScene
+from tumble.compare.grade.read.columns import BadTrajectory
+from tumble.scenarios.impulse import RayMissed
+from tumble.scenarios.read import BadScene
 
 OWN_THROW = "Scene's own throw"  # the button
 CONTROLS = {"body.mass": "Mass", "body.size": "Size", "gravity": "Gravity", "step": "Step", "duration": "Duration"}

@@ -9,17 +9,17 @@ import zipfile
 from collections.abc import Sequence
 from pathlib import Path
 
-from compare.comparison.against_truth import Comparison
-from compare.tables.files import write_folder, write_whole
-from compare.tables.frames import csv_text, frame
-from compare.tables.runs import run_row
-from compare.tables.shared import RUNS
-from compare.tables.trajectory import trajectory_text
-from compare.tables.vertices import vertex_error_table
-from scenarios.read import read_scene
+from tumble.compare.comparison.against_truth import Comparison
+from tumble.compare.tables.files import write_folder, write_whole
+from tumble.compare.tables.frames import csv_text, frame
+from tumble.compare.tables.runs import run_row
+from tumble.compare.tables.shared import RUNS
+from tumble.compare.tables.trajectory import trajectory_text
+from tumble.compare.tables.vertices import vertex_error_table
 from tumble.lab.draft import Draft
 from tumble.lab.pool import Contestant
 from tumble.lab.throw import Throw
+from tumble.scenarios.read import read_scene
 
 
 class Saved:

@@ -4,12 +4,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from scenarios.published import VERTEX, table_4_1
 from tumble.lab.magnify import times
 from tumble.lab.markup import metres
 from tumble.lab.readings import ErrorRow, wrong
 from tumble.lab.refusals import OWN_THROW
 from tumble.lab.session import Session, Shown
+from tumble.scenarios.published import VERTEX, table_4_1
 
 
 def sentence(

@@ -10,11 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from compare.engines import SHIPPED
-from scenarios.frames import Array, vertices
-from scenarios.impulse import RayMissed, strike_point
-from scenarios.read import BadScene
-from scenarios.scene import Impulse
+from tumble.compare.engines import SHIPPED
 from tumble.lab.background import Job
 from tumble.lab.click import hit_point, impulse_table
 from tumble.lab.clock import Clock, pace
@@ -24,6 +20,10 @@ from tumble.lab.pool import Contestant, Pool
 from tumble.lab.refusals import OWN_THROW, Refused, in_words
 from tumble.lab.save import Saved
 from tumble.lab.throw import Throw
+from tumble.scenarios.frames import Array, vertices
+from tumble.scenarios.impulse import RayMissed, strike_point
+from tumble.scenarios.read import BadScene
+from tumble.scenarios.scene import Impulse
 
 START = "the start"  # what is shown where nothing has come in
 PATIENCE_S, LEAD_S = 5.0, 0.25  # a throw waits for its truth, in all; it goes before it, of watching

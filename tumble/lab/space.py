@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass
 
-from scenarios.frames import Array
-from scenarios.scene import Scene
+from tumble.scenarios.frames import Array
+from tumble.scenarios.scene import Scene
 
 
 @dataclass(frozen=True, eq=False)

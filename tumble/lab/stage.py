@@ -8,9 +8,6 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
-from scenarios import frames
-from scenarios.frames import Array
-from scenarios.scene import Impulse, Scene
 from tumble.lab import outline
 from tumble.lab.die import pips
 from tumble.lab.eye import FIELD_OF_VIEW, NARROW, Eye, axes, first_view
@@ -18,6 +15,9 @@ from tumble.lab.ground import Ground
 from tumble.lab.labels import labels
 from tumble.lab.printed import PrintedTable
 from tumble.lab.space import Space
+from tumble.scenarios import frames
+from tumble.scenarios.frames import Array
+from tumble.scenarios.scene import Impulse, Scene
 
 Colour = tuple[int, int, int]
 

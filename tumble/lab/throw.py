@@ -8,16 +8,16 @@ from functools import partial
 
 import numpy as np
 
-from compare.comparison.against_truth import Comparison, lost_m
-from compare.judge.errors import Run
-from compare.run.flight import Trajectory
-from compare.run.participants import Halted
-from compare.run.registry import BadEngine
-from compare.run.worker import Failure
-from scenarios.frames import Array
-from scenarios.scene import Scene
-from scenarios.truth import NoTruth, Truth, truth
+from tumble.compare.comparison.against_truth import Comparison, lost_m
+from tumble.compare.judge.errors import Run
+from tumble.compare.run.engines.registry import BadEngine
+from tumble.compare.run.flight import Trajectory
+from tumble.compare.run.participants import Halted
+from tumble.compare.run.worker import Failure
 from tumble.lab.pool import Contestant, Lease, Pool
+from tumble.scenarios.frames import Array
+from tumble.scenarios.scene import Scene
+from tumble.scenarios.truth import NoTruth, Truth, truth
 
 # Instants of a free flight's truth that are asked for at once: few at first, so that the body can begin to move.
 FIRST, MOST = 5, 40

@@ -3,8 +3,8 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from scenarios.scene import Scene
-    from scenarios.wrench import Wrench
+    from tumble.scenarios.scene import Scene
+    from tumble.scenarios.wrench import Wrench
 
 
 def held_wrench(scene: "Scene", method: str) -> "Wrench | None":
@@ -17,6 +17,6 @@ def held_wrench(scene: "Scene", method: str) -> "Wrench | None":
     kind, _, manner = method.partition("+")
     if not manner:
         raise NotImplementedError(f"{kind} has none of these laws itself; {kind}+held is given their force once a step")
-    from scenarios.wrench import wrench  # it may bring a compiler, which a free flight has no use for
+    from tumble.scenarios.wrench import wrench  # it may bring a compiler, which a free flight has no use for
 
     return wrench(scene)

@@ -5,15 +5,15 @@ from typing import Any
 
 import numpy as np
 
-from scenarios.frames import Array
-from scenarios.scene import Scene
-from scenarios.truth.bulk.kernel import Bodies
-from scenarios.truth.double_double import pairs
-from scenarios.truth.inertia import Numbers, principal
-from scenarios.truth.limit import OPPOSITE, PATTERNS, SHARES
-from scenarios.truth.rational import Fraction
-from scenarios.truth.rotation import exact
-from scenarios.truth.throw import Throw, changing, read_throw
+from tumble.scenarios.frames import Array
+from tumble.scenarios.scene import Scene
+from tumble.scenarios.truth.bulk.kernel import Bodies
+from tumble.scenarios.truth.double_double import pairs
+from tumble.scenarios.truth.inertia import Numbers, principal
+from tumble.scenarios.truth.limit import OPPOSITE, PATTERNS, SHARES
+from tumble.scenarios.truth.rational import Fraction
+from tumble.scenarios.truth.rotation import exact
+from tumble.scenarios.truth.throw import Throw, changing, read_throw
 
 Readings = list[list[Throw]]
 

@@ -1,16 +1,16 @@
 """Jacobi's functions and Carlson's integrals, written once for doubles and for numbers of 32 digits.
 
-The formulas and their sources are those of `scenarios.truth.elliptic`.  An angle is told by its cosine and sine, so
-that no inverse function is needed but once a throw.
+The formulas and their sources are those of `tumble.scenarios.truth.elliptic`.  An angle is told by its cosine and sine,
+so that no inverse function is needed but once a throw.
 """
 
 from typing import NamedTuple
 
 import numpy as np
 
-from scenarios.frames import Array
-from scenarios.truth.bulk.number import Number, bits, cos_sin, near, number, rest, root
-from scenarios.truth.compilation import inner
+from tumble.scenarios.frames import Array
+from tumble.scenarios.truth.bulk.number import Number, bits, cos_sin, near, number, rest, root
+from tumble.scenarios.truth.compilation import inner
 
 # More steps than the means, or a duplication, take for any modulus that doubles can hold.
 MOST = 20

@@ -9,14 +9,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from scenarios.frames import Array
-from scenarios.scene import Scene
-from scenarios.truth.bulk.bodies import bodies, readings
-from scenarios.truth.bulk.kernel import STATE, Bodies, Inputs, throws
-from scenarios.truth.limit import PATTERNS, SHARES, rounding, settle
-from scenarios.truth.rational import Fraction
-from scenarios.truth.rotation import exact
-from scenarios.truth.throw import read_throw
+from tumble.scenarios.frames import Array
+from tumble.scenarios.scene import Scene
+from tumble.scenarios.truth.bulk.bodies import bodies, readings
+from tumble.scenarios.truth.bulk.kernel import STATE, Bodies, Inputs, throws
+from tumble.scenarios.truth.limit import PATTERNS, SHARES, rounding, settle
+from tumble.scenarios.truth.rational import Fraction
+from tumble.scenarios.truth.rotation import exact
+from tumble.scenarios.truth.throw import read_throw
 
 # Digits of the principal axes, four times those of the flights; and vertices that a thread takes at a time.
 BITS, AT_A_TIME = 424, 2**18

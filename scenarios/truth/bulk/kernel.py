@@ -4,9 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from scenarios.frames import Array
-from scenarios.truth.bulk.elliptic import MOST
-from scenarios.truth.bulk.number import (
+from tumble.scenarios.frames import Array
+from tumble.scenarios.truth.bulk.elliptic import MOST
+from tumble.scenarios.truth.bulk.number import (
     Columns,
     Number,
     Vector,
@@ -19,9 +19,9 @@ from scenarios.truth.bulk.number import (
     root,
     vector,
 )
-from scenarios.truth.bulk.rotation import Moments, is_steady, polhode, spun, turned
-from scenarios.truth.compilation import inner, kernel
-from scenarios.truth.limit import OPPOSITE, PATTERNS, PROPORTIONAL, SMALL
+from tumble.scenarios.truth.bulk.rotation import Moments, is_steady, polhode, spun, turned
+from tumble.scenarios.truth.compilation import inner, kernel
+from tumble.scenarios.truth.limit import OPPOSITE, PATTERNS, PROPORTIONAL, SMALL
 
 # Where the numbers of a body stand: principal moments and their gaps, the principal axes along those of a state column
 # by column, and gravity.
@@ -182,7 +182,7 @@ def write_floor(
     """Write the largest move of a vertex when each number is changed by half its last bit [m], (R,), where it is not
 
     known yet and the moves for this share are a derivative; return whether it is known everywhere then.
-    start: pairs, (2, STATE); here, there: room for vertices; the rest as in `scenarios.truth.limit`.
+    start: pairs, (2, STATE); here, there: room for vertices; the rest as in `tumble.scenarios.truth.limit`.
     """
     bodies, share = inputs.bodies, inputs.shares[trial]
     rows, last = len(floor), READINGS - 1

@@ -15,11 +15,11 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic, make_attribute_wrapper, models, overload, register_model
 
-from scenarios.frames import Array
-from scenarios.truth import double_double
-from scenarios.truth.compilation import inner
-from scenarios.truth.double_double import Pair, add, minus, over, pairs, times
-from scenarios.truth.rational import Fraction
+from tumble.scenarios.frames import Array
+from tumble.scenarios.truth import double_double
+from tumble.scenarios.truth.compilation import inner
+from tumble.scenarios.truth.double_double import Pair, add, minus, over, pairs, times
+from tumble.scenarios.truth.rational import Fraction
 
 # 1/k! for the series of cosine and sine up to pi/4; the first that is left out is below 2^-107.
 TERMS = 28

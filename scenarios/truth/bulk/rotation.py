@@ -1,15 +1,15 @@
 """The closed form of a free rotation, written once for doubles and for numbers of 32 digits.
 
-The formulas and their sources are those of `scenarios.truth.rotation`.  Differences of moments come from the caller,
-right to their last digit, and what is subtracted here is never close but on the separatrix.
+The formulas and their sources are those of `tumble.scenarios.truth.rotation`.  Differences of moments come from the
+caller, right to their last digit, and what is subtracted here is never close but on the separatrix.
 """
 
 from typing import NamedTuple
 
 import numpy as np
 
-from scenarios.frames import Array
-from scenarios.truth.bulk.elliptic import (
+from tumble.scenarios.frames import Array
+from tumble.scenarios.truth.bulk.elliptic import (
     Unit,
     first_kind,
     jacobi,
@@ -18,7 +18,7 @@ from scenarios.truth.bulk.elliptic import (
     summed,
     third_kind_angle,
 )
-from scenarios.truth.bulk.number import (
+from tumble.scenarios.truth.bulk.number import (
     RIGHT_ANGLE,
     Columns,
     Number,
@@ -32,7 +32,7 @@ from scenarios.truth.bulk.number import (
     root,
     stretched,
 )
-from scenarios.truth.compilation import inner
+from tumble.scenarios.truth.compilation import inner
 
 
 class Moments(NamedTuple):

@@ -5,17 +5,17 @@ from typing import Any
 
 import numpy as np
 
-from scenarios.frames import Array
-from scenarios.scene import Scene
-from scenarios.truth.bulk.bodies import bodies, readings
-from scenarios.truth.bulk.flight import BITS, SHARE_OF_FLOOR, Flights, drawn, flown, off_by
-from scenarios.truth.bulk.kernel import STATE, Inputs
-from scenarios.truth.double_double import pairs
-from scenarios.truth.flight import Stretch, quaternion, stretches
-from scenarios.truth.inertia import inverse, principal
-from scenarios.truth.limit import SHARES, doubles, rounding
-from scenarios.truth.rotation import exact
-from scenarios.truth.throw import Throw
+from tumble.scenarios.frames import Array
+from tumble.scenarios.scene import Scene
+from tumble.scenarios.truth.bulk.bodies import bodies, readings
+from tumble.scenarios.truth.bulk.flight import BITS, SHARE_OF_FLOOR, Flights, drawn, flown, off_by
+from tumble.scenarios.truth.bulk.kernel import STATE, Inputs
+from tumble.scenarios.truth.double_double import pairs
+from tumble.scenarios.truth.flight import Stretch, quaternion, stretches
+from tumble.scenarios.truth.inertia import inverse, principal
+from tumble.scenarios.truth.limit import SHARES, doubles, rounding
+from tumble.scenarios.truth.rotation import exact
+from tumble.scenarios.truth.throw import Throw
 
 
 def one_flight(mp: Any, scene: Scene, row: int) -> Flights | None:

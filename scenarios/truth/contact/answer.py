@@ -4,13 +4,13 @@ from typing import Any
 
 import numpy as np
 
-from scenarios.forces import GRAVITY, PLANE, acting
-from scenarios.frames import Array
-from scenarios.scene import Body, Scene
-from scenarios.truth import NoTruth, Tell, told_vertices
-from scenarios.truth.contact.motion import Changed, Motion, changed_timelines, motion_of, moves_of, poses_of
-from scenarios.truth.contact.record import ContactRecord, recorded, state_of
-from scenarios.truth.limit import movement, rounding
+from tumble.scenarios.forces import GRAVITY, PLANE, acting
+from tumble.scenarios.frames import Array
+from tumble.scenarios.scene import Body, Scene
+from tumble.scenarios.truth import NoTruth, Tell, told_vertices
+from tumble.scenarios.truth.contact.motion import Changed, Motion, changed_timelines, motion_of, moves_of, poses_of
+from tumble.scenarios.truth.contact.record import ContactRecord, recorded, state_of
+from tumble.scenarios.truth.limit import movement, rounding
 
 HOW = "exact: closed forms between events, certified instants, Taylor series in the impulse"
 

@@ -11,12 +11,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from scenarios.frames import Array
-from scenarios.truth.contact.impact import velocity_at
-from scenarios.truth.contact.setting import Setting
-from scenarios.truth.flight import Arc, Pose
-from scenarios.truth.inertia import Numbers
-from scenarios.truth.rational import cross
+from tumble.scenarios.frames import Array
+from tumble.scenarios.truth.contact.impact import velocity_at
+from tumble.scenarios.truth.contact.setting import Setting
+from tumble.scenarios.truth.flight import Arc, Pose
+from tumble.scenarios.truth.inertia import Numbers
+from tumble.scenarios.truth.rational import cross
 
 # Of the body's size: the height at which Newton's steps take over, and for each radian turned, what doubles lose.
 NEAR, LOST_PER_RADIAN = 2.0**-36, 2.0**-48
@@ -30,7 +30,7 @@ class NoContactFound(Exception):
 
 
 class Flight:
-    """Free flight under gravity from a pose at an instant: the closed form of `scenarios.truth.flight`."""
+    """Free flight under gravity from a pose at an instant: the closed form of `tumble.scenarios.truth.flight`."""
 
     name = "flight"
 

@@ -4,9 +4,9 @@ from typing import Any
 
 import numpy as np
 
-from scenarios.truth.contact.setting import Setting
-from scenarios.truth.deadline import current
-from scenarios.truth.inertia import Numbers
+from tumble.scenarios.truth.contact.setting import Setting
+from tumble.scenarios.truth.deadline import current
+from tumble.scenarios.truth.inertia import Numbers
 
 # Terms per bit of the working precision.
 TERMS_PER_BIT = 0.36

@@ -8,13 +8,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from scenarios.truth.contact.face import turning_between
-from scenarios.truth.contact.impact import STICKS, Impact, velocity_at
-from scenarios.truth.contact.setting import Setting, length, unit
-from scenarios.truth.elliptic import JacobiFunctions
-from scenarios.truth.flight import Pose
-from scenarios.truth.inertia import Numbers
-from scenarios.truth.rational import cross
+from tumble.scenarios.truth.contact.face import turning_between
+from tumble.scenarios.truth.contact.impact import STICKS, Impact, velocity_at
+from tumble.scenarios.truth.contact.setting import Setting, length, unit
+from tumble.scenarios.truth.elliptic import JacobiFunctions
+from tumble.scenarios.truth.flight import Pose
+from tumble.scenarios.truth.inertia import Numbers
+from tumble.scenarios.truth.rational import cross
 
 # How far a motion may be from one in a plane, of its own size, by rounding.
 ROUNDED = 2.0**-40

@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from scenarios.truth.contact.approach import Flight
-from scenarios.truth.contact.setting import Setting, length, tangents, unit
-from scenarios.truth.contact.slip_flow import SlipFlow
-from scenarios.truth.flight import Pose
-from scenarios.truth.inertia import Numbers
-from scenarios.truth.rational import cross
+from tumble.scenarios.truth.contact.approach import Flight
+from tumble.scenarios.truth.contact.setting import Setting, length, tangents, unit
+from tumble.scenarios.truth.contact.slip_flow import SlipFlow
+from tumble.scenarios.truth.flight import Pose
+from tumble.scenarios.truth.inertia import Numbers
+from tumble.scenarios.truth.rational import cross
 
 # Of the lever of gravity: how far outside the touching points the pressure's centre may seem to be by rounding.
 ROUNDED = 2.0**-40

@@ -12,11 +12,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from scenarios.truth.contact.setting import Setting, tangents
-from scenarios.truth.contact.slip_flow import SlipFlow, outgoing, sticking_friction
-from scenarios.truth.flight import Pose
-from scenarios.truth.inertia import Numbers
-from scenarios.truth.rational import cross
+from tumble.scenarios.truth.contact.setting import Setting, tangents
+from tumble.scenarios.truth.contact.slip_flow import SlipFlow, outgoing, sticking_friction
+from tumble.scenarios.truth.flight import Pose
+from tumble.scenarios.truth.inertia import Numbers
+from tumble.scenarios.truth.rational import cross
 
 FRICTIONLESS, SLIPS, STICKS, REVERSES = "frictionless", "slips", "sticks", "slips back"
 

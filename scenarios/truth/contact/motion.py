@@ -5,15 +5,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from scenarios.frames import Array
-from scenarios.scene import Scene
-from scenarios.truth.contact.setting import Setting, read_setting
-from scenarios.truth.contact.timeline import Timeline, timeline
-from scenarios.truth.deadline import current
-from scenarios.truth.flight import Pose
-from scenarios.truth.limit import AGREEMENT, PATTERNS, movement
-from scenarios.truth.rational import Fraction
-from scenarios.truth.throw import Read, changing
+from tumble.scenarios.frames import Array
+from tumble.scenarios.scene import Scene
+from tumble.scenarios.truth.contact.setting import Setting, read_setting
+from tumble.scenarios.truth.contact.timeline import Timeline, timeline
+from tumble.scenarios.truth.deadline import current
+from tumble.scenarios.truth.flight import Pose
+from tumble.scenarios.truth.limit import AGREEMENT, PATTERNS, movement
+from tumble.scenarios.truth.rational import Fraction
+from tumble.scenarios.truth.throw import Read, changing
 
 # Bits of the rougher motion and of the finer, and what follows where they do not agree.
 PRECISIONS = (112, 168, 252, 378, 567)

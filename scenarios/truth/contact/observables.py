@@ -10,10 +10,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from scenarios.truth.contact.setting import Setting, length
-from scenarios.truth.contact.timeline import IMPACT, RESTS, ROLLS, STOPS, Event, Phase, Timeline
-from scenarios.truth.inertia import Numbers
-from scenarios.truth.rational import cross
+from tumble.scenarios.truth.contact.setting import Setting, length
+from tumble.scenarios.truth.contact.timeline import IMPACT, RESTS, ROLLS, STOPS, Event, Phase, Timeline
+from tumble.scenarios.truth.inertia import Numbers
+from tumble.scenarios.truth.rational import cross
 
 
 class Observed(NamedTuple):

@@ -8,12 +8,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from scenarios.frames import Array
-from scenarios.scene import Scene
-from scenarios.truth.contact.approach import Flight
-from scenarios.truth.contact.motion import motion_of
-from scenarios.truth.contact.record import state_of
-from scenarios.truth.contact.timeline import IMPACT
+from tumble.scenarios.frames import Array
+from tumble.scenarios.scene import Scene
+from tumble.scenarios.truth.contact.approach import Flight
+from tumble.scenarios.truth.contact.motion import motion_of
+from tumble.scenarios.truth.contact.record import state_of
+from tumble.scenarios.truth.contact.timeline import IMPACT
 
 
 class OneImpact(NamedTuple):

@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from scenarios.frames import Array
-from scenarios.truth.contact.impact import impact, velocity_at
-from scenarios.truth.contact.setting import Setting
-from scenarios.truth.flight import Pose
+from tumble.scenarios.frames import Array
+from tumble.scenarios.truth.contact.impact import impact, velocity_at
+from tumble.scenarios.truth.contact.setting import Setting
+from tumble.scenarios.truth.flight import Pose
 
 # Orders of single impacts are followed as long as this, and as many of them, at most.
 LONGEST_ORDER, MOST_ORDERS = 24, 256

@@ -5,10 +5,10 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from scenarios.truth.contact.approach import NoContactFound, motion_along, safe_step
-from scenarios.truth.contact.setting import Setting
-from scenarios.truth.flight import Pose
-from scenarios.truth.inertia import Numbers
+from tumble.scenarios.truth.contact.approach import NoContactFound, motion_along, safe_step
+from tumble.scenarios.truth.contact.setting import Setting
+from tumble.scenarios.truth.flight import Pose
+from tumble.scenarios.truth.inertia import Numbers
 
 SLIPS, LANDS = "slips", "lands"
 MOST_LOOKS = 20_000

@@ -4,12 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scenarios.frames import Array
-from scenarios.truth.contact.motion import Changed, Motion
-from scenarios.truth.contact.observables import observed
-from scenarios.truth.contact.outcomes import OutcomeSet, outcome_set
-from scenarios.truth.contact.timeline import Event
-from scenarios.truth.flight import Pose, quaternion
+from tumble.scenarios.frames import Array
+from tumble.scenarios.truth.contact.motion import Changed, Motion
+from tumble.scenarios.truth.contact.observables import observed
+from tumble.scenarios.truth.contact.outcomes import OutcomeSet, outcome_set
+from tumble.scenarios.truth.contact.timeline import Event
+from tumble.scenarios.truth.flight import Pose, quaternion
 
 
 @dataclass(frozen=True)

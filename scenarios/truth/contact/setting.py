@@ -1,17 +1,18 @@
 """One throw above a rigid plane, in numbers of the working precision: what every phase of its motion starts from.
 
-The file's numbers are read in fractions, as everywhere in `scenarios.truth`, and rounded once, to the context's digits.
+The file's numbers are read in fractions, as everywhere in `tumble.scenarios.truth`, and rounded once, to the context's
+digits.
 """
 
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from scenarios.scene import Scene
-from scenarios.truth.flight import Pose, Turning
-from scenarios.truth.inertia import Numbers, Principal, inverse, principal, square_root
-from scenarios.truth.rational import Fraction, cross
-from scenarios.truth.throw import Read, Throw, exact_numbers, read_throw
+from tumble.scenarios.scene import Scene
+from tumble.scenarios.truth.flight import Pose, Turning
+from tumble.scenarios.truth.inertia import Numbers, Principal, inverse, principal, square_root
+from tumble.scenarios.truth.rational import Fraction, cross
+from tumble.scenarios.truth.throw import Read, Throw, exact_numbers, read_throw
 
 # Of size and distances: a gap or, of speeds, a speed that the rounding of a file's numbers may have made of none.
 TOUCHING = 2.0**-46

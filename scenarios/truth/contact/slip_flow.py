@@ -22,7 +22,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from scenarios.truth.inertia import Numbers
+from tumble.scenarios.truth.inertia import Numbers
 
 # More bits than the answer is asked for, and half its bits: what rounding takes, and what long steps make of it.
 GUARD = 32

@@ -6,14 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from scenarios.truth.contact.approach import Flight
-from scenarios.truth.contact.driven_spin import DrivenSpin, turn_of
-from scenarios.truth.contact.impact import velocity_at
-from scenarios.truth.contact.setting import Setting, length, tangents
-from scenarios.truth.contact.slip_flow import SlipFlow, Step
-from scenarios.truth.flight import Pose
-from scenarios.truth.inertia import Numbers
-from scenarios.truth.rational import cross
+from tumble.scenarios.truth.contact.approach import Flight
+from tumble.scenarios.truth.contact.driven_spin import DrivenSpin, turn_of
+from tumble.scenarios.truth.contact.impact import velocity_at
+from tumble.scenarios.truth.contact.setting import Setting, length, tangents
+from tumble.scenarios.truth.contact.slip_flow import SlipFlow, Step
+from tumble.scenarios.truth.flight import Pose
+from tumble.scenarios.truth.inertia import Numbers
+from tumble.scenarios.truth.rational import cross
 
 
 def laid(setting: Setting, pose: Pose) -> Pose:

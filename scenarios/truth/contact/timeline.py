@@ -10,15 +10,15 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from scenarios.truth.contact import edge, face, sphere, top
-from scenarios.truth.contact.approach import Flight, NoContactFound, in_doubles, meeting, meets_near
-from scenarios.truth.contact.impact import Impact, impact, velocity_at
-from scenarios.truth.contact.pinned import LANDS, SLIPS, Failure, failure, hold, zero_of
-from scenarios.truth.contact.setting import TOUCHING, Setting, length
-from scenarios.truth.deadline import current
-from scenarios.truth.flight import Pose, lever
-from scenarios.truth.inertia import Numbers
-from scenarios.truth.rational import cross
+from tumble.scenarios.truth.contact import edge, face, sphere, top
+from tumble.scenarios.truth.contact.approach import Flight, NoContactFound, in_doubles, meeting, meets_near
+from tumble.scenarios.truth.contact.impact import Impact, impact, velocity_at
+from tumble.scenarios.truth.contact.pinned import LANDS, SLIPS, Failure, failure, hold, zero_of
+from tumble.scenarios.truth.contact.setting import TOUCHING, Setting, length
+from tumble.scenarios.truth.deadline import current
+from tumble.scenarios.truth.flight import Pose, lever
+from tumble.scenarios.truth.inertia import Numbers
+from tumble.scenarios.truth.rational import cross
 
 MOST_PHASES, MOST_IMPACTS = 4000, 60
 # How many of the impacts of a sphere that bounces steadily are events.

@@ -13,11 +13,11 @@ from typing import Any
 
 import numpy as np
 
-from scenarios.truth.contact.setting import Setting, length, unit
-from scenarios.truth.elliptic import Amplitude, JacobiFunctions
-from scenarios.truth.flight import Pose
-from scenarios.truth.inertia import Numbers, identity
-from scenarios.truth.rational import cross
+from tumble.scenarios.truth.contact.setting import Setting, length, unit
+from tumble.scenarios.truth.elliptic import Amplitude, JacobiFunctions
+from tumble.scenarios.truth.flight import Pose
+from tumble.scenarios.truth.inertia import Numbers, identity
+from tumble.scenarios.truth.rational import cross
 
 # How far a body may be from symmetric about the line from its tip to its centre, by rounding; how near the axis may
 # come to the vertical, where its angles lose their meaning.

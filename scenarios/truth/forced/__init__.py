@@ -5,6 +5,6 @@
 whole throw, and `limit` says how good the answer is.
 """
 
-from scenarios.truth.forced.limit import answer, flown
+from tumble.scenarios.truth.forced.limit import answer, flown
 
 __all__ = ["answer", "flown"]

@@ -13,12 +13,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from scenarios.frames import Array
-from scenarios.truth.compilation import kernel
-from scenarios.truth.double_double import add, minus, pairs, scaled, times
-from scenarios.truth.forced.laws import SIZE
-from scenarios.truth.forced.series import Program, expand
-from scenarios.truth.rational import Fraction
+from tumble.scenarios.frames import Array
+from tumble.scenarios.truth.compilation import kernel
+from tumble.scenarios.truth.double_double import add, minus, pairs, scaled, times
+from tumble.scenarios.truth.forced.laws import SIZE
+from tumble.scenarios.truth.forced.series import Program, expand
+from tumble.scenarios.truth.rational import Fraction
 
 ITERATIONS = 40
 # What an iteration may still change when it counts as done, in scales; by how much it has to shrink each time; from

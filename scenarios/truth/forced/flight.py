@@ -10,13 +10,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from scenarios.frames import Array
-from scenarios.truth.deadline import Deadline, current
-from scenarios.truth.double_double import fractions_of, pairs
-from scenarios.truth.flight import lever
-from scenarios.truth.forced.collocation import continued, slopes_by_state, solved, tableau
-from scenarios.truth.forced.laws import AXES, MOMENTUM, SIZE, Equations, V, X, equations
-from scenarios.truth.forced.passage import (
+from tumble.scenarios.frames import Array
+from tumble.scenarios.truth.deadline import Deadline, current
+from tumble.scenarios.truth.double_double import fractions_of, pairs
+from tumble.scenarios.truth.flight import lever
+from tumble.scenarios.truth.forced.collocation import continued, slopes_by_state, solved, tableau
+from tumble.scenarios.truth.forced.laws import AXES, MOMENTUM, SIZE, Equations, V, X, equations
+from tumble.scenarios.truth.forced.passage import (
     ARRIVED,
     CAUTION,
     LOST,
@@ -30,11 +30,11 @@ from scenarios.truth.forced.passage import (
     complete_step,
     integrate,
 )
-from scenarios.truth.forced.series import Program
-from scenarios.truth.forced.switches import ABOVE, HEIGHT, IDLE, PRESSING, THRUST
-from scenarios.truth.inertia import Numbers
-from scenarios.truth.rational import Fraction, cross
-from scenarios.truth.throw import Blow, Throw
+from tumble.scenarios.truth.forced.series import Program
+from tumble.scenarios.truth.forced.switches import ABOVE, HEIGHT, IDLE, PRESSING, THRUST
+from tumble.scenarios.truth.inertia import Numbers
+from tumble.scenarios.truth.rational import Fraction, cross
+from tumble.scenarios.truth.throw import Blow, Throw
 
 # Steps between two looks at the clock, and how many switches may come without an instant between them.
 AT_A_TIME, MOST_SWITCHES = 500, 200

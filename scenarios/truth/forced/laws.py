@@ -9,10 +9,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from scenarios.truth.forced.series import Expression, Program, Script
-from scenarios.truth.inertia import Numbers, inverse
-from scenarios.truth.rational import cross
-from scenarios.truth.throw import Ground, Spring, Throw
+from tumble.scenarios.truth.forced.series import Expression, Program, Script
+from tumble.scenarios.truth.inertia import Numbers, inverse
+from tumble.scenarios.truth.rational import cross
+from tumble.scenarios.truth.throw import Ground, Spring, Throw
 
 # Where the numbers of a state stand: x, v, the matrix of the axes row by row, L.
 X, V, AXES, MOMENTUM, SIZE = 0, 3, 6, 15, 18

@@ -10,15 +10,15 @@ from typing import Any
 
 import numpy as np
 
-from scenarios.frames import Array
-from scenarios.scene import Scene
-from scenarios.truth.flight import Pose
-from scenarios.truth.forced.flight import Budget, Pilot, length_of
-from scenarios.truth.forced.laws import AXES, MOMENTUM, V, X
-from scenarios.truth.forced.passage import Manner
-from scenarios.truth.inertia import inverse
-from scenarios.truth.limit import PATTERNS, TRUSTED, Answer, Flight, in_proportion
-from scenarios.truth.throw import Throw, changing, read_throw
+from tumble.scenarios.frames import Array
+from tumble.scenarios.scene import Scene
+from tumble.scenarios.truth.flight import Pose
+from tumble.scenarios.truth.forced.flight import Budget, Pilot, length_of
+from tumble.scenarios.truth.forced.laws import AXES, MOMENTUM, V, X
+from tumble.scenarios.truth.forced.passage import Manner
+from tumble.scenarios.truth.inertia import inverse
+from tumble.scenarios.truth.limit import PATTERNS, TRUSTED, Answer, Flight, in_proportion
+from tumble.scenarios.truth.throw import Throw, changing, read_throw
 
 # Of the numbers told: those of the two doubles that the integration keeps of each, and some for arithmetic.
 BITS = 128
@@ -91,8 +91,8 @@ def input_floor(
     """Return how far the vertices move when each number of the file moves by half its last bit [m], (R,), R <= known,
 
     and why there are not so many.  The numbers, the signs and their patterns are those of
-    `scenarios.truth.limit.input_floor`.  steps: those of the flight; where they are many, far instants, which may be
-    beyond the horizon, are not tried before near ones.
+    `tumble.scenarios.truth.limit.input_floor`.  steps: those of the flight; where they are many, far instants, which
+    may be beyond the horizon, are not tried before near ones.
     """
     floor, budget = np.empty(0), Budget()
     for manner, share in changes:

@@ -4,12 +4,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from scenarios.frames import Array
-from scenarios.truth.compilation import inner, kernel
-from scenarios.truth.double_double import add, minus, over, scaled
-from scenarios.truth.forced.laws import AXES, MOMENTUM, SIZE, V
-from scenarios.truth.forced.series import Program, expand, value_at
-from scenarios.truth.forced.switches import NEVER, corrected, next_switch
+from tumble.scenarios.frames import Array
+from tumble.scenarios.truth.compilation import inner, kernel
+from tumble.scenarios.truth.double_double import add, minus, over, scaled
+from tumble.scenarios.truth.forced.laws import AXES, MOMENTUM, SIZE, V
+from tumble.scenarios.truth.forced.series import Program, expand, value_at
+from tumble.scenarios.truth.forced.switches import NEVER, corrected, next_switch
 
 ARRIVED, SWITCHED, UNDERWAY, LOST = 0, 1, 2, 3
 # Of what the tolerance would allow; and how much longer a step may be than the one before.

@@ -11,10 +11,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from scenarios.frames import Array
-from scenarios.truth.compilation import inlined, inner
-from scenarios.truth.double_double import add, over, pairs, root, times, two_product, two_sum
-from scenarios.truth.rational import Fraction
+from tumble.scenarios.frames import Array
+from tumble.scenarios.truth.compilation import inlined, inner
+from tumble.scenarios.truth.double_double import add, over, pairs, root, times, two_product, two_sum
+from tumble.scenarios.truth.rational import Fraction
 
 LINEAR, PRODUCT, QUOTIENT, ROOT = 0, 1, 2, 3
 

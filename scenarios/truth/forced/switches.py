@@ -8,10 +8,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from scenarios.frames import Array
-from scenarios.truth.compilation import inner
-from scenarios.truth.double_double import Pair, minus
-from scenarios.truth.forced.series import value_at
+from tumble.scenarios.frames import Array
+from tumble.scenarios.truth.compilation import inner
+from tumble.scenarios.truth.double_double import Pair, minus
+from tumble.scenarios.truth.forced.series import value_at
 
 ABOVE, PRESSING, IDLE = 0, 1, 2
 NEVER = -1.0

@@ -7,17 +7,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from compare.ablation.optional_features import EVERYTHING, AblationRow, Build, Pair, ablate, apart_m, measured
-from compare.run.flight import Trajectory
-from compare.run.participants import launched
-from compare.run.readings import Reading, Sampling
-from compare.run.timer import Ready
-from compare.run.timing import Cost
-from compare.run.worker import Failure
-from reports.ablation import band, others, times
-from scenarios.needs import needs
-from scenarios.read import read_scene
 from tumble.__main__ import main
+from tumble.compare.ablation.optional_features import EVERYTHING, AblationRow, Build, Pair, ablate, apart_m, measured
+from tumble.compare.run.flight import Trajectory
+from tumble.compare.run.participants import launched
+from tumble.compare.run.timing.readings import Reading, Sampling
+from tumble.compare.run.timing.timer import Ready
+from tumble.compare.run.timing.timing import Cost
+from tumble.compare.run.worker import Failure
+from tumble.reports.ablation import band, others, times
+from tumble.scenarios.needs import needs
+from tumble.scenarios.read import read_scene
 
 PLUGINS = Path(__file__).parents[2] / "plugins"
 SPARING, MINE = str(PLUGINS / "sparing.py"), str(PLUGINS / "mine.py")

@@ -20,22 +20,22 @@ import pandas as pd
 import pytest
 from patience import PATIENCE_S, without_progress
 
-from compare.check.changes import Outcome, hold_against, within
-from compare.check.junit import junit
-from compare.check.markdown import MOST_CHARACTERS, summary
-from compare.check.record import FORMAT, BadRecord, Record, read_record, texts
-from compare.check.schemas import CELLS, QUESTIONS, TIMES, CellRow, QuestionRow, TimeRow
-from compare.check.times import nearer
-from compare.check.tolerances import BadTolerance, Tolerances, read_tolerances
-from compare.check.words import behaviours
-from compare.judge.ladder import one_order
-from compare.judge.trend import trend
-from compare.tables.files import write_folder
-from compare.tables.frames import frame
-from compare.tables.frames import rows as rows_of
-from compare.tables.shared import ENGINES, EngineRow, worded
-from solver.registry import METHODS
 from tumble.commands import check as check_command
+from tumble.compare.check.changes import Outcome, hold_against, within
+from tumble.compare.check.junit import junit
+from tumble.compare.check.markdown import MOST_CHARACTERS, summary
+from tumble.compare.check.record import FORMAT, BadRecord, Record, read_record, texts
+from tumble.compare.check.schemas import CELLS, QUESTIONS, TIMES, CellRow, QuestionRow, TimeRow
+from tumble.compare.check.times import nearer
+from tumble.compare.check.tolerances import BadTolerance, Tolerances, read_tolerances
+from tumble.compare.check.words import behaviours
+from tumble.compare.judge.ladder import one_order
+from tumble.compare.judge.trend import trend
+from tumble.compare.tables.files import write_folder
+from tumble.compare.tables.frames import frame
+from tumble.compare.tables.frames import rows as rows_of
+from tumble.compare.tables.shared import ENGINES, EngineRow, worded
+from tumble.solver.registry import METHODS
 
 ROOT = Path(__file__).parents[3]
 MINE = (ROOT / "tests/plugins/mine.py").read_text(encoding="utf-8")

@@ -2,11 +2,11 @@
 
 import pytest
 
-from compare.comparison.against_truth import compare
-from compare.comparison.results import comparison_tables
-from compare.run.participants import launched
-from reports.comparison_text import comparison_text
-from scenarios.read import read_scene
+from tumble.compare.comparison.against_truth import compare
+from tumble.compare.comparison.results import comparison_tables
+from tumble.compare.run.participants import launched
+from tumble.reports.comparison_text import comparison_text
+from tumble.scenarios.read import read_scene
 
 
 def test_every_throw_is_written_and_told_of():

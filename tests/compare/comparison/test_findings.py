@@ -1,9 +1,9 @@
 """What a comparison found, from planted rows."""
 
-from compare.comparison.findings import agreement_findings, column_findings, error_findings
-from compare.comparison.table_4_1 import BudgetRow
-from compare.judge.agreement import AgreementRow
-from compare.tables.shared import RunRow
+from tumble.compare.comparison.findings import agreement_findings, column_findings, error_findings
+from tumble.compare.comparison.table_4_1 import BudgetRow
+from tumble.compare.judge.agreement import AgreementRow
+from tumble.compare.tables.shared import RunRow
 
 
 def run(engine: str, method: str, error_m: float | None, limit_m: float | None = 1e-12, status: str = "ok") -> RunRow:

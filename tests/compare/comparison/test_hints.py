@@ -2,8 +2,8 @@
 
 import pytest
 
-from compare.comparison.hints import hints
-from scenarios.read import catalogue, read_scene
+from tumble.compare.comparison.hints import hints
+from tumble.scenarios.read import catalogue, read_scene
 
 SCENE = """
 title = "tied"

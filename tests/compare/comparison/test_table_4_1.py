@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from compare.comparison.against_truth import compare
-from compare.comparison.table_4_1 import budget_rows, published_rows
-from compare.run.participants import launched
-from scenarios.published import VERTEX, table_4_1
-from scenarios.read import read_scene
-from scenarios.truth import truth
+from tumble.compare.comparison.against_truth import compare
+from tumble.compare.comparison.table_4_1 import budget_rows, published_rows
+from tumble.compare.run.participants import launched
+from tumble.scenarios.published import VERTEX, table_4_1
+from tumble.scenarios.read import read_scene
+from tumble.scenarios.truth import truth
 
 
 @pytest.fixture(scope="module")

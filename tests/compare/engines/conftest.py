@@ -1,5 +1,5 @@
 """Newton's tests are there where it is installed; in CI it is not, for its kernels compile for minutes."""
 
-from compare.run.environments import environments
+from tumble.compare.run.engines.environments import environments
 
 collect_ignore = [] if any(one.engine == "newton" for one in environments()) else ["test_newton.py"]

@@ -3,9 +3,9 @@
 import pytest
 from apart import engine
 
-from compare.judge.errors import Run
-from scenarios.read import read_scene
-from scenarios.truth import truth
+from tumble.compare.judge.errors import Run
+from tumble.scenarios.read import read_scene
+from tumble.scenarios.truth import truth
 
 STEPS = (0.02, 0.01)  # long enough that no rounding shows
 HELD = (
@@ -63,7 +63,7 @@ def test_drakes_simulator_as_it_ships_and_what_it_cannot_be_told():
 def beside(contestant: str):
     from contextlib import contextmanager
 
-    from compare.run.participants import launched
+    from tumble.compare.run.participants import launched
 
     @contextmanager
     def one():

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from apart import broken_laws, engine, flight, throw
 
-from compare.judge.errors import Run
-from compare.run.brick import scene
-from compare.run.worker import Failure
-from scenarios.frames import rotation_matrix
-from scenarios.truth import truth
+from tumble.compare.judge.errors import Run
+from tumble.compare.run.engines.brick import scene
+from tumble.compare.run.worker import Failure
+from tumble.scenarios.frames import rotation_matrix
+from tumble.scenarios.truth import truth
 
 MOMENTS = (1.0, 2.0, 3.0)
 START = throw(w=(0.2, 1.0, 0.3))

@@ -1,4 +1,4 @@
-"""Tethers, drag and floors in the engines: by the laws of scenarios.scene, to the order of their methods.
+"""Tethers, drag and floors in the engines: by the laws of tumble.scenarios.scene, to the order of their methods.
 
 The reference is written here in rotation matrices, by the definitions; no engine and no truth of ours has a part in it.
 """
@@ -19,13 +19,13 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 from triaxial import GRAVITY, MASS, MOMENTS, THROWS, scene
 
-from compare.run.participants import Participant, chosen
-from compare.run.registry import engine_info
-from compare.run.worker import Failure, Worker
-from scenarios.frames import Array, rotation_matrix, vertices
-from scenarios.mass import BOX_FACES, box_corners
-from scenarios.scene import Body, Drag, Floor, Scene, Tether, frozen_array
-from scenarios.wrench import wrench
+from tumble.compare.run.engines.registry import engine_info
+from tumble.compare.run.participants import Participant, chosen
+from tumble.compare.run.worker import Failure, Worker
+from tumble.scenarios.frames import Array, rotation_matrix, vertices
+from tumble.scenarios.mass import BOX_FACES, box_corners
+from tumble.scenarios.scene import Body, Drag, Floor, Scene, Tether, frozen_array
+from tumble.scenarios.wrench import wrench
 
 T = 0.2  # s
 EPS = np.finfo(float).eps
@@ -127,7 +127,7 @@ def contestants(*names: str):
     """Yield every method of these engines, FORCED ones too, that can fly a law."""
     for name in names:
         pytest.importorskip(name)
-        engine = import_module(f"compare.engines.{name}")
+        engine = import_module(f"tumble.compare.engines.{name}")
         plain = engine.METHODS if name == "mujoco" else ()
         for method in (*plain, *engine.FORCED):
             yield pytest.param(engine, method, id=f"{name}:{method}")
@@ -135,7 +135,7 @@ def contestants(*names: str):
 
 def engine_of(name: str) -> ModuleType:
     pytest.importorskip(name)
-    return import_module(f"compare.engines.{name}")
+    return import_module(f"tumble.compare.engines.{name}")
 
 
 @pytest.mark.parametrize("name", FORCES)
@@ -436,7 +436,7 @@ def test_a_free_flight_brings_no_compiler(name):
 import sys
 sys.path.insert(0, "tests/support")
 from triaxial import scene
-from compare.engines import {name} as engine
+from tumble.compare.engines import {name} as engine
 engine.build(scene(), engine.METHODS[0])
 print("numba" in sys.modules)
 """

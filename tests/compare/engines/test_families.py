@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from apart import engine, throw
 
-from compare.judge import mechanics
-from compare.judge.family import family
-from compare.run.brick import scene
-from compare.run.participants import launched
-from scenarios.read import read_scene
+from tumble.compare.judge import mechanics
+from tumble.compare.judge.family import family
+from tumble.compare.run.engines.brick import scene
+from tumble.compare.run.participants import launched
+from tumble.scenarios.read import read_scene
 
 DOCS = Path(__file__).parents[3] / "docs"
 QUESTION = replace(

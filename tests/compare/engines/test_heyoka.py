@@ -8,11 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from triaxial import GRAVITY, MOMENTS, SIZE, THROWS, scene
 
-from scenarios.frames import vertices
-from scenarios.scene import frozen_array
-from scenarios.truth import truth
+from tumble.scenarios.frames import vertices
+from tumble.scenarios.scene import frozen_array
+from tumble.scenarios.truth import truth
 
-engine = pytest.importorskip("compare.engines.heyoka")
+engine = pytest.importorskip("tumble.compare.engines.heyoka")
 heyoka = engine.heyoka
 
 FLIGHT_S = 3.0

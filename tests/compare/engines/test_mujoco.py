@@ -11,9 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from triaxial import GRAVITY, MASS, MOMENTS, THROWS, scene
 
-from scenarios.frames import Array, quaternion_product, rotation_matrix
+from tumble.scenarios.frames import Array, quaternion_product, rotation_matrix
 
-engine = pytest.importorskip("compare.engines.mujoco")
+engine = pytest.importorskip("tumble.compare.engines.mujoco")
 mujoco = engine.mujoco
 
 METHODS = pytest.mark.parametrize("method", engine.METHODS)
@@ -226,7 +226,7 @@ mujoco.mj_step(model, data)
         run = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, check=True, env={"PYTHONPATH": root})
         return run.stdout + run.stderr, [path.name for path in tmp_path.iterdir()]
 
-    assert said("import compare.engines.mujoco" + blow_up) == ("", [])
+    assert said("import tumble.compare.engines.mujoco" + blow_up) == ("", [])
     printed, files = said(blow_up)
     assert "WARNING" in printed
     assert files == ["MUJOCO_LOG.TXT"]

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from apart import broken_laws, engine, flight, throw
 
-from compare.run.brick import scene
-from compare.run.participants import launched
+from tumble.compare.run.engines.brick import scene
+from tumble.compare.run.participants import launched
 
 EPS = float(np.finfo(np.float32).eps)
 MOMENTS = np.array([1.0, 2.0, 3.0])

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 from apart import broken_laws, engine, flight, throw
 
-from compare.judge.errors import Run
-from compare.run import environments, installing
-from compare.run.installing import install
-from compare.run.participants import launched
-from compare.run.registry import BadEngine, names, package
-from scenarios.read import read_scene
-from scenarios.truth import truth
+from tumble.compare.judge.errors import Run
+from tumble.compare.run.engines import environments, installing
+from tumble.compare.run.engines.installing import install
+from tumble.compare.run.engines.registry import BadEngine, names, package
+from tumble.compare.run.participants import launched
+from tumble.scenarios.read import read_scene
+from tumble.scenarios.truth import truth
 
 ENGINES = [name for name in names() if package(name).installer == "npm"]
 MOMENTS = (1.0, 2.0, 3.0)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from apart import broken_laws, engine, flight, throw
 
-from scenarios.frames import rotation_matrix
+from tumble.scenarios.frames import rotation_matrix
 
 MOMENTS = np.array((1.0, 2.0, 3.0))
 SPIN = (0.2, 1.0, 0.3)

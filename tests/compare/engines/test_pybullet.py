@@ -13,9 +13,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from triaxial import GRAVITY, MASS, MOMENTS, THROWS, scene
 
-from scenarios.frames import Array, rotation_matrix
+from tumble.scenarios.frames import Array, rotation_matrix
 
-engine = pytest.importorskip("compare.engines.pybullet")
+engine = pytest.importorskip("tumble.compare.engines.pybullet")
 pybullet = engine.pybullet
 
 METHODS = pytest.mark.parametrize("method", engine.METHODS)
@@ -277,13 +277,13 @@ def test_importing_it_prints_nothing():
         return run.stdout + run.stderr
 
     assert "build time" in printed("pybullet")
-    assert printed("compare.engines.pybullet") == ""
+    assert printed("tumble.compare.engines.pybullet") == ""
 
 
 @pytest.mark.parametrize(("method", "twin", "drift"), [("multibody", "euler", 1), ("rigidbody", "implicit", -1)])
 def test_agreement_with_mujoco_is_no_evidence(method, twin, drift):
     """Each agrees with its twin in MuJoCo to rounding while both gain, or lose, energy that a free body keeps."""
-    mujoco_engine = pytest.importorskip("compare.engines.mujoco")
+    mujoco_engine = pytest.importorskip("tumble.compare.engines.mujoco")
     states = engine.read(thrown(method, THROWS, (400, 0.01)))
     world = mujoco_engine.build(scene(), twin)
     mujoco_engine.write(world, THROWS)

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from apart import broken_laws, engine, flight, throw
 
-from compare.stability.modes import stiffest_mode
-from compare.stability.theory import theory
-from scenarios.frames import rotation_matrix
-from scenarios.read import read_scene
+from tumble.compare.stability.modes import stiffest_mode
+from tumble.compare.stability.theory import theory
+from tumble.scenarios.frames import rotation_matrix
+from tumble.scenarios.read import read_scene
 
 MOMENTS = (1.0, 2.0, 3.0)
 SPIN = (0.2, 1.0, 0.3)

@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 from triaxial import GRAVITY, SIZE, THROWS, scene
 
-from compare.engines import scipy as engine
-from scenarios.frames import Array, vertices
-from scenarios.scene import Scene, frozen_array
-from scenarios.truth import truth
+from tumble.compare.engines import scipy as engine
+from tumble.scenarios.frames import Array, vertices
+from tumble.scenarios.scene import Scene, frozen_array
+from tumble.scenarios.truth import truth
 
 FLIGHT_S = 3.0
 RADIUS_M = np.linalg.norm(SIZE) / 2
@@ -42,7 +42,7 @@ def test_every_bit_is_that_of_solve_ivp(steps, exponent):
     tolerance = 10.0**-exponent
     world = thrown(f"dop853@{tolerance!r}", THROWS[:1], gravity=GRAVITY)
     y0 = world.motions[0].copy()
-    scale = np.repeat([1.0, np.linalg.norm(y0[4:7])], [4, 3])
+    scale = np.repeat([1.0, np.linalg.norm(y0[4:7])], [4, 3])  # pyright: ignore[reportCallIssue]
     for n, dt in steps:
         engine.advance(world, n, dt)
         bare = solve_ivp(world.slope, (0.0, world.elapsed), y0, "DOP853", rtol=tolerance, atol=tolerance * scale)

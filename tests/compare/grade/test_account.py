@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from compare.grade.account import ALONG_ARCS, FINE, STRAIGHT, Clock, Stroke, truthful, with_writing
-from compare.grade.kernel.laws import (
+from tumble.compare.grade.model.account import ALONG_ARCS, FINE, STRAIGHT, Clock, Stroke, truthful, with_writing
+from tumble.compare.grade.model.kernel.laws import (
     EXPLICIT,
     EXPONENTIALLY,
     IMPLICITLY,
@@ -16,8 +16,8 @@ from compare.grade.kernel.laws import (
     QUATERNION,
     Scheme,
 )
-from scenarios.read import read_scene
-from scenarios.truth import truth
+from tumble.scenarios.read import read_scene
+from tumble.scenarios.truth import truth
 
 TIMES = np.array([0.1, 0.25, 0.5])
 STRAIGHT_FALL, TUMBLE = read_scene("die-straight"), read_scene("die-vertex")

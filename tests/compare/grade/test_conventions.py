@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from compare.grade.conventions import matrix_of
-from scenarios.read import read_scene
 from tumble.__main__ import main
+from tumble.compare.grade.read.conventions import matrix_of
+from tumble.scenarios.read import read_scene
 
 SCENE = "two-hits"
 # What takes our vectors to theirs.

@@ -8,11 +8,11 @@ from pathlib import Path
 import pytest
 from programs import Program, fly, read, write
 
-from compare.grade.damped import as_rate
-from compare.grade.kernel.laws import EXPONENTIALLY, IMPLICITLY, LINEARLY
-from compare.grade.verdict import EXPLAINED_WHOLLY, grade
-from reports.grade import evidence
-from scenarios.read import read_scene, scene_path
+from tumble.compare.grade.grade import EXPLAINED_WHOLLY, grade
+from tumble.compare.grade.model.kernel.laws import EXPONENTIALLY, IMPLICITLY, LINEARLY
+from tumble.compare.grade.search.damped import as_rate
+from tumble.reports.grade import evidence
+from tumble.scenarios.read import read_scene, scene_path
 
 FORMS = {"factor": LINEARLY, "exp": EXPONENTIALLY, "implicit": IMPLICITLY}
 METRES = {"m": 1.0, "mm": 1e-3, "µm": 1e-6, "nm": 1e-9, "pm": 1e-12, "fm": 1e-15}

@@ -1,8 +1,8 @@
 """Which of many explanations is told: not one that is padded, and one of each kind."""
 
-from compare.grade.diagnosis import LEAST_HELP, MUCH_HELP, _distinct, _is_padded
-from compare.grade.explanation import Explanation, Mistake
-from compare.grade.hypotheses import Hypothesis
+from tumble.compare.grade.hypotheses.explanation import Explanation, Mistake
+from tumble.compare.grade.hypotheses.hypothesis import Hypothesis
+from tumble.compare.grade.search.diagnosis import LEAST_HELP, MUCH_HELP, _distinct, _is_padded
 
 
 def explanation(names, weighed_m, nothing=False):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from compare.grade.digits import alike, digits, rounded_times
+from tumble.compare.grade.read.digits import alike, digits, rounded_times
 
 
 def test_figures_of_a_fixed_format_leave_half_of_their_last_place_open():

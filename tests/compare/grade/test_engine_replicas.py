@@ -8,9 +8,9 @@ from apart import engine
 from programs import read, write
 from replicas import Replica, midpoint, none, rescaled
 
-from compare.grade.verdict import EXPLAINED_WHOLLY, grade
-from scenarios.read import read_scene
 from tumble.__main__ import main
+from tumble.compare.grade.grade import EXPLAINED_WHOLLY, grade
+from tumble.scenarios.read import read_scene
 
 SCENE = """
 title = "replica"

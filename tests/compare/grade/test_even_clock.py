@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from programs import Program, fly, read, write
 
-from compare.grade.even_clock import even_clock, meant
-from compare.grade.foreign import Trajectory
-from compare.grade.reference import Reference
-from compare.grade.residual import measure
-from compare.grade.verdict import CORRECT_TO_DIGITS, EXPLAINED_WHOLLY, grade
-from scenarios.read import read_scene, scene_path
+from tumble.compare.grade.grade import CORRECT_TO_DIGITS, EXPLAINED_WHOLLY, grade
+from tumble.compare.grade.measure.residual import measure
+from tumble.compare.grade.model.reference import Reference
+from tumble.compare.grade.read.even_clock import even_clock, meant
+from tumble.compare.grade.read.foreign import Trajectory
+from tumble.scenarios.read import read_scene, scene_path
 
 SCENE = "two-hits"
 

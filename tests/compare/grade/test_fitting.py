@@ -4,10 +4,10 @@ from typing import Any, cast
 
 import pytest
 
-from compare.grade.explanation import Mistake, value_of
-from compare.grade.fitting import Fitter
-from compare.grade.flights import Flights
-from compare.grade.hypotheses import Hypothesis
+from tumble.compare.grade.hypotheses.explanation import Mistake, value_of
+from tumble.compare.grade.hypotheses.hypothesis import Hypothesis
+from tumble.compare.grade.search.fitting import Fitter
+from tumble.compare.grade.search.flights import Flights
 
 
 def hypothesis(name, values=(), **said):

@@ -14,11 +14,11 @@ from apart import engine
 from patience import PATIENCE_S
 from scipy.spatial.transform import Rotation
 
-from compare.grade.cells import LOOKED_AT
-from compare.grade.foreign import Trajectory
-from compare.grade.residual import measure
-from scenarios.read import read_scene
 from tumble.__main__ import main
+from tumble.compare.grade.measure.residual import measure
+from tumble.compare.grade.read.cells import LOOKED_AT
+from tumble.compare.grade.read.foreign import Trajectory
+from tumble.scenarios.read import read_scene
 
 SCENE = "two-hits"
 POSE = ["t_s", "x_m", "y_m", "z_m", "qw", "qx", "qy", "qz"]

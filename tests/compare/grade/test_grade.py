@@ -1,7 +1,6 @@
 """Files that other programs wrote, through the command: what they are held against, and which mistake is named."""
 
 import csv
-import importlib.util
 import subprocess
 import sys
 from pathlib import Path
@@ -10,10 +9,11 @@ import numpy as np
 import pytest
 from patience import PATIENCE_S
 
-from compare.grade import verdict
-from compare.grade.columns import UNITS
-from scenarios.published import VERTEX, table_4_1
+from tools import confusion
 from tumble.__main__ import main
+from tumble.compare.grade import grade as verdict
+from tumble.compare.grade.read.columns import UNITS
+from tumble.scenarios.published import VERTEX, table_4_1
 
 
 def fly(contestant, path):
@@ -161,22 +161,13 @@ def test_the_page_has_every_unit():
     assert said["angular"] == list(UNITS["rate"])
 
 
-@pytest.fixture(scope="module")
-def confusion():
-    spec = importlib.util.spec_from_file_location("confusion", DOCS / "confusion.py")
-    script = importlib.util.module_from_spec(spec)
-    sys.modules["confusion"] = script  # dataclasses look there for their module
-    spec.loader.exec_module(script)
-    return script
-
-
 def confusion_rows():
     with (DOCS / "confusion.csv").open(newline="") as file:
         return list(csv.DictReader(file))
 
 
 @pytest.mark.parametrize("number", [0, 1, 2, 3, -2, -1])
-def test_the_confusion_table_is_what_its_script_makes(confusion, number):
+def test_the_confusion_table_is_what_its_script_makes(number):
     shown = confusion_rows()[number]
     made = confusion.confused((int(shown["mistakes"]), int(shown["scene"])))
     values = shown["values"].removeprefix("'")  # the mark of a cell that a spreadsheet would run: it begins with -

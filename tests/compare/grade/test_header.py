@@ -2,8 +2,8 @@
 
 import pytest
 
-from compare.grade.columns import MATRIX, BadTrajectory
-from compare.grade.header import layout, shown
+from tumble.compare.grade.read.columns import MATRIX, BadTrajectory
+from tumble.compare.grade.read.header import layout, shown
 
 POSE = ["t_s", "x_m", "y_m", "z_m", "qw", "qx", "qy", "qz"]
 

@@ -1,26 +1,15 @@
 """The held-out half of docs/confusion.md: what its table says is what its script finds, and what its page counts."""
 
 import csv
-import importlib.util
-import sys
 from pathlib import Path
 
 import planted
 import pytest
 import unnamed
 
+from tools import heldout
+
 DOCS = Path(__file__).parents[3] / "docs"
-
-
-@pytest.fixture(scope="module")
-def heldout():
-    before = list(sys.path)
-    spec = importlib.util.spec_from_file_location("heldout", DOCS / "heldout.py")
-    script = importlib.util.module_from_spec(spec)
-    sys.modules["heldout"] = script  # dataclasses look there for their module
-    spec.loader.exec_module(script)
-    yield script
-    sys.path[:] = before
 
 
 @pytest.fixture(scope="module")
@@ -30,14 +19,14 @@ def shown():
 
 
 @pytest.mark.parametrize("number", [0, -1])
-def test_a_planted_row_is_what_the_script_makes(heldout, shown, number):
+def test_a_planted_row_is_what_the_script_makes(shown, number):
     row = [row for row in shown if row["source"] == "planted"][number]
     made = heldout.planted((row["source"], row["case"], row["scene"]))
     assert (made.judged, made.verdict) == (row["judged"], row["verdict"])
     assert made.max_error_m == pytest.approx(float(row["max_error_m"]), rel=1e-4)  # six figures are written
 
 
-def test_every_mistake_is_in_the_table_and_the_page_counts_them(heldout, shown):
+def test_every_mistake_is_in_the_table_and_the_page_counts_them(shown):
     own = [row for row in shown if row["source"] == "planted"]
     assert {(row["case"], row["scene"]) for row in own} == {
         (mistake, scene) for mistake in heldout.MISTAKES for scene in heldout.SCENES
@@ -51,7 +40,7 @@ def test_every_mistake_with_a_name_is_in_the_table(shown):
     assert sorted(named) == sorted((mistake, case.scene) for mistake, case in planted.CASES.items())
 
 
-def test_what_was_told_firmly_of_what_is_held_out_was_right_as_the_pages_say(heldout, shown):
+def test_what_was_told_firmly_of_what_is_held_out_was_right_as_the_pages_say(shown):
     held_out = [row for row in shown if row["source"] in (heldout.UNNAMED, heldout.NAMED, heldout.LEFT_OUT)]
     firm = [row for row in held_out if row["verdict"] == heldout.EXPLAINED_WHOLLY]
     right = sum(not row["judged"].startswith("wrong") for row in firm)
@@ -62,7 +51,7 @@ def test_what_was_told_firmly_of_what_is_held_out_was_right_as_the_pages_say(hel
         assert said in page.read_text(encoding="utf-8"), page
 
 
-def test_the_spoilt_program_is_right_but_for_its_mistake(heldout, tmp_path):
+def test_the_spoilt_program_is_right_but_for_its_mistake(tmp_path):
     """What is judged is the mistake, not the program: without one its file is correct to its digits."""
     scene = heldout.SCENES["struck"]
     throw = heldout.read(scene)
@@ -83,6 +72,6 @@ def test_the_spoilt_program_is_right_but_for_its_mistake(heldout, tmp_path):
         "edges in another order",
     ],
 )
-def test_a_mistake_with_a_name_is_named_alone(heldout, mistake):
+def test_a_mistake_with_a_name_is_named_alone(mistake):
     made = heldout.planted((heldout.NAMED, mistake, planted.CASES[mistake].scene))
     assert made.judged == heldout.RIGHT, made

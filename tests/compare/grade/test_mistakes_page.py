@@ -1,38 +1,31 @@
 """docs/mistakes.md lists the stable names of mistakes: all that there are, with their parameters and units."""
 
 import ast
-import runpy
 from dataclasses import replace
 from pathlib import Path
 
-import pytest
-
-from compare.grade import mistakes
+from tools import mistakes_page
+from tumble.compare.grade.hypotheses import mistakes
 
 ROOT = Path(__file__).parents[3]
 PAGE = (ROOT / "docs/mistakes.md").read_text(encoding="utf-8")
 
 
-@pytest.fixture
-def maker():
-    return runpy.run_path(str(ROOT / "docs/mistakes.py"))
+def test_the_page_is_what_its_maker_makes():
+    assert mistakes_page.page() == PAGE, "run: python -m tools.mistakes_page"
 
 
-def test_the_page_is_what_its_maker_makes(maker):
-    assert maker["page"]() == PAGE, "run: python docs/mistakes.py"
-
-
-def test_a_new_mistake_is_missed_on_the_page(maker, monkeypatch):
+def test_a_new_mistake_is_missed_on_the_page(monkeypatch):
     def more(question):
         yield from mistakes.writings(question)
         yield replace(next(iter(mistakes.writings(question))), name="tea time")
 
     monkeypatch.setattr(mistakes, "PARTS", (*mistakes.PARTS[:-1], more))
-    assert "| `tea-time` |" in maker["page"]()
+    assert "| `tea-time` |" in mistakes_page.page()
     assert "tea-time" not in PAGE
 
 
-def test_the_maker_asks_for_every_name_in_the_code(maker):
+def test_the_maker_asks_for_every_name_in_the_code():
     """A name that no scene of the maker leaves room for would be listed nowhere: names are read from the source too."""
     literal = set()
     for file in (ROOT / "compare/grade").rglob("*.py"):
@@ -41,4 +34,4 @@ def test_the_maker_asks_for_every_name_in_the_code(maker):
             if named and node.args and isinstance(node.args[0], ast.Constant):
                 literal.add(node.args[0].value)
     assert len(literal) > 30
-    assert literal <= {hypothesis.name for hypothesis in maker["tried"]()}
+    assert literal <= {hypothesis.name for hypothesis in mistakes_page.tried()}

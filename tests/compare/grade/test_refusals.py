@@ -9,8 +9,8 @@ import pytest
 from engine_logs import log, read
 from scipy.spatial.transform import Rotation
 
-from compare.grade import header, offers
 from tumble.__main__ import main
+from tumble.compare.grade.read import header, offers
 
 SCENE = "two-hits"
 

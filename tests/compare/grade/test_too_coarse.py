@@ -5,12 +5,12 @@ import csv
 import numpy as np
 import pytest
 
-from compare.grade.reference import Reference
-from compare.grade.residual import moved_by
-from compare.grade.verdict import COARSE, CORRECT_TO_DIGITS, TOO_COARSE, TOO_LITTLE, grade
-from scenarios.frames import vertices
-from scenarios.read import read_scene
 from tumble.__main__ import main
+from tumble.compare.grade.grade import COARSE, CORRECT_TO_DIGITS, TOO_COARSE, TOO_LITTLE, grade
+from tumble.compare.grade.measure.residual import moved_by
+from tumble.compare.grade.model.reference import Reference
+from tumble.scenarios.frames import vertices
+from tumble.scenarios.read import read_scene
 
 SCENE = "two-hits"
 POSE = ["x_m", "y_m", "z_m", "qw", "qx", "qy", "qz"]
@@ -49,7 +49,7 @@ def test_metres_and_an_attitude_that_stands_still_are_not_right(tmp_path, right,
 
 @pytest.mark.parametrize("places", range(6))
 def test_a_right_file_is_right_only_while_its_digits_show_the_body(tmp_path, right, places):
-    _, found = graded(tmp_path, *right, [f"{{:.{places}f}}"] * 7)
+    _, found = graded(tmp_path, *right, [f"{{:.{places}f}}"] * 7)  # pyright: ignore[reportCallIssue]
     m = found.measured
     assert m.worst_m <= m.half_m, "it is right"
     assert found.verdict == (TOO_COARSE if m.half_m > COARSE * found.scale.size_m else CORRECT_TO_DIGITS)

@@ -5,16 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from compare.judge.agreement import agreements
-from compare.judge.errors import Run
-from compare.run.flight import Trajectory
-from compare.run.precision import ROUNDINGS
-from compare.run.registry import Finding
-from compare.run.worker import Failure
-from compare.tables.runs import run_row
-from scenarios.frames import vertices
-from scenarios.read import read_scene
-from scenarios.truth import truth
+from tumble.compare.judge.agreement import agreements
+from tumble.compare.judge.errors import Run
+from tumble.compare.run.engines.registry import Finding
+from tumble.compare.run.flight import Trajectory
+from tumble.compare.run.precision import ROUNDINGS
+from tumble.compare.run.worker import Failure
+from tumble.compare.tables.runs import run_row
+from tumble.scenarios.frames import vertices
+from tumble.scenarios.read import read_scene
+from tumble.scenarios.truth import truth
 
 SCENE = read_scene("brick-tumble")
 SINGLE = ROUNDINGS["single"]

@@ -6,13 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from compare.judge.errors import Run
-from compare.run.flight import altered
-from compare.run.participants import launched
-from compare.run.truths import true_answer
-from compare.run.worker import Failure
-from scenarios.read import read_scene
-from scenarios.scene import Scene, frozen_array
+from tumble.compare.judge.errors import Run
+from tumble.compare.run.flight import altered
+from tumble.compare.run.participants import launched
+from tumble.compare.run.truths import true_answer
+from tumble.compare.run.worker import Failure
+from tumble.scenarios.read import read_scene
+from tumble.scenarios.scene import Scene, frozen_array
 
 PLUGINS = Path(__file__).parents[2] / "plugins"
 MINE = (PLUGINS / "mine.py").read_text()

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from compare.judge import mechanics
-from scenarios.frames import vertices
-from scenarios.read import read_scene
+from tumble.compare.judge import mechanics
+from tumble.scenarios.frames import vertices
+from tumble.scenarios.read import read_scene
 
 BODY = read_scene("brick-tumble").body
 STATES = np.random.default_rng(4).normal(size=(5, 3, 13))

@@ -11,18 +11,18 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from compare.engines import FINDINGS
-from compare.judge.balance import energies, mechanical_energy
-from compare.judge.errors import Run
-from compare.judge.verdict import AUDITED, HOLDS, WORDS, bounded, verdict
-from compare.run.flight import Trajectory, fly
-from compare.run.registry import Finding
-from compare.run.worker import Failure
-from compare.stability.columns import columns
-from scenarios.frames import Array, quaternion_product, vertices
-from scenarios.read import read_scene
-from scenarios.scene import Scene
-from scenarios.truth import truth
+from tumble.compare.engines import FINDINGS
+from tumble.compare.judge.balance import energies, mechanical_energy
+from tumble.compare.judge.errors import Run
+from tumble.compare.judge.verdict import AUDITED, HOLDS, WORDS, bounded, verdict
+from tumble.compare.run.engines.registry import Finding
+from tumble.compare.run.flight import Trajectory, fly
+from tumble.compare.run.worker import Failure
+from tumble.compare.stability.columns import columns
+from tumble.scenarios.frames import Array, quaternion_product, vertices
+from tumble.scenarios.read import read_scene
+from tumble.scenarios.scene import Scene
+from tumble.scenarios.truth import truth
 
 PLUGINS = Path(__file__).parents[2] / "plugins"
 ROWS = 33
@@ -280,7 +280,7 @@ def test_a_symplectic_step_below_its_limit_is_bounded(springs, column, w_dt):
 @pytest.mark.parametrize("stiffer", [1.0, 100.0])
 def test_pybullet_at_its_default_limit_is_never_stable(w_dt, stiffer):
     """Its states stay finite up to w dt = 32 and beyond, which is how it looks stable."""
-    engine = pytest.importorskip("pybullet") and importlib.import_module("compare.engines.pybullet")
+    engine = pytest.importorskip("pybullet") and importlib.import_module("tumble.compare.engines.pybullet")
     column = columns(TETHER, [stiffer])[0]
     run = probed(engine, column, "multibody+defaults", w_dt)
     assert np.isfinite(run.flight.states).all()
@@ -288,7 +288,7 @@ def test_pybullet_at_its_default_limit_is_never_stable(w_dt, stiffer):
 
 
 def test_mujocos_auto_reset_is_seen():
-    engine = pytest.importorskip("mujoco") and importlib.import_module("compare.engines.mujoco")
+    engine = pytest.importorskip("mujoco") and importlib.import_module("tumble.compare.engines.mujoco")
     column = columns(read_scene("tether-critical"), [1.0])[0]
     assert verdict(probed(engine, column, "rk4+defaults", 8.0, 1000)).word == "reset"
 
@@ -301,7 +301,7 @@ def test_the_energy_of_a_scene_with_every_force_is_what_its_work_says():
         tethers=(TETHER.tethers[0], replace(TETHER.tethers[0], rest_length=0.3, stiffness=50.0)),
         floor=read_scene("floor-stiff").floor,
     )
-    from scenarios.wrench import wrench
+    from tumble.scenarios.wrench import wrench
 
     state = np.array([[0.1, 0.45, -0.2, 0.9, 0.1, 0.3, -0.2, 0.3, -0.2, 0.5, 1.0, -2.0, 0.7]])
     state[:, 3:7] /= np.linalg.norm(state[:, 3:7])

@@ -6,16 +6,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from compare.comparison.against_truth import compare
-from compare.motion.film import FRAMES, film, filmed, instants
-from compare.motion.results import TRUTH, film_tables, hull
-from compare.run.flight import legs
-from compare.run.participants import launched
-from compare.run.truths import true_answer
-from scenarios.frames import vertices
-from scenarios.impulse import strike_point
-from scenarios.read import catalogue, read_scene, read_scenes
-from scenarios.truth import truth
+from tumble.compare.comparison.against_truth import compare
+from tumble.compare.motion.film import FRAMES, film, filmed, instants
+from tumble.compare.motion.results import TRUTH, film_tables, hull
+from tumble.compare.run.flight import legs
+from tumble.compare.run.participants import launched
+from tumble.compare.run.truths import true_answer
+from tumble.scenarios.frames import vertices
+from tumble.scenarios.impulse import strike_point
+from tumble.scenarios.read import catalogue, read_scene, read_scenes
+from tumble.scenarios.truth import truth
 
 STEPPED = ("tumble:rk4", "tumble:matrix-euler", "mujoco:euler", "pybullet:multibody")
 

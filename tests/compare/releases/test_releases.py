@@ -7,16 +7,16 @@ import numpy as np
 import pytest
 from apart import engine
 
-from compare.releases.changes import changes
-from compare.releases.ledger import Ledger, ledger
-from compare.releases.notes import Notes, shipped_notes
-from compare.releases.schemas import ReleaseRow
-from compare.run.environments import folder, in_order
-from compare.run.kept import Kept
-from compare.run.participants import launched
-from compare.run.readings import Reading, Sampling
-from reports.releases import answer, ledger_markdown, ledger_text, sentence
-from scenarios.read import read_scene
+from tumble.compare.releases.changes import changes
+from tumble.compare.releases.ledger import Ledger, ledger
+from tumble.compare.releases.notes import Notes, shipped_notes
+from tumble.compare.releases.schemas import ReleaseRow
+from tumble.compare.run.engines.environments import folder, in_order
+from tumble.compare.run.participants import launched
+from tumble.compare.run.process.kept import Kept
+from tumble.compare.run.timing.readings import Reading, Sampling
+from tumble.reports.releases import answer, ledger_markdown, ledger_text, sentence
+from tumble.scenarios.read import read_scene
 
 RELEASES = ("3.9.0", "3.10.0", "4.0.0")
 ROW = ReleaseRow(

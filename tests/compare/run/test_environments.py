@@ -15,11 +15,11 @@ from time import sleep
 
 import pytest
 
-from compare.run import environments, registry
-from compare.run.environments import HERE, BadEngine, located, split_release
-from compare.run.installing import install, remove, run, site, sweep
-from compare.run.progress import untold
-from compare.run.worker import Failure, Worker
+from tumble.compare.run.engines import environments, registry
+from tumble.compare.run.engines.environments import HERE, BadEngine, located, split_release
+from tumble.compare.run.engines.installing import install, remove, run, site, sweep
+from tumble.compare.run.progress import untold
+from tumble.compare.run.worker import Failure, Worker
 
 APART = next(name for name in registry.names() if registry.package(name).apart)
 

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from compare.run.flight import legs, mean_step
-from scenarios.read import read_scene
+from tumble.compare.run.flight import legs, mean_step
+from tumble.scenarios.read import read_scene
 
 TABLE = read_scene("table-4-1")
 

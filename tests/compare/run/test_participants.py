@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from compare.run.participants import launched, titles
-from compare.run.registry import BadEngine
-from scenarios.read import read_scene
 from tumble.__main__ import main
+from tumble.compare.run.engines.registry import BadEngine
+from tumble.compare.run.participants import launched, titles
+from tumble.scenarios.read import read_scene
 
 ENGINE = """
 METHODS = ("drift",)

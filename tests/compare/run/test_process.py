@@ -18,14 +18,14 @@ import pytest
 from patience import PATIENCE_S, until, without_progress
 from typing_extensions import TypeAliasType
 
-from compare.run.environments import Place
-from compare.run.flight import Trajectory
-from compare.run.message import PREFIX, Malformed, frame, lengths, unpacked
-from compare.run.process import environment
-from compare.run.questions import Failure, Fly, Question
-from compare.run.worker import Worker
-from scenarios.read import read_scene
-from scenarios.scene import Scene
+from tumble.compare.run.engines.environments import Place
+from tumble.compare.run.flight import Trajectory
+from tumble.compare.run.process.message import PREFIX, Malformed, frame, lengths, unpacked
+from tumble.compare.run.process.process import environment
+from tumble.compare.run.questions import Failure, Fly, Question
+from tumble.compare.run.worker import Worker
+from tumble.scenarios.read import read_scene
+from tumble.scenarios.scene import Scene
 
 ENGINE = """
 import os, signal, sys, time
@@ -366,7 +366,7 @@ class Fleeting(dict):
     def __iter__(self):
         yield from [*super().__iter__(), "GONE"]
 
-    keys = __iter__
+    keys = __iter__  # pyright: ignore[reportAssignmentType]
 
 
 def test_a_variable_that_another_thread_takes_away_is_no_reason_not_to_start(monkeypatch):

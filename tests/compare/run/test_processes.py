@@ -1,27 +1,28 @@
 """Calls shared out among processes: which of them takes what, what comes back, and what is told where one dies."""
 
-import multiprocessing
 import os
-from concurrent.futures.process import BrokenProcessPool
-from functools import partial
+import subprocess
+import sys
 
 import pytest
+from patience import PATIENCE_S
 
-from compare.run.processes import Processes
+from tumble.compare.run.process.callers import Call, Callers
+from tumble.compare.run.process.process import Died
 
 OF_A_KIND = [False] * 5 + [True] * 3 + [False] * 5
 
 
 @pytest.fixture
 def processes():
-    both = Processes(2, multiprocessing.get_context("spawn"), os.getpid, ())
+    both = Callers(2)
     yield both
     both.end()
 
 
 def pid(number):
     """Return a call that takes a while, of what another process can import: no module of the tests."""
-    return partial(eval, f"(__import__('time').sleep(0.2), {number}, __import__('os').getpid())[1:]")
+    return Call(eval, (f"(__import__('time').sleep(0.2), {number}, __import__('os').getpid())[1:]",))
 
 
 def test_those_of_a_kind_are_one_processs_and_the_rest_of_both(processes):
@@ -36,7 +37,7 @@ def test_those_of_a_kind_are_one_processs_and_the_rest_of_both(processes):
 
 
 def test_a_call_that_nobody_waits_for_any_more_is_not_made(processes, tmp_path):
-    calls = [pid(0), partial(os.mkdir, tmp_path / "made"), *(pid(number) for number in range(1, 7))]
+    calls = [pid(0), Call(os.mkdir, (tmp_path / "made",)), *(pid(number) for number in range(1, 7))]
     futures = processes.share_out(calls, [True] + [False] * 7)
     assert futures[1].cancel()
     assert [future.result()[0] for number, future in enumerate(futures) if number != 1] == list(range(7))
@@ -44,13 +45,13 @@ def test_a_call_that_nobody_waits_for_any_more_is_not_made(processes, tmp_path):
 
 
 def test_who_waits_is_told_of_errors_and_of_death(processes):
-    calls = [partial(os._exit, 3), *[partial(eval, "1 / 0")] * 4, pid(1)]
+    calls = [Call(os._exit, (3,)), *[Call(eval, ("1 / 0",))] * 4, pid(1)]
     futures = processes.share_out(calls, [True] + [False] * 5)
-    with pytest.raises(BrokenProcessPool):
+    with pytest.raises(Died):
         futures[0].result()
     # It takes on what is left, and whoever waits for that is told as well; the other one makes what it takes.
     ends = [type(future.exception()) for future in futures[1:]]
-    assert set(ends) <= {ZeroDivisionError, BrokenProcessPool, type(None)}
+    assert set(ends) <= {ZeroDivisionError, Died, type(None)}
     assert ends[-1] is type(None), "the other process was to begin at the end"
 
 
@@ -62,3 +63,16 @@ def test_calls_that_wait_are_not_made_when_it_ends(processes):
     processes.end()
     assert all(future.done() for future in futures)
     assert sum(not future.cancelled() for future in futures) < 10
+
+
+def test_a_plain_script_without_a_guard_asks_for_two_truths(tmp_path):
+    """Multiprocessing would run the script once more in each process, and end in BrokenProcessPool."""
+    script = tmp_path / "script.py"
+    script.write_text(
+        "from tumble.compare.run.truths import Truths\nfrom tumble.scenarios.read import read_scene\n"
+        "with Truths([read_scene('die-straight'), read_scene('two-hits')]) as truths:\n"
+        "    print(*(future.result().truth.known for future in truths.futures))\n"
+    )
+    done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, timeout=PATIENCE_S)
+    assert done.returncode == 0, done.stderr
+    assert len(done.stdout.split()) == 2, "the script ran more than once"

@@ -1,6 +1,5 @@
 """Programs as contestants: the page's examples, what one may do wrong, its time, and that none runs unasked."""
 
-import importlib.util
 import os
 import re
 import shutil
@@ -12,14 +11,15 @@ import numpy as np
 import pytest
 from patience import PATIENCE_S, until
 
-from compare.engines import LAWS
-from compare.run.examine import examined
-from compare.run.flight import Trajectory
-from compare.run.participants import launched
-from compare.run.readings import DISAGREE, round_robin
-from compare.run.timer import Pace
-from compare.run.worker import Failure
-from scenarios.read import read_scene
+from tools import programs_page
+from tumble.compare.engines import LAWS
+from tumble.compare.run.engines.examine import examined
+from tumble.compare.run.flight import Trajectory
+from tumble.compare.run.participants import launched
+from tumble.compare.run.timing.readings import DISAGREE, round_robin
+from tumble.compare.run.timing.timer import Pace
+from tumble.compare.run.worker import Failure
+from tumble.scenarios.read import read_scene
 from tumble.starters import STARTERS
 
 ROOT = Path(__file__).parents[3]
@@ -154,12 +154,9 @@ def test_a_template_overwrites_nothing(tmp_path, tumble):
 
 
 def test_the_page_shows_the_templates_as_they_are():
-    spec = importlib.util.spec_from_file_location("programs", ROOT / "docs" / "programs.py")
-    made = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(made)
-    page = made.PAGE.read_text(encoding="utf-8")
-    assert made.page(page) == page, "python docs/programs.py"
-    shown = {found[2] for found in made.BLOCK.finditer(page)}
+    page = programs_page.PAGE.read_text(encoding="utf-8")
+    assert programs_page.page(page) == page, "python -m tools.programs_page"
+    shown = {found[2] for found in programs_page.BLOCK.finditer(page)}
     assert shown == {"mine.toml", *(each.source for name, each in STARTERS.items() if name != "python")}
 
 
@@ -303,7 +300,7 @@ def test_a_record_does_not_run_the_program_that_it_names(tumble, tmp_path):
 
 
 def test_a_changed_program_is_another_circumstance(tmp_path):
-    from compare.run.registry import files
+    from tumble.compare.run.engines.registry import files
 
     path = script(tmp_path)
     assert files(path) == [Path(path), Path(sys.executable), tmp_path / "engine.py"]

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import numpy as np
 
-from compare.engines import LAWS
-from compare.run.participants import launched
-from scenarios.read import read_scene
+from tumble.compare.engines import LAWS
+from tumble.compare.run.participants import launched
+from tumble.scenarios.read import read_scene
 
 # Semi-implicit Euler of a cube, which has no gyroscopic torque; a state is changed in place, or returned.
 CUBE = """

@@ -8,7 +8,6 @@ import threading
 import time
 import uuid
 from concurrent.futures import ThreadPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -17,14 +16,15 @@ import numpy as np
 import pytest
 from patience import PATIENCE_S, until
 
-from compare.judge.errors import Flown
-from compare.run.flight import Trajectory
-from compare.run.kept import FOLDER, Kept
-from compare.run.participants import Halted, Participant, launched
-from compare.run.processes import Processes
-from compare.run.tasks import Task, run
-from compare.run.truths import Truths
-from scenarios.read import read_scene
+from tumble.compare.judge.errors import Flown
+from tumble.compare.run.flight import Trajectory
+from tumble.compare.run.participants import Halted, Participant, launched
+from tumble.compare.run.process.callers import Callers
+from tumble.compare.run.process.kept import FOLDER, Kept
+from tumble.compare.run.process.process import Died
+from tumble.compare.run.tasks import Task, run
+from tumble.compare.run.truths import Truths
+from tumble.scenarios.read import read_scene
 
 # It dies where the scene is called `die`, hangs where it is called `hang`, waits for a file where `slow`, and leaves
 # its number in a file beside it.
@@ -74,7 +74,7 @@ def test_results_are_in_the_order_of_the_tasks_whoever_is_first(tmp_path):
         ]
         results = run([*tasks, b_is_done], finished=lambda key, result: finished.append(key))
     assert results[0] is True
-    assert [number for number, _ in results[1:-1]] == list(range(6))
+    assert [number for number, _ in results[1:-1]] == list(range(6))  # pyright: ignore[reportGeneralTypeIssues]
     assert finished.index(("b", "last")) < finished.index(("a", "first")), "they were not side by side"
 
 
@@ -169,7 +169,7 @@ def test_truths_end_when_they_are_stopped_and_who_waits_is_told():
     waiting.start()
     truths.stop()
     waiting.join(60)
-    assert isinstance(told[0], BrokenProcessPool), "its process went on to the end"
+    assert isinstance(told[0], Died), "its process went on to the end"
     assert all(future.done() for future in truths.futures)
 
 
@@ -208,6 +208,17 @@ def test_more_truths_are_asked_of_those_that_are_at_work(asked):
     assert sorted(ticks) == sorted(f"{scene.name} truth" for scene in (*scenes[:asked], *more))
 
 
+def test_two_scenes_of_one_name_have_each_its_own_truth():
+    one, other = read_scene("die-straight"), read_scene("die-vertex")
+    other = replace(other, name=one.name)
+    with Truths([one, other]) as truths:
+        assert truths.answer(other).truth.vertices.tolist() == truths.futures[1].result().truth.vertices.tolist()
+        fewer = replace(other, times=other.times[1::2])
+        assert truths.answer(fewer).truth.times.tolist() == fewer.rows.tolist()
+        with pytest.raises(KeyError):
+            truths.answer(read_scene("die-vertex"))
+
+
 def test_truths_asked_for_later_end_with_the_others():
     many = read_scene("many-throws")
     begun = replace(many, start=np.tile(many.start, (200, 1)))  # minutes of work
@@ -222,15 +233,15 @@ def test_studies_that_share_truths_end_them_one_after_the_other(monkeypatch):
     """On Ctrl-C all of them do; at once they would close a descriptor twice, and the command would blame a file."""
     ending, most = [], []
 
-    def end(processes: Processes) -> None:
-        ending.append(processes)
+    def end(callers: Callers) -> None:
+        ending.append(callers)
         most.append(len(ending))
         time.sleep(0.1)
-        really(processes)
+        really(callers)
         ending.pop()
 
-    really = Processes.end
-    monkeypatch.setattr(Processes, "end", end)
+    really = Callers.end
+    monkeypatch.setattr(Callers, "end", end)
     with Truths([SCENE, read_scene("two-hits")]) as truths, ThreadPoolExecutor(3) as threads:
         for done in [threads.submit(truths.stop) for _ in range(3)]:
             done.result()
@@ -247,7 +258,7 @@ class WhereItIsRead:
 
 @pytest.mark.parametrize("others", [(), (SCENE,)], ids=["in a thread", "in a process"])
 def test_a_long_truth_tells_how_far_it_is(others, monkeypatch):
-    monkeypatch.setattr("compare.run.progress.QUICK_S", 0.0)
+    monkeypatch.setattr("tumble.compare.run.progress.QUICK_S", 0.0)
     shares: list[float] = []
     tick = lambda what, share=1.0: shares.append(share) if what == "many-throws truth" else None  # noqa: E731
     with Truths([read_scene("many-throws"), *others], tick) as truths:

@@ -11,17 +11,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from compare.ablation.optional_features import QUICK
-from compare.run import others
-from compare.run.others import Machine, other_work
-from compare.run.participants import launched
-from compare.run.provenance import conditions
-from compare.run.readings import PROCESS, Ratio, Reading, Sampling, narrow, ratio, reading, round_robin
-from compare.run.timer import Pace, Ready, Sample
-from compare.run.timing import Cost, Load, costs
-from compare.run.worker import Failure, Worker
-from compare.sweep.work_precision import BRIEF
-from scenarios.read import read_scene
+from tumble.compare.ablation.optional_features import QUICK
+from tumble.compare.run.participants import launched
+from tumble.compare.run.provenance import conditions
+from tumble.compare.run.timing import others
+from tumble.compare.run.timing.others import Machine, other_work
+from tumble.compare.run.timing.readings import PROCESS, Ratio, Reading, Sampling, narrow, ratio, reading, round_robin
+from tumble.compare.run.timing.timer import Pace, Ready, Sample
+from tumble.compare.run.timing.timing import Cost, Load, costs
+from tumble.compare.run.worker import Failure, Worker
+from tumble.compare.sweep.work_precision import BRIEF
+from tumble.scenarios.read import read_scene
 
 ROUNDS = Path(__file__).with_name("rounds.csv")
 

@@ -11,16 +11,18 @@ from pathlib import Path
 import pytest
 from patience import PATIENCE_S
 
-from compare.run import others, process, serve, timer
-from compare.run.process import Died, Process
-from compare.run.provenance import processor
+from tumble.compare.run import serve
+from tumble.compare.run.process import process
+from tumble.compare.run.process.process import Died, Process
+from tumble.compare.run.provenance import processor
+from tumble.compare.run.timing import others, timer
 
 # Starts a child that holds all that it has open, and ends; or waits.
 HOLDS = "import os, sys, time; os.fork() or time.sleep(6000); sys.exit(int({code!r}))"
 WATCHED = """
 import fcntl, sys
 del fcntl.F_SETSIG
-from compare.run.process import end_with_parent
+from tumble.compare.run.process.process import end_with_parent
 end_with_parent(int(sys.argv[1]))
 print("watched", flush=True)
 while True: pass

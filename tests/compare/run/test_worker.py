@@ -2,10 +2,10 @@
 
 import pytest
 
-from compare.comparison.against_truth import compare
-from compare.run.participants import launched
-from compare.run.registry import BadEngine
-from scenarios.read import read_scene
+from tumble.compare.comparison.against_truth import compare
+from tumble.compare.run.engines.registry import BadEngine
+from tumble.compare.run.participants import launched
+from tumble.scenarios.read import read_scene
 
 GOOD = """
 import os, signal, sys, time

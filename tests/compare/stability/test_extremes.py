@@ -7,15 +7,24 @@ from importlib import import_module
 import numpy as np
 import pytest
 
-from compare.run.flight import fly, legs
-from compare.run.participants import launched
-from compare.stability.extremes import BEST, FLOORS, OF_A_PAGE, PAGE_BUDGET_S, ExtremeRow, extreme, missed, too_long
-from compare.stability.schemas import EXTREMES
-from compare.tables.frames import read_text, rows
-from scenarios.frames import rotation_matrix
-from scenarios.read import BadScene, catalogue, extremes, read_scene
-from scenarios.scene import Scene
-from scenarios.truth import truth
+from tumble.compare.run.flight import fly, legs
+from tumble.compare.run.participants import launched
+from tumble.compare.stability.extremes import (
+    BEST,
+    FLOORS,
+    OF_A_PAGE,
+    PAGE_BUDGET_S,
+    ExtremeRow,
+    extreme,
+    missed,
+    too_long,
+)
+from tumble.compare.stability.schemas import EXTREMES
+from tumble.compare.tables.frames import read_text, rows
+from tumble.scenarios.frames import rotation_matrix
+from tumble.scenarios.read import BadScene, catalogue, extremes, read_scene
+from tumble.scenarios.scene import Scene
+from tumble.scenarios.truth import truth
 
 CASES = {name: read_scene(name) for name in extremes()}
 # Those whose truth and flights take a moment.
@@ -102,7 +111,7 @@ def test_our_best_method_holds_every_quick_case(truths):
 
 
 def test_a_miss_is_told():
-    row = ExtremeRow("c", "C", *BEST.split(":"), 0.1, 1, "ok", "stable", 1.0, 0.01, FLOORS * 1.01, 1.0, "", 0.2)
+    row = ExtremeRow("c", "C", *BEST.split(":"), 0.1, 1, "ok", "stable", 1.0, 0.01, FLOORS * 1.01, 1.0, "", 0.2)  # pyright: ignore[reportCallIssue]
     assert missed([row]) == [row]
     assert missed([replace(row, times_limit=FLOORS)]) == []
     assert missed([replace(row, times_limit=None)]), "no flight is no success"
@@ -180,7 +189,7 @@ def test_an_adaptive_method_that_computes_too_long_is_told_so(tmp_path):
 
 
 def test_a_long_flight_takes_no_more_memory():
-    engine = import_module("compare.engines.tumble")
+    engine = import_module("tumble.compare.engines.tumble")
     scene = CASES["steps-1e8"]
 
     def flight(steps: int) -> Scene:

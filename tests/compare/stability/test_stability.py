@@ -15,9 +15,9 @@ import numpy as np
 import pytest
 from patience import PATIENCE_S, until
 
-from compare.run.participants import Participant, launched
-from compare.run.truths import Answer
-from compare.stability.columns import (
+from tumble.compare.run.participants import Participant, launched
+from tumble.compare.run.truths import Answer
+from tumble.compare.stability.columns import (
     FACTORS,
     PROBED,
     RADIANS,
@@ -28,10 +28,10 @@ from compare.stability.columns import (
     natural_parameter,
     truth_of,
 )
-from compare.stability.modes import Mode, stiffest_mode
-from compare.stability.store import store, tables_of
-from compare.stability.tasks import STIFF, keys, stability
-from compare.stability.theory import (
+from tumble.compare.stability.modes import Mode, stiffest_mode
+from tumble.compare.stability.store import store, tables_of
+from tumble.compare.stability.tasks import STIFF, keys, stability
+from tumble.compare.stability.theory import (
     damping_implicit_euler,
     held_parabola,
     limit_of,
@@ -39,12 +39,12 @@ from compare.stability.theory import (
     semi_implicit_euler,
     theory,
 )
-from compare.stability.trials import STEPS, Piece, Trials
-from compare.tables.circumstances import circumstances
-from compare.tables.store import Store
-from scenarios.read import BadScene, read_scene
-from scenarios.scene import Scene
-from scenarios.truth import truth
+from tumble.compare.stability.trials import STEPS, Piece, Trials
+from tumble.compare.tables.circumstances import circumstances
+from tumble.compare.tables.store import Store
+from tumble.scenarios.read import BadScene, read_scene
+from tumble.scenarios.scene import Scene
+from tumble.scenarios.truth import truth
 
 SPRINGS = str(Path(__file__).parents[2] / "plugins" / "springs.py")
 TETHER = read_scene("tether-undamped")

@@ -11,14 +11,14 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from compare.judge.errors import Run
-from compare.judge.orders import Rung, local_orders
-from compare.run.flight import Trajectory
-from compare.run.participants import launched
-from compare.run.readings import PROCESS, Reading, round_robin
-from compare.run.registry import Finding
-from compare.run.timer import Pace, Ready, Timer
-from compare.sweep.frontier import (
+from tumble.compare.judge.errors import Run
+from tumble.compare.judge.orders import Rung, local_orders
+from tumble.compare.run.engines.registry import Finding
+from tumble.compare.run.flight import Trajectory
+from tumble.compare.run.participants import launched
+from tumble.compare.run.timing.readings import PROCESS, Reading, round_robin
+from tumble.compare.run.timing.timer import Pace, Ready, Timer
+from tumble.compare.sweep.frontier import (
     TARGETS_M,
     by_contestant,
     digit_rows,
@@ -28,13 +28,13 @@ from compare.sweep.frontier import (
     same_rows,
     work_precision_rows,
 )
-from compare.sweep.results import measured
-from compare.sweep.schemas import DigitRow
-from compare.sweep.work_precision import Effort, Sweep, Timed, at_floor, climb, rungs, sweep
-from reports.sweep_text import cost
-from scenarios.frames import vertices
-from scenarios.read import read_scene
-from scenarios.truth import truth
+from tumble.compare.sweep.results import measured
+from tumble.compare.sweep.schemas import DigitRow
+from tumble.compare.sweep.work_precision import Effort, Sweep, Timed, at_floor, climb, rungs, sweep
+from tumble.reports.sweep_text import cost
+from tumble.scenarios.frames import vertices
+from tumble.scenarios.read import read_scene
+from tumble.scenarios.truth import truth
 
 SCENE = replace(read_scene("two-hits"), impulses=(), times=np.array([1.0]), duration=1.0)
 TRUTH = truth(SCENE)
@@ -256,7 +256,7 @@ def test_every_timed_run_has_its_row_with_the_clocks_time(real):
     assert all(row.flight_us == pytest.approx(row.steps * row.step_ns / 1e3) for row in rows)
     per_step = {(row.engine, row.method): set() for row in rows}
     for row in rows:
-        per_step[row.engine, row.method].add(round(row.step_ns, 6))
+        per_step[row.engine, row.method].add(round(row.step_ns, 6))  # pyright: ignore[reportCallIssue]
     assert all(len(times) == 1 for times in per_step.values()), "one clock reading serves a whole ladder"
 
 

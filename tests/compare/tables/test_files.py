@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from patience import PATIENCE_S
 
-from compare.tables.files import write_together, write_whole
+from tumble.compare.tables.files import write_together, write_whole
 
 RUN = [sys.executable, "-P", "-m", "tumble", "run", "table-4-1", "-o"]
 

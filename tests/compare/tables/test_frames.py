@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from compare.tables.cells import float_cells, text_cell, text_of_cell
-from compare.tables.frames import csv_text, frame, read_tables, read_text, typed
-from compare.tables.known import tables
-from compare.tables.schema import BadTable
-from compare.tables.shared import RUNS, RunRow
+from tumble.compare.tables.cells import float_cells, text_cell, text_of_cell
+from tumble.compare.tables.frames import csv_text, frame, read_tables, read_text, typed
+from tumble.compare.tables.known import tables
+from tumble.compare.tables.schema import BadTable
+from tumble.compare.tables.shared import RUNS, RunRow
 
 RUN = RunRow("s", "e", "m", 0.1, None, 10, "ok", "", 1e-5, limit_m=-0.0)
 ABSENT = RunRow("s", "gone", "", math.nan, 1e-9, None, "missing", "no wheel")

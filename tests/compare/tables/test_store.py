@@ -9,13 +9,13 @@ from pathlib import Path
 import pytest
 from patience import PATIENCE_S
 
-from compare.run.provenance import ConditionRow
-from compare.sweep.schemas import CLOCK, ClockRow
-from compare.tables import store as room
-from compare.tables.files import DRAFTS, READY, place, settle, write_folder, write_whole
-from compare.tables.frames import frame
-from compare.tables.shared import RUNS, RunRow
-from compare.tables.store import Store
+from tumble.compare.run.provenance import ConditionRow
+from tumble.compare.sweep.schemas import CLOCK, ClockRow
+from tumble.compare.tables import store as room
+from tumble.compare.tables.files import DRAFTS, READY, place, settle, write_folder, write_whole
+from tumble.compare.tables.frames import frame
+from tumble.compare.tables.shared import RUNS, RunRow
+from tumble.compare.tables.store import Store
 
 UNDER = [ConditionRow("command", "tumble sweep a b"), ConditionRow("numpy", "2.0"), ConditionRow("scene a", "0123")]
 
@@ -96,7 +96,7 @@ def test_a_pipe_in_place_of_a_table_is_refused_and_not_waited_for(tmp_path):
     kept(tmp_path, "a")
     (tmp_path / "conditions.csv").unlink()
     os.mkfifo(tmp_path / "conditions.csv")
-    code = f"from compare.tables.store import *; print(Store(Path({str(tmp_path)!r}), (), [], []).resume())"
+    code = f"from tumble.compare.tables.store import *; print(Store(Path({str(tmp_path)!r}), (), [], []).resume())"
     said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=PATIENCE_S)
     assert "not a plain file" in said.stdout
 
@@ -122,7 +122,7 @@ def test_files_are_written_now_and_then(tmp_path, monkeypatch):
 STOPPED = """
 import os, signal, sys
 from pathlib import Path
-from compare.tables import files
+from tumble.compare.tables import files
 count, put, fill = int(sys.argv[1]), files.put, files.fill
 def stop(do):
     def wrapped(*arguments):

@@ -4,8 +4,8 @@ import os
 
 import pytest
 
-from compare.tables.files import write_whole
-from compare.tables.trajectory import trajectory_header
+from tumble.compare.tables.files import write_whole
+from tumble.compare.tables.trajectory import trajectory_header
 
 
 def test_many_throws_have_a_first_column():

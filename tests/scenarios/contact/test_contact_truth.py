@@ -7,9 +7,9 @@ import pytest
 from random_contact import FAMILIES, drawn
 from second_contact import worst
 
-from scenarios.read import contact_catalogue, read_scene, scene_of
-from scenarios.truth import NoTruth, truth
-from scenarios.truth.contact.one_impact import one_impact
+from tumble.scenarios.read import contact_catalogue, read_scene, scene_of
+from tumble.scenarios.truth import NoTruth, truth
+from tumble.scenarios.truth.contact.one_impact import one_impact
 
 G = 9.81
 
@@ -138,7 +138,7 @@ def test_little_friction_is_none_and_much_of_it_sticks():
 
 
 def read_path(name):
-    from scenarios.read import scene_path
+    from tumble.scenarios.read import scene_path
 
     return scene_path(name)
 

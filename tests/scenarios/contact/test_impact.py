@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from mpmath import MPContext
 
-from scenarios.read import read_scene, scene_of
-from scenarios.truth.contact.impact import FRICTIONLESS, REVERSES, SLIPS, STICKS, impact, response, velocity_at
-from scenarios.truth.contact.setting import read_setting
+from tumble.scenarios.read import read_scene, scene_of
+from tumble.scenarios.truth.contact.impact import FRICTIONLESS, REVERSES, SLIPS, STICKS, impact, response, velocity_at
+from tumble.scenarios.truth.contact.setting import read_setting
 
 DIE = """
 title = "a"
@@ -91,7 +91,7 @@ def test_momentum_moment_and_energy_add_up(tmp_path, mu):
     v, w = done.pose.v - pose.v, done.pose.w_world - pose.w_world
     np.testing.assert_allclose(doubles(v * setting.mass)[0], doubles(done.impulse)[0], rtol=1e-14, atol=1e-20)
     spun = doubles(pose.axes @ setting.tensor @ pose.axes.T @ w)[0]
-    np.testing.assert_allclose(spun, np.cross(*doubles(lever, done.impulse)), rtol=0, atol=1e-15)
+    np.testing.assert_allclose(spun, np.cross(*doubles(lever, done.impulse)), rtol=0, atol=1e-15)  # pyright: ignore[reportCallIssue]
     assert float(done.energy_lost) == pytest.approx(energy(setting, pose) - energy(setting, done.pose), rel=1e-12)
     np.testing.assert_allclose(doubles(velocity_at(done.pose, lever))[0], doubles(done.after)[0], rtol=0, atol=1e-15)
     along = done.impulse - setting.normal * (done.impulse @ setting.normal)
@@ -195,7 +195,7 @@ def test_the_slip_turns_in_space_and_not_in_the_plane(tmp_path):
 def test_the_catalogue_has_an_impact_of_every_kind():
     modes = set()
     for name in ("die-corner-smooth", "die-corner-sticks", "die-corner-planar", "die-corner-space"):
-        from scenarios.truth import truth
+        from tumble.scenarios.truth import truth
 
         (record,) = truth(read_scene(name), False).contacts
         modes.add(next(event for event in record.events if event.kind == "impact").modes)

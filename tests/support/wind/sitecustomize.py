@@ -12,13 +12,13 @@ from typing import NamedTuple
 import msgspec
 import numpy as np
 
-from scenarios import build, forces, scene
-from scenarios import format as scene_format
-from scenarios.truth import throw
-from scenarios.truth.forced import laws
-from solver import forces as terms
-from solver.compilation import inner, scalar
-from solver.vectors import Vector, add
+from tumble.scenarios import build, forces, scene
+from tumble.scenarios import format as scene_format
+from tumble.scenarios.truth import throw
+from tumble.scenarios.truth.forced import laws
+from tumble.solver import forces as terms
+from tumble.solver.compilation import inner, scalar
+from tumble.solver.vectors import Vector, add
 
 
 def instead(old, new):

@@ -15,9 +15,9 @@ import pytest
 from lab_pages import CUBE, PATIENCE_MS, PLACES, Camera, Lab, click, over, reset, saved, serving, thrown, wait_for
 from playwright.sync_api import Page, expect
 
-from reports.numerals import fixed
-from scenarios.read import read_scene
 from tumble.lab.markup import metres
+from tumble.reports.numerals import fixed
+from tumble.scenarios.read import read_scene
 
 WHO = ("-e", "tumble:rk4", "-e", "mujoco:euler", "-e", "pybullet:multibody")
 HUNG = """

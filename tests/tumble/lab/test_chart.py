@@ -20,7 +20,7 @@ def curve(errors, name="a") -> Curve:
 def drawn(svg: str, colour: str = "rgb(1, 2, 3)") -> np.ndarray:
     """Return the points of the curve of a colour, (n, 2)."""
     (path,) = (one for one in ElementTree.fromstring(svg).iter() if one.get("stroke") == colour)
-    return np.array(re.findall(r"([\d.]+) ([\d.]+)", path.get("d")), dtype=float)
+    return np.array(re.findall(r"([\d.]+) ([\d.]+)", path.get("d")), dtype=float)  # pyright: ignore[reportCallIssue]
 
 
 def test_a_decade_is_as_high_everywhere():

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from scenarios.read import read_scene
 from tumble.lab.die import CORNERS, pips
+from tumble.scenarios.read import read_scene
 
 
 @pytest.mark.parametrize("name", ["die-ray", "two-hits"])

@@ -5,9 +5,9 @@ import tomllib
 import numpy as np
 import pytest
 
-from scenarios.read import BadScene, catalogue, read_scene
 from tumble.lab.click import impulse_table
 from tumble.lab.draft import MOST, Draft, frames
+from tumble.scenarios.read import BadScene, catalogue, read_scene
 
 RAY = ([0.1 + 0.2, 7.0 / 3.0, 20.000000000000004], [1.0 / 70.0, 0.02, -1.0])
 

@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from scenarios.frames import rotation_matrix
-from scenarios.read import catalogue, read_scene
 from tumble.lab.eye import Box, Eye, axes, first_view, turned_to
+from tumble.scenarios.frames import rotation_matrix
+from tumble.scenarios.read import catalogue, read_scene
 
 WIDE, HIGH, ANGLE = 612.0, 720.0, np.deg2rad(45.0)
 # At (0, 0, 5), looking at the origin, y up: right is x.

@@ -5,7 +5,7 @@ import http.client
 import random
 import socket
 import subprocess
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from urllib.parse import urlsplit
 
 import msgspec
@@ -76,7 +76,7 @@ def lab(tmp_path_factory) -> Iterator[Lab]:
         yield lab
 
 
-def ask(lab: Lab, host: str | None) -> tuple[int, Mapping[str, str]]:
+def ask(lab: Lab, host: str | None) -> tuple[int, http.client.HTTPMessage]:
     """Return the status and the headers of the answer to a request with that Host, with none for None."""
     port = urlsplit(lab.address).port
     with contextlib.closing(http.client.HTTPConnection("127.0.0.1", port, timeout=60)) as asked:

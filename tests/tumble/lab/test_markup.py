@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from scenarios.published import table_4_1
 from tumble.lab.foreign import Foreign
 from tumble.lab.looks import Look
 from tumble.lab.markup import error_table, grade_box, readings_table, said
@@ -10,6 +9,7 @@ from tumble.lab.pool import Contestant
 from tumble.lab.readings import ErrorRow, Reading
 from tumble.lab.sentences import printed
 from tumble.lab.session import Shown
+from tumble.scenarios.published import table_4_1
 
 EVIL = "<img src=x onerror=alert(1)>"
 LOOK = Look((1, 2, 3), "o", "")

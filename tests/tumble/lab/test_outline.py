@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from scenarios.read import read_scene
 from tumble.lab.outline import edges, faces, normals
+from tumble.scenarios.read import read_scene
 
 
 @pytest.mark.parametrize(("name", "count"), [("two-hits", 12), ("table-4-1", 12), ("nesc-brick", 12)])

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from compare.run.flight import Trajectory
-from compare.run.worker import Failure
+from tumble.compare.run.flight import Trajectory
+from tumble.compare.run.worker import Failure
 from tumble.lab import background, pool
 from tumble.lab.background import Workers
 from tumble.lab.draft import Draft

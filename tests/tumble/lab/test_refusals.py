@@ -2,10 +2,10 @@
 
 import pytest
 
-from compare.grade.columns import BadTrajectory
-from scenarios.read import BadScene
+from tumble.compare.grade.read.columns import BadTrajectory
 from tumble.lab.draft import Draft
 from tumble.lab.refusals import in_words
+from tumble.scenarios.read import BadScene
 
 
 @pytest.mark.parametrize(

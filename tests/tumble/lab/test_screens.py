@@ -10,8 +10,8 @@ from lab_pages import PATIENCE_MS, Camera, Lab, click, reset, saved, serving, th
 from PIL import Image
 from playwright.sync_api import Page, expect
 
-from scenarios.read import read_scene
 from tumble.lab.draft import Draft
+from tumble.scenarios.read import read_scene
 
 SCENE, MISSING = "die-ray", "drake"
 WHO = ("tumble:exact", "mujoco:euler", "pybullet:multibody+defaults", MISSING)

@@ -7,18 +7,16 @@ import subprocess
 import sys
 import threading
 import time
-from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from compare.run.flight import Trajectory
-from compare.run.registry import package
-from compare.run.worker import Failure
-from scenarios.frames import rotation_matrix
-from scenarios.read import BadScene, read_scene
+from tumble.compare.run.engines.registry import package
+from tumble.compare.run.flight import Trajectory
+from tumble.compare.run.process.process import Died
+from tumble.compare.run.worker import Failure
 from tumble.lab.background import Job, Workers
 from tumble.lab.draft import Draft
 from tumble.lab.pool import Contestant, Pool
@@ -26,6 +24,8 @@ from tumble.lab.readings import error_rows, errors_over_time, readings
 from tumble.lab.refusals import Refused
 from tumble.lab.sentences import sentence
 from tumble.lab.session import LEAD_S, Session
+from tumble.scenarios.frames import rotation_matrix
+from tumble.scenarios.read import BadScene, read_scene
 
 PLUGINS = Path(__file__).parents[2] / "plugins"
 PATIENCE_S = 60.0
@@ -258,7 +258,7 @@ def test_a_throw_that_is_reset_stops_its_truth(session, pool, monkeypatch):
 def test_a_worker_that_died_is_replaced(until):
     workers = Workers()
     died = [workers.send([(os._exit, 3)]).futures[0] for _ in range(2)]
-    until(lambda: all(isinstance(future.exception(PATIENCE_S), BrokenProcessPool) for future in died))
+    until(lambda: all(isinstance(future.exception(PATIENCE_S), Died) for future in died))
     assert workers.send([(abs, -1)]).futures[0].result(PATIENCE_S) == 1
     workers.close()
 
@@ -273,7 +273,7 @@ def test_engines_that_come_up_at_once_are_not_parsed_at_once(monkeypatch):
         inside.pop()
         return ast.Module([], [])
 
-    monkeypatch.setattr("compare.run.registry.ast", SimpleNamespace(parse=slowly))
+    monkeypatch.setattr("tumble.compare.run.engines.registry.ast", SimpleNamespace(parse=slowly))
     threads = [threading.Thread(target=package.__wrapped__, args=(name,)) for name in ("mujoco", "pybullet", "scipy")]
     for thread in threads:
         thread.start()
@@ -321,7 +321,7 @@ def test_the_whole_truth_in_parts_is_the_truth(session, until):
     session.open("two-hits")
     session.throw_own()
     until(lambda: session.throw.is_complete)
-    from scenarios.truth import truth
+    from tumble.scenarios.truth import truth
 
     whole, found = truth(session.throw.scene), session.throw.comparison().truth
     assert np.array_equal(found.times, whole.times)

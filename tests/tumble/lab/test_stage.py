@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 import viser
 
-from scenarios import frames
-from scenarios.read import read_scene
 from tumble.lab import ground, outline
 from tumble.lab.magnify import magnified
 from tumble.lab.stage import Ghost, Stage
+from tumble.scenarios import frames
+from tumble.scenarios.read import read_scene
 
 SCENE = read_scene("two-hits")
 INK = (1, 2, 3)

@@ -9,9 +9,9 @@ from lab_pages import PATIENCE_MS, Camera, Lab, click, reset, saved, serving, th
 from PIL import Image
 from playwright.sync_api import Page, expect
 
-from reports.hues import places, rgb
-from scenarios.read import read_scene
-from scenarios.scene import Impulse
+from tumble.reports.hues import places, rgb
+from tumble.scenarios.read import read_scene
+from tumble.scenarios.scene import Impulse
 
 GRAIN = """
 title = "A grain, a kilometre away"

@@ -1,0 +1,1 @@
+"""What may be wrong with a program, as data: mistakes, one by one, and the schemes of engines."""

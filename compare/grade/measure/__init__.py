@@ -1,0 +1,1 @@
+"""What a trajectory shows when it is held against the reference motion: errors, conserved quantities, noise."""

@@ -1,0 +1,106 @@
+"""What a free body keeps, of a trajectory: by its velocities where it has them, else by differences of its poses."""
+
+import numpy as np
+
+from tumble.compare.grade.read.block import Block, axes_of, principal_attitudes, vertices_of
+from tumble.compare.grade.read.columns import CENTRE, SPIN, VELOCITY, Shown
+from tumble.compare.judge import mechanics
+from tumble.scenarios.frames import Array, rotation_matrix, turned_by
+from tumble.scenarios.scene import Scene
+from tumble.solver.quaternion import from_matrix
+
+# Vertices that say how a body is turned: so much of their spread must be across a line.
+SPREAD = 1e-6
+
+
+class Conserved:
+    """Energy, momentum and angular momentum of the throws of a file, against those of the right motion.
+
+    Differences are taken of the right motion's poses as well, so that what a difference is off from a derivative is
+    not taken for a drift.
+    """
+
+    def __init__(self, scene: Scene, shown: Shown) -> None:
+        self._scene, self._shown = scene, shown
+        points = scene.body.points[list(shown.vertices)]
+        spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
+        self._posed = shown.centred and (
+            shown.kind != "vertices" or (len(points) > 2 and spread[1] > SPREAD * spread[0])
+        )
+        self.by_differences = not shown.velocities
+        self._scales, self._largest = np.zeros(3), np.zeros(3)
+        self._energy, self._any = 0.0, False
+
+    def add(self, rows: Block, true: Array) -> None:
+        """Take in one throw's rows of a block; true: the right states, (n, 13)."""
+        if not self._posed:
+            return
+        states = self._poses(rows)
+        if self.by_differences:
+            keep = self._undisturbed(rows.times)
+            states, true = _differenced(states, rows.times)[keep], _differenced(true, rows.times)[keep]
+        else:
+            states = np.hstack((states[:, 0:7], rows.of(VELOCITY), rows.of(SPIN)))
+        if len(states):
+            self._compare(states, true)
+
+    def drifts(self) -> tuple[float, float, float] | None:
+        """Return the largest drift of each over its largest true value, the energy's with its sign."""
+        if not self._any:
+            return None
+        scales = np.where(self._scales > 0, self._scales, 1.0)
+        energy, momentum, angular = self._largest / scales
+        return float(np.copysign(energy, self._energy)), float(momentum), float(angular)
+
+    def _compare(self, states: Array, true: Array) -> None:
+        body, gravity = self._scene.body, self._scene.gravity
+        self._any = True
+        apart = mechanics.energy(states, body, gravity) - mechanics.energy(true, body, gravity)
+        worst = float(apart[np.argmax(np.abs(apart))])
+        if abs(worst) > self._largest[0]:
+            self._energy = worst
+        kept = (mechanics.momentum, mechanics.angular_momentum)
+        values = [np.linalg.norm(of(states, body) - of(true, body), axis=-1).max() for of in kept]
+        scales = [np.linalg.norm(of(true, body), axis=-1).max() for of in kept]
+        self._largest = np.maximum(self._largest, (abs(worst), *values))
+        self._scales = np.maximum(self._scales, (mechanics.kinetic_energy(true, body).max(), *scales))
+
+    def _poses(self, rows: Block) -> Array:
+        """Return x and q, (n, 7), of the rows, of vertices by the rotation that fits them best."""
+        if self._shown.kind == "pose":
+            return np.hstack((rows.of(CENTRE), principal_attitudes(rows, self._scene.body.file_axes)))
+        if self._shown.kind == "matrix":
+            axes = axes_of(rows, self._shown.kind, self._scene.body.file_axes)
+            return np.hstack((rows.of(CENTRE), from_matrix(axes)))
+        return posed(vertices_of(rows, self._shown, self._scene), self._scene.body.points[list(self._shown.vertices)])
+
+    def _undisturbed(self, times: Array) -> np.ndarray:
+        """Return which central differences have no impulse between their ends, (n - 2,)."""
+        struck = np.array([impulse.time for impulse in self._scene.impulses])
+        begins, ends = times[:-2, None], times[2:, None]
+        return np.logical_not(np.any((begins < struck) & (struck <= ends), axis=1))
+
+
+def posed(places: Array, points: Array) -> Array:
+    """Return x and q, (n, 7), of the rigid motion nearest to where points are.
+
+    places: world [m], (n, K, 3); points: body axes [m], (K, 3).
+    Source: Kabsch, Acta Cryst. A32 (1976) 922; the rotation by Davenport's q-method,
+    `tumble.solver.quaternion.from_matrix`.
+    """
+    middle = points.mean(axis=0)
+    centre = places.mean(axis=1)
+    # from_matrix asks for the rotation of largest trace with B, and B^T = sum of p y^T.
+    q = from_matrix(np.einsum("nki,kj->nij", places - centre[:, None], points - middle))
+    turned = np.einsum("nij,j->ni", rotation_matrix(q), middle)
+    return np.hstack((centre - turned, q))
+
+
+def _differenced(poses: Array, times: Array) -> Array:
+    """Return the states, (n - 2, 13), of poses, (n, 7 or more), with v and w by central differences."""
+    if len(times) < 3:
+        return np.empty((0, 13))
+    span = (times[2:] - times[:-2])[:, None]
+    units = poses[:, 3:7] / np.linalg.norm(poses[:, 3:7], axis=1)[:, None]
+    w = turned_by(units[:-2], units[2:]) / span
+    return np.hstack((poses[1:-1, 0:7], (poses[2:, 0:3] - poses[:-2, 0:3]) / span, w))

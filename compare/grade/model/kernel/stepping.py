@@ -1,0 +1,128 @@
+"""A flight as a program with mistakes makes it: smooth, or in steps, with parts missing or wrong.
+
+A row of what is found, (22,): x [m], the matrix body to world by rows as the program has it, v [m/s], w [rad/s], world
+axes, and q, nan where the program keeps none.
+"""
+
+import math
+from pathlib import Path
+
+import numpy as np
+
+from tumble.compare.grade.model.kernel.euler import capped, euler_step, kept_in_single, matrix_step
+from tumble.compare.grade.model.kernel.events import happen
+from tumble.compare.grade.model.kernel.laws import (
+    AS_IT_IS,
+    MATRIX,
+    ORDER_4,
+    RUNGE_KUTTA,
+    SMOOTH,
+    Array,
+    Laws,
+    Motion,
+    Push,
+    Scheme,
+)
+from tumble.compare.grade.model.kernel.rates import twist
+from tumble.compare.grade.model.kernel.runge_kutta import runge_kutta_step, smooth_count
+from tumble.solver.compilation import inner, kernel_with
+from tumble.solver.quaternion import Quaternion, normalise, rotate, rotate_back, stretch
+from tumble.solver.vectors import Vector, add, scale, times
+
+WIDTH = 22
+# A flight takes no more steps than this, a smooth one no more than so many radians have steps.
+MOST_STEPS, MOST_RADIANS = 100_000, 1_000.0
+# Of a step: how much shorter or longer an interval of whole steps is by rounding of doubles.
+NEARLY = 1e-9
+
+
+@inner
+def _write(row: Array, motion: Motion, q: Quaternion, columns: Array, w_matrix: Vector, attitude: int) -> None:
+    """Write a row; q: as long as the program has it."""
+    row[0], row[1], row[2] = motion.x
+    row[12], row[13], row[14] = motion.v
+    row[15], row[16], row[17] = rotate(motion.q, motion.w_body)
+    row[18], row[19], row[20], row[21] = q
+    w, x, y, z = q
+    row[3], row[4], row[5] = w * w + x * x - y * y - z * z, 2 * (x * y - w * z), 2 * (x * z + w * y)
+    row[6], row[7], row[8] = 2 * (x * y + w * z), w * w - x * x + y * y - z * z, 2 * (y * z - w * x)
+    row[9], row[10], row[11] = 2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z
+    if attitude == MATRIX:
+        row[15], row[16], row[17] = w_matrix
+        row[18:22] = math.nan
+        for i in range(3):
+            for j in range(3):
+                row[3 + 3 * j + i] = columns[i, j]
+
+
+@kernel_with(Path(__file__).parent)
+def integrate(
+    start: Array,
+    times_s: Array,
+    found: Array,
+    laws: Laws,
+    events: Array,
+    spring_rate: float,
+    scheme: Scheme,
+    rounding: float,
+) -> None:
+    """Fly from a state of ours, (13,), at t = 0 to instants [s] that do not decrease, (T,); found: rows, (T, 22).
+
+    events: in the order in which they happen, (E, 16); spring_rate: of the stiffest swing there may be [rad/s];
+    rounding: of the instants [s].  Between two instants there are whole steps and a shorter last one, or whole ones
+    only where that is the same but for rounding; a smooth flight takes equal ones.
+    """
+    q = normalise((start[3], start[4], start[5], start[6]))
+    w_matrix = (start[10], start[11], start[12])
+    motion = Motion((start[0], start[1], start[2]), q, (start[7], start[8], start[9]), rotate_back(q, w_matrix))
+    momentum = rotate(q, times(laws.moments, motion.w_body))
+    columns = np.empty((3, 3))
+    columns[0, 0], columns[0, 1], columns[0, 2] = rotate(q, (1.0, 0.0, 0.0))
+    columns[1, 0], columns[1, 1], columns[1, 2] = rotate(q, (0.0, 1.0, 0.0))
+    columns[2, 0], columns[2, 1], columns[2, 2] = rotate(q, (0.0, 0.0, 1.0))
+    nothing = (0.0, 0.0, 0.0)
+    push = Push(0, nothing, nothing, nothing, (nothing, nothing, nothing))
+    length, now, number, row, steps = 1.0, 0.0, 0, 0, 0
+    while row < len(times_s):
+        happens = number < len(events) and events[number, 0] <= times_s[row]
+        stop = events[number, 0] if happens else times_s[row]
+        interval = stop - now
+        if interval > 0.0:
+            smooth = scheme.attitude == SMOOTH
+            ratio = interval / scheme.step
+            if smooth:
+                ratio = smooth_count(motion, interval, laws, push, spring_rate, scheme.step)
+            most = (MOST_RADIANS / scheme.step if smooth else MOST_STEPS) * interval / times_s[-1]
+            count = max(1, math.ceil(min(ratio - (0.0 if smooth else NEARLY), most)))
+            nearest = max(1, round(ratio))
+            is_whole = not smooth and ratio <= most and abs(interval - nearest * scheme.step) <= 2.0 * rounding
+            if is_whole:
+                count = nearest
+            for done in range(count):
+                dt = scheme.step if is_whole or done < count - 1 else interval - done * scheme.step
+                if smooth or ratio > most:
+                    dt = interval / count
+                if smooth or scheme.attitude == RUNGE_KUTTA:
+                    method = ORDER_4 if smooth else scheme.spin
+                    motion = runge_kutta_step(motion, dt, laws, push, method, smooth)
+                    v, w = capped(motion.v, laws.caps[0]), capped(motion.w_body, laws.caps[1])
+                    motion = Motion(motion.x, motion.q, v, w)
+                    continue
+                motion, growth = euler_step(motion, dt, laws, push, scheme, steps >= scheme.idle)
+                steps += 1
+                if scheme.keeps != AS_IT_IS:
+                    motion = kept_in_single(motion, scheme.keeps)
+                length *= growth
+                if scheme.normalises > 0 and steps % scheme.normalises == 0:
+                    length = 1.0
+                if scheme.attitude == MATRIX:
+                    momentum = add(momentum, scale(dt, twist(motion.x, motion.q, push)))
+                    w_matrix = matrix_step(columns, dt, momentum, laws.moments)
+            now = stop
+        if happens:
+            motion, push, jump = happen(motion, push, events, number, laws)
+            momentum = add(momentum, jump)
+            number += 1
+        else:
+            _write(found[row], motion, stretch(length, motion.q), columns, w_matrix, scheme.attitude)
+            row += 1

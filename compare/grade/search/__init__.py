@@ -1,0 +1,1 @@
+"""Looks for the mistakes that explain a trajectory."""

@@ -1,0 +1,55 @@
+"""Puts every law of compare.engines to a contestant, in its own process: a crash or a hang is an answer here too."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from tumble.compare.engines import LAWS
+from tumble.compare.run.engines.laws import laws_for
+from tumble.compare.run.participants import Participant
+from tumble.compare.run.worker import Failure
+
+LOOSE = 1e-3  # a tolerance at which the steps of an adaptive method are few
+
+
+@dataclass(frozen=True)
+class Examined:
+    """What came of one law: the methods that keep it, how others break it, and why some or all were not asked."""
+
+    law: str
+    holds: tuple[str, ...]
+    broken: dict[str, str]
+    not_asked: dict[str, str]
+
+
+def examined(participant: Participant) -> Iterator[Examined]:
+    """Yield what came of each law, put to every method, and to an adaptive one also at a loose tolerance.
+
+    After the first timeout no more is asked.
+    """
+    info = participant.info
+    assert not isinstance(info, Failure)
+    loose = [f"{method}@{LOOSE:g}" for method in participant.methods if method in info.adaptive]
+    binding = laws_for(info.features, info.optional, info.exempt)
+    late = ""
+    for law in LAWS:
+        if law not in binding or late:
+            lacking = "it has no gravity" if law == "gravity" else "it has nothing optional"
+            why = info.exempt.get(law) or (late if law in binding else lacking)
+            yield Examined(law, (), {}, dict.fromkeys(participant.methods, why))
+            continue
+        holds, broken, not_asked = [], {}, {}
+        for method in (*participant.methods, *loose):
+            if late:
+                not_asked[method] = late
+                continue
+            said = participant.ensure_running() or participant.worker.law_broken(law, method)
+            if isinstance(said, Failure) and said.status.startswith("timeout"):
+                # Each further answer would be waited for as long.
+                late = f"after a timeout no more is asked; {method} gave no answer to {law!r}"
+            if isinstance(said, Failure) and said.status.startswith("skipped: "):
+                not_asked[method] = said.status.removeprefix("skipped: ")
+            elif said:
+                broken[method] = said.status if isinstance(said, Failure) else said
+            else:
+                holds.append(method)
+        yield Examined(law, tuple(holds), broken, not_asked)

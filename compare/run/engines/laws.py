@@ -1,0 +1,181 @@
+"""The laws of tumble.compare.engines, put to an engine: what `tumble engines --check` and the tests of engines ask."""
+
+import math
+from collections.abc import Callable, Iterable
+from types import ModuleType
+
+import numpy as np
+
+from tumble.compare.engines import LAWS
+from tumble.compare.run.engines.brick import (
+    GRAVITY,
+    THROWS,
+    Broken,
+    by_other_roundings,
+    demand,
+    flown,
+    rounding,
+    scene,
+    step,
+    with_signs_of,
+)
+from tumble.compare.run.engines.motion_laws import comes_nearer_with_the_step, spins_steadily
+from tumble.compare.run.process.message import frame
+from tumble.scenarios.scene import Scene
+
+# Numbers of which six digits say too little for single precision, too: half a unit of the sixth is left over.
+ALL_DIGITS = 1 + np.arange(39).reshape(3, 13) * 0.01371 + 4.9e-6 / np.sqrt(2)
+DIGITS = {"double": 17, "single": 9}
+
+# A power of two changes no bit of a ratio.
+LIGHTER = 2.0**-20
+
+
+def reads_what_was_written(engine: ModuleType, method: str) -> None:
+    """read(write(s)) = s."""
+    states = with_signs_of(THROWS, flown(engine, method, THROWS))
+    # Turning w into body axes and back, or normalising q, costs a few roundings of numbers up to 40.
+    eps = rounding(engine)
+    demand(states, THROWS, 16 * eps + 8 * eps * np.abs(THROWS), "read after write")
+
+
+def digits_are_all_there(engine: ModuleType, method: str) -> None:
+    """Numbers with all their digits are read as they were written."""
+    start = ALL_DIGITS.copy()
+    start[:, 3:7] /= np.linalg.norm(start[:, 3:7], axis=1, keepdims=True)
+    states = with_signs_of(start, flown(engine, method, start))
+    eps = rounding(engine)
+    needed = DIGITS["single" if eps > 1e-10 else "double"]
+    found = min(needed, *(same_digits(a, b) for a, b in zip(states.flat, start.flat, strict=True)))
+    demand(
+        states, start, 16 * eps + 8 * eps * np.abs(start), f"{found} digits of a number came back, {needed} are needed"
+    )
+
+
+def same_digits(a: float, b: float) -> int:
+    """Return to how many significant digits a number b has become a."""
+    if not math.isfinite(a) or a == b:
+        return 17 if a == b else 0
+    return max(0, math.floor(math.floor(math.log10(abs(b))) + 1 - math.log10(2 * abs(a - b))))
+
+
+def steps_add_up(engine: ModuleType, method: str) -> None:
+    """advance(a) then advance(b) = advance(a + b)."""
+    at_once = flown(engine, method, THROWS, (11, 0.1 / 11), (28, 0.003))
+    in_parts = flown(engine, method, THROWS, (3, 0.1 / 11), (8, 0.1 / 11), (1, 0.003), (27, 0.003))
+    demand(in_parts, at_once, 0.0, "3 + 8 and 1 + 27 steps instead of 11 and 28")
+
+
+def forgets(engine: ModuleType, method: str) -> None:
+    """A flight after write is that of a new world."""
+    fresh = flown(engine, method, THROWS, (50, 0.01))
+    world = engine.build(scene(), method)
+    engine.write(world, THROWS[::-1].copy())
+    step(engine, world, (37, 0.07))
+    engine.write(world, THROWS)
+    step(engine, world, (50, 0.01))
+    demand(np.array(engine.read(world)), fresh, 0.0, "after another flight")
+
+
+def goes_straight(engine: ModuleType, method: str) -> None:
+    """With no force and no spin x + v t."""
+    start = THROWS.copy()
+    start[:, 10:13] = 0.0
+    states = flown(engine, method, start, (150, 0.01), (50, 0.02))
+    expected = start.copy()
+    expected[:, 0:3] += 2.5 * start[:, 7:10]
+    # One rounding a step of the largest number in hand.  It leaves room for MuJoCo's angular velocity too, where the
+    # rounding of v x m v over the moment of inertia makes 2e-13 rad/s of nothing.
+    within = 200 * rounding(engine) * float(np.abs(expected).max())
+    demand(with_signs_of(start, states), expected, within, "after 2.5 s with no force and no spin")
+
+
+def falls_by_gravity(engine: ModuleType, method: str) -> None:
+    """With gravity v + g t, and x to the order of the method."""
+    states = flown(engine, method, THROWS, (100, 0.01), gravity=GRAVITY)
+    pull = np.broadcast_to(GRAVITY, (3, 3))
+    eps = rounding(engine)
+    fallen = THROWS[:, 0:3] + THROWS[:, 7:10] + pull / 2
+    # One rounding a step of the largest number in hand: who keeps velocities about the origin has w x there too.
+    within = 100 * eps * float(np.abs(fallen).max())
+    demand(states[:, 7:10], THROWS[:, 7:10] + pull, within, "v after 1 s of gravity")
+    # A method of order one is off by g t dt / 2, and so is x by 1 % of what gravity gives.
+    demand(states[:, 0:3], fallen, 0.0101 * abs(pull) / 2 + within, "x after 1 s of gravity")
+
+
+def flies_light_as_heavy(engine: ModuleType, method: str) -> None:
+    """A millionth of the mass and of the moments is flown the same way: ratios alone matter."""
+    heavy, light = (flown(engine, method, THROWS, (50, 0.01), weight=weight) for weight in (1.0, LIGHTER))
+    demand(light, heavy, by_other_roundings(engine, method), "with a millionth of the mass")
+
+
+def leaves_the_scene_alone(engine: ModuleType, method: str) -> None:
+    """The scene is not altered."""
+    question = scene()
+    before = spelled(question)
+    world = engine.build(question, method)
+    engine.write(world, question.start)
+    step(engine, world, (5, 0.01))
+    engine.read(world)
+    if spelled(question) != before:
+        raise Broken("the scene is another after a flight")
+
+
+def spelled(question: Scene) -> bytes:
+    """Return all that a scene says, every bit of it."""
+    return b"".join(frame(question))
+
+
+def throws_are_apart(engine: ModuleType, method: str) -> None:
+    """A throw flies as it would alone."""
+    together = flown(engine, method, THROWS, (100, 0.01))
+    for number, start in enumerate(THROWS):
+        alone = flown(engine, method, start[np.newaxis].copy(), (100, 0.01))
+        demand(together[number : number + 1], alone, 0.0, f"throw {number} beside the others")
+
+
+def optional_is_optional(engine: ModuleType, method: str) -> None:
+    """What OPTIONAL keeps changes no motion."""
+    bare = flown(engine, method, THROWS, (50, 0.01))
+    off = by_other_roundings(engine, method)
+    for keep in [*((name,) for name in engine.OPTIONAL), engine.OPTIONAL]:
+        try:
+            world = engine.build(scene(), method, keep)
+        except NotImplementedError:
+            continue
+        engine.write(world, THROWS)
+        step(engine, world, (50, 0.01))
+        demand(np.array(engine.read(world)), bare, off, f"with {', '.join(keep)}")
+
+
+Law = Callable[[ModuleType, str], None]
+
+ASKED: dict[str, Law] = {
+    "read after write": reads_what_was_written,
+    "digits": digits_are_all_there,
+    "steps add up": steps_add_up,
+    "write forgets": forgets,
+    "throws are apart": throws_are_apart,
+    "straight": goes_straight,
+    "gravity": falls_by_gravity,
+    "turns": spins_steadily,
+    "converges": comes_nearer_with_the_step,
+    "light": flies_light_as_heavy,
+    "the scene": leaves_the_scene_alone,
+    "optional": optional_is_optional,
+}
+
+
+def laws_for(features: Iterable[str], optional: Iterable[str], exempt: Iterable[str]) -> list[str]:
+    """Return the laws that bind an engine with those FEATURES, OPTIONAL and EXEMPT."""
+    free = {*exempt, *(() if "gravity" in features else ("gravity",)), *(() if tuple(optional) else ("optional",))}
+    return [law for law in LAWS if law not in free]
+
+
+def law_broken(engine: ModuleType, law: str, method: str) -> str:
+    """Return how a law does not hold for a method, '' where it does.  Raises what the engine raises."""
+    try:
+        ASKED[law](engine, method)
+    except Broken as broken:
+        return str(broken)
+    return ""

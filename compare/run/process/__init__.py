@@ -1,0 +1,1 @@
+"""Processes that answer in messages, and what they have answered, kept on disk."""

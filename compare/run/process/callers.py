@@ -1,0 +1,70 @@
+"""Processes that share out calls: one takes those of a kind, the others the rest, and then all what is left."""
+
+from collections import deque
+from collections.abc import Callable, Sequence
+from concurrent.futures import CancelledError, Future
+from functools import partial
+from typing import Any, NamedTuple
+
+from tumble.compare.run.process.caller import Caller, Tell
+from tumble.compare.run.process.process import Died
+
+
+class Call(NamedTuple):
+    """A function, what it is given, and what is called with each share of the work that it reports, if it does."""
+
+    function: Callable[..., Any]
+    arguments: Sequence[Any] = ()
+    tell: Tell | None = None
+
+
+Task = tuple[Call, "Future[Any]"]
+
+
+class Callers:
+    """So many processes, each of which makes one call after the other."""
+
+    def __init__(self, count: int) -> None:
+        self._callers = [Caller() for _ in range(count)]
+
+    def share_out(self, calls: Sequence[Call], of_a_kind: Sequence[bool]) -> list["Future[Any]"]:
+        """Return what will be the results of calls; the first process takes those of a kind before any other."""
+        futures: list[Future[Any]] = [Future() for _ in calls]
+        ordered = sorted(range(len(calls)), key=lambda number: not of_a_kind[number])
+        waiting = deque((calls[number], futures[number]) for number in ordered)
+        for number, caller in enumerate(self._callers):
+            _go_on(caller, waiting.pop if number else waiting.popleft)
+        return futures
+
+    def end(self) -> None:
+        """End the processes, whatever they are doing; calls that wait are not made."""
+        for caller in self._callers:
+            caller.end()
+
+
+def _go_on(caller: Caller, take: Callable[[], Task]) -> None:
+    """Let a process make the next call that nobody has cancelled, and so on when it is done."""
+    while True:
+        try:
+            call, future = take()
+        except IndexError:
+            return
+        if not future.set_running_or_notify_cancel():
+            continue
+        try:
+            made = caller.submit(call.function, *call.arguments, tell=call.tell)
+        except Died as ended:
+            future.set_exception(ended)
+            continue
+        made.add_done_callback(partial(_tell, future))
+        made.add_done_callback(lambda _: _go_on(caller, take))
+        return
+
+
+def _tell(future: "Future[Any]", made: "Future[Any]") -> None:
+    """Tell what a call has come to."""
+    error = CancelledError() if made.cancelled() else made.exception()
+    if error is None:
+        future.set_result(made.result())
+    else:
+        future.set_exception(error)

@@ -1,0 +1,97 @@
+"""What is timed together: the parent's side of the timers that stand in the workers."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from tumble.compare.run.flight import legs
+from tumble.compare.run.participants import Participant
+from tumble.compare.run.tasks import Task, run
+from tumble.compare.run.timing.readings import GONE, USUAL, Reading, Sampling, load_seen, round_robin
+from tumble.compare.run.timing.timer import Pace, Ready, Sample
+from tumble.compare.run.worker import Failure, Worker
+from tumble.scenarios.scene import Scene
+
+UNTIMED = "untimed: "
+
+
+@dataclass(frozen=True, eq=False)
+class Load:
+    """A contestant as it is built for a scene, with what of its OPTIONAL is kept."""
+
+    participant: Participant
+    scene: Scene
+    method: str
+    keep: frozenset[str] = frozenset()
+
+    @property
+    def by_step(self) -> bool:
+        """Whether the clock's unit is a step and not a flight."""
+        return not self.participant.takes_own_steps(self.method)
+
+    @property
+    def pace(self) -> Pace:
+        """What a sample asks for: steps of the scene's own length, or the legs of a flight."""
+        if self.by_step:
+            return Pace(((1, self.scene.step),), True)
+        return Pace(tuple((leg.n, leg.dt) for leg in legs(self.scene, self.scene.duration)), False)
+
+
+@dataclass(frozen=True, eq=False)
+class Cost:
+    """What the clock said: of a step or of a flight, and what making its timer ready has shown."""
+
+    reading: Reading
+    ready: Ready
+
+
+def costs(loads: Mapping[str, Load], sampling: Sampling = USUAL) -> dict[str, Cost | Failure]:
+    """Return what each load costs, all sampled in the same rounds, or why it cannot be timed: `untimed: why`.
+
+    Whatever becomes of one, the others have their times.
+    """
+    timers = {key: StandingTimer(key, load) for key, load in loads.items()}
+    # Engines make theirs ready side by side: nothing of it is compared.
+    ready = dict(zip(loads, run([timer.task for timer in timers.values()]), strict=True))
+    readings = round_robin(
+        {key: timers[key].sample for key, shown in ready.items() if not isinstance(shown, Failure)}, *sampling
+    )
+    return {
+        key: shown if isinstance(shown, Failure) else believed(readings[key], shown) for key, shown in ready.items()
+    }
+
+
+def believed(reading: Reading | Failure, ready: Ready) -> Cost | Failure:
+    """Return the cost that a reading says, or why it says none."""
+    if isinstance(reading, Failure):
+        untimed = reading.status.startswith(UNTIMED)
+        return reading if untimed else Failure(f"{UNTIMED}{GONE}: {reading.status}")
+    return Failure(f"{UNTIMED}{reading.doubt}: {load_seen()}") if reading.doubt else Cost(reading, ready)
+
+
+class StandingTimer:
+    """The timer of one load in its engine's process, made anew where another load has ended that process."""
+
+    def __init__(self, key: str, load: Load) -> None:
+        self._key, self._load = key, load
+        self._worker: Worker | None = None
+
+    @property
+    def task(self) -> Task[Ready | Failure]:
+        """What makes it ready for the first time."""
+        return Task((self._load.scene.name, self._key), self._load.participant, lambda _: self.make())
+
+    def make(self) -> Ready | Failure:
+        """Make it ready in the process that there is now; return what that has shown, or why it cannot be."""
+        load = self._load
+        shown = load.participant.prepare_timer(self._key, load.scene, load.method, load.pace, load.keep)
+        self._worker = load.participant.worker
+        return shown
+
+    def sample(self) -> Sample | Failure:
+        """Return one sample, or why there is none."""
+        participant = self._load.participant
+        if not (participant.worker is self._worker and participant.worker.alive):
+            shown = self.make()
+            if isinstance(shown, Failure):
+                return shown
+        return participant.sample(self._key)

@@ -1,0 +1,48 @@
+"""Makes the tables of keys in docs/scene.md, and docs/scene.schema.json, from the types that scenes are read with.
+
+.venv/bin/python -m tools.scene_guide
+"""
+
+import json
+from argparse import ArgumentParser
+from pathlib import Path
+
+from tumble.scenarios.schema import TABLES, json_schema, keys, title
+
+DOCS = Path(__file__).parents[1] / "docs"
+BEGIN, END = "<!-- keys: made by tools/scene_guide.py -->\n", "<!-- end of keys -->\n"
+
+
+def key_tables() -> str:
+    """Return a Markdown table of keys for each table of a scene file."""
+    parts = []
+    for head, table in TABLES.items():
+        name = f"`{head}`" if head else "At the top"
+        parts.append(
+            f"### {name}\n\n{title(table)}\n\n| key | must be | unit | what | default |\n|---|---|---|---|---|"
+        )
+        for key in keys(table):
+            default = "**needed**" if key.default is None else f"`{key.default}`" if key.default else ""
+            meaning = key.meaning.replace("|", "\\|")
+            parts.append(f"| `{key.name}` | {key.allowed} | {key.unit} | {meaning} | {default} |")
+        parts.append("")
+    return "\n".join(parts)
+
+
+def page(text: str) -> str:
+    """Return the page with its tables of keys made anew."""
+    before, _, rest = text.partition(BEGIN)
+    _, _, after = rest.partition(END)
+    return f"{before}{BEGIN}\n{key_tables()}\n{END}{after}"
+
+
+def schema_text() -> str:
+    """Return the JSON Schema as it is kept."""
+    return json.dumps(json_schema(), indent=1) + "\n"
+
+
+if __name__ == "__main__":
+    ArgumentParser(prog="tools.scene_guide", description="Make docs/scene.md's tables and schema.").parse_args()
+    guide = DOCS / "scene.md"
+    guide.write_text(page(guide.read_text(encoding="utf-8")), encoding="utf-8")
+    (DOCS / "scene.schema.json").write_text(schema_text(), encoding="utf-8")

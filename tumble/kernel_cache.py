@@ -1,0 +1,140 @@
+"""Where compiled kernels are kept, nowhere if that cannot be; what cannot be read is compiled anew.
+
+Below `solver` and `scenarios`, which do not know each other; it imports nothing of Tumble.
+"""
+
+import contextlib
+import fcntl
+import hashlib
+import os
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numba
+from numba.core.caching import FunctionCache
+
+# No kernel takes longer to compile, and so often one looks whether another process has [s].
+LONGEST_WAIT_S, LOOK_AGAIN_S = 60.0, 0.02
+
+said: set[str] = set()
+
+
+class KernelCache(FunctionCache):
+    """numba's own, for which a damaged file or a full disk is no reason to fail, and which compiles nothing twice."""
+
+    def __init__(self, py_func: Any) -> None:
+        super().__init__(py_func)
+        self._turns: dict[str, int] = {}
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """Return what was compiled before, or what another process is compiling just now, or None."""
+        found = self._loaded(sig, target_context)
+        if found is not None or not self._wait_for_turn(sig):
+            return found
+        found = self._loaded(sig, target_context)
+        if found is not None:
+            self._end_turn(sig)
+        return found
+
+    def _wait_for_turn(self, sig: Any) -> bool:
+        """Wait while another process compiles the same; return whether it is this one's turn now.
+
+        It ends when that is saved, or this process ends; who waits too long compiles it himself.
+        """
+        name = f"{self._impl.filename_base}-{hashlib.sha256(str(sig).encode()).hexdigest()[:16]}.lock"
+        try:
+            self._impl.locator.ensure_cache_path()
+            turn = os.open(Path(self.cache_path) / name, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
+        except OSError:
+            return False
+        until = time.monotonic() + LONGEST_WAIT_S
+        while str(sig) not in self._turns and time.monotonic() < until:
+            try:
+                fcntl.flock(turn, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                time.sleep(LOOK_AGAIN_S)
+                continue
+            except OSError:  # a file system without locks
+                break
+            self._turns[str(sig)] = turn
+            return True
+        os.close(turn)
+        return False
+
+    def _end_turn(self, sig: Any) -> None:
+        turn = self._turns.pop(str(sig), None)
+        if turn is not None:
+            os.close(turn)
+
+    def _loaded(self, sig: Any, target_context: Any) -> Any:
+        try:
+            return super().load_overload(sig, target_context)
+        except Exception as error:  # whatever unpickling makes of bytes that are not what was written
+            say(f"a compiled kernel in {self.cache_path} cannot be read ({type(error).__name__}): compiled anew")
+            with contextlib.suppress(OSError):
+                self.flush()
+            return None
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Keep what was compiled, if there is room."""
+        try:
+            super().save_overload(sig, data)
+        except Exception as error:
+            say(f"compiled kernels cannot be kept in {self.cache_path} ({error}): each process compiles them anew")
+            self.disable()
+        finally:
+            self._end_turn(sig)
+
+
+def keep(dispatcher: Any, source: Path, others: tuple[Path, ...] = ()) -> Any:
+    """Return a compiled function that is kept on disk, if there is a folder for it.
+
+    source, others: the folders of all that it is made of; each state of their source has a folder of its own.
+    """
+    name = f"kernels-{state(source, *others)}"
+    before = numba.config.CACHE_DIR  # type: ignore[attr-defined]
+    try:
+        for folder in folders(source):
+            numba.config.CACHE_DIR = str(folder / name)  # type: ignore[attr-defined]
+            with contextlib.suppress(OSError, RuntimeError):  # numba's way to say that nothing can be written there
+                (folder / name).mkdir(parents=True, exist_ok=True)
+                dispatcher._cache = KernelCache(dispatcher.py_func)
+                return dispatcher
+    finally:
+        numba.config.CACHE_DIR = before  # type: ignore[attr-defined]
+    say("there is no folder to keep compiled kernels in: each process compiles them anew")
+    return dispatcher
+
+
+@cache
+def state(*sources: Path) -> str:
+    """Return sixteen digits that are others for another state of the source in these folders."""
+    text = b"".join(path.read_bytes() for source in sources for path in sorted(source.rglob("*.py")))
+    return hashlib.sha256(text).hexdigest()[:16]
+
+
+def folders(source: Path) -> Iterator[Path]:
+    """Yield where kernels may be kept: where the user said, beside the source, in his own folders."""
+    if chosen := os.environ.get("NUMBA_CACHE_DIR"):
+        yield Path(chosen)
+    yield source / "__pycache__"
+    with contextlib.suppress(RuntimeError):  # there is no home
+        yield Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "tumble"
+    with contextlib.suppress(OSError):
+        shared = Path(tempfile.gettempdir()) / f"tumble-{os.getuid()}"
+        shared.mkdir(mode=0o700, exist_ok=True)
+        # What lies there is run: it must be nobody else's.
+        if shared.lstat().st_uid == os.getuid() and not shared.lstat().st_mode & 0o077 and not shared.is_symlink():
+            yield shared
+
+
+def say(line: str) -> None:
+    """Say a line on standard error, once."""
+    if line not in said:
+        said.add(line)
+        sys.stderr.write(f"tumble: {line}\n")
