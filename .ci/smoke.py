@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """Installs Tumble as its users do, and runs every command, on every Python that is here.
 
-Each Python gets two environments: one with the newest dependencies that pyproject.toml allows, one with the lowest.
+The reference gets an environment with the lowest dependencies that pyproject.toml allows, for the tests have run with
+newer ones; each other Python one with the newest.  `--all` tries both on each.
 Nothing in here knows how the package is laid out.  It needs uv, or gets it from the package index.
 """
 
@@ -160,6 +161,7 @@ def main() -> int:
         for version, path in found.items()
         if path
         for resolution in RESOLUTIONS
+        if options.all or options.chosen or (resolution == "lowest") is (version == REFERENCE)
     ]
     begun = time.monotonic()
     with ThreadPoolExecutor(options.jobs) as threads:
@@ -185,6 +187,7 @@ def parsed() -> argparse.Namespace:
         "--jobs", type=int, default=os.cpu_count() or 1, help="environments at once; default: a core each"
     )
     parser.add_argument("--keep", action="store_true", help="keep the environments and what was written in them")
+    parser.add_argument("--all", action="store_true", help="newest and lowest dependencies on every Python")
     parser.add_argument("--missing", action="store_true", help="only print the Pythons that are not found here")
     options = parser.parse_args()
     options.chosen, options.python = bool(options.python), options.python or PYTHONS

@@ -34,9 +34,10 @@ def function_of(item: pytest.Item) -> str:
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """Take `--quick` and `--rest`."""
+    """Take `--quick`, `--rest` and `--half`."""
     parser.addoption("--quick", action="store_true", help="leave out most of the slow tests")
     parser.addoption("--rest", action="store_true", help="run only what --quick leaves out")
+    parser.addoption("--half", action="store_true", help="of --rest a half, another one with each commit")
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
@@ -57,6 +58,8 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         return name not in slow or (is_first and slow[name]) or digest[0] % PARTS == 0
 
     kept = [item for item in items if stays(item) is not config.getoption("--rest")]
+    if config.getoption("--half"):
+        kept = [item for item in kept if hashlib.sha256(f"half {head}{item.nodeid}".encode()).digest()[0] % 2]
     config.hook.pytest_deselected(items=[item for item in items if item not in set(kept)])
     items[:] = kept
 

@@ -31,7 +31,7 @@ ENGINES = {
 
 @pytest.fixture(scope="module")
 def judge():
-    spec = importlib.util.spec_from_file_location("foreign_judge", HERE.parents[2] / "docs" / "foreign.py")
+    spec = importlib.util.spec_from_file_location("foreign_judge", HERE.parents[2] / "tools" / "foreign.py")
     script = importlib.util.module_from_spec(spec)
     sys.modules["foreign_judge"] = script  # dataclasses look there for their module
     spec.loader.exec_module(script)
