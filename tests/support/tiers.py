@@ -15,8 +15,8 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 LIST = ROOT / "tests" / "slow.txt"
-# Processor time that a test may take which is not listed [s].  What is listed took half of it or more.
-MOST_S = 3.0
+# Processor time that a test may take which is not listed [s]: what takes 3 s alone takes up to 5 on a busy machine.
+MOST_S = 5.0
 PARTS = 10
 FOLDERS = ("solver", "scenarios", "compare")
 taken = pytest.StashKey[float]()
