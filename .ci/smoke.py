@@ -124,7 +124,7 @@ class Cell:
     python: Path
     resolution: str
     folder: Path
-    whole: bool = True  # whether every command is run, or only FEW
+    whole: bool  # whether every command is run, or only FEW
     releases: dict[str, str] = field(default_factory=dict)
     times: dict[str, float] = field(default_factory=dict)  # of each command that did what it should [s]
     seconds: float = 0.0
@@ -161,13 +161,11 @@ def main() -> int:
     uv = find_uv(work)
     wheel = built(uv, work)
     cells = [
-        Cell(version, path, resolution, work / f"{version}-{resolution}")
+        Cell(version, path, resolution, work / f"{version}-{resolution}", whole(options, version, resolution))
         for version, path in found.items()
         if path
         for resolution in RESOLUTIONS
     ]
-    for cell in cells:
-        cell.whole = options.all or options.chosen or (cell.resolution == "lowest") is (cell.version == REFERENCE)
     begun = time.monotonic()
     with ThreadPoolExecutor(options.jobs) as threads:
         for cell in threads.map(lambda cell: smoked(cell, uv, wheel), cells):
@@ -197,6 +195,11 @@ def parsed() -> argparse.Namespace:
     options = parser.parse_args()
     options.chosen, options.python = bool(options.python), options.python or PYTHONS
     return options
+
+
+def whole(options: argparse.Namespace, version: str, resolution: str) -> bool:
+    """Whether every command is run with these dependencies on that Python."""
+    return options.all or options.chosen or (resolution == "lowest") is (version == REFERENCE)
 
 
 def say(line: str) -> None:

@@ -50,9 +50,8 @@ def comparison_tables(
     pairs = [row for each in comparisons for row in agreements(each.runs)]
     published = [row for each in comparisons if is_table_4_1(each.scene) for row in published_rows(each)]
     budget = list(budget_rows(published))
-    defaults, asked = (
-        frozenset().union(*each) for each in zip(*((one.defaults, one.asked) for one in comparisons), strict=True)
-    )
+    defaults = frozenset().union(*(each.defaults for each in comparisons))
+    asked = frozenset().union(*(each.asked for each in comparisons))
     findings = [*error_findings(rows, defaults, asked), *agreement_findings(pairs), *column_findings(budget)]
     return {
         "scenes.csv": frame(SCENES, map(scene_row, comparisons)),

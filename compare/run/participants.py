@@ -257,8 +257,9 @@ def launched(
         for worker, (engine, methods) in zip(workers, engines.items(), strict=True):
             info = worker.describe()
             taking_part, asked_by_name = chosen(engine, methods, info, few), frozenset(filter(None, methods))
-            participants.append(Participant(engine, named[engine], taking_part, asked_by_name, info, worker))
-            participants[-1].unasked = not asked
+            participants.append(
+                Participant(engine, named[engine], taking_part, asked_by_name, info, worker, unasked=not asked)
+            )
         yield participants
     finally:
         for worker in {*workers, *(participant.worker for participant in participants)}:

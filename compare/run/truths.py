@@ -77,7 +77,6 @@ class Truths:
         self, scenes: Sequence[Scene], tick: Tick = untold, floor: bool = True, limit_s: float = float("inf")
     ) -> None:
         self._tick, self._floor, self._limit_s = tick, floor, limit_s
-        self._told: list[Progress] = []
         self._callers: Callers | None = None
         self._ended = threading.Event()
         self._one_at_a_time = threading.Lock()  # starts processes, or ends them
@@ -90,7 +89,6 @@ class Truths:
         After `stop` they are cancelled.
         """
         told = [Progress(f"{scene.name} truth", self._tick) for scene in scenes]
-        self._told += told
         of = partial(true_answer, floor=self._floor, limit_s=self._limit_s)
         if len(scenes) > 1 or self._callers:
             futures = self._share_out(

@@ -2,11 +2,11 @@
 
 import threading
 from collections.abc import Callable, Sequence
-from concurrent.futures import Future, InvalidStateError
-from contextlib import suppress
+from concurrent.futures import Future
+from functools import partial
 from typing import Any
 
-from tumble.compare.run.process.caller import Caller
+from tumble.compare.run.process.caller import Caller, hand_on
 from tumble.compare.run.process.process import Died
 
 # Processes that wait for work; and how many there are at most, whatever the number of pages: further jobs wait.
@@ -49,19 +49,8 @@ class Job:
         """Let a worker make the calls; done: called after the last.  Raises Died, and nothing is begun."""
         inner = [worker.submit(*call) for call in self.calls]
         for one, future in zip(inner, self.futures, strict=True):
-            one.add_done_callback(lambda found, future=future: hand_on(found, future))
+            one.add_done_callback(partial(hand_on, future=future))
         inner[-1].add_done_callback(lambda _: done(self))
-
-
-def hand_on(done: "Future[Any]", future: "Future[Any]") -> None:
-    """Give a future what another has come to."""
-    with suppress(InvalidStateError):  # it was cancelled
-        if done.cancelled():
-            future.cancel()
-        elif (error := done.exception()) is not None:  # not raised: its traceback would keep a dead worker's pipes open
-            future.set_exception(error)
-        else:
-            future.set_result(done.result())
 
 
 class Workers:

@@ -10,7 +10,8 @@ import socket
 import sys
 import threading
 from collections.abc import Callable
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import CancelledError, Future, InvalidStateError, ThreadPoolExecutor
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -30,50 +31,67 @@ Tell = Callable[[float], object]
 
 
 class Caller:
-    """A process that makes one call after the other.  It ends with this process, however that ends."""
+    """A process that makes one call after the other: it starts with the first, and ends when this process does."""
 
     def __init__(self) -> None:
-        self._process = Process([sys.executable, "-P", "-c", BEGIN], {})
+        self._process: Process | None = None
         self._thread = ThreadPoolExecutor(1)
-        self._turn, self._ended = threading.Lock(), False
         self._own_thread: int | None = None
+        self._one_at_a_time, self._ended = threading.Lock(), False
 
     def submit(self, function: Callable[..., Any], *arguments: Any, tell: Tell | None = None) -> "Future[Any]":
         """Return what will be the function's result.
 
         tell: called with each share of the work that the function reports; it must take `tell`, too, then.
-        Raises Died where the process was ended, or has died.
+        Raises Died where the process was ended, or has died, OSError where it cannot be started.
         """
-        if self._process.gone:
-            raise Died("its process is gone")
-        try:
-            return self._thread.submit(self._call, function, arguments, tell)
-        except RuntimeError as ended:
-            raise Died("its process was ended") from ended
+        with self._one_at_a_time:
+            if self._ended or (self._process is not None and self._process.gone):
+                raise Died("its process is gone")
+            if self._process is None:
+                self._process = Process([sys.executable, "-P", "-c", BEGIN], {})
+            return self._thread.submit(self._call, self._process, function, arguments, tell)
 
-    def _call(self, function: Callable[..., Any], arguments: tuple[Any, ...], tell: Tell | None) -> Any:
+    def _call(
+        self, process: Process, function: Callable[..., Any], arguments: tuple[Any, ...], tell: Tell | None
+    ) -> Any:
         self._own_thread = threading.get_ident()
-        with self._turn:
-            self._process.send(as_array((function, arguments, tell is not None)), math.inf)
-            while True:
-                kind, value = pickle.loads(self._process.receive(np.ndarray, MOST_BYTES, math.inf))
-                if kind == ERROR:
-                    raise value
-                if kind == RESULT:
-                    return value
-                if tell is not None:
-                    tell(value)
+        process.send(as_array((function, arguments, tell is not None)), math.inf)
+        while True:
+            kind, value = pickle.loads(process.receive(np.ndarray, MOST_BYTES, math.inf))
+            if kind == ERROR:
+                raise value
+            if kind == RESULT:
+                return value
+            if tell is not None:
+                tell(value)
 
     def end(self) -> None:
         """End the process at once, whatever it is doing: who waits for a call gets CancelledError or Died."""
-        if not self._ended:
+        with self._one_at_a_time:
+            ended, self._ended = self._ended, True
+        if ended:
+            return
+        if self._process is not None:
             self._process.kill()
         # Who is told of a call may end the process there and then: that thread cannot wait for itself.
         self._thread.shutdown(wait=threading.get_ident() != self._own_thread, cancel_futures=True)
-        with self._turn:
-            if not self._ended:
-                self._process.end()
-            self._ended = True
+        if self._process is not None:
+            self._process.end()
+
+
+def hand_on(done: "Future[Any]", future: "Future[Any]") -> None:
+    """Give a future what another has come to, unless it was cancelled meanwhile."""
+    with suppress(InvalidStateError):
+        if done.cancelled():
+            if not future.cancel():  # it is waited for already
+                future.set_exception(CancelledError())
+        elif (
+            error := done.exception()
+        ) is not None:  # not raised: its traceback would keep a dead process's pipes open
+            future.set_exception(error)
+        else:
+            future.set_result(done.result())
 
 
 def as_array(value: object) -> np.ndarray:

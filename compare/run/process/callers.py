@@ -2,11 +2,11 @@
 
 from collections import deque
 from collections.abc import Callable, Sequence
-from concurrent.futures import CancelledError, Future
+from concurrent.futures import Future
 from functools import partial
 from typing import Any, NamedTuple
 
-from tumble.compare.run.process.caller import Caller, Tell
+from tumble.compare.run.process.caller import Caller, Tell, hand_on
 from tumble.compare.run.process.process import Died
 
 
@@ -22,7 +22,7 @@ Task = tuple[Call, "Future[Any]"]
 
 
 class Callers:
-    """So many processes, each of which makes one call after the other."""
+    """At most so many processes, each of which makes one call after the other."""
 
     def __init__(self, count: int) -> None:
         self._callers = [Caller() for _ in range(count)]
@@ -56,15 +56,6 @@ def _go_on(caller: Caller, take: Callable[[], Task]) -> None:
         except Died as ended:
             future.set_exception(ended)
             continue
-        made.add_done_callback(partial(_tell, future))
+        made.add_done_callback(partial(hand_on, future=future))
         made.add_done_callback(lambda _: _go_on(caller, take))
         return
-
-
-def _tell(future: "Future[Any]", made: "Future[Any]") -> None:
-    """Tell what a call has come to."""
-    error = CancelledError() if made.cancelled() else made.exception()
-    if error is None:
-        future.set_result(made.result())
-    else:
-        future.set_exception(error)
