@@ -42,7 +42,11 @@ def band(row: AblationRow) -> str:
 def ablation_text(ablation: Ablation) -> Iterator[Table | Text]:
     """Yield what `tumble ablate` prints of one scene."""
     yield plain(f"{ablation.scene.name}: {ablation.scene.title}")
-    limit = "the scene has no truth" if ablation.limit_m is None else f"the truth's limit is {ablation.limit_m:.1e} m"
+    limit = (
+        "the scene has no truth"
+        if ablation.resolution_m is None
+        else f"the truth's limit is {ablation.resolution_m:.1e} m"
+    )
     yield plain(f"time of a step with what the scene has no use for, and without; {limit}")
     table = columns("contestant", "with [ns]", "without", "ratio", "95 in 100", "motion", right=range(1, 4))
     for row in ablation.rows:

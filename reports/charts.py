@@ -10,7 +10,7 @@ from rich.text import Text
 from tumble.compare.comparison.findings import error_m
 from tumble.compare.engines import OWN
 from tumble.compare.stability.schemas import LimitRow
-from tumble.compare.sweep.schemas import DigitRow
+from tumble.compare.sweep.schemas import AccuracyCostRow
 from tumble.compare.tables.shared import RunRow
 from tumble.reports.rows import contestant
 from tumble.reports.terminal import LIST_WIDTH, columns, length, plain
@@ -79,7 +79,7 @@ def error_chart(runs: Sequence[RunRow]) -> Iterator[Table | Text]:
     scale = ruler([error_m(run) for run in told], map(contestant, told), 12)
     table = columns(HEAD, "largest error", "", right=(2,))
     for run in told:
-        exact = (run.max_error_m or 0.0) <= (run.limit_m or 0.0)
+        exact = (run.max_error_m or 0.0) <= (run.resolution_m or 0.0)
         colour = word_colour(run.status) or (GOOD if exact else PLAIN)
         said = f"≤{length(error_m(run))}" if exact else length(error_m(run))
         table.add_row(plain(contestant(run)), scale.line(error_m(run), {}, colour), Text(said, style=colour))
@@ -87,13 +87,13 @@ def error_chart(runs: Sequence[RunRow]) -> Iterator[Table | Text]:
     yield Text()
 
 
-def cost_chart(digits: Sequence[DigitRow]) -> Iterator[Table | Text]:
+def cost_chart(digits: Sequence[AccuracyCostRow]) -> Iterator[Table | Text]:
     """Yield where on the scale of time each reaches 1 mm, 1 µm, 1 nm and 1 pm."""
     reached: dict[str, dict[float, str]] = {}
-    for row in sorted(digits, key=lambda row: row.flight_us or math.inf):
-        if row.flight_us is not None and row.target_m in TARGET_SIGNS:
+    for row in sorted(digits, key=lambda row: row.run_us or math.inf):
+        if row.run_us is not None and row.target_m in TARGET_SIGNS:
             # A coarser error reached in the same time as a finer one is said by the finer.
-            reached.setdefault(contestant(row), {})[row.flight_us] = TARGET_SIGNS[row.target_m]
+            reached.setdefault(contestant(row), {})[row.run_us] = TARGET_SIGNS[row.target_m]
     if not reached:
         return
     times = [time for marks in reached.values() for time in marks]

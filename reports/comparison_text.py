@@ -69,7 +69,7 @@ def comparison_text(
         if left := sum(run.has_errors for run in runs) - len(shown):
             yield plain(f"{counted(left, 'more table')} with --all, every vertex with -o DIR")
         if len(scene.start) > 1:
-            yield plain("The ranking is over all throws; with -o DIR, every-throw.csv has every throw.")
+            yield plain("The ranking is over all throws; with -o DIR, members.csv has every throw.")
     if is_table_4_1(scene):
         yield Text()
         yield plain("largest distance over the five rows from the columns printed in Table 4.1")
@@ -128,7 +128,7 @@ def answer(comparison: Comparison) -> str:
 
 def off(row: FindingRow) -> str:
     """Return how far off somebody is at most, in words."""
-    worst, limit = row.value or 0.0, row.limit or 0.0
+    worst, limit = row.value or 0.0, row.resolution or 0.0
     return f"at its limit of {length(limit)}" if worst <= limit else f"{length(worst)} off"
 
 

@@ -151,9 +151,9 @@ def numbers(table: pd.DataFrame, columns: list[str]) -> np.ndarray:
 
 def limits(read: Mapping[str, pd.DataFrame], scene: str, times: np.ndarray) -> list[float]:
     """Return the truth's limit at each time [m]: that of the next sample it was judged at."""
-    errors = read.get("error-over-time.csv", pd.DataFrame(columns=["scene", "t_s", "limit_m"]))
+    errors = read.get("error-over-time.csv", pd.DataFrame(columns=["scene", "t_s", "resolution_m"]))
     told = numbers(
-        where(errors, errors["scene"] == scene).drop_duplicates("t_s").sort_values("t_s"), ["t_s", "limit_m"]
+        where(errors, errors["scene"] == scene).drop_duplicates("t_s").sort_values("t_s"), ["t_s", "resolution_m"]
     )
     if not len(told):
         return [0.0] * len(times)

@@ -48,7 +48,7 @@ def error_figure(runs: pd.DataFrame) -> "altair.TopLevelMixin":
     import altair
 
     shown = named(runs.loc[finite(runs, "max_error_m")])
-    shown = shown.assign(told_m=shown[["max_error_m", "limit_m"]].max(axis=1))
+    shown = shown.assign(told_m=shown[["max_error_m", "resolution_m"]].max(axis=1))
     chart = altair.Chart(records(shown)).encode(
         y=altair.Y("contestant:N", sort=altair.EncodingSortField("told_m", op="min"), title=None),
         x=altair.X("told_m:Q", scale=altair.Scale(type="log"), title="largest vertex error [m]", axis=powers()),
@@ -65,12 +65,12 @@ def cost_figure(measured: pd.DataFrame) -> "altair.TopLevelMixin":
 
     shown = named(measured.loc[finite(measured, "error_m") & (measured["status"] == "ok").to_numpy()])
     chart = altair.Chart(records(shown)).encode(
-        x=altair.X("flight_us:Q", scale=altair.Scale(type="log"), title="native time of a flight [us]", axis=powers()),
+        x=altair.X("run_us:Q", scale=altair.Scale(type="log"), title="native time of a flight [us]", axis=powers()),
         y=altair.Y("error_m:Q", scale=altair.Scale(type="log"), title="largest vertex error [m]", axis=powers()),
         color=altair.Color("engine:N", title=None),
         detail="contestant:N",
         shape=altair.Shape("contestant:N", title=None, legend=altair.Legend(symbolLimit=0)),
-        order="flight_us:Q",
+        order="run_us:Q",
     )
     drawn = (chart.mark_line(strokeWidth=1) + chart.mark_point(filled=True, size=40)).properties(
         width=WIDTH, height=380

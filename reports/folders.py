@@ -17,8 +17,8 @@ from tumble.compare.tables.shared import FINDINGS, RUNS
 
 CONTESTANT = ["scene", "engine", "method"]
 # What only a sweep leaves; its runs are many to a contestant, and stand apart from those at the scenes' own steps.
-SWEPT = ("work-precision.csv", "digits.csv", "orders.csv", "throws.csv", "same.csv", "clock.csv")
-ERRORS = ["max_error_m", "limit_m", "status"]
+SWEPT = ("work-precision.csv", "accuracy-cost.csv", "orders.csv", "ensembles.csv", "equivalent.csv", "timing.csv")
+ERRORS = ["max_error_m", "resolution_m", "status"]
 
 
 def gathered(folder: Path) -> dict[str, pd.DataFrame]:
@@ -26,7 +26,7 @@ def gathered(folder: Path) -> dict[str, pd.DataFrame]:
     if not folder.is_dir():
         raise BadTable(f"{folder}: no such folder; --from takes one that `-o` made")
     found = read_tables(folder)
-    if "digits.csv" in found:
+    if "accuracy-cost.csv" in found:
         return {(SWEEP if name in (*SWEPT, "runs.csv") else "") + name: table for name, table in found.items()}
     if "cells.csv" in found:
         found |= of_record(found["cells.csv"], found["questions.csv"])
@@ -48,8 +48,8 @@ def of_record(cells: pd.DataFrame, questions: pd.DataFrame) -> dict[str, pd.Data
         source="",
         needs="",
         duration_s=np.nan,
-        bound_m=questions["limit_m"],
-        floor_m=questions["limit_m"],
+        bound_m=questions["resolution_m"],
+        floor_m=questions["resolution_m"],
         horizon_s=np.nan,
     )
     runs = cells.merge(steps, on="scene").reindex(columns=RUNS.names)  # a record keeps no tolerance and no wall time
@@ -71,7 +71,7 @@ def changes(before: Mapping[str, pd.DataFrame], after: Mapping[str, pd.DataFrame
         sort=False,
     ).fillna({"status_before": "not there", "status_after": "not there"})
     errors = runs.filter(["max_error_m_before", "max_error_m_after"]).to_numpy(dtype=float)
-    limit = np.nan_to_num(runs.filter(["limit_m_before", "limit_m_after"]).to_numpy(dtype=float)).max(axis=1)
+    limit = np.nan_to_num(runs.filter(["resolution_m_before", "resolution_m_after"]).to_numpy(dtype=float)).max(axis=1)
     lifted = np.fmax(errors, limit[:, None])
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = np.where(np.isnan(errors).any(axis=1), np.nan, lifted[:, 1] / lifted[:, 0])

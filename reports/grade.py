@@ -111,8 +111,10 @@ def so_far(nearest: Explanation) -> str:
 
 def resolution(m: Measured) -> str:
     """Return in words what cannot be told from nothing."""
-    digits = f"printed digits leave {length(m.half_m)} open" if m.half_m > m.limit_m else "printed to the last digit"
-    return f"{digits}; the right motion is known to {length(m.limit_m)}"
+    digits = (
+        f"printed digits leave {length(m.half_m)} open" if m.half_m > m.resolution_m else "printed to the last digit"
+    )
+    return f"{digits}; the right motion is known to {length(m.resolution_m)}"
 
 
 def vertex_table(m: Measured) -> Table:
@@ -139,7 +141,7 @@ def vertex_table(m: Measured) -> Table:
 
 def over_time(m: Measured) -> Iterator[Text]:
     """Yield the error over time in one line of bars, by its logarithm; one between two rows is as the row before."""
-    errors = np.maximum(m.over_time_m, m.limit_m)
+    errors = np.maximum(m.over_time_m, m.resolution_m)
     bare = int(np.ceil(len(errors) * m.throws / m.rows))
     for place in np.flatnonzero(np.isnan(errors)):
         errors[place] = next(iter(e for e in errors[max(place - bare, 0) : place][::-1] if np.isfinite(e)), np.nan)
@@ -168,7 +170,7 @@ def verdict_lines(grade: Grade) -> Iterator[str]:
     m, diagnosis = grade.measured, grade.diagnosis
     match grade.verdict:
         case verdict if verdict == CORRECT_TO_LIMIT:
-            yield f"Correct: no error that could be told from none ({length(m.limit_m)})."
+            yield f"Correct: no error that could be told from none ({length(m.resolution_m)})."
         case verdict if verdict == CORRECT_TO_DIGITS:
             yield f"Correct to the printed digits: every error is within the {length(m.half_m)} that they leave open."
         case verdict if verdict == CORRECT_TO_SINGLE:

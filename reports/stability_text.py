@@ -103,13 +103,13 @@ def extremes_text(rows: Sequence[ExtremeRow]) -> Iterator[RenderableType]:
         table = columns("case", "contestant", "verdict", "error [m]", "limits", "why", right=(3, 4))
         for row in rows:
             error = "" if row.max_error_m is None else figure(row.max_error_m)
-            limits = "" if row.times_limit is None else figure(row.times_limit)
+            limits = "" if row.error_over_resolution is None else figure(row.error_over_resolution)
             table.add_row(plain(row.scene), plain(contestant(row)), row.verdict, error, limits, plain(row.why))
     else:
         table = columns("extreme case", "limit [m]", BEST, "verdicts", right=(1, 2))
         for name, own in cases.items():
-            limit = next((row.limit_m for row in own if row.limit_m is not None), None)
-            best = next((row.times_limit for row in own if contestant(row) == BEST), None)
+            limit = next((row.resolution_m for row in own if row.resolution_m is not None), None)
+            best = next((row.error_over_resolution for row in own if contestant(row) == BEST), None)
             words = Counter(row.verdict for row in own)
             said = ", ".join(f"{words[word]} {word}" for word in reversed(WORDS) if words[word])
             table.add_row(
@@ -127,4 +127,6 @@ def best_text(rows: Sequence[ExtremeRow], cases: int) -> Iterator[Text]:
     if not failed:
         yield plain(f"{BEST} is within {FLOORS:g} limits of the truth in all {cases} cases")
     for row in failed:
-        yield plain(f"{BEST} misses {FLOORS:g} limits in {row.scene}: {row.verdict}, {row.times_limit} limits off")
+        yield plain(
+            f"{BEST} misses {FLOORS:g} limits in {row.scene}: {row.verdict}, {row.error_over_resolution} limits off"
+        )

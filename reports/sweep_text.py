@@ -7,17 +7,17 @@ from rich.console import RenderableType
 from rich.constrain import Constrain
 
 from tumble.compare.engines import BY_HAND, OWN
-from tumble.compare.sweep.frontier import (
+from tumble.compare.sweep.longer_steps import longer_steps
+from tumble.compare.sweep.pareto_front import (
     TARGETS_M,
+    accuracy_cost_rows,
     by_contestant,
-    digit_rows,
+    equivalent_rows,
     order_rows,
     reach,
-    same_rows,
     usable,
 )
-from tumble.compare.sweep.longer_steps import longer_steps
-from tumble.compare.sweep.schemas import DigitRow, OrderRow
+from tumble.compare.sweep.schemas import AccuracyCostRow, OrderRow
 from tumble.compare.sweep.work_precision import Sweep, Timed
 from tumble.reports.charts import cost_chart
 from tumble.reports.families import joined
@@ -36,24 +36,24 @@ def sweep_text(sweep: Sweep, reference: str, charts: bool = False) -> Iterator[R
     """
     yield plain(f"{sweep.scene.name}: {sweep.scene.title}")
     if charts:
-        yield from cost_chart(list(digit_rows(sweep, reference)))
+        yield from cost_chart(list(accuracy_cost_rows(sweep, reference)))
     yield plain("native time of a flight [us] to reach an error; in brackets the ratio to " + reference)
     orders = {(row.engine, row.method): row for row in order_rows(sweep)}
-    costs: dict[tuple[str, str], list[DigitRow]] = {}
-    for row in digit_rows(sweep, reference):
+    costs: dict[tuple[str, str], list[AccuracyCostRow]] = {}
+    for row in accuracy_cost_rows(sweep, reference):
         costs.setdefault((row.engine, row.method), []).append(row)
     heads = (f"{target:.0e} m" for target in TARGETS_M)
     table = columns("contestant", "order", *heads, "best [m]", right=range(1, 3 + len(TARGETS_M)))
-    for name, digits in sorted(costs.items(), key=lambda item: [row.flight_us or math.inf for row in item[1]]):
+    for name, digits in sorted(costs.items(), key=lambda item: [row.run_us or math.inf for row in item[1]]):
         order = orders.get(name)
         shown = "" if order is None or order.order is None else f"{order.order:.2f}"
         best = "" if order is None else figure(order.best_error_m)
         table.add_row(plain(":".join(name)), shown, *map(cost, digits), best)
     yield table
     yield from cheapest_text([row for digits in costs.values() for row in digits])
-    same = list(same_rows(sweep))
+    same = list(equivalent_rows(sweep))
     for members in joined((row.contestant_a, row.contestant_b) for row in same):
-        apart = max(row.furthest_apart_m for row in same if row.contestant_a in members)
+        apart = max(row.max_distance_m for row in same if row.contestant_a in members)
         yield plain(f"{', '.join(members)} are one integrator: at most {figure(apart)} m apart at any step")
     yield from precision_text(orders.values())
     yield from clock_text(sweep, [row for digits in costs.values() for row in digits])
@@ -75,28 +75,28 @@ def precision_text(orders: Collection[OrderRow]) -> Iterator[RenderableType]:
         yield plain(f"single precision ({', '.join(single)}) can hold no corner here to less than {least} m")
 
 
-def clock_text(sweep: Sweep, digits: Sequence[DigitRow]) -> Iterator[RenderableType]:
+def clock_text(sweep: Sweep, digits: Sequence[AccuracyCostRow]) -> Iterator[RenderableType]:
     """Yield how certain the ratios are, why there are none, and what the clock found odd."""
     widths = [math.sqrt(row.ratio_high / row.ratio_low) - 1 for row in digits if row.ratio_high and row.ratio_low]
     if widths:
         yield plain(f"ratios hold to {min(widths):.0%} to {max(widths):.0%}, in 95 of 100 runs")
     yield from reasons_text(
-        {(f"{row.engine}:{row.method}", row.no_ratio) for row in digits if row.no_ratio and row.flight_us}
+        {(f"{row.engine}:{row.method}", row.no_ratio) for row in digits if row.no_ratio and row.run_us}
     )
     found = {each.run.name: each.reading for each in sweep.timed if each.reading.finding}
     yield from reasons_text((name, f"{it.finding}; timed by {it.clock} time") for name, it in found.items())
     yield from reasons_text(sweep.why_untimed.items())
 
 
-def cost(row: DigitRow) -> str:
+def cost(row: AccuracyCostRow) -> str:
     """Return what one digit costs, with its ratio where there is one."""
-    if row.flight_us is None:
+    if row.run_us is None:
         return row.verdict
     sign = "<=" if row.verdict == "at most" else ""
-    return f"{sign}{row.flight_us:.3g}{quoted(row)}"
+    return f"{sign}{row.run_us:.3g}{quoted(row)}"
 
 
-def quoted(row: DigitRow) -> str:
+def quoted(row: AccuracyCostRow) -> str:
     """Return the ratio in brackets; one that is hardly known is quoted as the interval it lies in."""
     if row.ratio is None or row.ratio_low is None or row.ratio_high is None:
         return " (?)" if row.no_ratio else ""
@@ -110,7 +110,7 @@ def few(number: float) -> str:
     return f"{number:.{2 if number < 100 else 3}g}"
 
 
-def cheapest_text(digits: Sequence[DigitRow]) -> Iterator[RenderableType]:
+def cheapest_text(digits: Sequence[AccuracyCostRow]) -> Iterator[RenderableType]:
     """Yield who reaches each error of the table in the least time, of all and of the engines that are not ours."""
     others = [row for row in digits if row.engine not in (OWN, BY_HAND)]
     asked = [("cheapest", digits), ("cheapest of engines that are not ours", others)]
@@ -123,9 +123,9 @@ def cheapest_text(digits: Sequence[DigitRow]) -> Iterator[RenderableType]:
             yield plain(f"{head}: {'; '.join(f'{names} to {listed(reached)}' for names, reached in errors.items())}")
 
 
-def cheapest(rows: Sequence[DigitRow]) -> list[str]:
+def cheapest(rows: Sequence[AccuracyCostRow]) -> list[str]:
     """Return who reaches an error in the least time, and those whose intervals do not tell them from that."""
-    reached = sorted((row for row in rows if row.flight_us is not None), key=lambda row: row.flight_us or 0.0)
+    reached = sorted((row for row in rows if row.run_us is not None), key=lambda row: row.run_us or 0.0)
     if not reached:
         return []
     first, *more = reached
@@ -147,7 +147,7 @@ def advice_text(sweep: Sweep, tolerance_m: float, named: Collection[str] = ()) -
     table = columns(*heads, right=range(2, len(heads) - 1))
     for run, reason in shown:
         taken = [f"{run.run.dt_taken:.3g}" if run.per_step and run.run.dt_taken else ""] * cut
-        cells = step(run), *taken, f"{run.flight_ns / 1e3:.3g}", figure(run.error_m), reason
+        cells = step(run), *taken, f"{run.run_ns / 1e3:.3g}", figure(run.error_m), reason
         table.add_row(plain(run.run.engine), plain(run.run.method), *cells)
     if table.row_count:
         yield plain("")
@@ -169,7 +169,7 @@ def answers(sweep: Sweep, tolerance_m: float) -> tuple[list[Timed], list[Timed]]
             reached.append(run)
         elif plainly := usable(timed):
             missed.append(min(plainly, key=lambda each: each.error_m))
-    return sorted(reached, key=lambda run: run.flight_ns), sorted(missed, key=lambda run: run.error_m)
+    return sorted(reached, key=lambda run: run.run_ns), sorted(missed, key=lambda run: run.error_m)
 
 
 def first_of_engines(runs: Sequence[Timed], named: Collection[str], done: Collection[str]) -> list[Timed]:
@@ -209,7 +209,7 @@ def in_words(run: Timed, tolerance_m: float) -> str:
     """Return a run with its step, its error and its cost."""
     at = f"at {step(run)} s" if run.per_step else "with steps of its own"
     margin = f"a margin of {tolerance_m / run.error_m:.2g}" if run.error_m > 0.0 else "no error that can be seen"
-    return f"{run.run.name} {at} ({length(run.error_m)} off, {margin}; {run.flight_ns / 1e3:.3g} us a flight)"
+    return f"{run.run.name} {at} ({length(run.error_m)} off, {margin}; {run.run_ns / 1e3:.3g} us a flight)"
 
 
 def bounded_by_samples(sweep: Sweep, run: Timed) -> str:

@@ -59,7 +59,7 @@ class ConfusionRow:
     named: str
     said: str
     alike: str
-    left_m: float
+    residual_m: float
     right: bool
     right_or_alike: bool
 
@@ -210,9 +210,9 @@ def _one_of(random: np.random.Generator, known: Sequence[Hypothesis], name: str)
 def all_rows(scenes: int) -> Iterator[ConfusionRow]:
     """Yield all planted trajectories."""
     jobs = [(count, number) for count in (1, 2) for number in range(0, SCENES, SCENES // scenes)]
-    with ProcessPoolExecutor(PROCESSES) as pool, progress(len(jobs)) as tick:
+    with ProcessPoolExecutor(PROCESSES) as pool, progress(len(jobs)) as on_progress:
         for row in pool.map(confused, jobs):
-            tick(row.planted)
+            on_progress(row.planted)
             yield row
 
 

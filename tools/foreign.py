@@ -60,7 +60,7 @@ class ForeignRow:
     said: str
     engines: str
     max_error_m: float
-    left_m: float | None
+    residual_m: float | None
     wall_s: float
 
 
@@ -212,7 +212,7 @@ def main() -> None:
     for one in rows(options.folder, options.pattern, options.processes):
         made.append(one)
         if one.judged != "right":
-            left = "" if one.left_m is None else f", {one.max_error_m:.2g} m -> {one.left_m:.2g} m"
+            left = "" if one.residual_m is None else f", {one.max_error_m:.2g} m -> {one.residual_m:.2g} m"
             say(f"{one.file}: {one.judged} ({one.verdict}{left}, {one.wall_s:.1f} s)")
             say(f"    true: {one.expected}\n    said: {one.said}")
     for planted in (False, True):

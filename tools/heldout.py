@@ -67,7 +67,7 @@ class HeldOutRow:
     verdict: str
     said: str
     max_error_m: float
-    left_m: float | None
+    residual_m: float | None
 
 
 def judged(graded: Grade, right: set[str]) -> str:
@@ -113,7 +113,7 @@ def of_engine(job: tuple[str, Job]) -> HeldOutRow:
     own = LAWS[program.partition("+")[0]] if source == LEFT_OUT else None
     one: ForeignRow = foreign_row(foreign, [law for law in ENGINES if own is None or not law.engine.startswith(own)])
     case, said = f"{program} at {rate} Hz", one.engines or one.said
-    return HeldOutRow(source, case, scene, one.judged, one.verdict, said, one.max_error_m, one.left_m)
+    return HeldOutRow(source, case, scene, one.judged, one.verdict, said, one.max_error_m, one.residual_m)
 
 
 def files(folders: Sequence[Path], pattern: str) -> list[Job]:
@@ -129,10 +129,10 @@ def all_rows(folders: Sequence[Path]) -> Iterator[HeldOutRow]:
     engines = [(ENGINE, job) for job in files(folders, "*.csv")]
     known = [job for job in files(folders, LEFT_OUT_FILES) if job[0].name.partition(".")[0].partition("+")[0] in LAWS]
     engines += [(LEFT_OUT, job) for job in known if job[2]["gyroscopic"] or job[2]["step_s"]]
-    with ProcessPoolExecutor(PROCESSES) as pool, progress(len(mistakes) + len(engines)) as tick:
+    with ProcessPoolExecutor(PROCESSES) as pool, progress(len(mistakes) + len(engines)) as on_progress:
         for work, jobs in ((planted, mistakes), (of_engine, engines)):
             for row in pool.map(work, jobs):
-                tick(row.case)
+                on_progress(row.case)
                 yield row
 
 
@@ -143,7 +143,7 @@ def counted(rows: Sequence[HeldOutRow]) -> str:
 
 def errors(row: HeldOutRow) -> str:
     """Return how far off a file is, and what the answer leaves of it."""
-    return f"{row.max_error_m:.2g}" + ("" if row.left_m is None else f", {row.left_m:.2g}")
+    return f"{row.max_error_m:.2g}" + ("" if row.residual_m is None else f", {row.residual_m:.2g}")
 
 
 def listed(rows: Sequence[HeldOutRow], first: str) -> Iterator[str]:

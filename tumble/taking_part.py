@@ -4,12 +4,12 @@ from argparse import Namespace
 from collections.abc import Iterable, Iterator
 from contextlib import ExitStack, contextmanager
 
-from tumble.compare.run.participants import Participant, launched
+from tumble.compare.run.running_engines import RunningEngine, launched
 from tumble.notes import progress
 
 
 @contextmanager
-def taking_part(asked: Iterable[str], options: Namespace, **settings: object) -> Iterator[list[Participant]]:
+def taking_part(asked: Iterable[str], options: Namespace, **settings: object) -> Iterator[list[RunningEngine]]:
     """Give who takes part, as `launched` does, within the limits of time and memory that the options name.
 
     asked: ENGINE[:METHOD] ...; settings: the others of `launched`.  Raises BadEngine.
@@ -17,5 +17,5 @@ def taking_part(asked: Iterable[str], options: Namespace, **settings: object) ->
     with ExitStack() as engines:
         with progress(doing="starting engines"):
             begun = launched(asked, options.time_limit, options.memory_limit, **settings)  # type: ignore[arg-type]
-            participants = engines.enter_context(begun)
-        yield participants
+            running_engines = engines.enter_context(begun)
+        yield running_engines

@@ -15,8 +15,8 @@ import numpy as np
 from tumble.compare.ablation.schemas import EVERYTHING, AblationRow
 from tumble.compare.judge.errors import quietly
 from tumble.compare.run.flight import Trajectory, legs
-from tumble.compare.run.participants import Participant, truth_limit
-from tumble.compare.run.progress import Tick, untold
+from tumble.compare.run.progress import ProgressCallback, no_progress
+from tumble.compare.run.running_engines import RunningEngine, truth_limit
 from tumble.compare.run.tasks import Task, run
 from tumble.compare.run.timing.readings import USUAL, Reading, Sampling, ratio
 from tumble.compare.run.timing.timing import Cost, Load, costs
@@ -38,7 +38,7 @@ ALIKE = 2.0
 
 @dataclass(frozen=True)
 class Ablation:
-    """All rows of one scene; limit_m: the least error its truth can tell from none [m], None where it has no truth.
+    """All rows of one scene; resolution_m: of the scene's reference [m], None where it has none.
 
     Of the rows whose motions are further apart than that: inexact, where a method's own error explains it, as where
     fewer terms allow for other steps; altered, where the lean flight is off by more than that.
@@ -46,7 +46,7 @@ class Ablation:
 
     scene: Scene
     rows: tuple[AblationRow, ...]
-    limit_m: float | None
+    resolution_m: float | None
     inexact: tuple[AblationRow, ...]
     altered: tuple[AblationRow, ...]
 
@@ -55,7 +55,7 @@ class Ablation:
 class Build:
     """One contestant built for a scene with some of its OPTIONAL kept, under their name; the lean one has none."""
 
-    participant: Participant
+    running_engine: RunningEngine
     scene: Scene
     method: str
     kept: str = ""
@@ -64,16 +64,16 @@ class Build:
     @property
     def key(self) -> str:
         """What its timer is called."""
-        return f"{self.participant.title}:{self.method} {self.kept}"
+        return f"{self.running_engine.title}:{self.method} {self.kept}"
 
     @property
     def load(self) -> Load:
         """What the clock reads."""
-        return Load(self.participant, self.scene, self.method, self.keep)
+        return Load(self.running_engine, self.scene, self.method, self.keep)
 
     def flight(self) -> Trajectory | Failure:
         """Return its flight."""
-        return self.participant.fly(self.scene, self.method, self.scene.step, self.keep)
+        return self.running_engine.fly(self.scene, self.method, self.scene.step, self.keep)
 
     def ns_per_step(self, reading: Reading) -> float:
         """Return the time of a step by what its timer said [ns]."""
@@ -81,7 +81,7 @@ class Build:
 
     def row(self, why: str = "", **figures: float) -> AblationRow:
         """Return its row; why: its figures are not all there."""
-        return AblationRow(self.scene.name, self.participant.title, self.method, self.kept, why, **figures)
+        return AblationRow(self.scene.name, self.running_engine.title, self.method, self.kept, why, **figures)
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,9 +101,9 @@ class Pair:
 
 
 def ablate(
-    participants: Sequence[Participant],
+    running_engines: Sequence[RunningEngine],
     scene: Scene,
-    tick: Tick = untold,
+    on_progress: ProgressCallback = no_progress,
     sampling: Sampling = USUAL,
     most_methods: int | None = None,
 ) -> Ablation:
@@ -111,57 +111,58 @@ def ablate(
 
     sampling: of the times; most_methods: of each engine, None for all.
     """
-    true, _ = true_answer(scene, limit_s=truth_limit(participants))
-    asked = [ask for each in participants for ask in questions(each, scene, true, most_methods)]
-    answers = iter(run([one for one in asked if isinstance(one, Task)], tick=tick))
+    true, _ = true_answer(scene, limit_s=truth_limit(running_engines))
+    asked = [ask for each in running_engines for ask in questions(each, scene, true, most_methods)]
+    answers = iter(run([one for one in asked if isinstance(one, Task)], on_progress=on_progress))
     found = [one for ask in asked for one in (next(answers) if isinstance(ask, Task) else [ask])]
     clocked = against_the_clock([one for one in found if isinstance(one, Pair)], sampling)
-    tick(f"{scene.name} timed")
+    on_progress(f"{scene.name} timed")
     rows = [(one, measured(one, clocked) if isinstance(one, Pair) else one) for one in found]
-    limit_m = None if true is None else float(true.limit.max())
-    apart = [(one, row) for one, row in rows if isinstance(one, Pair) and one.apart_m > (limit_m or 0.0)]
+    resolution_m = None if true is None else float(true.limit.max())
+    apart = [(one, row) for one, row in rows if isinstance(one, Pair) and one.apart_m > (resolution_m or 0.0)]
     return Ablation(
         scene,
         tuple(row for _, row in rows),
-        limit_m,
+        resolution_m,
         tuple(row for pair, row in apart if pair.harmless),
         tuple(row for pair, row in apart if not pair.harmless),
     )
 
 
 def questions(
-    participant: Participant, scene: Scene, true: Truth | None, most_methods: int | None
+    running_engine: RunningEngine, scene: Scene, true: Truth | None, most_methods: int | None
 ) -> list[Task[list[Pair | AblationRow]] | AblationRow]:
     """Return a task a method of one participant, or a row with the reason why there is none."""
-    optional = [] if isinstance(participant.info, Failure) else participant.info.optional
+    optional = [] if isinstance(running_engine.info, Failure) else running_engine.info.optional
     optional = [each for each in optional if each not in needs(scene)]
-    unsupported = participant.unsupported(scene)
+    unsupported = running_engine.unsupported(scene)
     why = unsupported.status if unsupported else NOTHING if not optional else ""
     if why:
-        return [AblationRow(scene.name, participant.title, "", "", why)]
+        return [AblationRow(scene.name, running_engine.title, "", "", why)]
 
     def task(method: str) -> Task[list[Pair | AblationRow]]:
-        key = scene.name, participant.title, method
-        return Task(key, participant, lambda able: list(pairs(able, scene, true, method, optional)))
+        key = scene.name, running_engine.title, method
+        return Task(key, running_engine, lambda able: list(pairs(able, scene, true, method, optional)))
 
-    return [task(method) for method in participant.methods_for(scene)[:most_methods]]
+    return [task(method) for method in running_engine.methods_for(scene)[:most_methods]]
 
 
 def pairs(
-    participant: Participant, scene: Scene, true: Truth | None, method: str, optional: Sequence[str]
+    running_engine: RunningEngine, scene: Scene, true: Truth | None, method: str, optional: Sequence[str]
 ) -> Iterator[Pair | AblationRow]:
     """Yield one method with everything kept that it can keep, and with one after the other."""
-    lean = Build(participant, scene, method)
+    lean = Build(running_engine, scene, method)
     straight = lean.flight()
     if isinstance(straight, Failure):
         yield lean.row(straight.status)
         return
     flown = [
-        (build, build.flight()) for build in (Build(participant, scene, method, it, frozenset({it})) for it in optional)
+        (build, build.flight())
+        for build in (Build(running_engine, scene, method, it, frozenset({it})) for it in optional)
     ]
     able = frozenset(build.kept for build, flight in flown if isinstance(flight, Trajectory))
     if able:
-        everything = Build(participant, scene, method, EVERYTHING, able)
+        everything = Build(running_engine, scene, method, EVERYTHING, able)
         flown.insert(0, (everything, everything.flight()))
     refused: dict[str, list[str]] = {}
     for build, flight in flown:

@@ -7,21 +7,21 @@ import pandas as pd
 from tumble.compare.ablation.findings import ablation_findings
 from tumble.compare.ablation.optional_features import Ablation
 from tumble.compare.ablation.schemas import ABLATION
-from tumble.compare.run.participants import Participant
 from tumble.compare.run.provenance import conditions
+from tumble.compare.run.running_engines import RunningEngine
 from tumble.compare.tables.engines import engine_row
 from tumble.compare.tables.frames import frame
 from tumble.compare.tables.shared import CONDITIONS, ENGINES, FINDINGS
 
 
 def ablation_tables(
-    ablations: Sequence[Ablation], participants: Sequence[Participant], command: str
+    ablations: Sequence[Ablation], running_engines: Sequence[RunningEngine], command: str
 ) -> dict[str, pd.DataFrame]:
     """Return every table by file name; command reruns them."""
     rows = [row for ablation in ablations for row in ablation.rows]
     return {
         "ablation.csv": frame(ABLATION, rows),
         "findings.csv": frame(FINDINGS, ablation_findings(rows)),
-        "engines.csv": frame(ENGINES, map(engine_row, participants)),
+        "engines.csv": frame(ENGINES, map(engine_row, running_engines)),
         "conditions.csv": frame(CONDITIONS, conditions(command)),
     }

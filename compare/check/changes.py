@@ -13,8 +13,8 @@ from tumble.compare.check.record import Record
 from tumble.compare.check.schemas import CELLS, DRIFTS, ERRORS, QUESTIONS, STATUSES, TIMES
 from tumble.compare.check.tolerances import Tolerances
 from tumble.compare.judge.trend import TRENDS
-from tumble.compare.run.participants import engine_files, titles
 from tumble.compare.run.precision import DOUBLE, rounding
+from tumble.compare.run.running_engines import engine_files, titles
 from tumble.compare.tables.schema import Table
 from tumble.compare.tables.shared import CONTESTANT, told
 
@@ -205,7 +205,7 @@ def question_changes(pairs: Frame) -> list[Change]:
     made += changed(pairs, "truth", lost, *both(pairs, "truth"))
     with np.errstate(over="ignore"):  # of a record that tells of another world
         moved = np.linalg.norm(now - before, axis=1)
-    known = SAME_ANSWER * pairs.size_m_old + pairs.limit_m_old.fillna(0.0) + pairs.limit_m_new.fillna(0.0)
+    known = SAME_ANSWER * pairs.size_m_old + pairs.resolution_m_old.fillna(0.0) + pairs.resolution_m_new.fillna(0.0)
     other = np.where(had & has & ~(moved <= known), "incomparable", "")
     return in_order(pairs, [*made, *changed(pairs, "answer", other, None, moved)])
 
@@ -217,9 +217,9 @@ def cell_changes(pairs: Frame, tolerances: Tolerances) -> list[Change]:
     """
     made = changed(pairs, "status", status_verdicts(pairs), statuses(pairs, "old"), statuses(pairs, "new"))
     judged = pairs[pairs.max_error_m_old.notna() & pairs.max_error_m_new.notna()]
-    rounding_m, limit_m, steps = (larger(judged, column) for column in ("rounding_m", "limit_m", "steps"))
+    rounding_m, resolution_m, steps = (larger(judged, column) for column in ("rounding_m", "resolution_m", "steps"))
     drift = ROUNDINGS * judged.rounding * steps + (rounding_m / judged.size_m).where(judged.size_m > 0, 0.0)
-    for columns, least, slack in ((ERRORS, limit_m, rounding_m), (DRIFTS, 0.0, drift)):
+    for columns, least, slack in ((ERRORS, resolution_m, rounding_m), (DRIFTS, 0.0, drift)):
         for column in columns:
             old, new = (each.abs().clip(lower=least) for each in both(judged, column))
             made += changed(judged, column, growth(old, new, getattr(tolerances, column), slack), old, new)

@@ -15,9 +15,9 @@ from tumble.compare.judge import ladder as order
 from tumble.compare.judge.errors import Flown, Run
 from tumble.compare.judge.trend import spin_energy
 from tumble.compare.run.flight import Trajectory, legs
-from tumble.compare.run.participants import Participant, truth_limit
 from tumble.compare.run.process.kept import Kept
-from tumble.compare.run.progress import Tick, untold
+from tumble.compare.run.progress import ProgressCallback, no_progress
+from tumble.compare.run.running_engines import RunningEngine, truth_limit
 from tumble.compare.run.tasks import Task, run
 from tumble.compare.run.truths import Answer, Truths
 from tumble.compare.run.worker import Failure
@@ -46,66 +46,66 @@ class Cell:
 
 
 def measure(
-    participants: Sequence[Participant],
+    running_engines: Sequence[RunningEngine],
     scenes: Sequence[Scene],
     asked: tuple[Sequence[str], Sequence[str]],
     command: str,
     timed: bool,
-    tick: Tick = untold,
+    on_progress: ProgressCallback = no_progress,
     kept: Kept | None = None,
 ) -> Record:
     """Return the record of all participants on all scenes.
 
     asked: the words that scenes and contestants were asked for with; timed: whether run times are measured too, when
-    all flights are over; tick is told of every truth, cell and timed scene as it is done; kept: cells that are done
-    already, and where those are kept that get done.
+    all flights are over; on_progress: called for every truth, cell and timed scene;
+    kept: cells that are done already, and where those are kept that get done.
     Raises RayMissed where the true body is not in the way of a later ray.
     """
-    with Truths(scenes, tick, limit_s=truth_limit(participants)) as truths:
+    with Truths(scenes, on_progress, limit_s=truth_limit(running_engines)) as truths:
         tasks = [
-            [task(scene, true, each, method) for each in participants for method in each.methods_for(scene)]
+            [task(scene, true, each, method) for each in running_engines for method in each.methods_for(scene)]
             for scene, true in zip(scenes, truths.futures, strict=True)
         ]
-        found = iter(run(list(chain.from_iterable(tasks)), truths, tick=tick, kept=kept))
+        found = iter(run(list(chain.from_iterable(tasks)), truths, on_progress=on_progress, kept=kept))
         answers = [future.result() for future in truths.futures]
     rows, times = [], []
     for scene, answer, own in zip(scenes, answers, tasks, strict=True):
-        cells = [(one.participant.title, next(found)) for one in own]
+        cells = [(one.running_engine.title, next(found)) for one in own]
         rows += [cell_row(scene, answer.truth, title, cell) for title, cell in cells]
         if timed:
             runs = [cell.own.run(scene, title, answer.truth) for title, cell in cells]
-            times += time_rows(participants, scene, runs, tick)
+            times += time_rows(running_engines, scene, runs, on_progress)
     return Record(
         tuple(asked[0]),
         tuple(asked[1]),
         command,
         frame(QUESTIONS, (question_row(scene, *answer) for scene, answer in zip(scenes, answers, strict=True))),
-        frame(ENGINES, map(engine_row, participants)),
+        frame(ENGINES, map(engine_row, running_engines)),
         frame(CELLS, rows),
         frame(TIMES, times) if timed else None,
     )
 
 
-def task(scene: Scene, true: Future[Answer], participant: Participant, method: str) -> Task[Cell]:
+def task(scene: Scene, true: Future[Answer], running_engine: RunningEngine, method: str) -> Task[Cell]:
     """Return the task of one contestant on one scene."""
-    key = scene.name, participant.title, method
-    return Task(key, participant, lambda able: cell(able, scene, method, true.result().truth), Cell)
+    key = scene.name, running_engine.title, method
+    return Task(key, running_engine, lambda able: cell(able, scene, method, true.result().truth), Cell)
 
 
-def cell(participant: Participant, scene: Scene, method: str, true: Truth | None) -> Cell:
+def cell(running_engine: RunningEngine, scene: Scene, method: str, true: Truth | None) -> Cell:
     """Return one contestant's run, and a ladder around it where the method has an order to be read."""
 
     def judged(dt: float, answer: Trajectory | Failure) -> Run:
-        return Flown.of(participant, method, dt, answer).run(scene, participant.title, true)
+        return Flown.of(running_engine, method, dt, answer).run(scene, running_engine.title, true)
 
     def at(dt: float) -> Run:
-        return judged(dt, participant.fly(scene, method, dt, untold=True))
+        return judged(dt, running_engine.fly(scene, method, dt, no_progress=True))
 
     own = at(scene.step)
     if not order.readable(own):
         return Cell(plain(own), [], None)
-    other = participant.fly(replace(scene, start=nudged(scene.start, participant.rounding)), method, scene.step)
-    own_steps = participant.takes_own_steps(method)
+    other = running_engine.fly(replace(scene, start=nudged(scene.start, running_engine.rounding)), method, scene.step)
+    own_steps = running_engine.takes_own_steps(method)
     # Every step rounds once, this way or that: n of them come to the square root of n of one.
     rounded = len(legs(scene, scene.step)) if own_steps else own.flight.steps
     ladder = () if own_steps else order.ladder(own, at)

@@ -18,7 +18,7 @@ from tumble.scenarios.files import why_unread
 from tumble.scenarios.format import printable, short
 from tumble.scenarios.refusal import UsersError
 
-FORMAT = "tumble check 2"
+FORMAT = "tumble check 3"
 # Figures that are infinite of a run that diverged, and those that may be below zero.
 BOUNDLESS = (*ERRORS, *DRIFTS)
 SIGNED = ("energy_drift", "attitude_order", "translation_order", "x_m", "y_m", "z_m")
@@ -103,13 +103,13 @@ def refuse_unmeasured(shown: str, record: Record) -> None:
     exact = {row.scene for row in questions}
     cells: list[CellRow] = [row for row in rows(CELLS, record.cells) if row.status in FINISHED and row.scene in exact]
     for row in questions:
-        for column in ("limit_m", "x_m", "y_m", "z_m"):
+        for column in ("resolution_m", "x_m", "y_m", "z_m"):
             if getattr(row, column) is None:
                 raise BadRecord(
                     f"{shown}: questions.csv: {column} of {short(row.scene)} is empty: its truth is {EXACT}"
                 )
     for row in cells:
-        for column in (*ERRORS, "limit_m", *DRIFTS):
+        for column in (*ERRORS, "resolution_m", *DRIFTS):
             if getattr(row, column) is None:
                 cell = short(f"{row.scene} {row.engine}:{row.method}")
                 raise BadRecord(f"{shown}: cells.csv: {column} of {cell} is empty: its status is {row.status}")

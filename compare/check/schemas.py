@@ -40,7 +40,7 @@ class QuestionRow:
     step_s: Annotated[float, "the scene's own step"]
     samples: Annotated[int, "number of instants at which errors are measured"]
     truth: Annotated[str, f"`{EXACT}`, or why there is none"]
-    limit_m: Limit
+    resolution_m: Limit
     size_m: Annotated[float, "how far the furthest vertex is from the centre of mass"]
     x_m: Annotated[float | None, "true x of the last vertex at the last sample that has a truth, world axes"]
     y_m: Annotated[float | None, "true y of the last vertex at the last sample that has a truth, world axes"]
@@ -63,7 +63,7 @@ class CellRow:
     max_error_m: MaxError = None
     rms_error_m: RmsError = None
     final_error_m: FinalError = None
-    limit_m: Limit = None
+    resolution_m: Limit = None
     rounding_m: Annotated[
         float | None, "what the roundings of all steps may come to on another processor; empty where unknown"
     ] = None

@@ -11,27 +11,29 @@ from tumble.compare.check.schemas import TIMES, TimeRow
 from tumble.compare.judge.cost import REFERENCE, time_runs
 from tumble.compare.judge.errors import Run
 from tumble.compare.run.flight import Trajectory
-from tumble.compare.run.participants import Participant, launched
-from tumble.compare.run.progress import Tick
+from tumble.compare.run.progress import ProgressCallback
+from tumble.compare.run.running_engines import RunningEngine, launched
 from tumble.compare.run.timing.readings import ratio
 from tumble.scenarios.scene import Scene
 
 
-def time_rows(participants: Sequence[Participant], scene: Scene, runs: Sequence[Run], tick: Tick) -> Iterator[TimeRow]:
+def time_rows(
+    running_engines: Sequence[RunningEngine], scene: Scene, runs: Sequence[Run], on_progress: ProgressCallback
+) -> Iterator[TimeRow]:
     """Yield the time of every flight of one scene over the reference contestant's, which joins where it was not asked.
 
     A run that is untimed has no row; without a time of the reference all are empty.
     """
     flown = [run for run in runs if isinstance(run.answer, Trajectory)]
     with ExitStack() as guests:
-        present = list(participants)
+        present = list(running_engines)
         if not any(run.name == REFERENCE for run in flown):
             (guest,) = guests.enter_context(launched([REFERENCE]))
             answer = guest.fly(scene, guest.methods[0], scene.step)
             flown.append(Run(scene, guest.title, guest.methods[0], scene.step, answer, None))
             present = [each for each in present if each.title != guest.title] + [guest]
         found, _ = time_runs(present, scene, flown)
-    tick("timed")
+    on_progress("timed")
     timed = {each.run.name: each for each in found}
     unit = timed.get(REFERENCE)
     for run in runs:
@@ -41,7 +43,7 @@ def time_rows(participants: Sequence[Participant], scene: Scene, runs: Sequence[
                 found_ratio = ratio(each.reading, unit.reading)
                 if not found_ratio.refusal:
                     # Both flights are so many times what their readings are of.
-                    found_ratio *= each.flight_ns / each.reading.ns * unit.reading.ns / unit.flight_ns
+                    found_ratio *= each.run_ns / each.reading.ns * unit.reading.ns / unit.run_ns
                     figures = found_ratio.value, found_ratio.low, found_ratio.high
             yield TimeRow(scene.name, run.engine, run.method, REFERENCE, *figures)
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 from tumble.compare.judge.errors import Flown, Run
 from tumble.compare.run.flight import Trajectory
-from tumble.compare.run.participants import AS_ASKED, DEFAULT, Participant, truth_limit
-from tumble.compare.run.progress import Tick, untold
+from tumble.compare.run.progress import ProgressCallback, no_progress
+from tumble.compare.run.running_engines import AS_ASKED, DEFAULT, RunningEngine, truth_limit
 from tumble.compare.run.tasks import Task, run
 from tumble.compare.run.truths import Truths
 from tumble.compare.run.worker import Failure
@@ -43,29 +43,33 @@ class Comparison:
 
 
 def compare(
-    participants: Sequence[Participant],
+    running_engines: Sequence[RunningEngine],
     scenes: Sequence[Scene],
     dt: float | None = None,
-    tick: Tick = untold,
+    on_progress: ProgressCallback = no_progress,
     truths: Truths | None = None,
 ) -> list[Comparison]:
     """Put every scene to every participant and hold the answers against the truth.
 
-    dt: step [s], by default each scene's own; tick is told of every flight and truth as it is done; truths: where those
-    of the scenes are asked for already.
+    dt: step [s], by default each scene's own; on_progress: called for every run and truth; truths: where those of the
+    scenes are asked for already.
     Raises RayMissed where the true body is not in the way of a later ray.
     """
 
-    def task(scene: Scene, participant: Participant, method: str) -> Task[Trajectory | Failure]:
-        key = scene.name, participant.title, method
-        return Task(key, participant, lambda able: able.fly(scene, method, dt or scene.step, untold=True))
+    def task(scene: Scene, running_engine: RunningEngine, method: str) -> Task[Trajectory | Failure]:
+        key = scene.name, running_engine.title, method
+        return Task(key, running_engine, lambda able: able.fly(scene, method, dt or scene.step, no_progress=True))
 
     tasks = [
-        [task(scene, participant, method) for participant in participants for method in participant.methods_for(scene)]
+        [
+            task(scene, running_engine, method)
+            for running_engine in running_engines
+            for method in running_engine.methods_for(scene)
+        ]
         for scene in scenes
     ]
-    with nullcontext(truths) if truths else Truths(scenes, tick, limit_s=truth_limit(participants)) as asked:
-        answers = iter(run([one for own in tasks for one in own], asked, tick=tick))
+    with nullcontext(truths) if truths else Truths(scenes, on_progress, limit_s=truth_limit(running_engines)) as asked:
+        answers = iter(run([one for own in tasks for one in own], asked, on_progress=on_progress))
         true = [asked.answer(scene) for scene in scenes]
         lost = asked.each(lost_m, scenes, [answer.truth for answer in true])
     return [
@@ -73,13 +77,13 @@ def compare(
             scene,
             *answer,
             tuple(
-                Flown.of(one.participant, one.key[-1], dt or scene.step, next(answers)).run(
-                    scene, one.participant.title, answer.truth
+                Flown.of(one.running_engine, one.key[-1], dt or scene.step, next(answers)).run(
+                    scene, one.running_engine.title, answer.truth
                 )
                 for one in own
             ),
             lost,
-            {f"{one.participant.title}:{one.key[-1]}": one.participant.role(one.key[-1]) for one in own},
+            {f"{one.running_engine.title}:{one.key[-1]}": one.running_engine.role(one.key[-1]) for one in own},
         )
         for scene, answer, own, lost in zip(scenes, true, tasks, lost, strict=True)
     ]

@@ -66,7 +66,7 @@ def plainest(ranked: Sequence[RunRow]) -> list[RunRow]:
 
 def error_m(run: RunRow) -> float:
     """Return the largest error, not below what the truth can tell [m]; infinite where there is none."""
-    return math.inf if run.max_error_m is None else max(run.max_error_m, run.limit_m or 0.0)
+    return math.inf if run.max_error_m is None else max(run.max_error_m, run.resolution_m or 0.0)
 
 
 def as_shipped(runs: Sequence[RunRow], defaults: Collection[str]) -> list[RunRow]:
@@ -77,7 +77,7 @@ def as_shipped(runs: Sequence[RunRow], defaults: Collection[str]) -> list[RunRow
 
 def error_finding(finding: str, run: RunRow) -> FindingRow:
     """Return a finding that is the error of a run."""
-    return FindingRow(finding, run.scene, run.engine, run.method, "", run.max_error_m, "m", run.limit_m)
+    return FindingRow(finding, run.scene, run.engine, run.method, "", run.max_error_m, "m", run.resolution_m)
 
 
 def agreement_findings(pairs: Iterable[AgreementRow]) -> Iterator[FindingRow]:

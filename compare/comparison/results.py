@@ -9,13 +9,13 @@ from tumble.compare.comparison.findings import agreement_findings, column_findin
 from tumble.compare.comparison.schemas import AGREEMENT, BUDGET, PUBLISHED
 from tumble.compare.comparison.table_4_1 import budget_rows, is_table_4_1, published_rows
 from tumble.compare.judge.agreement import agreements
-from tumble.compare.run.participants import Participant
 from tumble.compare.run.provenance import conditions
+from tumble.compare.run.running_engines import RunningEngine
 from tumble.compare.tables.engines import engine_row
 from tumble.compare.tables.frames import frame
 from tumble.compare.tables.runs import run_row
 from tumble.compare.tables.shared import CONDITIONS, ENGINES, FINDINGS, RUNS, SCENES, SceneRow
-from tumble.compare.tables.vertices import error_over_time_table, throw_table, vertex_error_table
+from tumble.compare.tables.vertices import error_over_time_table, member_table, vertex_error_table
 from tumble.scenarios.needs import needs
 
 
@@ -42,7 +42,7 @@ def scene_row(comparison: Comparison) -> SceneRow:
 
 
 def comparison_tables(
-    comparisons: Sequence[Comparison], participants: Sequence[Participant], command: str
+    comparisons: Sequence[Comparison], running_engines: Sequence[RunningEngine], command: str
 ) -> dict[str, pd.DataFrame]:
     """Return every table by file name; command reruns them."""
     runs = [run for comparison in comparisons for run in comparison.runs]
@@ -55,11 +55,11 @@ def comparison_tables(
     findings = [*error_findings(rows, defaults, asked), *agreement_findings(pairs), *column_findings(budget)]
     return {
         "scenes.csv": frame(SCENES, map(scene_row, comparisons)),
-        "engines.csv": frame(ENGINES, map(engine_row, participants)),
+        "engines.csv": frame(ENGINES, map(engine_row, running_engines)),
         "runs.csv": frame(RUNS, rows),
         "vertex-errors.csv": vertex_error_table(runs),
         "error-over-time.csv": error_over_time_table(runs),
-        "every-throw.csv": throw_table(runs),
+        "members.csv": member_table(runs),
         "agreement.csv": frame(AGREEMENT, pairs),
         "table-4-1.csv": frame(PUBLISHED, published),
         "table-4-1-budget.csv": frame(BUDGET, budget),

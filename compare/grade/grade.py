@@ -25,7 +25,7 @@ from tumble.compare.grade.read.conventions import Reading
 from tumble.compare.grade.read.foreign import Trajectory
 from tumble.compare.grade.search.diagnosis import Diagnosis, Search
 from tumble.compare.grade.search.flights import Flights
-from tumble.compare.run.progress import Progress, Tick, untold
+from tumble.compare.run.progress import Progress, ProgressCallback, no_progress
 from tumble.scenarios.frames import Array
 from tumble.scenarios.scene import Scene
 
@@ -74,7 +74,7 @@ class Grade:
     def verdict(self) -> str:
         """One of the verdicts above."""
         measured, diagnosis = self.measured, self.diagnosis
-        if measured.worst_m <= measured.limit_m:
+        if measured.worst_m <= measured.resolution_m:
             return CORRECT_TO_LIMIT
         if measured.excess_m <= 0:
             return TOO_COARSE if self.is_coarse else CORRECT_TO_DIGITS
@@ -127,20 +127,20 @@ def grade(
     reading: Reading | None = None,
     engines: Sequence[Law] = ENGINES,
     nearest: Callable[[Explanation], None] = lambda _: None,
-    tick: Tick = untold,
+    on_progress: ProgressCallback = no_progress,
 ) -> Grade:
     """Grade one file.
 
     tell: is told what is known before a search; reading: what is said of the whole file; engines: whose laws are tried;
-    nearest: is told which of them leaves least, where none is enough and a search begins; tick: is called with shares
-    of the rows, the truth and the search, PIECES in all.
+    nearest: is told which of them leaves least, where none is enough and a search begins; on_progress: called with
+    shares of the rows, the truth and the search, PIECES in all.
     Raises BadTrajectory, NoTruth, RayMissed.
     """
     trajectory = Trajectory(path, scene, mapping, by, decimal, reading)
-    measured, searched = measure(trajectory, scene, tick), Progress("search", tick)
+    measured, searched = measure(trajectory, scene, on_progress), Progress("search", on_progress)
     kept, throw = measured.kept, measured.throw
     question = question_of(scene, throw, measured)
-    scale = scale_of(kept, scene, measured.limit_m, single_of(measured, question))
+    scale = scale_of(kept, scene, measured.resolution_m, single_of(measured, question))
     diagnosis = None
     seen: tuple[str, ...] = ()
     if measured.excess_m > 0 and len(kept) > 1:
@@ -166,13 +166,13 @@ def single_of(measured: Measured, question: Question) -> Array | float:
     return single_floor(in_steps(question.account, measured.spacing_s), measured.kept.times, points)
 
 
-def scale_of(kept: Kept, scene: Scene, limit_m: float, single_m: Array | float = 0.0) -> Scale:
+def scale_of(kept: Kept, scene: Scene, resolution_m: float, single_m: Array | float = 0.0) -> Scale:
     """Return what residuals of the rows kept are held against.
 
     The floor is of printed digits, of the truth, of compiled flights and of single precision, root mean square.
     """
     size_m = float(np.ptp(scene.body.points, axis=0).max())
-    known_m2 = limit_m**2 + (FLIGHT * size_m) ** 2 + np.broadcast_to(np.square(single_m), len(kept))
+    known_m2 = resolution_m**2 + (FLIGHT * size_m) ** 2 + np.broadcast_to(np.square(single_m), len(kept))
     floors_m = np.sqrt((kept.half**2 + known_m2[:, None]) / 3)
     # Rows that are known well count for more, so the floor is that of most of them.
     floor_m = float(np.sqrt(3.0) * np.median(floors_m))

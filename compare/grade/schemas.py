@@ -17,15 +17,15 @@ class GradeRow:
     scene: SceneName
     read_as: Annotated[str, "what was graded: pose, matrix or vertices"]
     rows: Annotated[int, "rows that were graded"]
-    throws: Annotated[int, "number of throws"]
+    members: Annotated[int, "number of ensemble members (throws)"]
     verdict: Annotated[str, "what was found"]
     max_error_m: Annotated[float, "largest vertex error"]
     at_t_s: Annotated[float, "when that is"]
     at_vertex: Annotated[int, "at which vertex"]
     rms_error_m: Annotated[float, "root mean square over all rows and vertices"]
     final_error_m: Annotated[float, "largest vertex error of the last row"]
-    limit_m: Annotated[float, "what the truth can tell"]
-    digits_m: Annotated[float, "what the digits of the file can tell"]
+    resolution_m: Annotated[float, "what the truth can tell"]
+    print_precision_m: Annotated[float, "what the digits of the file can tell"]
     energy_drift: Annotated[float | None, "largest difference from the true energy, over the largest kinetic"]
     momentum_drift: Annotated[float | None, "largest difference from the true momentum, over the largest"]
     angular_momentum_drift: Annotated[
@@ -42,8 +42,8 @@ class ExplanationRow:
     explanation: Annotated[str, "best or alike"]
     mistakes: Annotated[int, "number of mistakes in it"]
     what: Annotated[str, "what they are"]
-    max_left_m: Annotated[float, "largest vertex error that it leaves"]
-    rms_left_m: Annotated[float, "root mean square of what it leaves"]
+    max_residual_m: Annotated[float, "largest vertex error that it leaves"]
+    rms_residual_m: Annotated[float, "root mean square of what it leaves"]
     weight: Annotated[float, "how much it is worth beside the others"]
 
 
@@ -60,7 +60,7 @@ class DiagnosisRow:
     parameter: Annotated[str, "what the value is: step, time, rate, factor, choice, or a detail"]
     value: Annotated[str, "a number, or a word"]
     unit: Annotated[str, "of the number"]
-    left_m: Annotated[float, "largest vertex error that the explanation leaves"]
+    residual_m: Annotated[float, "largest vertex error that the explanation leaves"]
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ class KeptRow:
 
     file: File
     scene: SceneName
-    throw: Annotated[int, "number of the throw"]
+    member: Annotated[int, "number of the ensemble member"]
     t_s: Annotated[float, "time of the row"]
     vertex: Annotated[int, "number of the vertex"]
     true_x_m: Annotated[float, "true x of the vertex, world axes"]
@@ -98,5 +98,5 @@ GRADE = Table("grade.csv", GradeRow, ("file",))
 EXPLANATIONS = Table("explanations.csv", ExplanationRow)
 DIAGNOSIS = Table("diagnosis.csv", DiagnosisRow)
 PARTS = Table("grade-parts.csv", PartRow, ("file", "from_s"))
-VERTICES = Table("grade-vertices.csv", KeptRow, ("file", "throw", "t_s", "vertex"))
+VERTICES = Table("grade-vertices.csv", KeptRow, ("file", "member", "t_s", "vertex"))
 TABLES = (GRADE, DIAGNOSIS, EXPLANATIONS, PARTS, VERTICES)

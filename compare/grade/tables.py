@@ -40,7 +40,7 @@ def grade_row(grade: Grade) -> GradeRow:
         m.worst_vertex,
         m.rms_m,
         m.final_m,
-        m.limit_m,
+        m.resolution_m,
         m.half_m,
         *(m.drifts or (None, None, None)),
         m.by_differences,

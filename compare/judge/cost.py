@@ -8,7 +8,7 @@ import numpy as np
 
 from tumble.compare.judge.errors import Run
 from tumble.compare.run.flight import Trajectory
-from tumble.compare.run.participants import Participant
+from tumble.compare.run.running_engines import RunningEngine
 from tumble.compare.run.timing.readings import USUAL, Reading, Sampling
 from tumble.compare.run.timing.timer import Ready
 from tumble.compare.run.timing.timing import Cost, Load, costs
@@ -23,11 +23,11 @@ REFERENCE = "tumble:rk4"
 class Timed:
     """One run of the ladder with its time: the native loop of one throw's flight [ns], and the reading it comes from.
 
-    ready: what making its timer ready has shown; nothing of that is in flight_ns.
+    ready: what making its timer ready has shown; nothing of that is in run_ns.
     """
 
     run: Run
-    flight_ns: float
+    run_ns: float
     reading: Reading
     per_step: bool
     ready: Ready
@@ -39,10 +39,10 @@ class Timed:
 
 
 def time_runs(
-    participants: Sequence[Participant], scene: Scene, runs: Sequence[Run], sampling: Sampling = USUAL
+    running_engines: Sequence[RunningEngine], scene: Scene, runs: Sequence[Run], sampling: Sampling = USUAL
 ) -> tuple[list[Timed], dict[str, str]]:
     """Return the runs that flew, each with its time, and why those that have none cannot be timed, by their names."""
-    by_title = {participant.title: participant for participant in participants}
+    by_title = {running_engine.title: running_engine for running_engine in running_engines}
     flown = [run for run in runs if isinstance(run.answer, Trajectory)]
     loads = {run.name: Load(by_title[run.engine], scene, run.method) for run in flown}
     found = costs(loads, sampling)
@@ -55,5 +55,5 @@ def time_runs(
 
 def timed(run: Run, load: Load, cost: Cost) -> Timed:
     """Return a run with its time: its steps times the cost of one, or of a flight as it is."""
-    flight_ns = cost.reading.ns * (run.flight.steps if load.by_step else 1)
-    return Timed(run, flight_ns / len(load.scene.start), cost.reading, load.by_step, cost.ready)
+    run_ns = cost.reading.ns * (run.flight.steps if load.by_step else 1)
+    return Timed(run, run_ns / len(load.scene.start), cost.reading, load.by_step, cost.ready)

@@ -8,8 +8,8 @@ import numpy as np
 from tumble.compare.judge import mechanics
 from tumble.compare.judge.lookup import looked_up
 from tumble.compare.run.flight import Trajectory, mean_step
-from tumble.compare.run.participants import Participant
 from tumble.compare.run.precision import DOUBLE
+from tumble.compare.run.running_engines import RunningEngine
 from tumble.compare.run.worker import Failure
 from tumble.scenarios.frames import Array
 from tumble.scenarios.needs import needs
@@ -39,9 +39,9 @@ class Flown:
     rounding: float = DOUBLE
 
     @classmethod
-    def of(cls, participant: Participant, method: str, dt: float, answer: Trajectory | Failure) -> "Flown":
+    def of(cls, running_engine: RunningEngine, method: str, dt: float, answer: Trajectory | Failure) -> "Flown":
         """Return what a participant's method answered."""
-        return cls(method, dt, answer, participant.tolerance(method), participant.rounding)
+        return cls(method, dt, answer, running_engine.tolerance(method), running_engine.rounding)
 
     def run(self, scene: Scene, engine: str, truth: Truth | None) -> "Run":
         """Return it beside the truth."""

@@ -38,14 +38,14 @@ def looked_up(scene: Scene, flight: Trajectory, true: Truth) -> str:
     except NoTruth:
         return ""
     due = apart(scene, *ends)
-    told, untold = (apart(scene, one, end) for one, end in zip(probe.ends, ends, strict=True))
+    told, no_progress = (apart(scene, one, end) for one, end in zip(probe.ends, ends, strict=True))
     # What follows no change is wrong where it was right without it; or the answer is worse than any that was asked for.
-    wrong = ((moved < due / FOLLOWS) & (untold > 2 * told)) | (untold > WORSE * own + due / 2)
+    wrong = ((moved < due / FOLLOWS) & (no_progress > 2 * told)) | (no_progress > WORSE * own + due / 2)
     if not wrong.any():
         return ""
-    part = int(np.argmax(np.where(wrong, untold, 0.0)))
+    part = int(np.argmax(np.where(wrong, no_progress, 0.0)))
     return (
-        f"looked up: {untold[part]:.2g} m off after {probe.time:.3g} s from a start that it was not told of, "
+        f"looked up: {no_progress[part]:.2g} m off after {probe.time:.3g} s from a start that it was not told of, "
         f"at the scene's samples at most {own[part]:.2g} m"
     )
 

@@ -21,7 +21,7 @@ class Rung:
 
     dt_s: float
     error_m: float
-    limit_m: float
+    resolution_m: float
 
 
 def local_orders(ladder: Sequence[Rung], largest_m: float) -> list[float]:
@@ -35,7 +35,7 @@ def local_orders(ladder: Sequence[Rung], largest_m: float) -> list[float]:
             continue
         if fine.error_m >= coarse.error_m:
             return slopes[:-1]
-        if fine.error_m <= FLOOR * fine.limit_m:
+        if fine.error_m <= FLOOR * fine.resolution_m:
             return slopes
         slopes.append(math.log(coarse.error_m / fine.error_m) / math.log(coarse.dt_s / fine.dt_s))
     return slopes

@@ -7,7 +7,7 @@ from tumble.compare.judge.errors import Run, quietly
 from tumble.scenarios.frames import Array
 
 # What may become of it, from good to bad.
-TRENDS = {"kept": 0, "wavers": 1, "grows": 2, "decays": 2}
+TRENDS = {"conserved": 0, "oscillates": 1, "grows": 2, "decays": 2}
 # Rounding leaves up to 1e-11 in 1e5 steps; what a method loses by its kind is far above.
 KEPT = 1e-9
 # A drift that ends below this share of its largest has come back.
@@ -36,7 +36,7 @@ def trend(drift: Array) -> str:
     own = drift[:, np.argmax(abs(drift).max(axis=0))]
     largest, final = abs(own).max(), own[-1]
     if largest <= KEPT:
-        return "kept"
+        return "conserved"
     if abs(final) < CAME_BACK * largest:
-        return "wavers"
+        return "oscillates"
     return "grows" if final > 0 else "decays"

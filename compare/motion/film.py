@@ -8,8 +8,8 @@ from contextlib import nullcontext
 from dataclasses import dataclass, replace
 
 from tumble.compare.run.flight import Trajectory, legs
-from tumble.compare.run.participants import Participant, truth_limit
-from tumble.compare.run.progress import Tick, untold
+from tumble.compare.run.progress import ProgressCallback, no_progress
+from tumble.compare.run.running_engines import RunningEngine, truth_limit
 from tumble.compare.run.tasks import Task, run
 from tumble.compare.run.truths import Truths
 from tumble.compare.run.worker import Failure
@@ -30,10 +30,10 @@ class Film:
 
 
 def film(
-    participants: Sequence[Participant],
+    running_engines: Sequence[RunningEngine],
     scenes: Sequence[Scene],
     dt: float | None = None,
-    tick: Tick = untold,
+    on_progress: ProgressCallback = no_progress,
     truths: Truths | None = None,
 ) -> list[Film]:
     """Return the films of all scenes that have a truth; dt [s], by default each scene's own step.
@@ -41,19 +41,19 @@ def film(
     truths: where those of the films' scenes (`filmed`) are asked for already.
     """
 
-    def task(scene: Scene, participant: Participant, method: str) -> Task[Trajectory | Failure]:
-        key = scene.name, participant.title, method
-        return Task(key, participant, lambda able: able.fly(scene, method, dt or scene.step))
+    def task(scene: Scene, running_engine: RunningEngine, method: str) -> Task[Trajectory | Failure]:
+        key = scene.name, running_engine.title, method
+        return Task(key, running_engine, lambda able: able.fly(scene, method, dt or scene.step))
 
     watched = [filmed(scene, dt or scene.step) for scene in scenes]
     tasks = [
-        task(scene, participant, method)
+        task(scene, running_engine, method)
         for scene in watched
-        for participant in participants
-        for method in participant.methods_for(scene)
+        for running_engine in running_engines
+        for method in running_engine.methods_for(scene)
     ]
-    with nullcontext(truths) if truths else Truths(watched, tick, limit_s=truth_limit(participants)) as asked:
-        answers = dict(zip((one.key for one in tasks), run(tasks, asked, tick=tick), strict=True))
+    with nullcontext(truths) if truths else Truths(watched, on_progress, limit_s=truth_limit(running_engines)) as asked:
+        answers = dict(zip((one.key for one in tasks), run(tasks, asked, on_progress=on_progress), strict=True))
         true = [asked.answer(scene).truth for scene in watched]
     return [
         Film(

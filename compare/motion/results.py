@@ -14,10 +14,10 @@ from tumble.compare.motion.schemas import (
     FACES,
     MOTION,
     POINTS,
-    ActRow,
     BodyRow,
     DeformedRow,
     FaceRow,
+    LoadRow,
     MotionRow,
     PointRow,
 )
@@ -90,7 +90,7 @@ def hull(points: Array) -> list[list[int]]:
     ]
 
 
-def act_rows(film: Film) -> Iterator[ActRow]:
+def act_rows(film: Film) -> Iterator[LoadRow]:
     """Yield what acts: impulses land where the true body is."""
     scene = film.scene
     for impulse in scene.impulses:
@@ -102,14 +102,14 @@ def act_rows(film: Film) -> Iterator[ActRow]:
             point = strike_point(impulse, state, scene.body).tolist()
         except RayMissed:
             continue
-        yield ActRow(scene.name, "impulse", impulse.time, *point, *impulse.value.tolist())
+        yield LoadRow(scene.name, "impulse", impulse.time, *point, *impulse.value.tolist())
     for tether in scene.tethers:
-        yield ActRow(scene.name, "tether", 0.0, *tether.anchor.tolist(), *tether.point_body.tolist())
+        yield LoadRow(scene.name, "tether", 0.0, *tether.anchor.tolist(), *tether.point_body.tolist())
     if scene.floor is not None:
         normal = scene.floor.normal
-        yield ActRow(scene.name, "floor", 0.0, *(scene.floor.height * normal).tolist(), *normal.tolist())
+        yield LoadRow(scene.name, "floor", 0.0, *(scene.floor.height * normal).tolist(), *normal.tolist())
     if scene.gravity is not None:
-        yield ActRow(scene.name, "gravity", 0.0, 0.0, 0.0, 0.0, *scene.gravity.tolist())
+        yield LoadRow(scene.name, "gravity", 0.0, 0.0, 0.0, 0.0, *scene.gravity.tolist())
 
 
 def motion_rows(film: Film) -> Iterator[MotionRow]:

@@ -88,7 +88,7 @@ class FaceRow:
 
 
 @dataclass(frozen=True)
-class ActRow:
+class LoadRow:
     """What acts on a body: an impulse, a tether, a floor, gravity."""
 
     scene: SceneName
@@ -105,7 +105,7 @@ class ActRow:
 BODIES = Table("bodies.csv", BodyRow, ("scene",))
 POINTS = Table("points.csv", PointRow, ("scene", "vertex"))
 FACES = Table("faces.csv", FaceRow, ("scene", "face"))
-ACTS = Table("acts.csv", ActRow)
+ACTS = Table("loads.csv", LoadRow)
 MOTION = Table("motion.csv", MotionRow, (*CONTESTANT, "t_s"))
 DEFORMED = Table("deformed.csv", DeformedRow, (*CONTESTANT, "t_s", "vertex"))
 TABLES = (BODIES, POINTS, FACES, ACTS, MOTION, DEFORMED)

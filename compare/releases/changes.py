@@ -70,7 +70,11 @@ def differences(old: ReleaseRow | None, new: ReleaseRow | None) -> Iterator[tupl
     if old.spin_energy and new.spin_energy and old.spin_energy != new.spin_energy:
         yield "spin_energy", old.spin_energy, new.spin_energy
     was, now = old.max_error_m, new.max_error_m
-    if was is not None and now is not None and others(was, now, FLOOR * max(old.limit_m or 0.0, new.limit_m or 0.0)):
+    if (
+        was is not None
+        and now is not None
+        and others(was, now, FLOOR * max(old.resolution_m or 0.0, new.resolution_m or 0.0))
+    ):
         yield "max_error_m", f"{was:.2g} m", f"{now:.2g} m"
 
 

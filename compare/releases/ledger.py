@@ -10,9 +10,9 @@ from tumble.compare.judge import ladder, trend
 from tumble.compare.judge.errors import Flown, Run
 from tumble.compare.releases.schemas import ReleaseRow
 from tumble.compare.run.engines.environments import split_release
-from tumble.compare.run.participants import Participant, truth_limit
 from tumble.compare.run.process.kept import Kept
-from tumble.compare.run.progress import Tick, untold
+from tumble.compare.run.progress import ProgressCallback, no_progress
+from tumble.compare.run.running_engines import RunningEngine, truth_limit
 from tumble.compare.run.tasks import Task, run
 from tumble.compare.run.timing.readings import USUAL, Reading, Sampling, ratio
 from tumble.compare.run.timing.timing import Cost, Load, costs
@@ -46,16 +46,16 @@ class Ledger:
     speeds: dict[Named, Reading]
 
 
-def release_of(participant: Participant) -> str:
+def release_of(running_engine: RunningEngine) -> str:
     """Return the release that a participant is."""
-    _, release = split_release(participant.engine)
-    return release or ("" if isinstance(participant.info, Failure) else participant.info.version)
+    _, release = split_release(running_engine.engine)
+    return release or ("" if isinstance(running_engine.info, Failure) else running_engine.info.version)
 
 
 def ledger(
-    participants: Sequence[Participant],
+    running_engines: Sequence[RunningEngine],
     scenes: Sequence[Scene],
-    tick: Tick = untold,
+    on_progress: ProgressCallback = no_progress,
     kept: Kept | None = None,
     sampling: Sampling = USUAL,
 ) -> Ledger:
@@ -65,71 +65,73 @@ def ledger(
     Raises RayMissed as compare does.
     """
 
-    def task(scene: Scene, true: Callable[[], Truth | None], participant: Participant, method: str) -> Task[Asked]:
-        key = scene.name, participant.title, method
-        return Task(key, participant, lambda able: asked(able, scene, method, true()), Asked)
+    def task(scene: Scene, true: Callable[[], Truth | None], running_engine: RunningEngine, method: str) -> Task[Asked]:
+        key = scene.name, running_engine.title, method
+        return Task(key, running_engine, lambda able: asked(able, scene, method, true()), Asked)
 
-    with Truths(scenes, tick, limit_s=truth_limit(participants)) as truths:
+    with Truths(scenes, on_progress, limit_s=truth_limit(running_engines)) as truths:
         tasks = [
             (scene, future, task(scene, lambda future=future: future.result().truth, each, method))
             for scene, future in zip(scenes, truths.futures, strict=True)
-            for each in participants
+            for each in running_engines
             for method in each.methods_for(scene)
         ]
-        answers = run([one for _, _, one in tasks], truths, tick=tick, kept=kept)
+        answers = run([one for _, _, one in tasks], truths, on_progress=on_progress, kept=kept)
         rows = [
-            row(scene, one.participant, answer, future.result().truth)
+            row(scene, one.running_engine, answer, future.result().truth)
             for (scene, future, one), answer in zip(tasks, answers, strict=True)
         ]
-    speeds = speeds_on(scenes[0], participants, sampling)
-    tick("timed")
-    newest = release_of(participants[-1])
+    speeds = speeds_on(scenes[0], running_engines, sampling)
+    on_progress("timed")
+    newest = release_of(running_engines[-1])
     return Ledger(
-        split_release(participants[0].engine)[0],
-        tuple(map(release_of, participants)),
+        split_release(running_engines[0].engine)[0],
+        tuple(map(release_of, running_engines)),
         tuple(with_speed(each, speeds, newest) if each.scene == scenes[0].name else each for each in rows),
         speeds,
     )
 
 
-def asked(participant: Participant, scene: Scene, method: str, true: Truth | None) -> Asked:
+def asked(running_engine: RunningEngine, scene: Scene, method: str, true: Truth | None) -> Asked:
     """Return one method's flight, and a ladder around it where it has an order to be read."""
 
     def at(dt: float) -> Run:
-        return Flown.of(participant, method, dt, participant.fly(scene, method, dt)).run(scene, participant.title, true)
+        return Flown.of(running_engine, method, dt, running_engine.fly(scene, method, dt)).run(
+            scene, running_engine.title, true
+        )
 
     own = at(scene.step)
-    around = ladder.ladder(own, at) if ladder.readable(own) and not participant.takes_own_steps(method) else []
+    around = ladder.ladder(own, at) if ladder.readable(own) and not running_engine.takes_own_steps(method) else []
     plain = [Flown(each.method, each.dt, each.answer, each.tolerance, each.rounding) for each in (own, *around)]
     return Asked(plain[0], plain[1:])
 
 
-def row(scene: Scene, participant: Participant, answer: Asked, true: Truth | None) -> ReleaseRow:
+def row(scene: Scene, running_engine: RunningEngine, answer: Asked, true: Truth | None) -> ReleaseRow:
     """Return the row of one answer."""
-    own = answer.own.run(scene, participant.title, true)
+    own = answer.own.run(scene, running_engine.title, true)
     said = run_row(own)
     return ReleaseRow(
-        split_release(participant.engine)[0],
-        release_of(participant),
+        split_release(running_engine.engine)[0],
+        release_of(running_engine),
         scene.name,
         answer.own.method,
         said.dt_s,
         said.status,
         said.why,
         said.max_error_m,
-        said.limit_m,
+        said.resolution_m,
         said.energy_drift,
         said.angular_momentum_drift,
-        *ladder.orders([each.run(scene, participant.title, true) for each in answer.ladder]),
+        *ladder.orders([each.run(scene, running_engine.title, true) for each in answer.ladder]),
         trend.spin_energy(own),
     )
 
 
-def speeds_on(scene: Scene, participants: Sequence[Participant], sampling: Sampling) -> dict[Named, Reading]:
+def speeds_on(scene: Scene, running_engines: Sequence[RunningEngine], sampling: Sampling) -> dict[Named, Reading]:
     """Return what every method of every release takes on one scene, all in the same rounds."""
     loads = {
         (release_of(each), method): Load(each, scene, method)
-        for each in participants
+        for each in running_engines
         if not isinstance(each.info, Failure) and not each.unsupported(scene)
         for method in each.methods_for(scene)
     }

@@ -22,7 +22,7 @@ class ReleaseRow:
     status: Status
     why: Why
     max_error_m: Annotated[float | None, "largest error of any vertex and sample"]
-    limit_m: Limit
+    resolution_m: Limit
     energy_drift: Annotated[float | None, "largest drift of the energy from the truth, over its scale"]
     angular_momentum_drift: Annotated[
         float | None, "largest drift of the angular momentum from the truth, over its scale"

@@ -117,7 +117,7 @@ def fly(
     method: str,
     dt: float,
     keep: frozenset[str] = frozenset(),
-    untold: bool = False,
+    no_progress: bool = False,
 ) -> Trajectory:
     """Fly the scene in one engine.
 
@@ -172,7 +172,7 @@ def fly(
         wall_s,
         tuple(dict.fromkeys(found)),
         engine.remark(world) if hasattr(engine, "remark") else "",
-        probe(engine, scene, method, dt, keep) if untold else None,
+        probe(engine, scene, method, dt, keep) if no_progress else None,
         cpu_ns / 1e9,
     )
 

@@ -8,22 +8,22 @@ from typing import Protocol
 QUICK_S, PIECE = 1.0, 0.01
 
 
-class Tick(Protocol):
+class ProgressCallback(Protocol):
     """Is told of every flight and truth as it is done, and of a long truth piece by piece: shares that come to one."""
 
     def __call__(self, what: str, share: float = 1.0, /) -> object:
         """Hear that this share of what is named is done."""
 
 
-def untold(what: str, share: float = 1.0) -> None:
+def no_progress(what: str, share: float = 1.0) -> None:
     """Tell nobody."""
 
 
 class Progress:
     """Tells of a truth, or another long piece of work, in shares that come to one, or at once where it is quick."""
 
-    def __init__(self, what: str, tick: Tick) -> None:
-        self._what, self._tick, self._told, self._begun = what, tick, 0.0, time.monotonic()
+    def __init__(self, what: str, on_progress: ProgressCallback) -> None:
+        self._what, self._tick, self._told, self._begun = what, on_progress, 0.0, time.monotonic()
         # The end may be told before the last piece has been heard of.
         self._one_at_a_time = threading.Lock()
 

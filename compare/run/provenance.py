@@ -14,7 +14,7 @@ from tumble.compare.run.engines import registry
 from tumble.compare.run.timing import others
 
 # What the tables of a comparison or a sweep are called; to be counted up when a column changes its name or meaning.
-FORMAT = "tumble tables 2"
+FORMAT = "tumble tables 3"
 PACKAGES = ("tumble", "numpy", "numba", "mpmath")
 
 

@@ -55,11 +55,11 @@ class Fly:
     method: str
     dt: float
     keep: frozenset[str]
-    untold: bool = False
+    no_progress: bool = False
 
     def answer(self, engine: Loaded) -> Trajectory:
         """Return the flight."""
-        return fly(engine.module, self.scene, self.method, self.dt, self.keep, self.untold)
+        return fly(engine.module, self.scene, self.method, self.dt, self.keep, self.no_progress)
 
 
 @dataclass(frozen=True)

@@ -18,9 +18,9 @@ from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
-from tumble.compare.run.participants import Participant
 from tumble.compare.run.process.kept import Kept
-from tumble.compare.run.progress import Tick, untold
+from tumble.compare.run.progress import ProgressCallback, no_progress
+from tumble.compare.run.running_engines import RunningEngine
 from tumble.compare.run.truths import Truths
 
 Result = TypeVar("Result", covariant=True)
@@ -36,8 +36,8 @@ class Task(Generic[Result]):
     """
 
     key: Key
-    participant: Participant
-    ask: Callable[[Participant], Result]
+    running_engine: RunningEngine
+    ask: Callable[[RunningEngine], Result]
     kind: Any = None
 
     def __str__(self) -> str:
@@ -50,41 +50,41 @@ def run(
     truths: Truths | None = None,
     done: Collection[Key] = (),
     finished: Callable[[Key, Result], object] = lambda key, result: None,
-    tick: Tick = untold,
+    on_progress: ProgressCallback = no_progress,
     kept: Kept | None = None,
 ) -> list[Result]:
     """Return the results of all tasks but those that are done already, in the order of the tasks.
 
     truths: what tasks wait for, which ends with them; finished: called with each result as it comes, one at a time;
-    tick: told what was finished; kept: where finished tasks are kept, and found if they were finished before.
+    on_progress: told what was finished; kept: where finished tasks are kept, and found if they were finished before.
     Raises what a task or a truth raises; then, as on Ctrl-C, everything is stopped first.
     """
     left = [task for task in tasks if task.key not in done]
-    own: dict[Participant, list[Task[Result]]] = {}
+    own: dict[RunningEngine, list[Task[Result]]] = {}
     results: dict[Task[Result], Result] = {}
     for task in left:
         if kept is not None and (before := kept.find(task.key, task.kind)) is not None:
             results[task] = before
-            tick(str(task))
+            on_progress(str(task))
     for task in left:
         if task not in results:
-            own.setdefault(task.participant, []).append(task)
+            own.setdefault(task.running_engine, []).append(task)
     one_at_a_time = threading.Lock()
 
     def work_through(mine: Sequence[Task[Result]]) -> None:
         for task in mine:
-            result = task.ask(task.participant)
+            result = task.ask(task.running_engine)
             with one_at_a_time:
                 # A flight that ended because its process was killed is no answer.
-                task.participant.refuse_halted()
+                task.running_engine.refuse_halted()
                 results[task] = result
                 if kept is not None:
                     kept.keep(task.key, result)
                 finished(task.key, result)
-                tick(str(task))
+                on_progress(str(task))
 
-    for participant in own:
-        participant.resume()
+    for running_engine in own:
+        running_engine.resume()
     futures: list[Future] = []
     with ThreadPoolExecutor(max(1, min(len(own), os.cpu_count() or 1))) as threads:
         try:
@@ -95,8 +95,8 @@ def run(
         except BaseException:
             for future in futures:
                 future.cancel()
-            for participant in own:
-                participant.halt()
+            for running_engine in own:
+                running_engine.halt()
             if truths:
                 truths.stop()
             raise

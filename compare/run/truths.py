@@ -14,7 +14,7 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 
 from tumble.compare.run.process.callers import Call, Callers
-from tumble.compare.run.progress import Progress, Tick, untold
+from tumble.compare.run.progress import Progress, ProgressCallback, no_progress
 from tumble.scenarios.impulse import RayMissed
 from tumble.scenarios.scene import Scene
 from tumble.scenarios.truth import NoTruth, Truth, truth
@@ -68,15 +68,19 @@ class Truths:
     """The true answers of scenes, each a Future, in the order of the scenes.
 
     A context: when it is left what is still at work ends at once, and who waits for it is told (`stop`).
-    tick: told of every truth as it is done, and of long ones with the share, below 1, that has been done since;
+    on_progress: told of every truth as it is done, and of long ones with the share, below 1, that has been done since;
     floor: whether the truths are to judge by, or only to be seen; limit_s: wall time that each part of each
     may take [s], once it has begun.
     """
 
     def __init__(
-        self, scenes: Sequence[Scene], tick: Tick = untold, floor: bool = True, limit_s: float = float("inf")
+        self,
+        scenes: Sequence[Scene],
+        on_progress: ProgressCallback = no_progress,
+        floor: bool = True,
+        limit_s: float = float("inf"),
     ) -> None:
-        self._tick, self._floor, self._limit_s = tick, floor, limit_s
+        self._tick, self._floor, self._limit_s = on_progress, floor, limit_s
         self._callers: Callers | None = None
         self._ended = threading.Event()
         self._one_at_a_time = threading.Lock()  # starts processes, or ends them

@@ -88,11 +88,13 @@ class Worker:
         return answer
 
     def fly(
-        self, scene: Scene, method: str, dt: float, keep: frozenset[str] = frozenset(), untold: bool = False
+        self, scene: Scene, method: str, dt: float, keep: frozenset[str] = frozenset(), no_progress: bool = False
     ) -> Trajectory | Failure:
         """Return the flight, or why there is none; after `crashed` or `timeout` the process may be gone."""
         numbers = len(scene.rows) * (1 + len(scene.start) * (13 + scene.body.points.size)) + 4 * 13
-        answer = self._ask(Fly(told(scene), method, dt, keep, untold), Trajectory | Failure, numbers * FLOAT.itemsize)
+        answer = self._ask(
+            Fly(told(scene), method, dt, keep, no_progress), Trajectory | Failure, numbers * FLOAT.itemsize
+        )
         if isinstance(answer, Trajectory) and not is_flight_of(answer, scene):
             return self._gone("crashed: what it sent is no flight of this scene")
         return answer

@@ -13,7 +13,7 @@ from tumble.compare.engines import OWN
 from tumble.compare.judge.errors import Flown
 from tumble.compare.judge.verdict import verdict
 from tumble.compare.run.flight import Trajectory, legs
-from tumble.compare.run.participants import Participant
+from tumble.compare.run.running_engines import RunningEngine
 from tumble.compare.run.worker import Failure
 from tumble.compare.stability.schemas import ExtremeRow
 from tumble.compare.tables.runs import boundless
@@ -50,12 +50,14 @@ OF_A_PAGE = (
 PAGE_BUDGET_S = 0.25
 
 
-def extreme(participant: Participant, method: str, scene: Scene, true: Truth, budget_s: float = BUDGET_S) -> ExtremeRow:
+def extreme(
+    running_engine: RunningEngine, method: str, scene: Scene, true: Truth, budget_s: float = BUDGET_S
+) -> ExtremeRow:
     """Return what one contestant makes of one case, in a native loop of at most budget_s [s]."""
-    answer = too_long(participant, method, scene, budget_s) or participant.fly(scene, method, scene.step)
-    run = Flown.of(participant, method, scene.step, answer).run(scene, participant.title, true)
+    answer = too_long(running_engine, method, scene, budget_s) or running_engine.fly(scene, method, scene.step)
+    run = Flown.of(running_engine, method, scene.step, answer).run(scene, running_engine.title, true)
     said = verdict(run)
-    key = scene.name, scene.title, participant.title, method, scene.step
+    key = scene.name, scene.title, running_engine.title, method, scene.step
     if isinstance(answer, Failure):
         word = worded(run.status)[0]
         return ExtremeRow(*key, None, word, said.word, None, None, None, None, said.why, scene.body.reach)
@@ -75,23 +77,23 @@ def extreme(participant: Participant, method: str, scene: Scene, true: Truth, bu
     )
 
 
-def too_long(participant: Participant, method: str, scene: Scene, budget_s: float) -> Failure | None:
+def too_long(running_engine: RunningEngine, method: str, scene: Scene, budget_s: float) -> Failure | None:
     """Return that a flight would not fit into the budget, or None.
 
     Told from its steps and what its engine says that one takes; of an adaptive method, whose steps nobody counts, from
     the CPU time of a small share of it: no wall clock is asked, so that a busy machine has the same rows.
     """
-    info = participant.info
+    info = running_engine.info
     if isinstance(info, Failure) or method in info.whole:
         return None
-    if participant.takes_own_steps(method):
+    if running_engine.takes_own_steps(method):
         seconds = SHARE * scene.duration
         share = replace(scene, duration=seconds, times=np.array([seconds]))
         asked, needed = f"{scene.duration:g} s of flight", math.inf
         for _ in range(LOOKS):
             if needed <= budget_s:
                 break
-            first = participant.fly(share, method, scene.step)
+            first = running_engine.fly(share, method, scene.step)
             if not isinstance(first, Trajectory):
                 return first
             needed = min(needed, first.cpu_s / SHARE)
@@ -104,4 +106,4 @@ def too_long(participant: Participant, method: str, scene: Scene, budget_s: floa
 def missed(rows: Sequence[ExtremeRow]) -> list[ExtremeRow]:
     """Return the rows in which our own best method is further off than FLOORS limits."""
     best = [row for row in rows if f"{row.engine}:{row.method}" == BEST]
-    return [row for row in best if row.times_limit is None or not row.times_limit <= FLOORS]
+    return [row for row in best if row.error_over_resolution is None or not row.error_over_resolution <= FLOORS]

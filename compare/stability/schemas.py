@@ -27,7 +27,7 @@ class StabilityRow:
     verdict: Word
     max_error_m: Worst
     energy_ratio: Ratio
-    limit_m: Limit
+    resolution_m: Limit
 
 
 @dataclass(frozen=True)
@@ -70,8 +70,10 @@ class ExtremeRow:
     status: Status
     verdict: Word
     max_error_m: Worst
-    limit_m: Limit
-    times_limit: Annotated[float | None, "largest error over samples, in units of what the truth can tell there"]
+    resolution_m: Limit
+    error_over_resolution: Annotated[
+        float | None, "largest error over samples, in units of what the truth can tell there"
+    ]
     energy_ratio: Ratio
     why: Annotated[str, "the reasons of status and verdict"]
     size_m: Annotated[float, "distance from the centre of mass of the body's furthest vertex"]

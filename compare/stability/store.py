@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pandas as pd
 
-from tumble.compare.run.participants import Participant
-from tumble.compare.run.progress import Tick, untold
+from tumble.compare.run.progress import ProgressCallback, no_progress
 from tumble.compare.run.provenance import ConditionRow
+from tumble.compare.run.running_engines import RunningEngine
 from tumble.compare.run.truths import Truths
 from tumble.compare.stability.columns import limits_steps
 from tumble.compare.stability.extremes import PAGE_BUDGET_S
@@ -44,10 +44,10 @@ def pieces(tables: Mapping[str, pd.DataFrame]) -> list[Piece]:
 
 
 def quick_tables(
-    participants: Sequence[Participant],
+    running_engines: Sequence[RunningEngine],
     scenes: Sequence[Scene],
     cases: Sequence[Scene] = (),
-    tick: Tick = untold,
+    on_progress: ProgressCallback = no_progress,
     truths: Truths | None = None,
 ) -> dict[str, pd.DataFrame]:
     """Return the tables of a page: of scenes at their own values only, without contestants that are there on request.
@@ -56,11 +56,11 @@ def quick_tables(
     cases in little time.
     """
     scenes = [scene for scene in scenes if limits_steps(scene)]
-    found = store(None, keys(participants, scenes, cases, few=True))
+    found = store(None, keys(running_engines, scenes, cases, few=True))
 
     def keep(piece: Done) -> None:
         found.keep(piece.key, tables_of(piece))
 
     quickly = {"factors": [1.0], "few": True, "effort": BRIEF, "budget_s": PAGE_BUDGET_S}
-    stability(participants, scenes, cases, keep, tick, truths=truths, **quickly)
+    stability(running_engines, scenes, cases, keep, on_progress, truths=truths, **quickly)
     return found.tables

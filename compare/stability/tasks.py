@@ -8,8 +8,8 @@ from concurrent.futures import Future
 from contextlib import nullcontext
 from functools import partial
 
-from tumble.compare.run.participants import Participant, truth_limit
-from tumble.compare.run.progress import Tick, untold
+from tumble.compare.run.progress import ProgressCallback, no_progress
+from tumble.compare.run.running_engines import RunningEngine, truth_limit
 from tumble.compare.run.tasks import Task, run
 from tumble.compare.run.truths import Answer, Truths
 from tumble.compare.run.worker import Failure
@@ -33,35 +33,35 @@ STIFF = (
 Done = Piece | ExtremeRow
 
 
-def contestants(participant: Participant, scene: Scene, few: bool = False) -> tuple[str, ...]:
+def contestants(running_engine: RunningEngine, scene: Scene, few: bool = False) -> tuple[str, ...]:
     """Return the methods that are asked: those of the scene and, unless some were named, those on request too.
 
     few: none on request.
     """
-    methods = participant.methods_for(scene)
-    if few or participant.only_named or isinstance(participant.info, Failure):
+    methods = running_engine.methods_for(scene)
+    if few or running_engine.only_named or isinstance(running_engine.info, Failure):
         return methods
-    return tuple(dict.fromkeys((*methods, *participant.info.on_request)))
+    return tuple(dict.fromkeys((*methods, *running_engine.info.on_request)))
 
 
 def keys(
-    participants: Sequence[Participant], scenes: Sequence[Scene], cases: Sequence[Scene], few: bool = False
+    running_engines: Sequence[RunningEngine], scenes: Sequence[Scene], cases: Sequence[Scene], few: bool = False
 ) -> list[Key]:
     """Return scene, engine and method of every piece there will be, in the order of the tables."""
     return [
-        (scene.name, participant.title, method)
+        (scene.name, running_engine.title, method)
         for scene in (*scenes, *cases)
-        for participant in participants
-        for method in contestants(participant, scene, few)
+        for running_engine in running_engines
+        for method in contestants(running_engine, scene, few)
     ]
 
 
 def stability(
-    participants: Sequence[Participant],
+    running_engines: Sequence[RunningEngine],
     scenes: Sequence[Scene],
     cases: Sequence[Scene],
     keep: Callable[[Done], object],
-    tick: Tick = untold,
+    on_progress: ProgressCallback = no_progress,
     done: Collection[Key] = (),
     factors: Sequence[float] = FACTORS,
     few: bool = False,
@@ -71,41 +71,42 @@ def stability(
 ) -> None:
     """Hand over every piece as it is done, but for those that are done already.
 
-    keep: called from several threads, one at a time; tick is told what was done; factors: of the scenes' own values;
-    few: no contestant that takes part only on request; effort: for each scene; budget_s: for each extreme case [s];
+    keep: called from several threads, one at a time; on_progress: called for every piece;
+    factors: of the scenes' own values; few: no contestant that takes part only on request; effort: for each scene;
+    budget_s: for each extreme case [s];
     truths: whose processes work out the true answers, by default new ones.
     Raises BadScene for a scene in which nothing can be stiff, RayMissed as truth does.
     """
     told = [columns(scene, factors) for scene in scenes]
     flown = [column.flight(ROWS) for own in told for column in own]
-    with nullcontext(truths) if truths else Truths([], limit_s=truth_limit(participants)) as working:
+    with nullcontext(truths) if truths else Truths([], limit_s=truth_limit(running_engines)) as working:
         true = iter(working.more([*flown, *cases]))
         questions = [Question(scene, own, [next(true) for _ in own]) for scene, own in zip(scenes, told, strict=True)]
         tasks = [
             Task((question.scene.name, each.title, method), each, partial(piece, method, question, effort))
             for question in questions
-            for each in participants
+            for each in running_engines
             for method in contestants(each, question.scene, few)
         ]
         tasks += [
             Task((case.name, each.title, method), each, partial(extreme_row, method, case, answer, budget_s))
             for case, answer in zip(cases, true, strict=True)
-            for each in participants
+            for each in running_engines
             for method in contestants(each, case, few)
         ]
-        run(tasks, working, done, lambda key, result: keep(result), tick)
+        run(tasks, working, done, lambda key, result: keep(result), on_progress)
 
 
-def piece(method: str, question: Question, effort: Effort, participant: Participant) -> Piece:
+def piece(method: str, question: Question, effort: Effort, running_engine: RunningEngine) -> Piece:
     """Return what one contestant makes of one scene."""
-    return Trials(participant, method, question, effort).piece()
+    return Trials(running_engine, method, question, effort).piece()
 
 
 def extreme_row(
-    method: str, case: Scene, true: Future[Answer], budget_s: float, participant: Participant
+    method: str, case: Scene, true: Future[Answer], budget_s: float, running_engine: RunningEngine
 ) -> ExtremeRow:
     """Return what one contestant makes of one extreme case."""
     found = true.result()
     if found.truth is None:
         raise NoTruth(f"{case.name} has no truth to be held against: {found.why}")
-    return extreme(participant, method, case, found.truth, budget_s)
+    return extreme(running_engine, method, case, found.truth, budget_s)

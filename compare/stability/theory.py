@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tumble.compare.run.engines.registry import OWN_SCHEME
-from tumble.compare.run.participants import Participant
+from tumble.compare.run.running_engines import RunningEngine
 from tumble.compare.run.worker import Failure
 from tumble.compare.stability.modes import Mode
 from tumble.scenarios.forces import stiffness
@@ -85,14 +85,14 @@ FREE = {
 NO_TORQUE = Theory(UNLIMITED, "equal moments: there is no gyroscopic torque")
 
 
-def theory(participant: Participant, method: str, scene: Scene, mode: Mode) -> Theory | None:
+def theory(running_engine: RunningEngine, method: str, scene: Scene, mode: Mode) -> Theory | None:
     """Return what theory says of a method on this scene, None where its engine states nothing that tells."""
-    if isinstance(participant.info, Failure):
+    if isinstance(running_engine.info, Failure):
         return None
     if scene.is_free:
-        gyroscopic, largest_turn = participant.info.gyroscopic, participant.info.largest_turn
+        gyroscopic, largest_turn = running_engine.info.gyroscopic, running_engine.info.largest_turn
         return free_theory(stated(gyroscopic, method), largest_turn, scene)
-    name = participant.info.schemes.get(method) or participant.info.schemes.get(method.partition("@")[0])
+    name = running_engine.info.schemes.get(method) or running_engine.info.schemes.get(method.partition("@")[0])
     if name is None:
         return None
     if name == "a-stable":
@@ -102,14 +102,14 @@ def theory(participant: Participant, method: str, scene: Scene, mode: Mode) -> T
     if name != OWN_SCHEME:
         title, scheme = SCHEMES[name]
         return Theory(limit_of(scheme, mode), f"{title}: {STABILITY_FUNCTION}")
-    return own_theory(participant, method, mode)
+    return own_theory(running_engine, method, mode)
 
 
-def own_theory(participant: Participant, method: str, mode: Mode) -> Theory | None:
+def own_theory(running_engine: RunningEngine, method: str, mode: Mode) -> Theory | None:
     """Return the limit of a scheme that an engine states as a function, which its process computes."""
 
     def scheme(s: float, c: float, h: Array) -> Array:
-        answer = participant.worker.step_matrices(method, s, c, h)
+        answer = running_engine.worker.step_matrices(method, s, c, h)
         if isinstance(answer, Failure):
             raise SchemeFailed(answer.status)
         return answer

@@ -15,7 +15,7 @@ import numpy as np
 
 from tumble.compare.judge.errors import Flown, Run
 from tumble.compare.judge.verdict import Verdict, bounded, verdict
-from tumble.compare.run.participants import Participant
+from tumble.compare.run.running_engines import RunningEngine
 from tumble.compare.stability.columns import PROBED, ROWS, Column, Question, truth_of
 from tumble.compare.stability.schemas import LimitRow, StabilityRow
 from tumble.compare.stability.theory import theory
@@ -109,7 +109,7 @@ class Cell:
 class Trials:
     """One contestant in one scene."""
 
-    participant: Participant
+    running_engine: RunningEngine
     method: str
     question: Question
     effort: Effort = FULL
@@ -130,8 +130,8 @@ class Trials:
         return self._judged(column, column.probe(dt, steps), dt, None)
 
     def _judged(self, column: Column, flown: Scene, dt: float, true: Truth | None) -> Cell:
-        answer = self.participant.fly(flown, self.method, dt)
-        run = Flown.of(self.participant, self.method, dt, answer).run(flown, self.participant.title, true)
+        answer = self.running_engine.fly(flown, self.method, dt)
+        run = Flown.of(self.running_engine, self.method, dt, answer).run(flown, self.running_engine.title, true)
         return Cell(column, dt, run, verdict(run))
 
     def piece(self) -> Piece:
@@ -141,7 +141,7 @@ class Trials:
         if first.verdict.word == "refused":
             return Piece((first.row,), self.limit_row(note=first.verdict.why))
         places = range(len(self.question.columns))
-        if self.participant.takes_own_steps(self.method):
+        if self.running_engine.takes_own_steps(self.method):
             cells = [self.cell(place, ROWS) for place in places]
             return Piece(tuple(cell.row for cell in cells), self.limit_row(note="takes steps of its own"))
         maps = [
@@ -230,10 +230,10 @@ class Trials:
     ) -> LimitRow:
         """Return the row of limits, with theory's beside it."""
         column = self.question.columns[self.question.own]
-        known = theory(self.participant, self.method, column.scene, column.mode)
+        known = theory(self.running_engine, self.method, column.scene, column.mode)
         return LimitRow(
             column.scene.name,
-            self.participant.title,
+            self.running_engine.title,
             self.method,
             column.parameter.name,
             column.value,

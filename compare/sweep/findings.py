@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from tumble.compare.sweep.frontier import order_rows
+from tumble.compare.sweep.pareto_front import order_rows
 from tumble.compare.sweep.work_precision import Sweep
 from tumble.compare.tables.shared import FindingRow
 

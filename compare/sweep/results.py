@@ -4,25 +4,25 @@ from collections.abc import Sequence
 
 import pandas as pd
 
-from tumble.compare.run.participants import Participant
 from tumble.compare.run.provenance import conditions
+from tumble.compare.run.running_engines import RunningEngine
 from tumble.compare.sweep.findings import sweep_findings
-from tumble.compare.sweep.frontier import (
-    clock_rows,
-    digit_rows,
+from tumble.compare.sweep.pareto_front import (
+    accuracy_cost_rows,
+    ensemble_rows,
+    equivalent_rows,
     order_rows,
-    same_rows,
-    throws_rows,
+    timing_rows,
     work_precision_rows,
 )
-from tumble.compare.sweep.schemas import CLOCK, DIGITS, ORDERS, SAME, THROWS, WORK_PRECISION
+from tumble.compare.sweep.schemas import CLOCK, DIGITS, ENSEMBLES, ORDERS, SAME, WORK_PRECISION
 from tumble.compare.sweep.work_precision import Sweep
 from tumble.compare.tables.engines import engine_row
 from tumble.compare.tables.frames import frame
 from tumble.compare.tables.runs import run_row
 from tumble.compare.tables.shared import CONDITIONS, ENGINES, FINDINGS, RUNS
 
-MEASURED = (RUNS, WORK_PRECISION, DIGITS, ORDERS, THROWS, SAME, CLOCK, FINDINGS)
+MEASURED = (RUNS, WORK_PRECISION, DIGITS, ORDERS, ENSEMBLES, SAME, CLOCK, FINDINGS)
 
 
 def measured(sweeps: Sequence[Sweep], reference: str) -> dict[str, pd.DataFrame]:
@@ -30,21 +30,21 @@ def measured(sweeps: Sequence[Sweep], reference: str) -> dict[str, pd.DataFrame]
     return {
         "runs.csv": frame(RUNS, (run_row(run) for sweep in sweeps for run in sweep.runs)),
         "work-precision.csv": frame(WORK_PRECISION, (row for sweep in sweeps for row in work_precision_rows(sweep))),
-        "digits.csv": frame(DIGITS, (row for sweep in sweeps for row in digit_rows(sweep, reference))),
+        "accuracy-cost.csv": frame(DIGITS, (row for sweep in sweeps for row in accuracy_cost_rows(sweep, reference))),
         "orders.csv": frame(ORDERS, (row for sweep in sweeps for row in order_rows(sweep))),
-        "throws.csv": frame(THROWS, (row for sweep in sweeps for row in throws_rows(sweep))),
-        "same.csv": frame(SAME, (row for sweep in sweeps for row in same_rows(sweep))),
-        "clock.csv": frame(CLOCK, (row for sweep in sweeps for row in clock_rows(sweep))),
+        "ensembles.csv": frame(ENSEMBLES, (row for sweep in sweeps for row in ensemble_rows(sweep))),
+        "equivalent.csv": frame(SAME, (row for sweep in sweeps for row in equivalent_rows(sweep))),
+        "timing.csv": frame(CLOCK, (row for sweep in sweeps for row in timing_rows(sweep))),
         "findings.csv": frame(FINDINGS, (row for sweep in sweeps for row in sweep_findings(sweep))),
     }
 
 
 def sweep_tables(
-    sweeps: Sequence[Sweep], participants: Sequence[Participant], reference: str, command: str
+    sweeps: Sequence[Sweep], running_engines: Sequence[RunningEngine], reference: str, command: str
 ) -> dict[str, pd.DataFrame]:
     """Return every table: what was measured, the engines, and on what machine."""
     return {
         **measured(sweeps, reference),
-        "engines.csv": frame(ENGINES, map(engine_row, participants)),
+        "engines.csv": frame(ENGINES, map(engine_row, running_engines)),
         "conditions.csv": frame(CONDITIONS, conditions(command)),
     }

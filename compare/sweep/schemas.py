@@ -38,17 +38,17 @@ class WorkPrecisionRow:
         "diverged",
         EMPTY,
     ]
-    limit_m: Limit
-    flight_us: Annotated[float, "time of one throw's flight: lower decile of the rounds"]
-    p90_flight_us: Annotated[float, "time of one throw's flight: upper decile of the rounds"]
+    resolution_m: Limit
+    run_us: Annotated[float, "time of one throw's flight: lower decile of the rounds"]
+    p90_run_us: Annotated[float, "time of one throw's flight: upper decile of the rounds"]
     step_ns: Annotated[float | None, "time of one step of one throw; empty where a flight is what was timed"]
     clock: Annotated[str, "thread CPU, process CPU or wall: the one that is right for it"]
-    frontier: Annotated[bool, "whether no run that has a time is both cheaper and as near"]
+    pareto_front: Annotated[bool, "on the Pareto front: no run is both faster and as accurate"]
     dt_taken_s: StepTaken = None
 
 
 @dataclass(frozen=True)
-class DigitRow:
+class AccuracyCostRow:
     """What it takes one contestant to reach one error.
 
     The time is interpolated between two measured runs of its own frontier, never beyond them; the step and what follows
@@ -60,7 +60,7 @@ class DigitRow:
     method: Annotated[str, "method; the tolerances of an adaptive one together"]
     target_m: Annotated[float, "largest vertex error to reach"]
     verdict: Annotated[str, "reached, not reached, at most (the coarsest run is as good already), or untimed"]
-    flight_us: Annotated[float | None, "time of the native loop of one throw's flight"]
+    run_us: Annotated[float | None, "time of the native loop of one throw's flight"]
     dt_s: Annotated[float | None, "step; empty where the method chose its own, or nothing was reached"]
     tolerance: Tolerance
     steps_per_s: Annotated[float | None, "steps in one second of CPU time; empty where a flight is the unit"]
@@ -103,7 +103,7 @@ class OrderRow:
 
 
 @dataclass(frozen=True)
-class ClockRow:
+class TimingRow:
     """What the clock said of one contestant: time of its native loop, its spread, which clock, and what it took before.
 
     None of build_s, compile_s and call_ns is in any other figure.
@@ -127,7 +127,7 @@ class ClockRow:
 
 
 @dataclass(frozen=True)
-class SameRow:
+class EquivalentRow:
     """Two contestants that are one integrator: at every step, far closer to each other than to the truth."""
 
     scene: SceneName
@@ -136,7 +136,7 @@ class SameRow:
     engine_b: Annotated[str, "engine of the other contestant"]
     method_b: Annotated[str, "method of the other contestant"]
     steps_compared: Annotated[int, "number of steps at which both errors stand clear of the truth's limit"]
-    furthest_apart_m: Annotated[float, "largest distance between their vertices at any step"]
+    max_distance_m: Annotated[float, "largest distance between their vertices at any step"]
 
     @property
     def contestant_a(self) -> str:
@@ -150,7 +150,7 @@ class SameRow:
 
 
 @dataclass(frozen=True)
-class ThrowsRow:
+class EnsembleRow:
     """One run of many throws: quantiles over the throws of the largest vertex error."""
 
     scene: SceneName
@@ -158,16 +158,16 @@ class ThrowsRow:
     method: Method
     dt_s: Step
     tolerance: Tolerance
-    throws: Annotated[int, "number of throws"]
+    members: Annotated[int, "number of throws"]
     p5_error_m: Annotated[float, "5 % quantile"]
     median_error_m: Annotated[float, "median"]
     p95_error_m: Annotated[float, "95 % quantile"]
 
 
 WORK_PRECISION = Table("work-precision.csv", WorkPrecisionRow, (*CONTESTANT, "dt_s"))
-DIGITS = Table("digits.csv", DigitRow, (*CONTESTANT, "target_m"))
+DIGITS = Table("accuracy-cost.csv", AccuracyCostRow, (*CONTESTANT, "target_m"))
 ORDERS = Table("orders.csv", OrderRow, CONTESTANT)
-THROWS = Table("throws.csv", ThrowsRow, (*CONTESTANT, "dt_s", "tolerance"))
-SAME = Table("same.csv", SameRow, ("scene", "engine_a", "method_a", "engine_b", "method_b"))
-CLOCK = Table("clock.csv", ClockRow, CONTESTANT)
-TABLES = (WORK_PRECISION, DIGITS, ORDERS, THROWS, SAME, CLOCK)
+ENSEMBLES = Table("ensembles.csv", EnsembleRow, (*CONTESTANT, "dt_s", "tolerance"))
+SAME = Table("equivalent.csv", EquivalentRow, ("scene", "engine_a", "method_a", "engine_b", "method_b"))
+CLOCK = Table("timing.csv", TimingRow, CONTESTANT)
+TABLES = (WORK_PRECISION, DIGITS, ORDERS, ENSEMBLES, SAME, CLOCK)

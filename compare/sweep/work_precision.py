@@ -10,9 +10,9 @@ from dataclasses import dataclass, field
 from tumble.compare.judge.cost import Timed, time_runs
 from tumble.compare.judge.errors import Flown, Run
 from tumble.compare.run.flight import legs
-from tumble.compare.run.participants import Participant, truth_limit
 from tumble.compare.run.process.kept import Kept
-from tumble.compare.run.progress import Tick, untold
+from tumble.compare.run.progress import ProgressCallback, no_progress
+from tumble.compare.run.running_engines import RunningEngine, truth_limit
 from tumble.compare.run.tasks import Task, run
 from tumble.compare.run.timing.readings import USUAL, Sampling
 from tumble.compare.run.truths import Truths, true_answer
@@ -68,9 +68,9 @@ class Sweep:
 
 
 def sweep(
-    participants: Sequence[Participant],
+    running_engines: Sequence[RunningEngine],
     scene: Scene,
-    tick: Tick = untold,
+    on_progress: ProgressCallback = no_progress,
     effort: Effort = FULL,
     kept: Kept | None = None,
     enough_m: float = 0.0,
@@ -85,18 +85,18 @@ def sweep(
     Raises NoTruth where there is nothing to measure errors against, RayMissed as compare does.
     """
     return against_the_clock(
-        participants,
+        running_engines,
         scene,
-        ladders(participants, scene, tick, effort, kept, enough_m, beyond_samples=beyond_samples),
-        tick,
+        ladders(running_engines, scene, on_progress, effort, kept, enough_m, beyond_samples=beyond_samples),
+        on_progress,
         effort,
     )
 
 
 def ladders(
-    participants: Sequence[Participant],
+    running_engines: Sequence[RunningEngine],
     scene: Scene,
-    tick: Tick = untold,
+    on_progress: ProgressCallback = no_progress,
     effort: Effort = FULL,
     kept: Kept | None = None,
     enough_m: float = 0.0,
@@ -108,58 +108,64 @@ def ladders(
     truths: where that of the scene is asked for already; the other arguments, and what is raised: as of `sweep`.
     """
     longer = longer_steps(scene) if beyond_samples else {}
-    answer = truths.answer(scene) if truths else true_answer(at_all(scene, longer), limit_s=truth_limit(participants))
+    answer = (
+        truths.answer(scene) if truths else true_answer(at_all(scene, longer), limit_s=truth_limit(running_engines))
+    )
     if answer.truth is None:
         raise NoTruth(f"{scene.name} has no truth to be held against: {answer.why}")
     asked = ((dt, seen, answer.at(seen).truth) for dt, seen in [(None, scene), *longer.items()])
     judged = {dt: (seen, true) for dt, seen, true in asked if true is not None}
 
-    def task(participant: Participant, method: str) -> Task[list[Flown]]:
-        key = scene.name, participant.title, method
-        return Task(key, participant, lambda able: climb(able, judged, method, effort, enough_m), list[Flown])
+    def task(running_engine: RunningEngine, method: str) -> Task[list[Flown]]:
+        key = scene.name, running_engine.title, method
+        return Task(key, running_engine, lambda able: climb(able, judged, method, effort, enough_m), list[Flown])
 
-    def run_of(participant: Participant, flown: Flown) -> Run:
-        seen, true = where_judged(judged, participant, flown.method, flown.dt)
-        return flown.run(seen, participant.title, true)
+    def run_of(running_engine: RunningEngine, flown: Flown) -> Run:
+        seen, true = where_judged(judged, running_engine, flown.method, flown.dt)
+        return flown.run(seen, running_engine.title, true)
 
-    tasks = [task(each, method) for each in participants for method in each.methods_for(scene)]
-    found = run(tasks, tick=tick, kept=kept)
-    return [run_of(one.participant, flown) for one, ladder in zip(tasks, found, strict=True) for flown in ladder]
+    tasks = [task(each, method) for each in running_engines for method in each.methods_for(scene)]
+    found = run(tasks, on_progress=on_progress, kept=kept)
+    return [run_of(one.running_engine, flown) for one, ladder in zip(tasks, found, strict=True) for flown in ladder]
 
 
-def where_judged(judged: Judged, participant: Participant, method: str, dt: float) -> tuple[Scene, Truth]:
+def where_judged(judged: Judged, running_engine: RunningEngine, method: str, dt: float) -> tuple[Scene, Truth]:
     """Return the scene as one rung is run on it, and its truth: by its samples, or by the ends of longer steps."""
-    return judged[None if participant.takes_own_steps(method) or dt not in judged else dt]
+    return judged[None if running_engine.takes_own_steps(method) or dt not in judged else dt]
 
 
 def against_the_clock(
-    participants: Sequence[Participant], scene: Scene, runs: Sequence[Run], tick: Tick = untold, effort: Effort = FULL
+    running_engines: Sequence[RunningEngine],
+    scene: Scene,
+    runs: Sequence[Run],
+    on_progress: ProgressCallback = no_progress,
+    effort: Effort = FULL,
 ) -> Sweep:
     """Return the sweep of one scene's ladders, all their times taken in the same rounds."""
-    timed, why_untimed = time_runs(participants, scene, runs, effort.sampling)
-    tick("timed")
+    timed, why_untimed = time_runs(running_engines, scene, runs, effort.sampling)
+    on_progress("timed")
     clocked = {id(each.run) for each in timed}
     return Sweep(scene, tuple(timed), tuple(one for one in runs if id(one) not in clocked), why_untimed)
 
 
-def climb(participant: Participant, judged: Judged, method: str, effort: Effort, enough_m: float) -> list[Flown]:
+def climb(running_engine: RunningEngine, judged: Judged, method: str, effort: Effort, enough_m: float) -> list[Flown]:
     """Return the ladder of one method from its longest step to its floor, to what is enough, or the budget's end.
 
     judged: the scene by its samples, and by longer steps, each with its truth.
     """
     scene, _ = judged[None]
-    longer = [] if participant.takes_own_steps(method) else [(method, dt) for dt in judged if dt is not None]
+    longer = [] if running_engine.takes_own_steps(method) else [(method, dt) for dt in judged if dt is not None]
     ladder: list[Flown] = []
     runs: list[Run] = []
-    for name, dt in (*longer, *rungs(participant, scene, method, effort.tolerances)):
-        seen, true = where_judged(judged, participant, name, dt)
-        answer = participant.fly(seen, name, dt, untold=True)
-        ladder.append(Flown.of(participant, name, dt, answer))
-        runs.append(ladder[-1].run(seen, participant.title, true))
+    for name, dt in (*longer, *rungs(running_engine, scene, method, effort.tolerances)):
+        seen, true = where_judged(judged, running_engine, name, dt)
+        answer = running_engine.fly(seen, name, dt, no_progress=True)
+        ladder.append(Flown.of(running_engine, name, dt, answer))
+        runs.append(ladder[-1].run(seen, running_engine.title, true))
         # An adaptive method's error falls by fits and starts, and its tolerances are few: they are all tried.
         if isinstance(answer, Failure) or (name == method and at_floor(runs)):
             break
-        if over_budget(participant, name, answer.steps * len(scene.start), effort.budget_s):
+        if over_budget(running_engine, name, answer.steps * len(scene.start), effort.budget_s):
             break
         if runs[-1].status == "ok" and float(runs[-1].distances.max()) <= enough_m:
             break
@@ -167,22 +173,22 @@ def climb(participant: Participant, judged: Judged, method: str, effort: Effort,
 
 
 def rungs(
-    participant: Participant, scene: Scene, method: str, tolerances: Sequence[float] = TOLERANCES
+    running_engine: RunningEngine, scene: Scene, method: str, tolerances: Sequence[float] = TOLERANCES
 ) -> Iterator[tuple[str, float]]:
     """Yield (method, dt [s]): tolerances of an adaptive method, one step for a whole one, else 2^k and 3 2^k steps."""
-    bare = not isinstance(participant.info, Failure) and method in participant.info.adaptive
+    bare = not isinstance(running_engine.info, Failure) and method in running_engine.info.adaptive
     if bare:
         yield from ((f"{method}@{tolerance:.3g}", scene.duration) for tolerance in tolerances)
-    elif participant.takes_own_steps(method):
+    elif running_engine.takes_own_steps(method):
         yield method, scene.duration
     else:
         cuts = len(legs(scene, scene.duration))
         yield from ((method, scene.duration / (cuts * count)) for count in COUNTS)
 
 
-def over_budget(participant: Participant, method: str, steps: int, budget_s: float) -> bool:
+def over_budget(running_engine: RunningEngine, method: str, steps: int, budget_s: float) -> bool:
     """Whether the next rung would take longer than a flight may; steps: those of all throws in this one."""
-    info = participant.info
+    info = running_engine.info
     return not isinstance(info, Failure) and 1.5 * steps * info.step_of(method) > 1e9 * budget_s
 
 

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from tumble.compare.run.engines.registry import files, is_file
-from tumble.compare.run.participants import Participant
 from tumble.compare.run.provenance import ConditionRow, conditions
+from tumble.compare.run.running_engines import RunningEngine
 from tumble.compare.tables.engines import engine_row
 from tumble.compare.tables.files import place
 from tumble.compare.tables.frames import read_file, rows
@@ -23,17 +23,19 @@ TABLE = "table "  # before the name of a table that a digest is of
 
 
 def circumstances(
-    participants: Sequence[Participant], scenes: Sequence[Scene], asked: dict[str, str], command: str
+    running_engines: Sequence[RunningEngine], scenes: Sequence[Scene], asked: dict[str, str], command: str
 ) -> list[ConditionRow]:
     """Return format, machine, versions, what else was asked for, engines with their files, and the scenes."""
     found = [*conditions(command), *(ConditionRow(what, value) for what, value in asked.items())]
-    for participant in participants:
+    for running_engine in running_engines:
         methods = ", ".join(
-            participant.methods if participant.only_named else ("all methods", *sorted(participant.named))
+            running_engine.methods if running_engine.only_named else ("all methods", *sorted(running_engine.named))
         )
-        own = files(participant.engine) if is_file(participant.engine) else []
+        own = files(running_engine.engine) if is_file(running_engine.engine) else []
         file = f", file {digest([path.read_bytes() for path in own])}" if own else ""
-        found.append(ConditionRow(f"engine {participant.title}", f"{engine_row(participant).version}, {methods}{file}"))
+        found.append(
+            ConditionRow(f"engine {running_engine.title}", f"{engine_row(running_engine).version}, {methods}{file}")
+        )
     return [*found, *(ConditionRow(f"scene {scene.name}", digest(scene)) for scene in scenes)]
 
 

@@ -1,17 +1,17 @@
 """What is written of the engines that took part."""
 
-from tumble.compare.run.participants import Participant
+from tumble.compare.run.running_engines import RunningEngine
 from tumble.compare.run.worker import Failure
 from tumble.compare.tables.shared import EngineRow, worded
 
 
-def engine_row(participant: Participant) -> EngineRow:
+def engine_row(running_engine: RunningEngine) -> EngineRow:
     """Return the row of one engine."""
-    info = participant.info
+    info = running_engine.info
     if isinstance(info, Failure):
-        return EngineRow(participant.title, *worded(info.status), "", "", ", ".join(participant.methods), "", "")
+        return EngineRow(running_engine.title, *worded(info.status), "", "", ", ".join(running_engine.methods), "", "")
     return EngineRow(
-        participant.title,
+        running_engine.title,
         "ok",
         "",
         info.version,

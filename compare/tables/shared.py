@@ -64,11 +64,11 @@ class ErrorOverTimeRow:
     tolerance: Tolerance
     t_s: Instant
     error_m: Annotated[float, "largest error of any vertex and throw; empty once the run diverged", EMPTY]
-    limit_m: Annotated[float, "what the truth can tell: an error below it says nothing more"]
+    resolution_m: Annotated[float, "what the truth can tell: an error below it says nothing more"]
 
 
 @dataclass(frozen=True)
-class ThrowRow:
+class MemberRow:
     """One throw of a scene of many, in one run: its largest vertex error, and the truth's limit."""
 
     scene: SceneName
@@ -76,9 +76,9 @@ class ThrowRow:
     method: Method
     dt_s: Step
     tolerance: Tolerance
-    throw: Annotated[int, "number of the throw; 0 is the one as written"]
+    member: Annotated[int, "number of the throw; 0 is the scene's own"]
     max_error_m: Annotated[float, "largest error of any vertex and sample; empty of one that diverged", EMPTY]
-    limit_m: Annotated[float, "what the truth can tell of this throw: an error below it says nothing more"]
+    resolution_m: Annotated[float, "what the truth can tell of this throw: an error below it says nothing more"]
 
 
 @dataclass(frozen=True)
@@ -99,7 +99,7 @@ class RunRow:
     max_error_m: MaxError = None
     rms_error_m: RmsError = None
     final_error_m: FinalError = None
-    limit_m: Limit = None
+    resolution_m: Limit = None
     energy_drift: EnergyDrift = None
     momentum_drift: MomentumDrift = None
     angular_momentum_drift: AngularMomentumDrift = None
@@ -126,12 +126,15 @@ class SceneRow:
     samples: Annotated[int, "number of instants at which errors are measured"]
     truth: Annotated[str, "how the truth is made, or why there is none"]
     bound_m: Annotated[float | None, "the truth's own error, largest over the samples"]
-    floor_m: Annotated[float | None, "what rounding the scene's numbers moves, largest over the samples"]
+    input_error_m: Annotated[
+        float | None,
+        "largest distance that vertices move when the scene's numbers are rounded to doubles",
+    ]
     horizon_s: Annotated[
         float | None,
         "after it no double-precision program can follow and nobody is judged; empty where it never comes",
     ] = None
-    doubles_m: Annotated[
+    rounding_inputs_m: Annotated[
         float | None, "what engines lose by being handed moments, axes and points as doubles, largest over the samples"
     ] = None
 
@@ -192,7 +195,9 @@ class FindingRow:
     other: Annotated[str, "ENGINE:METHOD of whom else, or the column of a printed table; empty where of nothing else"]
     value: Annotated[float | None, "the number; empty where there is a name and no number"]
     unit: Annotated[str, "its unit; 1 of a pure number"]
-    limit: Annotated[float | None, "what the truth can tell: a value below it says nothing more"] = None
+    resolution: Annotated[
+        float | None, "resolution of the reference: smaller values are indistinguishable from zero"
+    ] = None
 
     @property
     def contestant(self) -> str:
@@ -204,12 +209,12 @@ CONTESTANT = ("scene", "engine", "method")
 RUNS = Table("runs.csv", RunRow, (*CONTESTANT, "dt_s"))
 VERTEX_ERRORS = Table("vertex-errors.csv", VertexErrorRow, (*CONTESTANT, "dt_s", "t_s", "vertex"))
 ERROR_OVER_TIME = Table("error-over-time.csv", ErrorOverTimeRow, (*CONTESTANT, "dt_s", "t_s"))
-EVERY_THROW = Table("every-throw.csv", ThrowRow, (*CONTESTANT, "dt_s", "throw"))
+MEMBERS = Table("members.csv", MemberRow, (*CONTESTANT, "dt_s", "member"))
 SCENES = Table("scenes.csv", SceneRow, ("scene",))
 ENGINES = Table("engines.csv", EngineRow, ("engine",))
 CONDITIONS = Table("conditions.csv", ConditionRow, ("what",))
 FINDINGS = Table("findings.csv", FindingRow, ("finding", *CONTESTANT, "other"))
-TABLES = (RUNS, VERTEX_ERRORS, ERROR_OVER_TIME, EVERY_THROW, SCENES, ENGINES, CONDITIONS, FINDINGS)
+TABLES = (RUNS, VERTEX_ERRORS, ERROR_OVER_TIME, MEMBERS, SCENES, ENGINES, CONDITIONS, FINDINGS)
 
 
 def told(status: str, why: str) -> str:

@@ -18,7 +18,7 @@ STATE_COLUMNS = [
 def trajectory_header(vertices: int, throws: int) -> list[str]:
     """Return the column names of a trajectory; with many throws the first says which."""
     points = [f"v{vertex}{axis}_m" for vertex in range(vertices) for axis in "xyz"]
-    return ["throw"] * (throws > 1) + STATE_COLUMNS + points
+    return ["member"] * (throws > 1) + STATE_COLUMNS + points
 
 
 def trajectory_text(flight: Trajectory, body: Body, first: int = 0, of: int | None = None) -> str:
@@ -28,7 +28,7 @@ def trajectory_text(flight: Trajectory, body: Body, first: int = 0, of: int | No
     """
     samples, throws = flight.states.shape[:2]
     header = trajectory_header(len(body.points), of or throws)
-    numbers = [[str(first + throw) for throw in range(throws) for _ in range(samples)]] * (header[0] == "throw")
+    numbers = [[str(first + throw) for throw in range(throws) for _ in range(samples)]] * (header[0] == "member")
     text = lines_text(header, numbers + [float_cells(each, "nan") for each in columns(flight, body)])
     return text[text.index("\n") + 1 :] if first else text
 

@@ -8,7 +8,7 @@ import pandas as pd
 from tumble.compare.judge.errors import Run
 from tumble.compare.tables.frames import typed
 from tumble.compare.tables.runs import step_of
-from tumble.compare.tables.shared import ERROR_OVER_TIME, EVERY_THROW, VERTEX_ERRORS
+from tumble.compare.tables.shared import ERROR_OVER_TIME, MEMBERS, VERTEX_ERRORS
 from tumble.scenarios.frames import Array
 
 
@@ -44,21 +44,21 @@ def error_over_time_table(runs: Sequence[Run]) -> pd.DataFrame:
             **keys(judged, [len(run.scene.times) for run in judged]),
             "t_s": joined([run.scene.times for run in judged]),
             "error_m": joined([run.distances.max(axis=(1, 2)) for run in judged]),
-            "limit_m": joined([run.limits.max(axis=1) for run in judged]),
+            "resolution_m": joined([run.limits.max(axis=1) for run in judged]),
         },
     )
 
 
-def throw_table(runs: Sequence[Run]) -> pd.DataFrame:
-    """Return every-throw.csv: the runs of many throws that have errors, each by throw."""
+def member_table(runs: Sequence[Run]) -> pd.DataFrame:
+    """Return members.csv: the runs of many throws that have errors, each by member."""
     judged = [run for run in runs if run.has_errors and len(run.scene.start) > 1]
     return typed(
-        EVERY_THROW,
+        MEMBERS,
         {
             **keys(judged, [len(run.scene.start) for run in judged]),
-            "throw": joined([np.arange(len(run.scene.start), dtype=float) for run in judged]),
+            "member": joined([np.arange(len(run.scene.start), dtype=float) for run in judged]),
             "max_error_m": joined([run.distances.max(axis=(0, 2)) for run in judged]),
-            "limit_m": joined([run.limits.max(axis=0) for run in judged]),
+            "resolution_m": joined([run.limits.max(axis=0) for run in judged]),
         },
     )
 

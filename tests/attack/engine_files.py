@@ -179,7 +179,7 @@ def status(path: Path, hangs: bool, is_load: bool) -> str:
             return info.status
         # What is to hang is not waited for; all else has its time, on a busy machine too.
         worker.time_limit = SHORT_S if hangs else PATIENCE_S
-        answer = worker.fly(SCENE, info.methods[0], 0.01, untold=True)
+        answer = worker.fly(SCENE, info.methods[0], 0.01, no_progress=True)
     return Run(SCENE, "bad", "m", 0.01, answer, TRUE).status
 
 

@@ -13,10 +13,10 @@ from collections.abc import Iterator
 
 from figures import FigureRow, output_option, show
 
-from tumble.compare.run.participants import launched
+from tumble.compare.run.running_engines import launched
 from tumble.compare.run.timing.readings import Reading, ratio
 from tumble.compare.run.worker import Failure
-from tumble.compare.sweep.frontier import by_contestant, reach
+from tumble.compare.sweep.pareto_front import by_contestant, reach
 from tumble.compare.sweep.work_precision import YARDSTICK, Sweep, sweep
 from tumble.scenarios.read import read_scene
 
@@ -96,9 +96,11 @@ def native_cost(found: Sweep) -> Iterator[FigureRow]:
 def main() -> None:
     """Sweep the yardstick, print the figures and the native cost of each of our methods, and write them."""
     output = output_option(__doc__.splitlines()[0])
-    with launched(("tumble", *PEERS)) as participants:
-        missing = [participant.title for participant in participants if isinstance(participant.info, Failure)]
-        found = sweep(participants, read_scene(YARDSTICK), lambda what: print(what, file=sys.stderr))
+    with launched(("tumble", *PEERS)) as running_engines:
+        missing = [
+            running_engine.title for running_engine in running_engines if isinstance(running_engine.info, Failure)
+        ]
+        found = sweep(running_engines, read_scene(YARDSTICK), lambda what: print(what, file=sys.stderr))
     if missing:
         print(f"not installed here, so not measured: {', '.join(missing)}")
     show([*figures(found), *native_cost(found)], output)

@@ -13,7 +13,7 @@ from pathlib import Path
 import pandas as pd
 from figures import output_option
 
-from tumble.compare.run.participants import launched
+from tumble.compare.run.running_engines import launched
 from tumble.compare.run.timing.readings import reading
 from tumble.compare.run.timing.timing import Load
 from tumble.compare.tables.files import write_whole
@@ -30,12 +30,12 @@ def rounds_of_new_processes() -> list[list[float]]:
     scene = read_scene("yardstick")
     with ExitStack() as stack:
         samplers = []
-        for participant in stack.enter_context(launched(CONTESTANTS)):
-            for method in participant.methods:
-                load = Load(participant, scene, method)
-                participant.prepare_timer(method, scene, method, load.pace)
-                samplers.append((participant, method))
-        taken = [[participant.sample(method) for participant, method in samplers] for _ in range(ROUNDS)]
+        for running_engine in stack.enter_context(launched(CONTESTANTS)):
+            for method in running_engine.methods:
+                load = Load(running_engine, scene, method)
+                running_engine.prepare_timer(method, scene, method, load.pace)
+                samplers.append((running_engine, method))
+        taken = [[running_engine.sample(method) for running_engine, method in samplers] for _ in range(ROUNDS)]
     return [list(row) for row in zip(*(reading(its).samples.tolist() for its in zip(*taken, strict=True)), strict=True)]
 
 

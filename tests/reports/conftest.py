@@ -21,7 +21,7 @@ from tumble.compare.comparison.results import comparison_tables
 from tumble.compare.motion.film import film
 from tumble.compare.motion.findings import film_findings
 from tumble.compare.motion.results import film_tables
-from tumble.compare.run.participants import launched
+from tumble.compare.run.running_engines import launched
 from tumble.compare.stability.findings import extreme_findings, limit_findings
 from tumble.compare.stability.schemas import EXTREMES, LIMITS
 from tumble.compare.stability.store import quick_tables
@@ -49,13 +49,13 @@ def real() -> dict[str, pd.DataFrame]:
     """All tables of a few scenes by a few contestants."""
     scenes = [read_scene(name) for name in SCENES]
     swept = replace(read_scene("yardstick"), duration=1.0, times=frozen_array([1.0]))
-    with launched(ENGINES) as participants:
-        found = comparison_tables(compare(participants, scenes), participants, COMMAND)
-        films = film(participants, scenes)
+    with launched(ENGINES) as running_engines:
+        found = comparison_tables(compare(running_engines, scenes), running_engines, COMMAND)
+        films = film(running_engines, scenes)
         found |= film_tables(films)
-        costs = measured([sweep(participants, swept, effort=replace(BRIEF, budget_s=BUDGET_S))], REFERENCE)
+        costs = measured([sweep(running_engines, swept, effort=replace(BRIEF, budget_s=BUDGET_S))], REFERENCE)
         found |= {f"sweep-{name}": table for name, table in costs.items() if name != FINDINGS.file}
-        found |= quick_tables(participants, [scenes[-1]], [read_scene(name) for name in CASES])
+        found |= quick_tables(running_engines, [scenes[-1]], [read_scene(name) for name in CASES])
     limits, verdicts = rows(LIMITS, found[LIMITS.file]), rows(EXTREMES, found[EXTREMES.file])
     said = [*film_findings(films), *limit_findings(limits), *extreme_findings(verdicts)]
     found[FINDINGS.file] = pd.concat(

@@ -9,7 +9,7 @@ import pytest
 from rich.console import Console
 
 from tumble.compare.stability.schemas import LimitRow
-from tumble.compare.sweep.schemas import DigitRow
+from tumble.compare.sweep.schemas import AccuracyCostRow
 from tumble.compare.tables.shared import RunRow
 from tumble.reports import figures
 from tumble.reports.charts import Ruler, cost_chart, error_chart, limit_chart
@@ -49,7 +49,7 @@ def test_an_error_at_its_limit_is_said_to_be_no_more():
 
 def test_marks_stand_in_the_order_of_their_times():
     rows = [
-        DigitRow("s", "one", "a", target, "reached", time, 0.1, None, None, "one:a", 1.0)
+        AccuracyCostRow("s", "one", "a", target, "reached", time, 0.1, None, None, "one:a", 1.0)
         for target, time in ((1e-3, 1.0), (1e-6, 10.0), (1e-9, 100.0), (1e-12, 1000.0))
     ]
     line = next(line for line in printed(cost_chart(rows)) if line.startswith("one:a"))

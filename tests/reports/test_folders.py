@@ -28,7 +28,7 @@ def test_the_page_of_a_folder_is_the_page_of_its_tables(html, folder, tmp_path, 
 def test_a_sweeps_folder_draws_its_costs(real, tmp_path):
     swept = {name.removeprefix("sweep-"): table for name, table in real.items() if name.startswith("sweep-")}
     write_folder(tmp_path / "swept", csv_texts(swept | {"conditions.csv": real["conditions.csv"]}))
-    assert {"sweep-runs.csv", "sweep-digits.csv", "conditions.csv"} <= set(gathered(tmp_path / "swept"))
+    assert {"sweep-runs.csv", "sweep-accuracy-cost.csv", "conditions.csv"} <= set(gathered(tmp_path / "swept"))
     assert "runs.csv" not in gathered(tmp_path / "swept")
 
 

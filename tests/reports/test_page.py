@@ -103,7 +103,7 @@ def test_the_board_has_every_error_and_every_verdict(real, html, opened):
             (run,) = (
                 row for row in real["runs.csv"].to_dict("records") if (name(row), row["scene"]) == (contestant, scene)
             )
-            error, limit = run["max_error_m"], run["limit_m"]
+            error, limit = run["max_error_m"], run["resolution_m"]
             if run["status"].startswith("skipped"):
                 assert kind == "skipped"
             elif run["status"] == "ok":
@@ -160,7 +160,7 @@ def test_there_is_one_answer_and_it_has_a_row(real, opened):
     """
     costs = real["sweep-work-precision.csv"].copy()
     cheap = (costs["engine"] == "tumble") & (costs["method"] == "quaternion-euler")
-    costs.loc[cheap, ["status", "error_m", "flight_us"]] = "ok", 1e-6, 1e-4
+    costs.loc[cheap, ["status", "error_m", "run_us"]] = "ok", 1e-6, 1e-4
     html = page(real | {"sweep-work-precision.csv": costs})
     for tolerance in ("0.001", "0.05"):
         tab = opened(html, f"#tol={tolerance}&at=cost")
@@ -525,7 +525,7 @@ def test_an_axis_of_errors_ends_where_they_mean_nothing_any_more(real, opened):
     changed["motion.csv"] = real["motion.csv"].assign(
         scene=real["motion.csv"]["scene"].replace("die-vertex", "yardstick")
     )
-    for file in ("points.csv", "bodies.csv", "faces.csv", "acts.csv", "deformed.csv"):
+    for file in ("points.csv", "bodies.csv", "faces.csv", "loads.csv", "deformed.csv"):
         changed[file] = real[file].assign(scene=real[file]["scene"].replace("die-vertex", "yardstick"))
     changed["scenes.csv"] = real["scenes.csv"].assign(
         scene=real["scenes.csv"]["scene"].replace("die-vertex", "yardstick")

@@ -48,11 +48,24 @@ PIECES = [
 ]
 
 
-def extreme(method: str, scene: str, word: str, times_limit: float | None) -> ExtremeRow:
+def extreme(method: str, scene: str, word: str, error_over_resolution: float | None) -> ExtremeRow:
     """Return what one of our methods makes of a case whose truth tells 1e-15 m of a body of 0.2 m."""
-    error = None if times_limit is None else 1e-15 * times_limit
+    error = None if error_over_resolution is None else 1e-15 * error_over_resolution
     return ExtremeRow(
-        scene, scene.upper(), "tumble", method, 0.1, 1, "ok", word, error, 1e-15, times_limit, 1.0, "<b>why</b>", 0.2
+        scene,
+        scene.upper(),
+        "tumble",
+        method,
+        0.1,
+        1,
+        "ok",
+        word,
+        error,
+        1e-15,
+        error_over_resolution,
+        1.0,
+        "<b>why</b>",
+        0.2,
     )
 
 

@@ -10,7 +10,7 @@ import pytest
 from tumble.compare.judge.cost import Timed
 from tumble.compare.judge.errors import Run
 from tumble.compare.run.flight import Trajectory, legs
-from tumble.compare.run.participants import launched
+from tumble.compare.run.running_engines import launched
 from tumble.compare.run.timing.readings import Reading
 from tumble.compare.run.timing.timer import Ready
 from tumble.compare.sweep.longer_steps import longer_steps
@@ -26,13 +26,13 @@ SCENE = replace(read_scene("two-hits"), impulses=(), times=frozen_array([0.25, 0
 TRUTH = truth(SCENE)
 
 
-def planted(engine: str, method: str, off_m: float, flight_ns: float, dt: float = 0.125) -> Timed:
+def planted(engine: str, method: str, off_m: float, run_ns: float, dt: float = 0.125) -> Timed:
     """Return a run that is off by a known distance and took a known time."""
     states = TRUTH.states.copy()
     states[1:, :, 0] += off_m
     flight = Trajectory(SCENE.rows, states, vertices(states, SCENE.body.points), round(1 / dt), 1e-3, ())
     run = Run(SCENE, engine, method, dt, flight, TRUTH)
-    return Timed(run, flight_ns, Reading(np.full(8, flight_ns * dt)), True, Ready(0.0, 0.0, 0.0, 0))
+    return Timed(run, run_ns, Reading(np.full(8, run_ns * dt)), True, Ready(0.0, 0.0, 0.0, 0))
 
 
 def said(pieces) -> str:
@@ -150,9 +150,9 @@ def test_samples_that_bound_a_step_are_said_and_can_be_passed(tmp_path):
     (tmp_path / "slow.toml").write_text(SPARSE)
     scene = read_scene(str(tmp_path / "slow.toml"))
     effort, tolerance_m = Effort(budget_s=0.01), 1e-3
-    with launched(["tumble:rk4", "mujoco:rk4"]) as participants:
-        within = sweep(participants, scene, effort=effort, enough_m=tolerance_m)
-        beyond = sweep(participants, scene, effort=effort, enough_m=tolerance_m, beyond_samples=True)
+    with launched(["tumble:rk4", "mujoco:rk4"]) as running_engines:
+        within = sweep(running_engines, scene, effort=effort, enough_m=tolerance_m)
+        beyond = sweep(running_engines, scene, effort=effort, enough_m=tolerance_m, beyond_samples=True)
     bound = "The samples of the scene, not accuracy, bound this step: --beyond-samples"
     assert bound in answer(said(advice_text(within, tolerance_m)))
     assert bound not in answer(said(advice_text(beyond, tolerance_m)))
@@ -161,7 +161,7 @@ def test_samples_that_bound_a_step_are_said_and_can_be_passed(tmp_path):
     )
     assert shortest == 0.01
     assert longer > 0.1
-    best = min((each for each in beyond.timed if each.error_m <= tolerance_m), key=lambda each: each.flight_ns)
+    best = min((each for each in beyond.timed if each.error_m <= tolerance_m), key=lambda each: each.run_ns)
     true = truth(replace(scene, times=best.run.scene.times))
     off = np.linalg.norm(best.run.flight.vertices - true.vertices, axis=-1)
     assert best.error_m == pytest.approx(off.max(), rel=1e-6), "it is judged where its own steps end"

@@ -170,11 +170,11 @@ def test_an_explanation_that_makes_the_same_motion_is_simulated():
 
 def test_claims_are_read_from_rows_of_json():
     rows = [
-        {"rank": 1, "mistake": "symplectic-Euler", "parameter": "step", "value": "0.01", "left_m": 0.5},
-        {"rank": 1, "mistake": "symplectic-Euler", "parameter": "rotation", "value": "first order", "left_m": 0.5},
-        {"rank": 1, "mistake": "linear-damping", "parameter": "rate", "value": "0.1", "left_m": 0.5},
-        {"rank": 1, "mistake": "linear-damping", "parameter": "rate", "value": "0.2", "left_m": 0.5},
-        {"rank": 2, "mistake": "conjugate", "parameter": "", "value": "", "left_m": 0.5},
+        {"rank": 1, "mistake": "symplectic-Euler", "parameter": "step", "value": "0.01", "residual_m": 0.5},
+        {"rank": 1, "mistake": "symplectic-Euler", "parameter": "rotation", "value": "first order", "residual_m": 0.5},
+        {"rank": 1, "mistake": "linear-damping", "parameter": "rate", "value": "0.1", "residual_m": 0.5},
+        {"rank": 1, "mistake": "linear-damping", "parameter": "rate", "value": "0.2", "residual_m": 0.5},
+        {"rank": 2, "mistake": "conjugate", "parameter": "", "value": "", "residual_m": 0.5},
     ]
     whole = {"verdict": FIRM, "engines": [], "diagnosis": rows, "max_error_m": 2.0, "cpu_s": 3.5}
     answer = contact.answer_of(whole)
@@ -184,7 +184,7 @@ def test_claims_are_read_from_rows_of_json():
         "linear-damping (0.2)",
     ]
     assert [claim.name for claim in answer.explanations[1]] == ["conjugate"]
-    assert (answer.confidence, answer.left_m, answer.cpu_s) == (None, 0.5, 3.5)
+    assert (answer.confidence, answer.residual_m, answer.cpu_s) == (None, 0.5, 3.5)
     assert contact.answer_of(whole | {"confidence": 0.9}).confidence == 0.9
     assert contact.answer_of(whole | {"diagnosis": [row | {"confidence": "0.8"} for row in rows]}).confidence == 0.8
     assert contact.answer_of(whole | {"verdict": "not explained"}).best == ()

@@ -22,7 +22,7 @@ VERTEX_ERRORS = (
     "error_x_m,error_y_m,error_z_m,error_m"
 )
 RUNS = (
-    "scene,engine,method,dt_s,tolerance,steps,status,why,max_error_m,rms_error_m,final_error_m,limit_m,"
+    "scene,engine,method,dt_s,tolerance,steps,status,why,max_error_m,rms_error_m,final_error_m,resolution_m,"
     "energy_drift,momentum_drift,angular_momentum_drift,wall_s,wall_ns_per_step,wall_per_sim_s,"
     "dt_taken_s"
 )

@@ -14,8 +14,8 @@ COLUMNS = [(table, column) for table in tables().values() for column in table.co
 FIXED = {
     "vertex-errors.csv": "scene,engine,method,dt_s,tolerance,t_s,vertex,true_x_m,true_y_m,true_z_m,x_m,y_m,z_m,"
     "error_x_m,error_y_m,error_z_m,error_m",
-    "runs.csv": "scene,engine,method,dt_s,tolerance,steps,status,why,max_error_m,rms_error_m,final_error_m,limit_m,"
-    "energy_drift,momentum_drift,angular_momentum_drift,wall_s,wall_ns_per_step,wall_per_sim_s,"
+    "runs.csv": "scene,engine,method,dt_s,tolerance,steps,status,why,max_error_m,rms_error_m,final_error_m,"
+    "resolution_m,energy_drift,momentum_drift,angular_momentum_drift,wall_s,wall_ns_per_step,wall_per_sim_s,"
     "dt_taken_s",
 }
 

@@ -54,7 +54,7 @@ def folder(tmp_path_factory) -> Path:
     tumble(folder, "run", "two-hits", "-e", "mujoco:euler", "-o", "flight.csv")
     tumble(folder, "check", "spin.toml", "-e", "tumble:rk4", "-e", "mujoco", "--no-times", "--accept", "-o", "base")
     record = read_record(folder / "base")
-    better = record.cells.assign(max_error_m=1e-9, attitude_order=8.0, spin_energy="kept")
+    better = record.cells.assign(max_error_m=1e-9, attitude_order=8.0, spin_energy="conserved")
     write_folder(folder / "base", texts(replace(record, cells=better)))
     return folder
 

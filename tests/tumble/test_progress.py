@@ -74,10 +74,10 @@ def test_quiet_stops_the_lines(said, tmp_path):
 
 
 def test_a_line_says_how_far_and_what_was_last(said):
-    with progress(3, "measuring") as tick:
-        tick("one")
-        tick("two", 0.5)
-        tick("two", 0.5)
+    with progress(3, "measuring") as on_progress:
+        on_progress("one")
+        on_progress("two", 0.5)
+        on_progress("two", 0.5)
         wait_for(lambda: any("2 of 3 done; last: two" in line for line in said))
     assert all(re.fullmatch(r"0 s: measuring, \d of 3 done(; last: (one|two))?|[1-9]\d* s: .*", line) for line in said)
     count = len(said)

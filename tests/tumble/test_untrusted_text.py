@@ -167,10 +167,10 @@ def record(words: str, cells: list[CellRow], version: str) -> Record:
 def said(words: str) -> tuple[str, str]:
     """Return the summary and the XML of a check in which everything that can be said is said of these words."""
     figures = 1e-3, 1e-3, 1e-3, 1e-15, 1e-13, 0.0, 0.0, 0.0
-    cell = CellRow(words, words, words, 9, "flagged", words, *figures, spin_energy="kept")
+    cell = CellRow(words, words, words, 9, "flagged", words, *figures, spin_energy="conserved")
     changed = replace(cell, status=f"crashed: {words}", max_error_m=None)
     worse = replace(cell, method=f"{words}2", max_error_m=1.0, spin_energy="grows")
-    before = replace(worse, max_error_m=1e-3, spin_energy="kept")
+    before = replace(worse, max_error_m=1e-3, spin_energy="conserved")
     old = record(words, [cell, before, replace(cell, method="gone")], words)
     new = record(words, [changed, worse, replace(cell, method="new")], f"{words}2")
     outcome = hold_against(old, new, Tolerances())

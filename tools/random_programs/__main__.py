@@ -77,7 +77,7 @@ def row_of(case: Case, truth: Truth, answer: Answer) -> table.Row:
         truth.error,
         truth.error_m,
         answer.max_error_m,
-        None if answer.left_m is None else answer.left_m / float(np.median(truth.noise_m)),
+        None if answer.residual_m is None else answer.residual_m / float(np.median(truth.noise_m)),
         answer.confidence,
         answer.cpu_s,
         len(truth.rows.t),

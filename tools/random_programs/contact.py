@@ -43,7 +43,7 @@ class Claim:
 class Answer:
     """What `tumble grade` answered: explanations, the best first and then those that fit alike; cpu_s: of the process.
 
-    max_error_m: how far off the file is; left_m: how far by its best explanation; confidence: None where the answer has
+    max_error_m: how far off the file is; residual_m: how far by its best explanation; confidence: None where it has
     none; failure: what it wrote where it did not answer.
     """
 
@@ -52,7 +52,7 @@ class Answer:
     engines: Sequence[str]
     confidence: float | None
     max_error_m: float
-    left_m: float | None
+    residual_m: float | None
     cpu_s: float
     failure: str = ""
 
@@ -110,7 +110,7 @@ def answer_of(said: Mapping) -> Answer:
     explanations = [list(_claims(rows)) for _, rows in sorted(ranks.items())]
     best = ranks.get(1, [])
     confidence = said.get("confidence", best[0].get("confidence") if best else None)
-    left = float(best[0]["left_m"]) if best else None
+    left = float(best[0]["residual_m"]) if best else None
     number = None if confidence in (None, "") else float(confidence)
     return Answer(said["verdict"], explanations, said["engines"], number, float(said["max_error_m"]), left, cpu_s)
 

@@ -36,7 +36,7 @@ from tools.random_programs.scene import Impulse, Scene
 from tools.random_programs.scheme import SPLIT, TABLEAUS, VERLET, Scheme
 from tools.random_programs.turning import TURNINGS
 
-# Of a tick: how late an impulse may be and still be of that tick.
+# Of a on_progress: how late an impulse may be and still be of that tick.
 NEARLY = 1e-6
 Load = tuple[Vector, Vector]
 State = tuple[Vector, Quaternion, Vector, Vector]
@@ -355,12 +355,12 @@ class Simulation:
         last = math.ceil(until / scheme.dt - 1e-6) + (2 if scheme.reading.between or scheme.reading.late < 0 else late)
         waiting = sorted(self.impulses, key=lambda impulse: impulse.time)
         table = np.empty((last + 1, 13))
-        for tick in range(last + 1):
-            self.now = tick * scheme.dt
+        for on_progress in range(last + 1):
+            self.now = on_progress * scheme.dt
             while waiting and waiting[0].time < self.now + NEARLY * scheme.dt:
                 self.strike(waiting.pop(0))
-            table[tick] = (*self.x, *self.q, *self.v, *self.w)
-            if tick < scheme.asleep:
+            table[on_progress] = (*self.x, *self.q, *self.v, *self.w)
+            if on_progress < scheme.asleep:
                 continue
             for _ in range(scheme.substeps):
                 for hook in self.before:

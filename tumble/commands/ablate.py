@@ -5,7 +5,7 @@ from argparse import Namespace
 from pathlib import Path
 
 from tumble.compare.ablation.optional_features import NOTHING, SCENES, ablate
-from tumble.compare.run.participants import flights
+from tumble.compare.run.running_engines import flights
 from tumble.compare.tables.files import write_folder
 from tumble.finished import FAILED, exit_code
 from tumble.notes import note, progress
@@ -21,9 +21,9 @@ def main(options: Namespace) -> int:
     folder = Path(options.output) if options.output else None
     if folder:
         folder.mkdir(parents=True, exist_ok=True)
-    with taking_part(options.engine, options) as participants:
-        with progress(flights(participants, scenes) + len(scenes)) as tick:
-            ablations = [ablate(participants, scene, tick) for scene in scenes]
+    with taking_part(options.engine, options) as running_engines:
+        with progress(flights(running_engines, scenes) + len(scenes)) as on_progress:
+            ablations = [ablate(running_engines, scene, on_progress) for scene in scenes]
         out = console()
         for ablation in ablations:
             for piece in ablation_text(ablation):
@@ -32,12 +32,14 @@ def main(options: Namespace) -> int:
             from tumble.compare.ablation.results import ablation_tables  # pandas is slow to load
             from tumble.compare.tables.frames import csv_texts
 
-            write_folder(folder, csv_texts(ablation_tables(ablations, participants, shlex.join(options.words))))
+            write_folder(folder, csv_texts(ablation_tables(ablations, running_engines, shlex.join(options.words))))
             note(f"tables written to {folder}")
-    altered = [(row, ablation.limit_m) for ablation in ablations for row in ablation.altered]
-    for row, limit_m in altered:
+    altered = [(row, ablation.resolution_m) for ablation in ablations for row in ablation.altered]
+    for row, resolution_m in altered:
         name = f"{row.engine}:{row.method} on {row.scene}"
-        note(f"{name}: {row.feature} moves it by {row.max_difference_m:.2g} m, beyond the limit of {limit_m:.2g} m")
+        note(
+            f"{name}: {row.feature} moves it by {row.max_difference_m:.2g} m, beyond the limit of {resolution_m:.2g} m"
+        )
     # A row that compares no motions has the status of the flight that was not made.
     rows = [row for ablation in ablations for row in ablation.rows]
     asked = (row.why if row.max_difference_m is None and row.why != NOTHING else "ok" for row in rows)

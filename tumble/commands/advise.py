@@ -2,7 +2,7 @@
 
 from argparse import Namespace
 
-from tumble.compare.run.participants import flights
+from tumble.compare.run.running_engines import flights
 from tumble.compare.sweep.work_precision import Effort, sweep
 from tumble.finished import exit_code
 from tumble.notes import note, progress
@@ -20,23 +20,23 @@ LADDER, CLOCK_S = 5.0, 5.0
 def main(options: Namespace) -> int:
     """Sweep each scene as far as the tolerance asks, and print what to use and what came how close."""
     scenes = read_scenes(options.scene)
-    with taking_part(options.engine, options) as participants:
-        count = flights(participants, scenes)
+    with taking_part(options.engine, options) as running_engines:
+        count = flights(running_engines, scenes)
         seconds = count * LADDER * EFFORT.budget_s + len(scenes) * CLOCK_S
         note(f"{count} ladders of steps: about {seconds:.0f} s, or less where the tolerance is soon reached")
-        with progress(count + len(scenes)) as tick:
+        with progress(count + len(scenes)) as on_progress:
             found = [
                 sweep(
-                    participants,
+                    running_engines,
                     scene,
-                    tick,
+                    on_progress,
                     EFFORT,
                     enough_m=options.tolerance,
                     beyond_samples=options.beyond_samples,
                 )
                 for scene in scenes
             ]
-        named = {f"{one.title}:{method}" for one in participants for method in one.named}
+        named = {f"{one.title}:{method}" for one in running_engines for method in one.named}
         out = console()
         for one in found:
             for piece in advice_text(one, options.tolerance, named):

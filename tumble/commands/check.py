@@ -15,8 +15,8 @@ from tumble.compare.check.schemas import TIMES
 from tumble.compare.check.times import nearer
 from tumble.compare.check.tolerances import Tolerances, read_tolerances
 from tumble.compare.run.engines.registry import is_file
-from tumble.compare.run.participants import flights, split, wanted
 from tumble.compare.run.process.kept import Kept
+from tumble.compare.run.running_engines import flights, split, wanted
 from tumble.compare.tables.circumstances import binding, circumstances
 from tumble.compare.tables.files import write_folder
 from tumble.notes import note, progress
@@ -91,14 +91,16 @@ def fly(options: Namespace, old: Record | None) -> Record:
     timed = not options.no_times and (old is None or old.times is not None)
     if options.output:
         Path(options.output).mkdir(parents=True, exist_ok=True)
-    with taking_part(asked_engines, options, beside=old.contestants if old else ()) as participants:
+    with taking_part(asked_engines, options, beside=old.contestants if old else ()) as running_engines:
         command, kept = shlex.join(options.words), None
         if options.output:
             asked = {"time limit [s]": f"{options.time_limit:g}"}
-            kept = Kept(Path(options.output), binding(circumstances(participants, scenes, asked, command)))
+            kept = Kept(Path(options.output), binding(circumstances(running_engines, scenes, asked, command)))
         try:
-            with progress(flights(participants, scenes) + len(scenes) * (1 + timed)) as tick:
-                record = measure(participants, scenes, (asked_scenes, asked_engines), command, timed, tick, kept)
+            with progress(flights(running_engines, scenes) + len(scenes) * (1 + timed)) as on_progress:
+                record = measure(
+                    running_engines, scenes, (asked_scenes, asked_engines), command, timed, on_progress, kept
+                )
         except KeyboardInterrupt:
             where = f"the flights that are done are kept in {options.output}; the same command goes on from there"
             raise KeyboardInterrupt(f"interrupted; {where if kept else 'nothing was written'}") from None

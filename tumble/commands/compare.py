@@ -6,7 +6,7 @@ from pathlib import Path
 
 from tumble.compare.comparison.against_truth import compare
 from tumble.compare.run.flight import check_step
-from tumble.compare.run.participants import flights
+from tumble.compare.run.running_engines import flights
 from tumble.compare.tables.files import write_folder
 from tumble.finished import exit_code
 from tumble.notes import note, progress
@@ -31,9 +31,9 @@ def main(options: Namespace) -> int:
     folder = Path(options.output) if options.output else None
     if folder:
         folder.mkdir(parents=True, exist_ok=True)
-    with taking_part(options.engine, options) as participants:
-        with progress(flights(participants, scenes) + len(scenes)) as tick:
-            comparisons = compare(participants, scenes, options.dt, tick)
+    with taking_part(options.engine, options) as running_engines:
+        with progress(flights(running_engines, scenes) + len(scenes)) as on_progress:
+            comparisons = compare(running_engines, scenes, options.dt, on_progress)
         out = console()
         for number, comparison in enumerate(comparisons):
             if number:
@@ -45,7 +45,7 @@ def main(options: Namespace) -> int:
             from tumble.compare.tables.frames import csv_texts
             from tumble.reports.figures import error_figure, save_figures
 
-            frames = comparison_tables(comparisons, participants, shlex.join(options.words))
+            frames = comparison_tables(comparisons, running_engines, shlex.join(options.words))
             save_figures(options.svg, options.png, error_figure, frames["runs.csv"])
             if folder:
                 write_folder(folder, csv_texts(frames))

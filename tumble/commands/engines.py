@@ -8,7 +8,7 @@ from tumble.compare.engines import LAWS
 from tumble.compare.run.engines import environments, installing, registry
 from tumble.compare.run.engines.examine import Examined, examined
 from tumble.compare.run.engines.registry import BadEngine
-from tumble.compare.run.participants import launched, split
+from tumble.compare.run.running_engines import launched, split
 from tumble.compare.run.worker import Failure
 from tumble.compare.tables.engines import engine_row
 from tumble.compare.tables.files import write_together
@@ -26,8 +26,8 @@ def main(options: Namespace) -> int:
             print_line(f"removed {described(gone)}")
     for engine in options.install:
         note(f"making an environment for {known(engine)}")
-        with progress(doing=f"installing {engine}") as tick:
-            made = installing.install(engine, tick)
+        with progress(doing=f"installing {engine}") as on_progress:
+            made = installing.install(engine, on_progress)
         print_line(described(made))
     if options.template:
         begin(STARTERS[options.template])
@@ -40,8 +40,8 @@ def main(options: Namespace) -> int:
 
 def listing(asked: list[str]) -> None:
     """Print who can take part, the environments there are, and those that could be."""
-    with launched(asked or registry.names()) as participants:
-        console().print(engine_list([engine_row(participant) for participant in participants]))
+    with launched(asked or registry.names()) as running_engines:
+        console().print(engine_list([engine_row(running_engine) for running_engine in running_engines]))
     if asked:
         return
     there = environments.environments()
@@ -94,14 +94,14 @@ def print_line(text: str) -> None:
 def check(engines: list[str], time_limit: float) -> int:
     """Say in one line each which laws hold; 1 where one does not, or where an engine cannot be asked."""
     code = DONE
-    with launched(engines, time_limit) as participants:
-        for participant in participants:
-            if isinstance(participant.info, Failure):
-                print_line(f"{participant.title}: {participant.info.status}")
+    with launched(engines, time_limit) as running_engines:
+        for running_engine in running_engines:
+            if isinstance(running_engine.info, Failure):
+                print_line(f"{running_engine.title}: {running_engine.info.status}")
                 code = FAILED
                 continue
-            print_line(f"{participant.title}: {', '.join(participant.methods)}")
-            for one in examined(participant):
+            print_line(f"{running_engine.title}: {', '.join(running_engine.methods)}")
+            for one in examined(running_engine):
                 for line in lines(one):
                     print_line(f"  {line}")
                 code = FAILED if one.broken else code

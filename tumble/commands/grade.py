@@ -57,7 +57,7 @@ def main(options: Namespace) -> int:
             if options.like:
                 said = _like(options.like, path, scene, said)
             reading = said.reading
-            with progress(PIECES) as tick:
+            with progress(PIECES) as on_progress:
                 found = grade(
                     path,
                     scene,
@@ -67,7 +67,7 @@ def main(options: Namespace) -> int:
                     lambda measured, seen: notes(off_by(name, measured, seen)),
                     reading,
                     nearest=lambda explanation: note(so_far(explanation)),
-                    tick=tick,
+                    on_progress=on_progress,
                 )
         except Unsaid as question:
             raise _named(refusal(path, scene, said, question), named) from None

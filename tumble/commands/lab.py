@@ -22,8 +22,8 @@ def main(options: Namespace) -> int:
     asked = options.engine or USUAL
     with Pool(options.time_limit) as pool:
         engines = pool.begin(asked)
-        with progress(len(engines) + 1) as tick:
-            tick("starting", 0.0)
+        with progress(len(engines) + 1) as on_progress:
+            on_progress("starting", 0.0)
             try:
                 # Engines come up in processes of their own while the server is imported here.
                 from tumble.lab.draft import Draft
@@ -31,8 +31,8 @@ def main(options: Namespace) -> int:
             except ImportError as error:
                 return lacking(error)
             draft = Draft.opened(options.scene)
-            tick("starting")
-            contestants = pool.ready(asked, tick)
+            on_progress("starting")
+            contestants = pool.ready(asked, on_progress)
         with serving(draft, contestants, pool, Path.cwd(), options.port) as address:
             sys.stdout.write(f"{address}\n")
             sys.stdout.flush()

@@ -10,8 +10,8 @@ from tumble.compare.releases.ledger import SCENES, ledger
 from tumble.compare.releases.notes import shipped_notes
 from tumble.compare.run.engines import environments, installing, registry
 from tumble.compare.run.engines.registry import BadEngine
-from tumble.compare.run.participants import flights, split
 from tumble.compare.run.process.kept import Kept
+from tumble.compare.run.running_engines import flights, split
 from tumble.compare.tables.files import write_folder
 from tumble.finished import exit_code
 from tumble.notes import note, progress
@@ -29,16 +29,16 @@ def main(options: Namespace) -> int:
     folder = Path(options.output) if options.output else None
     if folder:
         folder.mkdir(parents=True, exist_ok=True)
-    with taking_part(asked, options) as participants:
+    with taking_part(asked, options) as running_engines:
         kept = None
         if folder:
             from tumble.compare.tables.circumstances import binding, circumstances
 
             limit = {"time limit [s]": f"{options.time_limit:g}"}
-            kept = Kept(folder, binding(circumstances(participants, scenes, limit, "")))
+            kept = Kept(folder, binding(circumstances(running_engines, scenes, limit, "")))
         try:
-            with progress(flights(participants, scenes) + len(scenes) + 1) as tick:
-                found = ledger(participants, scenes, tick, kept)
+            with progress(flights(running_engines, scenes) + len(scenes) + 1) as on_progress:
+                found = ledger(running_engines, scenes, on_progress, kept)
         except KeyboardInterrupt:
             where = f"the flights that are done are kept in {folder}; the same command goes on from there"
             raise KeyboardInterrupt(f"interrupted; {where if kept else 'nothing was written'}") from None
@@ -50,7 +50,7 @@ def main(options: Namespace) -> int:
             from tumble.compare.tables.frames import csv_texts
 
             command = shlex.join(options.words)
-            texts = csv_texts(ledger_tables(found, told, participants, command))
+            texts = csv_texts(ledger_tables(found, told, running_engines, command))
             write_folder(folder, {**texts, "releases.md": ledger_markdown(found, told, command)})
             kept.forget()
             note(f"tables and releases.md written to {folder}")
@@ -99,6 +99,6 @@ def chosen(engine: str, options: Namespace) -> list[str]:
         for release in found:
             if environments.located(f"{engine}@{release}")[1] is None:
                 note(f"making an environment for {engine}@{release}")
-                with progress(doing=f"installing {engine}@{release}") as tick:
-                    installing.install(f"{engine}@{release}", tick)
+                with progress(doing=f"installing {engine}@{release}") as on_progress:
+                    installing.install(f"{engine}@{release}", on_progress)
     return found

@@ -21,8 +21,8 @@ from tumble.compare.motion.findings import film_findings
 from tumble.compare.motion.results import film_tables
 from tumble.compare.releases.schemas import TABLES as RELEASES
 from tumble.compare.run.flight import check_step
-from tumble.compare.run.participants import Participant, flights
-from tumble.compare.run.progress import Tick
+from tumble.compare.run.progress import ProgressCallback
+from tumble.compare.run.running_engines import RunningEngine, flights
 from tumble.compare.run.truths import Truths
 from tumble.compare.stability.extremes import OF_A_PAGE
 from tumble.compare.stability.findings import extreme_findings, limit_findings
@@ -93,8 +93,10 @@ def flown(options: Namespace, scenes: list[Scene], folder: Path) -> dict[str, pd
     cases = [] if maps or options.scene else [read_scene(name) for name in OF_A_PAGE]
     asked = (*scenes, *scenes, *swept, *stiff, *cases)
     with (
-        taking_part(options.engine, options, few=not options.all) as participants,
-        progress(flights(participants, asked) + 2 * len(scenes) + len(swept) + len(stiff) + len(cases)) as tick,
+        taking_part(options.engine, options, few=not options.all) as running_engines,
+        progress(
+            flights(running_engines, asked) + 2 * len(scenes) + len(swept) + len(stiff) + len(cases)
+        ) as on_progress,
     ):
         # What no clock reads is flown side by side, so that no core waits for another's longest task.
         with ThreadPoolExecutor(2) as beside:
@@ -102,21 +104,21 @@ def flown(options: Namespace, scenes: list[Scene], folder: Path) -> dict[str, pd
                 # A film's instants hold the scene's own, so that a truth of them is that of both; it has one throw.
                 watched = [filmed(scene, options.dt or scene.step) for scene in scenes]
                 several = [scene for scene in scenes if len(scene.start) > 1]
-                with Truths([*watched, *several], tick, limit_s=options.time_limit) as truths:
-                    mapping = beside.submit(quick_tables, participants, stiff, cases, tick, truths)
-                    climbing = beside.submit(climbed, participants, swept, tick, truths)
-                    comparisons = compare(participants, scenes, options.dt, tick, truths)
-                    films = film(participants, scenes, options.dt, tick, truths)
-                    frames = comparison_tables(comparisons, participants, shlex.join(options.words))
+                with Truths([*watched, *several], on_progress, limit_s=options.time_limit) as truths:
+                    mapping = beside.submit(quick_tables, running_engines, stiff, cases, on_progress, truths)
+                    climbing = beside.submit(climbed, running_engines, swept, on_progress, truths)
+                    comparisons = compare(running_engines, scenes, options.dt, on_progress, truths)
+                    films = film(running_engines, scenes, options.dt, on_progress, truths)
+                    frames = comparison_tables(comparisons, running_engines, shlex.join(options.words))
                     frames |= film_tables(films)
                     ladders_of, frames = climbing.result(), frames | (maps or mapping.result())
             except BaseException:
-                for participant in participants:
-                    participant.halt(for_good=True)  # a study that begins only now, too
+                for running_engine in running_engines:
+                    running_engine.halt(for_good=True)  # a study that begins only now, too
                 raise
-        sweeps = [against_the_clock(participants, scene, runs, tick, BRIEF) for scene, runs in ladders_of]
+        sweeps = [against_the_clock(running_engines, scene, runs, on_progress, BRIEF) for scene, runs in ladders_of]
         plainest = min(scenes, key=lambda scene: len(needs(scene)))
-        ablation = ablate(participants, plainest, tick, QUICK, most_methods=1)
+        ablation = ablate(running_engines, plainest, on_progress, QUICK, most_methods=1)
     frames |= kept_tables(folder / "releases", RELEASES)  # as `tumble releases -o` left them there
     swept_tables = measured(sweeps, REFERENCE)
     frames["ablation.csv"] = frame(ABLATION, ablation.rows)
@@ -134,11 +136,11 @@ def flown(options: Namespace, scenes: list[Scene], folder: Path) -> dict[str, pd
 
 
 def climbed(
-    participants: Sequence[Participant], scenes: Sequence[Scene], tick: Tick, truths: Truths
+    running_engines: Sequence[RunningEngine], scenes: Sequence[Scene], on_progress: ProgressCallback, truths: Truths
 ) -> list[tuple[Scene, list[Run]]]:
     """Return the ladders of the scenes that have a truth to be held against."""
     found = []
     for scene in scenes:
         with suppress(NoTruth):
-            found.append((scene, ladders(participants, scene, tick, BRIEF, truths=truths)))
+            found.append((scene, ladders(running_engines, scene, on_progress, BRIEF, truths=truths)))
     return found

@@ -12,8 +12,8 @@ from tempfile import SpooledTemporaryFile
 from tumble.compare.engines import OWN
 from tumble.compare.run.engines.registry import BadEngine
 from tumble.compare.run.flight import check_step, mean_step
-from tumble.compare.run.participants import Participant
-from tumble.compare.run.progress import Tick, untold
+from tumble.compare.run.progress import ProgressCallback, no_progress
+from tumble.compare.run.running_engines import RunningEngine
 from tumble.compare.run.worker import Failure
 from tumble.compare.tables.files import write_whole
 from tumble.compare.tables.trajectory import trajectory_text
@@ -36,12 +36,12 @@ def main(options: Namespace) -> int:
     scene = read_scene(options.scene)
     check_step(scene, options.dt)
     with (
-        taking_part(options.engine or [OWN], options) as (participant,),
+        taking_part(options.engine or [OWN], options) as (running_engine,),
         # Whole or not at all, and not all of it in memory.
         SpooledTemporaryFile(IN_MEMORY, "w+", encoding="utf-8", errors="backslashreplace", newline="") as text,
     ):
-        with progress(len(scene.start)) as tick:
-            for piece in pieces(participant, scene, options.dt or scene.step, tick):
+        with progress(len(scene.start)) as on_progress:
+            for piece in pieces(running_engine, scene, options.dt or scene.step, on_progress):
                 text.write(piece)
         text.seek(0)
         if options.output:
@@ -51,26 +51,28 @@ def main(options: Namespace) -> int:
     return 0
 
 
-def pieces(participant: Participant, scene: Scene, dt: float, tick: Tick = untold) -> Iterator[str]:
+def pieces(
+    running_engine: RunningEngine, scene: Scene, dt: float, on_progress: ProgressCallback = no_progress
+) -> Iterator[str]:
     """Yield the trajectory's text, run and written some throws at a time, and say what there is to say of it."""
-    method, throws = participant.methods[0], len(scene.start)
-    name = f"{participant.title}:{method}"
+    method, throws = running_engine.methods[0], len(scene.start)
+    name = f"{running_engine.title}:{method}"
     at_a_time = max(1, NUMBERS // (len(scene.rows) * (13 + scene.body.points.size)))
     diverged, said = [], {}
     for first in range(0, throws, at_a_time):
         part = replace(scene, start=scene.start[first : first + at_a_time])
-        flight = participant.fly(part, method, dt)
+        flight = running_engine.fly(part, method, dt)
         if isinstance(flight, Failure):
             raise BadEngine(f"{name} on {scene.name}: {flight.status}")
         if flight.diverged_at is not None:
             diverged.append(flight.diverged_at)
         said |= dict.fromkeys([flight.remark] * bool(flight.remark) + [f"flagged: {found}" for found in flight.notes])
-        if participant.tolerance(method) is None and flight.diverged_at is None:
+        if running_engine.tolerance(method) is None and flight.diverged_at is None:
             taken = mean_step(scene.duration, flight.steps, dt)
             cut = f"took {flight.steps} steps of {taken:.4g} s on average: samples and impulses cut those of {dt:g} s"
             said |= dict.fromkeys([cut] * (taken != dt))
         yield trajectory_text(flight, scene.body, first, throws)
-        tick(name, len(part.start))
+        on_progress(name, len(part.start))
     if diverged:
         note(f"{name} diverged at {min(diverged):.6g} s")
     for line in said:

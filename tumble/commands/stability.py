@@ -31,21 +31,21 @@ def main(options: Namespace) -> int:
     scenes = read_scenes(name for name in asked if name not in extremes())
     cases = read_scenes(name for name in asked if name in extremes())
     folder = Path(options.output) if options.output else None
-    with taking_part(options.engine, options) as participants:
+    with taking_part(options.engine, options) as running_engines:
         limit = {"time limit [s]": f"{options.time_limit:g}"}
-        under = circumstances(participants, [*scenes, *cases], limit, shlex.join(options.words))
-        order = keys(participants, scenes, cases)
+        under = circumstances(running_engines, [*scenes, *cases], limit, shlex.join(options.words))
+        order = keys(running_engines, scenes, cases)
         kept = store(folder, order, under)
         if said := kept.resume():
             note(said)
         try:
-            with progress(len(order) - len(kept.done)) as tick:
+            with progress(len(order) - len(kept.done)) as on_progress:
                 stability(
-                    participants,
+                    running_engines,
                     scenes,
                     cases,
                     lambda piece: kept.keep(piece.key, tables_of(piece)),
-                    tick,
+                    on_progress,
                     kept.done,
                 )
         except KeyboardInterrupt:

@@ -4,8 +4,8 @@ import shlex
 from argparse import Namespace
 from pathlib import Path
 
-from tumble.compare.run.participants import flights
 from tumble.compare.run.process.kept import Kept
+from tumble.compare.run.running_engines import flights
 from tumble.compare.sweep.results import MEASURED, measured
 from tumble.compare.sweep.schemas import WORK_PRECISION
 from tumble.compare.sweep.work_precision import YARDSTICK, sweep
@@ -31,11 +31,11 @@ def main(options: Namespace) -> int:
     folder = Path(options.output) if options.output else None
     if folder:
         folder.mkdir(parents=True, exist_ok=True)
-    with taking_part(options.engine, options) as participants:
+    with taking_part(options.engine, options) as running_engines:
         asked = {"time limit [s]": f"{options.time_limit:g}", "reference": options.reference}
         # A task of the store is a scene: its times are worth something only beside each other, of the same rounds.
         order = [(scene.name,) for scene in scenes]
-        under = circumstances(participants, scenes, asked, shlex.join(options.words))
+        under = circumstances(running_engines, scenes, asked, shlex.join(options.words))
         store = Store(folder, MEASURED, ["scene"], order, under)
         if said := store.resume():
             note(said)
@@ -43,9 +43,9 @@ def main(options: Namespace) -> int:
         left = [scene for scene in scenes if (scene.name,) not in store.done]
         sweeps = []
         try:
-            with progress(flights(participants, left) + len(left)) as tick:
+            with progress(flights(running_engines, left) + len(left)) as on_progress:
                 for scene in left:
-                    sweeps.append(sweep(participants, scene, tick, kept=kept))
+                    sweeps.append(sweep(running_engines, scene, on_progress, kept=kept))
                     store.keep((scene.name,), measured(sweeps[-1:], options.reference))
         except KeyboardInterrupt:
             names = [name for (name,) in order if (name,) in store.done]
@@ -61,6 +61,6 @@ def main(options: Namespace) -> int:
         save_figures(options.svg, options.png, cost_figure, store.tables[WORK_PRECISION.file])
         if folder and kept:
             kept.forget()
-            write_whole(folder / "engines.csv", csv_text(frame(ENGINES, map(engine_row, participants))))
+            write_whole(folder / "engines.csv", csv_text(frame(ENGINES, map(engine_row, running_engines))))
             note(f"tables written to {folder}")
     return exit_code(store.tables[RUNS.file].status)

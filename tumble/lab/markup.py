@@ -135,8 +135,8 @@ def distance(row: ErrorRow) -> str:
     """Return how far off, or the limit where that says nothing more."""
     if np.isnan(row.off_m):
         return "\N{EN DASH}"
-    at_most = row.off_m <= row.limit_m
-    return f"\N{LESS-THAN OR EQUAL TO} {metres(row.limit_m)}" if at_most else metres(row.off_m)
+    at_most = row.off_m <= row.resolution_m
+    return f"\N{LESS-THAN OR EQUAL TO} {metres(row.resolution_m)}" if at_most else metres(row.off_m)
 
 
 def metres(value: float) -> str:
@@ -155,7 +155,7 @@ def numbers(vector: Sequence[float] | np.ndarray, decimals: int) -> str:
 
 def errors(row: ErrorRow) -> str:
     """Return the error vector in a common unit, nothing where it is not known or not told from none."""
-    if not row.off_m > row.limit_m or row.error is None or not np.isfinite(row.error).all():
+    if not row.off_m > row.resolution_m or row.error is None or not np.isfinite(row.error).all():
         return ""
     unit, size = unit_of(row.off_m)
     return f"\N{GREEK CAPITAL LETTER DELTA} ({numbers(row.error / size, 2)}) {unit}"

@@ -88,7 +88,7 @@ class Page:
             open=self._asked(self._open),
             edit=self._asked(self._edit),
             defaults=self._asked(self.session.use_defaults),
-            tick=self._asked(self._tick),
+            on_progress=self._asked(self._tick),
             save=self._asked(self._save),
             load=self._asked(self._load),
         )

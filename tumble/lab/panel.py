@@ -42,7 +42,7 @@ class Actions:
     open: Callable[[str], object]
     edit: Callable[[tuple[str, ...], Any], object]
     defaults: Callable[[bool], object]
-    tick: Callable[[Contestant, bool], object]
+    on_progress: Callable[[Contestant, bool], object]
     save: Callable[[str], object]
     load: Callable[[str, bytes], object]
 
@@ -76,7 +76,7 @@ class Panel:
                 "As shipped", initial_value=False, hint="Run engines with the settings that they ship with"
             )
             self._asks(self.defaults, lambda value: self._actions.defaults(bool(value)))
-        self.ticks = Ticks(gui, engines, actions.tick)
+        self.ticks = Ticks(gui, engines, actions.on_progress)
         with gui.add_folder("Scene", expand_by_default=False):
             self._add_scene(gui, scenes)
         with gui.add_folder("Save and load", expand_by_default=False):

@@ -70,5 +70,5 @@ def told_off(row: ErrorRow) -> str:
     """Return who is how far off, or why that is not known, on one line."""
     if np.isnan(row.off_m):
         return visible(f"{row.contestant.name}: {row.status or 'no truth here'}")
-    how_far = f"at most {row.limit_m:.2g}" if row.off_m <= row.limit_m else f"{row.off_m:.3g}"
+    how_far = f"at most {row.resolution_m:.2g}" if row.off_m <= row.resolution_m else f"{row.off_m:.3g}"
     return visible(f"{row.contestant.name}: {how_far} m, vertex {row.vertex}")

@@ -23,7 +23,7 @@ from typing import Self
 from tumble.compare.run.engines.environments import located
 from tumble.compare.run.engines.registry import BadEngine, EngineInfo, is_file, names
 from tumble.compare.run.flight import Trajectory
-from tumble.compare.run.participants import AS_ASKED, DEFAULT, Participant, chosen, launched, titles, wanted
+from tumble.compare.run.running_engines import AS_ASKED, DEFAULT, RunningEngine, chosen, launched, titles, wanted
 from tumble.compare.run.worker import Failure
 from tumble.lab.background import Workers
 from tumble.scenarios.scene import Scene
@@ -57,15 +57,15 @@ class Lease:
 
     def __init__(self, engine: str, time_limit: float) -> None:
         self._stack, self.is_over = ExitStack(), False
-        self.participant: Participant = self._stack.enter_context(launched([engine], time_limit))[0]
+        self.running_engine: RunningEngine = self._stack.enter_context(launched([engine], time_limit))[0]
 
     def run(self, scene: Scene, method: str) -> Trajectory | Failure:
         """Return the trajectory, or why there is none.  Raises Halted after `halt`."""
-        return self.participant.fly(scene, method, scene.step)
+        return self.running_engine.fly(scene, method, scene.step)
 
     def halt(self) -> None:
         """Kill the process, from any thread; who waits for its answer gets a failure."""
-        self.participant.halt()
+        self.running_engine.halt()
         self.is_over = True
 
     def close(self) -> None:
@@ -75,7 +75,7 @@ class Lease:
     @property
     def can_go_on(self) -> bool:
         """Whether it still answers."""
-        return self.participant.worker.alive and not self.is_over
+        return self.running_engine.worker.alive and not self.is_over
 
 
 class Pool:
@@ -124,18 +124,22 @@ class Pool:
             self._begin(engine)
         return list(engines)
 
-    def ready(self, asked: Iterable[str], tick: Callable[[str], object] = lambda engine: None) -> list[Contestant]:
+    def ready(
+        self, asked: Iterable[str], on_progress: Callable[[str], object] = lambda engine: None
+    ) -> list[Contestant]:
         """Start the engines asked for, and return who takes part: of an engine alone, its default method.
 
-        tick: called with each engine that is up, or that will not be waited for.  An engine that is not installed, or
-        not up yet, takes part all the same: when it is up, or with the reason why it is not.  Raises BadEngine.
+        on_progress: called with each engine that is up, or that will not be waited for.
+
+        An engine that is not installed, or not up yet, takes part all the same: when it is up, or with the reason
+        why it is not.  Raises BadEngine.
         """
         asked = list(asked)
         engines = wanted(asked)
         end = time.monotonic() + READY_S
         for engine in self.begin(asked):
             self._begin(engine).wait(end - time.monotonic())
-            tick(engine)
+            on_progress(engine)
         for engine, methods in engines.items():
             self._check(engine, methods)
         found = [self.contestant(engine, method) for engine, methods in engines.items() for method in methods]
@@ -206,7 +210,7 @@ class Pool:
                         return None
                     if isinstance(why := self._failed.get(engine), Failure):
                         return why
-                    if idle := [lease for lease in self._idle if lease.participant.engine == engine]:
+                    if idle := [lease for lease in self._idle if lease.running_engine.engine == engine]:
                         self._idle.remove(idle[-1])
                         return idle[-1]
                     if self._count[engine] < MOST:
@@ -219,18 +223,18 @@ class Pool:
 
     def take_back(self, lease: Lease) -> None:
         """Keep a process for the next throw, if it still answers and there are not enough that wait already."""
-        engine = lease.participant.engine
+        engine = lease.running_engine.engine
         with self._returned:
             gone = []
             if lease.can_go_on and not self._closed:
                 self._idle.append(lease)
-                of_one = [one for one in self._idle if one.participant.engine == engine]
+                of_one = [one for one in self._idle if one.running_engine.engine == engine]
                 if not self._waiting[engine]:
                     gone = of_one[:-IDLE_OF_ONE] or self._idle[:-IDLE]
             else:
                 gone = [lease]
             self._idle = [one for one in self._idle if one not in gone]
-            self._count.subtract(one.participant.engine for one in gone)
+            self._count.subtract(one.running_engine.engine for one in gone)
             self._returned.notify_all()
         for one in gone:
             one.close()
@@ -261,7 +265,7 @@ class Pool:
         except BadEngine as error:
             self._failed[engine] = error
         else:
-            info = lease.participant.info
+            info = lease.running_engine.info
             if isinstance(info, EngineInfo):
                 self.engines[engine] = info
                 self.take_back(lease)

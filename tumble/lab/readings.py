@@ -27,7 +27,7 @@ class Reading:
 class ErrorRow:
     """One contestant at the time shown, as a row of Table 4.1: one vertex, its error, and how far off.
 
-    vertex: which; position and error [m], (3,); off_m: their distance, limit_m: the least that can be told from none;
+    vertex: which; position and error [m], (3,); off_m: their distance, resolution_m: of the reference;
     status: why there is nothing to show, or what is wrong with what is shown; is_in_view: whether it is seen.
     """
 
@@ -36,7 +36,7 @@ class ErrorRow:
     position: Array | None
     error: Array | None
     off_m: float
-    limit_m: float
+    resolution_m: float
     status: str
     is_in_view: bool = True
 
@@ -98,5 +98,5 @@ def errors_over_time(throw: Throw) -> tuple[Array, dict[Contestant, Array]]:
 
 def wrong(rows: Sequence[ErrorRow]) -> ErrorRow | None:
     """Return the row with the largest error, if any is larger than its limit."""
-    off = [row for row in rows if row.off_m > row.limit_m]
+    off = [row for row in rows if row.off_m > row.resolution_m]
     return max(off, key=lambda row: row.off_m, default=None)

@@ -12,7 +12,7 @@ from tumble.compare.comparison.against_truth import Comparison, lost_m
 from tumble.compare.judge.errors import Run
 from tumble.compare.run.engines.registry import BadEngine
 from tumble.compare.run.flight import Trajectory
-from tumble.compare.run.participants import Halted
+from tumble.compare.run.running_engines import Halted
 from tumble.compare.run.worker import Failure
 from tumble.lab.pool import Contestant, Lease, Pool
 from tumble.scenarios.frames import Array

@@ -11,7 +11,7 @@ from tumble.compare.grade.read.block import Block, vertices_of
 from tumble.compare.grade.read.columns import CENTRE, MATRIX, QUATERNION, SPIN, BadTrajectory, Shown
 from tumble.compare.grade.read.even_clock import EXACT, EvenClock
 from tumble.compare.grade.read.foreign import Trajectory
-from tumble.compare.run.progress import Progress, Tick, untold
+from tumble.compare.run.progress import Progress, ProgressCallback, no_progress
 from tumble.scenarios.frames import Array, vertices
 from tumble.scenarios.scene import Scene
 
@@ -101,7 +101,7 @@ class Measured:
     where there are no rows; relation: of neighbouring rows' errors, 0 for noise, 1 for a drift, over so many pairs;
     lengths: of the shortest and the longest quaternion; single: its places are of single precision; drifts: of
     energy, momentum, angular momentum as `tumble.compare.judge.errors` has them, None where they cannot be known,
-    by_differences where they come from poses; limit_m: an error below it says nothing; throw: the one furthest off.
+    by_differences where they come from poses; resolution_m: of the reference; throw: the one furthest off.
     """
 
     shown: Shown
@@ -118,7 +118,7 @@ class Measured:
     final_m: float
     half_m: float
     excess_m: float
-    limit_m: float
+    resolution_m: float
     over_time_m: Array
     relation: float
     pairs: int
@@ -147,14 +147,14 @@ class _Sums:
     intervals: list[float] = field(default_factory=list)
 
 
-def measure(trajectory: Trajectory, scene: Scene, tick: Tick = untold) -> Measured:
-    """Hold every row against the right motion; tick is called with shares of the rows, and of the truth.
+def measure(trajectory: Trajectory, scene: Scene, on_progress: ProgressCallback = no_progress) -> Measured:
+    """Hold every row against the right motion; on_progress is called with shares of the rows, and of the truth.
 
     Raises BadTrajectory for a bad row, NoTruth where there is no truth.
     """
     shown, reference = trajectory.shown[0], Reference(scene)
     _settle_clock(trajectory, reference, scene)
-    reading, working = Progress("rows", tick), Progress(f"{scene.name} truth", tick)
+    reading, working = Progress("rows", on_progress), Progress(f"{scene.name} truth", on_progress)
     sums, conserved, single = _Sums(), Conserved(scene, shown), _single(trajectory)
     slack = SINGLES_ALIKE if single else ALIKE
     thinned: dict[int, Thinned] = {}
@@ -194,7 +194,7 @@ def measure(trajectory: Trajectory, scene: Scene, tick: Tick = untold) -> Measur
         final_m=max(sums.last.values()),
         half_m=sums.half,
         excess_m=sums.excess - limit,
-        limit_m=limit,
+        resolution_m=limit,
         over_time_m=sums.over_time,
         relation=sums.products / float(np.sqrt(sums.neighbours.prod())) if sums.neighbours.all() else 0.0,
         pairs=sums.pairs,

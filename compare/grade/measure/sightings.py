@@ -31,7 +31,7 @@ def sightings(measured: Measured, scene: Scene, floors_m: Array, points: Array, 
         return
     yield from _clock(measured)
     off = np.linalg.norm(kept.vertices - kept.true, axis=-1).max(axis=1)
-    seen = off > SEEN * np.linalg.norm(floors_m, axis=1) + measured.limit_m
+    seen = off > SEEN * np.linalg.norm(floors_m, axis=1) + measured.resolution_m
     if offset is not None:
         yield from _offset(offset, points)
     if offset is None or not offset.body.any():

@@ -30,7 +30,8 @@ SPIN = ("wx", "wy", "wz")
 # Euler angles about each axis, which --euler says the order of; as pilots call them they are the same.
 ANGLES = ("rx", "ry", "rz")
 PILOTS = {"roll": "rx", "pitch": "ry", "yaw": "rz"}
-TIME, THROW = "t", "throw"
+ALIASES = {**PILOTS, "throw": "member"}  # `throw`: its name in format 2
+TIME, THROW = "t", "member"
 VERTEX = re.compile(r"v(0|[1-9]\d{0,5})[xyz]", re.ASCII)
 
 
@@ -91,7 +92,7 @@ def dimension(quantity: str) -> str | None:
 def parsed(name: str) -> tuple[str, float] | None:
     """Return the quantity a name stands for and its unit in SI, or None."""
     quantity, _, unit = name.partition("_")
-    quantity = PILOTS.get(quantity, quantity)
+    quantity = ALIASES.get(quantity, quantity)
     measured = dimension(quantity)
     if measured is None or unit not in UNITS[measured]:
         return None

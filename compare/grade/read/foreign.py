@@ -196,7 +196,8 @@ class Trajectory:
         if bad.any():
             row = int(np.argmax(bad))
             raise BadTrajectory(
-                f"{self.name}: line {lines[row]}, throw = {column[row]:g}: must be a whole number from 0 to {count - 1}"
+                f"{self.name}: line {lines[row]}, member = {column[row]:g}: "
+                f"must be a whole number from 0 to {count - 1}"
             )
         return column.astype(int)
 
@@ -293,7 +294,7 @@ class Trajectory:
 
     def _throws_unsaid(self) -> str:
         several = len(self._scene.start) > 1 and THROW not in self.columns
-        return f": {self._scene.name} has many throws, and a column `throw` says which one a row is of" * several
+        return f": {self._scene.name} has many throws, and a column `member` says which one a row is of" * several
 
     def _check_attitude(self, block: Block) -> None:
         if QUATERNION[0] in block.values:

@@ -69,9 +69,9 @@ class Flights:
         scale = replace(self.scale, floors_m=self.scale.floors_m[early])
         return Flights(self.question, self.hypotheses, self.all.some(early), self._points, scale, self._single)
 
-    def look_for(self, left_m: float) -> None:
+    def look_for(self, residual_m: float) -> None:
         """Take first looks at flights as fine as it takes to explain so much [m]."""
-        glancing = COARSE if left_m > LARGE * self.scale.size_m else SEARCHING
+        glancing = COARSE if residual_m > LARGE * self.scale.size_m else SEARCHING
         if glancing != self._glancing:
             self._glancing = glancing
             self._flown.clear()

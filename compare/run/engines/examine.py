@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from tumble.compare.engines import LAWS
 from tumble.compare.run.engines.laws import laws_for
-from tumble.compare.run.participants import Participant
+from tumble.compare.run.running_engines import RunningEngine
 from tumble.compare.run.worker import Failure
 
 LOOSE = 1e-3  # a tolerance at which the steps of an adaptive method are few
@@ -21,28 +21,28 @@ class Examined:
     not_asked: dict[str, str]
 
 
-def examined(participant: Participant) -> Iterator[Examined]:
+def examined(running_engine: RunningEngine) -> Iterator[Examined]:
     """Yield what came of each law, put to every method, and to an adaptive one also at a loose tolerance.
 
     After the first timeout no more is asked.
     """
-    info = participant.info
+    info = running_engine.info
     assert not isinstance(info, Failure)
-    loose = [f"{method}@{LOOSE:g}" for method in participant.methods if method in info.adaptive]
+    loose = [f"{method}@{LOOSE:g}" for method in running_engine.methods if method in info.adaptive]
     binding = laws_for(info.features, info.optional, info.exempt)
     late = ""
     for law in LAWS:
         if law not in binding or late:
             lacking = "it has no gravity" if law == "gravity" else "it has nothing optional"
             why = info.exempt.get(law) or (late if law in binding else lacking)
-            yield Examined(law, (), {}, dict.fromkeys(participant.methods, why))
+            yield Examined(law, (), {}, dict.fromkeys(running_engine.methods, why))
             continue
         holds, broken, not_asked = [], {}, {}
-        for method in (*participant.methods, *loose):
+        for method in (*running_engine.methods, *loose):
             if late:
                 not_asked[method] = late
                 continue
-            said = participant.ensure_running() or participant.worker.law_broken(law, method)
+            said = running_engine.ensure_running() or running_engine.worker.law_broken(law, method)
             if isinstance(said, Failure) and said.status.startswith("timeout"):
                 # Each further answer would be waited for as long.
                 late = f"after a timeout no more is asked; {method} gave no answer to {law!r}"

@@ -30,7 +30,7 @@ from tumble.compare.run.engines.environments import (
     split_release,
 )
 from tumble.compare.run.engines.registry import BadEngine, Package
-from tumble.compare.run.progress import Tick, untold
+from tumble.compare.run.progress import ProgressCallback, no_progress
 
 # What the folder is called in which one is made.
 MAKING = "making-"
@@ -54,7 +54,7 @@ class Site:
 
     folder: Path
     lock: int
-    tick: Tick
+    on_progress: ProgressCallback
 
     @property
     def environment(self) -> Path:
@@ -63,11 +63,11 @@ class Site:
 
     def run(self, command: list[str], folder: Path | None = None) -> None:
         """Run a command in a folder, and report what it prints.  Raises BadEngine with what went wrong in one line."""
-        run(command, folder, self.tick, (self.lock,))
+        run(command, folder, self.on_progress, (self.lock,))
 
 
 @contextmanager
-def site(engine: str, tick: Tick) -> Iterator[Site]:
+def site(engine: str, on_progress: ProgressCallback) -> Iterator[Site]:
     """Give a place to make an environment in, and remove it, and what killed processes have left.  Raises OSError."""
     folder().mkdir(parents=True, exist_ok=True)
     sweep()
@@ -76,7 +76,7 @@ def site(engine: str, tick: Tick) -> Iterator[Site]:
         made = Path(tempfile.mkdtemp(prefix=f"{MAKING}{engine}-", dir=folder()))
         lock = taken(made)
     try:
-        yield Site(made, lock, tick)
+        yield Site(made, lock, on_progress)
     finally:
         shutil.rmtree(made, ignore_errors=True)
         os.close(lock)
@@ -107,10 +107,10 @@ def taken(place: Path) -> int:
     return -1
 
 
-def install(engine: str, tick: Tick = untold) -> Environment:
+def install(engine: str, on_progress: ProgressCallback = no_progress) -> Environment:
     """Make the environment of ENGINE[@RELEASE], or find it there.  Raises BadEngine; then nothing of it is left.
 
-    tick: is told what is being done, as shares that come to nothing, for nobody knows how much is left.
+    on_progress: is told what is being done, as shares that come to nothing, for nobody knows how much is left.
     """
     name, release = split_release(engine)
     package = registry.package(name)
@@ -122,9 +122,9 @@ def install(engine: str, tick: Tick = untold) -> Environment:
     pins = [f"{package.pins[0].partition('==')[0]}=={release}", *package.pins[1:]]
     place = folder() / f"{name}@{release}"
     try:
-        with site(name, tick) as made:
+        with site(name, on_progress) as made:
             node = make_one(made, pins, package)
-            fly_once(name, place_of(made.environment, node), tick)
+            fly_once(name, place_of(made.environment, node), on_progress)
             python = "" if node else python_of(made.environment)
             found = Environment(name, release, python, tuple(pins), size_of(made.environment), node)
             (made.environment / MARK).write_text(json.dumps(asdict(found), indent=1), encoding="utf-8")
@@ -200,7 +200,12 @@ def make_debian(made: Site, pins: list[str], package: Package) -> None:
         shutil.copy(library, place / LIBRARIES / library.name, follow_symlinks=False)
 
 
-def run(command: list[str], folder: Path | None = None, tick: Tick = untold, held: Collection[int] = ()) -> None:
+def run(
+    command: list[str],
+    folder: Path | None = None,
+    on_progress: ProgressCallback = no_progress,
+    held: Collection[int] = (),
+) -> None:
     """Run a command in a folder, and report each line that it prints as it comes.
 
     held: descriptors that stay open in it.  Raises BadEngine with what went wrong in one line.
@@ -216,7 +221,7 @@ def run(command: list[str], folder: Path | None = None, tick: Tick = untold, hel
             for line in process.stdout:
                 if stripped := line.strip():
                     lines.append(stripped)
-                    tick(stripped[:SHOWN], 0.0)
+                    on_progress(stripped[:SHOWN], 0.0)
         except BaseException:
             process.kill()
             raise
@@ -252,21 +257,21 @@ def make_node(made: Site, pins: list[str]) -> str:
         "--fetch-retry-mintimeout=1000",
     )
     exact = [pin.replace("==", "@") for pin in pins]
-    made.tick(f"npm install {' '.join(exact)}", 0.0)
+    made.on_progress(f"npm install {' '.join(exact)}", 0.0)
     made.run([npm, "install", "--prefix", str(made.environment), "--ignore-scripts", *quiet, *exact])
     done = subprocess.run([node, "--version"], capture_output=True, text=True, check=True)
     return done.stdout.strip().removeprefix("v")
 
 
-def fly_once(engine: str, place: Place, tick: Tick) -> None:
+def fly_once(engine: str, place: Place, on_progress: ProgressCallback) -> None:
     """See that every method of the engine can be used there.  Raises BadEngine."""
     from tumble.compare.run.worker import Failure, Worker
 
     with Worker(engine, 900.0, place=place) as worker:  # what some compile first they keep in their environment
-        tick(f"loading {engine}", 0.0)
+        on_progress(f"loading {engine}", 0.0)
         said = worker.describe()
         for method in () if isinstance(said, Failure) else said.methods:
-            tick(f"trying {engine}:{method}", 0.0)
+            on_progress(f"trying {engine}:{method}", 0.0)
             said = worker.law_broken("the scene", method)
             if isinstance(said, Failure):
                 break
@@ -293,6 +298,6 @@ def remove(engine: str) -> list[Environment]:
         there = ", ".join(one.name for one in environments()) or "none"
         raise BadEngine(f"{engine} is not installed in an environment of its own; there is {there}")
     for one in gone:
-        with site(one.engine, untold) as rubbish:
+        with site(one.engine, no_progress) as rubbish:
             (folder() / one.name).rename(rubbish.environment)  # from here on it is none
     return gone

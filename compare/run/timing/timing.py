@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from tumble.compare.run.flight import legs
-from tumble.compare.run.participants import Participant
+from tumble.compare.run.running_engines import RunningEngine
 from tumble.compare.run.tasks import Task, run
 from tumble.compare.run.timing.readings import GONE, USUAL, Reading, Sampling, load_seen, round_robin
 from tumble.compare.run.timing.timer import Pace, Ready, Sample
@@ -18,7 +18,7 @@ UNTIMED = "untimed: "
 class Load:
     """A contestant as it is built for a scene, with what of its OPTIONAL is kept."""
 
-    participant: Participant
+    running_engine: RunningEngine
     scene: Scene
     method: str
     keep: frozenset[str] = frozenset()
@@ -26,7 +26,7 @@ class Load:
     @property
     def by_step(self) -> bool:
         """Whether the clock's unit is a step and not a flight."""
-        return not self.participant.takes_own_steps(self.method)
+        return not self.running_engine.takes_own_steps(self.method)
 
     @property
     def pace(self) -> Pace:
@@ -78,20 +78,20 @@ class StandingTimer:
     @property
     def task(self) -> Task[Ready | Failure]:
         """What makes it ready for the first time."""
-        return Task((self._load.scene.name, self._key), self._load.participant, lambda _: self.make())
+        return Task((self._load.scene.name, self._key), self._load.running_engine, lambda _: self.make())
 
     def make(self) -> Ready | Failure:
         """Make it ready in the process that there is now; return what that has shown, or why it cannot be."""
         load = self._load
-        shown = load.participant.prepare_timer(self._key, load.scene, load.method, load.pace, load.keep)
-        self._worker = load.participant.worker
+        shown = load.running_engine.prepare_timer(self._key, load.scene, load.method, load.pace, load.keep)
+        self._worker = load.running_engine.worker
         return shown
 
     def sample(self) -> Sample | Failure:
         """Return one sample, or why there is none."""
-        participant = self._load.participant
-        if not (participant.worker is self._worker and participant.worker.alive):
+        running_engine = self._load.running_engine
+        if not (running_engine.worker is self._worker and running_engine.worker.alive):
             shown = self.make()
             if isinstance(shown, Failure):
                 return shown
-        return participant.sample(self._key)
+        return running_engine.sample(self._key)

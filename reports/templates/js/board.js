@@ -18,7 +18,7 @@ function verdictOf(run, tolerance) {
   const error = errorOf(run);
   if (error === null) return "skipped";
   if (kind === "flagged") return "flagged";
-  if (run.max_error_m <= (run.limit_m ?? 0)) return "exact";
+  if (run.max_error_m <= (run.resolution_m ?? 0)) return "exact";
   return error <= tolerance ? "within" : "beyond";
 }
 
@@ -26,7 +26,7 @@ function verdictOf(run, tolerance) {
 function toldOf(run, tolerance) {
   const words = VERDICTS[verdictOf(run, tolerance)][1];
   const lines = [`${run.scene}, ${settingOf(run)}: ${words}`];
-  if (run.max_error_m !== null) lines.push(`largest vertex error ${run.max_error_m <= (run.limit_m ?? 0) ? `≤ ${figure(run.limit_m)} m, all that the truth can tell` : `${figure(run.max_error_m)} m`}`);
+  if (run.max_error_m !== null) lines.push(`largest vertex error ${run.max_error_m <= (run.resolution_m ?? 0) ? `≤ ${figure(run.resolution_m)} m, all that the truth can tell` : `${figure(run.max_error_m)} m`}`);
   if (run.why) lines.push(run.why);
   return lines;
 }
@@ -212,14 +212,14 @@ function cheapest(tolerance, scene = sweptScenes()[0]) {
   const found = [];
   for (const [name, own] of groupBy(rows("sweep-work-precision.csv").filter((run) => run.scene === scene), contestantOf)) {
     if (FIELD.get(name)?.byHand) continue;
-    const reaching = own.filter((run) => run.status === "ok" && run.error_m <= tolerance).sort((a, b) => a.flight_us - b.flight_us);
+    const reaching = own.filter((run) => run.status === "ok" && run.error_m <= tolerance).sort((a, b) => a.run_us - b.run_us);
     if (reaching.length) found.push({ name, engine: FIELD.get(name).engine, run: reaching[0], whole: own.length === 1 });
   }
-  return found.sort((a, b) => a.run.flight_us - b.run.flight_us);
+  return found.sort((a, b) => a.run.run_us - b.run.run_us);
 }
 
 function costInWords({ run, whole }) {
-  const time = si(run.flight_us / 1e6, "s", 2);
+  const time = si(run.run_us / 1e6, "s", 2);
   return whole ? ` (${time} a flight, in one step)` : ` (${settingOf(run, 2)}: ${time} a flight)`;
 }
 

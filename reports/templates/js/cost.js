@@ -17,7 +17,7 @@ function costSections(host) {
 
 function costSection(host, scene) {
   const runs = rows("sweep-work-precision.csv").filter((run) => run.scene === scene);
-  const throws = rows("sweep-throws.csv").some((row) => row.scene === scene);
+  const throws = rows("sweep-ensembles.csv").some((row) => row.scene === scene);
   const series = [...groupBy(runs, contestantOf)].map(([name, own]) => ({
     name,
     points: own
@@ -25,7 +25,7 @@ function costSection(host, scene) {
       .filter((point) => point.y > 0 && Number.isFinite(point.y))
       .sort((a, b) => a.x - b.x),
   }));
-  const limit = Math.max(...runs.map((run) => run.limit_m ?? 0));
+  const limit = Math.max(...runs.map((run) => run.resolution_m ?? 0));
   const headline = make("p", { class: "headline" });
   host.append(headline);
   follow(["tol", "show"], () => headline.replaceChildren(...costHeadline(scene)));
@@ -35,8 +35,8 @@ function costSection(host, scene) {
     x: { label: throws ? "native time of one throw's flight" : "native time of the flight", log: true, show: (value) => si(value / 1e6, "s", 1) },
     y: { label: "largest vertex error", log: true, show: (value) => si(value, "m", 1) },
     series: () => series,
-    limit: limit > 0 ? [{ x: Math.min(...runs.map((run) => run.flight_us)), y: limit }] : [],
-    under: (frame) => [...frontier(frame, runs), ...float32Floor(frame, scene), ...toleranceLine(frame)],
+    limit: limit > 0 ? [{ x: Math.min(...runs.map((run) => run.run_us)), y: limit }] : [],
+    under: (frame) => [...paretoFront(frame, runs), ...float32Floor(frame, scene), ...toleranceLine(frame)],
     height: 460,
     most: LOST * (filmOf(scene)?.size ?? Infinity),
   });
@@ -49,19 +49,19 @@ function costSection(host, scene) {
 }
 
 function costPoint(run) {
-  const { error_m: error, flight_us: time } = run;
-  const said = [settingOf(run), error <= (run.limit_m ?? 0) ? `≤ ${figure(run.limit_m)} m` : `${figure(error)} m`, `${figure(time)} µs a flight`];
+  const { error_m: error, run_us: time } = run;
+  const said = [settingOf(run), error <= (run.resolution_m ?? 0) ? `≤ ${figure(run.resolution_m)} m` : `${figure(error)} m`, `${figure(time)} µs a flight`];
   if (run.steps) said.push(`${counted(run.steps, "step")} of ${figure(run.step_ns)} ns`);
   if (run.status !== "ok") said.push(inWords(run));
-  return { x: time, y: error, plain: run.status === "ok", told: said, low: time, high: run.p90_flight_us };
+  return { x: time, y: error, plain: run.status === "ok", told: said, low: time, high: run.p90_run_us };
 }
 
 /** The line below and left of which nobody is, shown or not. */
-function frontier({ X, Y, area }, runs) {
-  const kept = runs.filter((run) => run.frontier && run.error_m > 0).sort((a, b) => a.flight_us - b.flight_us);
+function paretoFront({ X, Y, area }, runs) {
+  const kept = runs.filter((run) => run.pareto_front && run.error_m > 0).sort((a, b) => a.run_us - b.run_us);
   if (kept.length < 2) return [];
-  let path = `M${X.place(kept[0].flight_us)},${area.top}`;
-  for (const run of kept) path += `H${X.place(run.flight_us).toFixed(1)}V${Y.place(run.error_m).toFixed(1)}`;
+  let path = `M${X.place(kept[0].run_us)},${area.top}`;
+  for (const run of kept) path += `H${X.place(run.run_us).toFixed(1)}V${Y.place(run.error_m).toFixed(1)}`;
   return [draw("path", { d: `${path}H${area.right}`, fill: "none", stroke: "var(--ink)", "stroke-opacity": 0.13, "stroke-width": 7 })];
 }
 
@@ -98,17 +98,17 @@ function costHeadline(scene) {
 }
 
 function costTable(host, scene) {
-  const targets = [...new Set(rows("sweep-digits.csv").map((row) => row.target_m))];
+  const targets = [...new Set(rows("sweep-accuracy-cost.csv").map((row) => row.target_m))];
   foldedTable(host, {
     id: `digits-${scene}`,
     caption: `What it takes to reach ${listed(targets.map((target) => si(target, "m", 1)))} in ${scene}`,
-    list: rows("sweep-digits.csv").filter((row) => row.scene === scene),
+    list: rows("sweep-accuracy-cost.csv").filter((row) => row.scene === scene),
     key: (row) => `${nameOf(row)}-${row.target_m}`,
     columns: [
       { key: "method", label: "contestant", words: true, show: nameOf, sort: nameOf },
       { key: "target_m", label: "error to reach", show: (row) => si(row.target_m, "m", 1) },
       { key: "verdict", label: "", words: true },
-      { key: "flight_us", label: "time of a flight", unit: "µs" },
+      { key: "run_us", label: "time of a flight", unit: "µs" },
       { key: "dt_s", label: "step", unit: "s" },
       { key: "dt_taken_s", label: "step taken", unit: "s" },
       { key: "steps_per_s", label: "steps a second" },

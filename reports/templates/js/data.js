@@ -32,7 +32,7 @@ function contestantOf(row) {
 
 /** A run's error as it can be told: not below the truth's limit [m]; null where there is none. */
 function errorOf(row) {
-  return row.max_error_m === null ? null : Math.max(row.max_error_m, row.limit_m ?? 0);
+  return row.max_error_m === null ? null : Math.max(row.max_error_m, row.resolution_m ?? 0);
 }
 
 /** What was found: the rows of findings.csv of that name, of one scene or of all. */
@@ -42,7 +42,7 @@ function findings(name, scene = null) {
 
 /** A finding's number as it can be told: not below the truth's limit. */
 function toldValue(row) {
-  return row.value === null ? null : Math.max(row.value, row.limit ?? 0);
+  return row.value === null ? null : Math.max(row.value, row.resolution ?? 0);
 }
 
 function groupBy(list, key) {

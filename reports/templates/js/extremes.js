@@ -20,7 +20,7 @@ function caseKind(row) {
   if (row.verdict === "diverged") return "diverged";
   if (row.verdict === "no-return") return row.why.includes("would take") ? "late" : "failed";
   if (row.verdict === "refused") return row.status === "crashed" ? "failed" : "skipped";
-  if (row.times_limit <= 1) return "exact";
+  if (row.error_over_resolution <= 1) return "exact";
   return row.max_error_m <= CLOSE * row.size_m ? "within" : "beyond";
 }
 
@@ -150,7 +150,7 @@ function caseInWords(row) {
 }
 
 function extremeHeadline(count) {
-  const held = [...groupBy(rows("extremes.csv"), contestantOf)].filter(([, own]) => own.every((row) => row.verdict === "stable" && row.times_limit <= 10)).map(([name]) => name);
+  const held = [...groupBy(rows("extremes.csv"), contestantOf)].filter(([, own]) => own.every((row) => row.verdict === "stable" && row.error_over_resolution <= 10)).map(([name]) => name);
   const silent = findings("silent failures").slice(0, 3);
   const said = [];
   if (held.length) said.push(`${listed(held)} ${held.length > 1 ? "hold" : "holds"} all ${count} cases to rounding`);
@@ -170,7 +170,7 @@ function extremeTable(host) {
       { key: "method", label: "contestant", words: true, show: nameOf, sort: nameOf },
       { key: "verdict", label: "result", words: true, show: (row) => STABILITY[row.verdict]?.[1] ?? row.verdict },
       { key: "max_error_m", label: "error", unit: "m" },
-      { key: "times_limit", label: "over the truth's limit" },
+      { key: "error_over_resolution", label: "over the truth's limit" },
       { key: "why", label: "why", words: true },
     ],
   });

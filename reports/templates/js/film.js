@@ -20,7 +20,7 @@ function frames(text, width) {
 }
 
 function readFilm(scene, packed) {
-  const acts = rows("acts.csv").filter((row) => row.scene === scene);
+  const acts = rows("loads.csv").filter((row) => row.scene === scene);
   const points = rows("points.csv").filter((row) => row.scene === scene).map((row) => [row.x_m, row.y_m, row.z_m]);
   const film = {
     scene,

@@ -121,7 +121,7 @@ function errorSeries(film, scene, runs) {
   if (!film) {
     return [...groupBy(rows("error-over-time.csv").filter((row) => row.scene === scene), contestantOf)].map(([name, own]) => ({
       name,
-      points: own.filter((row) => Number.isFinite(row.error_m)).map((row) => ({ x: row.t_s, y: Math.max(row.error_m, row.limit_m), plain: plain.get(name), told: told(row.t_s, row.error_m, row.limit_m) })),
+      points: own.filter((row) => Number.isFinite(row.error_m)).map((row) => ({ x: row.t_s, y: Math.max(row.error_m, row.resolution_m), plain: plain.get(name), told: told(row.t_s, row.error_m, row.resolution_m) })),
     }));
   }
   return [...film.others].map(([name, one]) => ({
@@ -133,7 +133,7 @@ function errorSeries(film, scene, runs) {
 }
 
 function limitOf(film, scene) {
-  const found = film ? film.t.map((x, at) => ({ x, y: film.limit[at] })) : [...new Map(rows("error-over-time.csv").filter((row) => row.scene === scene).map((row) => [row.t_s, { x: row.t_s, y: row.limit_m }])).values()];
+  const found = film ? film.t.map((x, at) => ({ x, y: film.limit[at] })) : [...new Map(rows("error-over-time.csv").filter((row) => row.scene === scene).map((row) => [row.t_s, { x: row.t_s, y: row.resolution_m }])).values()];
   return found.filter((point) => point.y > 0);
 }
 
@@ -154,7 +154,7 @@ function factsOf(scene, runs) {
     ["source", scene.source],
     ["needs", scene.needs],
     ["flight", `${given(scene.duration_s)} s, judged at ${counted(scene.samples, "instant")}, step ${steps.join(" and ")}`],
-    ["truth", scene.bound_m === null ? `none: ${scene.truth}` : `${scene.truth}; itself off by at most ${figure(scene.bound_m, 2)} m, and rounding the inputs to doubles moves ${figure(scene.floor_m, 2)} m`],
+    ["truth", scene.bound_m === null ? `none: ${scene.truth}` : `${scene.truth}; itself off by at most ${figure(scene.bound_m, 2)} m, and rounding the inputs to doubles moves ${figure(scene.input_error_m, 2)} m`],
     ["again", make("code", {}, `tumble compare ${scene.scene}`)],
   ];
   return make("dl", { class: "facts" }, facts.filter(([, value]) => value).map(([what, value]) => make("div", {}, make("dt", {}, what), make("dd", {}, value))));
@@ -180,9 +180,9 @@ function runTable(body, scene, runs) {
     columns: [
       { key: "method", label: "contestant", words: true, show: (run) => nameOf(run), sort: nameOf },
       { key: "status", label: "result", words: true, show: (run) => inWords(run) },
-      { key: "max_error_m", label: "largest error", unit: "m", show: (run) => metres(run.max_error_m, run.limit_m) },
-      { key: "rms_error_m", label: "rms", unit: "m", show: (run) => metres(run.rms_error_m, run.limit_m) },
-      { key: "final_error_m", label: "at the end", unit: "m", show: (run) => metres(run.final_error_m, run.limit_m) },
+      { key: "max_error_m", label: "largest error", unit: "m", show: (run) => metres(run.max_error_m, run.resolution_m) },
+      { key: "rms_error_m", label: "rms", unit: "m", show: (run) => metres(run.rms_error_m, run.resolution_m) },
+      { key: "final_error_m", label: "at the end", unit: "m", show: (run) => metres(run.final_error_m, run.resolution_m) },
       { key: "energy_drift", label: "energy drift", unit: "relative", show: (run) => figure(run.energy_drift, 2) },
       { key: "angular_momentum_drift", label: "ang. momentum drift", unit: "relative", show: (run) => figure(run.angular_momentum_drift, 2) },
       { key: "wall_ns_per_step", label: "step, one pass", unit: "ns", show: (run) => figure(run.wall_ns_per_step, 3) },

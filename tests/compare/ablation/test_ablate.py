@@ -10,7 +10,7 @@ import pytest
 from tumble.__main__ import main
 from tumble.compare.ablation.optional_features import EVERYTHING, AblationRow, Build, Pair, ablate, apart_m, measured
 from tumble.compare.run.flight import Trajectory
-from tumble.compare.run.participants import launched
+from tumble.compare.run.running_engines import launched
 from tumble.compare.run.timing.readings import Reading, Sampling
 from tumble.compare.run.timing.timer import Ready
 from tumble.compare.run.timing.timing import Cost
@@ -50,8 +50,8 @@ def folder(tmp_path_factory) -> Path:
 
 @pytest.fixture(scope="module")
 def ablation(folder):
-    with launched([SPARING, MINE]) as participants:
-        return ablate(participants, read_scene(str(folder / "brick.toml")), sampling=Sampling(span_s=0.0))
+    with launched([SPARING, MINE]) as running_engines:
+        return ablate(running_engines, read_scene(str(folder / "brick.toml")), sampling=Sampling(span_s=0.0))
 
 
 def rows_of(ablation, method: str) -> dict[str, AblationRow]:
@@ -107,7 +107,7 @@ def test_how_far_a_feature_moves_the_vertices(ablation):
 
 
 def test_only_what_the_flight_is_worse_without_does_harm(ablation):
-    assert ablation.limit_m < 1e-14
+    assert ablation.resolution_m < 1e-14
     assert {(row.method, row.feature) for row in ablation.altered} == {
         ("careless", "digits"),
         ("careless", EVERYTHING),
@@ -133,24 +133,24 @@ def test_an_engine_without_spares_is_one_row_that_says_so(ablation):
 def test_what_the_scene_has_is_not_left_out(folder):
     scene = read_scene(str(folder / "falling.toml"))
     assert "gravity" in needs(scene)
-    with launched([f"{SPARING}:careful", "handcalc"]) as participants:
-        found = ablate(participants, scene, sampling=Sampling(span_s=0.0))
+    with launched([f"{SPARING}:careful", "handcalc"]) as running_engines:
+        found = ablate(running_engines, scene, sampling=Sampling(span_s=0.0))
     assert list(rows_of(found, "careful")) == [EVERYTHING, "ballast", "breeze", "digits"]
     assert found.rows[-1] == AblationRow("falling", "handcalc", "", "", "skipped: handcalc has no gravity")
 
 
 def test_what_mujoco_leaves_out_moves_no_bit_and_costs_no_time(folder):
-    with launched(["mujoco:rk4"]) as participants:
-        found = ablate(participants, read_scene(str(folder / "brick.toml")), sampling=Sampling(span_s=1.0))
+    with launched(["mujoco:rk4"]) as running_engines:
+        found = ablate(running_engines, read_scene(str(folder / "brick.toml")), sampling=Sampling(span_s=1.0))
     # A fifth on a quiet machine; on any other, what is left out does not make it slower.
     assert rows_of(found, "rk4")[EVERYTHING].ratio_high > 1
     assert {row.max_difference_m for row in found.rows} == {0.0}
 
 
 def test_our_solver_pays_for_no_term_that_a_cube_has_not_got():
-    with launched(["tumble:rk4"]) as participants:
-        turning = ablate(participants, read_scene("table-4-1"), sampling=Sampling(span_s=0.5))
-        straight = ablate(participants, read_scene("die-straight"), sampling=Sampling(span_s=0.5))
+    with launched(["tumble:rk4"]) as running_engines:
+        turning = ablate(running_engines, read_scene("table-4-1"), sampling=Sampling(span_s=0.5))
+        straight = ablate(running_engines, read_scene("die-straight"), sampling=Sampling(span_s=0.5))
     everything = rows_of(turning, "rk4")[EVERYTHING]
     assert everything.ratio_high > 1.5
     # What never turns is moved by one product, however many the steps: no time of theirs is left to compare with.

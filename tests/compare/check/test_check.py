@@ -117,7 +117,7 @@ def test_a_drift_counts_by_its_size():
 
 
 def test_errors_below_the_limit_compare_as_the_limit():
-    exact = replace(CELL, max_error_m=1e-17, limit_m=1e-12, rounding_m=0.0)
+    exact = replace(CELL, max_error_m=1e-17, resolution_m=1e-12, rounding_m=0.0)
     assert verdicts(exact, replace(exact, max_error_m=9e-13)) == {}
     assert verdicts(exact, replace(exact, max_error_m=1.1e-12)) == {"max_error_m": "worse"}
 
@@ -169,10 +169,10 @@ def test_a_cell_without_a_flight_says_so_and_no_more():
 @pytest.mark.parametrize(
     ("old", "new", "verdict"),
     [
-        ("kept", "decays", "worse"),
-        ("wavers", "grows", "worse"),
+        ("conserved", "decays", "worse"),
+        ("oscillates", "grows", "worse"),
         ("grows", "decays", "changed"),
-        ("decays", "kept", "better"),
+        ("decays", "conserved", "better"),
         ("", "grows", None),
     ],
 )
@@ -311,10 +311,10 @@ def test_a_changed_time_is_told_only_if_it_is_found_twice(monkeypatch, again, to
 @pytest.mark.parametrize(
     ("drift", "word"),
     [
-        ([0, 1e-10, -9e-10], "kept"),
+        ([0, 1e-10, -9e-10], "conserved"),
         ([0, 1e-3, 2e-3], "grows"),
         ([0, -1e-3, -2e-3], "decays"),
-        ([0, 2e-3, 0.5e-3], "wavers"),
+        ([0, 2e-3, 0.5e-3], "oscillates"),
         ([0, 1.0, math.nan], "grows"),
     ],
 )
@@ -382,7 +382,7 @@ def test_orders_and_energies_are_what_the_methods_claim(recorded):
     assert round(float(by_method["symplectic-euler"]["translation_order"])) == 1
     assert by_method["rk4"]["translation_order"] == ""
     keeping = {name for name, method in METHODS.items() if method.keeps_energy and name in by_method}
-    assert {by_method[name]["spin_energy"] for name in keeping if by_method[name]["status"] == "ok"} == {"kept"}
+    assert {by_method[name]["spin_energy"] for name in keeping if by_method[name]["status"] == "ok"} == {"conserved"}
     assert by_method["quaternion-euler"]["spin_energy"] == "grows"
 
 
@@ -523,7 +523,9 @@ def test_a_record_comes_back(tmp_path):
         ("./a b.toml", "it's"),
         ("./x.py:m",),
         "tumble check '=1'",
-        frame(QUESTIONS, [replace(QUESTION, scene="=1+1", truth="-no", limit_m=None, x_m=None, y_m=None, z_m=None)]),
+        frame(
+            QUESTIONS, [replace(QUESTION, scene="=1+1", truth="-no", resolution_m=None, x_m=None, y_m=None, z_m=None)]
+        ),
         frame(ENGINES, [replace(ENGINE, version="+1", switched_off="@x")]),
         frame(CELLS, [hostile, replace(hostile, method="'''", max_error_m=math.inf)]),
         frame(TIMES, [TimeRow("=1+1", "'=x", "m", "r", None)]),
@@ -553,7 +555,7 @@ BROKEN = {
     ("cells.csv", "s,e,m,100,", "s,e,m,-1,"): "row 1: steps = -1: must be a whole number from 0 to 10",
     ("cells.csv", ",2.0,1.0,decays", ",2.0,one,decays"): "line 2: translation_order = 'one': must be a number",
     ("cells.csv", ",2.0,1.0,decays", ",2.0,inf,decays"): "row 1: translation_order = inf: must be finite",
-    ("cells.csv", ",2.0,1.0,decays", ",2.0,1.0,rises"): "spin_energy = 'rises': must be one of kept, wavers",
+    ("cells.csv", ",2.0,1.0,decays", ",2.0,1.0,rises"): "spin_energy = 'rises': must be one of conserved, oscillates",
     ("cells.csv", ",2.0,1.0,decays", ",2.0,1.0"): "cells.csv: line 2: 16 cells: must be 17",
     ("cells.csv", "\ns,", "\nt,"): "cells.csv has scene 't', and questions.csv has not",
     ("cells.csv", "decays", "dec\"ays\nx"): "cells.csv:",
@@ -565,11 +567,11 @@ BROKEN = {
     ("cells.csv", ",-0.001,", ",,"): "cells.csv: energy_drift of 's e:m' is empty",
     ("cells.csv", ",1e-15,1e-13,", ",1e-15,inf,"): "row 1: rounding_m = inf: must be finite and >= 0",
     ("cells.csv", ",1e-15,1e-13,", ",1e-15,-1e-13,"): "row 1: rounding_m = -1e-13: must be finite and >= 0",
-    ("cells.csv", ",1e-15,1e-13,", ",,1e-13,"): "cells.csv: limit_m of 's e:m' is empty",
+    ("cells.csv", ",1e-15,1e-13,", ",,1e-13,"): "cells.csv: resolution_m of 's e:m' is empty",
     ("cells.csv", ",ok,", ",OK ,"): "cells.csv: status = 'OK ': must be one of ok, flagged, diverged, skipped, missing",
     ("cells.csv", ",ok,", ",,"): "cells.csv: status = '': must be one of ok",
     ("questions.csv", ",1e-15,0.3,", ",1e-15,-0.3,"): "row 1: size_m = -0.3: must be finite and >= 0",
-    ("questions.csv", ",1e-15,", ",,"): "questions.csv: limit_m of 's' is empty",
+    ("questions.csv", ",1e-15,", ",,"): "questions.csv: resolution_m of 's' is empty",
     ("questions.csv", ",2.0,", ",,"): "questions.csv: y_m of 's' is empty: its truth is exact",
     ("questions.csv", "s,0.5,", "s,,"): "questions.csv: line 2: step_s = '': must be a number",
 }  # fmt: skip
@@ -823,7 +825,7 @@ def test_a_scene_whose_truth_ends_before_the_run_is_recorded_and_held_to_what_is
     done = check(tmp_path, "bounces.toml", "-e", "tumble:rk4", "--no-times", "--accept", "-o", "base")
     assert done.returncode == 0, done.stderr
     (question,) = rows(tmp_path / "base/questions.csv")
-    assert float(question["limit_m"]) < 1e-6 * float(question["size_m"]), "beyond its horizon nobody is judged"
+    assert float(question["resolution_m"]) < 1e-6 * float(question["size_m"]), "beyond its horizon nobody is judged"
     again = check(tmp_path, "--no-times", "--baseline", "base", "--candidate", "base")
     assert again.returncode == 0
     assert "nothing changed" in again.stdout

@@ -6,12 +6,14 @@ from tumble.compare.judge.agreement import AgreementRow
 from tumble.compare.tables.shared import RunRow
 
 
-def run(engine: str, method: str, error_m: float | None, limit_m: float | None = 1e-12, status: str = "ok") -> RunRow:
-    return RunRow("s", engine, method, 0.01, None, 10, status, "", error_m, error_m, error_m, limit_m)
+def run(
+    engine: str, method: str, error_m: float | None, resolution_m: float | None = 1e-12, status: str = "ok"
+) -> RunRow:
+    return RunRow("s", engine, method, 0.01, None, 10, status, "", error_m, error_m, error_m, resolution_m)
 
 
 def found(rows) -> dict:
-    return {row.finding: (row.contestant, row.value, row.limit) for row in rows}
+    return {row.finding: (row.contestant, row.value, row.resolution) for row in rows}
 
 
 def test_each_scene_has_its_nearest_its_engines_and_its_lost():

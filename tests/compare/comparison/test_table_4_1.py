@@ -5,7 +5,7 @@ import pytest
 
 from tumble.compare.comparison.against_truth import compare
 from tumble.compare.comparison.table_4_1 import budget_rows, published_rows
-from tumble.compare.run.participants import launched
+from tumble.compare.run.running_engines import launched
 from tumble.scenarios.published import VERTEX, table_4_1
 from tumble.scenarios.read import read_scene
 from tumble.scenarios.truth import truth
@@ -13,8 +13,8 @@ from tumble.scenarios.truth import truth
 
 @pytest.fixture(scope="module")
 def published():
-    with launched([]) as participants:
-        (comparison,) = compare(participants, [read_scene("table-4-1")])
+    with launched([]) as running_engines:
+        (comparison,) = compare(running_engines, [read_scene("table-4-1")])
     return list(published_rows(comparison))
 
 

@@ -33,8 +33,8 @@ def test_a_held_force_is_held_as_mujoco_holds_it(method):
     worst = {}
     for contestant in (method, "mujoco:euler+held"):
         name, _, kind = contestant.partition(":")
-        with engine(name, kind) if name != "mujoco" else beside(contestant) as participant:
-            flight = participant.fly(scene, kind, scene.step)
+        with engine(name, kind) if name != "mujoco" else beside(contestant) as running_engine:
+            flight = running_engine.fly(scene, kind, scene.step)
         worst[contestant] = float(Run(scene, name, kind, scene.step, flight, true).distances.max())
     assert worst[method] == pytest.approx(worst["mujoco:euler+held"], rel=0.01)
 
@@ -63,12 +63,12 @@ def test_drakes_simulator_as_it_ships_and_what_it_cannot_be_told():
 def beside(contestant: str):
     from contextlib import contextmanager
 
-    from tumble.compare.run.participants import launched
+    from tumble.compare.run.running_engines import launched
 
     @contextmanager
     def one():
-        with launched([contestant], 60.0) as (participant,):
-            yield participant
+        with launched([contestant], 60.0) as (running_engine,):
+            yield running_engine
 
     return one()
 
@@ -78,9 +78,9 @@ def test_the_attitude_of_mujocos_rk4_went_from_order_two_to_four_in_release_four
     true = truth(scene)
     errors = {}
     for release in ("mujoco@3.10.0", "mujoco"):
-        with engine(release, "rk4") if "@" in release else beside("mujoco:rk4") as participant:
+        with engine(release, "rk4") if "@" in release else beside("mujoco:rk4") as running_engine:
             for dt in STEPS:
-                flight = participant.fly(scene, "rk4", dt)
+                flight = running_engine.fly(scene, "rk4", dt)
                 errors[release, dt] = float(Run(scene, release, "rk4", dt, flight, true).distances.max())
     gain = {name: errors[name, STEPS[0]] / errors[name, STEPS[1]] for name in ("mujoco@3.10.0", "mujoco")}
     assert gain["mujoco@3.10.0"] == pytest.approx(4, rel=0.1)
@@ -88,8 +88,8 @@ def test_the_attitude_of_mujocos_rk4_went_from_order_two_to_four_in_release_four
 
 
 def test_an_older_release_has_the_methods_it_had():
-    with engine("mujoco@3.10.0") as participant:
-        assert "discrete" not in participant.info.methods
-        assert participant.info.version == "3.10.0"
-        assert participant.info.gyroscopic["implicitfast"] == "midpoint"
-        assert participant.title == "mujoco@3.10.0"
+    with engine("mujoco@3.10.0") as running_engine:
+        assert "discrete" not in running_engine.info.methods
+        assert running_engine.info.version == "3.10.0"
+        assert running_engine.info.gyroscopic["implicitfast"] == "midpoint"
+        assert running_engine.title == "mujoco@3.10.0"

@@ -20,7 +20,7 @@ from scipy.integrate import solve_ivp
 from triaxial import GRAVITY, MASS, MOMENTS, THROWS, scene
 
 from tumble.compare.run.engines.registry import engine_info
-from tumble.compare.run.participants import Participant, chosen
+from tumble.compare.run.running_engines import RunningEngine, chosen
 from tumble.compare.run.worker import Failure, Worker
 from tumble.scenarios.frames import Array, rotation_matrix, vertices
 from tumble.scenarios.mass import BOX_FACES, box_corners
@@ -327,18 +327,18 @@ def test_pybullet_says_that_it_has_no_such_laws(method):
 
 
 def test_forced_methods_take_part_where_a_force_acts():
-    def participant(*asked: str) -> Participant:
+    def running_engine(*asked: str) -> RunningEngine:
         about = engine_info("pybullet", engine_of("pybullet"))
         methods = chosen("pybullet", list(asked) or [""], about)
-        return Participant("pybullet", "pybullet", methods, frozenset(asked), about, None)  # type: ignore[arg-type]
+        return RunningEngine("pybullet", "pybullet", methods, frozenset(asked), about, None)  # type: ignore[arg-type]
 
     plain = ("multibody", "rigidbody")
-    assert participant().methods_for(scene()) == participant().methods_for(scene(gravity=GRAVITY)) == plain
+    assert running_engine().methods_for(scene()) == running_engine().methods_for(scene(gravity=GRAVITY)) == plain
     for name in FORCES:
-        assert participant().methods_for(pulled(name)) == (*plain, "multibody+held", "rigidbody+held")
-    named = participant("rigidbody+held", "multibody+defaults")
+        assert running_engine().methods_for(pulled(name)) == (*plain, "multibody+held", "rigidbody+held")
+    named = running_engine("rigidbody+held", "multibody+defaults")
     assert named.methods_for(scene()) == ("rigidbody+held", "multibody+defaults")
-    absent = Participant("pybullet", "pybullet", ("",), frozenset(), Failure("missing: no module"), None)  # type: ignore[arg-type]
+    absent = RunningEngine("pybullet", "pybullet", ("",), frozenset(), Failure("missing: no module"), None)  # type: ignore[arg-type]
     assert absent.methods_for(scene()) == ("",)
 
 

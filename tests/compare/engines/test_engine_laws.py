@@ -16,7 +16,7 @@ from tumble.compare.run.engines import registry
 from tumble.compare.run.engines.brick import MOMENTS, THROWS, Broken, prepare, scene
 from tumble.compare.run.engines.free_body import moved
 from tumble.compare.run.engines.laws import ASKED, law_broken, laws_for
-from tumble.compare.run.participants import launched
+from tumble.compare.run.running_engines import launched
 from tumble.compare.stability.modes import Mode
 from tumble.compare.stability.theory import SCHEMES, theory
 from tumble.scenarios.frames import turned_by
@@ -252,11 +252,11 @@ GYROSCOPIC = {"semi-implicit-euler": "explicit"}
 def test_a_scheme_may_be_a_function(tmp_path, monkeypatch):
     (tmp_path / "mine.py").write_text((PLUGINS / "mine.py").read_text())
     (tmp_path / "own.py").write_text(OWN_SCHEME)
-    with launched([str(tmp_path / "own.py")]) as (participant,):
-        found = theory(participant, "semi-implicit-euler", read_scene("tether-undamped"), Mode(7.0, 0.0, 49.0))
+    with launched([str(tmp_path / "own.py")]) as (running_engine,):
+        found = theory(running_engine, "semi-implicit-euler", read_scene("tether-undamped"), Mode(7.0, 0.0, 49.0))
         assert found.w_dt == pytest.approx(2.0, rel=1e-5)
         assert "its own scheme" in found.source
-        free = theory(participant, "semi-implicit-euler", read_scene("spin-fast"), Mode(7.0))
+        free = theory(running_engine, "semi-implicit-euler", read_scene("spin-fast"), Mode(7.0))
         assert free.w_dt == 0.0
         (tmp_path / "own.py").unlink()
 

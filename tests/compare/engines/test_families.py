@@ -11,7 +11,7 @@ from apart import engine, throw
 from tumble.compare.judge import mechanics
 from tumble.compare.judge.family import family
 from tumble.compare.run.engines.brick import scene
-from tumble.compare.run.participants import launched
+from tumble.compare.run.running_engines import launched
 from tumble.scenarios.read import read_scene
 
 DOCS = Path(__file__).parents[3] / "docs"
@@ -46,7 +46,7 @@ RESCALED = ("physx:pgs", "rapier:tgs", "jolt:semi-implicit-euler")
 
 
 @pytest.fixture(scope="module")
-def participants():
+def running_engines():
     for name in {contestant.partition(":")[0] for contestant in SAID} - {"pybullet", "mujoco"}:
         with engine(name):
             pass
@@ -55,8 +55,8 @@ def participants():
 
 
 @pytest.mark.parametrize("contestant", [name for name in SAID if name not in DAMPED])
-def test_found_blind_it_is_what_the_source_says(contestant, participants):
-    ours, method = participants[contestant], contestant.partition(":")[2]
+def test_found_blind_it_is_what_the_source_says(contestant, running_engines):
+    ours, method = running_engines[contestant], contestant.partition(":")[2]
     assert ours.info.gyroscopic.get(method, "") == SAID[contestant]
     coarse, fine = (ours.fly(QUESTION, method, dt).states[:, 0] for dt in (STEP, STEP / 2))
     found = family(coarse, fine, QUESTION.body, round(QUESTION.duration / STEP), ours.rounding)
@@ -69,10 +69,10 @@ def test_found_blind_it_is_what_the_source_says(contestant, participants):
 
 @pytest.mark.parametrize("contestant", RESCALED)
 @pytest.mark.parametrize(("which", "towards"), [("least", -1), ("largest", 1)])
-def test_who_rescales_the_angular_momentum_drifts_to_the_middle_axis(contestant, which, towards, participants):
+def test_who_rescales_the_angular_momentum_drifts_to_the_middle_axis(contestant, which, towards, running_engines):
     """2 T B / L^2 is B/A = 2 about the least axis, 2/3 about the largest, 1 at the separatrix of the middle one."""
     question = read_scene(str(DOCS / "families" / f"near-the-{which}.toml"))
-    ours, method = participants[contestant], contestant.partition(":")[2]
+    ours, method = running_engines[contestant], contestant.partition(":")[2]
     states = ours.fly(question, method, question.step).states[:, 0]
     length = np.linalg.norm(mechanics.angular_momentum(states, question.body), axis=-1)
     middle = 2 * mechanics.spin_energy(states, question.body) * np.sort(question.body.moments)[1] / length**2

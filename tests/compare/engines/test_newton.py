@@ -7,7 +7,7 @@ import pytest
 from apart import broken_laws, engine, flight, throw
 
 from tumble.compare.run.engines.brick import scene
-from tumble.compare.run.participants import launched
+from tumble.compare.run.running_engines import launched
 
 EPS = float(np.finfo(np.float32).eps)
 MOMENTS = np.array([1.0, 2.0, 3.0])

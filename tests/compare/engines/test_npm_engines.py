@@ -11,7 +11,7 @@ from tumble.compare.judge.errors import Run
 from tumble.compare.run.engines import environments, installing
 from tumble.compare.run.engines.installing import install
 from tumble.compare.run.engines.registry import BadEngine, names, package
-from tumble.compare.run.participants import launched
+from tumble.compare.run.running_engines import launched
 from tumble.scenarios.read import read_scene
 from tumble.scenarios.truth import truth
 
@@ -114,9 +114,9 @@ def test_a_held_force_is_held_as_mujoco_holds_it(name):
     true = truth(scene)
     worst = []
     with engine(name) as ours, launched(["mujoco:euler+held"]) as (mujoco,):
-        for participant, method in ((ours, ours.methods[-1]), (mujoco, "euler+held")):
+        for running_engine, method in ((ours, ours.methods[-1]), (mujoco, "euler+held")):
             assert method.endswith("+held")
-            flown = participant.fly(scene, method, scene.step)
+            flown = running_engine.fly(scene, method, scene.step)
             worst.append(float(Run(scene, name, method, scene.step, flown, true).distances.max()))
         assert ours.fly(scene, ours.methods[0], scene.step).status.startswith("skipped: it has none of these laws; ")
     assert worst[0] == pytest.approx(worst[1], rel=0.01)

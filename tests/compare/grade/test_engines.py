@@ -92,7 +92,7 @@ def test_of_several_throws_the_worst_is_looked_into(capsys, tmp_path):
         header, *rows = csv.reader(file)
     column = header.index("x_m")
     for row in rows:
-        if row[header.index("throw")] == "2":
+        if row[header.index("member")] == "2":
             row[column] = repr(float(row[column]) + 0.25)
     path = tmp_path / "shifted.csv"
     with path.open("w", newline="") as file:

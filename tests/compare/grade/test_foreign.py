@@ -293,11 +293,11 @@ def test_many_throws(correct, refused, tmp_path):
     # Rows sorted by time, not by throw, and a column of another name.
     header, *rows = several.splitlines()
     rows.sort(key=lambda row: float(row.split(",")[1]))
-    mixed = "\n".join([header.replace("throw", "run"), *rows])
+    mixed = "\n".join([header.replace("member", "run"), *rows])
     correct(mixed, "--map", "run=throw", scene=scene)
-    assert "a column `throw` says which" in refused(mixed, scene=scene)
+    assert "a column `member` says which" in refused(mixed, scene=scene)
     assert "from 0 to 23" in refused("\n".join([header, f"24{rows[0][1:]}"]), scene=scene)
-    assert "throw = 0.5" in refused("\n".join([header, f"0.5{rows[0][1:]}"]), scene=scene)
+    assert "member = 0.5" in refused("\n".join([header, f"0.5{rows[0][1:]}"]), scene=scene)
 
 
 # --- what is asked ----------------------------------------------------------------------------------------------------

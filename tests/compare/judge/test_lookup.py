@@ -8,7 +8,7 @@ import pytest
 
 from tumble.compare.judge.errors import Run
 from tumble.compare.run.flight import altered
-from tumble.compare.run.participants import launched
+from tumble.compare.run.running_engines import launched
 from tumble.compare.run.truths import true_answer
 from tumble.compare.run.worker import Failure
 from tumble.scenarios.read import read_scene
@@ -109,7 +109,7 @@ def notes(folder: Path, text: str, scene: Scene = SCENE) -> str:
     path = folder / "mine.py"
     path.write_text(HEAD + STARTS + ANSWERS + text)
     with launched([str(path)]) as (engine,):
-        flight = engine.fly(scene, "m", scene.step, untold=True)
+        flight = engine.fly(scene, "m", scene.step, no_progress=True)
     assert not isinstance(flight, Failure), flight
     return Run(scene, "mine", "m", scene.step, flight, true_answer(scene, floor=False).truth).status
 

@@ -10,7 +10,7 @@ from tumble.compare.comparison.against_truth import compare
 from tumble.compare.motion.film import FRAMES, film, filmed, instants
 from tumble.compare.motion.results import TRUTH, film_tables, hull
 from tumble.compare.run.flight import legs
-from tumble.compare.run.participants import launched
+from tumble.compare.run.running_engines import launched
 from tumble.compare.run.truths import true_answer
 from tumble.scenarios.frames import vertices
 from tumble.scenarios.impulse import strike_point
@@ -33,8 +33,8 @@ def test_the_instants_hold_the_scenes_own_and_no_step_is_cut(scene):
 @pytest.fixture(scope="module")
 def films():
     scenes = [read_scene(name) for name in ("die-vertex", "two-hits")]
-    with launched(STEPPED) as participants:
-        return film(participants, scenes), compare(participants, scenes)
+    with launched(STEPPED) as running_engines:
+        return film(running_engines, scenes), compare(running_engines, scenes)
 
 
 def test_who_is_watched_flies_to_the_last_bit_as_unwatched(films):
@@ -76,7 +76,7 @@ def test_the_tables_say_where_everything_is(films):
     lengths = np.linalg.norm(true[["l1_kg_m2_s", "l2_kg_m2_s", "l3_kg_m2_s"]].to_numpy(), axis=1)
     assert np.ptp(lengths) < 1e-14 * lengths.max()
     assert set(tables["deformed.csv"]["method"]) == {"matrix-euler"}
-    struck = tables["acts.csv"].query("scene == 'two-hits' and kind == 'impulse'")
+    struck = tables["loads.csv"].query("scene == 'two-hits' and kind == 'impulse'")
     scene = shots[1].scene
     assert struck["t_s"].tolist() == [impulse.time for impulse in scene.impulses]
     row = int(np.searchsorted(scene.rows, scene.impulses[1].time))

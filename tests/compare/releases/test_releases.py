@@ -12,15 +12,15 @@ from tumble.compare.releases.ledger import Ledger, ledger
 from tumble.compare.releases.notes import Notes, shipped_notes
 from tumble.compare.releases.schemas import ReleaseRow
 from tumble.compare.run.engines.environments import folder, in_order
-from tumble.compare.run.participants import launched
 from tumble.compare.run.process.kept import Kept
+from tumble.compare.run.running_engines import launched
 from tumble.compare.run.timing.readings import Reading, Sampling
 from tumble.reports.releases import answer, ledger_markdown, ledger_text, sentence
 from tumble.scenarios.read import read_scene
 
 RELEASES = ("3.9.0", "3.10.0", "4.0.0")
 ROW = ReleaseRow(
-    "mujoco", "", "brick-tumble", "rk4", 0.002, "ok", "", 2e-5, 1e-13, 1e-9, 1e-9, 2.0, None, "kept", 3000.0
+    "mujoco", "", "brick-tumble", "rk4", 0.002, "ok", "", 2e-5, 1e-13, 1e-9, 1e-9, 2.0, None, "conserved", 3000.0
 )  # fmt: skip
 NOTES = """
 Changelog
@@ -133,9 +133,9 @@ def test_it_finds_what_changed_in_mujoco_and_nothing_else(tumble, tmp_path, monk
 
 def test_it_goes_on_where_it_was_interrupted(tmp_path):
     scene = read_scene("die-straight")
-    with launched(["mujoco@4.0.0"]) as participants:
+    with launched(["mujoco@4.0.0"]) as running_engines:
         flown = []
-        fly = participants[0].fly
+        fly = running_engines[0].fly
 
         def counted(scene, method, dt, **more):
             flown.append(method)
@@ -145,12 +145,12 @@ def test_it_goes_on_where_it_was_interrupted(tmp_path):
             if what.endswith("rk4"):
                 raise KeyboardInterrupt
 
-        participants[0].fly = counted
+        running_engines[0].fly = counted
         with pytest.raises(KeyboardInterrupt):
-            ledger(participants, [scene], interrupt, Kept(tmp_path, "one"))
+            ledger(running_engines, [scene], interrupt, Kept(tmp_path, "one"))
         before = {*flown}
         flown.clear()
-        found = ledger(participants, [scene], kept=Kept(tmp_path, "one"), sampling=Sampling(0.0, 4, 0.1))
+        found = ledger(running_engines, [scene], kept=Kept(tmp_path, "one"), sampling=Sampling(0.0, 4, 0.1))
     assert {"euler", "rk4"} <= before
     assert not {"euler", "rk4"} & {*flown}
     assert {row.method for row in found.rows} >= {"euler", "rk4", "implicit"}

@@ -18,7 +18,7 @@ import pytest
 from tumble.compare.run.engines import environments, registry
 from tumble.compare.run.engines.environments import HERE, BadEngine, located, split_release
 from tumble.compare.run.engines.installing import install, remove, run, site, sweep
-from tumble.compare.run.progress import untold
+from tumble.compare.run.progress import no_progress
 from tumble.compare.run.worker import Failure, Worker
 
 APART = next(name for name in registry.names() if registry.package(name).apart)
@@ -152,7 +152,7 @@ def test_what_a_killed_installation_leaves_is_swept_when_nothing_works_in_it_any
 
 
 def test_what_is_being_made_is_not_swept(folder):
-    with site("cannon", untold) as made:
+    with site("cannon", no_progress) as made:
         (made.folder / "file").touch()
         sweep()
         assert (made.folder / "file").exists()

@@ -15,7 +15,7 @@ from tools import programs_page
 from tumble.compare.engines import LAWS
 from tumble.compare.run.engines.examine import examined
 from tumble.compare.run.flight import Trajectory
-from tumble.compare.run.participants import launched
+from tumble.compare.run.running_engines import launched
 from tumble.compare.run.timing.readings import DISAGREE, round_robin
 from tumble.compare.run.timing.timer import Pace
 from tumble.compare.run.worker import Failure

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from tumble.compare.engines import LAWS
-from tumble.compare.run.participants import launched
+from tumble.compare.run.running_engines import launched
 from tumble.scenarios.read import read_scene
 
 # Semi-implicit Euler of a cube, which has no gyroscopic torque; a state is changed in place, or returned.

@@ -18,10 +18,10 @@ from patience import PATIENCE_S, until
 
 from tumble.compare.judge.errors import Flown
 from tumble.compare.run.flight import Trajectory
-from tumble.compare.run.participants import Halted, Participant, launched
 from tumble.compare.run.process.callers import Callers
 from tumble.compare.run.process.kept import FOLDER, Kept
 from tumble.compare.run.process.process import Died
+from tumble.compare.run.running_engines import Halted, RunningEngine, launched
 from tumble.compare.run.tasks import Task, run
 from tumble.compare.run.truths import Truths
 from tumble.scenarios.read import read_scene
@@ -53,10 +53,10 @@ def engine_file(folder: Path, name: str) -> str:
     return str(path)
 
 
-def flight(number: int, participant: Participant, title: str = "") -> Task:
+def flight(number: int, running_engine: RunningEngine, title: str = "") -> Task:
     scene = replace(SCENE, title=title)
-    key = f"{number}", participant.title, "still"
-    return Task(key, participant, lambda able: (number, able.fly(scene, "still", scene.step)))
+    key = f"{number}", running_engine.title, "still"
+    return Task(key, running_engine, lambda able: (number, able.fly(scene, "still", scene.step)))
 
 
 def statuses(results) -> list[str]:
@@ -108,7 +108,7 @@ def test_an_engine_that_dies_or_hangs_is_replaced_for_the_next_task(tmp_path):
     def limited(number: int, title: str) -> Task:
         """The time limit is short only where it is to be passed: starting a process is no part of the question."""
 
-        def ask(able: Participant):
+        def ask(able: RunningEngine):
             able.ensure_running()
             able.worker.time_limit = 1.0 if title == "hang" else PATIENCE_S
             answer = able.fly(replace(SCENE, title=title), "still", SCENE.step)
@@ -260,8 +260,8 @@ class WhereItIsRead:
 def test_a_long_truth_tells_how_far_it_is(others, monkeypatch):
     monkeypatch.setattr("tumble.compare.run.progress.QUICK_S", 0.0)
     shares: list[float] = []
-    tick = lambda what, share=1.0: shares.append(share) if what == "many-throws truth" else None  # noqa: E731
-    with Truths([read_scene("many-throws"), *others], tick) as truths:
+    on_progress = lambda what, share=1.0: shares.append(share) if what == "many-throws truth" else None  # noqa: E731
+    with Truths([read_scene("many-throws"), *others], on_progress) as truths:
         for future in truths.futures:
             future.result()
     assert len(shares) > 1, "its end alone was told"
@@ -318,7 +318,7 @@ def test_ctrl_c_leaves_no_process(tmp_path, words):
             os.kill(left, signal.SIGKILL)
 
 
-def counting(able: Participant, scene, counted: list) -> list[Flown]:
+def counting(able: RunningEngine, scene, counted: list) -> list[Flown]:
     counted.append(scene.title)
     return [Flown("still", dt, able.fly(scene, "still", dt)) for dt in (scene.step, scene.step / 2)]
 

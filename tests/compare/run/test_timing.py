@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from tumble.compare.ablation.optional_features import QUICK
-from tumble.compare.run.participants import launched
 from tumble.compare.run.provenance import conditions
+from tumble.compare.run.running_engines import launched
 from tumble.compare.run.timing import others
 from tumble.compare.run.timing.others import Machine, other_work
 from tumble.compare.run.timing.readings import PROCESS, Ratio, Reading, Sampling, narrow, ratio, reading, round_robin
@@ -181,8 +181,8 @@ def moving(folder: Path, advance: str, more: str = "") -> str:
 
 def cost_of(path: str, by_step: bool = True) -> Cost | Failure:
     scene = read_scene("brick-tumble")
-    with launched([f"{path}:a"]) as (participant,):
-        load = Load(participant, scene, "a")
+    with launched([f"{path}:a"]) as (running_engine,):
+        load = Load(running_engine, scene, "a")
         assert load.by_step == by_step
         return costs({"it": load}, Sampling(span_s=0.0, rounds=4, budget_s=0.0))["it"]
 
@@ -223,7 +223,7 @@ def sweep_tables(tumble, folder: Path, engine: str) -> tuple[str, list[dict[str,
     done = tumble("sweep", "brick-tumble", "-e", engine, "-e", "tumble:rk4", "-o", "out")
     assert done.returncode == 0, done.stderr
     assert "Warning" not in done.stderr
-    tables = [(folder / "out" / name).read_text() for name in ("work-precision.csv", "digits.csv")]
+    tables = [(folder / "out" / name).read_text() for name in ("work-precision.csv", "accuracy-cost.csv")]
     measured, digits = (list(csv.DictReader(text.splitlines())) for text in tables)
     return done.stdout, measured, digits
 
@@ -232,7 +232,7 @@ def test_who_does_less_work_for_the_clock_is_on_no_frontier(tmp_path, tumble):
     moving(tmp_path, LESS_WORK["steps of what was written before"])
     said, measured, digits = sweep_tables(tumble, tmp_path, "./mine.py:a")
     assert "mine:a: untimed: " in said
-    assert {row["engine"] for row in measured if row["frontier"] == "True"} == {"tumble"}
+    assert {row["engine"] for row in measured if row["pareto_front"] == "True"} == {"tumble"}
     mine = [row for row in digits if row["engine"] == "mine"]
     assert {row["verdict"] for row in mine} == {"untimed"}
     assert all(row["no_ratio"].endswith(OTHER_WORK) for row in mine)

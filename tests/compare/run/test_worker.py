@@ -4,7 +4,7 @@ import pytest
 
 from tumble.compare.comparison.against_truth import compare
 from tumble.compare.run.engines.registry import BadEngine
-from tumble.compare.run.participants import launched
+from tumble.compare.run.running_engines import launched
 from tumble.scenarios.read import read_scene
 
 GOOD = """
@@ -46,8 +46,8 @@ def engine_file(tmp_path, *changes: tuple[str, str]) -> str:
 def test_what_an_engine_does_wrong_is_its_status(tmp_path, body):
     path = engine_file(tmp_path, ("def advance(world, n, dt): ", f"def advance(world, n, dt): {body} #"))
     scene = read_scene("brick-tumble")
-    with launched([path, "tumble:rk4"], time_limit=15) as participants:
-        bad, ours = compare(participants, [scene])[0].runs
+    with launched([path, "tumble:rk4"], time_limit=15) as running_engines:
+        bad, ours = compare(running_engines, [scene])[0].runs
     expected = ADVANCES[body].replace("0.05 s", f"{scene.times[0]:g} s")
     assert bad.status.startswith(expected), bad.status
     assert "\n" not in bad.status
@@ -58,8 +58,8 @@ def test_a_worker_that_died_is_replaced_for_the_next_scene(tmp_path):
     die_once = f"def build(scene, method): scene.gravity is None or os._exit(1); return {{}}  # {tmp_path}"
     path = engine_file(tmp_path, ("def build(scene, method): return {}", die_once))
     scenes = [read_scene("die-straight"), read_scene("table-4-1")]
-    with launched([path]) as participants:
-        statuses = [comparison.runs[0].status for comparison in compare(participants, scenes)]
+    with launched([path]) as running_engines:
+        statuses = [comparison.runs[0].status for comparison in compare(running_engines, scenes)]
     assert statuses[0].startswith("crashed: its process ended with code 1")
     assert not statuses[1].startswith("crashed")
 
@@ -101,8 +101,8 @@ def test_an_engine_file_that_cannot_be_used_is_refused_in_one_line(tmp_path, tum
 
 def test_an_engine_may_not_alter_the_scene(tmp_path):
     path = engine_file(tmp_path, ("return {}", "scene.start[0, 0] = 1; return {}"))
-    with launched([path]) as participants:
-        (run,) = compare(participants, [read_scene("table-4-1")])[0].runs
+    with launched([path]) as running_engines:
+        (run,) = compare(running_engines, [read_scene("table-4-1")])[0].runs
     assert run.status.startswith("crashed: ValueError: assignment destination is read-only")
 
 

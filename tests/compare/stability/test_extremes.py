@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tumble.compare.run.flight import fly, legs
-from tumble.compare.run.participants import launched
+from tumble.compare.run.running_engines import launched
 from tumble.compare.stability.extremes import (
     BEST,
     FLOORS,
@@ -103,33 +103,33 @@ def test_the_cases_of_a_page_are_cases_and_short():
 
 def test_our_best_method_holds_every_quick_case(truths):
     engine, _, method = BEST.partition(":")
-    with launched([BEST], 60.0) as (participant,):
-        rows = [extreme(participant, method, CASES[name], truths[name]) for name in QUICK]
+    with launched([BEST], 60.0) as (running_engine,):
+        rows = [extreme(running_engine, method, CASES[name], truths[name]) for name in QUICK]
     assert {row.engine for row in rows} == {engine}
-    assert missed(rows) == [], [(row.scene, row.times_limit) for row in rows]
+    assert missed(rows) == [], [(row.scene, row.error_over_resolution) for row in rows]
     assert {row.verdict for row in rows} == {"stable"}
 
 
 def test_a_miss_is_told():
     row = ExtremeRow("c", "C", *BEST.split(":"), 0.1, 1, "ok", "stable", 1.0, 0.01, FLOORS * 1.01, 1.0, "", 0.2)  # pyright: ignore[reportCallIssue]
     assert missed([row]) == [row]
-    assert missed([replace(row, times_limit=FLOORS)]) == []
-    assert missed([replace(row, times_limit=None)]), "no flight is no success"
+    assert missed([replace(row, error_over_resolution=FLOORS)]) == []
+    assert missed([replace(row, error_over_resolution=None)]), "no flight is no success"
     assert missed([replace(row, engine="mine")]) == [], "others may miss"
 
 
 def test_one_row_a_contestant_with_its_reason(truths):
-    with launched(["tumble:rk4", "mujoco:implicitfast", "handcalc:all-mended"], 60.0) as participants:
+    with launched(["tumble:rk4", "mujoco:implicitfast", "handcalc:all-mended"], 60.0) as running_engines:
         rows = {
-            (name, participant.title): extreme(participant, participant.methods[0], CASES[name], truths[name])
+            (name, running_engine.title): extreme(running_engine, running_engine.methods[0], CASES[name], truths[name])
             for name in ("spin-1e6", "no-impulse")
-            for participant in participants
+            for running_engine in running_engines
         }
     assert rows["spin-1e6", "tumble"].verdict == "diverged"
     assert rows["spin-1e6", "mujoco"].verdict == "damped"
     assert "energy of the spin falls" in rows["spin-1e6", "mujoco"].why
     assert rows["no-impulse", "mujoco"].verdict == rows["no-impulse", "tumble"].verdict == "stable"
-    assert rows["no-impulse", "mujoco"].times_limit < FLOORS
+    assert rows["no-impulse", "mujoco"].error_over_resolution < FLOORS
     refused = rows["spin-1e6", "handcalc"]
     assert (refused.verdict, refused.max_error_m) == ("refused", None)
     assert "Table 4.1" in refused.why
@@ -139,9 +139,10 @@ def test_what_does_not_fit_the_budget_is_told_from_its_first_steps():
     case = CASES["steps-1e8"]
     near = replace(case, duration=10.0, times=np.array([10.0]), step=1e-6)
     true = truth(near)
-    with launched(["mujoco:rk4", "scipy", "tumble:exact"], 60.0) as participants:
+    with launched(["mujoco:rk4", "scipy", "tumble:exact"], 60.0) as running_engines:
         rk4, dop853, exact = (
-            extreme(participant, participant.methods[0], near, true, budget_s=1e-3) for participant in participants
+            extreme(running_engine, running_engine.methods[0], near, true, budget_s=1e-3)
+            for running_engine in running_engines
         )
     for row in (rk4, dop853):
         assert row.verdict == "no-return"
@@ -172,8 +173,8 @@ def test_what_is_too_long_is_the_same_on_a_machine_that_is_busy(tmp_path):
     rows = []
     for name, late_s in (("quiet", "0.0"), ("busy", "0.05")):
         (tmp_path / f"{name}.py").write_text(STEADY.replace("LATE_S", late_s))
-        with launched([str(tmp_path / f"{name}.py")], 60.0) as (participant,):
-            rows.append([too_long(participant, method, case, 0.1) for method in participant.methods])
+        with launched([str(tmp_path / f"{name}.py")], 60.0) as (running_engine,):
+            rows.append([too_long(running_engine, method, case, 0.1) for method in running_engine.methods])
     coasts, crawls, tastes = rows[0]
     assert (coasts, tastes) == (None, None)
     assert crawls.status == "timeout: 5e+05 steps would take 0.5 s of 0.1"
@@ -183,8 +184,8 @@ def test_what_is_too_long_is_the_same_on_a_machine_that_is_busy(tmp_path):
 def test_an_adaptive_method_that_computes_too_long_is_told_so(tmp_path):
     busy = "end = time.process_time() + 0.02\n    while time.process_time() < end: pass"
     (tmp_path / "mine.py").write_text(STEADY.replace("time.sleep(LATE_S)", busy))
-    with launched([str(tmp_path / "mine.py")], 60.0) as (participant,):
-        found = too_long(participant, "tastes", CASES["turns-1e5"], 4.0)
+    with launched([str(tmp_path / "mine.py")], 60.0) as (running_engine,):
+        found = too_long(running_engine, "tastes", CASES["turns-1e5"], 4.0)
     assert found.status.startswith("timeout: 1000 s of flight would take 5"), found
 
 

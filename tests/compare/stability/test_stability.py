@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from patience import PATIENCE_S, until
 
-from tumble.compare.run.participants import Participant, launched
+from tumble.compare.run.running_engines import RunningEngine, launched
 from tumble.compare.run.truths import Answer
 from tumble.compare.stability.columns import (
     FACTORS,
@@ -50,7 +50,7 @@ SPRINGS = str(Path(__file__).parents[2] / "plugins" / "springs.py")
 TETHER = read_scene("tether-undamped")
 SPIN = read_scene("spin-fast")
 
-CELL_COLUMNS = "scene,engine,method,dt_s,parameter,value,status,why,verdict,max_error_m,energy_ratio,limit_m"
+CELL_COLUMNS = "scene,engine,method,dt_s,parameter,value,status,why,verdict,max_error_m,energy_ratio,resolution_m"
 
 
 def known(answer) -> Future:
@@ -64,11 +64,11 @@ def ask(scene: Scene, *contestants: str, factors=(1.0,), true: bool = False) -> 
     own = columns(scene, factors)
     truths = [known(Answer(truth(column.flight(ROWS)) if true else None, "")) for column in own]
     found = {}
-    with launched(contestants, 60.0) as participants:
-        for participant in participants:
-            for method in participant.methods:
-                piece = Trials(participant, method, Question(scene, own, truths)).piece()
-                found[f"{participant.title}:{method}"] = piece
+    with launched(contestants, 60.0) as running_engines:
+        for running_engine in running_engines:
+            for method in running_engine.methods:
+                piece = Trials(running_engine, method, Question(scene, own, truths)).piece()
+                found[f"{running_engine.title}:{method}"] = piece
     return found
 
 
@@ -226,7 +226,7 @@ def test_a_free_spin_is_held_against_the_truth():
     inside = [dt for dt, error in errors.items() if error <= 1e-3]
     assert max(inside) <= rk4.limit.dt_1mm_s < 2 * max(inside)
     assert exact.limit.note == "takes steps of its own"
-    assert all(row.max_error_m <= 10 * row.limit_m for row in exact.rows)
+    assert all(row.max_error_m <= 10 * row.resolution_m for row in exact.rows)
     turned = {row.verdict for row in bullet.rows if row.dt_s * bullet.limit.w_rad_s > 1.0}
     assert turned == {"under-rotated"}
     assert bullet.limit.w_dt_limit == pytest.approx(math.pi / 4, rel=0.1)
@@ -235,13 +235,17 @@ def test_a_free_spin_is_held_against_the_truth():
 # Keeping what is done, and going on.
 
 
-def kept_in(folder: Path, participants: list[Participant], scenes: list[Scene]) -> Store:
-    return store(folder, keys(participants, scenes, []), circumstances(participants, scenes, {}, "tumble stability"))
+def kept_in(folder: Path, running_engines: list[RunningEngine], scenes: list[Scene]) -> Store:
+    return store(
+        folder, keys(running_engines, scenes, []), circumstances(running_engines, scenes, {}, "tumble stability")
+    )
 
 
-def finish(folder: Path, participants: list[Participant], scenes: list[Scene], stop_after: int | None = None) -> str:
+def finish(
+    folder: Path, running_engines: list[RunningEngine], scenes: list[Scene], stop_after: int | None = None
+) -> str:
     """Do all that is not done, or stop as Ctrl-C does after so many pieces; return what was said of the folder."""
-    kept = kept_in(folder, participants, scenes)
+    kept = kept_in(folder, running_engines, scenes)
     said = kept.resume()
     pieces = 0
 
@@ -253,7 +257,7 @@ def finish(folder: Path, participants: list[Participant], scenes: list[Scene], s
             raise KeyboardInterrupt
 
     with suppress(KeyboardInterrupt):
-        stability(participants, scenes, [], keep, done=kept.done)
+        stability(running_engines, scenes, [], keep, done=kept.done)
     kept.write()
     return said
 
@@ -266,31 +270,31 @@ CONTESTANTS = ("tumble:splitting", "tumble:magnus6", "tumble:exact")
 
 
 def test_an_interrupted_run_goes_on_to_the_same_rows(tmp_path):
-    with launched(CONTESTANTS, 60.0) as participants:
-        finish(tmp_path / "parts", participants, [SPIN], stop_after=1)
+    with launched(CONTESTANTS, 60.0) as running_engines:
+        finish(tmp_path / "parts", running_engines, [SPIN], stop_after=1)
     assert len(files(tmp_path / "parts")["limits.csv"].splitlines()) == 1 + 1
-    with launched(CONTESTANTS, 60.0) as participants:
-        said = finish(tmp_path / "parts", participants, [SPIN])
+    with launched(CONTESTANTS, 60.0) as running_engines:
+        said = finish(tmp_path / "parts", running_engines, [SPIN])
         assert "has 1 of 3 already" in said
-        finish(tmp_path / "whole", participants, [SPIN])
+        finish(tmp_path / "whole", running_engines, [SPIN])
         assert files(tmp_path / "parts") == files(tmp_path / "whole")
         (header, *_) = files(tmp_path / "whole")["stability.csv"].splitlines()
         assert header == CELL_COLUMNS
-        assert "has 3 of 3 already" in kept_in(tmp_path / "whole", participants, [SPIN]).resume()
+        assert "has 3 of 3 already" in kept_in(tmp_path / "whole", running_engines, [SPIN]).resume()
 
 
 def test_what_was_measured_under_other_conditions_does_not_count(tmp_path):
     other = replace(SPIN, body=replace(SPIN.body, mass=3.0))
-    with launched(["tumble:exact"], 60.0) as participants:
-        finish(tmp_path, participants, [SPIN])
-        assert "begun anew: scene spin-fast was" in kept_in(tmp_path, participants, [other]).resume()
+    with launched(["tumble:exact"], 60.0) as running_engines:
+        finish(tmp_path, running_engines, [SPIN])
+        assert "begun anew: scene spin-fast was" in kept_in(tmp_path, running_engines, [other]).resume()
         with (tmp_path / "limits.csv").open("a") as file:
             file.write("half a row")
-        damaged = kept_in(tmp_path, participants, [SPIN])
+        damaged = kept_in(tmp_path, running_engines, [SPIN])
         assert "is damaged, and is begun anew: limits.csv: line 3" in damaged.resume()
         assert damaged.done == frozenset()
-    with launched(["tumble:exact", "tumble:rk4"], 60.0) as participants:
-        assert "begun anew: engine tumble was" in kept_in(tmp_path, participants, [SPIN]).resume()
+    with launched(["tumble:exact", "tumble:rk4"], 60.0) as running_engines:
+        assert "begun anew: engine tumble was" in kept_in(tmp_path, running_engines, [SPIN]).resume()
 
 
 def test_ctrl_c_keeps_what_was_done(tmp_path):

@@ -15,21 +15,21 @@ from tumble.compare.judge.errors import Run
 from tumble.compare.judge.orders import Rung, local_orders
 from tumble.compare.run.engines.registry import Finding
 from tumble.compare.run.flight import Trajectory
-from tumble.compare.run.participants import launched
+from tumble.compare.run.running_engines import launched
 from tumble.compare.run.timing.readings import PROCESS, Reading, round_robin
 from tumble.compare.run.timing.timer import Pace, Ready, Timer
-from tumble.compare.sweep.frontier import (
+from tumble.compare.sweep.pareto_front import (
     TARGETS_M,
+    accuracy_cost_rows,
     by_contestant,
-    digit_rows,
-    frontier,
+    equivalent_rows,
     order_rows,
+    pareto_front,
     reach,
-    same_rows,
     work_precision_rows,
 )
 from tumble.compare.sweep.results import measured
-from tumble.compare.sweep.schemas import DigitRow
+from tumble.compare.sweep.schemas import AccuracyCostRow
 from tumble.compare.sweep.work_precision import Effort, Sweep, Timed, at_floor, climb, rungs, sweep
 from tumble.reports.sweep_text import cost
 from tumble.scenarios.frames import vertices
@@ -40,15 +40,13 @@ SCENE = replace(read_scene("two-hits"), impulses=(), times=np.array([1.0]), dura
 TRUTH = truth(SCENE)
 
 
-def planted(dt: float, off_m: float, flight_ns: float, method="planted", notes=(), factors=(1.0, 1.0)) -> Timed:
+def planted(dt: float, off_m: float, run_ns: float, method="planted", notes=(), factors=(1.0, 1.0)) -> Timed:
     """Return a run that is off by a known distance and took a known time, its halves that many times as long."""
     states = TRUTH.states.copy()
     states[1:, :, 0] += off_m
     flight = Trajectory(SCENE.rows, states, vertices(states, SCENE.body.points), round(1 / dt), 1e-3, notes)
-    samples = np.repeat(factors, 10) * flight_ns * dt
-    return Timed(
-        Run(SCENE, "mine", method, dt, flight, TRUTH), flight_ns, Reading(samples), True, Ready(0.0, 0.0, 0.0, 0)
-    )
+    samples = np.repeat(factors, 10) * run_ns * dt
+    return Timed(Run(SCENE, "mine", method, dt, flight, TRUTH), run_ns, Reading(samples), True, Ready(0.0, 0.0, 0.0, 0))
 
 
 def ladder(order: float, constant: float, count=12, method="planted", speed=1.0) -> list[Timed]:
@@ -80,7 +78,7 @@ def test_the_order_is_read_off_the_steps_that_were_taken():
     assert row.order == pytest.approx(2, abs=1e-3)
     steps = {(each.dt_s, each.dt_taken_s) for each in work_precision_rows(of(cut))}
     assert steps == {(1 / count, 1 / (count + 1)) for count in counts}
-    (digit,) = (each for each in digit_rows(of(cut), "mine:planted") if each.target_m == 1e-3)
+    (digit,) = (each for each in accuracy_cost_rows(of(cut), "mine:planted") if each.target_m == 1e-3)
     assert (digit.dt_s, digit.dt_taken_s) == (1 / 4, 1 / 5)
 
 
@@ -107,9 +105,9 @@ def test_where_smaller_steps_stop_paying():
 
 def test_what_a_digit_costs_is_interpolated_on_the_frontier():
     # error = 1e-2 dt, time = 100/dt ns: 1e-3 m at dt = 0.1 takes 1000 ns, between the measured 1/8 and 1/16.
-    verdict, flight_ns, run = reach(ladder(1, 1e-2), 1e-3)
+    verdict, run_ns, run = reach(ladder(1, 1e-2), 1e-3)
     assert (verdict, run.run.dt) == ("reached", 1 / 16)
-    assert flight_ns == pytest.approx(1000.0)
+    assert run_ns == pytest.approx(1000.0)
 
 
 def test_nothing_is_extrapolated():
@@ -121,12 +119,12 @@ def test_nothing_is_extrapolated():
 def test_a_flagged_run_never_counts():
     flagged = planted(0.5, 1e-9, 1.0, notes=(Finding("clamped", "clamped"),))
     assert reach([flagged, *ladder(1, 1e-2)], 1e-9) == ("not reached", None, None)
-    assert flagged not in frontier([flagged, *ladder(1, 1e-2)])
+    assert flagged not in pareto_front([flagged, *ladder(1, 1e-2)])
 
 
 def test_a_costlier_run_with_no_smaller_error_is_not_on_the_frontier():
     good, bad = planted(0.5, 1e-3, 10.0), planted(0.25, 1e-3, 20.0)
-    assert frontier([bad, good]) == [good]
+    assert pareto_front([bad, good]) == [good]
 
 
 def test_errors_below_the_limit_are_the_limit():
@@ -135,7 +133,7 @@ def test_errors_below_the_limit_are_the_limit():
 
 def test_ratios_are_quoted_against_one_contestant_with_their_interval():
     slow, fast = ladder(1, 1e-2, method="slow"), ladder(1, 1e-2, method="fast", speed=4.0)
-    rows = {(row.method, row.target_m): row for row in digit_rows(of(slow + fast), "mine:fast")}
+    rows = {(row.method, row.target_m): row for row in accuracy_cost_rows(of(slow + fast), "mine:fast")}
     row = rows["slow", 1e-3]
     assert row.ratio == pytest.approx(4.0)
     assert row.ratio_low < 4.0 < row.ratio_high
@@ -144,12 +142,12 @@ def test_ratios_are_quoted_against_one_contestant_with_their_interval():
     assert (rows["slow", 1e-12].ratio, rows["slow", 1e-12].no_ratio) == (None, "")
 
 
-def slow_rows(factors: tuple[float, float]) -> list[DigitRow]:
+def slow_rows(factors: tuple[float, float]) -> list[AccuracyCostRow]:
     """What is said of a contestant whose samples are by turns so many times as long as those of another."""
     fast = ladder(1, 1e-2, method="fast", speed=4.0)
     steps = [each.run.dt for each in fast]
     wild = [planted(dt, 1e-2 * dt, 100.0 / dt, "slow", (), factors) for dt in steps]
-    return [row for row in digit_rows(of(wild + fast), "mine:fast") if row.method == "slow" and row.flight_us]
+    return [row for row in accuracy_cost_rows(of(wild + fast), "mine:fast") if row.method == "slow" and row.run_us]
 
 
 def test_a_ratio_that_is_hardly_known_is_told_as_its_interval():
@@ -170,16 +168,16 @@ def test_what_has_no_time_is_on_no_frontier_and_costs_nobody_else_a_row(factors)
     wild = [planted(each.run.dt, 1e-4 * each.run.dt, 1e-3, "wild", (), factors) for each in honest]
     beside = of(wild + honest)
     assert list(work_precision_rows(beside)) == list(work_precision_rows(alone))
-    assert any(row.frontier for row in work_precision_rows(beside))
-    assert list(digit_rows(beside, "mine:planted")) == list(digit_rows(alone, "mine:planted"))
+    assert any(row.pareto_front for row in work_precision_rows(beside))
+    assert list(accuracy_cost_rows(beside, "mine:planted")) == list(accuracy_cost_rows(alone, "mine:planted"))
 
 
 def test_what_is_untimed_says_so_at_every_digit():
     honest, wild = ladder(1, 1e-2), ladder(1, 1e-2, method="wild")
     why = "untimed: the clock stood still while it was timed: load 1.0 on 2 cores"
     found = Sweep(SCENE, tuple(honest), tuple(each.run for each in wild), {"mine:wild": why})
-    rows = [row for row in digit_rows(found, "mine:planted") if row.method == "wild"]
-    assert [(row.target_m, row.verdict, row.flight_us, row.no_ratio) for row in rows] == [
+    rows = [row for row in accuracy_cost_rows(found, "mine:planted") if row.method == "wild"]
+    assert [(row.target_m, row.verdict, row.run_us, row.no_ratio) for row in rows] == [
         (target, "untimed", None, why) for target in TARGETS_M
     ]
     assert {cost(row) for row in rows} == {"untimed"}
@@ -187,9 +185,9 @@ def test_what_is_untimed_says_so_at_every_digit():
 
 def test_one_integrator_under_two_names_is_found():
     a, b, c = (ladder(1, 1e-2, method=name) for name in "abc")
-    b = [planted(each.run.dt, 1e-2 * each.run.dt + 1e-9, each.flight_ns, "b") for each in b]
-    c = [planted(each.run.dt, -1e-2 * each.run.dt, each.flight_ns, "c") for each in c]
-    (row,) = same_rows(of(a + b + c))
+    b = [planted(each.run.dt, 1e-2 * each.run.dt + 1e-9, each.run_ns, "b") for each in b]
+    c = [planted(each.run.dt, -1e-2 * each.run.dt, each.run_ns, "c") for each in c]
+    (row,) = equivalent_rows(of(a + b + c))
     assert (row.contestant_a, row.contestant_b) == ("mine:a", "mine:b")
 
 
@@ -229,9 +227,9 @@ def test_the_clock_reads_a_known_ratio():
 
 @pytest.fixture(scope="module")
 def real() -> Sweep:
-    with launched(["tumble:rk4", "mujoco:euler", "mujoco:rk4", "pybullet:multibody"]) as participants:
-        assert next(rungs(participants[0], SCENE, "rk4")) == ("rk4", 1.0)
-        return sweep(participants, SCENE)
+    with launched(["tumble:rk4", "mujoco:euler", "mujoco:rk4", "pybullet:multibody"]) as running_engines:
+        assert next(rungs(running_engines[0], SCENE, "rk4")) == ("rk4", 1.0)
+        return sweep(running_engines, SCENE)
 
 
 def test_a_real_ladder_has_four_rungs_a_decade(real):
@@ -246,14 +244,16 @@ def test_real_orders_and_equals_are_found(real):
     assert orders["tumble:rk4"] == pytest.approx(4, abs=0.2)
     assert orders["mujoco:rk4"] == pytest.approx(4, abs=0.2)
     assert orders["mujoco:euler"] == pytest.approx(1, abs=0.2)
-    assert {(row.contestant_a, row.contestant_b) for row in same_rows(real)} == {("mujoco:euler", "pybullet:multibody")}
+    assert {(row.contestant_a, row.contestant_b) for row in equivalent_rows(real)} == {
+        ("mujoco:euler", "pybullet:multibody")
+    }
 
 
 def test_every_timed_run_has_its_row_with_the_clocks_time(real):
     rows = list(work_precision_rows(real))
     assert [row.error_m for row in rows] == [each.error_m for each in real.timed]
-    assert all(0 < row.flight_us <= row.p90_flight_us for row in rows)
-    assert all(row.flight_us == pytest.approx(row.steps * row.step_ns / 1e3) for row in rows)
+    assert all(0 < row.run_us <= row.p90_run_us for row in rows)
+    assert all(row.run_us == pytest.approx(row.steps * row.step_ns / 1e3) for row in rows)
     per_step = {(row.engine, row.method): set() for row in rows}
     for row in rows:
         per_step[row.engine, row.method].add(round(row.step_ns, 6))  # pyright: ignore[reportCallIssue]

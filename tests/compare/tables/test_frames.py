@@ -15,7 +15,7 @@ from tumble.compare.tables.known import tables
 from tumble.compare.tables.schema import BadTable
 from tumble.compare.tables.shared import RUNS, RunRow
 
-RUN = RunRow("s", "e", "m", 0.1, None, 10, "ok", "", 1e-5, limit_m=-0.0)
+RUN = RunRow("s", "e", "m", 0.1, None, 10, "ok", "", 1e-5, resolution_m=-0.0)
 ABSENT = RunRow("s", "gone", "", math.nan, 1e-9, None, "missing", "no wheel")
 
 
@@ -58,7 +58,7 @@ def test_rows_come_back_with_their_dtypes():
     for again in read.values():
         assert again.equals(made)
         assert again.dtypes.equals(made.dtypes)
-        assert math.copysign(1, again.limit_m[0]) == -1
+        assert math.copysign(1, again.resolution_m[0]) == -1
 
 
 @pytest.mark.parametrize("table", tables().values(), ids=lambda table: table.file)

@@ -10,7 +10,7 @@ import pytest
 from patience import PATIENCE_S
 
 from tumble.compare.run.provenance import ConditionRow
-from tumble.compare.sweep.schemas import CLOCK, ClockRow
+from tumble.compare.sweep.schemas import CLOCK, TimingRow
 from tumble.compare.tables import store as room
 from tumble.compare.tables.files import DRAFTS, READY, place, settle, write_folder, write_whole
 from tumble.compare.tables.frames import frame
@@ -23,8 +23,8 @@ UNDER = [ConditionRow("command", "tumble sweep a b"), ConditionRow("numpy", "2.0
 def made(scene: str) -> dict:
     return {
         "runs.csv": frame(RUNS, [RunRow(scene, "mine", "m", 0.1, None, 10, "ok", "", 1e-3, wall_s=1 / 3)]),
-        "clock.csv": frame(
-            CLOCK, [ClockRow(scene, "mine", "m", None, "step", 1.0, 2.0, 3.0, "wall", "it waits", 4.0, 5.0, 6.0, 7, 8)]
+        "timing.csv": frame(
+            CLOCK, [TimingRow(scene, "mine", "m", None, "step", 1.0, 2.0, 3.0, "wall", "it waits", 4.0, 5.0, 6.0, 7, 8)]
         ),
     }
 
@@ -77,7 +77,7 @@ DAMAGE = {
 }
 
 
-@pytest.mark.parametrize("name", ["runs.csv", "clock.csv", "conditions.csv"])
+@pytest.mark.parametrize("name", ["runs.csv", "timing.csv", "conditions.csv"])
 @pytest.mark.parametrize("damage", DAMAGE)
 def test_damage_is_seen_taken_for_nothing_and_mended(tmp_path, name, damage):
     kept(tmp_path, "a", "b")

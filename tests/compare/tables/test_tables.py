@@ -10,7 +10,7 @@ from tumble.compare.tables.trajectory import trajectory_header
 
 def test_many_throws_have_a_first_column():
     assert trajectory_header(8, 1)[:2] == ["t_s", "x_m"]
-    assert trajectory_header(8, 2)[:2] == ["throw", "t_s"]
+    assert trajectory_header(8, 2)[:2] == ["member", "t_s"]
     assert trajectory_header(3, 1)[-1] == "v2z_m"
 
 

@@ -350,7 +350,7 @@ def test_the_curves_end_with_the_errors_of_the_table(session, until):
     until(lambda: session.throw.is_complete)
     _, curves = errors_over_time(session.throw)
     for row in error_rows(session.throw, len(session.throw.scene.times), None):
-        assert curves[row.contestant][-1] == max(row.off_m, row.limit_m)
+        assert curves[row.contestant][-1] == max(row.off_m, row.resolution_m)
 
 
 def test_the_vertex_named_is_the_one_that_is_told_of(session, until):

@@ -29,7 +29,7 @@ class Halted(Exception):
 
 
 @dataclass(eq=False)
-class Participant:
+class RunningEngine:
     """An engine that takes part: its name or file, its methods, its info or why it has none, and its worker.
 
     title: its name in tables; named: those of the methods that were asked for by name, which run whatever the scene;
@@ -93,14 +93,14 @@ class Participant:
         return None if isinstance(self.info, Failure) else self.info.tolerance(method)
 
     def fly(
-        self, scene: Scene, method: str, dt: float, keep: frozenset[str] = frozenset(), untold: bool = False
+        self, scene: Scene, method: str, dt: float, keep: frozenset[str] = frozenset(), no_progress: bool = False
     ) -> Trajectory | Failure:
         """Return the flight, dt [s], or why there is none.
 
         keep: what of its OPTIONAL the engine is to build; untold: whether it is to fly a start as well that it is not
         told of, which finds those that look the answer up.  Raises Halted.
         """
-        return self.unsupported(scene) or self.ensure_running() or self.worker.fly(scene, method, dt, keep, untold)
+        return self.unsupported(scene) or self.ensure_running() or self.worker.fly(scene, method, dt, keep, no_progress)
 
     def prepare_timer(
         self, key: str, scene: Scene, method: str, pace: Pace, keep: frozenset[str] = frozenset()
@@ -146,10 +146,10 @@ class Participant:
             raise Halted
 
 
-def flights(participants: Iterable[Participant], scenes: Iterable[Scene]) -> int:
+def flights(running_engines: Iterable[RunningEngine], scenes: Iterable[Scene]) -> int:
     """Return how many pairs there are of a method and a scene that it takes part in."""
-    participants = list(participants)
-    return sum(len(participant.methods_for(scene)) for scene in scenes for participant in participants)
+    running_engines = list(running_engines)
+    return sum(len(running_engine.methods_for(scene)) for scene in scenes for running_engine in running_engines)
 
 
 def split(item: str) -> tuple[str, str]:
@@ -224,9 +224,9 @@ def is_tolerance(method: str, info: EngineInfo) -> bool:
         return False
 
 
-def truth_limit(participants: Sequence[Participant]) -> float:
+def truth_limit(running_engines: Sequence[RunningEngine]) -> float:
     """Return the wall time that each part of a truth may take [s]: as long as an answer of an engine."""
-    return max((participant.worker.time_limit for participant in participants), default=TIME_LIMIT_S)
+    return max((running_engine.worker.time_limit for running_engine in running_engines), default=TIME_LIMIT_S)
 
 
 @contextmanager
@@ -236,7 +236,7 @@ def launched(
     memory_limit: int = MEMORY_LIMIT,
     few: bool = False,
     beside: Iterable[str] = (),
-) -> Iterator[list[Participant]]:
+) -> Iterator[list[RunningEngine]]:
     """Give who takes part, each with a process of its own, and end the processes afterwards, whatever happened.
 
     asked: ENGINE[:METHOD] ..., nothing for every engine of ours; time_limit [s] for each answer of an engine;
@@ -252,15 +252,15 @@ def launched(
             raise BadEngine(f"{one} and {other} are one file: name it once")
     # All are started before any is waited for: importing the engines takes longest.
     workers = [Worker(engine, time_limit, memory_limit) for engine in engines]
-    participants: list[Participant] = []
+    running_engines: list[RunningEngine] = []
     try:
         for worker, (engine, methods) in zip(workers, engines.items(), strict=True):
             info = worker.describe()
             taking_part, asked_by_name = chosen(engine, methods, info, few), frozenset(filter(None, methods))
-            participants.append(
-                Participant(engine, named[engine], taking_part, asked_by_name, info, worker, unasked=not asked)
+            running_engines.append(
+                RunningEngine(engine, named[engine], taking_part, asked_by_name, info, worker, unasked=not asked)
             )
-        yield participants
+        yield running_engines
     finally:
-        for worker in {*workers, *(participant.worker for participant in participants)}:
+        for worker in {*workers, *(running_engine.worker for running_engine in running_engines)}:
             worker.close()

@@ -12,7 +12,14 @@ from tumble.compare.judge.errors import Run
 from tumble.compare.judge.orders import ASYMPTOTIC, LAST, Rung, local_orders, parts
 from tumble.compare.run.precision import precision
 from tumble.compare.run.timing.readings import ratio
-from tumble.compare.sweep.schemas import ClockRow, DigitRow, OrderRow, SameRow, ThrowsRow, WorkPrecisionRow
+from tumble.compare.sweep.schemas import (
+    AccuracyCostRow,
+    EnsembleRow,
+    EquivalentRow,
+    OrderRow,
+    TimingRow,
+    WorkPrecisionRow,
+)
 from tumble.compare.sweep.work_precision import Sweep
 from tumble.compare.tables.runs import step_of
 from tumble.compare.tables.shared import worded
@@ -21,13 +28,13 @@ UNTIMED = "untimed"
 TARGETS_M = (1e-3, 1e-6, 1e-9, 1e-12)
 
 
-def throws_rows(sweep: Sweep) -> Iterator[ThrowsRow]:
+def ensemble_rows(sweep: Sweep) -> Iterator[EnsembleRow]:
     """Yield the spread over the throws of every plain run, where there are many."""
     if len(sweep.scene.start) > 1:
         for each in usable(sweep.timed):
             quantiles = pd.Series(each.run.throws_errors).quantile([0.05, 0.5, 0.95]).tolist()
             key = sweep.scene.name, each.run.engine, each.run.method
-            yield ThrowsRow(*key, *step_of(each.run), len(sweep.scene.start), *quantiles)
+            yield EnsembleRow(*key, *step_of(each.run), len(sweep.scene.start), *quantiles)
 
 
 def usable(timed: Sequence[Timed]) -> list[Timed]:
@@ -45,13 +52,13 @@ def by_contestant(timed: Sequence[Timed]) -> dict[tuple[str, str], list[Timed]]:
     found: dict[tuple[str, str], list[Timed]] = {}
     for each in timed:
         found.setdefault((each.run.engine, each.run.method.partition("@")[0]), []).append(each)
-    return {name: sorted(own, key=lambda each: each.flight_ns) for name, own in found.items()}
+    return {name: sorted(own, key=lambda each: each.run_ns) for name, own in found.items()}
 
 
-def frontier(timed: Sequence[Timed]) -> list[Timed]:
+def pareto_front(timed: Sequence[Timed]) -> list[Timed]:
     """Return the runs that no cheaper run equals, the cheapest first: where error falls as time rises."""
     kept: list[Timed] = []
-    for each in sorted(usable(clocked(timed)), key=lambda each: (each.flight_ns, each.error_m)):
+    for each in sorted(usable(clocked(timed)), key=lambda each: (each.run_ns, each.error_m)):
         if not kept or each.error_m < kept[-1].error_m:
             kept.append(each)
     return kept
@@ -59,40 +66,40 @@ def frontier(timed: Sequence[Timed]) -> list[Timed]:
 
 def reach(timed: Sequence[Timed], target_m: float) -> tuple[str, float | None, Timed | None]:
     """Return the verdict, the flight's time [ns] at which the error is reached, and the first run that reaches it."""
-    edge = frontier(timed)
+    edge = pareto_front(timed)
     fine = next((each for each in edge if each.error_m <= target_m), None)
     if fine is None:
         return "not reached", None, None
     place = edge.index(fine)
     if place == 0:
-        return "at most", fine.flight_ns, fine
+        return "at most", fine.run_ns, fine
     coarse = edge[place - 1]
     share = math.log(coarse.error_m / target_m) / math.log(coarse.error_m / fine.error_m)
-    return "reached", coarse.flight_ns * (fine.flight_ns / coarse.flight_ns) ** share, fine
+    return "reached", coarse.run_ns * (fine.run_ns / coarse.run_ns) ** share, fine
 
 
-def digit_rows(sweep: Sweep, reference: str) -> Iterator[DigitRow]:
+def accuracy_cost_rows(sweep: Sweep, reference: str) -> Iterator[AccuracyCostRow]:
     """Yield what each digit costs each contestant over the reference contestant ENGINE:METHOD, or why it is untimed."""
     contestants = by_contestant(clocked(sweep.timed))
     own = contestants.get((reference.partition(":")[0], reference.partition(":")[2]), [])
     for (engine, method), timed in contestants.items():
         for target in TARGETS_M:
-            verdict, flight_ns, run = reach(timed, target)
+            verdict, run_ns, run = reach(timed, target)
             _, own_ns, own_run = reach(own, target)
             found = None
-            if run is not None and own_run is not None and flight_ns is not None and own_ns is not None:
+            if run is not None and own_run is not None and run_ns is not None and own_ns is not None:
                 found = ratio(run.reading, own_run.reading)
                 if not found.refusal:
                     # Both times are their readings' times what lies between two runs.
-                    found *= flight_ns / own_ns * own_run.reading.ns / run.reading.ns
+                    found *= run_ns / own_ns * own_run.reading.ns / run.reading.ns
             told = found if found and not found.refusal else None
-            yield DigitRow(
+            yield AccuracyCostRow(
                 sweep.scene.name,
                 engine,
                 method,
                 target,
                 verdict,
-                None if flight_ns is None else flight_ns / 1e3,
+                None if run_ns is None else run_ns / 1e3,
                 *step_reached(run),
                 1e9 / run.reading.ns if run is not None and run.per_step and run.reading.ns else None,
                 reference,
@@ -103,7 +110,7 @@ def digit_rows(sweep: Sweep, reference: str) -> Iterator[DigitRow]:
     yield from untimed_rows(sweep, reference)
 
 
-def untimed_rows(sweep: Sweep, reference: str) -> Iterator[DigitRow]:
+def untimed_rows(sweep: Sweep, reference: str) -> Iterator[AccuracyCostRow]:
     """Yield the reason, once for each digit, of every contestant that ran and has no time at all."""
     contestants = by_contestant(clocked(sweep.timed))
     why = {
@@ -115,7 +122,7 @@ def untimed_rows(sweep: Sweep, reference: str) -> Iterator[DigitRow]:
         if (engine, method) not in contestants:
             for target in TARGETS_M:
                 key = sweep.scene.name, engine, method, target
-                yield DigitRow(*key, UNTIMED, None, None, None, None, reference, None, no_ratio=reason)
+                yield AccuracyCostRow(*key, UNTIMED, None, None, None, None, reference, None, no_ratio=reason)
 
 
 def step_reached(timed: Timed | None) -> tuple[float | None, float | None]:
@@ -157,11 +164,11 @@ def order_rows(sweep: Sweep) -> Iterator[OrderRow]:
         )
 
 
-def clock_rows(sweep: Sweep) -> Iterator[ClockRow]:
+def timing_rows(sweep: Sweep) -> Iterator[TimingRow]:
     """Yield what the clock said, once a contestant."""
     for each in {each.run.name: each for each in sweep.timed}.values():
         reading = each.reading
-        yield ClockRow(
+        yield TimingRow(
             sweep.scene.name,
             each.run.engine,
             each.run.method,
@@ -179,7 +186,7 @@ def clock_rows(sweep: Sweep) -> Iterator[ClockRow]:
         )
 
 
-def same_rows(sweep: Sweep) -> Iterator[SameRow]:
+def equivalent_rows(sweep: Sweep) -> Iterator[EquivalentRow]:
     """Yield the pairs of fixed-step contestants that are one integrator, found from the numbers."""
     ladders = {
         (engine, method): {each.run.dt: each.run for each in usable(timed) if each.per_step}
@@ -190,11 +197,13 @@ def same_rows(sweep: Sweep) -> Iterator[SameRow]:
         shared = sorted(ladders[a].keys() & ladders[b].keys())
         apart = [float(np.linalg.norm(ladders[a][dt].errors - ladders[b][dt].errors, axis=-1).max()) for dt in shared]
         least = [min(float(ladders[name][dt].distances.max()) for name in (a, b)) for dt in shared]
-        telling = [limit_m < SHARED * worst for limit_m, worst in zip(limits(ladders[a], shared), least, strict=True)]
+        telling = [
+            resolution_m < SHARED * worst for resolution_m, worst in zip(limits(ladders[a], shared), least, strict=True)
+        ]
         if any(telling) and all(
             gap < SHARED * worst for gap, worst, tells in zip(apart, least, telling, strict=True) if tells
         ):
-            yield SameRow(sweep.scene.name, *a, *b, sum(telling), max(apart))
+            yield EquivalentRow(sweep.scene.name, *a, *b, sum(telling), max(apart))
 
 
 def limits(ladder: dict[float, Run], steps: Sequence[float]) -> list[float]:
@@ -204,10 +213,10 @@ def limits(ladder: dict[float, Run], steps: Sequence[float]) -> list[float]:
 
 def work_precision_rows(sweep: Sweep) -> Iterator[WorkPrecisionRow]:
     """Yield error and time of every run that has a time."""
-    edge = {id(each) for each in frontier(sweep.timed)}
+    edge = {id(each) for each in pareto_front(sweep.timed)}
     for each in clocked(sweep.timed):
         run, reading = each.run, each.reading
-        flight_us, steps = each.flight_ns / 1e3, run.flight.steps if each.per_step else None
+        run_us, steps = each.run_ns / 1e3, run.flight.steps if each.per_step else None
         yield WorkPrecisionRow(
             sweep.scene.name,
             run.engine,
@@ -217,9 +226,9 @@ def work_precision_rows(sweep: Sweep) -> Iterator[WorkPrecisionRow]:
             *worded(run.status),
             each.error_m,
             float(run.limits.max()),
-            flight_us,
-            flight_us * reading.spread[1] / reading.ns,
-            None if steps is None else each.flight_ns / steps,
+            run_us,
+            run_us * reading.spread[1] / reading.ns,
+            None if steps is None else each.run_ns / steps,
             reading.clock,
             id(each) in edge,
             run.dt_taken,

@@ -8,7 +8,7 @@ import pytest
 
 from tumble.__main__ import main
 from tumble.compare.run.engines.registry import BadEngine
-from tumble.compare.run.participants import launched, titles
+from tumble.compare.run.running_engines import launched, titles
 from tumble.scenarios.read import read_scene
 
 ENGINE = """
@@ -78,8 +78,8 @@ def test_a_record_of_both_can_be_asked_about_one(tmp_path, monkeypatch, capsys):
 
 
 def methods_of(*asked: str) -> dict[str, tuple[str, ...]]:
-    with launched(asked) as participants:
-        return {one.title: one.methods for one in participants}
+    with launched(asked) as running_engines:
+        return {one.title: one.methods for one in running_engines}
 
 
 def test_an_engine_asked_for_as_a_whole_and_by_a_method_takes_part_with_all_of_it_once():
@@ -105,8 +105,8 @@ def test_default_is_what_an_engine_does_where_nobody_sets_anything(tmp_path):
     """MuJoCo's flags move no flight here, and its default is Euler; PyBullet damps unless told not to."""
     (tmp_path / "mine.py").write_text(ENGINE.format(version=1, speed=1.0))
     asked = ("mujoco", "mujoco:rk4", "pybullet", "pybullet:multibody+defaults", "handcalc", str(tmp_path / "mine.py"))
-    with launched(asked) as participants:
-        roles = {f"{one.title}:{method}": one.role(method) for one in participants for method in one.methods}
+    with launched(asked) as running_engines:
+        roles = {f"{one.title}:{method}": one.role(method) for one in running_engines for method in one.methods}
     assert {name for name, role in roles.items() if role == "default"} == {
         "mujoco:euler",
         "pybullet:multibody+defaults",
