@@ -3,12 +3,21 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
-from tumble.compare.grade.hypotheses.engines import ENGINES, GYROSCOPIC, LATE, ROTATION, Flown, Law, combinations, table
+from tumble.compare.grade.hypotheses.engine_schemes import (
+    ENGINES,
+    GYROSCOPIC,
+    LATE,
+    ROTATION,
+    Flown,
+    Law,
+    combinations,
+    table,
+)
 from tumble.compare.grade.hypotheses.explanation import Explanation, Mistake, Mistakes
-from tumble.compare.grade.hypotheses.law_hypotheses import Laws
-from tumble.compare.grade.search.damped import Damped
+from tumble.compare.grade.hypotheses.scheme_hypotheses import Laws
+from tumble.compare.grade.search.damping_search import Damped
+from tumble.compare.grade.search.evaluator import Flights
 from tumble.compare.grade.search.fitting import Fitter
-from tumble.compare.grade.search.flights import Flights
 
 # Laws that are looked at closely, of those that leave least.
 FINALISTS = 3

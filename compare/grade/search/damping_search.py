@@ -9,12 +9,21 @@ from functools import cached_property
 from itertools import product
 from math import log
 
-from tumble.compare.grade.hypotheses.engines import DECAYS, GYROSCOPIC, LATE, PLACES, ROTATION, Damping, Flown, Law
+from tumble.compare.grade.hypotheses.engine_schemes import (
+    DECAYS,
+    GYROSCOPIC,
+    LATE,
+    PLACES,
+    ROTATION,
+    Damping,
+    Flown,
+    Law,
+)
 from tumble.compare.grade.hypotheses.explanation import Explanation, Mistakes
-from tumble.compare.grade.hypotheses.law_hypotheses import Laws
-from tumble.compare.grade.model.kernel.laws import AFTER_FORCES, AS_FORCE, EXPONENTIALLY, LINEARLY
+from tumble.compare.grade.hypotheses.scheme_hypotheses import Laws
+from tumble.compare.grade.model.kernel.dynamics import AFTER_FORCES, AS_FORCE, EXPONENTIALLY, LINEARLY
+from tumble.compare.grade.search.evaluator import Flights
 from tumble.compare.grade.search.fitting import Fitter
-from tumble.compare.grade.search.flights import Flights
 
 # Schemes that are fitted, of all at their first rates; and of these those whose damping is put elsewhere in the step.
 FITTED, PLACED = 12, 2

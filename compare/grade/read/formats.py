@@ -1,4 +1,4 @@
-"""Other formats of a trajectory, brought into plain CSV for `tumble.compare.grade.read.foreign`, a line at a time.
+"""Other formats of a trajectory, brought into plain CSV for `tumble.compare.grade.read.trajectory`, a line at a time.
 
 Numbers keep the text that they were written in, so that their printed digits can still be told.
 """

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tumble.compare.grade.measure.residual import Kept, Measured
+from tumble.compare.grade.measure.errors import Kept, Measured
 from tumble.scenarios.frames import Array
 from tumble.scenarios.scene import Scene
 

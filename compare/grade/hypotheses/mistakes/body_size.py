@@ -7,7 +7,7 @@ from itertools import permutations
 import numpy as np
 
 from tumble.compare.grade.hypotheses.hypothesis import Hypothesis, Question, choice, grid
-from tumble.compare.grade.model.account import Account, with_writing
+from tumble.compare.grade.model.program_model import Account, with_writing
 from tumble.scenarios.frames import Array
 from tumble.scenarios.mass import box
 from tumble.scenarios.scene import Impulse

@@ -8,8 +8,8 @@ from pathlib import Path
 from tumble.compare.grade.read.block import Block
 from tumble.compare.grade.read.columns import AnglesUnread, Answer, BadTrajectory, Unsaid, parsed
 from tumble.compare.grade.read.conventions import WORLD, Reading
-from tumble.compare.grade.read.foreign import Trajectory
-from tumble.compare.grade.read.offers import map_option
+from tumble.compare.grade.read.suggestions import map_option
+from tumble.compare.grade.read.trajectory import Trajectory
 from tumble.scenarios.scene import Scene
 
 # Questions about one file: columns, units, the scalar, the decimal sign, the clock, angles.

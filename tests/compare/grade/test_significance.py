@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tumble.compare.grade.measure.noise import FITTED, Scale, chosen, independent, relation, root_mean_square
+from tumble.compare.grade.measure.significance import FITTED, Scale, chosen, independent, relation, root_mean_square
 
 SCALE = Scale(numbers=600, floor_m=1e-6, size_m=0.3, floors_m=np.full((100, 3), 1e-6 / np.sqrt(3.0)))
 

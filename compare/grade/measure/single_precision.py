@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from tumble.compare.grade.model.account import SEARCHING, Account
-from tumble.compare.grade.model.kernel.laws import BIASED, EXPONENTIAL, RESCALED, ROUNDED, Scheme
+from tumble.compare.grade.model.kernel.dynamics import BIASED, EXPONENTIAL, RESCALED, ROUNDED, Scheme
+from tumble.compare.grade.model.program_model import SEARCHING, Account
 from tumble.scenarios.frames import Array
 
 # What rounding after every step moves the vertices by, and what it could if all of it went one way, times so much: an

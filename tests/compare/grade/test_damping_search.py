@@ -9,8 +9,8 @@ import pytest
 from programs import Program, fly, read, write
 
 from tumble.compare.grade.grade import EXPLAINED_WHOLLY, grade
-from tumble.compare.grade.model.kernel.laws import EXPONENTIALLY, IMPLICITLY, LINEARLY
-from tumble.compare.grade.search.damped import as_rate
+from tumble.compare.grade.model.kernel.dynamics import EXPONENTIALLY, IMPLICITLY, LINEARLY
+from tumble.compare.grade.search.damping_search import as_rate
 from tumble.reports.grade import evidence
 from tumble.scenarios.read import read_scene, scene_path
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from tumble.compare.grade.hypotheses.hypothesis import Hypothesis, Question, choice, grid
 from tumble.compare.grade.hypotheses.mistakes.axes import axis_names, signed_permutations
-from tumble.compare.grade.model.account import Pose, Writing, with_writing
+from tumble.compare.grade.model.program_model import Pose, Writing, with_writing
 from tumble.scenarios.frames import Array, rotation_matrix
 
 EARTH_RAD_S = 7.292115e-5

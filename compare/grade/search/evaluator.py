@@ -7,12 +7,12 @@ import numpy as np
 
 from tumble.compare.grade.hypotheses.explanation import Explanation, Mistake, Mistakes
 from tumble.compare.grade.hypotheses.hypothesis import Hypothesis, Question
-from tumble.compare.grade.hypotheses.mistakes.writings import WRITTEN
-from tumble.compare.grade.measure.noise import Scale, chosen, relation, root_mean_square
-from tumble.compare.grade.measure.residual import Kept, golden
-from tumble.compare.grade.measure.single import single_floor
-from tumble.compare.grade.model.account import FINE, RIGHT, SEARCHING, Account, Pose
-from tumble.compare.grade.model.kernel.laws import RUNGE_KUTTA, SMOOTH
+from tumble.compare.grade.hypotheses.mistakes.output import WRITTEN
+from tumble.compare.grade.measure.errors import Kept, golden
+from tumble.compare.grade.measure.significance import Scale, chosen, relation, root_mean_square
+from tumble.compare.grade.measure.single_precision import single_floor
+from tumble.compare.grade.model.kernel.dynamics import RUNGE_KUTTA, SMOOTH
+from tumble.compare.grade.model.program_model import FINE, RIGHT, SEARCHING, Account, Pose
 from tumble.scenarios.frames import Array
 
 # Rows that a search takes, of those kept, and a first look of these.

@@ -5,9 +5,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from tumble.compare.grade.measure.conserved import posed
-from tumble.compare.grade.measure.hits import hits
+from tumble.compare.grade.measure.contacts import hits
+from tumble.compare.grade.measure.errors import Kept, Measured
 from tumble.compare.grade.measure.offset import Offset
-from tumble.compare.grade.measure.residual import Kept, Measured
 from tumble.scenarios.frames import Array, turned_by
 from tumble.scenarios.scene import Scene
 

@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tumble.compare.grade.model.account import ALONG_ARCS, FINE, STRAIGHT, Clock, Stroke, truthful, with_writing
-from tumble.compare.grade.model.kernel.laws import (
+from tumble.compare.grade.model.kernel.dynamics import (
     EXPLICIT,
     EXPONENTIALLY,
     IMPLICITLY,
@@ -16,6 +15,7 @@ from tumble.compare.grade.model.kernel.laws import (
     QUATERNION,
     Scheme,
 )
+from tumble.compare.grade.model.program_model import ALONG_ARCS, FINE, STRAIGHT, Clock, Stroke, truthful, with_writing
 from tumble.scenarios.read import read_scene
 from tumble.scenarios.truth import truth
 

@@ -36,7 +36,7 @@ from tumble.compare.grade.read.conventions import (
 from tumble.compare.grade.read.digits import Digits, alike, digits, rounded_times, shared_place
 from tumble.compare.grade.read.even_clock import EXACT, EvenClock, PrintedClock, even_clock
 from tumble.compare.grade.read.header import layout, shown
-from tumble.compare.grade.read.offers import angles_of, map_option, map_options
+from tumble.compare.grade.read.suggestions import angles_of, map_option, map_options
 from tumble.scenarios.format import printable, short
 from tumble.scenarios.frames import Array, rotation_matrix
 from tumble.scenarios.scene import Scene

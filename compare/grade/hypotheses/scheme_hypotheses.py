@@ -5,12 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from tumble.compare.grade.hypotheses.engines import DECAYS, GYROSCOPIC, PLACES, ROTATION, Damping, Flown
+from tumble.compare.grade.hypotheses.engine_schemes import DECAYS, GYROSCOPIC, PLACES, ROTATION, Damping, Flown
 from tumble.compare.grade.hypotheses.explanation import Mistake, Mistakes
 from tumble.compare.grade.hypotheses.hypothesis import NEAR, Hypothesis, Question
 from tumble.compare.grade.hypotheses.mistakes.forces import RATES, damping_rates
-from tumble.compare.grade.model.account import ALONG_ARCS, Account, Clock, Stroke
-from tumble.compare.grade.model.kernel.laws import AS_FORCE, Scheme
+from tumble.compare.grade.model.kernel.dynamics import AS_FORCE, Scheme
+from tumble.compare.grade.model.program_model import ALONG_ARCS, Account, Clock, Stroke
 
 # Powers of e that a body loses in a flight at the greatest rate that is fitted: its first eighth shows that.
 MOST_DAMPED = 40.0

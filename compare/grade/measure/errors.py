@@ -10,7 +10,7 @@ from tumble.compare.grade.model.reference import Reference
 from tumble.compare.grade.read.block import Block, vertices_of
 from tumble.compare.grade.read.columns import CENTRE, MATRIX, QUATERNION, SPIN, BadTrajectory, Shown
 from tumble.compare.grade.read.even_clock import EXACT, EvenClock
-from tumble.compare.grade.read.foreign import Trajectory
+from tumble.compare.grade.read.trajectory import Trajectory
 from tumble.compare.run.progress import Progress, ProgressCallback, no_progress
 from tumble.scenarios.frames import Array, vertices
 from tumble.scenarios.scene import Scene

@@ -11,7 +11,7 @@ from tumble.compare.grade.model.reference import Reference
 from tumble.compare.grade.read.block import vertices_of
 from tumble.compare.grade.read.columns import AnglesUnread, BadTrajectory
 from tumble.compare.grade.read.conventions import AXES, EULER
-from tumble.compare.grade.read.said import Said
+from tumble.compare.grade.read.reading_options import Said
 from tumble.scenarios.scene import Scene
 
 # A convention fits where the vertices of half of the first rows are within this share of the body of the truth; others

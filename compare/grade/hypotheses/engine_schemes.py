@@ -12,7 +12,7 @@ from itertools import product
 import numpy as np
 
 from tumble.compare.grade.hypotheses.hypothesis import NEAR, Question
-from tumble.compare.grade.model.kernel.laws import (
+from tumble.compare.grade.model.kernel.dynamics import (
     AFTER_FORCES,
     AS_FORCE,
     BACKWARD,

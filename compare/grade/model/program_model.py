@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from tumble.compare.engines.tumble import forces_of
-from tumble.compare.grade.model.kernel.laws import (
+from tumble.compare.grade.model.kernel.dynamics import (
     AS_FORCE,
     AS_THE_BODY,
     BEGIN,
