@@ -1,6 +1,11 @@
 // What changed from one folder of tables to another: runs, and what they were measured on.
 
-function changesSection(host) {
+import { nameOf, rows } from "./data.js";
+import { make } from "./dom.js";
+import { counted, si, times } from "./numbers.js";
+import { foldedTable } from "./table.js";
+
+export function changesSection(host) {
   const runs = rows("changed-runs.csv");
   const conditions = rows("changed-conditions.csv").filter((row) => row.what !== "command");
   const fresh = runs.filter((row) => row.status_before === "not there");

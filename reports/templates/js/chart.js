@@ -1,17 +1,26 @@
 // Charts in SVG: marks and labels at the ends of lines, the truth's limit, one cursor and one pointer for all figures.
 
-const FONT = 12;
+import { CONTESTANTS, CROSS, inkOf } from "./contestants.js";
+import { draw, make, whenThemeChanges } from "./dom.js";
+import { figure } from "./numbers.js";
+import { figureTools } from "./save.js";
+import { followHighlight, highlight, show, shown } from "./selection.js";
+import { follow } from "./state.js";
+import { showTooltip } from "./tooltip.js";
+
+export const FONT = 12;
 const LABEL_GAP = 14;
+
 // A curve that leaves the plain ones this far behind leaves the chart too, so that they can still be told apart.
 const HEADROOM = 300;
 
 /** What words beside a chart take of its width, a good half at most. */
-function roomFor(labels, width) {
+export function roomFor(labels, width) {
   return Math.min(14 + 6.8 * Math.max(0, ...labels.map((label) => label.length)), 0.55 * width);
 }
 
 /** A scale from values to pixels, with its ticks. */
-function scale({ log }, [least, most], [from, to]) {
+export function scale({ log }, [least, most], [from, to]) {
   const f = log ? Math.log10 : (value) => value;
   const [a, b] = [f(least), f(most)];
   const place = (value) => from + ((f(value) - a) / (b - a || 1)) * (to - from);
@@ -55,13 +64,14 @@ function thinned(ticks, pixels) {
  * limit: [{x, y}], below which an error says nothing; under(frame): what is drawn first; among(names): who of those
  * shown is drawn here; cursor: {get(), set(x)}; id: its address; most: where y ends at most, and what is above stands.
  */
-function chart(host, { id, label, x, y, series, limit = [], under = () => [], cursor = null, height: least = 300, range = null, joined = true, most = Infinity }) {
+export function chart(host, { id, label, x, y, series, limit = [], under = () => [], cursor = null, height: least = 300, range = null, joined = true, most = Infinity }) {
   const svg = draw("svg", { class: "chart", role: "group", "aria-label": label, id });
   const box = make("figure", { class: "chart-box" }, svg, figureTools(id, () => svg));
   host.append(box);
   const all = series();
   let width = 0;
   let frame = null;
+  const fadeOthers = followHighlight(svg);
 
   function render() {
     width = Math.max(280, Math.round(box.clientWidth));
@@ -88,7 +98,7 @@ function chart(host, { id, label, x, y, series, limit = [], under = () => [], cu
     svg.append(...(legend.beside ? labels(drawn, area) : legend.draw(0, height + 8)));
     svg.append(draw("rect", { class: "touch", x: area.left, y: area.top, width: area.right - area.left, height: area.bottom - area.top, fill: "transparent" }));
     moveCursor();
-    mark();
+    fadeOthers();
   }
 
   function framed(drawn, area) {
@@ -147,7 +157,7 @@ function chart(host, { id, label, x, y, series, limit = [], under = () => [], cu
   }
 
   function curve(one, number) {
-    const { hue, dash, mark: shape } = FIELD.get(one.name);
+    const { hue, dash, mark: shape } = CONTESTANTS.get(one.name);
     const group = draw("g", { class: "curve", "data-name": one.name });
     const line = joined ? one.points.filter((point) => point.plain || !one.points.some((other) => other.plain)) : [];
     if (line.length > 1)
@@ -185,8 +195,8 @@ function chart(host, { id, label, x, y, series, limit = [], under = () => [], cu
       const begin = area.right + 8;
       return labelOf(
         name,
-        draw("path", { d: `M${Math.min(from[0] + 5, area.right + 4).toFixed(1)},${Math.min(Math.max(from[1], area.top), area.bottom).toFixed(1)}L${begin},${at.toFixed(1)}`, fill: "none", stroke: `var(${FIELD.get(name).hue})`, "stroke-opacity": 0.35 }),
-        draw("path", { transform: `translate(${begin + 6} ${at.toFixed(1)}) scale(3.4)`, d: FIELD.get(name).mark, ...inkOf(name) }),
+        draw("path", { d: `M${Math.min(from[0] + 5, area.right + 4).toFixed(1)},${Math.min(Math.max(from[1], area.top), area.bottom).toFixed(1)}L${begin},${at.toFixed(1)}`, fill: "none", stroke: `var(${CONTESTANTS.get(name).hue})`, "stroke-opacity": 0.35 }),
+        draw("path", { transform: `translate(${begin + 6} ${at.toFixed(1)}) scale(3.4)`, d: CONTESTANTS.get(name).mark, ...inkOf(name) }),
         draw("text", { x: begin + 14, y: (at + 4).toFixed(1), fill: "var(--ink)", "font-size": FONT - 0.5 }, name),
       );
     });
@@ -211,10 +221,6 @@ function chart(host, { id, label, x, y, series, limit = [], under = () => [], cu
     line.setAttribute("x2", at);
   }
 
-  function mark() {
-    for (const part of svg.querySelectorAll("[data-name]")) part.setAttribute("opacity", picked && picked !== part.dataset.name ? 0.15 : 1);
-  }
-
   /** The nearest point under the pointer, if it is near. */
   function nearest(event) {
     const area = svg.getBoundingClientRect();
@@ -236,18 +242,17 @@ function chart(host, { id, label, x, y, series, limit = [], under = () => [], cu
   svg.addEventListener("pointermove", (event) => {
     if (!event.target.classList.contains("touch")) return;
     const { best, px } = nearest(event);
-    pick(best?.name ?? "");
-    tell(best ? [best.name, ...best.point.told] : null, event);
+    highlight(best?.name ?? "");
+    showTooltip(best ? [best.name, ...best.point.told] : null, event);
     if (cursor && event.buttons) cursor.set(frame.X.back(px));
   });
   svg.addEventListener("pointerdown", (event) => {
     if (cursor && event.target.classList.contains("touch")) cursor.set(frame.X.back(nearest(event).px));
   });
   svg.addEventListener("pointerleave", () => {
-    pick("");
-    tell(null);
+    highlight("");
+    showTooltip(null);
   });
-  pickers.add(mark);
   whenThemeChanges(render);
   new ResizeObserver(() => Math.round(box.clientWidth) !== width && box.clientWidth && render()).observe(box);
   follow(["show", "tol"], render);
@@ -265,10 +270,10 @@ function labelOf(name, ...children) {
       role: "button",
       "aria-label": `${name}: press to hide, with shift to show alone`,
       cursor: "pointer",
-      pointerenter: () => pick(name),
-      pointerleave: () => pick(""),
-      focus: () => pick(name),
-      blur: () => pick(""),
+      pointerenter: () => highlight(name),
+      pointerleave: () => highlight(""),
+      focus: () => highlight(name),
+      blur: () => highlight(""),
       keydown: (event) => {
         if (event.key !== "Enter" && event.key !== " ") return;
         event.preventDefault();
@@ -292,7 +297,7 @@ function labelOf(name, ...children) {
  * Names with their marks: beside a figure of that width where they take no more than a share of it, else below it.
  * Returns the room they take there, and draw(x, y), which puts the first of them there.
  */
-function legendOf(names, width, share) {
+export function legendOf(names, width, share) {
   const wide = 34 + 6.4 * Math.max(8, ...names.map((name) => name.length));
   const beside = wide < share * width ? wide : 0;
   const columns = beside ? 1 : Math.max(1, Math.floor(width / wide));
@@ -301,7 +306,7 @@ function legendOf(names, width, share) {
     labelOf(
       name,
       draw("rect", { x, y: y - 9, width: wide - 8, height: 18, fill: "transparent" }),
-      draw("path", { transform: `translate(${x + 8} ${y}) scale(3.4)`, d: FIELD.get(name).mark, ...inkOf(name) }),
+      draw("path", { transform: `translate(${x + 8} ${y}) scale(3.4)`, d: CONTESTANTS.get(name).mark, ...inkOf(name) }),
       draw("text", { x: x + 17, y: y + 4, fill: "var(--ink)", "font-size": FONT - 0.5 }, name),
     );
   return {
@@ -314,21 +319,9 @@ function legendOf(names, width, share) {
 
 function hide(name) {
   show([...shown()].filter((other) => other !== name));
-  tell(null);
+  showTooltip(null);
 }
 
 function isolate(name) {
   show([name]);
-}
-
-/** What the pointer rests on, in words beside it. */
-const teller = make("div", { id: "told", role: "status", hidden: true });
-function tell(lines, event) {
-  teller.hidden = !lines;
-  if (!lines) return;
-  teller.replaceChildren(make("b", {}, lines[0]), ...lines.slice(1).map((line) => make("div", {}, line)));
-  const { innerWidth } = window;
-  const wide = teller.offsetWidth;
-  teller.style.left = `${Math.min(event.clientX + 14, innerWidth - wide - 8)}px`;
-  teller.style.top = `${event.clientY + 16}px`;
 }

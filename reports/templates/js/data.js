@@ -1,10 +1,10 @@
 // The tables as the page carries them, and the films: all that is drawn comes from here.
 
-const DATA = JSON.parse(document.getElementById("data").textContent);
+export const DATA = JSON.parse(document.getElementById("data").textContent);
 const NUMBERS = { Infinity: Infinity, "-Infinity": -Infinity, NaN: NaN };
 
 /** Rows of a table, as objects of its columns; none where the page has no such table. */
-function rows(name) {
+export function rows(name) {
   const table = DATA.tables[name];
   if (!table) return [];
   table.rows ??= Array.from({ length: table.length }, (_, at) =>
@@ -21,31 +21,31 @@ function cell(column, at) {
 }
 
 /** ENGINE:METHOD[@TOLERANCE] of any row that has both. */
-function nameOf(row) {
+export function nameOf(row) {
   return row.method ? `${row.engine}:${row.method}` : row.engine;
 }
 
 /** The contestant a row is of, whatever its tolerance. */
-function contestantOf(row) {
+export function contestantOf(row) {
   return row.method ? `${row.engine}:${row.method.split("@")[0]}` : row.engine;
 }
 
 /** A run's error as it can be told: not below the truth's limit [m]; null where there is none. */
-function errorOf(row) {
+export function errorOf(row) {
   return row.max_error_m === null ? null : Math.max(row.max_error_m, row.resolution_m ?? 0);
 }
 
 /** What was found: the rows of findings.csv of that name, of one scene or of all. */
-function findings(name, scene = null) {
+export function findings(name, scene = null) {
   return rows("findings.csv").filter((row) => row.finding === name && (scene === null || row.scene === scene));
 }
 
 /** A finding's number as it can be told: not below the truth's limit. */
-function toldValue(row) {
+export function findingValue(row) {
   return row.value === null ? null : Math.max(row.value, row.resolution ?? 0);
 }
 
-function groupBy(list, key) {
+export function groupBy(list, key) {
   const found = new Map();
   for (const item of list) {
     const own = key(item);

@@ -1,8 +1,17 @@
 // Extreme cases: a board like the first one; a cell opens what became of that run, and the command that runs it again.
 
-// Verdicts of runs that end with finite numbers which physics does not allow, as a cell has room for them.
-const SILENT = { clamped: "clamped", reset: "reset", frozen: "froze", "lost-torque": "no torque", "under-rotated": "lags", drifting: "drifts", damped: "damped" };
+import { brokenName, markOf } from "./contestants.js";
+import { contestantOf, findings, groupBy, nameOf, rows } from "./data.js";
+import { make } from "./dom.js";
+import { MINUS, counted, figure, given, listed, si } from "./numbers.js";
+import { highlight, shown } from "./selection.js";
+import { copyLinkButton, copyTextButton, follow } from "./state.js";
+import { foldedTable } from "./table.js";
+import { showTooltip } from "./tooltip.js";
+import { SILENT_VERDICTS, STABILITY_VERDICTS, tintOf } from "./verdicts.js";
+
 const CLOSE = 0.01; // of the body's size: what counts as accurate here, for bodies of a micrometre and of a thousand km
+
 const CASE_VERDICTS = {
   exact: ["◉", "indistinguishable from the truth"],
   within: ["●", "within 1 % of the body's size"],
@@ -16,7 +25,7 @@ const CASE_VERDICTS = {
 
 /** What became of one run of an extreme case, as a kind of CASE_VERDICTS. */
 function caseKind(row) {
-  if (row.verdict in SILENT) return "flagged";
+  if (row.verdict in SILENT_VERDICTS) return "flagged";
   if (row.verdict === "diverged") return "diverged";
   if (row.verdict === "no-return") return row.why.includes("would take") ? "late" : "failed";
   if (row.verdict === "refused") return row.status === "crashed" ? "failed" : "skipped";
@@ -26,25 +35,13 @@ function caseKind(row) {
 
 /** The error of a run as a share of the body's size, short. */
 function caseFigure(row, kind) {
-  if (kind === "flagged") return SILENT[row.verdict];
+  if (kind === "flagged") return SILENT_VERDICTS[row.verdict];
   if (kind === "exact" || row.max_error_m === null || !Number.isFinite(row.max_error_m)) return "";
   const share = row.max_error_m / row.size_m;
   return share >= 0.001 ? `${figure(100 * share, share < 0.1 ? 1 : 2)}%` : share.toExponential(0).replace("-", MINUS);
 }
 
-/** The first sentence's clause on stiff scenes and extreme cases; nothing where there are none. */
-function stiffClause() {
-  const [known] = findings("limits with theory");
-  const [near] = findings("limits as in theory");
-  const [cases] = findings("extreme cases");
-  const said = [];
-  if (known) said.push([" On ", placeLink("stability", "stiff scenes"), `, ${near.value === known.value ? "all" : `${near.value} of`} ${counted(known.value, "measured step limit")} ${known.value === 1 ? "is that" : "are those"} of theory`]);
-  const silent = findings("silent failures").filter((row) => [undefined, contestantOf(row)].includes(firstOf(row.engine)));
-  if (silent.length) said.push([said.length ? "; of " : ` On stiff scenes, of `, `${cases.value} `, placeLink("extremes", "extreme cases"), ` ${listed(silent.slice(0, 2).map((row, at) => `${ENGINE_DEFAULTS.has(row.engine) ? row.engine : contestantOf(row)}${at ? "" : " gets"} ${row.value}${at ? "" : " wrong without an error"}`))}`]);
-  return said.length ? [...said.flat(), "."] : [];
-}
-
-function extremeSection(host) {
+export function extremeSection(host) {
   const cases = [...groupBy(rows("extremes.csv"), (row) => row.scene).values()].map(([first]) => first);
   const runs = new Map(rows("extremes.csv").map((row) => [`${contestantOf(row)} ${row.scene}`, row]));
   const told = make("div", { class: "case-told", role: "status", id: "case-told" });
@@ -73,7 +70,7 @@ function extremeSection(host) {
     make("p", { class: "key" }, make("span", {}, "numbers: largest vertex error over the body's size"), Object.entries(CASE_VERDICTS).filter(([kind]) => kinds.has(kind)).map(([kind, [glyph, words]]) => make("span", {}, make("span", { class: `glyph v-${kind}`, "aria-hidden": "true" }, glyph), ` ${words}`))),
   );
   const tellCase = (row) => {
-    told.replaceChildren(...caseInWords(row));
+    told.replaceChildren(...caseDetail(row));
     for (const cell of body.querySelectorAll("button")) cell.setAttribute("aria-pressed", cell.dataset.case === caseId(row));
   };
   follow(["show", "tol"], () => {
@@ -87,8 +84,8 @@ function extremeSection(host) {
       ...scored.map(({ name, own, sound }) =>
         make(
           "tr",
-          { id: `extreme-board-${name}`, "data-name": name, pointerenter: () => pick(name), pointerleave: () => pick("") },
-          make("th", { scope: "row", class: "name" }, markOf(name), make("span", {}, brokenName(name)), linkTo(`extreme-board-${name}`)),
+          { id: `extreme-board-${name}`, "data-name": name, pointerenter: () => highlight(name), pointerleave: () => highlight("") },
+          make("th", { scope: "row", class: "name" }, markOf(name), make("span", {}, brokenName(name)), copyLinkButton(`extreme-board-${name}`)),
           make("td", { class: "score" }, `${sound}/${own.length}`),
           cases.map((one) => caseCell(runs.get(`${name} ${one.scene}`), tellCase)),
         ),
@@ -109,10 +106,10 @@ function caseCell(row, tellCase) {
   const [glyph, words] = CASE_VERDICTS[kind];
   return make(
     "td",
-    { class: `cell v-${kind} ${tintOf(kind, row.max_error_m / (CLOSE * row.size_m))}`, pointermove: (event) => tell([nameOf(row), `${row.title}: ${words}`, "press for the reason and the command"], event), pointerleave: () => tell(null) },
+    { class: `cell v-${kind} ${tintOf(kind, row.max_error_m / (CLOSE * row.size_m))}`, pointermove: (event) => showTooltip([nameOf(row), `${row.title}: ${words}`, "press for the reason and the command"], event), pointerleave: () => showTooltip(null) },
     make(
       "button",
-      { type: "button", class: "case", "data-case": caseId(row), "aria-pressed": "false", "aria-label": `${nameOf(row)}, ${row.scene}: ${STABILITY[row.verdict]?.[1] ?? row.verdict}`, click: () => (tell(null), tellCase(row)) },
+      { type: "button", class: "case", "data-case": caseId(row), "aria-pressed": "false", "aria-label": `${nameOf(row)}, ${row.scene}: ${STABILITY_VERDICTS[row.verdict]?.[1] ?? row.verdict}`, click: () => (showTooltip(null), tellCase(row)) },
       make("span", { class: "glyph", "aria-hidden": "true" }, glyph),
       make("span", { class: "figure" }, caseFigure(row, kind)),
     ),
@@ -137,15 +134,15 @@ function roving(body) {
 }
 
 /** What became of one run, why, and how to run it again. */
-function caseInWords(row) {
+function caseDetail(row) {
   const kind = caseKind(row);
   const error = row.max_error_m === null ? "" : Number.isFinite(row.max_error_m) ? `The largest vertex error is ${si(row.max_error_m, "m", 2)} on a body that reaches ${si(row.size_m, "m", 2)} from its centre. ` : "";
   const energy = kind === "flagged" && row.energy_ratio !== null && Number.isFinite(row.energy_ratio) ? `It ends with ${figure(row.energy_ratio, 2)} times the energy that physics leaves there. ` : "";
-  const verdict = kind === "flagged" ? `${STABILITY[row.verdict][1]}, and its loop ended as usual` : kind === "late" ? "not run to its end" : (STABILITY[row.verdict]?.[1] ?? row.verdict);
+  const verdict = kind === "flagged" ? `${STABILITY_VERDICTS[row.verdict][1]}, and its loop ended as usual` : kind === "late" ? "not run to its end" : (STABILITY_VERDICTS[row.verdict]?.[1] ?? row.verdict);
   const command = `tumble stability ${row.scene} -e ${nameOf(row)}`;
   return [
     make("p", {}, markOf(contestantOf(row)), " ", make("b", {}, nameOf(row)), ` in “${row.title}”, step ${given(row.dt_s)} s: ${verdict}. ${error}${energy}`, row.why ? make("span", { class: "note" }, `${row.why[0].toUpperCase()}${row.why.slice(1)}.`) : ""),
-    make("p", {}, "Run it again: ", make("code", {}, command), copies(command)),
+    make("p", {}, "Run it again: ", make("code", {}, command), copyTextButton(command)),
   ];
 }
 
@@ -168,7 +165,7 @@ function extremeTable(host) {
     columns: [
       { key: "scene", label: "case", words: true, show: (row) => row.title || row.scene, sort: (row) => row.scene },
       { key: "method", label: "contestant", words: true, show: nameOf, sort: nameOf },
-      { key: "verdict", label: "result", words: true, show: (row) => STABILITY[row.verdict]?.[1] ?? row.verdict },
+      { key: "verdict", label: "result", words: true, show: (row) => STABILITY_VERDICTS[row.verdict]?.[1] ?? row.verdict },
       { key: "max_error_m", label: "error", unit: "m" },
       { key: "error_over_resolution", label: "over the truth's limit" },
       { key: "why", label: "why", words: true },

@@ -1,9 +1,12 @@
 // Films: where the truth and the contestants are at any time, from the frames that the page carries.
 
+import { DATA, rows } from "./data.js";
+import { dot, normalOf, product } from "./vectors.js";
+
 const films = new Map();
 
 /** The film of a scene, read when it is first asked for; null where there is none. */
-function filmOf(scene) {
+export function filmOf(scene) {
   if (!films.has(scene)) films.set(scene, DATA.films[scene] ? readFilm(scene, DATA.films[scene]) : null);
   return films.get(scene);
 }
@@ -49,7 +52,7 @@ function readFilm(scene, packed) {
 }
 
 /** The frame before a time and how far it is to the next, 0 to 1. */
-function between(film, time) {
+export function frameAt(film, time) {
   const { t } = film;
   if (time >= t.at(-1)) return [t.length - 2, 1];
   let at = 0;
@@ -65,21 +68,21 @@ function hermite(p, m, q, n, h, s, blow) {
 }
 
 /** The truth at a time: x, unit q. */
-function truthAt(film, time) {
-  const [at, s] = between(film, time);
+export function truthAt(film, time) {
+  const [at, s] = frameAt(film, time);
   const [a, b] = [film.truth[at], film.truth[at + 1]];
   if (!b) return { x: [...a.subarray(0, 3)], q: [...a.subarray(3, 7)] };
   const h = film.t[at + 1] - film.t[at];
   const blow = film.blows.has(at + 1);
   const x = [0, 1, 2].map((i) => hermite(a[i], a[7 + i], b[i], b[7 + i], h, s, blow));
-  const [da, db] = [turning(a), turning(b)];
+  const [da, db] = [rateOf(a), rateOf(b)];
   const q = [0, 1, 2, 3].map((i) => hermite(a[3 + i], da[i], b[3 + i], db[i], h, s, blow));
   const length = Math.hypot(...q);
   return { x, q: q.map((value) => value / length) };
 }
 
 /** q' = w q / 2, w in world axes. */
-function turning(frame) {
+function rateOf(frame) {
   const [qw, qx, qy, qz] = frame.subarray(3, 7);
   const [wx, wy, wz] = frame.subarray(10, 13);
   return [
@@ -90,17 +93,8 @@ function turning(frame) {
   ];
 }
 
-function product([pw, px, py, pz], [qw, qx, qy, qz]) {
-  return [
-    pw * qw - px * qx - py * qy - pz * qz,
-    pw * qx + px * qw + py * qz - pz * qy,
-    pw * qy - px * qz + py * qw + pz * qx,
-    pw * qz + px * qy - py * qx + pz * qw,
-  ];
-}
-
 /** The body's points at a pose. */
-function placedPoints(points, { x, q: [w, a, b, c] }) {
+export function placedPoints(points, { x, q: [w, a, b, c] }) {
   const m = [
     [1 - 2 * (b * b + c * c), 2 * (a * b - w * c), 2 * (a * c + w * b)],
     [2 * (a * b + w * c), 1 - 2 * (a * a + c * c), 2 * (b * c - w * a)],
@@ -110,13 +104,13 @@ function placedPoints(points, { x, q: [w, a, b, c] }) {
 }
 
 /** Where a contestant's points are: the truth moved by its own deviation, which is told between frames in proportion. */
-function pointsOf(film, name, time, truth = truthAt(film, time)) {
+export function pointsOf(film, name, time, truth = truthAt(film, time)) {
   const one = film.others.get(name);
-  const [at, s] = between(film, time);
+  const [at, s] = frameAt(film, time);
   if (!one || at >= one.frames.length || (s > 0 && at + 1 >= one.frames.length)) return null;
   if (one.vertices) {
     const [a, b] = [one.vertices[at], one.vertices[Math.min(at + 1, one.vertices.length - 1)]];
-    return bent(film, a, b, at, s, truth);
+    return deformedPoints(film, a, b, at, s, truth);
   }
   const a = one.frames[at];
   const b = one.frames[Math.min(at + 1, one.frames.length - 1)];
@@ -125,7 +119,7 @@ function pointsOf(film, name, time, truth = truthAt(film, time)) {
 }
 
 /** q q_true^-1 of a contestant, a share s of the way from one frame to the next. */
-function relativeAt(one, at, s) {
+export function relativeAt(one, at, s) {
   const a = one.frames[at];
   const b = one.frames[Math.min(at + 1, one.frames.length - 1)];
   const sign = a[3] * b[3] + a[4] * b[4] + a[5] * b[5] + a[6] * b[6] < 0 ? -1 : 1;
@@ -135,7 +129,7 @@ function relativeAt(one, at, s) {
 }
 
 /** A body that is no longer rigid: its vertices' deviations from the truth, in proportion between two frames. */
-function bent(film, a, b, at, s, truth) {
+function deformedPoints(film, a, b, at, s, truth) {
   const true_a = placedPoints(film.points, truthAt(film, film.t[at]));
   const true_b = placedPoints(film.points, truthAt(film, film.t[Math.min(at + 1, film.t.length - 1)]));
   return placedPoints(film.points, truth).map((point, vertex) =>
@@ -161,24 +155,4 @@ function edgesOf(film) {
     if (!flat) edges.push({ ends: key.split(" ").map(Number), faces: [a, b ?? a] });
   }
   return edges;
-}
-
-function dot(a, b) {
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-function cross(a, b) {
-  return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-}
-
-function minus(a, b) {
-  return [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
-}
-
-/** The unit normal of a face whose corners go round counter-clockwise from outside. */
-function normalOf(corners) {
-  const across = corners.length > 3 ? [minus(corners[2], corners[0]), minus(corners[3], corners[1])] : [minus(corners[1], corners[0]), minus(corners[2], corners[0])];
-  const normal = cross(...across);
-  const length = Math.hypot(...normal) || 1;
-  return normal.map((value) => value / length);
 }

@@ -1,15 +1,24 @@
 // A player: one clock a scene, shared by its stage, its slider and the cursors of its charts.
 
+import { filled, make, reducedMotion, whenThemeChanges } from "./dom.js";
+import { filmOf } from "./film.js";
+import { figure } from "./numbers.js";
+import { figureTools } from "./save.js";
+import { drawMoment, drawWith } from "./stage.js";
+import { choose, follow, state } from "./state.js";
+import { SvgPen } from "./svg-pen.js";
+
 const PLAYS_S = 6; // a film of any length, unless it lasts about that long by itself
+
 const clocks = new Map();
 
 /** The clock of a scene's film. */
-function clockOf(scene) {
+export function clockOf(scene) {
   if (!clocks.has(scene)) clocks.set(scene, new Clock(filmOf(scene)));
   return clocks.get(scene);
 }
 
-class Clock {
+export class Clock {
   /** name: under which the address has its time; begins: the time it has until then. */
   constructor(film, name = film.scene, begins = 0) {
     this.scene = film.scene;
@@ -66,7 +75,7 @@ function paceOf(clock) {
  * id: its address; ghosts(): who flies beside the truth; label: what is to be seen; alone: draw one contestant solid,
  * without the truth; clock: its own, where it has one.
  */
-function player(host, scene, { id, ghosts, label, alone = false, controls = true, autoplay = false, clock = clockOf(scene) }) {
+export function player(host, scene, { id, ghosts, label, alone = false, controls = true, autoplay = false, clock = clockOf(scene) }) {
   const film = filmOf(scene);
   const canvas = make("canvas", { id, class: "stage", role: "img", "aria-label": label });
   host.append(canvas);
@@ -83,7 +92,7 @@ function player(host, scene, { id, ghosts, label, alone = false, controls = true
   new IntersectionObserver((entries) => {
     inView = entries.at(-1).isIntersecting;
     if (!inView && autoplay) clock.pause();
-    else if (inView && autoplay && !stillness.matches && !state.t[clock.name]) clock.play();
+    else if (inView && autoplay && !reducedMotion.matches && !state.t[clock.name]) clock.play();
     paint();
   }).observe(canvas);
   clock.followers.add(paint);

@@ -1,9 +1,18 @@
 // The polhode: the angular momentum as the body sees it, a curve on the ellipsoid of its energy.
 
+import { CONTESTANTS } from "./contestants.js";
+import { draw, make } from "./dom.js";
+import { filmOf, frameAt, relativeAt, truthAt } from "./film.js";
+import { clockOf } from "./player.js";
+import { figureTools } from "./save.js";
+import { RIGHTWARDS, TOWARDS_EYE, UPWARDS } from "./stage.js";
+import { follow } from "./state.js";
+import { dot, product, rotated } from "./vectors.js";
+
 const STEPS = 600; // of a curve: a film's frames alone would be corners
 
 /** Put the polhode of a scene into host; nothing where the body's moments leave nothing to see. */
-function polhode(host, scene, ghosts) {
+export function polhode(host, scene, ghosts) {
   const film = filmOf(scene);
   const { i1_kg_m2: i1, i2_kg_m2: i2, i3_kg_m2: i3 } = film.body;
   const moments = [i1, i2, i3];
@@ -53,7 +62,7 @@ function polhode(host, scene, ghosts) {
     curves.replaceChildren(
       ...ghosts().flatMap((name) => {
         const own = film.others.get(name)?.momentum ? along(name) : [];
-        return own.length > 1 ? curveOf(own, `var(${FIELD.get(name).hue})`, 1.6, name) : [];
+        return own.length > 1 ? curveOf(own, `var(${CONTESTANTS.get(name).hue})`, 1.6, name) : [];
       }),
       ...curveOf(truth, "var(--ink)", 2.6, "truth"),
     );
@@ -62,7 +71,7 @@ function polhode(host, scene, ghosts) {
   function moveDots() {
     const points = [
       ["truth", momentumAt(film, null, clock.time), "var(--ink)"],
-      ...ghosts().map((name) => [name, film.others.get(name)?.momentum && momentumAt(film, name, clock.time), `var(${FIELD.get(name)?.hue})`]),
+      ...ghosts().map((name) => [name, film.others.get(name)?.momentum && momentumAt(film, name, clock.time), `var(${CONTESTANTS.get(name)?.hue})`]),
     ];
     dots.replaceChildren(
       ...points
@@ -78,26 +87,19 @@ function polhode(host, scene, ghosts) {
 
 /** The angular momentum in body axes: in world axes it changes slowly, so there it is told between frames. */
 function momentumAt(film, name, time) {
-  const [at, s] = between(film, time);
+  const [at, s] = frameAt(film, time);
   const own = name && film.others.get(name);
   const world = (frame) => {
     const truth = film.truth[frame];
     const l = own ? own.momentum[frame] : truth.subarray(13, 16);
     if (!l || !truth) return null;
-    return turned(own ? product(own.frames[frame].subarray(3, 7), truth.subarray(3, 7)) : truth.subarray(3, 7), l);
+    return rotated(own ? product(own.frames[frame].subarray(3, 7), truth.subarray(3, 7)) : truth.subarray(3, 7), l);
   };
   const [a, b] = [world(at), world(s > 0 ? at + 1 : at)];
   if (!a || !b) return null;
   const { q } = truthAt(film, time);
   const attitude = own ? product(relativeAt(own, at, s), q) : q;
-  return turned([attitude[0], -attitude[1], -attitude[2], -attitude[3]], a.map((value, i) => (1 - s) * value + s * b[i]));
-}
-
-/** A vector turned by a unit quaternion. */
-function turned([w, x, y, z], v) {
-  const t = cross([x, y, z], v).map((value) => 2 * value);
-  const u = cross([x, y, z], t);
-  return [0, 1, 2].map((i) => v[i] + w * t[i] + u[i]);
+  return rotated([attitude[0], -attitude[1], -attitude[2], -attitude[3]], a.map((value, i) => (1 - s) * value + s * b[i]));
 }
 
 /** The outline of the ellipsoid as it is seen. */

@@ -1,6 +1,28 @@
 // One folded section a scene: the die flies beside its error, and what a free body keeps.
 
-function sceneSections(host) {
+import { chart } from "./chart.js";
+import { ENGINE_DEFAULTS, REQUESTED, defaultFindings } from "./contestants.js";
+import { DATA, contestantOf, findingValue, findings, groupBy, nameOf, rows } from "./data.js";
+import { draw, make, reducedMotion } from "./dom.js";
+import { filmOf } from "./film.js";
+import { headlineOf } from "./headlines.js";
+import { THIN, counted, figure, given, si, superscript } from "./numbers.js";
+import { clockOf, player } from "./player.js";
+import { polhode } from "./polhode.js";
+import { shown } from "./selection.js";
+import { choose, state } from "./state.js";
+import { foldedTable } from "./table.js";
+import { statusInWords } from "./verdicts.js";
+
+export function openScene(event, scene) {
+  event.preventDefault();
+  const fold = document.getElementById(`scene-${scene}`);
+  fold.open = true;
+  choose({ at: `scene-${scene}` });
+  fold.scrollIntoView({ block: "start", behavior: reducedMotion.matches ? "auto" : "smooth" });
+}
+
+export function sceneSections(host) {
   for (const scene of rows("scenes.csv")) sceneSection(host, scene);
 }
 
@@ -10,7 +32,7 @@ function sceneSection(host, scene) {
   const fold = make(
     "details",
     { class: "scene", id },
-    make("summary", {}, make("h3", {}, scene.title || scene.scene), make("span", { class: "headline" }, specialOf(scene.scene) || sceneHeadline(scene))),
+    make("summary", {}, make("h3", {}, scene.title || scene.scene), make("span", { class: "headline" }, headlineOf(scene.scene) || sceneHeadline(scene))),
   );
   const body = make("div", { class: "scene-body" });
   fold.append(body);
@@ -32,11 +54,11 @@ function sceneSection(host, scene) {
 /** Who is off by default, or as asked, and who is nearest. */
 function sceneHeadline(scene) {
   if (!findings("nearest", scene.scene).length) return scene.bound_m === null ? `No truth: ${scene.truth}` : "Nobody finished.";
-  const first = firstFindings(scene.scene).filter((row) => row.engine !== DATA.ours && Number.isFinite(toldValue(row)) && row.value !== null);
-  const [worst] = first.sort((a, b) => toldValue(b) - toldValue(a));
+  const first = defaultFindings(scene.scene).filter((row) => row.engine !== DATA.ours && Number.isFinite(findingValue(row)) && row.value !== null);
+  const [worst] = first.sort((a, b) => findingValue(b) - findingValue(a));
   const said = [];
-  if (worst) said.push(`${ENGINE_DEFAULTS.has(worst.engine) ? `By default ${worst.engine}` : `${ASKED.has(contestantOf(worst)) ? "As asked, " : ""}${contestantOf(worst)}`} is up to ${si(toldValue(worst), "m", 2)} off`);
-  for (const row of findings("nearest engine", scene.scene)) said.push(`the nearest engine, ${contestantOf(row)}, ${si(toldValue(row), "m", 2)}`);
+  if (worst) said.push(`${ENGINE_DEFAULTS.has(worst.engine) ? `By default ${worst.engine}` : `${REQUESTED.has(contestantOf(worst)) ? "As asked, " : ""}${contestantOf(worst)}`} is up to ${si(findingValue(worst), "m", 2)} off`);
+  for (const row of findings("nearest engine", scene.scene)) said.push(`the nearest engine, ${contestantOf(row)}, ${si(findingValue(row), "m", 2)}`);
   return `${said.join("; ")}${said.length ? "." : ""}`;
 }
 
@@ -111,7 +133,7 @@ function horizonLine({ X, area }, time) {
   ];
 }
 
-function told(time, error, limit) {
+function errorTooltip(time, error, limit) {
   return [`t = ${given(time)} s`, error <= limit ? `≤ ${figure(limit)} m, the truth's limit` : `${figure(error)} m`];
 }
 
@@ -121,13 +143,13 @@ function errorSeries(film, scene, runs) {
   if (!film) {
     return [...groupBy(rows("error-over-time.csv").filter((row) => row.scene === scene), contestantOf)].map(([name, own]) => ({
       name,
-      points: own.filter((row) => Number.isFinite(row.error_m)).map((row) => ({ x: row.t_s, y: Math.max(row.error_m, row.resolution_m), plain: plain.get(name), told: told(row.t_s, row.error_m, row.resolution_m) })),
+      points: own.filter((row) => Number.isFinite(row.error_m)).map((row) => ({ x: row.t_s, y: Math.max(row.error_m, row.resolution_m), plain: plain.get(name), told: errorTooltip(row.t_s, row.error_m, row.resolution_m) })),
     }));
   }
   return [...film.others].map(([name, one]) => ({
     name,
     points: one.frames
-      .map((frame, at) => ({ x: film.t[at], y: Math.max(frame[7], film.limit[at]), plain: plain.get(name) ?? true, told: told(film.t[at], frame[7], film.limit[at]) }))
+      .map((frame, at) => ({ x: film.t[at], y: Math.max(frame[7], film.limit[at]), plain: plain.get(name) ?? true, told: errorTooltip(film.t[at], frame[7], film.limit[at]) }))
       .filter((point) => point.y > 0 && Number.isFinite(point.y)),
   }));
 }
@@ -179,7 +201,7 @@ function runTable(body, scene, runs) {
     key: (run) => nameOf(run),
     columns: [
       { key: "method", label: "contestant", words: true, show: (run) => nameOf(run), sort: nameOf },
-      { key: "status", label: "result", words: true, show: (run) => inWords(run) },
+      { key: "status", label: "result", words: true, show: (run) => statusInWords(run) },
       { key: "max_error_m", label: "largest error", unit: "m", show: (run) => metres(run.max_error_m, run.resolution_m) },
       { key: "rms_error_m", label: "rms", unit: "m", show: (run) => metres(run.rms_error_m, run.resolution_m) },
       { key: "final_error_m", label: "at the end", unit: "m", show: (run) => metres(run.final_error_m, run.resolution_m) },
@@ -188,12 +210,6 @@ function runTable(body, scene, runs) {
       { key: "wall_ns_per_step", label: "step, one pass", unit: "ns", show: (run) => figure(run.wall_ns_per_step, 3) },
     ],
   });
-}
-
-/** A status in the words of a person. */
-function inWords(run) {
-  const words = { ok: "finished", flagged: "finished, but", skipped: "cannot:", missing: "not installed:", diverged: "blew up", crashed: "crashed:", timeout: "took too long" };
-  return `${words[run.status] ?? run.status} ${run.why}`.trim();
 }
 
 function vertexTable(body, scene) {

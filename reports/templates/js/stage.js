@@ -1,9 +1,15 @@
 // The stage: bodies drawn on a canvas in parallel projection, the nearer over the further.
 
-const TOWARDS_EYE = unit([0.55, 0.5, 1.0]);
-const RIGHTWARDS = unit(cross([0, 1, 0], TOWARDS_EYE));
-const UPWARDS = cross(TOWARDS_EYE, RIGHTWARDS);
+import { colourOf } from "./contestants.js";
+import { styleOf } from "./dom.js";
+import { placedPoints, pointsOf, truthAt } from "./film.js";
+import { cross, dot, minus, normalOf, unit } from "./vectors.js";
+
+export const TOWARDS_EYE = unit([0.55, 0.5, 1.0]);
+export const RIGHTWARDS = unit(cross([0, 1, 0], TOWARDS_EYE));
+export const UPWARDS = cross(TOWARDS_EYE, RIGHTWARDS);
 const LIGHT = unit([0.3, 1.0, 0.55]);
+
 const PIPS = {
   1: [[2, 2]],
   2: [[1, 1], [3, 3]],
@@ -12,14 +18,10 @@ const PIPS = {
   5: [[1, 1], [3, 3], [1, 3], [3, 1], [2, 2]],
   6: [[1, 1], [3, 3], [1, 3], [3, 1], [1, 2], [3, 2]],
 };
-// Opposite faces of a die add up to seven; faces come in opposite pairs.
-const EYES = [1, 6, 2, 5, 3, 4];
-const ARROW_LASTS = 0.25; // of the film, after the blow
 
-function unit(vector) {
-  const length = Math.hypot(...vector);
-  return vector.map((value) => value / length);
-}
+// Opposite faces of a die add up to seven; faces come in opposite pairs.
+const PIPS_OF_FACE = [1, 6, 2, 5, 3, 4];
+const ARROW_SHARE = 0.25; // of the film, after the blow
 
 /** A camera that looks at a centre [m] with so many pixels a metre. */
 function camera(centre, scaleOf, width, height) {
@@ -30,7 +32,7 @@ function camera(centre, scaleOf, width, height) {
 }
 
 /** Draw one moment of a film: names are the ghosts; magnified is how many times their deviation is drawn. */
-function drawMoment(canvas, film, time, names, magnified, { alone = false } = {}) {
+export function drawMoment(canvas, film, time, names, magnified, { alone = false } = {}) {
   const ratio = Math.min(2, window.devicePixelRatio || 1);
   const [width, height] = [canvas.clientWidth, canvas.clientHeight];
   if (!width) return null;
@@ -42,7 +44,7 @@ function drawMoment(canvas, film, time, names, magnified, { alone = false } = {}
 }
 
 /** The same with any pen, on so many pixels; returns where the vertices are seen. */
-function drawWith(pen, [width, height], film, time, names, magnified, alone) {
+export function drawWith(pen, [width, height], film, time, names, magnified, alone) {
   const truth = truthAt(film, time);
   const points = placedPoints(film.points, truth);
   const view = viewOf(film, truth, width, height);
@@ -94,7 +96,7 @@ function drawBody(pen, film, points, view) {
     polygon(pen, corners);
     pen.fill();
     pen.stroke();
-    if (film.body.shape === "box") drawEyes(pen, corners, EYES[number], dark);
+    if (film.body.shape === "box") drawPips(pen, corners, PIPS_OF_FACE[number], dark);
   }
   const front = new Set(faces.map(({ number }) => number));
   drawEdges(pen, film, seen, (edge) => edge.faces.some((face) => front.has(face)), styleOf("--ink"), 1);
@@ -106,7 +108,7 @@ function outwards(corners, centre) {
   return dot(normal, minus(corners[0], centre)) < 0 ? normal.map((value) => -value) : normal;
 }
 
-function drawEyes(pen, corners, count, dark) {
+function drawPips(pen, corners, count, dark) {
   const across = [corners[1][0] - corners[0][0], corners[1][1] - corners[0][1]];
   const along = [corners[3][0] - corners[0][0], corners[3][1] - corners[0][1]];
   pen.fillStyle = dark ? "#0b0e11" : "#20262c";
@@ -221,11 +223,11 @@ function drawTether(pen, film, view, act, truth) {
 /** An impulse: an arrow to where it lands, for a while after it did. */
 function drawArrow(pen, film, view, act, time) {
   const since = (time - act.t_s) / (film.t.at(-1) || 1);
-  if (since < 0 || since > ARROW_LASTS) return;
+  if (since < 0 || since > ARROW_SHARE) return;
   const direction = unit([act.u, act.v, act.w]);
   const tip = view([act.x_m, act.y_m, act.z_m]);
   const tail = view([act.x_m, act.y_m, act.z_m].map((value, i) => value - 1.1 * film.size * direction[i]));
-  pen.globalAlpha = 1 - since / ARROW_LASTS;
+  pen.globalAlpha = 1 - since / ARROW_SHARE;
   pen.strokeStyle = styleOf("--warn");
   pen.fillStyle = styleOf("--warn");
   pen.lineWidth = 3;

@@ -1,17 +1,21 @@
 // What the reader has chosen, in the address: every view can be copied, and going back goes back.
 
+import { make } from "./dom.js";
+
 const DEFAULTS = { tol: 1e-3, show: "best", scene: "", t: {}, mag: 1, open: [], at: "" };
-const state = { ...DEFAULTS, ...readAddress() };
+
+export const state = { ...DEFAULTS, ...readAddress() };
+
 const listeners = [];
 
 /** Call act now and whenever one of these parts of the state changes. */
-function follow(parts, act) {
+export function follow(parts, act) {
   listeners.push([parts, act]);
   act();
 }
 
 /** Change the state, the address, and whatever shows it. */
-function choose(change) {
+export function choose(change) {
   const changed = Object.keys(change).filter((part) => JSON.stringify(state[part]) !== JSON.stringify(change[part]));
   if (!changed.length) return;
   Object.assign(state, change);
@@ -56,6 +60,7 @@ function address(at = "") {
 }
 
 let addressDue = 0;
+
 /** Browsers refuse too many changes a second: a dragged slider is written when it rests. */
 function writeAddress() {
   clearTimeout(addressDue);
@@ -65,11 +70,11 @@ function writeAddress() {
 window.addEventListener("hashchange", () => {
   const found = { ...DEFAULTS, ...readAddress() };
   choose(found);
-  arrive();
+  showPlace();
 });
 
 /** Bring what the address points at into view, unfolded and marked. */
-function arrive() {
+export function showPlace() {
   const target = state.at && document.getElementById(state.at);
   if (!target) return;
   for (let fold = target.closest("details"); fold; fold = fold.parentElement.closest("details")) fold.open = true;
@@ -81,29 +86,29 @@ function arrive() {
 }
 
 /** Go to a place on the page, all else as the reader has it. */
-function visit(event, id) {
+export function goTo(event, id) {
   event.preventDefault();
-  if (location.hash === address(id)) arrive();
+  if (location.hash === address(id)) showPlace();
   else location.hash = address(id);
 }
 
-function placeLink(id, words) {
-  return make("a", { href: `#${id}`, click: (event) => visit(event, id) }, words);
+export function linkToPlace(id, words) {
+  return make("a", { href: `#${id}`, click: (event) => goTo(event, id) }, words);
 }
 
 /** A button that copies the address of a place in this view. */
-function linkTo(id) {
+export function copyLinkButton(id) {
   const copy = async (button) => {
     const copied = await copyText(button, location.href.split("#")[0] + address(id));
     if (copied) return;
     location.hash = address(id); // without a clipboard the address bar has it
-    say(button, "in the address bar");
+    flash(button, "in the address bar");
   };
   return make("button", { type: "button", class: "link", title: "Copy a link to this view", "aria-label": `Copy a link to this view of ${id}`, click: (event) => copy(event.currentTarget) }, "⚓︎");
 }
 
 /** A button that copies a text; nothing where the browser has no clipboard. */
-function copies(text) {
+export function copyTextButton(text) {
   if (!navigator.clipboard) return "";
   return make("button", { type: "button", class: "link copy", "aria-label": `Copy ${text}`, click: (event) => copyText(event.currentTarget, text) }, "copy");
 }
@@ -111,7 +116,7 @@ function copies(text) {
 async function copyText(button, text) {
   try {
     await navigator.clipboard.writeText(text);
-    say(button, "copied");
+    flash(button, "copied");
     return true;
   } catch {
     return false;
@@ -119,7 +124,7 @@ async function copyText(button, text) {
 }
 
 /** Let a button say something for a moment. */
-function say(button, words) {
+function flash(button, words) {
   button.dataset.said = words;
   setTimeout(() => delete button.dataset.said, 1500);
 }

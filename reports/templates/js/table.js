@@ -1,5 +1,10 @@
 // A table that sorts, filters and saves; each row has an address.
 
+import { make } from "./dom.js";
+import { counted, figure } from "./numbers.js";
+import { csvOf, saveAs } from "./save.js";
+import { copyLinkButton, state } from "./state.js";
+
 /**
  * Put a table into host.
  * columns: {key, label, unit, show(row) -> text or element, sort(row) -> value, words: whether it is text}
@@ -58,7 +63,7 @@ function dataTable(host, { id, caption, columns, list, key, file = id }) {
           columns.map((column, at) => {
             const shownCell = column.show ? column.show(row) : row[column.key];
             const content = typeof shownCell === "number" ? figure(shownCell) : (shownCell ?? "");
-            const parts = at === 0 ? [content, linkTo(`${id}-${key(row)}`)] : [content];
+            const parts = at === 0 ? [content, copyLinkButton(`${id}-${key(row)}`)] : [content];
             return make(at === 0 ? "th" : "td", { scope: at === 0 ? "row" : null, class: column.words ? "words" : "" }, parts);
           }),
         ),
@@ -77,7 +82,7 @@ function dataTable(host, { id, caption, columns, list, key, file = id }) {
 
   fill();
   host.append(
-    make("div", { class: "tools table-tools" }, list.length > 6 ? find : "", count, linkTo(id), save),
+    make("div", { class: "tools table-tools" }, list.length > 6 ? find : "", count, copyLinkButton(id), save),
     make(
       "div",
       { class: "wide", tabindex: "0", role: "region", "aria-label": caption },
@@ -87,7 +92,7 @@ function dataTable(host, { id, caption, columns, list, key, file = id }) {
 }
 
 /** A folded table: made when it is opened. */
-function foldedTable(host, options) {
+export function foldedTable(host, options) {
   if (!options.list.length) return;
   const fold = make("details", { class: "fold", id: `fold-${options.id}` }, make("summary", {}, options.caption));
   let made = false;

@@ -1,23 +1,21 @@
 // How large a step is stable: measured limits beside theory's in one figure, and maps of what each step does.
 
-// What stands in a cell, so that nobody needs the colour, and what it means: from good to bad.
-const STABILITY = {
-  stable: ["", "stable"],
-  damped: ["↓", "loses energy that physics keeps"],
-  drifting: ["↑", "energy or momentum leaves its band"],
-  "under-rotated": ["↺", "turns less than its angular velocity says"],
-  "lost-torque": ["∅", "lost its torque"],
-  diverged: ["×", "blew up"],
-  clamped: ["■", "a clamp hides the blow-up"],
-  frozen: ["◆", "froze"],
-  reset: ["←", "was reset to a start"],
-  "no-return": ["?", "no return in the time given"],
-  refused: ["–", "refused"],
-};
+import { FONT, legendOf, scale } from "./chart.js";
+import { CONTESTANTS, MARKS, inkOf } from "./contestants.js";
+import { contestantOf, findings, groupBy, nameOf, rows } from "./data.js";
+import { draw, make, whenThemeChanges } from "./dom.js";
+import { counted, figure, given, si } from "./numbers.js";
+import { figureTools } from "./save.js";
+import { followHighlight, highlight, shown } from "./selection.js";
+import { follow, state } from "./state.js";
+import { foldedTable } from "./table.js";
+import { showTooltip } from "./tooltip.js";
+import { SILENT_VERDICTS, STABILITY_VERDICTS } from "./verdicts.js";
+
 const LANE = 13; // between marks that would cover each other
 const SIDE = 14; // of a map's cell
 
-function stableSection(host) {
+export function stableSection(host) {
   host.append(make("p", { class: "headline" }, stableHeadline()));
   limitFigure(host);
   mapsFold(host);
@@ -31,7 +29,7 @@ function stableHeadline() {
   const said = [];
   if (known) said.push(`Within 5 %, ${near === known ? "all" : `${near} of`} ${counted(known, "measured limit")} ${near === 1 ? "is that" : "are those"} of theory.`);
   if (most) said.push(`In radians of the stiffest mode, ${nameOf(most)} is stable up to ω·dt = ${figure(most.value)} (${most.scene}), ${nameOf(least)} up to ${figure(least.value)} (${least.scene}).`);
-  const hiding = rows("limits.csv").filter((row) => row.beyond in SILENT).map(contestantOf);
+  const hiding = rows("limits.csv").filter((row) => row.beyond in SILENT_VERDICTS).map(contestantOf);
   const often = [...groupBy(hiding, (name) => name)].sort((a, b) => b[1].length - a[1].length)[0];
   if (often) said.push(`Beyond its limit ${often[0]} fails silently in ${counted(often[1].length, "scene")}.`);
   return said.join(" ") || "The largest time step at which each contestant is stable.";
@@ -39,7 +37,7 @@ function stableHeadline() {
 
 /** All scenes' limits: a band a scene, a mark a contestant where its limit was measured, a bar where theory puts one. */
 function limitFigure(host) {
-  const limits = rows("limits.csv").filter((row) => row.w_dt_limit !== null && FIELD.has(contestantOf(row)));
+  const limits = rows("limits.csv").filter((row) => row.w_dt_limit !== null && CONTESTANTS.has(contestantOf(row)));
   if (!limits.length) return;
   const scenes = [...new Set(limits.map((row) => row.scene))];
   const svg = draw("svg", { class: "chart", role: "group", id: "limits-figure", "aria-label": "Largest stable step of each contestant in each stiff scene, in radians of the stiffest mode, beside theory's" });
@@ -70,12 +68,9 @@ function limitFigure(host) {
     const key = limitKey(left, top + 34, drawn);
     svg.setAttribute("viewBox", `0 0 ${width} ${Math.max(top + 42 + legend.below, legend.height)}`);
     svg.replaceChildren(...grid, ...parts, ...axis, key, ...legend.draw(legend.beside ? width - legend.beside + 6 : 0, legend.beside ? 34 : top + 52));
-    mark();
+    fadeOthers();
   };
-  const mark = () => {
-    for (const part of svg.querySelectorAll("[data-name]")) part.setAttribute("opacity", picked && picked !== part.dataset.name ? 0.15 : 1);
-  };
-  pickers.add(mark);
+  const fadeOthers = followHighlight(svg);
   follow(["show", "tol"], render);
   whenThemeChanges(render);
   new ResizeObserver(render).observe(box);
@@ -86,7 +81,7 @@ function limitBand(scene, limits, { X, area, ends, top, width, above }) {
   const place = (value) => (value === 0 ? ends.never : Number.isFinite(value) ? X.place(value) : ends.always);
   const lanes = [];
   const marks = limits
-    .map((row) => ({ row, x: place(row.w_dt_limit), wide: (row.beyond in SILENT ? 12 : 0) + (above || !(row.w_dt_limit > 0 && Number.isFinite(row.w_dt_limit)) ? 0 : 30) }))
+    .map((row) => ({ row, x: place(row.w_dt_limit), wide: (row.beyond in SILENT_VERDICTS ? 12 : 0) + (above || !(row.w_dt_limit > 0 && Number.isFinite(row.w_dt_limit)) ? 0 : 30) }))
     .sort((a, b) => a.x - b.x)
     .map((one) => {
       let lane = lanes.findIndex((end) => one.x - end >= LANE);
@@ -110,16 +105,16 @@ function limitBand(scene, limits, { X, area, ends, top, width, above }) {
 
 function limitMark(row, x, y, numbered) {
   const name = contestantOf(row);
-  const hides = row.beyond in SILENT;
+  const hides = row.beyond in SILENT_VERDICTS;
   const limit = row.w_dt_limit === 0 ? "none: grows at every step" : Number.isFinite(row.w_dt_limit) ? `stable up to ω·dt = ${figure(row.w_dt_limit)}, ${si(row.dt_stable_s, "s", 2)}` : "no limit at any step tried";
   const theory = row.theory_w_dt === null ? "" : `theory: ${row.theory_w_dt === 0 ? "none" : Number.isFinite(row.theory_w_dt) ? figure(row.theory_w_dt) : "no limit"}`;
-  const beyond = row.beyond ? `beyond it: ${STABILITY[row.beyond]?.[1] ?? row.beyond}` : "";
+  const beyond = row.beyond ? `beyond it: ${STABILITY_VERDICTS[row.beyond]?.[1] ?? row.beyond}` : "";
   const said = [name, row.scene, limit, theory, beyond].filter(Boolean);
   return draw(
     "g",
-    { "data-name": name, class: "limit", pointermove: (event) => (pick(name), tell(said, event)), pointerleave: () => (pick(""), tell(null)) },
+    { "data-name": name, class: "limit", pointermove: (event) => (highlight(name), showTooltip(said, event)), pointerleave: () => (highlight(""), showTooltip(null)) },
     draw("rect", { x: x - 7, y: y - 6, width: hides ? 24 : 14, height: 13, fill: "transparent" }),
-    draw("path", { class: "point", transform: `translate(${x.toFixed(1)} ${y}) scale(4)`, d: FIELD.get(name).mark, ...inkOf(name) }),
+    draw("path", { class: "point", transform: `translate(${x.toFixed(1)} ${y}) scale(4)`, d: CONTESTANTS.get(name).mark, ...inkOf(name) }),
     hides ? draw("path", { class: "silent", transform: `translate(${(x + 11).toFixed(1)} ${y}) scale(3.2)`, d: MARKS[2], fill: "var(--warn)" }) : "",
     numbered && row.w_dt_limit > 0 && Number.isFinite(row.w_dt_limit) ? draw("text", { x: x + (hides ? 19 : 8), y: y + 4, fill: "var(--soft)", "font-size": FONT - 2 }, figure(row.w_dt_limit)) : "",
   );
@@ -127,7 +122,7 @@ function limitMark(row, x, y, numbered) {
 
 /** What bars and triangles mean. */
 function limitKey(x, y, drawn) {
-  const hides = drawn.some((row) => row.beyond in SILENT);
+  const hides = drawn.some((row) => row.beyond in SILENT_VERDICTS);
   return draw(
     "g",
     { "font-size": FONT - 0.5 },
@@ -147,7 +142,7 @@ function mapsFold(host) {
   const fill = () => {
     if (!fold.open || fold.children.length > 1) return;
     const seen = new Set(rows("stability.csv").map((row) => row.verdict));
-    fold.append(make("p", { class: "key" }, Object.entries(STABILITY).filter(([word]) => seen.has(word)).map(([word, [sign, meaning]]) => make("span", {}, make("span", { class: `swatch s-${word}` }, sign || "\u00a0"), ` ${meaning}`))));
+    fold.append(make("p", { class: "key" }, Object.entries(STABILITY_VERDICTS).filter(([word]) => seen.has(word)).map(([word, [sign, meaning]]) => make("span", {}, make("span", { class: `swatch s-${word}` }, sign || "\u00a0"), ` ${meaning}`))));
     const box = make("div", { class: whole ? "" : "multiples" });
     fold.append(box);
     for (const [scene, cells] of scenes) sceneMaps(box, scene, cells);
@@ -210,9 +205,9 @@ function stripsOf(scene, maps, limits) {
 function mapCell(row, names, x, y, width, middle = x + SIDE / 2) {
   return draw(
     "g",
-    { pointermove: (event) => tell([names.join(", "), `${row.parameter} ${figure(row.value)}, step ${figure(row.dt_s)} s`, STABILITY[row.verdict]?.[1] ?? row.verdict, row.max_error_m === null ? "" : `${figure(row.max_error_m)} m off`].filter(Boolean), event), pointerleave: () => tell(null) },
+    { pointermove: (event) => showTooltip([names.join(", "), `${row.parameter} ${figure(row.value)}, step ${figure(row.dt_s)} s`, STABILITY_VERDICTS[row.verdict]?.[1] ?? row.verdict, row.max_error_m === null ? "" : `${figure(row.max_error_m)} m off`].filter(Boolean), event), pointerleave: () => showTooltip(null) },
     draw("rect", { x, y, width: width - 1, height: SIDE - 1, class: `s-${row.verdict}` }),
-    draw("text", { x: middle - 0.5, y: y + SIDE - 4, "text-anchor": "middle", "font-size": 10, fill: "var(--ink)" }, STABILITY[row.verdict]?.[0] ?? ""),
+    draw("text", { x: middle - 0.5, y: y + SIDE - 4, "text-anchor": "middle", "font-size": 10, fill: "var(--ink)" }, STABILITY_VERDICTS[row.verdict]?.[0] ?? ""),
   );
 }
 
@@ -263,7 +258,7 @@ function limitTable(host) {
       { key: "scene", label: "scene", words: true },
       { key: "w_dt_limit", label: "limit of ω·dt", show: (row) => figure(row.w_dt_limit) },
       { key: "theory_w_dt", label: "theory", show: (row) => figure(row.theory_w_dt) },
-      { key: "beyond", label: "beyond it", words: true, show: (row) => STABILITY[row.beyond]?.[1] ?? row.beyond },
+      { key: "beyond", label: "beyond it", words: true, show: (row) => STABILITY_VERDICTS[row.beyond]?.[1] ?? row.beyond },
       { key: "dt_stable_s", label: "stable up to", unit: "s" },
       { key: "dt_1pct_s", label: "within 1 %", unit: "s", show: within("dt_1pct_s") },
       { key: "dt_1mm_s", label: "within 1 mm", unit: "s", show: within("dt_1mm_s") },
