@@ -54,8 +54,8 @@ def test_a_film_puts_every_vertex_where_the_motion_says(real, html, scene):
     size = np.abs(true[["x_m", "y_m", "z_m"]].to_numpy()).max() + np.linalg.norm(points, axis=1).max()
     assert film["t"] == true["t_s"].tolist()
     carried = frames(film["truth"], 16)
-    assert len(film["others"]) > 3
-    for name, packed in film["others"].items():
+    assert len(film["runs"]) > 3
+    for name, packed in film["runs"].items():
         engine, _, method = name.partition(":")
         told = own[(own["engine"] == engine) & (own["method"] == method)]
         one = frames(packed["frames"], 10)
@@ -71,8 +71,8 @@ def test_a_film_puts_every_vertex_where_the_motion_says(real, html, scene):
 def test_the_deformed_die_is_carried_as_it_is(real, html):
     film = data_in(html)["films"]["die-vertex"]
     told = real["deformed.csv"].query("scene == 'die-vertex'")
-    assert {name for name, one in film["others"].items() if "vertices" in one} == {"tumble:matrix-euler"}
-    carried = frames(film["others"]["tumble:matrix-euler"]["vertices"], 3)
+    assert {name for name, one in film["runs"].items() if "vertices" in one} == {"tumble:matrix-euler"}
+    carried = frames(film["runs"]["tumble:matrix-euler"]["vertices"], 3)
     assert np.allclose(carried, told[["x_m", "y_m", "z_m"]], rtol=2**-23, atol=1e-6)
 
 

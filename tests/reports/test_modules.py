@@ -1,11 +1,14 @@
 """The page's modules: each is one script, after those it imports from, and its lines keep their numbers."""
 
+import os
 import re
+import shutil
 from collections.abc import Mapping
 from pathlib import Path
 
 import pytest
 
+from tools.page_types import COMPILER, FILE, checked, declarations
 from tumble.reports.modules import JAVASCRIPT, page_scripts
 from tumble.reports.page import page
 
@@ -76,3 +79,25 @@ def test_an_error_names_the_file_and_the_line(real, browser, tmp_path, monkeypat
     assert len(errors) == 1
     assert f"provenanceSection (provenance.js:{at + 2}:" in errors[0]
     assert "main.js" in errors[0]
+
+
+def test_the_types_of_rows_are_those_of_the_tables():
+    """After a change of a column: `make types`."""
+    assert FILE.read_text(encoding="utf-8") == declarations()
+
+
+@pytest.mark.skipif(
+    not (shutil.which("npm") and (COMPILER.exists() or "CI" in os.environ)), reason="TypeScript is not installed"
+)
+def test_a_misspelt_column_or_table_and_an_empty_cell_are_found(tmp_path, capfd):
+    lines = {
+        "rows('runs.csv').map((run) => run.max_error);": "Property 'max_error' does not exist",
+        "rows('run.csv');": "'\"run.csv\"' is not assignable",
+        "rows('runs.csv').map((run) => run.max_error_m.toFixed(3));": "'run.max_error_m' is possibly 'null'",
+    }
+    for name in ("data.js", "page.d.ts", "tables.d.ts", "tsconfig.json"):
+        shutil.copy(JAVASCRIPT / name, tmp_path)
+    (tmp_path / "main.js").write_text("\n".join(['import { rows } from "./data.js";', *lines]), encoding="utf-8")
+    assert checked(tmp_path) != 0
+    said = capfd.readouterr().out
+    assert [message for message in lines.values() if message in said] == list(lines.values())

@@ -2,7 +2,7 @@
 
 import { FONT, scale } from "./chart.js";
 import { CONTESTANTS } from "./contestants.js";
-import { findings, nameOf, rows } from "./data.js";
+import { nameOf, numbersFound, rows } from "./data.js";
 import { draw, make, whenThemeChanges } from "./dom.js";
 import { figure, si } from "./numbers.js";
 import { figureTools } from "./save.js";
@@ -11,13 +11,17 @@ import { follow } from "./state.js";
 import { foldedTable } from "./table.js";
 import { showTooltip } from "./tooltip.js";
 
+/**
+ * @param {Tables["agreement.csv"]} row
+ * @param {"a" | "b"} side
+ */
 function pairOf(row, side) {
   return nameOf({ engine: row[`engine_${side}`], method: row[`method_${side}`] });
 }
 
 export function agreementSection(host) {
   const pairs = rows("agreement.csv");
-  const apart = findings("apart").map((row) => ({ ...row, off: findings("both off", row.scene)[0].value }));
+  const apart = numbersFound("apart").map((row) => ({ ...row, off: numbersFound("both off", row.scene)[0].value }));
   const [best] = apart.sort((a, b) => a.value / a.off - b.value / b.off);
   host.append(
     make(

@@ -11,7 +11,11 @@ import { choose, copyLinkButton, follow, state } from "./state.js";
 import { showTooltip } from "./tooltip.js";
 import { VERDICTS, tintOf, verdictOf } from "./verdicts.js";
 
-/** What is said of one run. */
+/**
+ * What is said of one run.
+ * @param {Tables["runs.csv"]} run
+ * @param {number} tolerance
+ */
 function runTooltip(run, tolerance) {
   const words = VERDICTS[verdictOf(run, tolerance)][1];
   const lines = [`${run.scene}, ${settingOf(run)}: ${words}`];
@@ -24,7 +28,10 @@ function runTooltip(run, tolerance) {
 function boardScenes() {
   const forced = (scene) => /tether|drag|floor/.test(scene.needs);
   const all = rows("scenes.csv");
-  return [["free flight", all.filter((scene) => !forced(scene))], ["under forces", all.filter(forced)]].filter(([, list]) => list.length);
+  const free = all.filter((scene) => !forced(scene));
+  /** @type {[string, Tables["scenes.csv"][]][]} */
+  const groups = [["free flight", free], ["under forces", all.filter(forced)]];
+  return groups.filter(([, list]) => list.length);
 }
 
 export function board(host) {
@@ -58,7 +65,7 @@ export function board(host) {
   );
   const runs = new Map(rows("runs.csv").map((run) => [`${contestantOf(run)} ${run.scene}`, run]));
   follow(["tol", "show"], () => {
-    const names = [...shown()].filter((name) => RUNS.has(name)).map((name) => ({ name, unit: unitOf(RUNS.get(name).map(errorOf)), ...scoreOf(name, state.tol) }));
+    const names = [...shown()].filter((name) => RUNS.has(name)).map((name) => ({ name, unit: unitOf((RUNS.get(name) ?? []).map(errorOf)), ...scoreOf(name, state.tol) }));
     names.sort((a, b) => b.within - a.within || a.digits - b.digits);
     const [first] = cheapest(state.tol);
     body.replaceChildren(
@@ -74,6 +81,7 @@ export function board(host) {
       ),
     );
   });
+  /** @type {Set<string>} */
   const kinds = new Set(rows("runs.csv").map((run) => verdictOf(run, state.tol)));
   host.append(
     make(
@@ -86,6 +94,11 @@ export function board(host) {
   );
 }
 
+/**
+ * @param {Tables["runs.csv"] | undefined} run
+ * @param {string} scene
+ * @param {string} unit
+ */
 function boardCell(run, scene, unit) {
   if (!run) return make("td", { class: "cell" }, "");
   const kind = verdictOf(run, state.tol);
@@ -95,7 +108,7 @@ function boardCell(run, scene, unit) {
   const tellIt = (event) => showTooltip([contestantOf(run), ...runTooltip(run, state.tol)], event);
   return make(
     "td",
-    { class: `cell v-${kind} ${tintOf(kind, error / state.tol)}`, pointermove: tellIt, pointerleave: () => showTooltip(null), click: () => choose({ scene }) },
+    { class: `cell v-${kind} ${tintOf(kind, (error ?? 0) / state.tol)}`, pointermove: tellIt, pointerleave: () => showTooltip(null), click: () => choose({ scene }) },
     make("span", { class: "glyph", "aria-hidden": "true" }, glyph),
     make("span", { class: "unseen" }, words),
     make("span", { class: "figure" }, number),

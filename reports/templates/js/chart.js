@@ -19,7 +19,12 @@ export function roomFor(labels, width) {
   return Math.min(14 + 6.8 * Math.max(0, ...labels.map((label) => label.length)), 0.55 * width);
 }
 
-/** A scale from values to pixels, with its ticks. */
+/**
+ * A scale from values to pixels, with its ticks.
+ * @param {Partial<Axis>} axis
+ * @param {number[]} values
+ * @param {number[]} pixels
+ */
 export function scale({ log }, [least, most], [from, to]) {
   const f = log ? Math.log10 : (value) => value;
   const [a, b] = [f(least), f(most)];
@@ -31,7 +36,11 @@ export function scale({ log }, [least, most], [from, to]) {
   return { place, back, ticks: log ? decades(a, b, Math.abs(to - from)) : evenly(a, b, Math.abs(to - from)) };
 }
 
-/** Whether an axis has a place for a value. */
+/**
+ * Whether an axis has a place for a value.
+ * @param {Axis} axis
+ * @param {number} value
+ */
 function placeable({ log }, value) {
   return Number.isFinite(value) && (!log || value > 0);
 }
@@ -46,7 +55,7 @@ function decades(a, b, pixels) {
 function evenly(a, b, pixels) {
   const rough = (b - a) / Math.max(2, pixels / 80) || 1;
   const unit = 10 ** Math.floor(Math.log10(rough));
-  const step = [1, 2, 5, 10].map((times) => times * unit).find((size) => size >= rough);
+  const step = [1, 2, 5, 10].map((times) => times * unit).find((size) => size >= rough) ?? 10 * unit;
   const found = [];
   for (let at = Math.ceil(a / step - 1e-9); at * step <= b + 1e-9 * step; at += 1) found.push(Number((at * step).toPrecision(12)));
   return found;
@@ -60,15 +69,24 @@ function thinned(ticks, pixels) {
 
 /**
  * Put a chart into host and keep it up to date.
- * x, y: {label, log, show(value), ticks where they are given}; series(): [{name, points: [{x, y, plain, told, low, high}]}], of everybody;
- * limit: [{x, y}], below which an error says nothing; under(frame): what is drawn first; among(names): who of those
- * shown is drawn here; cursor: {get(), set(x)}; id: its address; most: where y ends at most, and what is above stands.
+ * @param {Element} host
+ * @param {object} options
+ * @param {string} options.id its address on the page
+ * @param {string} options.label what it shows, for screen readers
+ * @param {Axis} options.x
+ * @param {Axis} options.y
+ * @param {ChartSeries[]} options.series those of every contestant; the selected ones are drawn
+ * @param {{ x: number, y: number }[]} [options.limit] resolution of the reference: errors below it are not meaningful
+ * @param {(frame: any) => Element[]} [options.under] what is drawn behind the curves
+ * @param {{ get: () => number, set: (x: number) => void } | null} [options.cursor]
+ * @param {number} [options.height] at least [px]
+ * @param {number[] | null} [options.range] ends of the x axis
+ * @param {number} [options.most] upper end of the y axis at most; larger values are drawn there
  */
-export function chart(host, { id, label, x, y, series, limit = [], under = () => [], cursor = null, height: least = 300, range = null, joined = true, most = Infinity }) {
+export function chart(host, { id, label, x, y, series: all, limit = [], under = () => [], cursor = null, height: least = 300, range = null, most = Infinity }) {
   const svg = draw("svg", { class: "chart", role: "group", "aria-label": label, id });
   const box = make("figure", { class: "chart-box" }, svg, figureTools(id, () => svg));
   host.append(box);
-  const all = series();
   let width = 0;
   let frame = null;
   const fadeOthers = followHighlight(svg);
@@ -91,7 +109,7 @@ export function chart(host, { id, label, x, y, series, limit = [], under = () =>
     const clip = `clip-${id}`;
     svg.append(draw("defs", {}, draw("clipPath", { id: clip }, draw("rect", { x: area.left, y: area.top - 4, width: area.right - area.left + 5, height: area.bottom - area.top + 5 }))));
     const inside = draw("g", { "clip-path": `url(#${clip})` });
-    inside.append(...limitBand(area), ...under({ ...frame, area, drawn }));
+    inside.append(...limitBand(area), ...under({ ...frame, area }));
     drawn.forEach((one, at) => inside.append(curve(one, at)));
     svg.append(inside);
     if (cursor) svg.append(draw("line", { class: "cursor", y1: area.top, y2: area.bottom, stroke: "var(--ink)", "stroke-width": 1 }));
@@ -159,7 +177,7 @@ export function chart(host, { id, label, x, y, series, limit = [], under = () =>
   function curve(one, number) {
     const { hue, dash, mark: shape } = CONTESTANTS.get(one.name);
     const group = draw("g", { class: "curve", "data-name": one.name });
-    const line = joined ? one.points.filter((point) => point.plain || !one.points.some((other) => other.plain)) : [];
+    const line = one.points.filter((point) => point.plain || !one.points.some((other) => other.plain));
     if (line.length > 1)
       group.append(
         draw("path", {
@@ -172,7 +190,7 @@ export function chart(host, { id, label, x, y, series, limit = [], under = () =>
           "stroke-linejoin": "round",
         }),
       );
-    const every = Math.max(1, Math.ceil(one.points.length / (joined && !x.log ? 8 : 60)));
+    const every = Math.max(1, Math.ceil(one.points.length / (x.log ? 60 : 8)));
     one.points.forEach((point, at) => {
       const [px, py] = placed(point);
       if (point.low !== undefined && point.high > point.low)
@@ -215,7 +233,7 @@ export function chart(host, { id, label, x, y, series, limit = [], under = () =>
 
   function moveCursor() {
     const line = svg.querySelector(".cursor");
-    if (!line || !frame) return;
+    if (!line || !frame || !cursor) return;
     const at = frame.X.place(cursor.get());
     line.setAttribute("x1", at);
     line.setAttribute("x2", at);
@@ -243,7 +261,7 @@ export function chart(host, { id, label, x, y, series, limit = [], under = () =>
     if (!event.target.classList.contains("touch")) return;
     const { best, px } = nearest(event);
     highlight(best?.name ?? "");
-    showTooltip(best ? [best.name, ...best.point.told] : null, event);
+    showTooltip(best ? [best.name, ...best.point.lines] : null, event);
     if (cursor && event.buttons) cursor.set(frame.X.back(px));
   });
   svg.addEventListener("pointerdown", (event) => {

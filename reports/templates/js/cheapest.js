@@ -15,7 +15,7 @@ export function cheapest(tolerance, scene = sweptScenes()[0]) {
   const found = [];
   for (const [name, own] of groupBy(rows("sweep-work-precision.csv").filter((run) => run.scene === scene), contestantOf)) {
     if (CONTESTANTS.get(name)?.byHand) continue;
-    const reaching = own.filter((run) => run.status === "ok" && run.error_m <= tolerance).sort((a, b) => a.run_us - b.run_us);
+    const reaching = own.filter((run) => run.status === "ok" && run.error_m !== null && run.error_m <= tolerance).sort((a, b) => a.run_us - b.run_us);
     if (reaching.length) found.push({ name, engine: CONTESTANTS.get(name).engine, run: reaching[0], whole: own.length === 1 });
   }
   return found.sort((a, b) => a.run.run_us - b.run.run_us);
@@ -30,7 +30,10 @@ export function sweptScenes() {
   return [...new Set(rows("sweep-work-precision.csv").map((run) => run.scene))];
 }
 
-/** The step of a run, or the tolerance under which it chose its own. */
+/**
+ * The step of a run, or the tolerance under which it chose its own.
+ * @param {{ dt_s: number | null, tolerance: number | null }} run
+ */
 export function settingOf(run, digits = 3) {
   return run.tolerance === null ? `step ${figure(run.dt_s, digits)} s` : `tolerance ${given(Number(run.tolerance.toPrecision(digits)))}`;
 }

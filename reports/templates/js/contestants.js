@@ -4,7 +4,10 @@ import { DATA, contestantOf, errorOf, findings, groupBy, rows } from "./data.js"
 import { draw, make, styleOf } from "./dom.js";
 import { state } from "./state.js";
 
-/** What a contestant is to its engine. */
+/**
+ * What a contestant is to its engine.
+ * @param {string} name
+ */
 export function rolesOf(name) {
   const { engine, manner, byHand } = CONTESTANTS.get(name);
   if (byHand) return "";
@@ -85,7 +88,10 @@ export function inkOf(name) {
   return [{ fill: hue }, { fill: "var(--paper)", ...edge }, { fill: hue, "fill-opacity": 0.4, ...edge }][Math.min(one?.round ?? 0, 2)];
 }
 
-/** A contestant's mark as a small picture. */
+/**
+ * A contestant's mark as a small picture.
+ * @param {string} name
+ */
 export function markOf(name, size = 12) {
   const one = CONTESTANTS.get(name);
   return draw(
@@ -96,7 +102,7 @@ export function markOf(name, size = 12) {
 }
 
 /** What an engine does where its user sets nothing, by engine; of those that took part so. */
-export const ENGINE_DEFAULTS = new Map(findings("as shipped").map((row) => [row.engine, contestantOf(row)]).filter(([, name]) => CONTESTANTS.has(name)));
+export const ENGINE_DEFAULTS = new Map(findings("as shipped").filter((row) => CONTESTANTS.has(contestantOf(row))).map((row) => [row.engine, contestantOf(row)]));
 
 /** Who took part because the user named them. */
 export const REQUESTED = new Set(findings("as asked").map(contestantOf));
@@ -105,7 +111,11 @@ export const REQUESTED = new Set(findings("as asked").map(contestantOf));
 export const defaultOf = (engine) => ENGINE_DEFAULTS.get(engine) ?? [...CONTESTANTS.values()].find((one) => one.engine === engine && RUNS.has(one.name))?.name;
 export const RUNS = groupBy(rows("runs.csv"), contestantOf);
 
-/** How many scenes a contestant finished within the tolerance, and the sum of its errors' digits. */
+/**
+ * How many scenes a contestant finished within the tolerance, and the sum of its errors' digits.
+ * @param {string} name
+ * @param {number} tolerance
+ */
 export function scoreOf(name, tolerance) {
   let within = 0;
   let flown = 0;
@@ -121,7 +131,11 @@ export function scoreOf(name, tolerance) {
   return { within, flown, digits: flown ? digits / flown : 0 };
 }
 
-/** An engine's best: within the tolerance in most scenes, of those the one of smallest errors; null if none flew. */
+/**
+ * An engine's best: within the tolerance in most scenes, of those the one of smallest errors; null if none flew.
+ * @param {string} engine
+ * @param {number} tolerance
+ */
 export function bestOf(engine, tolerance) {
   const own = [...CONTESTANTS.values()].filter((one) => one.engine === engine && one.manner === "tuned" && !one.byHand);
   const ranked = own

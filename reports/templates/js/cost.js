@@ -5,7 +5,7 @@ import { cheapest, costInWords, settingOf, sweptScenes } from "./cheapest.js";
 import { contestantOf, findings, groupBy, nameOf, rows } from "./data.js";
 import { draw, make } from "./dom.js";
 import { filmOf } from "./film.js";
-import { chosen, counted, figure, interval, listed, si, times } from "./numbers.js";
+import { chosen, counted, figure, interval, listed, positive, si, times } from "./numbers.js";
 import { shown } from "./selection.js";
 import { follow, state } from "./state.js";
 import { foldedTable } from "./table.js";
@@ -22,10 +22,7 @@ function costSection(host, scene) {
   const throws = rows("sweep-ensembles.csv").some((row) => row.scene === scene);
   const series = [...groupBy(runs, contestantOf)].map(([name, own]) => ({
     name,
-    points: own
-      .map(costPoint)
-      .filter((point) => point.y > 0 && Number.isFinite(point.y))
-      .sort((a, b) => a.x - b.x),
+    points: own.flatMap(costPoint).sort((a, b) => a.x - b.x),
   }));
   const limit = Math.max(...runs.map((run) => run.resolution_m ?? 0));
   const headline = make("p", { class: "headline" });
@@ -36,7 +33,7 @@ function costSection(host, scene) {
     label: `Largest vertex error against native time of a flight of ${scene}`,
     x: { label: throws ? "native time of one throw's flight" : "native time of the flight", log: true, show: (value) => si(value / 1e6, "s", 1) },
     y: { label: "largest vertex error", log: true, show: (value) => si(value, "m", 1) },
-    series: () => series,
+    series,
     limit: limit > 0 ? [{ x: Math.min(...runs.map((run) => run.run_us)), y: limit }] : [],
     under: (frame) => [...paretoFront(frame, runs), ...float32Floor(frame, scene), ...toleranceLine(frame)],
     height: 460,
@@ -50,12 +47,18 @@ function costSection(host, scene) {
   orderTable(host, scene);
 }
 
+/**
+ * The point of a run, none where there is no error to draw.
+ * @param {Tables["sweep-work-precision.csv"]} run
+ * @returns {ChartPoint[]}
+ */
 function costPoint(run) {
   const { error_m: error, run_us: time } = run;
-  const said = [settingOf(run), error <= (run.resolution_m ?? 0) ? `≤ ${figure(run.resolution_m)} m` : `${figure(error)} m`, `${figure(time)} µs a flight`];
-  if (run.steps) said.push(`${counted(run.steps, "step")} of ${figure(run.step_ns)} ns`);
-  if (run.status !== "ok") said.push(statusInWords(run));
-  return { x: time, y: error, plain: run.status === "ok", told: said, low: time, high: run.p90_run_us };
+  if (!positive(error)) return [];
+  const lines = [settingOf(run), error <= (run.resolution_m ?? 0) ? `≤ ${figure(run.resolution_m)} m` : `${figure(error)} m`, `${figure(time)} µs a flight`];
+  if (run.steps) lines.push(`${counted(run.steps, "step")} of ${figure(run.step_ns)} ns`);
+  if (run.status !== "ok") lines.push(statusInWords(run));
+  return [{ x: time, y: error, plain: run.status === "ok", lines, low: time, high: run.p90_run_us }];
 }
 
 /** The line below and left of which nobody is, shown or not. */
@@ -92,7 +95,7 @@ function costHeadline(scene) {
   const reaching = cheapest(state.tol, scene);
   const tolerance = chosen(state.tol, "m");
   if (!reaching.length) return [`No contestant reaches ${tolerance}.`];
-  const [first, last] = [reaching[0], reaching.at(-1)];
+  const [first, last] = [reaching[0], reaching[reaching.length - 1]];
   const parts = [`${counted(reaching.length, "contestant")} reach${reaching.length === 1 ? "es" : ""} ${tolerance}: `, make("b", {}, first.name), ` soonest${costInWords(first)}`];
   if (reaching.length > 1) parts.push(`, ${last.name} last${costInWords(last)}`);
   const hidden = [first, last].filter(({ name }, at, both) => !shown().has(name) && both.findIndex((one) => one.name === name) === at).map(({ name }) => name);

@@ -2,7 +2,7 @@
 
 import { FONT, roomFor } from "./chart.js";
 import { CONTESTANTS } from "./contestants.js";
-import { DATA, findings, groupBy, nameOf, rows } from "./data.js";
+import { DATA, groupBy, nameOf, numbersFound, rows } from "./data.js";
 import { draw, make, whenThemeChanges } from "./dom.js";
 import { fixed, given } from "./numbers.js";
 import { figureTools } from "./save.js";
@@ -45,19 +45,28 @@ export function courseworkSection(host) {
   });
 }
 
+/**
+ * @param {Tables["table-4-1.csv"]} row
+ * @param {string} prefix
+ */
 function vector(row, prefix) {
   return `(${["x", "y", "z"].map((axis) => fixed(row[`${prefix}${axis}_m`], 2)).join(", ")})`;
 }
 
 function courseworkHeadline(scene) {
-  const [right] = findings("right column", scene);
-  const [wrong] = findings("wrong column", scene);
+  const [right] = numbersFound("right column", scene);
+  const [wrong] = numbersFound("wrong column", scene);
   if (!right) return "Neither column of the table is the exact motion.";
   const names = { application: "Unity application", calculated: "hand calculation" };
   return `Its ${names[right.other]} was right and its ${names[wrong.other]} was not: exact motion stays within ${right.value.toFixed(3)} m of the ${right.other} positions and comes as far as ${wrong.value.toFixed(3)} m from the ${wrong.other} ones.`;
 }
 
-/** How far the hand calculation is from the application as its mistakes are mended, and whoever is shown beside it. */
+/**
+ * How far the hand calculation is from the application as its mistakes are mended, and whoever is shown beside it.
+ * @param {Element} host
+ * @param {Tables["table-4-1-budget.csv"][]} hand
+ * @param {Tables["table-4-1-budget.csv"][]} beside
+ */
 function correctionBars(host, hand, beside) {
   const svg = draw("svg", { class: "chart", role: "img", id: "mending-figure", "aria-label": "Distance of the hand calculation from the application, as mistakes are mended" });
   const box = make("figure", { class: "chart-box" }, svg, make("figcaption", {}, "Largest distance from the application's positions: of eq. 4.1 as its mistakes are mended, and of whoever is shown."), figureTools("mending-figure", () => svg));
@@ -93,7 +102,10 @@ function correctionBars(host, hand, beside) {
   new ResizeObserver(render).observe(box);
 }
 
-/** Whose bar it is: the hand calculation by the mistakes that are mended in it. */
+/**
+ * Whose bar it is: the hand calculation by the mistakes that are mended in it.
+ * @param {Tables["table-4-1-budget.csv"]} row
+ */
 function barName(row) {
   return row.engine === DATA.byHand ? row.method.replaceAll("-", " ").replaceAll("+", " + ") : nameOf(row);
 }

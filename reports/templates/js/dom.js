@@ -2,6 +2,14 @@
 
 export const SVG = "http://www.w3.org/2000/svg";
 
+/**
+ * The element of page.html that has this id.
+ * @param {string} id
+ */
+export function byId(id) {
+  return /** @type {HTMLElement} */ (document.getElementById(id));
+}
+
 /** An HTML element with attributes (a function is a listener) and children (elements or text). */
 export function make(tag, attributes = {}, ...children) {
   return filled(document.createElement(tag), attributes, children);

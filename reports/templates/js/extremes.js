@@ -12,6 +12,7 @@ import { SILENT_VERDICTS, STABILITY_VERDICTS, tintOf } from "./verdicts.js";
 
 const CLOSE = 0.01; // of the body's size: what counts as accurate here, for bodies of a micrometre and of a thousand km
 
+/** @type {Record<string, [string, string]>} */
 const CASE_VERDICTS = {
   exact: ["◉", "indistinguishable from the truth"],
   within: ["●", "within 1 % of the body's size"],
@@ -23,17 +24,24 @@ const CASE_VERDICTS = {
   skipped: ["·", "not supported"],
 };
 
-/** What became of one run of an extreme case, as a kind of CASE_VERDICTS. */
+/**
+ * The verdict on one run of an extreme case, as a key of CASE_VERDICTS.
+ * @param {Tables["extremes.csv"]} row
+ */
 function caseKind(row) {
   if (row.verdict in SILENT_VERDICTS) return "flagged";
   if (row.verdict === "diverged") return "diverged";
   if (row.verdict === "no-return") return row.why.includes("would take") ? "late" : "failed";
   if (row.verdict === "refused") return row.status === "crashed" ? "failed" : "skipped";
-  if (row.error_over_resolution <= 1) return "exact";
-  return row.max_error_m <= CLOSE * row.size_m ? "within" : "beyond";
+  if (row.error_over_resolution !== null && row.error_over_resolution <= 1) return "exact";
+  return row.max_error_m !== null && row.max_error_m <= CLOSE * row.size_m ? "within" : "beyond";
 }
 
-/** The error of a run as a share of the body's size, short. */
+/**
+ * The error of a run as a share of the body's size, short.
+ * @param {Tables["extremes.csv"]} row
+ * @param {string} kind
+ */
 function caseFigure(row, kind) {
   if (kind === "flagged") return SILENT_VERDICTS[row.verdict];
   if (kind === "exact" || row.max_error_m === null || !Number.isFinite(row.max_error_m)) return "";
@@ -64,6 +72,7 @@ export function extremeSection(host) {
       ),
     ),
   );
+  /** @type {Set<string>} */
   const kinds = new Set(rows("extremes.csv").map(caseKind));
   host.append(
     told,
@@ -76,7 +85,7 @@ export function extremeSection(host) {
   follow(["show", "tol"], () => {
     const names = [...shown()].filter((name) => cases.some((one) => runs.has(`${name} ${one.scene}`)));
     const scored = names.map((name) => {
-      const own = cases.map((one) => runs.get(`${name} ${one.scene}`)).filter(Boolean);
+      const own = cases.flatMap((one) => runs.get(`${name} ${one.scene}`) ?? []);
       return { name, own, sound: own.filter((row) => ["exact", "within"].includes(caseKind(row))).length, silent: own.filter((row) => caseKind(row) === "flagged").length };
     });
     scored.sort((a, b) => b.sound - a.sound || a.silent - b.silent);
@@ -96,17 +105,23 @@ export function extremeSection(host) {
   extremeTable(host);
 }
 
+/**
+ * @param {Tables["extremes.csv"]} row
+ */
 function caseId(row) {
   return `${row.scene} ${nameOf(row)}`;
 }
 
+/**
+ * @param {Tables["extremes.csv"] | undefined} row
+ */
 function caseCell(row, tellCase) {
   if (!row) return make("td", { class: "cell" }, "");
   const kind = caseKind(row);
   const [glyph, words] = CASE_VERDICTS[kind];
   return make(
     "td",
-    { class: `cell v-${kind} ${tintOf(kind, row.max_error_m / (CLOSE * row.size_m))}`, pointermove: (event) => showTooltip([nameOf(row), `${row.title}: ${words}`, "press for the reason and the command"], event), pointerleave: () => showTooltip(null) },
+    { class: `cell v-${kind} ${tintOf(kind, (row.max_error_m ?? 0) / (CLOSE * row.size_m))}`, pointermove: (event) => showTooltip([nameOf(row), `${row.title}: ${words}`, "press for the reason and the command"], event), pointerleave: () => showTooltip(null) },
     make(
       "button",
       { type: "button", class: "case", "data-case": caseId(row), "aria-pressed": "false", "aria-label": `${nameOf(row)}, ${row.scene}: ${STABILITY_VERDICTS[row.verdict]?.[1] ?? row.verdict}`, click: () => (showTooltip(null), tellCase(row)) },
@@ -133,7 +148,10 @@ function roving(body) {
   };
 }
 
-/** What became of one run, why, and how to run it again. */
+/**
+ * What became of one run, why, and how to run it again.
+ * @param {Tables["extremes.csv"]} row
+ */
 function caseDetail(row) {
   const kind = caseKind(row);
   const error = row.max_error_m === null ? "" : Number.isFinite(row.max_error_m) ? `The largest vertex error is ${si(row.max_error_m, "m", 2)} on a body that reaches ${si(row.size_m, "m", 2)} from its centre. ` : "";
@@ -147,7 +165,7 @@ function caseDetail(row) {
 }
 
 function extremeHeadline(count) {
-  const held = [...groupBy(rows("extremes.csv"), contestantOf)].filter(([, own]) => own.every((row) => row.verdict === "stable" && row.error_over_resolution <= 10)).map(([name]) => name);
+  const held = [...groupBy(rows("extremes.csv"), contestantOf)].filter(([, own]) => own.every((row) => row.verdict === "stable" && (row.error_over_resolution ?? Infinity) <= 10)).map(([name]) => name);
   const silent = findings("silent failures").slice(0, 3);
   const said = [];
   if (held.length) said.push(`${listed(held)} ${held.length > 1 ? "hold" : "holds"} all ${count} cases to rounding`);

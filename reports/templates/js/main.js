@@ -10,7 +10,7 @@ import { CONTESTANTS } from "./contestants.js";
 import { costSections } from "./cost.js";
 import { courseworkSection } from "./coursework.js";
 import { DATA, rows } from "./data.js";
-import { whenSeen } from "./dom.js";
+import { byId, whenSeen } from "./dom.js";
 import { extremeSection } from "./extremes.js";
 import { hero } from "./hero.js";
 import { matrixSection } from "./matrix.js";
@@ -22,6 +22,7 @@ import { stableSection } from "./stability.js";
 import { goTo, showPlace, state } from "./state.js";
 import { tooltip } from "./tooltip.js";
 
+/** @type {Record<string, [keyof Tables | "deformed", (host: Element) => void]>} */
 const SECTIONS = {
   changed: ["changed-runs.csv", changesSection],
   scenes: ["scenes.csv", sceneSections],
@@ -37,36 +38,36 @@ const SECTIONS = {
 };
 
 function hasAny(table) {
-  if (table === "deformed") return Object.values(DATA.films).some((film) => Object.values(film.others).some((one) => one.vertices));
+  if (table === "deformed") return Object.values(DATA.films).some((film) => Object.values(film.runs).some((one) => one.vertices));
   return rows(table).length > 0;
 }
 
 document.body.append(tooltip);
 
-if (rows("runs.csv").length || sweptScenes().length) toleranceInput(document.getElementById("tolerance-host"));
+if (rows("runs.csv").length || sweptScenes().length) toleranceInput(byId("tolerance-host"));
 
-answer(document.getElementById("answer"));
+answer(byId("answer"));
 
 if (CONTESTANTS.size) {
-  chips(document.getElementById("chips"));
-  chooser(document.getElementById("chips"));
+  chips(byId("chips"));
+  chooser(byId("chips"));
 }
 
-if (rows("runs.csv").length) board(document.getElementById("board-host"));
+if (rows("runs.csv").length) board(byId("board-host"));
 
-hero(document.getElementById("hero"));
+hero(byId("hero"));
 
 for (const [id, [table, fill]] of Object.entries(SECTIONS)) {
-  const section = document.getElementById(id);
+  const section = byId(id);
   const link = document.querySelector(`nav a[href="#${id}"]`);
   if (!hasAny(table)) {
     section.remove();
-    link?.parentElement.remove();
+    link?.parentElement?.remove();
     continue;
   }
   link?.addEventListener("click", (event) => goTo(event, id));
   // The scenes are folded and cheap; a section that an address points into cannot wait.
-  const host = section.querySelector(".host");
+  const host = /** @type {Element} */ (section.querySelector(".host"));
   if (id === "scenes" || section.contains(document.getElementById(state.at)) || state.at) fill(host);
   else whenSeen(section, () => fill(host));
 }

@@ -5,7 +5,25 @@ const SMALL = { "-": "⁻", 0: "⁰", 1: "¹", 2: "²", 3: "³", 4: "⁴", 5: "�
 const PREFIXES = { "-18": "a", "-15": "f", "-12": "p", "-9": "n", "-6": "µ", "-3": "m", 0: "", 3: "k", 6: "M", 9: "G" };
 export const THIN = "\u202f";
 
-/** A number in so many significant digits; plain from a thousandth to ten thousand, else a power of ten. */
+/**
+ * Whether a value is a number that is neither infinite nor NaN.
+ * @param {number | null | undefined} value
+ * @returns {value is number}
+ */
+export function finite(value) {
+  return Number.isFinite(value);
+}
+
+/**
+ * Whether a value is a finite number above zero, which a logarithmic axis can show.
+ * @param {number | null | undefined} value
+ * @returns {value is number}
+ */
+export function positive(value) {
+  return finite(value) && value > 0;
+}
+
+/** A number with this many significant digits; plain from a thousandth to ten thousand, else a power of ten. */
 export function figure(value, digits = 3) {
   if (value === null || value === undefined) return "";
   if (Number.isNaN(value)) return "NaN";

@@ -17,6 +17,7 @@ function leading(tolerance = state.tol) {
   return found.length ? found : [...CONTESTANTS.keys()]; // tables of a sweep or of maps alone know no defaults
 }
 
+/** @type {Record<string, [string, () => string[]]>} */
 const PRESETS = {
   best: ["defaults and bests", () => leading()],
   engines: ["engines", () => namesWhere((one) => !one.ours && !one.byHand)],
@@ -35,7 +36,8 @@ function namesWhere(wanted) {
 /** The names that are shown now, on every figure. */
 export function shown() {
   const named = state.show.split(",").filter((name) => CONTESTANTS.has(name));
-  return new Set((PRESETS[state.show] ?? (named.length ? [, () => named] : PRESETS.best))[1]());
+  if (named.length && !PRESETS[state.show]) return new Set(named);
+  return new Set((PRESETS[state.show] ?? PRESETS.best)[1]());
 }
 
 /** Show these alone. */

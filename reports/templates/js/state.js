@@ -2,8 +2,12 @@
 
 import { make } from "./dom.js";
 
+/** @typedef {{ tol: number, show: string, scene: string, t: Record<string, number>, mag: number, open: string[], at: string }} State */
+
+/** @type {State} */
 const DEFAULTS = { tol: 1e-3, show: "best", scene: "", t: {}, mag: 1, open: [], at: "" };
 
+/** @type {State} */
 export const state = { ...DEFAULTS, ...readAddress() };
 
 const listeners = [];
@@ -23,40 +27,42 @@ export function choose(change) {
   for (const [parts, act] of listeners) if (parts.some((part) => changed.includes(part))) act();
 }
 
+/** @returns {Partial<State>} */
 function readAddress() {
-  const found = {};
-  const said = new URLSearchParams(location.hash.slice(1));
-  const tolerance = Number(said.get("tol"));
+  /** @type {Partial<State> & { t: Record<string, number> }} */
+  const found = { t: {} };
+  const parameters = new URLSearchParams(location.hash.slice(1));
+  const text = (name) => parameters.get(name) ?? "";
+  const tolerance = Number(text("tol"));
   if (tolerance > 0 && Number.isFinite(tolerance)) found.tol = tolerance;
-  const magnified = Number(said.get("mag"));
+  const magnified = Number(text("mag"));
   if ([1, 10, 100, 1000].includes(magnified)) found.mag = magnified;
-  if (said.get("show")) found.show = said.get("show");
-  if (said.get("scene")) found.scene = said.get("scene");
-  if (said.get("open")) found.open = said.get("open").split(",");
-  if (said.get("at")) found.at = said.get("at");
-  found.t = {};
-  for (const pair of said.getAll("t")) {
+  if (text("show")) found.show = text("show");
+  if (text("scene")) found.scene = text("scene");
+  if (text("open")) found.open = text("open").split(",");
+  if (text("at")) found.at = text("at");
+  for (const pair of parameters.getAll("t")) {
     const cut = pair.lastIndexOf("~");
     const time = Number(pair.slice(cut + 1));
     if (cut > 0 && Number.isFinite(time)) found.t[pair.slice(0, cut)] = time;
   }
   // An address without a = is a place on the page: #cost, #scene-die-vertex.
   const bare = location.hash.slice(1);
-  if (bare && !bare.includes("=")) found.at = [...said.keys()][0] ?? "";
+  if (bare && !bare.includes("=")) found.at = [...parameters.keys()][0] ?? "";
   return found;
 }
 
 /** The state as an address; only what differs from a fresh page is in it. */
 function address(at = "") {
-  const said = new URLSearchParams();
-  if (state.tol !== DEFAULTS.tol) said.set("tol", state.tol);
-  if (state.show !== DEFAULTS.show) said.set("show", state.show);
-  if (state.scene) said.set("scene", state.scene);
-  if (state.mag !== 1) said.set("mag", state.mag);
-  if (state.open.length) said.set("open", state.open.join(","));
-  for (const [scene, time] of Object.entries(state.t)) said.append("t", `${scene}~${Number(time.toPrecision(6))}`);
-  if (at) said.set("at", at);
-  return `#${said}`;
+  const parameters = new URLSearchParams();
+  if (state.tol !== DEFAULTS.tol) parameters.set("tol", String(state.tol));
+  if (state.show !== DEFAULTS.show) parameters.set("show", state.show);
+  if (state.scene) parameters.set("scene", state.scene);
+  if (state.mag !== 1) parameters.set("mag", String(state.mag));
+  if (state.open.length) parameters.set("open", state.open.join(","));
+  for (const [scene, time] of Object.entries(state.t)) parameters.append("t", `${scene}~${Number(time.toPrecision(6))}`);
+  if (at) parameters.set("at", at);
+  return `#${parameters}`;
 }
 
 let addressDue = 0;
@@ -77,8 +83,7 @@ window.addEventListener("hashchange", () => {
 export function showPlace() {
   const target = state.at && document.getElementById(state.at);
   if (!target) return;
-  for (let fold = target.closest("details"); fold; fold = fold.parentElement.closest("details")) fold.open = true;
-  if (target.tagName === "DETAILS") target.open = true;
+  for (let fold = target.closest("details"); fold; fold = fold.parentElement?.closest("details") ?? null) fold.open = true;
   target.classList.add("arrived");
   target.scrollIntoView({ block: "start" });
   // What is above draws itself as it is passed, and pushes: look again once it has.

@@ -5,7 +5,14 @@ import { draw } from "./dom.js";
 export class SvgPen {
   constructor(width, height) {
     this.svg = draw("svg", { viewBox: `0 0 ${width} ${height}` });
-    Object.assign(this, { way: "", fillStyle: "#000", strokeStyle: "#000", lineWidth: 1, globalAlpha: 1, lineJoin: "miter", dashes: [] });
+    this.way = "";
+    this.fillStyle = "#000";
+    this.strokeStyle = "#000";
+    this.lineWidth = 1;
+    this.globalAlpha = 1;
+    this.lineJoin = "miter";
+    /** @type {number[]} */
+    this.dashes = [];
   }
 
   beginPath() {

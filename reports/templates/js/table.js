@@ -6,12 +6,14 @@ import { csvOf, saveAs } from "./save.js";
 import { copyLinkButton, state } from "./state.js";
 
 /**
- * Put a table into host.
- * columns: {key, label, unit, show(row) -> text or element, sort(row) -> value, words: whether it is text}
- * list: rows as their file has them, which is what is saved; id: of the table and, with key(row), of each row.
+ * Put a table into host; what it saves is its rows as their file has them.
+ * @template Row
+ * @param {Element} host
+ * @param {ShownTable<Row>} options id: of the table and, with key(row), of each row
  */
 function dataTable(host, { id, caption, columns, list, key, file = id }) {
   if (!list.length) return;
+  /** @type {{ column: ShownColumn<Row> | null, down: boolean }} */
   let sorted = { column: null, down: false };
   let words = "";
   const body = make("tbody");
@@ -40,8 +42,9 @@ function dataTable(host, { id, caption, columns, list, key, file = id }) {
   }
   function current() {
     const kept = words ? list.filter((row) => textOf(row).includes(words)) : [...list];
-    if (sorted.column) {
-      const value = sorted.column.sort ?? ((row) => row[sorted.column.key]);
+    const { column } = sorted;
+    if (column) {
+      const value = column.sort ?? ((row) => row[column.key]);
       const way = sorted.down ? -1 : 1;
       kept.sort((a, b) => {
         const [x, y] = [value(a), value(b)];
@@ -91,7 +94,12 @@ function dataTable(host, { id, caption, columns, list, key, file = id }) {
   );
 }
 
-/** A folded table: made when it is opened. */
+/**
+ * A folded table: made when it is opened.
+ * @template Row
+ * @param {Element} host
+ * @param {ShownTable<Row>} options
+ */
 export function foldedTable(host, options) {
   if (!options.list.length) return;
   const fold = make("details", { class: "fold", id: `fold-${options.id}` }, make("summary", {}, options.caption));

@@ -1,6 +1,13 @@
 // Vectors and quaternions as arrays: (x, y, z) and (w, x, y, z).
 
-export function product([pw, px, py, pz], [qw, qx, qy, qz]) {
+/**
+ * The product of two quaternions.
+ * @param {Quaternion} p
+ * @param {Quaternion} q
+ */
+export function product(p, q) {
+  const [pw, px, py, pz] = p;
+  const [qw, qx, qy, qz] = q;
   return [
     pw * qw - px * qx - py * qy - pz * qz,
     pw * qx + px * qw + py * qz - pz * qy,
@@ -29,8 +36,13 @@ export function normalOf(corners) {
   return normal.map((value) => value / length);
 }
 
-/** A vector turned by a unit quaternion. */
-export function rotated([w, x, y, z], v) {
+/**
+ * A vector rotated by a unit quaternion.
+ * @param {Quaternion} q
+ * @param {Vector} v
+ */
+export function rotated(q, v) {
+  const [w, x, y, z] = q;
   const t = cross([x, y, z], v).map((value) => 2 * value);
   const u = cross([x, y, z], t);
   return [0, 1, 2].map((i) => v[i] + w * t[i] + u[i]);

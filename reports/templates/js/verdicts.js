@@ -2,6 +2,7 @@
 
 import { errorOf } from "./data.js";
 
+/** @type {Record<string, [string, string]>} */
 export const VERDICTS = {
   exact: ["◉", "cannot be told from the truth"],
   within: ["●", "finished, within the tolerance"],
@@ -12,6 +13,11 @@ export const VERDICTS = {
   skipped: ["·", "cannot fly this scene"],
 };
 
+/**
+ * The verdict on a run under a tolerance [m], as a key of VERDICTS.
+ * @param {Tables["runs.csv"]} run
+ * @param {number} tolerance
+ */
 export function verdictOf(run, tolerance) {
   const kind = run.status;
   if (kind === "skipped" || kind === "missing") return "skipped";
@@ -20,7 +26,7 @@ export function verdictOf(run, tolerance) {
   const error = errorOf(run);
   if (error === null) return "skipped";
   if (kind === "flagged") return "flagged";
-  if (run.max_error_m <= (run.resolution_m ?? 0)) return "exact";
+  if (run.max_error_m !== null && run.max_error_m <= (run.resolution_m ?? 0)) return "exact";
   return error <= tolerance ? "within" : "beyond";
 }
 
@@ -31,16 +37,25 @@ export function tintOf(kind, ratio) {
   return `${kind === "beyond" ? "above" : "below"}-${decades}`;
 }
 
-// Verdicts of runs that end with finite numbers which physics does not allow, as a cell has room for them.
+/**
+ * Verdicts on runs that ended with finite numbers which physics does not allow, as a cell has room for them.
+ * @type {Record<string, string>}
+ */
 export const SILENT_VERDICTS = { clamped: "clamped", reset: "reset", frozen: "froze", "lost-torque": "no torque", "under-rotated": "lags", drifting: "drifts", damped: "damped" };
 
-/** A status in the words of a person. */
+/**
+ * A status in the words of a person.
+ * @param {{ status: string, why: string }} run
+ */
 export function statusInWords(run) {
   const words = { ok: "finished", flagged: "finished, but", skipped: "cannot:", missing: "not installed:", diverged: "blew up", crashed: "crashed:", timeout: "took too long" };
   return `${words[run.status] ?? run.status} ${run.why}`.trim();
 }
 
-// What stands in a cell, so that nobody needs the colour, and what it means: from good to bad.
+/**
+ * The sign of a cell, so that no reader needs the colour, and what it means: from good to bad.
+ * @type {Record<string, [string, string]>}
+ */
 export const STABILITY_VERDICTS = {
   stable: ["", "stable"],
   damped: ["↓", "loses energy that physics keeps"],
