@@ -17,7 +17,8 @@ from tumble.compare.comparison.findings import error_findings
 from tumble.compare.tables.frames import frame, rows
 from tumble.compare.tables.known import schema
 from tumble.compare.tables.shared import FINDINGS, RUNS
-from tumble.reports.page import TEMPLATES, page, whole_script
+from tumble.reports.modules import page_scripts
+from tumble.reports.page import TEMPLATES, page
 from tumble.scenarios.frames import rotation_matrix
 from tumble.scenarios.read import catalogue
 
@@ -691,7 +692,7 @@ def test_a_whole_page_opens_small_and_soon(which, opened, request):
 def test_the_committed_page_is_drawn_as_pages_are_now(request):
     """After a change of the page's script or style: `make docs`."""
     html = (request.config.rootpath / "docs/example.html").read_text(encoding="utf-8")
-    assert whole_script() in html
+    assert all(script in html for script in page_scripts())
     assert (TEMPLATES / "page.css").read_text(encoding="utf-8") in html
     carried = data_in(html)["tables"]
     assert all(list(carried[name]["columns"]) == schema(name).names for name in ("runs.csv", "findings.csv"))
