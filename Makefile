@@ -29,7 +29,7 @@ test-all: venv-test
 	$(BIN)/pytest -n auto
 
 check: venv-test
-	$(BIN)/ruff check . && $(BIN)/ruff format --check . && $(BIN)/lint-imports && $(BIN)/pyright
+	$(BIN)/ruff check . && $(BIN)/ruff format --check . && $(BIN)/python -m tools.words && $(BIN)/lint-imports && $(BIN)/pyright
 
 # What ruff can put right by itself: order of imports, formatting, old forms.
 .PHONY: fix
