@@ -8,9 +8,8 @@ BIN := .venv/bin
 report: venv
 	$(BIN)/tumble report -o report/tumble.html
 
-# The page that is shown before anybody installs, and the README's pictures of it and of the lab.
+# The README's pictures of the page and of the lab.
 docs: venv-test report
-	cp report/tumble.html docs/example.html
 	$(BIN)/python -m tools.page_picture
 	$(BIN)/python -m tools.lab_picture
 
