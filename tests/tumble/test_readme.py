@@ -1,4 +1,4 @@
-"""The README stays true: its commands run as printed, its scene is read, its links lead somewhere."""
+"""The README stays true: its commands run as printed, its scene is read, its links exist."""
 
 import os
 import re
@@ -62,8 +62,8 @@ def test_files_named_are_there(page):
     assert missing == []
 
 
-def test_the_commands_to_begin_with_are_doors_of_the_makefile():
-    doors = re.findall(r"^    make (\w+)", README, re.MULTILINE)
-    assert doors == ["report", "lab", "test"]
+def test_the_first_commands_are_targets_of_the_makefile():
+    targets = re.findall(r"^    make (\w+)", README, re.MULTILINE)
+    assert targets == ["report", "lab", "test"]
     makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
-    assert all(re.search(rf"^{door}:", makefile, re.MULTILINE) for door in doors)
+    assert all(re.search(rf"^{target}:", makefile, re.MULTILINE) for target in targets)
