@@ -11,6 +11,7 @@ import pytest
 from patience import PATIENCE_S
 
 ROOT = Path(__file__).parents[2]
+DOCS = sorted((ROOT / "docs").glob("*.md"))
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 
 
@@ -53,13 +54,15 @@ def test_there_are_commands_to_run():
     assert len(COMMANDS) >= 7
 
 
-@pytest.mark.parametrize("page", ["README.md", "CONTRIBUTING.md"])
+PAGES = ["README.md", "CONTRIBUTING.md", "SECURITY.md", "CHANGELOG.md", *(f"docs/{each.name}" for each in DOCS)]
+
+
+@pytest.mark.parametrize("page", PAGES)
 def test_files_named_are_there(page):
     text = (ROOT / page).read_text(encoding="utf-8")
-    links = re.findall(r"\]\(([^)#:]+)\)", text)
-    paths = re.findall(r"`((?:solver|scenarios|compare|reports|tumble|tests|docs)/[\w./-]*)`", text)
-    missing = [name for name in (*links, *paths) if not (ROOT / name).exists()]
-    assert missing == []
+    links = [(ROOT / page).parent / name for name in re.findall(r"\]\(([^)#:]+)\)", text)]
+    names = re.findall(r"`((?:solver|scenarios|compare|reports|tumble|tests|tools|docs)/[\w./-]*)`", text)
+    assert [str(path) for path in (*links, *(ROOT / name for name in names)) if not path.exists()] == []
 
 
 def test_the_first_commands_are_targets_of_the_makefile():
