@@ -81,7 +81,14 @@ class Build:
 
     def row(self, why: str = "", **figures: float) -> AblationRow:
         """Return its row; why: its figures are not all there."""
-        return AblationRow(self.scene.name, self.running_engine.title, self.method, self.kept, why, **figures)
+        return AblationRow(
+            scene=self.scene.name,
+            engine=self.running_engine.title,
+            method=self.method,
+            feature=self.kept,
+            why=why,
+            **figures,
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,11 +128,11 @@ def ablate(
     resolution_m = None if true is None else float(true.limit.max())
     apart = [(one, row) for one, row in rows if isinstance(one, Pair) and one.apart_m > (resolution_m or 0.0)]
     return Ablation(
-        scene,
-        tuple(row for _, row in rows),
-        resolution_m,
-        tuple(row for pair, row in apart if pair.harmless),
-        tuple(row for pair, row in apart if not pair.harmless),
+        scene=scene,
+        rows=tuple(row for _, row in rows),
+        resolution_m=resolution_m,
+        inexact=tuple(row for pair, row in apart if pair.harmless),
+        altered=tuple(row for pair, row in apart if not pair.harmless),
     )
 
 
@@ -138,7 +145,7 @@ def questions(
     unsupported = running_engine.unsupported(scene)
     why = unsupported.status if unsupported else NOTHING if not optional else ""
     if why:
-        return [AblationRow(scene.name, running_engine.title, "", "", why)]
+        return [AblationRow(scene=scene.name, engine=running_engine.title, method="", feature="", why=why)]
 
     def task(method: str) -> Task[list[Pair | AblationRow]]:
         key = scene.name, running_engine.title, method

@@ -128,7 +128,7 @@ def hold_against(baseline: Record, candidate: Record, tolerances: Tolerances) ->
     held = cells.loc[(cells.side != "right_only") & ~others, list(CONTESTANT)]
     unchanged = sum(key not in touched for key in held.itertuples(index=False, name=None))
     worst_first = sorted(found, key=lambda change: VERDICTS.index(change.verdict))
-    return Outcome(baseline, candidate, tuple(worst_first), unchanged)
+    return Outcome(baseline=baseline, candidate=candidate, changes=tuple(worst_first), unchanged=unchanged)
 
 
 def joined(table: Table, old: Frame, new: Frame) -> Frame:
@@ -156,7 +156,16 @@ def changed(pairs: Frame, column: str, verdicts: Column, old: Column, new: Colum
     keys = pairs.reindex(columns=[*CONTESTANT, "reference"], fill_value="").to_numpy(dtype=object)[rows]
     before, now = (np.broadcast_to(np.asarray(each, dtype=object), len(pairs))[rows] for each in (old, new))
     return [
-        Change(verdicts[row], scene, engine, method, column, known(was), known(is_), reference)
+        Change(
+            verdict=verdicts[row],
+            scene=scene,
+            engine=engine,
+            method=method,
+            column=column,
+            old=known(was),
+            new=known(is_),
+            reference=reference,
+        )
         for row, (scene, engine, method, reference), was, is_ in zip(rows, keys, before, now, strict=True)
     ]
 

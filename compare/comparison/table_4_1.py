@@ -2,20 +2,19 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields
-from itertools import starmap
 from typing import Annotated
 
 import numpy as np
 
 from tumble.compare.comparison.against_truth import Comparison
-from tumble.compare.tables.runs import xyz
+from tumble.compare.tables.runs import vector_columns
 from tumble.compare.tables.shared import CONTESTANT, Engine, Method, SceneName
 from tumble.scenarios.frames import Array
 from tumble.scenarios.published import VERTEX, table_4_1
 from tumble.scenarios.scene import Scene
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class PublishedRow:
     """One contestant at one row of Table 4.1: its vertex, the printed positions, and its distance from them."""
 
@@ -37,7 +36,7 @@ class PublishedRow:
     to_application_m: Annotated[float, "distance from the position printed as of the application"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class BudgetRow:
     """The largest distances of one contestant from the two printed columns over the five rows."""
 
@@ -67,17 +66,18 @@ def published_rows(comparison: Comparison) -> Iterator[PublishedRow]:
     table = table_4_1()
     for engine, method, positions in flown(comparison):
         for row, position in enumerate(positions):
+            calculated, application = table.calculated[row], table.application[row]
             yield PublishedRow(
-                comparison.scene.name,
-                engine,
-                method,
-                float(table.clock[row]),
-                float(table.physics_times[row]),
-                *xyz(position),
-                *xyz(table.calculated[row]),
-                *xyz(table.application[row]),
-                float(np.linalg.norm(position - table.calculated[row])),
-                float(np.linalg.norm(position - table.application[row])),
+                scene=comparison.scene.name,
+                engine=engine,
+                method=method,
+                t_clock_s=float(table.clock[row]),
+                t_s=float(table.physics_times[row]),
+                **vector_columns(position, "x_m", "y_m", "z_m"),
+                **vector_columns(calculated, "calculated_x_m", "calculated_y_m", "calculated_z_m"),
+                **vector_columns(application, "application_x_m", "application_y_m", "application_z_m"),
+                to_calculated_m=float(np.linalg.norm(position - calculated)),
+                to_application_m=float(np.linalg.norm(position - application)),
             )
 
 
@@ -90,4 +90,11 @@ def budget_rows(published: Sequence[PublishedRow]) -> Iterator[BudgetRow]:
     table = pd.DataFrame(published, columns=[field.name for field in fields(PublishedRow)])
     distances = ["to_calculated_m", "to_application_m"]
     largest = table.pivot_table(distances, list(CONTESTANT), aggfunc="max", sort=False)[distances]
-    yield from starmap(BudgetRow, largest.reset_index().itertuples(index=False, name=None))
+    for scene, engine, method, calculated, application in largest.reset_index().itertuples(index=False, name=None):
+        yield BudgetRow(
+            scene=scene,
+            engine=engine,
+            method=method,
+            max_to_calculated_m=calculated,
+            max_to_application_m=application,
+        )

@@ -56,4 +56,6 @@ def time_runs(
 def timed(run: Run, load: Load, cost: Cost) -> Timed:
     """Return a run with its time: its steps times the cost of one, or of a flight as it is."""
     run_ns = cost.reading.ns * (run.flight.steps if load.by_step else 1)
-    return Timed(run, run_ns / len(load.scene.start), cost.reading, load.by_step, cost.ready)
+    return Timed(
+        run=run, run_ns=run_ns / len(load.scene.start), reading=cost.reading, per_step=load.by_step, ready=cost.ready
+    )

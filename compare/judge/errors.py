@@ -45,7 +45,16 @@ class Flown:
 
     def run(self, scene: Scene, engine: str, truth: Truth | None) -> "Run":
         """Return it beside the truth."""
-        return Run(scene, engine, self.method, self.dt, self.answer, truth, self.tolerance, self.rounding)
+        return Run(
+            scene=scene,
+            engine=engine,
+            method=self.method,
+            dt=self.dt,
+            answer=self.answer,
+            truth=truth,
+            tolerance=self.tolerance,
+            rounding=self.rounding,
+        )
 
 
 @dataclass(frozen=True, eq=False)

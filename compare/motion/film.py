@@ -57,10 +57,10 @@ def film(
         true = [asked.answer(scene).truth for scene in watched]
     return [
         Film(
-            scene,
-            dt or scene.step,
-            answer.until_horizon(),
-            {
+            scene=scene,
+            dt=dt or scene.step,
+            truth=answer.until_horizon(),
+            flights={
                 (engine, method): flight
                 for (name, engine, method), flight in answers.items()
                 if name == scene.name and isinstance(flight, Trajectory)

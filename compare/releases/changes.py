@@ -28,18 +28,28 @@ def changes(ledger: Ledger, notes: Notes) -> Iterator[ReleaseChangeRow]:
         for method in methods:
             for what, found in between(cells, scenes, before, release, method):
                 yield ReleaseChangeRow(
-                    ledger.engine,
-                    release,
-                    before,
-                    method,
-                    what,
-                    "; ".join(old for _, old, _ in found),
-                    "; ".join(new for _, _, new in found),
-                    ", ".join(scene for scene, _, _ in found),
-                    notes.about(release, method),
+                    engine=ledger.engine,
+                    release=release,
+                    before=before,
+                    method=method,
+                    what=what,
+                    old="; ".join(old for _, old, _ in found),
+                    new="; ".join(new for _, _, new in found),
+                    scenes=", ".join(scene for scene, _, _ in found),
+                    notes=notes.about(release, method),
                 )
             if said := of_time(ledger.speeds.get((before, method)), ledger.speeds.get((release, method))):
-                yield ReleaseChangeRow(ledger.engine, release, before, method, "time", *said, scenes[0])
+                old, new = said
+                yield ReleaseChangeRow(
+                    engine=ledger.engine,
+                    release=release,
+                    before=before,
+                    method=method,
+                    what="time",
+                    old=old,
+                    new=new,
+                    scenes=scenes[0],
+                )
 
 
 Found = list[tuple[str, str, str]]  # scene, old, new

@@ -57,23 +57,29 @@ def extreme(
     answer = too_long(running_engine, method, scene, budget_s) or running_engine.fly(scene, method, scene.step)
     run = Flown.of(running_engine, method, scene.step, answer).run(scene, running_engine.title, true)
     said = verdict(run)
-    key = scene.name, scene.title, running_engine.title, method, scene.step
+    row = ExtremeRow(
+        scene=scene.name,
+        title=scene.title,
+        engine=running_engine.title,
+        method=method,
+        dt_s=scene.step,
+        status=worded(run.status)[0],
+        verdict=said.word,
+        why=said.why,
+        size_m=scene.body.reach,
+    )
     if isinstance(answer, Failure):
-        word = worded(run.status)[0]
-        return ExtremeRow(*key, None, word, said.word, None, None, None, None, said.why, scene.body.reach)
+        return row
     worst = run.distances.max(axis=(1, 2))
     ratio = float(np.max(worst / run.limits.max(axis=1))) if np.isfinite(worst).all() else math.inf
-    return ExtremeRow(
-        *key,
-        answer.steps,
-        worded(run.status)[0],
-        said.word,
-        boundless(worst.max()),
-        float(run.limits.max()),
-        ratio,
-        said.energy_ratio,
-        "; ".join(dict.fromkeys(filter(None, (said.why, *run.notes)))),
-        scene.body.reach,
+    return replace(
+        row,
+        steps=answer.steps,
+        max_error_m=boundless(worst.max()),
+        resolution_m=float(run.limits.max()),
+        error_over_resolution=ratio,
+        energy_ratio=said.energy_ratio,
+        why="; ".join(dict.fromkeys(filter(None, (said.why, *run.notes)))),
     )
 
 

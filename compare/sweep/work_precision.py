@@ -145,7 +145,12 @@ def against_the_clock(
     timed, why_untimed = time_runs(running_engines, scene, runs, effort.sampling)
     on_progress("timed")
     clocked = {id(each.run) for each in timed}
-    return Sweep(scene, tuple(timed), tuple(one for one in runs if id(one) not in clocked), why_untimed)
+    return Sweep(
+        scene=scene,
+        timed=tuple(timed),
+        untimed=tuple(one for one in runs if id(one) not in clocked),
+        why_untimed=why_untimed,
+    )
 
 
 def climb(running_engine: RunningEngine, judged: Judged, method: str, effort: Effort, enough_m: float) -> list[Flown]:

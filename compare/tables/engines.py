@@ -9,14 +9,14 @@ def engine_row(running_engine: RunningEngine) -> EngineRow:
     """Return the row of one engine."""
     info = running_engine.info
     if isinstance(info, Failure):
-        return EngineRow(running_engine.title, *worded(info.status), "", "", ", ".join(running_engine.methods), "", "")
+        status, why = worded(info.status)
+        return EngineRow(engine=running_engine.title, status=status, why=why, methods=", ".join(running_engine.methods))
     return EngineRow(
-        running_engine.title,
-        "ok",
-        "",
-        info.version,
-        info.precision,
-        ", ".join((*info.methods, *info.forced, *info.on_request)),
-        ", ".join(sorted(info.features)),
-        "; ".join(info.switched_off),
+        engine=running_engine.title,
+        status="ok",
+        version=info.version,
+        precision=info.precision,
+        methods=", ".join((*info.methods, *info.forced, *info.on_request)),
+        features=", ".join(sorted(info.features)),
+        switched_off="; ".join(info.switched_off),
     )

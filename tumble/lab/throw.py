@@ -89,19 +89,21 @@ class Throw:
         waiting = Failure("timeout: still running when this was saved")
         runs = (
             Run(
-                scene,
-                one.title,
-                one.method,
-                scene.step,
-                self.answers.get(one, waiting),
-                whole,
-                self._pool.tolerance(one),
+                scene=scene,
+                engine=one.title,
+                method=one.method,
+                dt=scene.step,
+                answer=self.answers.get(one, waiting),
+                truth=whole,
+                tolerance=self._pool.tolerance(one),
             )
             for one in self.contestants
         )
         why = self.why_no_truth or "still being worked out"
         roles = {one.name: self._pool.role(one) for one in self.contestants}
-        return Comparison(scene, whole, why, tuple(runs), lost_m(scene, whole), roles)
+        return Comparison(
+            scene=scene, truth=whole, why_no_truth=why, runs=tuple(runs), lost_m=lost_m(scene, whole), roles=roles
+        )
 
     def _whole_truth(self) -> Truth:
         pieces = [self._pieces[number] for number in range(len(self._parts))]

@@ -35,7 +35,7 @@ def examined(running_engine: RunningEngine) -> Iterator[Examined]:
         if law not in binding or late:
             lacking = "it has no gravity" if law == "gravity" else "it has nothing optional"
             why = info.exempt.get(law) or (late if law in binding else lacking)
-            yield Examined(law, (), {}, dict.fromkeys(running_engine.methods, why))
+            yield Examined(law=law, holds=(), broken={}, not_asked=dict.fromkeys(running_engine.methods, why))
             continue
         holds, broken, not_asked = [], {}, {}
         for method in (*running_engine.methods, *loose):
@@ -52,4 +52,4 @@ def examined(running_engine: RunningEngine) -> Iterator[Examined]:
                 broken[method] = said.status if isinstance(said, Failure) else said
             else:
                 holds.append(method)
-        yield Examined(law, tuple(holds), broken, not_asked)
+        yield Examined(law=law, holds=tuple(holds), broken=broken, not_asked=not_asked)

@@ -126,7 +126,14 @@ def install(engine: str, on_progress: ProgressCallback = no_progress) -> Environ
             node = make_one(made, pins, package)
             fly_once(name, place_of(made.environment, node), on_progress)
             python = "" if node else python_of(made.environment)
-            found = Environment(name, release, python, tuple(pins), size_of(made.environment), node)
+            found = Environment(
+                engine=name,
+                release=release,
+                python=python,
+                packages=tuple(pins),
+                size=size_of(made.environment),
+                node=node,
+            )
             (made.environment / MARK).write_text(json.dumps(asdict(found), indent=1), encoding="utf-8")
             if present := next((one for one in environments() if one.name == found.name), None):
                 return present  # another process was faster

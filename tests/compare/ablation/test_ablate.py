@@ -126,7 +126,7 @@ def test_what_cannot_be_built_is_a_row_with_the_reason_and_not_in_everything(abl
 
 def test_an_engine_without_spares_is_one_row_that_says_so(ablation):
     (row,) = [row for row in ablation.rows if row.engine == "mine"]
-    assert row == AblationRow("brick", "mine", "", "", "nothing to leave out")
+    assert row == AblationRow(scene="brick", engine="mine", method="", feature="", why="nothing to leave out")
     assert "mine: nothing to leave out" in others(ablation.rows)
 
 
@@ -136,7 +136,9 @@ def test_what_the_scene_has_is_not_left_out(folder):
     with launched([f"{SPARING}:careful", "handcalc"]) as running_engines:
         found = ablate(running_engines, scene, sampling=Sampling(span_s=0.0))
     assert list(rows_of(found, "careful")) == [EVERYTHING, "ballast", "breeze", "digits"]
-    assert found.rows[-1] == AblationRow("falling", "handcalc", "", "", "skipped: handcalc has no gravity")
+    assert found.rows[-1] == AblationRow(
+        scene="falling", engine="handcalc", method="", feature="", why="skipped: handcalc has no gravity"
+    )
 
 
 def test_what_mujoco_leaves_out_moves_no_bit_and_costs_no_time(folder):
@@ -178,7 +180,24 @@ def test_two_flights_are_as_far_apart_as_their_vertices_ever_are():
 
 def test_a_ratio_is_quoted_in_as_many_digits_as_it_has():
     assert [times(ratio) for ratio in (None, 1.0, 37.994, 231.4)] == ["", "1.00", "37.99", "231"]
-    assert band(AblationRow("s", "e", "m", "f", "", 2.0, 1.0, 2.0, 1.9, 2.1, 0.0)) == "1.90-2.10"
+    assert (
+        band(
+            AblationRow(
+                scene="s",
+                engine="e",
+                method="m",
+                feature="f",
+                why="",
+                cpu_ns_per_step_with=2.0,
+                cpu_ns_per_step_without=1.0,
+                ratio=2.0,
+                ratio_low=1.9,
+                ratio_high=2.1,
+                max_difference_m=0.0,
+            )
+        )
+        == "1.90-2.10"
+    )
 
 
 # --- the command

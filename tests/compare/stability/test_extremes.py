@@ -111,7 +111,19 @@ def test_our_best_method_holds_every_quick_case(truths):
 
 
 def test_a_miss_is_told():
-    row = ExtremeRow("c", "C", *BEST.split(":"), 0.1, 1, "ok", "stable", 1.0, 0.01, FLOORS * 1.01, 1.0, "", 0.2)  # pyright: ignore[reportCallIssue]
+    engine, method = BEST.split(":")
+    row = ExtremeRow(
+        scene="c",
+        title="C",
+        engine=engine,
+        method=method,
+        dt_s=0.1,
+        status="ok",
+        verdict="stable",
+        error_over_resolution=FLOORS * 1.01,
+        why="",
+        size_m=0.2,
+    )
     assert missed([row]) == [row]
     assert missed([replace(row, error_over_resolution=FLOORS)]) == []
     assert missed([replace(row, error_over_resolution=None)]), "no flight is no success"
