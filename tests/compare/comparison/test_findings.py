@@ -1,7 +1,6 @@
 """What a comparison found, from planted rows."""
 
-from tumble.compare.comparison.findings import agreement_findings, column_findings, error_findings
-from tumble.compare.comparison.table_4_1 import BudgetRow
+from tumble.compare.comparison.findings import agreement_findings, error_findings
 from tumble.compare.judge.agreement import AgreementRow
 from tumble.compare.tables.shared import RunRow
 
@@ -108,23 +107,3 @@ def test_of_agreeing_engines_the_most_misleading_pair_is_told():
     ]
     told = found(agreement_findings(pairs))
     assert told == {"apart": ("one:a", 1e-9, None), "both off": ("one:a", 0.7, None)}
-
-
-def test_a_printed_column_is_right_only_where_it_is_nearer_by_far():
-    told = list(
-        column_findings(
-            [
-                BudgetRow(scene="s", engine="exact", method="", max_to_calculated_m=2.8, max_to_application_m=0.011),
-                BudgetRow(scene="s", engine="other", method="x", max_to_calculated_m=0.0, max_to_application_m=5.0),
-            ]
-        )
-    )
-    assert [(row.finding, row.other, row.value) for row in told] == [
-        ("right column", "application", 0.011),
-        ("wrong column", "calculated", 2.8),
-    ]
-    assert not list(
-        column_findings(
-            [BudgetRow(scene="s", engine="exact", method="", max_to_calculated_m=0.09, max_to_application_m=0.011)]
-        )
-    )
