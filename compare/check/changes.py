@@ -15,8 +15,9 @@ from tumble.compare.check.tolerances import Tolerances
 from tumble.compare.judge.trend import TRENDS
 from tumble.compare.run.precision import DOUBLE, rounding
 from tumble.compare.run.running_engines import engine_files, titles
+from tumble.compare.run.status import described
 from tumble.compare.tables.schema import Table
-from tumble.compare.tables.shared import CONTESTANT, told
+from tumble.compare.tables.shared import CONTESTANT
 
 Verdict = Literal["incomparable", "worse", "gone", "better", "changed", "new"]
 VERDICTS: tuple[Verdict, ...] = ("incomparable", "worse", "gone", "better", "changed", "new")
@@ -190,14 +191,14 @@ def presence(pairs: Frame, verdict: Verdict) -> list[Change]:
 
 def statuses(pairs: Frame, which: str) -> list[str]:
     """Return the statuses with their reasons."""
-    return [told(*each) for each in zip(pairs[f"status_{which}"], pairs[f"why_{which}"], strict=True)]
+    return [described(*each) for each in zip(pairs[f"status_{which}"], pairs[f"why_{which}"], strict=True)]
 
 
 def failures(record: Record) -> dict[str, str]:
     """Return the status of each contestant that crashed, hung or is missing, by its name and its scenes."""
     failed: Frame = record.cells[rank(record.cells.status) == NO_ANSWER]
     return {
-        f"{engine}:{method}".strip(":") + f" on {', '.join(own.scene)}": told(status, why)
+        f"{engine}:{method}".strip(":") + f" on {', '.join(own.scene)}": described(status, why)
         for (engine, method, status, why), own in failed.groupby(["engine", "method", "status", "why"], sort=False)
     }
 

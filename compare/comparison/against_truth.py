@@ -8,9 +8,9 @@ from tumble.compare.judge.errors import Flown, Run
 from tumble.compare.run.flight import Trajectory
 from tumble.compare.run.progress import ProgressCallback, no_progress
 from tumble.compare.run.running_engines import AS_ASKED, DEFAULT, RunningEngine, truth_limit
+from tumble.compare.run.status import Failure
 from tumble.compare.run.tasks import Task, run
 from tumble.compare.run.truths import Truths
-from tumble.compare.run.worker import Failure
 from tumble.scenarios.scene import Scene
 from tumble.scenarios.truth import Truth
 from tumble.scenarios.truth.handed import cost_of_doubles

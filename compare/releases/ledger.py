@@ -13,11 +13,11 @@ from tumble.compare.run.engines.environments import split_release
 from tumble.compare.run.process.kept import Kept
 from tumble.compare.run.progress import ProgressCallback, no_progress
 from tumble.compare.run.running_engines import RunningEngine, truth_limit
+from tumble.compare.run.status import Failure
 from tumble.compare.run.tasks import Task, run
 from tumble.compare.run.timing.readings import USUAL, Reading, Sampling, ratio
 from tumble.compare.run.timing.timing import Cost, Load, costs
 from tumble.compare.run.truths import Truths
-from tumble.compare.run.worker import Failure
 from tumble.compare.tables.runs import run_row
 from tumble.scenarios.scene import Scene
 from tumble.scenarios.truth import Truth

@@ -14,10 +14,9 @@ from tumble.compare.judge.errors import Flown
 from tumble.compare.judge.verdict import verdict
 from tumble.compare.run.flight import Trajectory, legs
 from tumble.compare.run.running_engines import RunningEngine
-from tumble.compare.run.worker import Failure
+from tumble.compare.run.status import Failure, Status
 from tumble.compare.stability.schemas import ExtremeRow
 from tumble.compare.tables.runs import boundless
-from tumble.compare.tables.shared import worded
 from tumble.scenarios.scene import Scene
 from tumble.scenarios.truth import Truth
 
@@ -63,7 +62,7 @@ def extreme(
         engine=running_engine.title,
         method=method,
         dt_s=scene.step,
-        status=worded(run.status)[0],
+        status=run.status.value,
         verdict=said.word,
         why=said.why,
         size_m=scene.body.reach,
@@ -106,7 +105,7 @@ def too_long(running_engine: RunningEngine, method: str, scene: Scene, budget_s:
     else:
         steps = sum(leg.n for leg in legs(scene, scene.step))
         asked, needed = f"{steps:.0e} steps", steps * info.step_of(method) / 1e9
-    return Failure(f"timeout: {asked} would take {needed:.2g} s of {budget_s:g}") if needed > budget_s else None
+    return Failure(Status.TIMEOUT, f"{asked} would take {needed:.2g} s of {budget_s:g}") if needed > budget_s else None
 
 
 def missed(rows: Sequence[ExtremeRow]) -> list[ExtremeRow]:

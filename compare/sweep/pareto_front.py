@@ -12,6 +12,7 @@ from tumble.compare.judge.cost import Timed
 from tumble.compare.judge.errors import Run
 from tumble.compare.judge.orders import ASYMPTOTIC, LAST, Rung, local_orders, parts
 from tumble.compare.run.precision import precision
+from tumble.compare.run.status import Status
 from tumble.compare.run.timing.readings import ratio
 from tumble.compare.sweep.schemas import (
     AccuracyCostRow,
@@ -45,7 +46,7 @@ def ensemble_rows(sweep: Sweep) -> Iterator[EnsembleRow]:
 
 def usable(timed: Sequence[Timed]) -> list[Timed]:
     """Return the runs whose error is a plain result."""
-    return [each for each in timed if each.run.status == "ok" and np.isfinite(each.error_m)]
+    return [each for each in timed if each.run.status is Status.OK and np.isfinite(each.error_m)]
 
 
 def clocked(timed: Sequence[Timed]) -> list[Timed]:

@@ -1,16 +1,16 @@
 """What is written of the engines that took part."""
 
 from tumble.compare.run.running_engines import RunningEngine
-from tumble.compare.run.worker import Failure
-from tumble.compare.tables.shared import EngineRow, worded
+from tumble.compare.run.status import Failure
+from tumble.compare.tables.shared import EngineRow
 
 
 def engine_row(running_engine: RunningEngine) -> EngineRow:
     """Return the row of one engine."""
     info = running_engine.info
     if isinstance(info, Failure):
-        status, why = worded(info.status)
-        return EngineRow(engine=running_engine.title, status=status, why=why, methods=", ".join(running_engine.methods))
+        methods = ", ".join(running_engine.methods)
+        return EngineRow(engine=running_engine.title, status=info.status.value, why=info.reason, methods=methods)
     return EngineRow(
         engine=running_engine.title,
         status="ok",

@@ -8,7 +8,7 @@ import numpy as np
 
 from tumble.compare.judge.errors import Run, quietly
 from tumble.compare.run.flight import Trajectory
-from tumble.compare.tables.shared import RunRow, worded
+from tumble.compare.tables.shared import RunRow
 from tumble.scenarios.frames import Array
 
 
@@ -25,8 +25,7 @@ def step_columns(run: Run) -> dict[str, Any]:
 
 def status_columns(run: Run) -> dict[str, Any]:
     """Return the columns of a run's status and its reason."""
-    status, why = worded(run.status)
-    return {"status": status, "why": why}
+    return {"status": run.status.value, "why": run.reason}
 
 
 def run_row(run: Run) -> RunRow:

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from tumble.compare.run.provenance import ConditionRow
+from tumble.compare.run.status import described
 from tumble.compare.tables.schema import EMPTY, Table
 
 SceneName = Annotated[str, "name of the scene"]
@@ -153,9 +154,9 @@ class EngineRow:
     switched_off: Annotated[str, "settings of the engine that were switched off to be fair"] = ""
 
     @property
-    def told(self) -> str:
-        """The status with its reason."""
-        return told(self.status, self.why)
+    def outcome(self) -> str:
+        """Status and reason as text for a person."""
+        return described(self.status, self.why)
 
 
 FINDING_WORDS = {
@@ -215,16 +216,3 @@ ENGINES = Table("engines.csv", EngineRow, ("engine",))
 CONDITIONS = Table("conditions.csv", ConditionRow, ("what",))
 FINDINGS = Table("findings.csv", FindingRow, ("finding", *CONTESTANT, "other"))
 TABLES = (RUNS, VERTEX_ERRORS, ERROR_OVER_TIME, MEMBERS, SCENES, ENGINES, CONDITIONS, FINDINGS)
-
-
-def told(status: str, why: str) -> str:
-    """Return a status with its reason."""
-    return f"{status}: {why}" if why else status
-
-
-def worded(status: str) -> tuple[str, str]:
-    """Return the word and the reason of a status: `diverged at 2 s` is `diverged`, `at 2 s`."""
-    word, colon, why = status.partition(": ")
-    if not colon:
-        word, _, why = status.partition(" ")
-    return word, why

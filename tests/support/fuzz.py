@@ -44,7 +44,7 @@ from tumble.compare.run.flight import Probe
 from tumble.compare.run.flight import Trajectory as Flight
 from tumble.compare.run.process import message
 from tumble.compare.run.process.message import PREFIX, Malformed, lengths, unpacked
-from tumble.compare.run.questions import Failure
+from tumble.compare.run.status import Failure, Status
 from tumble.compare.run.timing.timer import Sample
 from tumble.compare.tables.files import write_folder
 from tumble.compare.tables.frames import frame
@@ -537,7 +537,7 @@ def messages(folder: Path, numbers: range) -> Outcome:
     flight = Flight(scene.rows, states, points, 7, 1.0, (Finding("other", "x"),), probe=probe)
     answers = (
         (Flight | Failure, flight),
-        (Flight | Failure, Failure("timeout")),
+        (Flight | Failure, Failure(Status.TIMEOUT, "")),
         (Sample | Failure, Sample((1.0,) * 4, (0.0,) * 4)),
         (str | Failure, "how"),
     )

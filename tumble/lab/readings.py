@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tumble.compare.run.worker import Failure
+from tumble.compare.run.status import Failure
 from tumble.lab.pool import Contestant
 from tumble.lab.throw import Throw
 from tumble.scenarios.frames import Array
@@ -67,7 +67,7 @@ def error_rows(throw: Throw, frame: int, vertex: int | None) -> list[ErrorRow]:
     for contestant in throw.contestants:
         answer = answers.get(contestant)
         if contestant not in flights:
-            status = answer.status if isinstance(answer, Failure) else RUNNING
+            status = str(answer) if isinstance(answer, Failure) else RUNNING
             rows.append(
                 ErrorRow(
                     contestant=contestant,

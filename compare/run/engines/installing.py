@@ -272,7 +272,8 @@ def make_node(made: Site, pins: list[str]) -> str:
 
 def fly_once(engine: str, place: Place, on_progress: ProgressCallback) -> None:
     """See that every method of the engine can be used there.  Raises BadEngine."""
-    from tumble.compare.run.worker import Failure, Worker
+    from tumble.compare.run.status import Failure
+    from tumble.compare.run.worker import Worker
 
     with Worker(engine, 900.0, place=place) as worker:  # what some compile first they keep in their environment
         on_progress(f"loading {engine}", 0.0)
@@ -283,7 +284,7 @@ def fly_once(engine: str, place: Place, on_progress: ProgressCallback) -> None:
             if isinstance(said, Failure):
                 break
     if isinstance(said, Failure):
-        raise BadEngine(f"installed, but it cannot be used: {said.status}; nothing was kept")
+        raise BadEngine(f"installed, but it cannot be used: {said}; nothing was kept")
 
 
 def python_of(place: Path) -> str:

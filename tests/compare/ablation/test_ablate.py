@@ -11,10 +11,10 @@ from tumble.__main__ import main
 from tumble.compare.ablation.optional_features import EVERYTHING, AblationRow, Build, Pair, ablate, apart_m, measured
 from tumble.compare.run.flight import Trajectory
 from tumble.compare.run.running_engines import launched
+from tumble.compare.run.status import Failure, Status
 from tumble.compare.run.timing.readings import Reading, Sampling
 from tumble.compare.run.timing.timer import Ready
 from tumble.compare.run.timing.timing import Cost
-from tumble.compare.run.worker import Failure
 from tumble.reports.ablation import band, others, times
 from tumble.scenarios.needs import needs
 from tumble.scenarios.read import read_scene
@@ -88,7 +88,7 @@ def test_a_row_has_the_ratio_of_the_rounds_and_the_lower_decile_of_each_time(abl
     assert row.ratio == pytest.approx(4.0)
     assert row.ratio_low < 4.0 < row.ratio_high
     assert row.max_difference_m == 1e-9
-    gone = measured(Pair(kept, lean, 1e-9, 0.0, 0.0), clocked | {lean.key: Failure("untimed: it is no time")})
+    gone = measured(Pair(kept, lean, 1e-9, 0.0, 0.0), clocked | {lean.key: Failure(Status.UNTIMED, "it is no time")})
     assert (gone.why, gone.ratio) == ("without it untimed: it is no time", None)
 
 
