@@ -29,6 +29,12 @@ test-all: venv-test
 
 check: venv-test
 	$(BIN)/ruff check . && $(BIN)/ruff format --check . && $(BIN)/python -m tools.words && $(BIN)/lint-imports && $(BIN)/pyright
+	$(BIN)/python -m tools.page_types --check
+
+# The types of the tables' rows for the page's JavaScript, after a change of a column.
+.PHONY: types
+types: venv-test
+	$(BIN)/python -m tools.page_types
 
 # What ruff can fix: order of imports, formatting, outdated syntax.
 .PHONY: fix

@@ -20,9 +20,9 @@ from tools.palette import reduced
 from tumble.compare.grade.grade import diagnose, scale_of
 from tumble.compare.grade.hypotheses.hypothesis import Hypothesis, Question
 from tumble.compare.grade.hypotheses.mistakes import hypotheses
-from tumble.compare.grade.measure.noise import root_mean_square
-from tumble.compare.grade.measure.residual import Kept
-from tumble.compare.grade.model.account import FINE, Account, truthful
+from tumble.compare.grade.measure.errors import Kept
+from tumble.compare.grade.measure.significance import root_mean_square
+from tumble.compare.grade.model.program_model import FINE, Account, truthful
 from tumble.compare.grade.read.columns import Shown
 from tumble.compare.tables.files import write_whole
 from tumble.compare.tables.frames import csv_text, frame
