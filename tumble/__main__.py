@@ -84,7 +84,7 @@ def answer(top: Parser, options: argparse.Namespace) -> int:
         top.print_help()
     else:
         command = importlib.import_module(f"tumble.commands.{options.command}")
-        importlib.import_module("tumble.notes").be_quiet(getattr(options, "quiet", False))
+        importlib.import_module("tumble.notes").show_log()
         if not getattr(options, "parquet", False):
             return command.main(options)
         tables = importlib.import_module("tumble.compare.tables.parquet")
