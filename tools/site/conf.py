@@ -11,9 +11,9 @@ from sphinx.application import Sphinx
 ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT))
 
-from tools.site.pages import DOCS, write_pages  # noqa: E402
+from tools.site.pages import write_pages  # noqa: E402
 
-project, author = "Tumble", "the authors of Tumble"
+project, author = "Tumble", "the Tumble authors"
 copyright = author
 release = version = installed("tumble")
 extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx_copybutton"]
@@ -26,7 +26,6 @@ html_theme = "pydata_sphinx_theme"
 html_title = "Tumble"
 html_static_path = [str(Path(__file__).parent / "static")]
 html_css_files = ["site.css"]
-html_extra_path = [str(DOCS / "example.html")]
 html_copy_source = False
 html_show_sourcelink = False
 html_show_copyright = False
