@@ -91,7 +91,7 @@ def test_a_terminal_shows_it_as_it_is(hostile):
 def test_tables_hold_nothing_that_a_spreadsheet_runs(hostile):
     tumble(hostile, "compare", f"./{NAME}.toml", "-e", f"./{NAME}.py", "-o", "out")
     negative = []
-    for path in (hostile / "out").iterdir():
+    for path in (hostile / "out").glob("*.csv"):
         header, *rows = csv.reader(io.StringIO(path.read_text(encoding="utf-8"), newline=""))
         for row in rows:
             assert len(row) == len(header), path.name
