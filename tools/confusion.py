@@ -17,12 +17,12 @@ import numpy as np
 import vl_convert
 
 from tumble.compare.grade.grade import diagnose, scale_of
-from tumble.compare.grade.hypotheses.hypothesis import Hypothesis, Question
+from tumble.compare.grade.hypotheses.hypothesis import Context, Hypothesis
 from tumble.compare.grade.hypotheses.mistakes import hypotheses
-from tumble.compare.grade.measure.errors import Kept
+from tumble.compare.grade.measure.errors import SampledRows
 from tumble.compare.grade.measure.significance import root_mean_square
-from tumble.compare.grade.model.program_model import FINE, Account, truthful
-from tumble.compare.grade.read.columns import Shown
+from tumble.compare.grade.model.program_model import FINE, ProgramModel, correct_program
+from tumble.compare.grade.read.columns import Description
 from tumble.compare.tables.files import write_whole
 from tumble.compare.tables.frames import csv_text, frame
 from tumble.compare.tables.schema import Table
@@ -99,10 +99,10 @@ def _impulse(random: np.random.Generator, body: Body, time: float) -> Impulse:
     return Impulse(time, value, point_body=point)
 
 
-def shown_kind(random: np.random.Generator, body: Body) -> Shown:
+def shown_kind(random: np.random.Generator, body: Body) -> Description:
     """Return a way to write a trajectory down."""
     kind = ("pose", "matrix", "vertices")[random.integers(3)]
-    return Shown(kind, tuple(range(len(body.points))), False, False)
+    return Description(kind, tuple(range(len(body.points))), False, False)
 
 
 def planted_value(random: np.random.Generator, hypothesis: Hypothesis) -> float:
@@ -112,7 +112,7 @@ def planted_value(random: np.random.Generator, hypothesis: Hypothesis) -> float:
         return 0.0
     if hypothesis.choices:
         return float(values[random.integers(len(values))])
-    known = [value for value in hypothesis.known if min(values) < value < max(values)]
+    known = [value for value in hypothesis.named_values if min(values) < value < max(values)]
     if known and random.random() < 0.5:
         return float(known[random.integers(len(known))])
     low, high = sorted(values)[1], sorted(values)[-2]
@@ -121,9 +121,9 @@ def planted_value(random: np.random.Generator, hypothesis: Hypothesis) -> float:
     return float(random.uniform(low, high))
 
 
-def written(account: Account, times: Array, points: Array) -> Array:
+def written(program: ProgramModel, times: Array, points: Array) -> Array:
     """Return the vertices that a program writes down [m], (T, K, 3)."""
-    pose = account.written(times, FINE)
+    pose = program.output(times, FINE)
     return pose.x[:, None] + np.einsum("tij,kj->tki", pose.axes, points)
 
 
@@ -141,19 +141,19 @@ def confused(job: tuple[int, int]) -> ConfusionRow:
     count, number = job
     random = np.random.default_rng((SEED, count, number))
     scene = random_scene(random)
-    shown = shown_kind(random, scene.body)
-    account = truthful(scene, 0)
+    description = shown_kind(random, scene.body)
+    program = correct_program(scene, 0)
     times = np.array(scene.rows)
-    true = written(account, times, scene.body.points)
-    rates = np.linalg.norm(account.flown(times)[:, 15:18], axis=1)
+    true = written(program, times, scene.body.points)
+    rates = np.linalg.norm(program.simulate(times)[:, 15:18], axis=1)
     spacing = scene.duration / ROWS
-    question = Question(scene, account, shown.kind, len(times), scene.duration, float(1 / rates.max()), spacing)
-    known = hypotheses(question)
+    context = Context(scene, program, description.kind, len(times), scene.duration, float(1 / rates.max()), spacing)
+    known = hypotheses(context)
     names = sorted({hypothesis.name for hypothesis in known})
     size = float(np.ptp(scene.body.points, axis=0).max())
 
     def with_mistakes(some: Sequence[int], values: Sequence[float]) -> Array:
-        changed = account
+        changed = program
         for place in some:
             changed = picked[place].change(changed, values[place])
         return written(changed, times, scene.body.points)
@@ -168,10 +168,10 @@ def confused(job: tuple[int, int]) -> ConfusionRow:
     without = [with_mistakes([place for place in range(count) if place != left], values) for left in range(count)]
     effect_m = min(root_mean_square(planted - other) for other in without)
     sigma = NOISE * size
-    seen = noisy(random, planted, shown.kind, scene.body.points, sigma)
+    seen = noisy(random, planted, description.kind, scene.body.points, sigma)
     noise_m = root_mean_square(seen - planted)
-    kept = Kept(times, seen, true, np.zeros((len(times), 3)), None)
-    diagnosis = diagnose(question, shown, kept, scale_of(kept, scene, 0.0))
+    sample = SampledRows(times, seen, true, np.zeros((len(times), 3)), None)
+    diagnosis = diagnose(context, description, sample, scale_of(sample, scene, 0.0))
     named = [frozenset(SAME.get(name, name) for name in each.names) for each in (diagnosis.best, *diagnosis.alike)]
     right = frozenset(hypothesis.name for hypothesis in picked)
     return ConfusionRow(
@@ -183,7 +183,7 @@ def confused(job: tuple[int, int]) -> ConfusionRow:
         noise_m,
         effect_m > SEEN * noise_m,
         " + ".join(sorted(named[0])) or "nothing",
-        "; ".join(mistake.said for mistake in diagnosis.best.mistakes),
+        "; ".join(mistake.text for mistake in diagnosis.best.mistakes),
         " | ".join(" + ".join(sorted(each)) for each in named[1:]),
         diagnosis.best.rms_m,
         named[0] == right,
@@ -275,10 +275,10 @@ def picture(rows: Sequence[ConfusionRow]) -> bytes:
     named = planted + sorted({pair[1] for pair in cells} - set(planted))
     data = [{"planted": pair[0], "named": pair[1], "trajectories": count} for pair, count in cells.items()]
     base = altair.Chart(altair.Data(values=data)).encode(
-        x=altair.X("named:N", sort=named, scale=altair.Scale(domain=named), axis=altair.Axis(labelAngle=-60)),
-        y=altair.Y("planted:N", sort=planted, scale=altair.Scale(domain=planted)),
+        x=altair.X("named:N", sort=named, scale=altair.ResidualScale(domain=named), axis=altair.Axis(labelAngle=-60)),
+        y=altair.Y("planted:N", sort=planted, scale=altair.ResidualScale(domain=planted)),
     )
-    squares = base.mark_rect().encode(color=altair.Color("trajectories:Q", scale=altair.Scale(scheme="blues")))
+    squares = base.mark_rect().encode(color=altair.Color("trajectories:Q", scale=altair.ResidualScale(scheme="blues")))
     numbers = base.mark_text(fontSize=9).encode(text="trajectories:Q")
     chart = (squares + numbers).properties(width=altair.Step(18), height=altair.Step(16))
     return vl_convert.vegalite_to_png(chart.to_json(), scale=1.5)

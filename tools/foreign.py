@@ -23,7 +23,7 @@ from statistics import median
 from time import perf_counter
 
 from tumble.compare.grade.grade import EXPLAINED_PARTLY, EXPLAINED_WHOLLY, Grade, grade
-from tumble.compare.grade.hypotheses.engine_schemes import ENGINES, Law
+from tumble.compare.grade.hypotheses.engine_schemes import ENGINES, EngineScheme
 from tumble.compare.grade.search.diagnosis import Diagnosis
 from tumble.compare.tables.files import write_whole
 from tumble.compare.tables.frames import csv_text, frame
@@ -138,7 +138,7 @@ def judged(graded: Grade, truth: dict[str, str]) -> str:
         return "not explained"
     hit = [key for key, value in seen.items() if key in said and agree(value, said[key])]
     more = said.keys() - seen.keys()
-    if graded.diagnosis and graded.diagnosis.best.nothing and "step" not in said:
+    if graded.diagnosis and graded.diagnosis.best.within_floor and "step" not in said:
         hit += ["step"] if "step" in seen else []  # what is left is rounding: the step cannot be told from any other
     if "lag" in seen:
         more -= {"step"}
@@ -154,7 +154,7 @@ def judged(graded: Grade, truth: dict[str, str]) -> str:
 Job = tuple[Path, Path, dict[str, str]]
 
 
-def row(job: Job, engines: Sequence[Law] = ENGINES) -> ForeignRow:
+def row(job: Job, engines: Sequence[EngineScheme] = ENGINES) -> ForeignRow:
     """Grade one file by the laws of some engines and judge what was said.  job: the file, its scene, what is true."""
     file, scene, truth = job
     own = read_scene(str(scene) if scene.exists() else scene.stem)

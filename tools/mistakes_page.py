@@ -13,11 +13,11 @@ from pathlib import Path
 
 import numpy as np
 
-from tumble.compare.grade.hypotheses.engine_schemes import combinations, table
-from tumble.compare.grade.hypotheses.hypothesis import Hypothesis, Question
+from tumble.compare.grade.hypotheses.engine_schemes import engine_runs, scheme_combinations
+from tumble.compare.grade.hypotheses.hypothesis import Context, Hypothesis
 from tumble.compare.grade.hypotheses.mistakes import hypotheses
-from tumble.compare.grade.hypotheses.scheme_hypotheses import Laws
-from tumble.compare.grade.model.program_model import truthful
+from tumble.compare.grade.hypotheses.scheme_hypotheses import SchemeHypotheses
+from tumble.compare.grade.model.program_model import correct_program
 from tumble.compare.grade.results import parameters, stable_name
 from tumble.compare.tables.files import write_whole
 from tumble.scenarios.read import scene_of
@@ -57,23 +57,23 @@ KINDS = ("pose", "matrix", "vertices")
 ROWS, SPACING_S = 40, 0.05
 
 
-def questions() -> Iterator[Question]:
+def contexts() -> Iterator[Context]:
     """Yield what is asked of each kind of file of each scene, of files with and without the centre."""
-    for text, kind, centred in product(SCENES, KINDS, (True, False)):
+    for text, kind, has_centre in product(SCENES, KINDS, (True, False)):
         scene = scene_of(text, Path("room.toml"), "room.toml")
-        account = truthful(scene, 0)
+        program = correct_program(scene, 0)
         first = np.array((0.1, 0.2, 0.3, 0.8, 0.6, 0.0, 0.0))
         offset = np.array((0.3, 0.15, 0.05))
-        yield Question(
+        yield Context(
             scene,
-            account,
+            program,
             kind,
             ROWS,
             scene.duration,
             0.3,
             SPACING_S,
             first,
-            centred,
+            has_centre,
             offset,
             drift=np.ones((2, 3)),
         )
@@ -81,11 +81,11 @@ def questions() -> Iterator[Question]:
 
 def tried() -> Iterator[Hypothesis]:
     """Yield every mistake that is tried, and every one that laws of engines and their combinations are said by."""
-    for question in questions():
-        yield from hypotheses(question)
-        laws = Laws(question)
-        for flown in (*table(question), *combinations(question)):
-            yield from (mistake.hypothesis for mistake in laws.mistakes(flown))
+    for context in contexts():
+        yield from hypotheses(context)
+        schemes = SchemeHypotheses(context)
+        for stepped in (*engine_runs(context), *scheme_combinations(context)):
+            yield from (mistake.hypothesis for mistake in schemes.mistakes(stepped))
 
 
 def names() -> dict[str, dict[str, str]]:

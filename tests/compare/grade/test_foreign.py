@@ -48,8 +48,8 @@ def right(tmp_path_factory):
 def text(columns, names=None, separator=",", end="\n"):
     """Return some columns as a file; names: column in the file -> column of ours, or a list of ours."""
     names = names or list(columns)
-    chosen = [columns[names[name] if isinstance(names, dict) else name] for name in names]
-    return "".join(separator.join(cells) + end for cells in (list(names), *zip(*chosen, strict=True)))
+    choice_cost = [columns[names[name] if isinstance(names, dict) else name] for name in names]
+    return "".join(separator.join(cells) + end for cells in (list(names), *zip(*choice_cost, strict=True)))
 
 
 def scaled(columns, factor, *names):

@@ -65,10 +65,10 @@ FORMS = {
 @pytest.mark.parametrize("form", FORMS)
 def test_graded_as_the_plain_file_with_the_same_digits(grade, rows, form):
     write, words = FORMS[form]
-    _, plain, _ = grade(",".join(POSE) + "\n" + lines(rows))
+    _, as_csv, _ = grade(",".join(POSE) + "\n" + lines(rows))
     code, out, err = grade(write(rows), *words)
     assert code == 0, err
-    assert out == plain
+    assert out == as_csv
     assert "printed digits" in out
 
 

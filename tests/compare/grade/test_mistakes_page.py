@@ -16,9 +16,9 @@ def test_the_page_is_what_its_maker_makes():
 
 
 def test_a_new_mistake_is_missed_on_the_page(monkeypatch):
-    def more(question):
-        yield from mistakes.writings(question)
-        yield replace(next(iter(mistakes.writings(question))), name="tea time")
+    def more(context):
+        yield from mistakes.output_transforms(context)
+        yield replace(next(iter(mistakes.output_transforms(context))), name="tea time")
 
     monkeypatch.setattr(mistakes, "PARTS", (*mistakes.PARTS[:-1], more))
     assert "| `tea-time` |" in mistakes_page.page()
