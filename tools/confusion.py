@@ -1,7 +1,7 @@
 """Makes docs/confusion.md, .csv and .png: which mistake was planted, and which one `tumble grade` named.
 
-Random boxes are thrown with random impulses, flown with one mistake or two, and written down with noise of 1e-4 of the
-body's size.  `.venv/bin/python -m tools.confusion` takes a quarter of an hour on two cores; a number after it says how
+Random boxes with random impulses are simulated with one or two mistakes, and written with noise of 1e-4 of the body's
+size.  `.venv/bin/python -m tools.confusion` takes a quarter of an hour on two cores; a number after it says how
 many of the 200 scenes, evenly spread, so that all mistakes have their turn.
 """
 
@@ -19,6 +19,7 @@ import vl_convert
 from tumble.compare.grade.grade import diagnose, scale_of
 from tumble.compare.grade.hypotheses.hypothesis import Context, Hypothesis
 from tumble.compare.grade.hypotheses.mistakes import hypotheses
+from tumble.compare.grade.hypotheses.names import CLOCK_OFFSET, LOG_LAG, RENAMED_MISTAKES
 from tumble.compare.grade.measure.errors import SampledRows
 from tumble.compare.grade.measure.significance import root_mean_square
 from tumble.compare.grade.model.program_model import FINE, ProgramModel, correct_program
@@ -36,18 +37,20 @@ SCENES = 200
 NOISE = 1e-4
 ROWS = 60
 SEED = 7
-# A mistake whose effect is less than so many times the noise is not there to be seen.
+# A mistake is visible if its effect is at least this many times the noise.
 SEEN = 3.0
 PROCESSES = 2
-# One mistake by two names: rows that are late by whole steps, and by any time.
-SAME = {"log lag": "clock offset"}
-# Of the body's size: a flight that goes further has left the numbers that anybody would write down.
+# One mistake with two names: rows late by whole steps, and by any time.
+SAME = {LOG_LAG: CLOCK_OFFSET}
+# Name in format 3 -> name in format 2, whose order decides which mistake is planted in a scene.
+FORMAT_2 = {new: old for old, new in RENAMED_MISTAKES.items()}
+# Larger positions, over the body's size, are of runs that diverged.
 BLOWN_UP = 1e4
 
 
 @dataclass(frozen=True)
 class ConfusionRow:
-    """One planted trajectory: what was planted, whether it can be seen, what was named and said, what fits alike."""
+    """One planted trajectory: what was planted, whether it is visible, what was named, and what fits as well."""
 
     mistakes: int
     scene: int
@@ -57,7 +60,7 @@ class ConfusionRow:
     noise_m: float
     seen: bool
     named: str
-    said: str
+    answer: str
     alike: str
     residual_m: float
     right: bool
@@ -65,7 +68,7 @@ class ConfusionRow:
 
 
 def random_scene(random: np.random.Generator) -> Scene:
-    """Return a box thrown at random, struck once or twice."""
+    """Return a box thrown at random, with one or two impulses."""
     size = frozen_array(0.1 + 0.9 * random.random(3))
     mass = float(np.exp(random.uniform(-0.7, 1.6)))
     moments = frozen_array(np.diag(box(mass, size).tensor))
@@ -93,20 +96,20 @@ def _spin(random: np.random.Generator) -> Array:
 
 
 def _impulse(random: np.random.Generator, body: Body, time: float) -> Impulse:
-    """Return a blow at a point of the body that changes its velocity by some m/s."""
+    """Return an impulse at a point of the body that changes its velocity by some m/s."""
     point = frozen_array((2 * random.random(3) - 1) * body.points[7])
     value = frozen_array(random.normal(size=3) * body.mass * random.uniform(0.3, 1.0))
     return Impulse(time, value, point_body=point)
 
 
 def shown_kind(random: np.random.Generator, body: Body) -> Description:
-    """Return a way to write a trajectory down."""
+    """Return a random description of the pose."""
     kind = ("pose", "matrix", "vertices")[random.integers(3)]
     return Description(kind, tuple(range(len(body.points))), False, False)
 
 
 def planted_value(random: np.random.Generator, hypothesis: Hypothesis) -> float:
-    """Return a value between those that are tried first, or, of those with a name, one of them every other time."""
+    """Return a value between the first values of a hypothesis, or every other time one with a name."""
     values = hypothesis.values
     if not values:
         return 0.0
@@ -122,13 +125,13 @@ def planted_value(random: np.random.Generator, hypothesis: Hypothesis) -> float:
 
 
 def written(program: ProgramModel, times: Array, points: Array) -> Array:
-    """Return the vertices that a program writes down [m], (T, K, 3)."""
+    """Return the vertices in the output of a program [m], (T, K, 3)."""
     pose = program.output(times, FINE)
     return pose.x[:, None] + np.einsum("tij,kj->tki", pose.axes, points)
 
 
 def noisy(random: np.random.Generator, seen: Array, kind: str, points: Array, sigma: float) -> Array:
-    """Return vertices with noise [m]: of each vertex by itself, or of a pose that moves them all."""
+    """Return vertices with noise [m]: of each vertex independently, or of the pose."""
     if kind == "vertices":
         return seen + random.normal(size=seen.shape) * sigma
     shift = random.normal(size=(len(seen), 1, 3)) * sigma
@@ -137,7 +140,7 @@ def noisy(random: np.random.Generator, seen: Array, kind: str, points: Array, si
 
 
 def confused(job: tuple[int, int]) -> ConfusionRow:
-    """Plant mistakes in one random scene and see what is named.  job: how many mistakes, and in which scene."""
+    """Plant mistakes in one random scene and see what is named.  job: number of mistakes, number of the scene."""
     count, number = job
     random = np.random.default_rng((SEED, count, number))
     scene = random_scene(random)
@@ -149,7 +152,7 @@ def confused(job: tuple[int, int]) -> ConfusionRow:
     spacing = scene.duration / ROWS
     context = Context(scene, program, description.kind, len(times), scene.duration, float(1 / rates.max()), spacing)
     known = hypotheses(context)
-    names = sorted({hypothesis.name for hypothesis in known})
+    names = _names(known)
     size = float(np.ptp(scene.body.points, axis=0).max())
 
     def with_mistakes(some: Sequence[int], values: Sequence[float]) -> Array:
@@ -161,7 +164,7 @@ def confused(job: tuple[int, int]) -> ConfusionRow:
     picked: list[Hypothesis] = []
     values: list[float] = []
     planted = np.full(1, np.inf)
-    while not np.abs(planted).max() < BLOWN_UP * size:  # it would have been noticed
+    while not np.abs(planted).max() < BLOWN_UP * size:  # a diverged run would have been noticed
         picked = picks(random, known, names[number % len(names)], count)
         values = [planted_value(random, hypothesis) for hypothesis in picked]
         planted = with_mistakes(range(count), values)
@@ -193,13 +196,17 @@ def confused(job: tuple[int, int]) -> ConfusionRow:
 
 def picks(random: np.random.Generator, known: Sequence[Hypothesis], first: str, count: int) -> list[Hypothesis]:
     """Return as many mistakes of different parts, one of them by name, in the order in which a program makes them."""
-    names = sorted({hypothesis.name for hypothesis in known})
+    names = _names(known)
     picked = [_one_of(random, known, first)]
     while len(picked) < count:
         other = _one_of(random, known, names[int(random.integers(len(names)))])
         if other.part != picked[0].part:
             picked.append(other)
     return sorted(picked, key=known.index)
+
+
+def _names(hypotheses: Sequence[Hypothesis]) -> list[str]:
+    return sorted({hypothesis.name for hypothesis in hypotheses}, key=lambda name: FORMAT_2.get(name, name))
 
 
 def _one_of(random: np.random.Generator, known: Sequence[Hypothesis], name: str) -> Hypothesis:
@@ -227,15 +234,15 @@ def page(rows: Sequence[ConfusionRow]) -> str:
     lines = [
         "# Which mistake was planted, and which was named",
         "",
-        "Made by `tools/confusion.py`: random boxes, struck once or twice, flown by a program with one mistake or two,",
-        "and written down as poses, matrices or vertices with noise of 1e-4 of the body's size; every row is in",
-        f"`confusion.csv`: {len(rows) // 2} of the {SCENES} scenes, evenly spread.",
+        "Made by `tools/confusion.py`: random boxes with one or two impulses, simulated by a program with one or two",
+        "mistakes, and written as poses, matrices or vertices with noise of 1e-4 of the body's size.",
+        f"`confusion.csv` has every row: {len(rows) // 2} of the {SCENES} scenes, evenly spread.",
         "",
-        "The planted trajectories are flown by the same models that recognise them.  So this says how well mistakes",
-        "can be told from one another and from noise, and not that a program's mistake is one of these; one that is",
-        "none of these is said to be not explained.",
+        "The models that recognise mistakes also simulate the planted trajectories. So the table shows how well",
+        "mistakes can be distinguished from one another and from noise, not that a program's mistake is one of these;",
+        "a mistake that is none of these is reported as not explained.",
         "",
-        "| mistakes | planted | not to be seen | named | named, or said to fit alike |",
+        "| mistakes | planted | not visible | named | named, or reported as equally good |",
         "|---|---|---|---|---|",
     ]
     for count in (1, 2):
@@ -249,15 +256,15 @@ def page(rows: Sequence[ConfusionRow]) -> str:
     )
     lines += [
         "",
-        f"A mistake is not to be seen where it moves the vertices by less than {SEEN:g} times the noise (rms), or of",
-        f"two mistakes one does.  Of these {len(hidden)}, {silent} were called correct to their noise, or only the",
-        "other mistake was named.",
+        f"A file's mistakes are not visible if one of them moves the vertices by less than {SEEN:g} times the noise",
+        f"(rms). Of these {len(hidden)} files, {silent} were reported as correct to their noise, or only the other",
+        "mistake was named.",
         "",
-        "![Planted against named, of single mistakes](confusion.png)",
+        "![Planted and named mistakes, for single mistakes](confusion.png)",
         "",
-        "## Those that were not named first",
+        "## Mistakes that were not named first",
         "",
-        "| planted | named | fit alike |",
+        "| planted | named | equally good |",
         "|---|---|---|",
     ]
     lines += [
@@ -269,7 +276,7 @@ def page(rows: Sequence[ConfusionRow]) -> str:
 
 
 def picture(rows: Sequence[ConfusionRow]) -> bytes:
-    """Return docs/confusion.png: single mistakes, planted against named."""
+    """Return docs/confusion.png: single mistakes, planted and named."""
     cells = Counter((row.planted, row.named) for row in rows if row.seen and row.mistakes == 1)
     planted = sorted({pair[0] for pair in cells})
     named = planted + sorted({pair[1] for pair in cells} - set(planted))

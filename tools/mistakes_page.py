@@ -1,9 +1,9 @@
-"""Makes docs/mistakes.md: every stable name that `diagnosis.csv` and `--json` may say.
+"""Makes docs/mistakes.md: every name of a mistake in `diagnosis.csv` and `--json`.
 
     .venv/bin/python -m tools.mistakes_page
 
-What is tried depends on the scene and the file, so the names are those of scenes that leave room for everything; a
-test compares them with the names in the code.
+The mistakes that are tried depend on the scene and the file, so the names are collected from scenes in which everything
+is possible; a test compares them with the names in the code.
 """
 
 from argparse import ArgumentParser
@@ -16,9 +16,10 @@ import numpy as np
 from tumble.compare.grade.hypotheses.engine_schemes import engine_runs, scheme_combinations
 from tumble.compare.grade.hypotheses.hypothesis import Context, Hypothesis
 from tumble.compare.grade.hypotheses.mistakes import hypotheses
+from tumble.compare.grade.hypotheses.names import RENAMED_MISTAKES, RENAMED_PARAMETERS
 from tumble.compare.grade.hypotheses.scheme_hypotheses import SchemeHypotheses
 from tumble.compare.grade.model.program_model import correct_program
-from tumble.compare.grade.results import parameters, stable_name
+from tumble.compare.grade.results import parameters
 from tumble.compare.tables.files import write_whole
 from tumble.scenarios.read import scene_of
 
@@ -58,7 +59,7 @@ ROWS, SPACING_S = 40, 0.05
 
 
 def contexts() -> Iterator[Context]:
-    """Yield what is asked of each kind of file of each scene, of files with and without the centre."""
+    """Yield the context of each kind of file of each scene, with and without the position."""
     for text, kind, has_centre in product(SCENES, KINDS, (True, False)):
         scene = scene_of(text, Path("room.toml"), "room.toml")
         program = correct_program(scene, 0)
@@ -80,7 +81,7 @@ def contexts() -> Iterator[Context]:
 
 
 def tried() -> Iterator[Hypothesis]:
-    """Yield every mistake that is tried, and every one that laws of engines and their combinations are said by."""
+    """Yield every mistake that is tried, and every one that engines' schemes and their combinations consist of."""
     for context in contexts():
         yield from hypotheses(context)
         schemes = SchemeHypotheses(context)
@@ -89,10 +90,10 @@ def tried() -> Iterator[Hypothesis]:
 
 
 def names() -> dict[str, dict[str, str]]:
-    """Return the unit of each parameter of each mistake, by stable names in order."""
+    """Return the unit of each parameter of each mistake, sorted by name."""
     found: dict[str, dict[str, str]] = {}
     for hypothesis in set(tried()):
-        found.setdefault(stable_name(hypothesis), {}).update(parameters(hypothesis))
+        found.setdefault(hypothesis.name, {}).update(parameters(hypothesis))
     return {name: dict(sorted(found[name].items())) for name in sorted(found, key=str.lower)}
 
 
@@ -102,18 +103,21 @@ def page() -> str:
     lines = [
         "# The names of mistakes",
         "",
-        "What stands under `mistake`, `parameter` and `unit` in `diagnosis.csv` and in `tumble grade --json`:",
-        f"{len(known)} names, made by `tools/mistakes_page.py` from the mistakes that are tried.",
-        "They stay as they are ([compatibility.md](compatibility.md)).",
-        "A mistake has one row for each parameter that can be told in the scene, and one row without a parameter",
-        "where it has no number. A `choice` is a word.",
+        "The identifiers in the columns `mistake`, `parameter` and `unit` of `diagnosis.csv`, and in",
+        f"`tumble grade --json`: {len(known)} names, collected by `tools/mistakes_page.py` from the mistakes that are",
+        "tried. They change only with the format of the tables ([compatibility.md](compatibility.md)).",
+        "A mistake has one row for each parameter that has an effect in the scene, and one row without a parameter",
+        "if it has no value. A `choice` is a word.",
         "",
         "| mistake | parameters, and units |",
         "|---|---|",
     ]
     for name, own in known.items():
-        said = [f"`{parameter}`" + (f" [{unit}]" if unit else "") for parameter, unit in own.items() if parameter]
-        lines.append(f"| `{name}` | {', '.join(said)} |")
+        listed = [f"`{parameter}`" + (f" [{unit}]" if unit else "") for parameter, unit in own.items() if parameter]
+        lines.append(f"| `{name}` | {', '.join(listed)} |")
+    lines += ["", "## Names in format 2", "", "Format 3 renamed these mistakes and parameters.", ""]
+    lines += ["| format 2 | format 3 |", "|---|---|"]
+    lines += [f"| `{old}` | `{new}` |" for old, new in (RENAMED_MISTAKES | RENAMED_PARAMETERS).items()]
     return "\n".join(lines) + "\n"
 
 

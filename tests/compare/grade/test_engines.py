@@ -43,7 +43,7 @@ def test_a_file_of_another_program_is_judged_right(judge, name):
     truth = TRUTHS[name]
     scene = FOLDER / "scenes" / f"{truth['scene']}.toml"
     found = judge.row((FOLDER / "csv" / name, scene, truth))
-    assert found.judged == "right", found
+    assert found.outcome == "right", found
     if name in ENGINES:
         assert ENGINES[name] in found.engines.split(" | "), found
 
@@ -52,10 +52,10 @@ def test_the_judge_can_be_displeased(judge):
     """A truth that is not the file's is not found in it."""
     truth = TRUTHS["cannon-es.brick.60.csv"] | {"angular_damping_per_s": "0.2", "gyroscopic": "implicit"}
     file, scene = FOLDER / "csv" / "cannon-es.brick.60.csv", FOLDER / "scenes" / "brick.toml"
-    assert judge.row((file, scene, truth)).judged == "in part"
+    assert judge.row((file, scene, truth)).outcome == "in part"
     correct = TRUTHS["plant-right.struck.0.csv"] | {"also": "the body never moves"}
     file, scene = FOLDER / "csv" / "plant-right.struck.0.csv", FOLDER / "scenes" / "struck.toml"
-    assert judge.row((file, scene, correct)).judged == "false correct"
+    assert judge.row((file, scene, correct)).outcome == "false correct"
 
 
 def graded(capsys, *words):
