@@ -16,6 +16,7 @@ import altair
 import numpy as np
 import vl_convert
 
+from tools.palette import reduced
 from tumble.compare.grade.grade import diagnose, scale_of
 from tumble.compare.grade.hypotheses.hypothesis import Context, Hypothesis
 from tumble.compare.grade.hypotheses.mistakes import hypotheses
@@ -282,10 +283,10 @@ def picture(rows: Sequence[ConfusionRow]) -> bytes:
     named = planted + sorted({pair[1] for pair in cells} - set(planted))
     data = [{"planted": pair[0], "named": pair[1], "trajectories": count} for pair, count in cells.items()]
     base = altair.Chart(altair.Data(values=data)).encode(
-        x=altair.X("named:N", sort=named, scale=altair.ResidualScale(domain=named), axis=altair.Axis(labelAngle=-60)),
-        y=altair.Y("planted:N", sort=planted, scale=altair.ResidualScale(domain=planted)),
+        x=altair.X("named:N", sort=named, scale=altair.Scale(domain=named), axis=altair.Axis(labelAngle=-60)),
+        y=altair.Y("planted:N", sort=planted, scale=altair.Scale(domain=planted)),
     )
-    squares = base.mark_rect().encode(color=altair.Color("trajectories:Q", scale=altair.ResidualScale(scheme="blues")))
+    squares = base.mark_rect().encode(color=altair.Color("trajectories:Q", scale=altair.Scale(scheme="blues")))
     numbers = base.mark_text(fontSize=9).encode(text="trajectories:Q")
     chart = (squares + numbers).properties(width=altair.Step(18), height=altair.Step(16))
     return vl_convert.vegalite_to_png(chart.to_json(), scale=1.5)
@@ -299,7 +300,7 @@ def main() -> None:
     write_whole(DOCS / "confusion.csv", csv_text(frame(Table("", ConfusionRow), rows)))
     _, heading, second = (DOCS / "confusion.md").read_text(encoding="utf-8").partition("## Held out")
     write_whole(DOCS / "confusion.md", page(rows) + f"\n{heading}{second}")  # tools/heldout.py makes the second half
-    (DOCS / "confusion.png").write_bytes(picture(rows))
+    (DOCS / "confusion.png").write_bytes(reduced(picture(rows)))
 
 
 if __name__ == "__main__":

@@ -174,7 +174,7 @@ STEPS = {
     "order 3": "runge-kutta-3",
     "order 4": "runge-kutta-4",
 }
-# A step that is not to be told from one of these by a file without a torque.
+# A step that a file without a torque cannot distinguish from one of these.
 SAME_STEPS = {"explicit-euler": ("quaternion-never-normalised", "quaternion-rarely-normalised", "matrix-euler")}
 GYROSCOPIC = {
     "none": "",

@@ -17,7 +17,7 @@ from tumble.compare.grade.read.reading_options import ReadingOptions
 from tumble.compare.grade.read.refusals import refusal
 from tumble.compare.grade.results import json_document
 from tumble.compare.tables.files import write_folder
-from tumble.notes import note, notes, progress
+from tumble.notes import display, note, notes
 from tumble.reports.grade import first_lines, grade_text, nearest_line
 from tumble.reports.terminal import console
 from tumble.scenarios.read import read_scene
@@ -57,7 +57,7 @@ def main(options: Namespace) -> int:
             if options.like:
                 reading = _like(options.like, path, scene, reading)
             conventions = reading.conventions
-            with progress(TASKS) as on_progress:
+            with display(options)(TASKS) as on_progress:
                 found = grade(
                     path,
                     scene,

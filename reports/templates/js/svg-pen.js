@@ -1,9 +1,18 @@
 // A pen with a canvas's strokes that writes SVG: a moment of a flight is saved by the lines that draw it.
 
-class SvgPen {
+import { draw } from "./dom.js";
+
+export class SvgPen {
   constructor(width, height) {
     this.svg = draw("svg", { viewBox: `0 0 ${width} ${height}` });
-    Object.assign(this, { way: "", fillStyle: "#000", strokeStyle: "#000", lineWidth: 1, globalAlpha: 1, lineJoin: "miter", dashes: [] });
+    this.way = "";
+    this.fillStyle = "#000";
+    this.strokeStyle = "#000";
+    this.lineWidth = 1;
+    this.globalAlpha = 1;
+    this.lineJoin = "miter";
+    /** @type {number[]} */
+    this.dashes = [];
   }
 
   beginPath() {

@@ -4,7 +4,10 @@ import numpy as np
 import pytest
 
 from tumble.compare.comparison.against_truth import compare
-from tumble.compare.comparison.table_4_1 import budget_rows, published_rows
+from tumble.compare.coursework.findings import column_findings
+from tumble.compare.coursework.results import coursework_tables
+from tumble.compare.coursework.schemas import BudgetRow
+from tumble.compare.coursework.table_4_1 import budget_rows, published_rows
 from tumble.compare.run.running_engines import launched
 from tumble.scenarios.published import VERTEX, table_4_1
 from tumble.scenarios.read import read_scene
@@ -12,10 +15,14 @@ from tumble.scenarios.truth import truth
 
 
 @pytest.fixture(scope="module")
-def published():
+def comparisons():
     with launched([]) as running_engines:
-        (comparison,) = compare(running_engines, [read_scene("table-4-1")])
-    return list(published_rows(comparison))
+        return compare(running_engines, [read_scene("table-4-1"), read_scene("die-straight")])
+
+
+@pytest.fixture(scope="module")
+def published(comparisons):
+    return list(published_rows(comparisons[0]))
 
 
 @pytest.fixture(scope="module")
@@ -77,3 +84,21 @@ def test_the_ray_makes_the_same_throw():
     assert np.linalg.norm(by_ray.vertices - by_velocity.vertices, axis=-1).max() < 0.015
     to_application = by_ray.vertices[1:, 0, VERTEX] - table_4_1().application
     assert np.linalg.norm(to_application, axis=-1).max() < 0.02
+
+
+def test_a_printed_column_is_right_only_where_it_is_nearer_by_far():
+    found = list(column_findings([BudgetRow("s", "exact", "", 2.8, 0.011), BudgetRow("s", "other", "x", 0.0, 5.0)]))
+    assert [(row.finding, row.other, row.value) for row in found] == [
+        ("right column", "application", 0.011),
+        ("wrong column", "calculated", 2.8),
+    ]
+    assert not list(column_findings([BudgetRow("s", "exact", "", 0.09, 0.011)]))
+
+
+def test_only_its_own_scenes_have_tables(comparisons):
+    own, other = comparisons
+    assert coursework_tables([other]) == {}
+    tables = coursework_tables([other, own])
+    assert set(tables) == {"table-4-1.csv", "table-4-1-budget.csv", "findings.csv"}
+    assert set(tables["table-4-1.csv"]["scene"]) == {"table-4-1"}
+    assert tables["findings.csv"]["finding"].tolist() == ["right column", "wrong column"]

@@ -1,20 +1,32 @@
 // Table 4.1 of the class report: which column was right, and what each mistake of the other costs.
 
+import { FONT, roomFor } from "./chart.js";
+import { CONTESTANTS } from "./contestants.js";
+import { DATA, groupBy, nameOf, numbersFound, rows } from "./data.js";
+import { draw, make, whenThemeChanges } from "./dom.js";
+import { fixed, given } from "./numbers.js";
+import { figureTools } from "./save.js";
+import { shown } from "./selection.js";
+import { follow } from "./state.js";
+import { foldedTable } from "./table.js";
+import { showTooltip } from "./tooltip.js";
+
 const MISTAKES = {
   impulse: "the impulse of 5 N s was taken for a constant force of 5 N",
   vertex: "the vertex was not taken from the centre of mass",
   clock: "time was read off the screen, and physics moves in steps behind it",
 };
-function reportSection(host) {
+
+export function courseworkSection(host) {
   const budget = rows("table-4-1-budget.csv");
   const scene = budget[0]?.scene;
   const own = budget.filter((row) => row.scene === scene);
-  host.append(make("p", { class: "headline" }, reportHeadline(scene)));
+  host.append(make("p", { class: "headline" }, courseworkHeadline(scene)));
   const hand = own.filter((row) => row.engine === DATA.byHand);
   if (hand.length) {
-    const beside = own.filter((row) => row.engine !== DATA.byHand && FIELD.has(nameOf(row)));
+    const beside = own.filter((row) => row.engine !== DATA.byHand && CONTESTANTS.has(nameOf(row)));
     host.append(make("dl", { class: "facts" }, Object.entries(MISTAKES).map(([name, words]) => make("div", {}, make("dt", {}, name), make("dd", {}, words)))));
-    mendingBars(host, hand, beside);
+    correctionBars(host, hand, beside);
   }
   foldedTable(host, {
     id: "table-4-1",
@@ -33,20 +45,29 @@ function reportSection(host) {
   });
 }
 
+/**
+ * @param {Tables["table-4-1.csv"]} row
+ * @param {string} prefix
+ */
 function vector(row, prefix) {
   return `(${["x", "y", "z"].map((axis) => fixed(row[`${prefix}${axis}_m`], 2)).join(", ")})`;
 }
 
-function reportHeadline(scene) {
-  const [right] = findings("right column", scene);
-  const [wrong] = findings("wrong column", scene);
+function courseworkHeadline(scene) {
+  const [right] = numbersFound("right column", scene);
+  const [wrong] = numbersFound("wrong column", scene);
   if (!right) return "Neither column of the table is the exact motion.";
   const names = { application: "Unity application", calculated: "hand calculation" };
   return `Its ${names[right.other]} was right and its ${names[wrong.other]} was not: exact motion stays within ${right.value.toFixed(3)} m of the ${right.other} positions and comes as far as ${wrong.value.toFixed(3)} m from the ${wrong.other} ones.`;
 }
 
-/** How far the hand calculation is from the application as its mistakes are mended, and whoever is shown beside it. */
-function mendingBars(host, hand, beside) {
+/**
+ * How far the hand calculation is from the application as its mistakes are mended, and whoever is shown beside it.
+ * @param {Element} host
+ * @param {Tables["table-4-1-budget.csv"][]} hand
+ * @param {Tables["table-4-1-budget.csv"][]} beside
+ */
+function correctionBars(host, hand, beside) {
   const svg = draw("svg", { class: "chart", role: "img", id: "mending-figure", "aria-label": "Distance of the hand calculation from the application, as mistakes are mended" });
   const box = make("figure", { class: "chart-box" }, svg, make("figcaption", {}, "Largest distance from the application's positions: of eq. 4.1 as its mistakes are mended, and of whoever is shown."), figureTools("mending-figure", () => svg));
   host.append(box);
@@ -67,10 +88,10 @@ function mendingBars(host, hand, beside) {
         const names = own.map(nameOf).join(" ");
         return draw(
           "g",
-          { pointermove: (event) => tell([`${distance} m from the application's positions`, ...own.map(barName)], event), pointerleave: () => tell(null) },
+          { pointermove: (event) => showTooltip([`${distance} m from the application's positions`, ...own.map(barName)], event), pointerleave: () => showTooltip(null) },
           draw("rect", { x: 0, y: y - 3, width, height: 22, fill: "transparent" }),
           draw("text", { x: left - 8, y: y + 13, "text-anchor": "end", fill: "var(--ink)", "font-size": FONT }, label),
-          draw("rect", { class: "point", x: left, y, width: Math.max(long, 1), height: 16, fill: row.engine === DATA.byHand ? "var(--warn)" : `var(${FIELD.get(nameOf(row)).hue})`, "fill-opacity": 0.75, "data-name": names }),
+          draw("rect", { class: "point", x: left, y, width: Math.max(long, 1), height: 16, fill: row.engine === DATA.byHand ? "var(--warn)" : `var(${CONTESTANTS.get(nameOf(row)).hue})`, "fill-opacity": 0.75, "data-name": names }),
           draw("text", { x: left + long + 6, y: y + 13, fill: "var(--soft)", "font-size": FONT }, `${distance} m`),
         );
       }),
@@ -81,36 +102,14 @@ function mendingBars(host, hand, beside) {
   new ResizeObserver(render).observe(box);
 }
 
-/** Whose bar it is: the hand calculation by the mistakes that are mended in it. */
+/**
+ * Whose bar it is: the hand calculation by the mistakes that are mended in it.
+ * @param {Tables["table-4-1-budget.csv"]} row
+ */
 function barName(row) {
   return row.engine === DATA.byHand ? row.method.replaceAll("-", " ").replaceAll("+", " + ") : nameOf(row);
 }
 
 function barLabel(own) {
   return own.length > 2 ? `${barName(own[0])}, and ${own.length - 1} contestants` : own.map(barName).join(", ");
-}
-
-/** The body whose rotation nobody repairs, beside one that stays rigid, both in flight. */
-function matrixSection(host) {
-  const [bent] = findings("bent edge")
-    .map((row) => ({ scene: row.scene, name: contestantOf(row), film: filmOf(row.scene), off: row.value }))
-    .filter(({ name, film }) => film?.body.shape === "box" && film.others.get(name)?.vertices)
-    .sort((a, b) => Math.abs(Math.log(a.off / 1.5)) - Math.abs(Math.log(b.off / 1.5)));
-  if (!bent) return false;
-  const { scene, name, film, off } = bent;
-  const rigid = name.replace("matrix", "quaternion");
-  host.append(
-    make("p", { class: "headline" }, `It stops being one: in ${scene} ${name} ends with an edge ${off.toFixed(2)} times as long as it was, with the same step with which ${film.others.has(rigid) ? rigid : "the truth"} keeps the die whole.`),
-  );
-  const pair = make("div", { class: "pair" });
-  const clock = new Clock(film, "matrix", film.t.at(-1)); // at the end, where the difference is
-  for (const [who, words] of [[name, "the matrix, nobody mends it"], [rigid, "the quaternion, set to length 1 each step"]]) {
-    if (!film.others.has(who)) continue;
-    const box = make("figure");
-    pair.append(box);
-    player(box, scene, { ghosts: () => [who], id: `flight-alone-${who.replaceAll(":", "-")}`, label: `${who} in ${scene}`, alone: true, controls: who === name, clock });
-    box.append(make("figcaption", {}, markOf(who), ` ${who}: ${words}`));
-  }
-  host.append(pair);
-  return true;
 }

@@ -1,8 +1,13 @@
 // What leaving out pays: the time of a step with what a scene has no use for, over the time without.
 
-function sparedSection(host) {
+import { contestantOf, nameOf, numbersFound, rows } from "./data.js";
+import { make } from "./dom.js";
+import { interval, times } from "./numbers.js";
+import { foldedTable } from "./table.js";
+
+export function ablationSection(host) {
   const all = rows("ablation.csv");
-  const [first] = findings("left out").sort((a, b) => b.value - a.value);
+  const [first] = numbersFound("left out").sort((a, b) => b.value - a.value);
   host.append(make("p", { class: "headline" }, first ? `In ${first.scene}, which has no use for most of it, ${contestantOf(first)} would take ${times(first.value)} as long a step if it left nothing out.` : "Nobody's step is measurably cheaper for what is left out."));
   foldedTable(host, {
     id: "ablation",
