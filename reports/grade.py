@@ -87,7 +87,7 @@ def headline(grade: Grade) -> str:
     if grade.verdict in right:
         return f"{grade.file} is right, {right[grade.verdict]}."
     if grade.verdict == TOO_COARSE:
-        return f"{grade.file} is too coarse to judge: {coarse(grade)}. Print more digits."
+        return f"{grade.file} is too coarse to grade: {coarse(grade)}. Print more digits."
     wrong = f"{grade.file} is wrong: {largest}."
     if grade.verdict == TOO_LITTLE and diagnosis is not None and diagnosis.null.within_floor:
         return f"{wrong} Its printed digits allow about as much, {length(m.half_m)}: too little to find the cause."
@@ -239,7 +239,7 @@ def verdict_lines(grade: Grade) -> Iterator[str]:
                 "size: too little to distinguish mistakes."
             )
         case verdict if verdict == TOO_COARSE:
-            yield f"Too coarse to judge: {coarse(grade)}."
+            yield f"Too coarse to grade: {coarse(grade)}."
         case verdict if verdict == TOO_FEW:
             yield f"The largest error is {length(m.worst_m)}; one row is too few to find the cause."
         case _ if diagnosis is not None:

@@ -152,7 +152,7 @@ def listed(rows: Sequence[HeldOutRow], first: str) -> Iterator[str]:
     """Yield a table of rows."""
     yield from ("", f"| {first} | scene | error, left [m] | outcome | answer |", "|---|---|---|---|---|")
     for row in rows:
-        yield f"| {row.case} | {row.scene} | {errors(row)} | {row.outcome} | {row.answer} |"
+        yield f"| {row.case} | `{row.scene}` | {errors(row)} | {row.outcome} | {row.answer} |"
     yield ""
 
 

@@ -55,7 +55,7 @@ EXPLAINED_WHOLLY = "explained"
 EXPLAINED_PARTLY = "explained in part"
 UNEXPLAINED = "not explained"
 TOO_FEW = "too few rows to explain"
-TOO_COARSE = "too coarse to judge"
+TOO_COARSE = "too coarse to grade"
 
 
 @dataclass(frozen=True, eq=False)
