@@ -233,8 +233,8 @@ def parser() -> Parser:
     grade.add_argument(
         "--euler",
         metavar="ORDER",
-        help="convention of the angles rx, ry, rz: unity, unreal, blender, godot, ros, mujoco, or the order of rotations: "
-        "zxy about fixed axes, ZXY about the body's",
+        help="convention of the angles rx, ry, rz: unity, unreal, blender, godot, ros, mujoco, or the order of "
+        "rotations: zxy about fixed axes, ZXY about the body's",
     )
     grade.add_argument(
         "--axes",
@@ -246,9 +246,9 @@ def parser() -> Parser:
     )
     grade.add_argument("--decimal", choices=(".", ","), default=".", help="decimal sign; default: a point")
     grade.add_argument(
-        "--tolerance", type=metres, metavar="M", help="exit 1 where a vertex is further off: 1mm, or 0.001 for metres"
+        "--tolerance", type=metres, metavar="M", help="exit 1 if a vertex error is larger: 1mm, or 0.001 for metres"
     )
-    grade.add_argument("--json", action="store_true", help="print the answer as JSON, with stable names of mistakes")
+    grade.add_argument("--json", action="store_true", help="print the grade as JSON")
     grade.add_argument("-o", "--output", metavar="DIR", help="also write the tables as CSV into DIR")
 
     check = command("check", "hold errors, orders, energy and run times against a record: exit 1 if any is worse")

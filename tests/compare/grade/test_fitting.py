@@ -23,12 +23,12 @@ class Valley:
     def __init__(self, least=1e-9):
         self.least = least
 
-    def left(self, mistakes, *_):
+    def log_residual(self, mistakes, *_):
         values = {mistake.hypothesis.name: mistake.value for mistake in mistakes}
         size, time = values.get("size", 1.1) - 1.1, values.get("time", 0.3) - 0.3
         return self.least + (size + time) ** 2 + 3.0 * (size - 0.5 * time) ** 2
 
-    quick_weight = left
+    quick_weight = log_residual
 
 
 def fitter() -> Fitter:
@@ -59,7 +59,7 @@ def test_a_value_never_leaves_those_tried_first():
 
 def test_a_value_with_a_name_is_taken_and_the_rest_fitted_to_it():
     named_values = hypothesis("size", SIZE.values, named_values={1.2: "the usual", 3.0: "another"})
-    found = fitter().named((Mistake(named_values, 1.13), Mistake(TIME, 0.0)))
+    found = fitter().snapped((Mistake(named_values, 1.13), Mistake(TIME, 0.0)))
     assert value_of(found, named_values) == 1.2
     # Of (s + t)^2 + 3 (s - t/2)^2 with s = 0.1 the least is at t = 2/7 s.
     assert value_of(found, TIME) == pytest.approx(0.3 + 0.1 * 2 / 7, abs=1e-3)

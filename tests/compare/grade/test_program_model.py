@@ -1,4 +1,4 @@
-"""An account flies and writes as the program it stands for: clocks, steps, damping, impulses that last."""
+"""A program model simulates and writes as its program does: clocks, steps, damping, impulses that last."""
 
 from dataclasses import replace
 
@@ -33,7 +33,7 @@ STEP = 0.01
 
 
 def stepped(scene, fall=0.5, **changes):
-    """Return the account of a program that takes steps of STEP."""
+    """Return the model of a program that takes steps of STEP."""
     return replace(correct_program(scene, 0), scheme=Scheme(STEP, QUATERNION, EXPLICIT, False, fall), **changes)
 
 
@@ -47,7 +47,7 @@ def test_a_clock_has_reached_its_last_whole_tick():
     )
 
 
-def test_the_truthful_account_is_the_truth():
+def test_the_model_of_a_correct_program_is_the_truth():
     scene = replace(TUMBLE, times=TIMES)
     true = truth(scene)
     rows = correct_program(scene, 0).simulate(TIMES, FINE)
@@ -71,7 +71,7 @@ def test_steps_fall_as_the_old_velocity_the_new_or_their_mean_has_it(fall, steps
 
 
 @pytest.mark.parametrize(
-    ("decays", "share"),
+    ("damping_form", "share"),
     [(LINEARLY, lambda c: 1 - c), (EXPONENTIALLY, lambda c: np.exp(-c)), (IMPLICITLY, lambda c: 1 / (1 + c))],
 )
 def test_a_step_damps_by_a_share_of_the_velocity(damping_form, share):
@@ -82,7 +82,7 @@ def test_a_step_damps_by_a_share_of_the_velocity(damping_form, share):
     np.testing.assert_allclose(program.simulate(TIMES)[:, 12:15], left[:, None] * start[12:15], rtol=1e-12)
 
 
-def test_momentum_that_is_kept_is_kept_and_an_explicit_step_gains_energy():
+def test_stored_momentum_is_conserved_and_an_explicit_step_gains_energy():
     brick = read_scene("brick-tumble")
     moments = brick.body.moments
     rows = {
@@ -116,7 +116,7 @@ def test_rows_between_ticks_lie_on_the_line_and_the_arc():
         np.testing.assert_allclose(pose.axes[0].T @ pose.axes[0], np.eye(3), atol=1e-12)
 
 
-def test_writings_are_done_in_their_order():
+def test_output_transforms_are_applied_in_order():
     program = correct_program(STRAIGHT_FALL, 0)
     doubled = with_output_transform(program, lambda pose: pose._replace(x=2.0 * pose.x))
     moved = with_output_transform(doubled, lambda pose: pose._replace(x=pose.x + 1.0))
