@@ -1,4 +1,4 @@
-// The tables as the page carries them, and the films: all that is drawn comes from here.
+// The tables and films of the page: all figures are drawn from these.
 
 /** @type {PageData} */
 export const DATA = JSON.parse(document.getElementById("data")?.textContent ?? "");
@@ -19,7 +19,7 @@ export function rows(name) {
   return table.rows;
 }
 
-/** One cell: words are stored once each, numbers JSON does not know by their names, empty cells as null. */
+/** One cell: words are stored once each, numbers that JSON does not know by name, empty cells as null. */
 function cell(column, at) {
   if (column.words) return column.words[column.at[at]];
   const value = column.numbers ? column.numbers[column.at[at]] : column[at];
