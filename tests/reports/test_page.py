@@ -649,7 +649,7 @@ def test_only_what_an_engine_does_where_nobody_sets_anything_is_called_its_defau
         row.get_attribute("data-name"): row.locator("th").first.inner_text()
         for row in tab.locator("#board tbody tr").all()
     }
-    assert "requested, engine’s best" in roles["mujoco:rk4"]
+    assert "requested, best of its engine" in roles["mujoco:rk4"]
     assert "default settings" in roles["pybullet:multibody+defaults"]
     assert not any("default method" in role for role in roles.values())
     assert [name for name, role in roles.items() if "requested" in role] == ["mujoco:rk4"]

@@ -136,7 +136,7 @@ export function rolesOf(name) {
   const roles = [];
   if (ENGINE_DEFAULTS.get(engine) === name) roles.push(variant === "defaults" ? "default settings" : "default method");
   if (REQUESTED.has(name)) roles.push("requested");
-  if (bestOf(engine, state.tol) === name) roles.push("engine’s best");
+  if (bestOf(engine, state.tol) === name) roles.push("best of its engine");
   return roles.join(", ");
 }
 

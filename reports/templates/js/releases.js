@@ -12,7 +12,7 @@ const OF_SPEED = "time";
 const CHANGE_WORDS = {
   attitude_order: "order of attitude",
   translation_order: "order of translation",
-  spin_energy: "rotational energy",
+  spin_energy: "spin energy",
   max_error_m: "largest error",
   status: "status",
   method: "method",
@@ -59,7 +59,7 @@ function releasesSection(host, engine, list) {
       { key: "method", label: "method", words: true },
       { key: "attitude_order", label: "order", show: (row) => (row.attitude_order === null ? "" : row.attitude_order.toFixed(1)) },
       { key: "max_error_m", label: "largest error", unit: "m", show: (row) => (row.status === "ok" ? figure(errorOf(row)) : statusInWords(row)) },
-      { key: "spin_energy", label: "rotational energy", words: true },
+      { key: "spin_energy", label: "spin energy", words: true },
       { key: "step_ns", label: "time per step", unit: "ns" },
       { key: "time_ratio", label: "ratio to newest", show: (row) => times(row.time_ratio) },
       { key: "time_ratio_low", label: "95 % interval", words: true, show: (row) => interval(row.time_ratio_low, row.time_ratio_high) },
