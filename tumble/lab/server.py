@@ -32,7 +32,7 @@ def serving(draft: Draft, contestants: list[Contestant], pool: Pool, folder: Pat
     with guarded(), contextlib.redirect_stdout(io.StringIO()):
         server = LocalServer(host=HOST, port=port, label="Tumble lab", verbose=False)
     server.get_event_loop().set_exception_handler(drop_what_cannot_be_used)
-    # What was on its way when a browser was closed is no news, nor is an upload that is not what it was said to be.
+    # A message cut off by a closing browser is not reported, nor is an upload of the wrong length.
     warnings.filterwarnings("ignore", "Queued a .* on a closed connection", UserWarning)
     warnings.filterwarnings("ignore", r"\[viser\] ", UserWarning)
     pages: dict[int, Page] = {}
