@@ -33,9 +33,17 @@ class Draft:
 
     @classmethod
     def opened(cls, name_or_path: str) -> Self:
-        """Return the scene of that name or in that file, looked at once a frame.  Raises BadScene.
+        """Return a scene of the catalogue or of a file, sampled once per frame.
 
-        Of an ensemble only the throw as written is taken.
+        Parameters
+        ----------
+        name_or_path
+            The name of a scene of the catalogue, or the path of a TOML file; of an ensemble only member 0 is taken.
+
+        Raises
+        ------
+        BadScene
+            There is no such scene, or it is not valid.
         """
         path = scene_path(name_or_path)
         text = scene_text(path, visible(name_or_path))
@@ -97,7 +105,7 @@ class Draft:
         return None if file is None else self.path.parent / file
 
     def _with_frames(self) -> Self:
-        """Return the draft looked at once a frame instead of at its own instants."""
+        """Return the draft sampled once per frame instead of at its own instants."""
         scene = self.scene
         later = {impulse.time for impulse in scene.impulses} - {0.0}
         document = {key: value for key, value in self.document.items() if key not in ("times", "samples")}

@@ -79,11 +79,19 @@ class Lease:
 
 
 class Pool:
-    """The engines' processes.  A context: when it is left no process stands idle; one that is not up yet ends when it
-    is, or with this process.
+    """The engines' processes.  A context: at its end the idle ones end, and one that is not up yet ends when it is.
 
-    time_limit [s] for each answer of an engine; engines: those that are up and what they state of themselves;
-    background: what computes truths and grades.
+    Parameters
+    ----------
+    time_limit
+        For each answer of an engine [s].
+
+    Attributes
+    ----------
+    engines
+        The engines that are up, and what they state of themselves.
+    background
+        The processes that compute truths and grades.
     """
 
     def __init__(self, time_limit: float) -> None:
@@ -127,12 +135,24 @@ class Pool:
     def ready(
         self, asked: Iterable[str], on_progress: Callable[[str], object] = lambda engine: None
     ) -> list[Contestant]:
-        """Start the engines asked for, and return the contestants: of an engine alone, its default method.
+        """Start the requested engines.
 
-        on_progress: called with each engine that is up, or that will not be waited for.
+        Parameters
+        ----------
+        asked
+            ENGINE[:METHOD] each; an engine alone stands for its default method.
+        on_progress
+            Called with each engine that is up, or that is not waited for any longer.
 
-        An engine that is not installed, or not up yet, takes part all the same: when it is up, or with the reason
-        why it is not.  Raises BadEngine.
+        Returns
+        -------
+        list of Contestant
+            An engine that is not installed, or not up yet, is among them: it runs when it is up, or reports why not.
+
+        Raises
+        ------
+        BadEngine
+            There is no such engine or method, or a file is no engine.
         """
         asked = list(asked)
         engines = wanted(asked)

@@ -79,7 +79,7 @@ function stiffClause() {
   const parts = [];
   if (known) parts.push(["On ", linkToPlace("stability", "stiff scenes"), `, ${near.value === known.value ? "all" : `${near.value} of`} ${counted(known.value, "measured step limit")} ${known.value === 1 ? "matches" : "match"} theory`]);
   const silent = numbersFound("silent failures").filter((row) => [undefined, contestantOf(row)].includes(defaultOf(row.engine)));
-  const shares = silent.slice(0, 2).map((row, at) => `${ENGINE_DEFAULTS.has(row.engine) ? row.engine : contestantOf(row)}${at ? "" : " is wrong without reporting an error"} in ${row.value}`);
+  const shares = silent.slice(0, 2).map((row, at) => `${ENGINE_DEFAULTS.has(row.engine) ? row.engine : contestantOf(row)}${at ? "" : " is wrong without an error message"} in ${row.value}`);
   if (silent.length) parts.push([parts.length ? "; of " : "Of ", `${cases.value} `, linkToPlace("extremes", "extreme cases"), `, ${listed(shares)}`]);
   return parts.length ? [...parts.flat(), "."] : [];
 }
