@@ -150,7 +150,7 @@ def test_a_question_of_a_wide_file_is_asked_only_where_there_is_one(tmp_path, ro
     def never(*_):
         raise AssertionError("nothing is to be asked")
 
-    for module, name in ((header, "likely_meant"), (header, "angles_of"), (offers, "_likely")):
+    for module, name in ((header, "likely_meant"), (header, "angles_of"), (suggestions, "_likely")):
         monkeypatch.setattr(module, name, never)
     names = ["t_s", "x_m", "y_m", "z_m", "qw", "qx", "qy", "qz", *(f"c{n}" for n in range(20_000))]
     q = [Rotation.from_matrix(r).as_quat() for _, _, r, _, _ in rows]
