@@ -109,7 +109,7 @@ def test_runs_that_finish_in_one_folder_only_are_counted(real, opened):
     [
         (("--from", "nowhere"), "nowhere: no such folder"),
         (("--from", "."), "has no tables"),
-        (("die-vertex", "--from", "."), "--from draws what is there"),
+        (("die-vertex", "--from", "."), "--from draws"),
         (("--from", ".", "--from", ".", "--from", "."), "at most two folders"),
     ],
 )

@@ -139,7 +139,7 @@ def test_another_tolerance_changes_the_answer_and_the_address(html, opened):
 
 def test_the_unit_stays_as_the_reader_chose_it(html, opened):
     tab = opened(html)
-    unit = tab.get_by_label("Unit of the tolerance")
+    unit = tab.get_by_label("Unit of the acceptable error")
     tab.locator("#tolerance").fill("0.01")
     tab.locator("#tolerance").press("Enter")
     until(tab, "location.hash.includes('tol=0.00001')")
@@ -605,7 +605,7 @@ def test_the_sentence_on_the_class_report_has_the_tables_figures(real, html, ope
     tab = opened(html, "#class-report")
     said = tab.locator("#class-report .headline").inner_text()
     assert f"within {exact['max_to_application_m']:.3f} m" in said
-    assert f"as far as {exact['max_to_calculated_m']:.3f} m" in said
+    assert f"up to {exact['max_to_calculated_m']:.3f} m" in said
     assert "Unity application was right" in said
 
 

@@ -86,7 +86,7 @@ export function markOf(name, size = 12) {
 export const ENGINE_DEFAULTS = new Map(findings("as shipped").filter((row) => CONTESTANTS.has(contestantOf(row))).map((row) => [row.engine, contestantOf(row)]));
 
 /** The contestants that the user named. */
-export const REQUESTED = new Set(findings("requested").map(contestantOf));
+export const REQUESTED = new Set(findings("as asked").map(contestantOf));
 
 /** An engine's default, or its first contestant where it has no default. */
 export const defaultOf = (engine) => ENGINE_DEFAULTS.get(engine) ?? [...CONTESTANTS.values()].find((one) => one.engine === engine && RUNS.has(one.name))?.name;

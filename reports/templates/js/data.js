@@ -52,7 +52,7 @@ export function errorOf(row) {
 
 /**
  * The rows of findings.csv of a name, of one scene or of all.
- * @param {string} name
+ * @param {FindingName} name
  * @param {string} [scene]
  */
 export function findings(name, scene) {
@@ -61,7 +61,7 @@ export function findings(name, scene) {
 
 /**
  * Those of them that have a number.
- * @param {string} name
+ * @param {FindingName} name
  * @param {string} [scene]
  * @returns {(Tables["findings.csv"] & { value: number })[]}
  */

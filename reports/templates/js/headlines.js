@@ -58,7 +58,8 @@ function factsAbout(scene, runs) {
   if (rescued.length) add("rescued", "", `${abbreviated(rescued.map(nameOf))}, inaccurate elsewhere, ${rescued.length > 1 ? "are" : "is"} accurate here`);
   const [pair] = numbersFound("apart", scene.scene);
   if (pair) add("pair", `${nameOf(pair)} ${pair.other}`, `${nameOf(pair)} and ${pair.other} agree ${pair.value ? `to ${si(pair.value, "m", 2)}` : "to the last digit"} and are both wrong by ${si(numbersFound("both off", scene.scene)[0].value, "m", 2)}`);
-  const [right, wrong] = ["right column", "wrong column"].map((name) => numbersFound(name, scene.scene)[0]);
+  const [right] = numbersFound("right column", scene.scene);
+  const [wrong] = numbersFound("wrong column", scene.scene);
   if (right) add("report", "", `the ${right.other} column of the printed table is right to ${si(right.value, "m", 2)}, the ${wrong.other} one is wrong by ${si(wrong.value, "m", 2)}`);
   const [bent] = numbersFound("bent edge", scene.scene);
   if (bent && Math.abs(Math.log(bent.value)) > 0.2) add("bent", "", `${contestantOf(bent)} ends with an edge ${bent.value.toFixed(2)} times its length`);

@@ -23,7 +23,8 @@ export function stableSection(host) {
 }
 
 function stableHeadline() {
-  const [known, near] = ["limits with theory", "limits as in theory"].map((name) => findings(name)[0]?.value);
+  const known = findings("limits with theory")[0]?.value;
+  const near = findings("limits as in theory")[0]?.value;
   const [most] = numbersFound("longest step").sort((a, b) => b.value - a.value);
   const [least] = numbersFound("shortest step").sort((a, b) => a.value - b.value);
   const sentences = [];
