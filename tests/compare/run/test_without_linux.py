@@ -135,7 +135,7 @@ def test_what_proc_tells_is_done_without(monkeypatch):
     monkeypatch.setattr(psutil, "cpu_times", nowhere)
     assert others.machine() is None
     monkeypatch.setattr(psutil, "getloadavg", lambda: (3.0, 3.0, 3.0))
-    assert others.other_work(None, None).startswith("other work had about 2.0 of ")
+    assert others.other_work(None, None).startswith("other processes used about 2.0 of ")
     assert processor()
 
 
