@@ -135,7 +135,7 @@ def apart_m_of(one: Run, other: Run) -> float | None:
 def question_row(scene: Scene, true: Truth | None, why_no_truth: str) -> QuestionRow:
     """Return the row of one scene; of a truth with a horizon what is known before it."""
     known = None if true is None else true.until_horizon()
-    limit = None if known is None else float(known.limit.max())
+    limit = None if known is None else float(known.resolution.max())
     last = (None,) * 3 if known is None else known.vertices[-1, 0, -1].tolist()
     return QuestionRow(scene.name, scene.step, len(scene.times), why_no_truth or EXACT, limit, scene.body.reach, *last)
 

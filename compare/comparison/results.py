@@ -32,7 +32,7 @@ def scene_row(comparison: Comparison) -> SceneRow:
         len(scene.times),
         comparison.why_no_truth or (f"{truth.how}{truth.ends}" if truth else ""),
         None if truth is None else float(truth.bound.max()),
-        None if truth is None else float(truth.floor.max()),
+        None if truth is None else float(truth.input_error.max()),
         whole.horizon if whole and whole.known < len(whole.times) else None,
         None if truth is None else comparison.lost_m,
     )

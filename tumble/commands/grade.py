@@ -40,7 +40,7 @@ def _named(error: BadTrajectory, named: str) -> BadTrajectory:
 
 def main(options: Namespace) -> int:
     """Grade one file and print what was found; exit code 1 only where a tolerance was given and is exceeded."""
-    scene = read_scene(options.scene, flown=False)
+    scene = read_scene(options.scene, to_run=False)
     beside = Path(f"{options.file}.toml")
     mapping: dict[str, str] = {}
     named = ""
