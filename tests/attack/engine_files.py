@@ -164,7 +164,7 @@ ENGINE_FILES = {f"advance {name}": (body, expected, True) for name, (body, expec
     f"file {name}": (text, expected, False) for name, (text, expected) in LOADS.items()
 }
 SCENE = read_scene("die-straight")
-TRUE = true_answer(SCENE, floor=False).truth
+TRUE = true_answer(SCENE, with_input_error=False).truth
 # More than the tests' own process has: what a new one is said to have held begins with that.
 PATIENCE_S, SHORT_S, MEMORY = 60.0, 1.5, 1 << 30
 
