@@ -8,7 +8,7 @@ import sys
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
-import command
+import in_process
 import pytest
 from patience import PATIENCE_S, without_progress
 from tiers import (  # noqa: F401, the hooks of the two tiers
@@ -48,7 +48,7 @@ def tumble(tmp_path) -> Tumble:
 
     def run(*words: str, **settings) -> subprocess.CompletedProcess[str]:
         if not settings:
-            return command.tumble(tmp_path, *words)
+            return in_process.tumble(tmp_path, *words)
         settings = {"cwd": tmp_path, "capture_output": True, "text": True, "timeout": PATIENCE_S, **settings}
         done = subprocess.run([sys.executable, "-P", "-m", "tumble", *words], **settings)
         if isinstance(done.stderr, str):
