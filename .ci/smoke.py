@@ -2,8 +2,8 @@
 """Installs Tumble as its users do, and runs every command, on every Python that is here.
 
 Each Python gets two environments: one with the newest dependencies that pyproject.toml allows, one with the lowest.
-Every command runs on the reference with the lowest, for the tests have run with newer ones, and on the others with the
-newest; the rest get a few commands.  `--all` runs every command in each.
+Every command runs on the reference with the lowest, for the tests have run with newer ones, and on the newest Python
+that is here with the newest; the rest get a few commands.  `--all` runs every command in each.
 Nothing in here knows how the package is laid out.  It needs uv, or gets it from the package index.
 """
 
@@ -161,7 +161,7 @@ def main() -> int:
     uv = find_uv(work)
     wheel = built(uv, work)
     cells = [
-        Cell(version, path, resolution, work / f"{version}-{resolution}", whole(options, version, resolution))
+        Cell(version, path, resolution, work / f"{version}-{resolution}", whole(options, version, resolution, here[-1]))
         for version, path in found.items()
         if path
         for resolution in RESOLUTIONS
@@ -197,9 +197,10 @@ def parsed() -> argparse.Namespace:
     return options
 
 
-def whole(options: argparse.Namespace, version: str, resolution: str) -> bool:
+def whole(options: argparse.Namespace, version: str, resolution: str, newest: str) -> bool:
     """Whether every command is run with these dependencies on that Python."""
-    return options.all or options.chosen or (resolution == "lowest") is (version == REFERENCE)
+    asked = (REFERENCE, "lowest"), (newest, "newest")
+    return options.all or options.chosen or (version, resolution) in asked
 
 
 def say(line: str) -> None:

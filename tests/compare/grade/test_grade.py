@@ -163,7 +163,7 @@ def confusion_rows():
         return list(csv.DictReader(file))
 
 
-@pytest.mark.parametrize("number", [0, 1, 2, 3, -2, -1])
+@pytest.mark.parametrize("number", [0, 2, -1])
 def test_the_confusion_table_is_what_its_script_makes(number):
     shown = confusion_rows()[number]
     made = confusion.confused((int(shown["mistakes"]), int(shown["scene"])))
