@@ -22,6 +22,7 @@ from pygments.token import String
 ROOT = Path(__file__).parents[1]
 GLOSSARY = ROOT / "docs/glossary.md"
 HEADING = "## Refused words"
+MADE = "generated"  # the folder in docs/ with the pages that `make docs` makes from the code
 SEARCHED = ("README.md", "CONTRIBUTING.md", "SECURITY.md", "CHANGELOG.md", "changes", "docs", "tumble", "solver",
             "scenarios", "compare", "reports", "tools")  # fmt: skip
 STARTERS = ROOT / "tumble/starters"
@@ -127,11 +128,12 @@ READERS: dict[str, Callable[[str], Iterator[Text]]] = {
 
 
 def files(paths: Iterable[Path]) -> Iterator[Path]:
-    """Yield the files that can be searched, those of folders included; no link to a folder is followed."""
+    """Yield the files that can be searched, those of folders included; no link to a folder is followed, and no pages that were made."""
     for path in paths:
         if path.is_file():
             yield path
-        for folder, _, names in os.walk(path):
+        for folder, inside, names in os.walk(path):
+            inside[:] = [name for name in inside if name != MADE]
             yield from (Path(folder, name) for name in sorted(names) if reader(Path(folder, name)))
 
 

@@ -9,7 +9,7 @@ import pytest
 import yaml
 
 ROOT = Path(__file__).parents[2]
-# Citation File Format 1.2.0 (Druskat et al., 2021, doi 10.5281/zenodo.5171937), CC BY 4.0, as in the package cffconvert.
+# Citation File Format 1.2.0 (Druskat et al., 2021, doi 10.5281/zenodo.5171937), CC BY 4.0, as cffconvert has it.
 SCHEMA = json.loads(Path(__file__).with_name("cff-1.2.0.schema.json").read_text(encoding="utf-8"))
 CITATION = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
 
