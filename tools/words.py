@@ -128,7 +128,7 @@ READERS: dict[str, Callable[[str], Iterator[Text]]] = {
 
 
 def files(paths: Iterable[Path]) -> Iterator[Path]:
-    """Yield the files that can be searched, those of folders included; no link to a folder is followed, and no pages that were made."""
+    """Yield the files that can be searched, those of folders included; no link to a folder is followed."""
     for path in paths:
         if path.is_file():
             yield path

@@ -4,7 +4,6 @@ import csv
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from io import StringIO
-from itertools import starmap
 from operator import attrgetter
 from pathlib import Path
 from typing import Any
@@ -31,7 +30,10 @@ def frame(table: Table, rows: Iterable[Any]) -> pd.DataFrame:
 def rows(table: Table, frame: pd.DataFrame) -> list[Any]:
     """Return the rows of a DataFrame as a table's class states them, None for what is not there."""
     found = frame[table.names].astype(object)
-    return list(starmap(table.row, found.where(found.notna(), None).itertuples(index=False, name=None)))
+    return [
+        table.row(**dict(zip(table.names, row, strict=True)))
+        for row in found.where(found.notna(), None).itertuples(index=False, name=None)
+    ]
 
 
 def merged(*sources: Mapping[str, pd.DataFrame]) -> dict[str, pd.DataFrame]:
