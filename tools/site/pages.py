@@ -21,6 +21,8 @@ ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 FAULTS = Path(__file__).with_name("engine-faults.toml")
 RECORD = ROOT / "tests" / "golden"
+# What an engine's file states, shown where the engine itself is not installed.
+STATED = ("METHODS", "FORCED", "ON_REQUEST", "FEATURES", "GYROSCOPIC", "ORDERS", "PINS")
 Row = Sequence[str]
 
 
@@ -104,9 +106,10 @@ def tables_page() -> str:
     known = sorted(tables().values(), key=lambda table: table.file)
     parts = [
         "# Tables\n",
-        "Commands with `-o DIR` write these tables as CSV: the first line is the header, numbers have the shortest digits "
-        "that read back to the same double, and an empty cell is a value that does not exist. `datapackage.json` beside "
-        "them has the same descriptions for programs ([Frictionless Data Package](https://datapackage.org/standard/)); "
+        "Commands with `-o DIR` write these tables as CSV: the first line is the header, numbers have the shortest "
+        "digits that read back to the same double, and an empty cell is a value that does not exist. "
+        "`datapackage.json` beside them has the same descriptions for programs "
+        "([Frictionless Data Package](https://datapackage.org/standard/)); "
         "`--parquet` writes the tables as Parquet too. `tumble columns TABLE` prints one of the sections below.\n",
         table_text(("file", "one row is"), [(f"[`{each.file}`](#{anchor(each)})", each.meaning) for each in known]),
     ]
@@ -241,9 +244,8 @@ def literals(name: str) -> dict[str, str]:
     """Return the names that an engine's file states as plain values, read without importing it."""
     found = {}
     for line in ast.parse((ROOT / "compare" / "engines" / f"{name}.py").read_bytes()).body:
-        if isinstance(line, ast.Assign) and isinstance(target := line.targets[0], ast.Name):
-            if target.id in ("METHODS", "FORCED", "ON_REQUEST", "FEATURES", "GYROSCOPIC", "ORDERS", "PINS"):
-                found[f"`{target.id}`"] = f"`{ast.unparse(line.value)}`"
+        if isinstance(line, ast.Assign) and getattr(line.targets[0], "id", "") in STATED:
+            found[f"`{ast.unparse(line.targets[0])}`"] = f"`{ast.unparse(line.value)}`"
     return found
 
 
