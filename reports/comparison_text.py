@@ -81,9 +81,9 @@ def known(truth: Truth, lost_m: float) -> str:
     until = truth.until_horizon()
     said = f"Truth known to {figure(until.bound.max())} m{truth.ends}."
     # Where the truth is known no better than that, it is the truth and not the inputs that sets the limit.
-    if until.floor.max() >= until.bound.max():
-        said += f" No double-precision program can be held to less than {figure(until.floor.max())} m."
-    if lost_m > until.limit.max():
+    if until.input_error.max() >= until.bound.max():
+        said += f" No double-precision program can be held to less than {figure(until.input_error.max())} m."
+    if lost_m > until.resolution.max():
         said += (
             " Engines are handed moments, axes and points as doubles, and none can make up for that: it alone moves a "
             f"corner by up to {figure(lost_m)} m."
@@ -141,7 +141,7 @@ def standings(runs: Sequence[Run], roles: Mapping[str, str]) -> Iterator[Rendera
             Text(f"≤{figure(limit)}", style=GOOD) if worst <= limit else figure(worst),
             figure(float(np.sqrt((run.distances**2).mean()))),
             figure(run.drifts[0]),
-            coloured(run.status.partition(":")[0]),
+            coloured(run.status),
         )
     if flown:
         yield table
@@ -150,7 +150,7 @@ def standings(runs: Sequence[Run], roles: Mapping[str, str]) -> Iterator[Rendera
             yield plain(f"{run.name} {run.flight.remark}")
     if any(run.status != "ok" for run in runs):
         yield Text()
-        yield from reasons_text((run.name, run.status) for run in runs if run.status != "ok")
+        yield from reasons_text((run.name, run.outcome) for run in runs if run.status != "ok")
 
 
 def steps_text(runs: Sequence[Run]) -> Iterator[RenderableType]:

@@ -21,7 +21,7 @@ from tumble.compare.grade.schemas import (
 )
 from tumble.compare.run.provenance import conditions
 from tumble.compare.tables.frames import frame
-from tumble.compare.tables.runs import xyz
+from tumble.compare.tables.runs import vector_columns
 from tumble.compare.tables.shared import CONDITIONS
 
 
@@ -80,24 +80,15 @@ def sample_rows(grade: Grade) -> Iterator[SampleRow]:
     sample, vertices = grade.measured.sample, grade.measured.description.vertices
     for (row, number), distance in np.ndenumerate(np.linalg.norm(sample.vertices - sample.true, axis=-1)):
         true, seen = sample.true[row, number], sample.vertices[row, number]
-        true_x_m, true_y_m, true_z_m = xyz(true)
-        x_m, y_m, z_m = xyz(seen)
-        error_x_m, error_y_m, error_z_m = xyz(seen - true)
         yield SampleRow(
             file=grade.file,
             scene=grade.scene.name,
             member=grade.measured.throw,
             t_s=float(sample.times[row]),
             vertex=vertices[number],
-            true_x_m=true_x_m,
-            true_y_m=true_y_m,
-            true_z_m=true_z_m,
-            x_m=x_m,
-            y_m=y_m,
-            z_m=z_m,
-            error_x_m=error_x_m,
-            error_y_m=error_y_m,
-            error_z_m=error_z_m,
+            **vector_columns(true, "true_x_m", "true_y_m", "true_z_m"),
+            **vector_columns(seen, "x_m", "y_m", "z_m"),
+            **vector_columns(seen - true, "error_x_m", "error_y_m", "error_z_m"),
             error_m=float(distance),
         )
 

@@ -41,7 +41,7 @@ def _with_source(error: BadTrajectory, source: str) -> BadTrajectory:
 
 def main(options: Namespace) -> int:
     """Grade one file and print the result; exit code 1 only if a tolerance is given and exceeded."""
-    scene = read_scene(options.scene, flown=False)
+    scene = read_scene(options.scene, to_run=False)
     map_file = Path(options.map_file or f"{options.file}.toml")
     mapping: dict[str, str] = {}
     source = ""

@@ -1,4 +1,4 @@
-"""A trajectory of somebody's own program as one more ghost, and what `tumble grade` reports of it."""
+"""A user's own trajectory as one more ghost, and its verdict from `tumble grade`."""
 
 import tempfile
 from dataclasses import dataclass

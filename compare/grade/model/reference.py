@@ -66,11 +66,11 @@ class Reference:
         asked = frozen_array(times[some])
         duration = max(self._scene.duration, float(asked[-1]))
         start = frozen_array(self._scene.start[throw : throw + 1])
-        true = truth(replace(self._scene, times=asked, duration=duration, start=start), tell=on_progress)
+        true = truth(replace(self._scene, times=asked, duration=duration, start=start), on_share=on_progress)
         if not np.isfinite(true.vertices).all():
             raise NoTruth(f"the reference solution is known until {true.horizon:.6g} s: {true.why}")
         apart = self.vertices(throw, asked) - true.vertices[-len(asked) :, 0]
-        return float(true.limit.max()) + float(np.linalg.norm(apart, axis=-1).max())
+        return float(true.resolution.max()) + float(np.linalg.norm(apart, axis=-1).max())
 
     def _segments_of(self, throw: int) -> list[tuple[float, Array]]:
         """Return the time [s] and the state, (13,), at the start of each segment without impulses."""

@@ -6,12 +6,11 @@ import re
 import resource
 import shlex
 import subprocess
-import sys
 
+import in_process
 import numpy as np
 import pytest
 from apart import engine
-from patience import PATIENCE_S
 from scipy.spatial.transform import Rotation
 
 from tumble.__main__ import main
@@ -28,8 +27,7 @@ MATRIX = [f"r{row}{column}" for row in "123" for column in "123"]
 
 def flown(scene, path, contestant="tumble:exact"):
     """Return what a contestant flew: column name -> cells in 17 digits."""
-    words = [sys.executable, "-m", "tumble", "run", scene, "-e", contestant, "-o", str(path)]
-    subprocess.run(words, check=True, capture_output=True, timeout=PATIENCE_S)
+    in_process.tumble(path.parent, "run", scene, "-e", contestant, "-o", str(path)).check_returncode()
     with path.open(newline="") as file:
         header, *rows = csv.reader(file)
     return dict(zip(header, map(list, zip(*rows, strict=True)), strict=True))

@@ -1,13 +1,11 @@
 """Files that other programs wrote, through the command: what they are held against, and which mistake is named."""
 
 import csv
-import subprocess
-import sys
 from pathlib import Path
 
+import in_process
 import numpy as np
 import pytest
-from patience import PATIENCE_S
 
 from tools import confusion
 from tumble.__main__ import main
@@ -18,8 +16,7 @@ from tumble.scenarios.published import VERTEX, table_4_1
 
 def fly(contestant, path):
     """Let an engine write its trajectory of brick-tumble, and return it as rows of a dict."""
-    words = [sys.executable, "-m", "tumble", "run", "brick-tumble", "-e", contestant, "-o", str(path)]
-    subprocess.run(words, check=True, capture_output=True, timeout=PATIENCE_S)
+    in_process.tumble(path.parent, "run", "brick-tumble", "-e", contestant, "-o", str(path)).check_returncode()
     with path.open(newline="") as file:
         return list(csv.DictReader(file))
 
@@ -166,7 +163,7 @@ def confusion_rows():
         return list(csv.DictReader(file))
 
 
-@pytest.mark.parametrize("number", [0, 1, 2, 3, -2, -1])
+@pytest.mark.parametrize("number", [0, 2, -1])
 def test_the_confusion_table_is_what_its_script_makes(number):
     shown = confusion_rows()[number]
     made = confusion.confused((int(shown["mistakes"]), int(shown["scene"])))
