@@ -58,7 +58,7 @@ class ForeignRow:
     outcome: str
     verdict: str
     expected: str
-    named: str
+    answer: str
     engines: str
     max_error_m: float
     residual_m: float | None
