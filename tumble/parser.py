@@ -130,6 +130,9 @@ def parser() -> Parser:
         to.add_argument("--svg", metavar="FILE", help="also save the figure; needs `pip install '.[figures]'`")
         to.add_argument("--png", metavar="FILE", help="the same, as PNG")
 
+    def parquet_option(to: argparse.ArgumentParser) -> None:
+        to.add_argument("--parquet", action="store_true", help="also write the tables as Parquet; needs pyarrow and -o")
+
     scenes = command("scenes", "list the catalogue with what each scene needs, or print a scene of it")
     scenes.add_argument(
         "scene",
@@ -163,6 +166,7 @@ def parser() -> Parser:
         "--vertex", type=int, metavar="K", help="vertex to print; default: where the engines stray most"
     )
     compare.add_argument("-o", "--output", metavar="DIR", help="also write all tables, every vertex, as CSV into DIR")
+    parquet_option(compare)
     figure_options(compare)
 
     sweep = command("sweep", "error against run time: every contestant over a ladder of steps or tolerances")
@@ -172,6 +176,7 @@ def parser() -> Parser:
     sweep.add_argument("--time-limit", type=seconds, default=60.0, metavar="S", help="for each flight [s]; default 60")
     sweep.add_argument("--memory-limit", type=gibibytes, default=4 << 30, metavar="GIB", help=MEMORY_HELP)
     sweep.add_argument("-o", "--output", metavar="DIR", help="also write the tables as CSV into DIR")
+    parquet_option(sweep)
     figure_options(sweep)
 
     advise = command("advise", "the cheapest engine, method and step that stays within an error")
@@ -198,6 +203,7 @@ def parser() -> Parser:
     )
     stability.add_argument("--memory-limit", type=gibibytes, default=4 << 30, metavar="GIB", help=MEMORY_HELP)
     stability.add_argument("-o", "--output", metavar="DIR", help="keep the tables in DIR as CSV, and go on from there")
+    parquet_option(stability)
     figure_options(stability)
 
     grade = command("grade", "judge a trajectory that some other program wrote, and say what is most likely wrong")
@@ -244,6 +250,7 @@ def parser() -> Parser:
     )
     grade.add_argument("--json", action="store_true", help="print the answer as JSON, with stable names of mistakes")
     grade.add_argument("-o", "--output", metavar="DIR", help="also write the tables as CSV into DIR")
+    parquet_option(grade)
 
     check = command("check", "hold errors, orders, energy and run times against a record: exit 1 if any is worse")
     check.add_argument("scene", nargs="*", metavar="SCENE", help=SCENE_HELP + "; default: the record's, or all")
@@ -254,6 +261,7 @@ def parser() -> Parser:
     check.add_argument("--trust", action="store_true", help="run the engine files that the record names, too")
     check.add_argument("--candidate", metavar="DIR", help="another record to hold against it; nothing is flown")
     check.add_argument("-o", "--output", metavar="DIR", help="write the new record, summary.md and junit.xml into DIR")
+    parquet_option(check)
     check.add_argument("--tolerances", metavar="FILE.toml", help="what each column may change by")
     check.add_argument("--no-times", action="store_true", help="record no run times; for machines that share nothing")
     check.add_argument("--time-limit", type=seconds, default=60.0, metavar="S", help="for each flight [s]; default 60")
@@ -265,6 +273,7 @@ def parser() -> Parser:
     ablate.add_argument("--time-limit", type=seconds, default=60.0, metavar="S", help="for each flight [s]; default 60")
     ablate.add_argument("--memory-limit", type=gibibytes, default=4 << 30, metavar="GIB", help=MEMORY_HELP)
     ablate.add_argument("-o", "--output", metavar="DIR", help="also write the tables as CSV into DIR")
+    parquet_option(ablate)
 
     releases = command("releases", "what changed between an engine's releases, found from the numbers")
     releases.add_argument("engine", metavar="ENGINE", help="an engine with releases of its own (see `tumble engines`)")
@@ -279,6 +288,7 @@ def parser() -> Parser:
     )
     releases.add_argument("--memory-limit", type=gibibytes, default=4 << 30, metavar="GIB", help=MEMORY_HELP)
     releases.add_argument("-o", "--output", metavar="DIR", help="keep CSV and Markdown in DIR, and go on from there")
+    parquet_option(releases)
 
     lab = command("lab", "click the die in a browser, and watch all engines fly against the truth")
     lab.add_argument("scene", nargs="?", default="die-ray", metavar="SCENE", help=SCENE_HELP + "; default: %(default)s")

@@ -21,7 +21,7 @@ from tumble.compare.grade.schemas import (
 )
 from tumble.compare.run.provenance import conditions
 from tumble.compare.tables.frames import frame
-from tumble.compare.tables.runs import xyz
+from tumble.compare.tables.runs import vector_columns
 from tumble.compare.tables.shared import CONDITIONS
 
 
@@ -70,8 +70,17 @@ def kept_rows(grade: Grade) -> Iterator[KeptRow]:
     kept, vertices = grade.measured.kept, grade.measured.shown.vertices
     for (row, number), distance in np.ndenumerate(np.linalg.norm(kept.vertices - kept.true, axis=-1)):
         true, seen = kept.true[row, number], kept.vertices[row, number]
-        key = grade.file, grade.scene.name, grade.measured.throw, float(kept.times[row]), vertices[number]
-        yield KeptRow(*key, *xyz(true), *xyz(seen), *xyz(seen - true), float(distance))
+        yield KeptRow(
+            file=grade.file,
+            scene=grade.scene.name,
+            member=grade.measured.throw,
+            t_s=float(kept.times[row]),
+            vertex=vertices[number],
+            **vector_columns(true, "true_x_m", "true_y_m", "true_z_m"),
+            **vector_columns(seen, "x_m", "y_m", "z_m"),
+            **vector_columns(seen - true, "error_x_m", "error_y_m", "error_z_m"),
+            error_m=float(distance),
+        )
 
 
 def grade_tables(grade: Grade, command: str) -> dict[str, pd.DataFrame]:

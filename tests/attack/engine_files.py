@@ -8,8 +8,9 @@ from left_running import left_running
 
 from tumble.compare.judge.errors import Run
 from tumble.compare.run.engines.registry import BadEngine
+from tumble.compare.run.status import Failure
 from tumble.compare.run.truths import true_answer
-from tumble.compare.run.worker import Failure, Worker
+from tumble.compare.run.worker import Worker
 from tumble.scenarios.read import read_scene
 
 GOOD = """
@@ -176,11 +177,11 @@ def status(path: Path, hangs: bool, is_load: bool) -> str:
         except BadEngine as refusal:
             return str(refusal)
         if isinstance(info, Failure):
-            return info.status
+            return str(info)
         # What is to hang is not waited for; all else has its time, on a busy machine too.
         worker.time_limit = SHORT_S if hangs else PATIENCE_S
         answer = worker.fly(SCENE, info.methods[0], 0.01, no_progress=True)
-    return Run(SCENE, "bad", "m", 0.01, answer, TRUE).status
+    return Run(SCENE, "bad", "m", 0.01, answer, TRUE).outcome
 
 
 def attack(folder: Path, name: str) -> None:

@@ -77,7 +77,20 @@ def test_errors_that_grow_below_a_step_are_reported_where_the_contestant_is_show
     orders = real["sweep-orders.csv"].copy()
     at = int(np.flatnonzero(((orders["engine"] == "mujoco") & (orders["method"] == "euler")).to_numpy())[0])
     orders.loc[at, ["precision", "best_error_m", "finest_error_m", "finest_dt_s"]] = ["single", 0.025, 0.19, 1.5e-4]
-    found = frame(FINDINGS, [FindingRow("worse below", "yardstick", "mujoco", "euler", "", 2e-4, "s")])
+    found = frame(
+        FINDINGS,
+        [
+            FindingRow(
+                finding="worse below",
+                scene="yardstick",
+                engine="mujoco",
+                method="euler",
+                other="",
+                value=2e-4,
+                unit="s",
+            )
+        ],
+    )
     changed["sweep-orders.csv"] = orders
     changed["findings.csv"] = pd.concat([real["findings.csv"], found], ignore_index=True)
     html = page(changed)

@@ -44,7 +44,7 @@ from tumble.compare.run.flight import Probe
 from tumble.compare.run.flight import Trajectory as Flight
 from tumble.compare.run.process import message
 from tumble.compare.run.process.message import PREFIX, Malformed, lengths, unpacked
-from tumble.compare.run.questions import Failure
+from tumble.compare.run.status import Failure, Status
 from tumble.compare.run.timing.timer import Sample
 from tumble.compare.tables.files import write_folder
 from tumble.compare.tables.frames import frame
@@ -171,21 +171,107 @@ BASE = Record(
     ("s", "./t.toml"),
     ("e", "./mine.py:m"),
     "tumble check",
-    frame(QUESTIONS, (
-        QuestionRow("s", 0.5, 5, "exact", 1e-15, 0.3, 1.0, 2.0, 3.0),
-        QuestionRow("t", 0.5, 5, "none", None, 1.0, None, None, None),
-    )),
-    frame(ENGINES, (
-        EngineRow("e", "ok", "", "1", "double", "m", "", "nothing"),
-        EngineRow("mine", "ok", "", "1", "double", "m", "", ""),
-    )),
-    frame(CELLS, (
-        CellRow("s", "e", "m", 99, "ok", "", 1e-3, 5e-4, 9e-4, 1e-15, 1e-13, -1e-3, 1e-14, 2e-3, 2.0, 1.0, "decays"),
-        CellRow("s", "mine", "m", 99, "flagged", "off by 3 m", 1e-3, 5e-4, 9e-4, 1e-15, 1e-13, 0.0, 0.0, 0.0),
-        CellRow("t", "e", "m", None, "skipped", "has no floor"),
-    )),
-    frame(TIMES, (TimeRow("s", "e", "m", "tumble:rk4", 1.5), TimeRow("s", "mine", "m", "tumble:rk4", None))),
-)  # fmt: skip
+    frame(
+        QUESTIONS,
+        (
+            QuestionRow(
+                scene="s",
+                step_s=0.5,
+                samples=5,
+                truth="exact",
+                resolution_m=1e-15,
+                size_m=0.3,
+                x_m=1.0,
+                y_m=2.0,
+                z_m=3.0,
+            ),
+            QuestionRow(
+                scene="t",
+                step_s=0.5,
+                samples=5,
+                truth="none",
+                resolution_m=None,
+                size_m=1.0,
+                x_m=None,
+                y_m=None,
+                z_m=None,
+            ),
+        ),
+    ),
+    frame(
+        ENGINES,
+        (
+            EngineRow(
+                engine="e",
+                status="ok",
+                why="",
+                version="1",
+                precision="double",
+                methods="m",
+                features="",
+                switched_off="nothing",
+            ),
+            EngineRow(
+                engine="mine",
+                status="ok",
+                why="",
+                version="1",
+                precision="double",
+                methods="m",
+                features="",
+                switched_off="",
+            ),
+        ),
+    ),
+    frame(
+        CELLS,
+        (
+            CellRow(
+                scene="s",
+                engine="e",
+                method="m",
+                steps=99,
+                status="ok",
+                why="",
+                max_error_m=1e-3,
+                rms_error_m=5e-4,
+                final_error_m=9e-4,
+                resolution_m=1e-15,
+                rounding_m=1e-13,
+                energy_drift=-1e-3,
+                momentum_drift=1e-14,
+                angular_momentum_drift=2e-3,
+                attitude_order=2.0,
+                translation_order=1.0,
+                spin_energy="decays",
+            ),
+            CellRow(
+                scene="s",
+                engine="mine",
+                method="m",
+                steps=99,
+                status="flagged",
+                why="off by 3 m",
+                max_error_m=1e-3,
+                rms_error_m=5e-4,
+                final_error_m=9e-4,
+                resolution_m=1e-15,
+                rounding_m=1e-13,
+                energy_drift=0.0,
+                momentum_drift=0.0,
+                angular_momentum_drift=0.0,
+            ),
+            CellRow(scene="t", engine="e", method="m", steps=None, status="skipped", why="has no floor"),
+        ),
+    ),
+    frame(
+        TIMES,
+        (
+            TimeRow(scene="s", engine="e", method="m", reference="tumble:rk4", time_ratio=1.5),
+            TimeRow(scene="s", engine="mine", method="m", reference="tumble:rk4", time_ratio=None),
+        ),
+    ),
+)
 
 
 # Of the records that are read one in so many is held against the undamaged one too, which takes ten times as long.
@@ -451,7 +537,7 @@ def messages(folder: Path, numbers: range) -> Outcome:
     flight = Flight(scene.rows, states, points, 7, 1.0, (Finding("other", "x"),), probe=probe)
     answers = (
         (Flight | Failure, flight),
-        (Flight | Failure, Failure("timeout")),
+        (Flight | Failure, Failure(Status.TIMEOUT, "")),
         (Sample | Failure, Sample((1.0,) * 4, (0.0,) * 4)),
         (str | Failure, "how"),
     )

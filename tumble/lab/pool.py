@@ -24,7 +24,7 @@ from tumble.compare.run.engines.environments import located
 from tumble.compare.run.engines.registry import BadEngine, EngineInfo, is_file, names
 from tumble.compare.run.flight import Trajectory
 from tumble.compare.run.running_engines import AS_ASKED, DEFAULT, RunningEngine, chosen, launched, titles, wanted
-from tumble.compare.run.worker import Failure
+from tumble.compare.run.status import Failure, Status
 from tumble.lab.background import Workers
 from tumble.scenarios.scene import Scene
 
@@ -179,12 +179,12 @@ class Pool:
         if engine in self.engines:
             return ""
         if why := self._failed.get(engine):
-            return why.status if isinstance(why, Failure) else str(why)
+            return str(why)
         if is_file(engine):
             return ""
         if engine not in self._not_installed:
             _, place, why_nowhere = located(engine)
-            self._not_installed[engine] = "" if place else f"missing: {why_nowhere}"
+            self._not_installed[engine] = "" if place else str(Failure(Status.MISSING, why_nowhere))
         return self._not_installed[engine]
 
     def contestant(self, engine: str, method: str) -> Contestant:

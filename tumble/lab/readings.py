@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tumble.compare.run.worker import Failure
+from tumble.compare.run.status import Failure
 from tumble.lab.pool import Contestant
 from tumble.lab.throw import Throw
 from tumble.scenarios.frames import Array
@@ -67,8 +67,18 @@ def error_rows(throw: Throw, frame: int, vertex: int | None) -> list[ErrorRow]:
     for contestant in throw.contestants:
         answer = answers.get(contestant)
         if contestant not in trajectories:
-            status = answer.status if isinstance(answer, Failure) else RUNNING
-            rows.append(ErrorRow(contestant, None, None, None, np.nan, np.nan, status))
+            status = str(answer) if isinstance(answer, Failure) else RUNNING
+            rows.append(
+                ErrorRow(
+                    contestant=contestant,
+                    vertex=None,
+                    position=None,
+                    error=None,
+                    off_m=np.nan,
+                    resolution_m=np.nan,
+                    status=status,
+                )
+            )
             continue
         flight = trajectories[contestant]
         seen, true = flight.vertices[frame, 0], throw.true_vertices[frame]
@@ -79,7 +89,17 @@ def error_rows(throw: Throw, frame: int, vertex: int | None) -> list[ErrorRow]:
         notes = f"diverged at {lost:.6g} s" if lost is not None else "; ".join(map(str, flight.notes))
         worst = int(np.argmax(np.where(np.isnan(off), -1.0, off))) if vertex is None else vertex
         limit = float(throw.true_limit[frame])
-        rows.append(ErrorRow(contestant, worst, seen[worst], errors[worst], float(off[worst]), limit, notes))
+        rows.append(
+            ErrorRow(
+                contestant=contestant,
+                vertex=worst,
+                position=seen[worst],
+                error=errors[worst],
+                off_m=float(off[worst]),
+                resolution_m=limit,
+                status=notes,
+            )
+        )
     return rows
 
 

@@ -13,7 +13,7 @@ from tumble.compare.judge.errors import Run
 from tumble.compare.run.engines.registry import BadEngine
 from tumble.compare.run.flight import Trajectory
 from tumble.compare.run.running_engines import Halted
-from tumble.compare.run.worker import Failure
+from tumble.compare.run.status import Failure, Status
 from tumble.lab.pool import Contestant, Lease, Pool
 from tumble.scenarios.frames import Array
 from tumble.scenarios.scene import Scene
@@ -86,22 +86,24 @@ class Throw:
         """Return the comparison of what is there, as of `tumble compare`; scene: the same under its saved name."""
         scene = scene or self.scene
         whole = None if self.why_no_truth or not self.truth_is_complete else self._whole_truth()
-        waiting = Failure("timeout: still running when the file was saved")
+        waiting = Failure(Status.TIMEOUT, "still running when the file was saved")
         runs = (
             Run(
-                scene,
-                one.title,
-                one.method,
-                scene.step,
-                self.answers.get(one, waiting),
-                whole,
-                self._pool.tolerance(one),
+                scene=scene,
+                engine=one.title,
+                method=one.method,
+                dt=scene.step,
+                answer=self.answers.get(one, waiting),
+                truth=whole,
+                tolerance=self._pool.tolerance(one),
             )
             for one in self.contestants
         )
         why = self.why_no_truth or "still being computed"
         roles = {one.name: self._pool.role(one) for one in self.contestants}
-        return Comparison(scene, whole, why, tuple(runs), lost_m(scene, whole), roles)
+        return Comparison(
+            scene=scene, truth=whole, why_no_truth=why, runs=tuple(runs), lost_m=lost_m(scene, whole), roles=roles
+        )
 
     def _whole_truth(self) -> Truth:
         pieces = [self._pieces[number] for number in range(len(self._parts))]
@@ -140,7 +142,7 @@ class Throw:
         try:
             lease = self._pool.lease(engine, [one.method for one in own], lambda: not self._stopped)
         except BadEngine as error:
-            lease = Failure(f"crashed: {error}")
+            lease = Failure(Status.CRASHED, str(error))
         if lease is None:
             return
         if isinstance(lease, Failure):
@@ -165,7 +167,7 @@ class Throw:
         """Run a contestant, or its variant with held forces where the method itself does not support them."""
         answer = lease.run(self.scene, contestant.method)
         held = self._pool.held(contestant)
-        if isinstance(answer, Failure) and answer.status.startswith("skipped") and held and not self.scene.is_free:
+        if isinstance(answer, Failure) and answer.status is Status.SKIPPED and held and not self.scene.is_free:
             return self._renamed(contestant, held), lease.run(self.scene, held.method)
         return contestant, answer
 

@@ -16,7 +16,7 @@ import pytest
 from tumble.compare.run.engines.registry import package
 from tumble.compare.run.flight import Trajectory
 from tumble.compare.run.process.process import Died
-from tumble.compare.run.worker import Failure
+from tumble.compare.run.status import Failure
 from tumble.lab.background import Job, Workers
 from tumble.lab.draft import Draft
 from tumble.lab.pool import Contestant, Pool
