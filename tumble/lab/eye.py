@@ -87,7 +87,7 @@ class Eye:
         return (COVERED if self.width < NARROW * self.height else 0.0) * self.height - self.height / 2
 
     def pixels(self, places: Array) -> Array:
-        """Return where points, (n, 3), are in the picture, right of its middle and above it [pixels], and their depth."""
+        """Return where points, (n, 3), are from the picture's middle to the right and up [pixels], and their depth."""
         away = places - self.place
         depth = -away @ self.axes.towards
         scale = self.height / 2 / self.tangent / np.where(depth > 0, depth, np.nan)
