@@ -206,11 +206,11 @@ def parser() -> Parser:
     parquet_option(stability)
     figure_options(stability)
 
-    grade = command("grade", "judge a trajectory that some other program wrote, and say what is most likely wrong")
+    grade = command("grade", "find the error of a trajectory that another program wrote, and its most likely cause")
     grade.add_argument(
         "file",
         metavar="FILE",
-        help="the trajectory, one row an instant: CSV, JSON lines or Parquet; - is standard input",
+        help="trajectory with one row a time: CSV, JSON lines or Parquet; - is standard input",
     )
     grade.add_argument("--scene", required=True, metavar="SCENE", help=SCENE_HELP)
     grade.add_argument(
@@ -218,37 +218,43 @@ def parser() -> Parser:
         action="append",
         default=[],
         metavar="COLUMN=NAME",
-        help="what a column is, with its unit: t_s, t_ms, x_cm, qw, r11, vx_m_s, wx_deg_s, v0x_m, ..., or ignore",
+        help="name of a column, with its unit: t_s, t_ms, x_cm, qw, r11, vx_m_s, wx_deg_s, v0x_m, ..., or ignore",
     )
-    grade.add_argument("--map-file", metavar="TOML", help="the same in a table [columns]; default: FILE.csv.toml")
+    grade.add_argument(
+        "--map-file", metavar="TOML", help="names of columns, in a table [columns] (default: FILE.toml, if it exists)"
+    )
     grade.add_argument(
         "--like",
         choices=("unity", "unreal", "blender", "godot", "ros", "mujoco"),
-        help="read the file as one of this program: sets columns, units, axes, angles, start and decimal sign, and "
-        "prints the options that do so",
+        help="read the file as this program writes it: sets columns, units, axes, angles, start and decimal sign, "
+        "and prints the options that do so",
     )
-    grade.add_argument("--by", choices=("pose", "matrix", "vertices"), help="what to grade where a file has several")
-    grade.add_argument("--columns", metavar="NAME,...", help="names of the columns of a file that has no header")
-    grade.add_argument("--start", type=instant, metavar="S", help="what the file's clock shows at the start [s]")
+    grade.add_argument(
+        "--by", choices=("pose", "matrix", "vertices"), help="description of the pose to grade, if the file has several"
+    )
+    grade.add_argument("--columns", metavar="NAME,...", help="names of the columns of a file without a header")
+    grade.add_argument(
+        "--start", type=instant, metavar="S", help="what the file's clock shows at the scene's start [s] (default: 0)"
+    )
     grade.add_argument(
         "--euler",
         metavar="ORDER",
-        help="what angles rx, ry, rz are: unity, unreal, blender, godot, ros, mujoco, or the order of the turns: zxy "
-        "about fixed axes, ZXY about the body's",
+        help="convention of the angles rx, ry, rz: unity, unreal, blender, godot, ros, mujoco, or the order of "
+        "rotations: zxy about fixed axes, ZXY about the body's",
     )
     grade.add_argument(
         "--axes",
         metavar="NAME",
-        help="its axes: unity, unreal, blender, godot, ros, mujoco, or what our x, y, z are: x,y,-z",
+        help="axes of the file: unity, unreal, blender, godot, ros, mujoco, or those that are our x, y, z: x,y,-z",
     )
     grade.add_argument(
         "--spin", choices=("world", "body"), default="world", help="axes of the angular velocity (default: world)"
     )
     grade.add_argument("--decimal", choices=(".", ","), default=".", help="decimal sign; default: a point")
     grade.add_argument(
-        "--tolerance", type=metres, metavar="M", help="exit 1 where a vertex is further off: 1mm, or 0.001 for metres"
+        "--tolerance", type=metres, metavar="M", help="exit 1 if a vertex error is larger: 1mm, or 0.001 for metres"
     )
-    grade.add_argument("--json", action="store_true", help="print the answer as JSON, with stable names of mistakes")
+    grade.add_argument("--json", action="store_true", help="print the grade as JSON")
     grade.add_argument("-o", "--output", metavar="DIR", help="also write the tables as CSV into DIR")
     parquet_option(grade)
 

@@ -59,7 +59,10 @@ if NOTEBOOKS_NEED not in getattr(__import__("tumble"), "__all__", ()):
 # The API
 nitpicky = True
 # Offline there is no inventory of other projects' names; ours must all be found.
-nitpick_ignore_regex = [(r"py:.*", r"(?!tumble\.).*"), (r"py:.*", r"tumble\.(compare|scenarios|solver|reports|api)\..*")]
+nitpick_ignore_regex = [
+    (r"py:.*", r"(?!tumble\.).*"),
+    (r"py:.*", r"tumble\.(compare|scenarios|solver|reports|api)\..*"),
+]
 autodoc_typehints = "signature"
 autodoc_member_order = "bysource"
 napoleon_google_docstring = False

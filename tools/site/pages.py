@@ -66,7 +66,9 @@ def commands_page() -> str:
         "# Commands\n",
         "`tumble COMMAND --help` prints the same. Results go to standard output; progress and notes to standard error. "
         "Exit code 0: done; 1: a check failed; 2: your input needs a change; 3: a bug in Tumble.\n",
-        table_text(("command", "what it does"), [(f"[`tumble {name}`](#tumble-{name})", helps[name]) for name in helps]),
+        table_text(
+            ("command", "what it does"), [(f"[`tumble {name}`](#tumble-{name})", helps[name]) for name in helps]
+        ),
     ]
     for name, command in commands.choices.items():
         usage = " ".join(command.format_usage().removeprefix("usage: ").split())
@@ -292,4 +294,3 @@ def background_page(docs: Path) -> str:
     lines = [f"- {{doc}}`/{path.relative_to(docs).with_suffix('')}`" for path in (*pages, *releases)]
     toctree = [f"/{path.relative_to(docs).with_suffix('')}" for path in (*pages, *releases)]
     return "\n".join(("# Reference pages\n", *lines, "\n```{toctree}", ":hidden:", *toctree, "```\n"))
-

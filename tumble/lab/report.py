@@ -1,12 +1,11 @@
 """The report of a throw while it is being made: one at a time per page, stopped when the page is closed."""
 
-import os
-import signal
 import subprocess
 import threading
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from tumble.compare.run.process.process import kill_group
 from tumble.lab.pool import Contestant
 from tumble.lab.refusals import Refused
 from tumble.lab.save import Saved
@@ -38,7 +37,7 @@ class ReportAtWork:
     def close(self) -> None:
         """End the one that is being made."""
         if self._report is not None and self._is_at_work():
-            os.killpg(self._report.pid, signal.SIGKILL)
+            kill_group(self._report.pid)
 
     def _is_at_work(self) -> bool:
         return self._report is not None and self._report.poll() is None

@@ -114,7 +114,7 @@ class Throw:
             return np.concatenate([first, *(other[1:] for other in others)])
 
         how = " / ".join(dict.fromkeys(piece.how for piece in pieces))
-        return Truth(rows("times"), rows("states"), rows("vertices"), rows("bound"), rows("floor"), how)
+        return Truth(rows("times"), rows("states"), rows("vertices"), rows("bound"), rows("input_error"), how)
 
     def _take_truth(self, number: int, future: "Future[Truth]") -> None:
         """Take in a part of the truth; a callback of its future."""
@@ -133,7 +133,7 @@ class Throw:
                 count = rows.stop - rows.start
                 self.true_states[rows] = piece.states[-count:, 0]
                 self.true_vertices[rows] = piece.vertices[-count:, 0]
-                self.true_limit[rows] = piece.limit[-count:, 0]
+                self.true_limit[rows] = piece.resolution[-count:, 0]
         self._changed()
 
     def _run(self, engine: str) -> None:
