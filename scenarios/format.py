@@ -280,7 +280,16 @@ def _shown_key(key: str) -> str:
 
 
 def short(value: object) -> str:
-    """Return a value on one line of at most 60 characters."""
+    """Return a value on one line of at most 60 characters.
+
+    Parameters
+    ----------
+    value
+
+    Returns
+    -------
+    text
+    """
     try:
         text = _SHORT.repr(value)
     except ValueError:  # Python does not write out an integer of thousands of digits
@@ -289,10 +298,29 @@ def short(value: object) -> str:
 
 
 def printable(text: str) -> str:
-    """Return a text as it is, or with its control characters written out."""
+    """Return a text, with control characters escaped if it has any.
+
+    Parameters
+    ----------
+    text
+
+    Returns
+    -------
+    text
+        a Python literal if anything was escaped
+    """
     return text if text.isprintable() else repr(text)
 
 
 def visible(text: str) -> str:
-    """Return a text on one line, control characters written out: what a terminal, a page or an XML file may show."""
+    """Return a text on one line, with control characters escaped, for a terminal, a page or an XML file.
+
+    Parameters
+    ----------
+    text
+
+    Returns
+    -------
+    text
+    """
     return "".join(char if char.isprintable() else repr(char)[1:-1] for char in text)

@@ -41,16 +41,31 @@ class NoTruth(UsersError):
 
 @dataclass(frozen=True, eq=False)
 class Truth:
-    """Where the body truly is, R instants of N throws.
+    """The reference solution of a scene: R instants of N throws.
 
-    times: instants [s], (R,), the scene's rows, each after its impulses;
-    states: (R, N, 13), each number the double nearest to the exact one; vertices: world [m], (R, N, n, 3), likewise;
-    bound: how far a vertex may be from the exact answer, its rounding to doubles included [m], (R, N);
-    floor: how far a vertex moves when each number of the scene moves by half its last bit [m], (R, N);
-    how: exact, by the closed form, or by which integration;
-    horizon: until when every throw is known to a millionth of the body, or to 1e-12 of its distance [s]: the last such
-    row, infinite where all are; why: what ends it.  Rows that could not be worked out are nan, their bound infinite.
-    contacts: what each throw of a scene with a plane does there.
+    Rows that could not be computed are nan, and their bound is infinite.
+
+    Parameters
+    ----------
+    times : (R,), s
+        the scene's rows, each after its impulses
+    states : (R, N, 13)
+        each number the double nearest to the exact one
+    vertices : (R, N, n, 3), m
+        likewise, world axes
+    bound : (R, N), m
+        upper bound on a vertex's distance from the exact solution, rounding to doubles included
+    input_error : (R, N), m
+        how far a vertex moves when each number of the scene changes by half its last bit
+    how
+        exact, by the closed form, or the integration
+    horizon : s
+        last row up to which every throw is known to a millionth of the body, or to 1e-12 of its distance; infinite
+        if all rows are
+    why
+        what ends it there
+    contacts
+        contact record of each throw, in scenes with a plane
     """
 
     times: Array
@@ -92,13 +107,28 @@ def truth(
     on_share: ShareCallback = lambda share: None,
     limit_s: float = float("inf"),
 ) -> Truth:
-    """Return the true flight of every throw of the scene.
+    """Return the reference solution of every throw of a scene.
 
-    floor: whether to find how far rounded inputs move it, which is most of the work of a free flight; else it is 0;
-    tell: is told again and again what share of the throws is done; limit_s: wall time that each of its
-    three parts may take [s], the answer, its check, and what the inputs do.
-    Raises NoTruth where not one sample after the start can be told, or not within that time, RayMissed where an
-    impulse's ray does not meet the body.
+    Parameters
+    ----------
+    scene
+    with_input_error
+        whether to compute `Truth.input_error`, most of the work of a free flight; otherwise it is 0
+    on_share
+        called with each share of the throws that is done
+    limit_s : s
+        wall time for each of its three parts: the solution, its check, the input error
+
+    Returns
+    -------
+    truth
+
+    Raises
+    ------
+    NoTruth
+        No sample after the start can be computed, or none within limit_s.
+    RayMissed
+        An impulse's ray does not hit the body.
     """
     from mpmath import MPContext  # a tenth of a second that only this call should pay
 
