@@ -1,9 +1,9 @@
-"""The true answer of a scene.
+"""The reference solution of a scene.
 
-Free flight under gravity and impulses has a closed form, worked out in extended precision: Jacobi functions by Landen's
+Free flight under gravity and impulses has a closed form, computed in extended precision: Jacobi functions by Landen's
 steps, attitude by Carlson's integral.  `elliptic` has the functions, `rotation` the closed form, `flight` the whole
-throw, `limit` how good the answer is, and `bulk` is the same compiled, for many throws.  A flight with tether, drag or
-floor is integrated: `forced`.  All start from the numbers as they are written, in fractions: `throw` and `inertia`.
+throw, `resolution` how accurate the answer is, and `bulk` is the same compiled, for many throws.  Scenes with a tether,
+drag or a floor are integrated: `forced`.  All start from the file's numbers, in fractions: `throw` and `inertia`.
 None shares a formulation with the solver or an engine.
 """
 
@@ -27,16 +27,16 @@ if TYPE_CHECKING:
     from tumble.scenarios.truth.bulk.flight import Flights
     from tumble.scenarios.truth.contact.record import ContactRecord
 
-# So many throws take longer one by one than compiled code takes to load.
+# At least this many throws, or instants, take longer one by one than compiled code takes to load.
 MANY, MANY_INSTANTS = 64, 400
-# Instants worked out together where the compiled loop has left some.
+# Instants computed together where the compiled loop has left some.
 AT_A_TIME = 32
 
 ShareCallback = Callable[[float], object]
 
 
 class NoTruth(UsersError):
-    """The flight cannot be told well enough to hold anything against it; the text says why."""
+    """The trajectory cannot be computed accurately enough to be a reference; the message says why."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,12 +85,12 @@ class Truth:
 
     @property
     def known(self) -> int:
-        """How many rows, from the first on, are within the horizon."""
+        """The number of rows within the horizon."""
         return int(np.searchsorted(self.times, self.horizon, side="right"))
 
     @property
     def ends(self) -> str:
-        """What to say where there is a horizon."""
+        """The horizon and its reason, for a message; empty if there is none."""
         return "" if self.known == len(self.times) else f"; known until {self.horizon:.6g} s: {self.why}"
 
     def until_horizon(self) -> "Truth":
@@ -144,9 +144,9 @@ def truth(
 
                 rows, how, why, contacts = on_plane(mp, scene, with_input_error, on_share)
     except Late:
-        raise NoTruth(f"the true flight was not worked out within {PARTS * limit_s:g} s (--time-limit)") from None
+        raise NoTruth(f"the truth was not computed within {PARTS * limit_s:g} s (--time-limit)") from None
     except OverflowError:
-        raise NoTruth("the true flight cannot be told: its numbers leave the range of doubles") from None
+        raise NoTruth("there is no truth: its numbers leave the range of doubles") from None
     answer = Truth(scene.rows, *rows, how=" / ".join(dict.fromkeys(how)), contacts=contacts)
     return _until_horizon(answer, scene, " / ".join(dict.fromkeys(filter(None, why))))
 
@@ -154,7 +154,7 @@ def truth(
 def _all_throws(
     mp: Any, scene: Scene, with_input_error: bool, on_share: ShareCallback
 ) -> tuple[list[Array], list[str], list[str]]:
-    """Return states, vertices, bound and floor of all throws, how they were made and why some end."""
+    """Return states, vertices, bound and input error of all throws, how they were computed and why some end."""
     many = _many(mp, scene, on_share)
     left = np.arange(len(scene.start)) if many is None else np.flatnonzero(np.isnan(many.input_error).any(axis=0))
     flights = []
@@ -174,7 +174,7 @@ def _all_throws(
 
 
 def _many(mp: Any, scene: Scene, on_share: ShareCallback) -> "Flights | None":
-    """Return the throws of a free scene without blows, where they are so many that compiled code pays, or None."""
+    """Return the throws of a free scene without impulses, if there are enough for compiled code, or None."""
     if not scene.is_free or scene.impulses or len(scene.start) < MANY:
         return None
     from tumble.scenarios.truth.bulk.flight import all_flights
@@ -193,20 +193,20 @@ def _until_horizon(answer: Truth, scene: Scene, why: str) -> Truth:
         return answer
     known = int(np.argmax(blurred))
     if not why or np.isfinite(answer.vertices[known]).all():
-        why = "beyond it the last bit of a number of the scene moves a corner by more than a millionth of the body"
+        why = "beyond it the last bit of a number of the scene moves a vertex by more than a millionth of the body"
     if known == 0 or answer.times[known - 1] < scene.times[0]:
-        raise NoTruth(f"the true flight cannot be told at its first sample: {why}")
+        raise NoTruth(f"there is no truth at the first sample: {why}")
     return replace(answer, horizon=float(answer.times[known - 1]), why=why)
 
 
 def _blurred(scene: Scene, vertices: Array, resolution: Array) -> np.ndarray:
-    """Return where a limit [m], (...), of vertices, (..., n, 3), is more than a truth may have."""
+    """Return where the resolution [m], (...), of vertices, (..., n, 3), is too coarse for a truth."""
     size = scene.body.reach
     return ~(resolution <= TRUSTED * size + FAR * np.abs(vertices).max(axis=(-2, -1)))
 
 
 def _flight(mp: Any, scene: Scene, row: int, with_input_error: bool) -> tuple[Array, Array, Array, Array, str, str]:
-    """Return states (R, 13), vertices (R, n, 3), bound and floor (R,) of one throw; how it was made and why it ends."""
+    """Return states (R, 13), vertices (R, n, 3), bound and input error (R,) of one throw; how made, why it ends."""
     if scene.is_free and len(scene.rows) >= MANY_INSTANTS:
         from tumble.scenarios.truth.bulk.samples import one_flight
 
