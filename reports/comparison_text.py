@@ -141,7 +141,7 @@ def standings(runs: Sequence[Run], roles: Mapping[str, str]) -> Iterator[Rendera
             Text(f"≤{figure(limit)}", style=GOOD) if worst <= limit else figure(worst),
             figure(float(np.sqrt((run.distances**2).mean()))),
             figure(run.drifts[0]),
-            coloured(run.status.partition(":")[0]),
+            coloured(run.status),
         )
     if flown:
         yield table
@@ -150,7 +150,7 @@ def standings(runs: Sequence[Run], roles: Mapping[str, str]) -> Iterator[Rendera
             yield plain(f"{run.name} {run.flight.remark}")
     if any(run.status != "ok" for run in runs):
         yield Text()
-        yield from reasons_text((run.name, run.status) for run in runs if run.status != "ok")
+        yield from reasons_text((run.name, run.outcome) for run in runs if run.status != "ok")
 
 
 def steps_text(runs: Sequence[Run]) -> Iterator[RenderableType]:

@@ -64,7 +64,7 @@ def entries(changes: Sequence[ReleaseChangeRow]) -> list[Entry]:
         told = tuple(map(sentence, sorted(own, key=lambda change: [*KINDS].index(change.what))))
         alike.setdefault((release, told), []).append(own[0])
     return [
-        Entry(release, tuple(row.method for row in rows), told, rows[0].notes)
+        Entry(release=release, methods=tuple(row.method for row in rows), sentences=told, notes=rows[0].notes)
         for (release, told), rows in alike.items()
     ]
 

@@ -85,7 +85,13 @@ def answer(top: Parser, options: argparse.Namespace) -> int:
     else:
         command = importlib.import_module(f"tumble.commands.{options.command}")
         importlib.import_module("tumble.notes").show_log()
-        return command.main(options)
+        if not getattr(options, "parquet", False):
+            return command.main(options)
+        tables = importlib.import_module("tumble.compare.tables.parquet")
+        tables.check_parquet(options.output)
+        code = command.main(options)
+        tables.write_parquet(options.output)
+        return code
     return EXIT_DONE
 
 

@@ -17,4 +17,4 @@ def ablation_findings(rows: Iterable[AblationRow]) -> Iterator[FindingRow]:
             scenes.setdefault(row.scene, []).append((row.ratio, row))
     for scene, own in scenes.items():
         ratio, row = max(own, key=lambda one: one[0])
-        yield FindingRow("left out", scene, row.engine, row.method, "", ratio, "1")
+        yield FindingRow(finding="left out", scene=scene, engine=row.engine, method=row.method, value=ratio, unit="1")

@@ -17,11 +17,11 @@ from tumble.compare.judge.errors import quietly
 from tumble.compare.run.flight import Trajectory, legs
 from tumble.compare.run.progress import ProgressCallback, no_progress
 from tumble.compare.run.running_engines import RunningEngine, truth_limit
+from tumble.compare.run.status import Failure
 from tumble.compare.run.tasks import Task, run
 from tumble.compare.run.timing.readings import USUAL, Reading, Sampling, ratio
 from tumble.compare.run.timing.timing import Cost, Load, costs
 from tumble.compare.run.truths import true_answer
-from tumble.compare.run.worker import Failure
 from tumble.scenarios.needs import needs
 from tumble.scenarios.scene import Scene
 from tumble.scenarios.truth import Truth
@@ -81,7 +81,14 @@ class Build:
 
     def row(self, why: str = "", **figures: float) -> AblationRow:
         """Return its row; why: its figures are not all there."""
-        return AblationRow(self.scene.name, self.running_engine.title, self.method, self.kept, why, **figures)
+        return AblationRow(
+            scene=self.scene.name,
+            engine=self.running_engine.title,
+            method=self.method,
+            feature=self.kept,
+            why=why,
+            **figures,
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,11 +128,11 @@ def ablate(
     resolution_m = None if true is None else float(true.resolution.max())
     apart = [(one, row) for one, row in rows if isinstance(one, Pair) and one.apart_m > (resolution_m or 0.0)]
     return Ablation(
-        scene,
-        tuple(row for _, row in rows),
-        resolution_m,
-        tuple(row for pair, row in apart if pair.harmless),
-        tuple(row for pair, row in apart if not pair.harmless),
+        scene=scene,
+        rows=tuple(row for _, row in rows),
+        resolution_m=resolution_m,
+        inexact=tuple(row for pair, row in apart if pair.harmless),
+        altered=tuple(row for pair, row in apart if not pair.harmless),
     )
 
 
@@ -136,9 +143,9 @@ def questions(
     optional = [] if isinstance(running_engine.info, Failure) else running_engine.info.optional
     optional = [each for each in optional if each not in needs(scene)]
     unsupported = running_engine.unsupported(scene)
-    why = unsupported.status if unsupported else NOTHING if not optional else ""
+    why = str(unsupported) if unsupported else NOTHING if not optional else ""
     if why:
-        return [AblationRow(scene.name, running_engine.title, "", "", why)]
+        return [AblationRow(scene=scene.name, engine=running_engine.title, method="", feature="", why=why)]
 
     def task(method: str) -> Task[list[Pair | AblationRow]]:
         key = scene.name, running_engine.title, method
@@ -154,7 +161,7 @@ def pairs(
     lean = Build(running_engine, scene, method)
     straight = lean.flight()
     if isinstance(straight, Failure):
-        yield lean.row(straight.status)
+        yield lean.row(str(straight))
         return
     flown = [
         (build, build.flight())
@@ -167,7 +174,7 @@ def pairs(
     refused: dict[str, list[str]] = {}
     for build, flight in flown:
         if isinstance(flight, Failure):
-            refused.setdefault(flight.status, []).append(build.kept)
+            refused.setdefault(str(flight), []).append(build.kept)
         else:
             errors = (0.0, 0.0) if true is None else (apart_m(flight, true), apart_m(straight, true))
             yield Pair(build, lean, apart_m(straight, flight), *errors)
@@ -195,9 +202,9 @@ def measured(pair: Pair, clocked: dict[str, Cost | Failure]) -> AblationRow:
     row = partial(pair.kept.row, max_difference_m=pair.apart_m)
     with_it, without = clocked[pair.kept.key], clocked[pair.lean.key]
     if isinstance(with_it, Failure):
-        return row(with_it.status)
+        return row(str(with_it))
     if isinstance(without, Failure):
-        return row(f"without it {without.status}")
+        return row(f"without it {without}")
     found = ratio(with_it.reading, without.reading)
     if found.refusal:
         return row(f"no ratio: {found.refusal}")

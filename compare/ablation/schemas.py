@@ -9,7 +9,7 @@ from tumble.compare.tables.shared import CONTESTANT, Engine, Method, SceneName
 EVERYTHING = "everything"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class AblationRow:
     """What a feature costs a contestant in a scene that has no use for it."""
 

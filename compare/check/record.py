@@ -79,13 +79,13 @@ def read_record(folder: Path) -> Record:
         found = f"is in format {short(said['format'])}" if "format" in said else "names no format"
         raise BadRecord(f"{shown}: {found}; this Tumble reads {FORMAT!r}: move it away, and record again with --accept")
     record = Record(
-        words(folder, said, "scenes"),
-        words(folder, said, "contestants"),
-        said.get("command", ""),
-        read(folder, QUESTIONS),
-        read(folder, ENGINES),
-        read(folder, CELLS),
-        read(folder, TIMES) if place(folder, TIMES.file).exists() else None,
+        scenes=words(folder, said, "scenes"),
+        contestants=words(folder, said, "contestants"),
+        command=said.get("command", ""),
+        questions=read(folder, QUESTIONS),
+        engines=read(folder, ENGINES),
+        cells=read(folder, CELLS),
+        times=read(folder, TIMES) if place(folder, TIMES.file).exists() else None,
     )
     for column, known in (("status", STATUSES), ("spin_energy", {**TRENDS, "": 0})):
         if odd := set(record.cells[column]) - {*known}:

@@ -29,7 +29,7 @@ DRIFTS = ("energy_drift", "momentum_drift", "angular_momentum_drift")
 STATUSES = {"ok": 0, "flagged": 1, "diverged": 2, "skipped": 3, "missing": 4, "timeout": 4, "crashed": 4}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class QuestionRow:
     """One scene as it was asked: its step and samples, and where its last vertex truly is at the last sample.
 
@@ -42,12 +42,12 @@ class QuestionRow:
     truth: Annotated[str, f"`{EXACT}`, or why there is none"]
     resolution_m: Limit
     size_m: Annotated[float, "how far the furthest vertex is from the centre of mass"]
-    x_m: Annotated[float | None, "true x of the last vertex at the last sample that has a truth, world axes"]
-    y_m: Annotated[float | None, "true y of the last vertex at the last sample that has a truth, world axes"]
-    z_m: Annotated[float | None, "true z of the last vertex at the last sample that has a truth, world axes"]
+    x_m: Annotated[float | None, "true x of the last vertex at the last sample that has a truth, world axes"] = None
+    y_m: Annotated[float | None, "true y of the last vertex at the last sample that has a truth, world axes"] = None
+    z_m: Annotated[float | None, "true z of the last vertex at the last sample that has a truth, world axes"] = None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class CellRow:
     """One contestant on one scene at the scene's own step: errors, drifts from the truth, orders, energy of the spin.
 
@@ -75,7 +75,7 @@ class CellRow:
     spin_energy: Annotated[str, f"{', '.join(TRENDS)}: the energy of the spin; empty where nothing turns freely"] = ""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class TimeRow:
     """The run time of one contestant's flight over the reference contestant's, with its interval."""
 
@@ -83,7 +83,7 @@ class TimeRow:
     engine: Engine
     method: Method
     reference: Annotated[str, "ENGINE:METHOD that the ratio is over"]
-    time_ratio: Annotated[float | None, "ratio of times; empty where it would say nothing"]
+    time_ratio: Annotated[float | None, "ratio of times; empty where it would say nothing"] = None
     time_ratio_low: Annotated[float | None, "lower end of the 95 % confidence interval of time_ratio"] = None
     time_ratio_high: Annotated[float | None, "upper end of the 95 % confidence interval of time_ratio"] = None
 

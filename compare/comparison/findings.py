@@ -48,7 +48,7 @@ def scene_findings(
     unable = sum(run.status in UNABLE for run in runs)
     for finding, count in (("unfinished", len(runs) - len(flown) - unable), ("unable", unable)):
         if count:
-            yield FindingRow(finding, runs[0].scene, "", "", "", count, "1")
+            yield FindingRow(finding=finding, scene=runs[0].scene, value=count, unit="1")
 
 
 def ranked(runs: Iterable[RunRow]) -> list[RunRow]:
@@ -74,7 +74,15 @@ def as_shipped(runs: Sequence[RunRow], defaults: Collection[str]) -> list[RunRow
 
 def error_finding(finding: str, run: RunRow) -> FindingRow:
     """Return a finding that is the error of a run."""
-    return FindingRow(finding, run.scene, run.engine, run.method, "", run.max_error_m, "m", run.resolution_m)
+    return FindingRow(
+        finding=finding,
+        scene=run.scene,
+        engine=run.engine,
+        method=run.method,
+        value=run.max_error_m,
+        unit="m",
+        resolution=run.resolution_m,
+    )
 
 
 def agreement_findings(pairs: Iterable[AgreementRow]) -> Iterator[FindingRow]:
@@ -85,6 +93,13 @@ def agreement_findings(pairs: Iterable[AgreementRow]) -> Iterator[FindingRow]:
             scenes.setdefault(pair.scene, []).append(pair)
     for scene, own in scenes.items():
         best = min(own, key=lambda pair: pair.apart_m / min(pair.error_a_m, pair.error_b_m))
-        key = scene, best.engine_a, best.method_a, best.contestant_b
-        yield FindingRow("apart", *key, best.apart_m, "m")
-        yield FindingRow("both off", *key, max(best.error_a_m, best.error_b_m), "m")
+        for finding, value in (("apart", best.apart_m), ("both off", max(best.error_a_m, best.error_b_m))):
+            yield FindingRow(
+                finding=finding,
+                scene=scene,
+                engine=best.engine_a,
+                method=best.method_a,
+                other=best.contestant_b,
+                value=value,
+                unit="m",
+            )

@@ -26,7 +26,7 @@ import numpy as np
 from tumble.compare.judge import mechanics
 from tumble.compare.judge.balance import BAND, Balance, energies
 from tumble.compare.judge.errors import Run, largest, lost_torque, quietly
-from tumble.compare.run.worker import Failure
+from tumble.compare.run.status import Failure, Status
 from tumble.scenarios.forces import acting, can_turn
 from tumble.scenarios.frames import Array, rotation_matrix, vertices
 from tumble.scenarios.needs import needs
@@ -64,9 +64,8 @@ class Verdict:
 def verdict(run: Run) -> Verdict:
     """Return the verdict on one run; its truth may be None."""
     if isinstance(run.answer, Failure):
-        kind, _, why = run.answer.status.partition(": ")
-        gone = kind == "timeout" or "its process" in why
-        return Verdict("no-return" if gone else "refused", why or "no answer within the time limit")
+        no_return = run.answer.status is Status.TIMEOUT or run.answer.process_died
+        return Verdict("no-return" if no_return else "refused", run.answer.reason)
     if run.answer.diverged_at is not None:
         return Verdict("diverged", f"not finite from {run.answer.diverged_at:.4g} s on", np.inf)
     balances = list(energies(run))

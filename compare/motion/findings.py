@@ -18,7 +18,14 @@ def film_findings(films: Sequence[Film]) -> Iterator[FindingRow]:
         for (engine, method), flight in bent(film).items():
             ratio = bent_edge(flight.vertices[-1, 0], film.scene.body)
             if np.isfinite(ratio):
-                yield FindingRow("bent edge", film.scene.name, engine, method, "", ratio, "1")
+                yield FindingRow(
+                    finding="bent edge",
+                    scene=film.scene.name,
+                    engine=engine,
+                    method=method,
+                    value=ratio,
+                    unit="1",
+                )
 
 
 def bent_edge(points: Array, body: Body) -> float:

@@ -11,7 +11,7 @@ VECTOR = "the impulse [N s], the tether's end in principal axes [m], the floor's
 Instant = Annotated[float, "time of the frame"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class MotionRow:
     """Where the truth (engine `truth`) or a contestant is at one instant, and what a free body would keep."""
 
@@ -41,7 +41,7 @@ class MotionRow:
     angular_momentum_drift: Annotated[float, "difference from the true angular momentum, over the largest"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class DeformedRow:
     """Where a vertex is of a body that is no longer rigid, at one instant."""
 
@@ -55,7 +55,7 @@ class DeformedRow:
     z_m: Annotated[float, "z of the vertex, world axes"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class BodyRow:
     """One body: its shape, mass and principal moments."""
 
@@ -67,7 +67,7 @@ class BodyRow:
     i3_kg_m2: Annotated[float, "moment of inertia about the third principal axis"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class PointRow:
     """One vertex of a body."""
 
@@ -78,7 +78,7 @@ class PointRow:
     z_m: Annotated[float, "z of the vertex from the centre of mass, principal axes"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class FaceRow:
     """One face of a body; of one that has only points, of their convex hull."""
 
@@ -87,7 +87,7 @@ class FaceRow:
     vertices: Annotated[str, "its vertices, counter-clockwise from outside"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class LoadRow:
     """What acts on a body: an impulse, a tether, a floor, gravity."""
 

@@ -12,7 +12,7 @@ Ratio = Annotated[float | None, "energy at the end over what physics leaves ther
 Worst = Annotated[float | None, "largest vertex error; inf of a flight that diverged"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class StabilityRow:
     """One cell of a map: one contestant at one value of the scene's number and one step."""
 
@@ -30,7 +30,7 @@ class StabilityRow:
     resolution_m: Limit
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class LimitRow:
     """How long a step one contestant bears in one scene, at the scene's own value."""
 
@@ -57,7 +57,7 @@ class LimitRow:
     note: Annotated[str, "what no number says"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class ExtremeRow:
     """One contestant in one extreme case."""
 
@@ -66,15 +66,15 @@ class ExtremeRow:
     engine: Engine
     method: Method
     dt_s: Annotated[float, "step"]
-    steps: Annotated[int | None, "steps of the whole flight; empty where there is none"]
+    steps: Annotated[int | None, "steps of the whole flight; empty where there is none"] = None
     status: Status
     verdict: Word
-    max_error_m: Worst
-    resolution_m: Limit
+    max_error_m: Worst = None
+    resolution_m: Limit = None
     error_over_resolution: Annotated[
         float | None, "largest error over samples, in units of what the truth can tell there"
-    ]
-    energy_ratio: Ratio
+    ] = None
+    energy_ratio: Ratio = None
     why: Annotated[str, "the reasons of status and verdict"]
     size_m: Annotated[float, "distance from the centre of mass of the body's furthest vertex"]
 

@@ -20,7 +20,7 @@ from tumble.compare.tables.shared import (
 WORSE = 2.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class WorkPrecisionRow:
     """Error and time of one run: the time is that of its native loop, by the clock that is right for it."""
 
@@ -47,7 +47,7 @@ class WorkPrecisionRow:
     dt_taken_s: StepTaken = None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class AccuracyCostRow:
     """What it takes one contestant to reach one error.
 
@@ -60,19 +60,21 @@ class AccuracyCostRow:
     method: Annotated[str, "method; the tolerances of an adaptive one together"]
     target_m: Annotated[float, "largest vertex error to reach"]
     verdict: Annotated[str, "reached, not reached, at most (the coarsest run is as good already), or untimed"]
-    run_us: Annotated[float | None, "time of the native loop of one throw's flight"]
-    dt_s: Annotated[float | None, "step; empty where the method chose its own, or nothing was reached"]
-    tolerance: Tolerance
-    steps_per_s: Annotated[float | None, "steps in one second of CPU time; empty where a flight is the unit"]
+    run_us: Annotated[float | None, "time of the native loop of one throw's flight"] = None
+    dt_s: Annotated[float | None, "step; empty where the method chose its own, or nothing was reached"] = None
+    tolerance: Tolerance = None
+    steps_per_s: Annotated[float | None, "steps in one second of CPU time; empty where a flight is the unit"] = None
     reference: Annotated[str, "ENGINE:METHOD that the ratio is over"]
-    ratio: Annotated[float | None, "time over the reference's; empty where either did not reach the error, or why"]
+    ratio: Annotated[float | None, "time over the reference's; empty where either did not reach the error, or why"] = (
+        None
+    )
     ratio_low: Annotated[float | None, "lower end of the 95 % confidence interval of the ratio"] = None
     ratio_high: Annotated[float | None, "upper end of the 95 % confidence interval of the ratio"] = None
     no_ratio: Annotated[str, "why the contestant has no time, and so no ratio"] = ""
     dt_taken_s: StepTaken = None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class OrderRow:
     """One fixed-step contestant: the order its errors show by the steps taken, its floor and the step it bends at.
 
@@ -102,7 +104,7 @@ class OrderRow:
         return self.finest_error_m > WORSE * self.best_error_m
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class TimingRow:
     """What the clock said of one contestant: time of its native loop, its spread, which clock, and what it took before.
 
@@ -126,7 +128,7 @@ class TimingRow:
     rounds: Annotated[int, "number of rounds"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class EquivalentRow:
     """Two contestants that are one integrator: at every step, far closer to each other than to the truth."""
 
@@ -149,7 +151,7 @@ class EquivalentRow:
         return f"{self.engine_b}:{self.method_b}"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class EnsembleRow:
     """One run of many throws: quantiles over the throws of the largest vertex error."""
 

@@ -15,6 +15,8 @@ from contextlib import suppress
 from glob import escape
 from pathlib import Path
 
+from tumble.compare.tables.data_package import with_package
+
 # What is written: at once, or piece by piece.
 Text = str | bytes | Iterable[str]
 
@@ -62,13 +64,16 @@ def write_together(texts: Mapping[Path, Text]) -> None:
         raise
 
 
-def write_folder(folder: Path, texts: Mapping[str, str], without: Collection[str] = ()) -> None:
+def write_folder(folder: Path, texts: Mapping[str, str | bytes], without: Collection[str] = ()) -> None:
     """Write files, by name, into a folder so that it has all of them or none, whenever it is stopped.  Raises OSError.
+
+    Beside tables it writes the datapackage.json that describes all tables of the folder.
 
     without: files of an earlier run that these do not stand beside.
     """
     folder.mkdir(parents=True, exist_ok=True)
     settle(folder)
+    texts = with_package(folder, texts, without)
     for name in texts:
         if (found := existing(folder / name)) and stat.S_ISDIR(found.st_mode):
             raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(folder / name))
@@ -120,7 +125,7 @@ def lives(pid: int) -> bool:
         return False
 
 
-def fill(path: Path, text: str) -> None:
+def fill(path: Path, text: str | bytes) -> None:
     """Write a draft of a file that is not there yet."""
     write(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL), text)
     os.chmod(path, 0o666 & ~umask())
@@ -129,7 +134,7 @@ def fill(path: Path, text: str) -> None:
 def put(draft: Path, path: Path) -> None:
     """Give a draft its name, or where that is a link, a pipe or a device, write it there."""
     if path.is_symlink() or (path.exists() and not path.is_file()):
-        write_whole(path, draft.read_text(encoding="utf-8"))
+        write_whole(path, draft.read_bytes())
         draft.unlink()
         return
     if path.exists():

@@ -128,7 +128,14 @@ def install(engine: str, on_progress: ProgressCallback = no_progress) -> Environ
             node = make_one(made, pins, package)
             fly_once(name, place_of(made.environment, node), on_progress)
             python = "" if node else python_of(made.environment)
-            found = Environment(name, release, python, tuple(pins), size_of(made.environment), node)
+            found = Environment(
+                engine=name,
+                release=release,
+                python=python,
+                packages=tuple(pins),
+                size=size_of(made.environment),
+                node=node,
+            )
             (made.environment / MARK).write_text(json.dumps(asdict(found), indent=1), encoding="utf-8")
             if present := next((one for one in environments() if one.name == found.name), None):
                 return present  # another process was faster
@@ -267,7 +274,8 @@ def make_node(made: Site, pins: list[str]) -> str:
 
 def fly_once(engine: str, place: Place, on_progress: ProgressCallback) -> None:
     """See that every method of the engine can be used there.  Raises BadEngine."""
-    from tumble.compare.run.worker import Failure, Worker
+    from tumble.compare.run.status import Failure
+    from tumble.compare.run.worker import Worker
 
     with Worker(engine, 900.0, place=place) as worker:  # what some compile first they keep in their environment
         on_progress(f"loading {engine}", 0.0)
@@ -278,7 +286,7 @@ def fly_once(engine: str, place: Place, on_progress: ProgressCallback) -> None:
             if isinstance(said, Failure):
                 break
     if isinstance(said, Failure):
-        raise BadEngine(f"installed, but it cannot be used: {said.status}; nothing was kept")
+        raise BadEngine(f"installed, but it cannot be used: {said}; nothing was kept")
 
 
 def python_of(place: Path) -> str:
