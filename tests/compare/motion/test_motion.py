@@ -118,4 +118,4 @@ def test_a_films_truth_ends_for_the_scene_at_the_last_of_its_own_rows():
     assert cut.at(scene).truth.horizon == scene.times[3]
     assert cut.at(scene).truth.why == "it is far"
     early = seen._replace(truth=replace(seen.truth, horizon=scene.times[0] / 2, why="it is far"))
-    assert early.at(scene) == (None, "the true flight cannot be told at its first sample: it is far")
+    assert early.at(scene) == (None, "there is no truth at the first sample: it is far")
