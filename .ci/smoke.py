@@ -338,7 +338,7 @@ def complaints(step: Step, done: subprocess.CompletedProcess[str], folder: Path)
         yield f"exit code {done.returncode}, not {step.code}"
     if step.prints not in done.stdout:
         yield f"{step.prints!r} is not in what it printed"
-    for word in ("Traceback", "Warning", "a bug of ours", "crashed: "):
+    for word in ("Traceback", "Warning", "a bug in Tumble", "crashed: "):
         if word in done.stdout + done.stderr:
             yield f"{word!r} is in what it printed"
     written = folder / step.writes

@@ -1,4 +1,4 @@
-"""What leaving out pays, as text."""
+"""What `tumble ablate` prints: the cost of features that a scene does not need."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -12,7 +12,7 @@ from tumble.reports.terminal import columns, plain
 
 
 def others(rows: Sequence[AblationRow]) -> list[str]:
-    """Return who has no figures, by reason."""
+    """Return the contestants without figures, by reason."""
     reasons: dict[str, list[str]] = {}
     for row in rows:
         if row.ratio is None:
@@ -21,34 +21,30 @@ def others(rows: Sequence[AblationRow]) -> list[str]:
 
 
 def motion(row: AblationRow) -> str:
-    """Return how far the two motions are apart."""
+    """Return the difference of the two motions."""
     if row.max_difference_m is None:
         return ""
-    return f"{row.max_difference_m:.1e} m apart" if row.max_difference_m else "same bits"
+    return f"{row.max_difference_m:.1e} m apart" if row.max_difference_m else "identical"
 
 
 def times(ratio: float | None) -> str:
-    """Return a ratio as people say it."""
+    """Return a ratio in few digits."""
     if ratio is None:
         return ""
     return f"{ratio:.0f}" if ratio >= 100 else f"{ratio:.2f}"
 
 
 def band(row: AblationRow) -> str:
-    """Return the spread of a ratio."""
+    """Return the confidence interval of a ratio."""
     return "" if row.ratio is None else f"{times(row.ratio_low)}-{times(row.ratio_high)}"
 
 
 def ablation_text(ablation: Ablation) -> Iterator[Table | Text]:
     """Yield what `tumble ablate` prints of one scene."""
     yield plain(f"{ablation.scene.name}: {ablation.scene.title}")
-    limit = (
-        "the scene has no truth"
-        if ablation.resolution_m is None
-        else f"the truth's limit is {ablation.resolution_m:.1e} m"
-    )
-    yield plain(f"time of a step with what the scene has no use for, and without; {limit}")
-    table = columns("contestant", "with [ns]", "without", "ratio", "95 in 100", "motion", right=range(1, 4))
+    limit = "no reference solution" if ablation.resolution_m is None else f"resolution {ablation.resolution_m:.1e} m"
+    yield plain(f"time per step with and without features the scene does not need; {limit}")
+    table = columns("contestant", "with [ns]", "without", "ratio", "95 % interval", "motion", right=range(1, 4))
     for row in ablation.rows:
         if row.max_difference_m is not None:
             table.add_row(
@@ -64,7 +60,7 @@ def ablation_text(ablation: Ablation) -> Iterator[Table | Text]:
     yield from map(plain, others(ablation.rows))
     if ablation.inexact:
         names = ", ".join(dict.fromkeys(map(contestant, ablation.inexact)))
-        yield plain(f"further apart than that, but no further from the truth: {names}")
+        yield plain(f"motions differ by more than the resolution, with equal errors: {names}")
     yield Text()
 
 

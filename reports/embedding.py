@@ -1,4 +1,4 @@
-"""What the page carries of the tables: each table column by column, films as numbers in single precision."""
+"""The data of the page: each table column by column, films as numbers in single precision."""
 
 import base64
 import json
@@ -16,21 +16,21 @@ from tumble.reports.hues import places
 from tumble.scenarios.frames import quaternion_product
 
 TRUTH = "truth"
-# These become films, or are too long to carry whole.
+# These become films, or are too long to embed.
 PACKED = ("motion.csv", "deformed.csv", "vertex-errors.csv", "error-over-time.csv")
 X, V, W = ([f"{name}{axis}{unit}" for axis in "xyz"] for name, unit in (("", "_m"), ("v", "_m_s"), ("w", "_rad_s")))
 Q = ["qw", "qx", "qy", "qz"]
 MOMENTUM = [f"l{axis}_kg_m2_s" for axis in (1, 2, 3)]
 FIGURES = ["error_m", "energy_drift", "angular_momentum_drift"]
 OF_RUNS = ("runs.csv", "sweep-runs.csv", "limits.csv", "extremes.csv")
-# A number of many digits that stands there as often, or oftener, is shorter to point at.
+# Numbers that occur this often on average are stored once and referred to.
 OFTEN = 3
 TRUE = [*X, *Q, *V, *W, *MOMENTUM]
 CONTESTANT = ["engine", "method"]
 
 
 def data_of(tables: Mapping[str, pd.DataFrame]) -> str:
-    """Return the page's data as JSON that may stand in a script element.
+    """Return the page's data as JSON that is safe in a script element.
 
     tables: file name -> table.
     """
@@ -43,17 +43,17 @@ def data_of(tables: Mapping[str, pd.DataFrame]) -> str:
     whole = {
         "ours": OWN,
         "byHand": BY_HAND,
-        "places": places(taking_part(read)),
+        "places": places(engines_of(read)),
         "files": [name for name, table in read.items() if len(table)],
         "tables": {name: embedded(table) for name, table in kept.items()},
         "films": films,
     }
-    # In a script element nothing may look like its end.
+    # The text must not end its script element.
     return json.dumps(whole, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
 
 
-def taking_part(read: Mapping[str, pd.DataFrame]) -> list[str]:
-    """Return the engines of all tables of runs, in the order in which they stand there."""
+def engines_of(read: Mapping[str, pd.DataFrame]) -> list[str]:
+    """Return the engines of all tables of runs, in their order."""
     columns = [read[name]["engine"] for name in OF_RUNS if len(read.get(name, ()))]
     return list(dict.fromkeys(str(engine) for column in columns for engine in column))
 
@@ -68,20 +68,20 @@ def embedded(table: pd.DataFrame) -> dict:
 
 
 def values(column: Any) -> list | dict:
-    """Return a column's values: words, and numbers that stand there often, once each and where they stand."""
+    """Return a column's values; of words and repeated numbers, each once with its positions."""
     if isinstance(column.dtype, pd.StringDtype):
         codes, words = pd.factorize(column)
         return {"words": list(words), "at": codes.tolist()}
-    told = [number(value) for value in column.tolist()]
-    once = {str(value): value for value in told}  # -0.0 is not 0.0
-    if len(once) > len(told) / OFTEN:
-        return told
+    found = [number(value) for value in column.tolist()]
+    once = {str(value): value for value in found}  # -0.0 is not 0.0
+    if len(once) > len(found) / OFTEN:
+        return found
     places = {name: place for place, name in enumerate(once)}
-    return {"numbers": list(once.values()), "at": [places[str(value)] for value in told]}
+    return {"numbers": list(once.values()), "at": [places[str(value)] for value in found]}
 
 
 def number(value: object) -> object:
-    """Return a value as JSON has it, which knows no infinity: what is not there is null."""
+    """Return a value as JSON has it: infinity as text, a missing value as null."""
     if value is pd.NA or (isinstance(value, float) and math.isnan(value)):
         return None
     if isinstance(value, float) and math.isinf(value):
@@ -90,7 +90,7 @@ def number(value: object) -> object:
 
 
 def at_the_end(errors: pd.DataFrame) -> pd.DataFrame:
-    """Return of the vertex errors those at each scene's last sample."""
+    """Return the vertex errors at each scene's last sample."""
     if errors.empty:
         return errors
     last = where(errors, errors["t_s"] == errors.groupby("scene")["t_s"].transform("max"))
@@ -103,7 +103,7 @@ def unfilmed(errors: pd.DataFrame, films: Mapping[str, object]) -> pd.DataFrame:
 
 
 def films_of(read: Mapping[str, pd.DataFrame]) -> Iterator[tuple[str, dict]]:
-    """Yield scene and film: the truth as it is, contestants as what they deviate from it."""
+    """Yield scene and film: the reference solution, and contestants as their difference from it."""
     motion, deformed = (read.get(f"{name}.csv", pd.DataFrame()) for name in ("motion", "deformed"))
     if motion.empty:
         return
@@ -111,8 +111,8 @@ def films_of(read: Mapping[str, pd.DataFrame]) -> Iterator[tuple[str, dict]]:
     needs = dict(zip(scenes["scene"], scenes["needs"], strict=True))
     bent = parts(deformed, ["scene", *CONTESTANT])
     for (scene,), rows in parts(motion, ["scene"]).items():
-        flown = parts(rows, CONTESTANT)
-        true = flown.pop((TRUTH, ""))
+        runs = parts(rows, CONTESTANT)
+        true = runs.pop((TRUTH, ""))
         yield (
             scene,
             {
@@ -123,7 +123,7 @@ def films_of(read: Mapping[str, pd.DataFrame]) -> Iterator[tuple[str, dict]]:
                     ":".join(filter(None, key)): flight(
                         own, true, "gyroscopic" in needs[scene], bent.get((scene, *key))
                     )
-                    for key, own in flown.items()
+                    for key, own in runs.items()
                 },
             },
         )
@@ -147,15 +147,15 @@ def numbers(table: pd.DataFrame, columns: list[str]) -> np.ndarray:
 
 
 def limits(read: Mapping[str, pd.DataFrame], scene: str, times: np.ndarray) -> list[float]:
-    """Return the truth's limit at each time [m]: that of the next sample it was judged at."""
+    """Return the resolution of the reference at each time [m]: that of the next sample."""
     errors = read.get("error-over-time.csv", pd.DataFrame(columns=["scene", "t_s", "resolution_m"]))
-    told = numbers(
+    known = numbers(
         where(errors, errors["scene"] == scene).drop_duplicates("t_s").sort_values("t_s"), ["t_s", "resolution_m"]
     )
-    if not len(told):
+    if not len(known):
         return [0.0] * len(times)
-    at = np.minimum(np.searchsorted(told[:, 0], times), len(told) - 1)
-    return [float(f"{limit:.3g}") for limit in told[at, 1]]
+    at = np.minimum(np.searchsorted(known[:, 0], times), len(known) - 1)
+    return [float(f"{limit:.3g}") for limit in known[at, 1]]
 
 
 def flight(own: pd.DataFrame, true: pd.DataFrame, turns: bool, bent: pd.DataFrame | None) -> dict[str, str]:

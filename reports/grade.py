@@ -1,4 +1,4 @@
-"""What `tumble grade` prints: how far off a trajectory is, and what is most likely wrong, with the evidence."""
+"""What `tumble grade` prints: the error of a trajectory, and the likeliest mistakes with the evidence."""
 
 from collections.abc import Iterator, Sequence
 
@@ -35,12 +35,12 @@ READ_AS = {
 
 
 def grade_text(grade: Grade) -> Iterator[RenderableType]:
-    """Yield the answer, the header, the vertex table, error over time, what should be kept, and the diagnosis."""
+    """Yield the answer, the header, the vertex table, error over time, drifts, and the diagnosis."""
     m = grade.measured
     yield Constrain(plain(answer(grade)), LIST_WIDTH)
     yield Text()
     throws = f" of {m.throws} throws" if m.throws > 1 else ""
-    yield plain(f"{grade.file} held against {grade.scene.name}: {grade.scene.title}")
+    yield plain(f"{grade.file} compared with {grade.scene.name}: {grade.scene.title}")
     rows = "1 row" if m.rows == 1 else f"{m.rows} rows"
     yield plain(f"{rows}{throws}, read as {read_as(m)}; {resolution(m)}")
     yield Text()
@@ -48,48 +48,48 @@ def grade_text(grade: Grade) -> Iterator[RenderableType]:
     yield vertex_table(m)
     yield Text()
     where = f"t = {m.worst_t_s:g} s, vertex {m.worst_vertex}" + (f", throw {m.worst_throw}" if m.throws > 1 else "")
-    yield plain(f"error: largest {length(m.worst_m)} at {where}; rms {length(m.rms_m)}; at the end {length(m.final_m)}")
+    yield plain(f"error: largest {length(m.worst_m)} at {where}; rms {length(m.rms_m)}; final {length(m.final_m)}")
     yield from over_time(m)
-    yield from kept_quantities(grade)
+    yield from drift_lines(grade)
     yield Text()
     yield from map(plain, verdict_lines(grade))
 
 
 def answer(grade: Grade) -> str:
-    """Return whether it is right, how far off it is, and what is most likely wrong, in a person's words."""
+    """Return whether the file is right, its error, and the likeliest mistake."""
     m, diagnosis = grade.measured, grade.diagnosis
-    at_most = f"{length(m.worst_m)} off at most"
+    error = f"largest error {length(m.worst_m)}"
     right = {
-        CORRECT_TO_LIMIT: "as far as the truth can tell",
-        CORRECT_TO_DIGITS: f"to its printed digits: {at_most}, they leave {length(m.half_m)} open",
-        CORRECT_TO_SINGLE: f"to single precision: {at_most}, as its numbers are",
-        CORRECT_TO_NOISE: f"to its noise of {length(m.rms_m)}: {at_most}",
+        CORRECT_TO_LIMIT: "within the resolution of the reference solution",
+        CORRECT_TO_DIGITS: f"within its print precision: {error}, and the file's rounding allows {length(m.half_m)}",
+        CORRECT_TO_SINGLE: f"within single precision: {error}, and its numbers are of single precision",
+        CORRECT_TO_NOISE: f"within its noise of {length(m.rms_m)}: {error}",
     }
     if grade.verdict in right:
         return f"{grade.file} is right, {right[grade.verdict]}."
     if grade.verdict == TOO_COARSE:
         return f"{grade.file} is too coarse to judge: {coarse(grade)}. Print more digits."
-    wrong = f"{grade.file} is wrong: up to {length(m.worst_m)} off."
+    wrong = f"{grade.file} is wrong: errors up to {length(m.worst_m)}."
     if grade.verdict == TOO_LITTLE and diagnosis is not None and diagnosis.nothing.nothing:
-        return f"{wrong} That is about what its printed digits allow, {length(m.half_m)}, and too little to say why."
+        return f"{wrong} The file's rounding alone allows {length(m.half_m)}, so the error is too small to explain."
     if diagnosis is None or grade.verdict == TOO_LITTLE:
-        return f"{wrong} That is too little to say why."
-    best = said(diagnosis.best)
+        return f"{wrong} The error is too small to explain."
+    best = in_words(diagnosis.best)
     if grade.verdict == UNEXPLAINED or not diagnosis.best.mistakes:
-        return f"{wrong} Nothing that was tried explains it."
+        return f"{wrong} No mistake that was tried explains it."
     if grade.verdict == EXPLAINED_PARTLY:
-        return f"{wrong} Nearest, but not all: {best}."
+        return f"{wrong} Best partial explanation: {best}."
     if diagnosis.engines:
-        return f"{wrong} This is what {listed(diagnosis.engines)} at its defaults."
-    return f"{wrong} {'One of several that fit alike' if diagnosis.alike else 'Most likely'}: {best}."
+        return f"{wrong} This is the default behaviour of {listed(diagnosis.engines)}."
+    return f"{wrong} {'One of several equally good explanations' if diagnosis.alike else 'Likeliest mistake'}: {best}."
 
 
 def coarse(grade: Grade) -> str:
-    """Return what the printed digits leave open, beside the error and the body."""
+    """Return the error beside the print precision and the size of the body."""
     m = grade.measured
     return (
-        f"up to {length(m.worst_m)} off, but its printed digits allow {length(m.half_m)}, and the body is "
-        f"{length(grade.scale.size_m)} long"
+        f"errors up to {length(m.worst_m)}, but the file's rounding allows {length(m.half_m)}, and the body's size is "
+        f"{length(grade.scale.size_m)}"
     )
 
 
@@ -99,33 +99,35 @@ def read_as(m: Measured) -> str:
 
 
 def off_by(file: str, m: Measured, seen: Sequence[str] = ()) -> Iterator[str]:
-    """Yield what is known before a search, a line each."""
-    yield f"{file}: off by up to {length(m.worst_m)}, at t = {m.worst_t_s:g} s; looking for what explains it"
-    yield from (f"seen at once: {sentence}" for sentence in seen)
+    """Yield what is known before the search, a line each."""
+    yield f"{file}: errors up to {length(m.worst_m)}, at t = {m.worst_t_s:g} s; searching for the cause"
+    yield from (f"observed: {sentence}" for sentence in seen)
 
 
 def so_far(nearest: Explanation) -> str:
-    """Return which engine's law comes nearest, where none is enough."""
-    return f"no engine's defaults are enough; nearest so far, {length(nearest.max_m)} left: {said(nearest)}; searching"
+    """Return the closest engine scheme, where none explains the file."""
+    return (
+        f"no engine's default explains it; closest so far: {in_words(nearest)}, {length(nearest.max_m)} left; searching"
+    )
 
 
 def resolution(m: Measured) -> str:
-    """Return in words what cannot be told from nothing."""
+    """Return the print precision and the accuracy of the reference solution."""
     digits = (
-        f"printed digits leave {length(m.half_m)} open" if m.half_m > m.resolution_m else "printed to the last digit"
+        f"the file's rounding allows {length(m.half_m)}" if m.half_m > m.resolution_m else "full precision in the file"
     )
-    return f"{digits}; the right motion is known to {length(m.resolution_m)}"
+    return f"{digits}; reference solution accurate to {length(m.resolution_m)}"
 
 
 def vertex_table(m: Measured) -> Table:
-    """Return one vertex over time: where it should be, where the file has it, the error vector, its length."""
+    """Return one vertex over time: true position, position in the file, error vector, its norm."""
     kept = m.kept
     number = m.shown.vertices.index(m.worst_vertex)
     true, seen = kept.true[:, number], kept.vertices[:, number]
     unit, size, places = ruler(true)
     off = np.linalg.norm(seen - true, axis=1) / size
     small, part = unit_of(float(off.max()) * size) if off.max() > 0.0 else (unit, size)
-    heads = f"right [{unit}]", f"file [{unit}]", f"error [{small}]", f"off [{unit}]"
+    heads = f"true [{unit}]", f"file [{unit}]", f"error [{small}]", f"norm [{unit}]"
     table = columns("t [s]", *heads, right=range(5))
     for row in thinned(len(kept)):
         error = seen[row] - true[row]
@@ -140,7 +142,7 @@ def vertex_table(m: Measured) -> Table:
 
 
 def over_time(m: Measured) -> Iterator[Text]:
-    """Yield the error over time in one line of bars, by its logarithm; one between two rows is as the row before."""
+    """Yield the logarithm of the error over time as one line of bars; a gap has the bar of the row before."""
     errors = np.maximum(m.over_time_m, m.resolution_m)
     bare = int(np.ceil(len(errors) * m.throws / m.rows))
     for place in np.flatnonzero(np.isnan(errors)):
@@ -153,47 +155,44 @@ def over_time(m: Measured) -> Iterator[Text]:
     yield plain(f"over time {line} (log scale, {figure(10**low)} to {figure(10**high)} m)")
 
 
-def kept_quantities(grade: Grade) -> Iterator[Text]:
-    """Yield the drifts; of a spin that is written otherwise they would say nothing."""
+def drift_lines(grade: Grade) -> Iterator[Text]:
+    """Yield the drifts, unless the file has another convention for its angular velocity."""
     m = grade.measured
     if m.drifts is not None and not grade.spin:
         energy, momentum, angular = m.drifts
-        how = "by differences of the poses, so noise adds to it" if m.by_differences else "from its velocities"
+        how = "from differences of its poses, which amplifies noise" if m.by_differences else "from its velocities"
         yield plain(
-            f"off by at most: energy {energy:+.1e}, momentum {momentum:.1e}, angular momentum {angular:.1e} of their "
-            f"size ({how})"
+            f"largest relative drift: energy {energy:+.1e}, momentum {momentum:.1e}, angular momentum {angular:.1e} "
+            f"({how})"
         )
 
 
 def verdict_lines(grade: Grade) -> Iterator[str]:
-    """Yield the verdict, the evidence for it, what else fits alike, and what else was seen."""
+    """Yield the verdict, the evidence for it, equally good explanations, and further observations."""
     m, diagnosis = grade.measured, grade.diagnosis
     match grade.verdict:
         case verdict if verdict == CORRECT_TO_LIMIT:
-            yield f"Correct: no error that could be told from none ({length(m.resolution_m)})."
+            yield f"Correct: no error above the resolution of the reference ({length(m.resolution_m)})."
         case verdict if verdict == CORRECT_TO_DIGITS:
-            yield f"Correct to the printed digits: every error is within the {length(m.half_m)} that they leave open."
+            yield f"Correct: every error is within the file's print precision ({length(m.half_m)})."
         case verdict if verdict == CORRECT_TO_SINGLE:
-            yield (
-                f"Correct to single precision: every number in the file is one, and {length(m.worst_m)} is what that "
-                "leaves."
-            )
+            yield (f"Correct to single precision: every number in the file has it, which explains {length(m.worst_m)}.")
         case verdict if verdict == CORRECT_TO_NOISE:
             yield (
-                f"Correct to its noise: errors of {length(m.rms_m)} rms, those of neighbouring rows unrelated, and no "
-                "mistake that was tried explains them."
+                f"Correct within its noise: rms error {length(m.rms_m)}, uncorrelated between rows, and no mistake "
+                "that was tried explains it."
             )
         case verdict if verdict == TOO_LITTLE:
             yield (
-                f"Off by {length(m.worst_m)}, {figure(m.worst_m / grade.scale.size_m)} of the body's size: too little "
-                "to tell one mistake from another."
+                f"Largest error {length(m.worst_m)}, {figure(m.worst_m / grade.scale.size_m)} of the body's size: too "
+                "small to distinguish mistakes."
             )
         case verdict if verdict == TOO_COARSE:
             yield f"Too coarse to judge: {coarse(grade)}."
         case verdict if verdict == TOO_FEW:
-            yield f"Off by {length(m.worst_m)}: one row is too few to say why."
+            yield f"Largest error {length(m.worst_m)}: one row is too few to find the cause."
         case _ if diagnosis is not None:
-            yield from (f"Seen at once: {sentence}" for sentence in grade.seen)
+            yield from (f"Observed: {sentence}" for sentence in grade.seen)
             yield from diagnosis_lines(grade, diagnosis)
     yield from other_findings(grade)
 
@@ -201,53 +200,49 @@ def verdict_lines(grade: Grade) -> Iterator[str]:
 def diagnosis_lines(grade: Grade, diagnosis: Diagnosis) -> Iterator[str]:
     """Yield the best explanation step by step, or that there is none."""
     best = diagnosis.best
-    tried = f"{diagnosis.tried} flights with mistakes were tried, alone and together"
+    tried = f"{diagnosis.tried} simulations with mistakes, alone and combined"
     if grade.verdict == UNEXPLAINED:
-        yield f"Not explained: {tried}, and none explains most of the error."
+        yield f"Not explained: none of {tried}, explains most of the error."
         if not best.mistakes:
             return
-        yield "The best of them, not to be believed:"
+        yield "The best of them, which is not reliable:"
     elif grade.verdict == EXPLAINED_PARTLY:
-        yield "What comes nearest, though it does not explain all:"
+        yield "Best partial explanation:"
     elif diagnosis.engines:
-        yield f"This is what {listed(diagnosis.engines)} at its defaults:"
+        yield f"This is the default behaviour of {listed(diagnosis.engines)}:"
     elif diagnosis.alike:
-        yield "What is wrong is one of several things that fit alike.  The first of them:"
+        yield "One of several equally good explanations:"
     else:
-        yield "What is most likely wrong:"
+        yield "Likeliest mistakes:"
     yield from evidence(diagnosis)
     left = length(best.max_m)
     if grade.verdict == EXPLAINED_WHOLLY:
-        floor = (
-            "about what single precision leaves"
-            if grade.measured.single
-            else "about what the printed digits leave open"
-        )
-        yield f"The {left} that are left are {floor if best.nothing else 'noise'}."
+        floor = "within single precision" if grade.measured.single else "within the file's print precision"
+        yield f"The remaining {left} is {floor if best.nothing else 'noise'}."
         if diagnosis.engines and not any(mistake.hypothesis.part == "steps" for mistake in best.mistakes):
-            yield "How long its step is cannot be told: any leaves as little here."
+            yield "The step cannot be determined: every step fits equally well here."
     else:
-        yield f"The {left} that are left are neither noise nor rounding: something else is wrong as well."
+        yield f"The remaining {left} is neither noise nor rounding: there is another mistake."
     for number, other in enumerate(diagnosis.alike[:SHOWN_ALIKE]):
-        yield f"{'Fits alike' if not number else 'and'}: {said(other)}: {length(other.max_m)} left."
+        yield f"{'Equally good' if not number else 'and'}: {in_words(other)}: {length(other.max_m)} left."
 
 
 SHOWN_ALIKE, SHOWN_ENGINES = 5, 4
 
 
 def listed(engines: Sequence[str]) -> str:
-    """Return the names of engines that do one thing, with the verb; of many some, and how many more."""
+    """Return the names of engines that share a scheme; of many some, and how many more."""
     if len(engines) == 1:
-        return f"{engines[0]} does"
+        return engines[0]
     shown, more = engines[:SHOWN_ENGINES], len(engines) - SHOWN_ENGINES
     *first, last = [*shown, f"{more} more engines"] if more > 0 else shown
-    return f"{', '.join(first)} and {last} do, which are one scheme here, each"
+    return f"{', '.join(first)} and {last}, which are one scheme here"
 
 
 def evidence(diagnosis: Diagnosis) -> Iterator[str]:
-    """Yield one line for each mistake of the best explanation: what it is, and from how much to how much it helps.
+    """Yield one line for each mistake of the best explanation, with the error before and after it.
 
-    Of mistakes that help only together the last one says so.
+    Of mistakes that help only together the last line says so.
     """
     before, number = diagnosis.steps[0], 0
     for step in diagnosis.steps[1:]:
@@ -262,22 +257,22 @@ def evidence(diagnosis: Diagnosis) -> Iterator[str]:
         before = step
 
 
-def said(explanation: Explanation) -> str:
-    """Return what an explanation says, in one line."""
+def in_words(explanation: Explanation) -> str:
+    """Return an explanation in one line."""
     return "; and ".join(mistake.said for mistake in explanation.mistakes) or "nothing wrong"
 
 
 def other_findings(grade: Grade) -> Iterator[str]:
-    """Yield what else the file shows: quaternions of a wrong length, a shape that changes, a spin written otherwise."""
+    """Yield further observations: quaternions that are not unit, a shape that changes, another spin convention."""
     m = grade.measured
     if m.throws > 1 and grade.diagnosis is not None:
-        yield f"Of {m.throws} throws only throw {m.throw} was looked into, the one that is furthest off."
+        yield f"Of {m.throws} throws only throw {m.throw}, the one with the largest error, was diagnosed."
     if m.lengths is not None and max(abs(length - 1) for length in m.lengths) > 1e-3:
         least, most = m.lengths
-        yield f"Seen beside: the quaternion is {least:.4g} to {most:.4g} long, not 1."
+        yield f"Also observed: the norm of the quaternion is {least:.4g} to {most:.4g}, not 1."
     if m.shown.kind != "pose" and grade.strain > 0:
-        yield f"Seen beside: the shape is not rigid: distances between vertices change by up to {grade.strain:.2g}."
+        yield f"Also observed: the shape is not rigid: distances between vertices change by up to {grade.strain:.2g}."
     if grade.spin:
-        yield f"Seen beside: the angular velocity that is written down {grade.spin}."
+        yield f"Also observed: the angular velocity in the file {grade.spin}."
     if m.single and grade.verdict != CORRECT_TO_SINGLE:
-        yield "Seen beside: every number is one of single precision."
+        yield "Also observed: every number has single precision."

@@ -1,4 +1,4 @@
-"""The report: one self-contained page, made from the tables and nothing else, that asks nobody for anything."""
+"""The report: one self-contained page, made from the tables alone, that needs no network."""
 
 import base64
 import hashlib
@@ -12,7 +12,7 @@ from markupsafe import Markup
 from tumble.reports.embedding import data_of
 
 TEMPLATES = Path(__file__).parent / "templates"
-# The script is one, and these are its parts: what a part needs comes before it.
+# The parts of the script, each after those it needs.
 SCRIPTS = (
     "data",
     "numbers",
@@ -72,5 +72,5 @@ def whole_script() -> str:
 
 
 def digest(text: str) -> str:
-    """Return the name by which a Content-Security-Policy lets this text in."""
+    """Return the hash by which a Content-Security-Policy allows this text."""
     return f"sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}"

@@ -15,7 +15,7 @@ from tumble.compare.tables.shared import CONDITIONS, ENGINES, FINDINGS, EngineRo
 def ablation_tables(
     ablations: Sequence[Ablation], engines: Sequence[EngineRow], command: str
 ) -> dict[str, pd.DataFrame]:
-    """Return every table by file name; command reruns them."""
+    """Return every table by file name; command: repeats the study."""
     rows = [row for ablation in ablations for row in ablation.rows]
     return {
         "ablation.csv": frame(ABLATION, rows),

@@ -1,4 +1,4 @@
-"""All tables of a comparison, by file name: what the page is made from, and what others script against."""
+"""All tables of a comparison, by file name."""
 
 from collections.abc import Sequence
 
@@ -41,7 +41,14 @@ def scene_row(comparison: Comparison) -> SceneRow:
 def comparison_tables(
     comparisons: Sequence[Comparison], engines: Sequence[EngineRow], command: str
 ) -> dict[str, pd.DataFrame]:
-    """Return every table by file name; command reruns them."""
+    """Return every table by file name.
+
+    Parameters
+    ----------
+    comparisons : of the scenes
+    engines : that took part
+    command : the command line that repeats the study
+    """
     runs = [run for comparison in comparisons for run in comparison.runs]
     rows = [run_row(run) for run in runs]
     pairs = [row for each in comparisons for row in agreements(each.runs)]

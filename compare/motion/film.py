@@ -1,6 +1,6 @@
-"""Films a scene: the truth and every contestant at some sixty instants between and at the scene's own.
+"""Films of a scene: the reference and every contestant at about sixty instants, the scene's own among them.
 
-The instants lie on the steps that a flight takes anyway, so that who is watched flies as it does unwatched.
+The instants lie on steps that a run takes anyway, so that filming does not change it.
 """
 
 from collections.abc import Sequence
@@ -21,7 +21,7 @@ FRAMES = 64
 
 @dataclass(frozen=True, eq=False)
 class Film:
-    """One scene with its instants, its step [s], its truth up to the horizon, and the flights by engine and method."""
+    """One scene with its instants, step [s], reference solution up to the horizon, and runs by engine and method."""
 
     scene: Scene
     dt: float
@@ -36,9 +36,9 @@ def film(
     on_progress: ProgressCallback = no_progress,
     truths: Truths | None = None,
 ) -> list[Film]:
-    """Return the films of all scenes that have a truth; dt [s], by default each scene's own step.
+    """Return the films of all scenes with a reference solution; dt [s], by default each scene's own step.
 
-    truths: where those of the films' scenes (`filmed`) are asked for already.
+    truths: has the reference solutions of the films' scenes (`filmed`) already.
     """
 
     def task(scene: Scene, running_engine: RunningEngine, method: str) -> Task[Trajectory | Failure]:
@@ -72,12 +72,12 @@ def film(
 
 
 def filmed(scene: Scene, dt: float) -> Scene:
-    """Return the scene's first throw, looked at some FRAMES times, where steps of dt [s] end."""
+    """Return the scene's first throw, sampled about FRAMES times where steps of dt [s] end."""
     return replace(scene, start=frozen_array(scene.start[:1]), times=frozen_array(instants(scene, dt)))
 
 
 def instants(scene: Scene, dt: float) -> list[float]:
-    """Return some FRAMES instants [s] where steps of dt [s] end, the scene's own among them."""
+    """Return about FRAMES instants [s] where steps of dt [s] end, the scene's own among them."""
     found: list[float] = [0.0] if scene.times[0] == 0.0 else []
     begin = 0.0
     for leg in legs(scene, dt):

@@ -1,4 +1,4 @@
-"""All tables of films, by file name: how bodies look, what acts on them, and where they are."""
+"""All tables of films, by file name: bodies, loads and motions."""
 
 from collections.abc import Iterator, Sequence
 
@@ -28,7 +28,7 @@ from tumble.scenarios.impulse import RayMissed, strike_point
 from tumble.scenarios.scene import Body, Scene
 
 TRUTH = "truth"
-# Vertices further than this part of the body from where a rigid body has them are no rigid body's.
+# A body is deformed if a vertex is further than this share of its size from where a rigid body has it.
 RIGID = 1e-9
 # The corners of each face of a box in order round it; opposite faces come in pairs.
 BOX_FACES = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
@@ -71,8 +71,8 @@ def faces(body: Body) -> Sequence[Sequence[int]]:
 
 
 def hull(points: Array) -> list[list[int]]:
-    """Return the triangles of the convex hull; nothing where the points lie in a plane."""
-    from scipy.spatial import ConvexHull, QhullError  # only bodies without faces pay for it
+    """Return the triangles of the convex hull; nothing if the points lie in a plane."""
+    from scipy.spatial import ConvexHull, QhullError  # slow to load, and only for bodies without faces
 
     try:
         found = ConvexHull(points)
@@ -91,7 +91,7 @@ def hull(points: Array) -> list[list[int]]:
 
 
 def act_rows(film: Film) -> Iterator[LoadRow]:
-    """Yield what acts: impulses land where the true body is."""
+    """Yield the loads: impulses are applied where the true body is."""
     scene = film.scene
     for impulse in scene.impulses:
         row = int(np.searchsorted(film.truth.times, impulse.time))
@@ -113,7 +113,7 @@ def act_rows(film: Film) -> Iterator[LoadRow]:
 
 
 def motion_rows(film: Film) -> Iterator[MotionRow]:
-    """Yield the rows of the truth, then those of every contestant as far as it is finite."""
+    """Yield the rows of the reference, then those of every contestant as far as it is finite."""
     yield from rows_of(film, (TRUTH, ""), 0.0, film.truth.states[:, 0], film.truth.vertices[:, 0])
     known = len(film.truth.times)
     for contestant, flight in film.flights.items():
@@ -123,7 +123,7 @@ def motion_rows(film: Film) -> Iterator[MotionRow]:
 def rows_of(film: Film, contestant: tuple[str, str], dt_s: float, states: Array, points: Array) -> Iterator[MotionRow]:
     """Yield the rows of one: states (R, 13), vertices (R, n, 3) [m]."""
     body, true = film.scene.body, film.truth.states[:, 0]
-    with np.errstate(all="ignore"):  # a flight that blew up has no figures
+    with np.errstate(all="ignore"):  # a run that diverged has no figures
         errors = np.linalg.norm(points - film.truth.vertices[:, 0], axis=-1).max(axis=-1)
         energy, energy_true = (mechanics.energy(each, body, film.scene.gravity) for each in (states, true))
         l_world, l_true = (mechanics.angular_momentum(each, body) for each in (states, true))
@@ -139,8 +139,8 @@ def rows_of(film: Film, contestant: tuple[str, str], dt_s: float, states: Array,
         )
 
 
-def bent(film: Film) -> dict[tuple[str, str], Trajectory]:
-    """Return the flights, by engine and method, of those whose body is no longer rigid."""
+def deformed(film: Film) -> dict[tuple[str, str], Trajectory]:
+    """Return the runs, by engine and method, whose body is no longer rigid."""
     body = film.scene.body
     size = body.reach
     found = {}
@@ -153,8 +153,8 @@ def bent(film: Film) -> dict[tuple[str, str], Trajectory]:
 
 
 def deformed_rows(film: Film) -> Iterator[DeformedRow]:
-    """Yield where the vertices are of those whose body is no longer rigid."""
-    for contestant, flight in bent(film).items():
+    """Yield the vertices of the runs whose body is no longer rigid."""
+    for contestant, flight in deformed(film).items():
         for time, points in zip(film.truth.times.tolist(), flight.vertices[:, 0], strict=False):
             for vertex, point in enumerate(points.tolist()):
                 if np.isfinite(point).all():

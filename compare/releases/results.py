@@ -14,7 +14,7 @@ from tumble.compare.tables.shared import CONDITIONS, ENGINES, EngineRow
 def ledger_tables(
     ledger: Ledger, changes: Sequence[ReleaseChangeRow], engines: Sequence[EngineRow], command: str
 ) -> dict[str, pd.DataFrame]:
-    """Return every table by file name; command reruns them."""
+    """Return every table by file name; command: repeats the study."""
     return {
         RELEASES.file: frame(RELEASES, ledger.rows),
         CHANGES.file: frame(CHANGES, changes),

@@ -42,7 +42,7 @@ def map_scenes(
     ----------
     scenes : mapped over the step and over the number that makes each stiff
     cases : extreme cases, run as they are
-    contestants : ENGINE[@RELEASE][:METHOD] or FILE[:METHOD] of each; empty: every installed engine
+    contestants : ENGINE[@RELEASE][:METHOD] or FILE[:METHOD] of each; empty: the engines installed with Tumble
     folder : where the tables are written; a later call continues from there
     time_limit : for each run [s]
     memory_limit : for each engine's process [B]

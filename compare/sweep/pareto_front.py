@@ -1,4 +1,4 @@
-"""What a sweep says in numbers: what each digit costs, at which step, of which order, and where steps stop paying."""
+"""The rows of a sweep: Pareto front, cost of each error, orders of convergence, equal integrators, times."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -29,7 +29,7 @@ TARGETS_M = (1e-3, 1e-6, 1e-9, 1e-12)
 
 
 def ensemble_rows(sweep: Sweep) -> Iterator[EnsembleRow]:
-    """Yield the spread over the throws of every plain run, where there are many."""
+    """Yield the spread over the throws of every run with status ok, if there are many throws."""
     if len(sweep.scene.start) > 1:
         for each in usable(sweep.timed):
             quantiles = pd.Series(each.run.throws_errors).quantile([0.05, 0.5, 0.95]).tolist()
@@ -38,17 +38,17 @@ def ensemble_rows(sweep: Sweep) -> Iterator[EnsembleRow]:
 
 
 def usable(timed: Sequence[Timed]) -> list[Timed]:
-    """Return the runs whose error is a plain result."""
+    """Return the runs with status ok and a finite error."""
     return [each for each in timed if each.run.status == "ok" and np.isfinite(each.error_m)]
 
 
 def clocked(timed: Sequence[Timed]) -> list[Timed]:
-    """Return the runs that have a time, so that they have a ratio to others."""
+    """Return the runs with a valid time."""
     return [each for each in timed if not each.reading.doubt]
 
 
 def by_contestant(timed: Sequence[Timed]) -> dict[tuple[str, str], list[Timed]]:
-    """Return the runs of each contestant, the tolerances of an adaptive method together, the cheapest run first."""
+    """Return the runs of each contestant, the tolerances of an adaptive method together, the fastest run first."""
     found: dict[tuple[str, str], list[Timed]] = {}
     for each in timed:
         found.setdefault((each.run.engine, each.run.method.partition("@")[0]), []).append(each)
@@ -56,16 +56,16 @@ def by_contestant(timed: Sequence[Timed]) -> dict[tuple[str, str], list[Timed]]:
 
 
 def pareto_front(timed: Sequence[Timed]) -> list[Timed]:
-    """Return the runs that no cheaper run equals, the cheapest first: where error falls as time rises."""
-    kept: list[Timed] = []
+    """Return the runs more accurate than every faster one, the fastest first."""
+    front: list[Timed] = []
     for each in sorted(usable(clocked(timed)), key=lambda each: (each.run_ns, each.error_m)):
-        if not kept or each.error_m < kept[-1].error_m:
-            kept.append(each)
-    return kept
+        if not front or each.error_m < front[-1].error_m:
+            front.append(each)
+    return front
 
 
 def reach(timed: Sequence[Timed], target_m: float) -> tuple[str, float | None, Timed | None]:
-    """Return the verdict, the flight's time [ns] at which the error is reached, and the first run that reaches it."""
+    """Return the verdict, the run time [ns] at which the error is reached, and the first run that reaches it."""
     edge = pareto_front(timed)
     fine = next((each for each in edge if each.error_m <= target_m), None)
     if fine is None:
@@ -79,7 +79,7 @@ def reach(timed: Sequence[Timed], target_m: float) -> tuple[str, float | None, T
 
 
 def accuracy_cost_rows(sweep: Sweep, reference: str) -> Iterator[AccuracyCostRow]:
-    """Yield what each digit costs each contestant over the reference contestant ENGINE:METHOD, or why it is untimed."""
+    """Yield the cost of each error for each contestant, over that of `reference` (ENGINE:METHOD)."""
     contestants = by_contestant(clocked(sweep.timed))
     own = contestants.get((reference.partition(":")[0], reference.partition(":")[2]), [])
     for (engine, method), timed in contestants.items():
@@ -90,9 +90,9 @@ def accuracy_cost_rows(sweep: Sweep, reference: str) -> Iterator[AccuracyCostRow
             if run is not None and own_run is not None and run_ns is not None and own_ns is not None:
                 found = ratio(run.reading, own_run.reading)
                 if not found.refusal:
-                    # Both times are their readings' times what lies between two runs.
+                    # From the times of the readings to the interpolated ones.
                     found *= run_ns / own_ns * own_run.reading.ns / run.reading.ns
-            told = found if found and not found.refusal else None
+            valid = found if found and not found.refusal else None
             yield AccuracyCostRow(
                 sweep.scene.name,
                 engine,
@@ -103,7 +103,7 @@ def accuracy_cost_rows(sweep: Sweep, reference: str) -> Iterator[AccuracyCostRow
                 *step_reached(run),
                 1e9 / run.reading.ns if run is not None and run.per_step and run.reading.ns else None,
                 reference,
-                *((told.value, told.low, told.high) if told else (None, None, None)),
+                *((valid.value, valid.low, valid.high) if valid else (None, None, None)),
                 "" if found is None else found.refusal,
                 run.run.dt_taken if run is not None and run.per_step else None,
             )
@@ -111,7 +111,7 @@ def accuracy_cost_rows(sweep: Sweep, reference: str) -> Iterator[AccuracyCostRow
 
 
 def untimed_rows(sweep: Sweep, reference: str) -> Iterator[AccuracyCostRow]:
-    """Yield the reason, once for each digit, of every contestant that ran and has no time at all."""
+    """Yield the reason, once for each error, of every contestant that ran and has no time."""
     contestants = by_contestant(clocked(sweep.timed))
     why = {
         (run.engine, run.method.partition("@")[0]): sweep.why_untimed[run.name]
@@ -126,14 +126,14 @@ def untimed_rows(sweep: Sweep, reference: str) -> Iterator[AccuracyCostRow]:
 
 
 def step_reached(timed: Timed | None) -> tuple[float | None, float | None]:
-    """Return step and tolerance of a run: it has the one or the other, or takes a flight of any length at once."""
+    """Return step and tolerance of a run; a method that takes a run in one step has neither."""
     if timed is None:
         return None, None
     return timed.run.dt if timed.per_step else None, step_of(timed.run)[1]
 
 
 def order_rows(sweep: Sweep) -> Iterator[OrderRow]:
-    """Yield order, floor and the parts of the error of each fixed-step contestant."""
+    """Yield order, smallest error and parts of the error of each fixed-step contestant."""
     size = sweep.scene.body.reach
     for (engine, method), timed in by_contestant(sweep.timed).items():
         ladder = sorted((each for each in usable(timed) if each.per_step), key=lambda each: -each.run.dt)
@@ -165,7 +165,7 @@ def order_rows(sweep: Sweep) -> Iterator[OrderRow]:
 
 
 def timing_rows(sweep: Sweep) -> Iterator[TimingRow]:
-    """Yield what the clock said, once a contestant."""
+    """Yield the timing of each contestant."""
     for each in {each.run.name: each for each in sweep.timed}.values():
         reading = each.reading
         yield TimingRow(
@@ -187,7 +187,7 @@ def timing_rows(sweep: Sweep) -> Iterator[TimingRow]:
 
 
 def equivalent_rows(sweep: Sweep) -> Iterator[EquivalentRow]:
-    """Yield the pairs of fixed-step contestants that are one integrator, found from the numbers."""
+    """Yield the pairs of fixed-step contestants that are the same integrator, found from the numbers."""
     ladders = {
         (engine, method): {each.run.dt: each.run for each in usable(timed) if each.per_step}
         for (engine, method), timed in by_contestant(sweep.timed).items()
@@ -197,22 +197,22 @@ def equivalent_rows(sweep: Sweep) -> Iterator[EquivalentRow]:
         shared = sorted(ladders[a].keys() & ladders[b].keys())
         apart = [float(np.linalg.norm(ladders[a][dt].errors - ladders[b][dt].errors, axis=-1).max()) for dt in shared]
         least = [min(float(ladders[name][dt].distances.max()) for name in (a, b)) for dt in shared]
-        telling = [
+        significant = [
             resolution_m < SHARED * worst for resolution_m, worst in zip(limits(ladders[a], shared), least, strict=True)
         ]
-        if any(telling) and all(
-            gap < SHARED * worst for gap, worst, tells in zip(apart, least, telling, strict=True) if tells
+        if any(significant) and all(
+            gap < SHARED * worst for gap, worst, known in zip(apart, least, significant, strict=True) if known
         ):
-            yield EquivalentRow(sweep.scene.name, *a, *b, sum(telling), max(apart))
+            yield EquivalentRow(sweep.scene.name, *a, *b, sum(significant), max(apart))
 
 
 def limits(ladder: dict[float, Run], steps: Sequence[float]) -> list[float]:
-    """Return what the truth can tell at each of the steps [m]."""
+    """Return the resolution of the reference at each step [m]."""
     return [float(ladder[dt].limits.max()) for dt in steps]
 
 
 def work_precision_rows(sweep: Sweep) -> Iterator[WorkPrecisionRow]:
-    """Yield error and time of every run that has a time."""
+    """Yield error and run time of every run with a valid time."""
     edge = {id(each) for each in pareto_front(sweep.timed)}
     for each in clocked(sweep.timed):
         run, reading = each.run, each.reading

@@ -78,7 +78,7 @@ def test_who_gets_worse_below_a_step_is_said_to_where_he_is_shown(real, opened):
     orders = real["sweep-orders.csv"].copy()
     at = int(np.flatnonzero(((orders["engine"] == "mujoco") & (orders["method"] == "euler")).to_numpy())[0])
     orders.loc[at, ["precision", "best_error_m", "finest_error_m", "finest_dt_s"]] = ["single", 0.025, 0.19, 1.5e-4]
-    found = frame(FINDINGS, [FindingRow("worse below", "yardstick", "mujoco", "euler", "", 2e-4, "s")])
+    found = frame(FINDINGS, [FindingRow("optimal step", "yardstick", "mujoco", "euler", "", 2e-4, "s")])
     changed["sweep-orders.csv"] = orders
     changed["findings.csv"] = pd.concat([real["findings.csv"], found], ignore_index=True)
     told = page(changed)

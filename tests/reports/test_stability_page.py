@@ -246,8 +246,8 @@ def test_findings_count_the_limits_of_theory_and_the_silent_failures():
     """Theory has 2 rad for all: limits of 3 rad are none of its, 2.09 rad is within 5 %, and 2.11 rad is not."""
     near, far = piece("mine", "near", 2.09, "diverged").limit, piece("mine", "far", 2.11, "diverged").limit
     found = {row.finding: row.value for row in limit_findings([each.limit for each in PIECES[:4]])}
-    assert (found["limits with theory"], found["limits as in theory"]) == (4, 0)
+    assert (found["limits with theory"], found["limits matching theory"]) == (4, 0)
     found = {row.finding: row.value for row in limit_findings([near, far])}
-    assert (found["limits with theory"], found["limits as in theory"]) == (2, 1)
+    assert (found["limits with theory"], found["limits matching theory"]) == (2, 1)
     assert {row.finding: row.value for row in extreme_findings(cases())} == {"extreme cases": 9, "silent failures": 4}
     assert list(extreme_findings([])) == list(limit_findings([])) == []

@@ -1,4 +1,4 @@
-"""`tumble grade`: how far off a trajectory is that some other program wrote, and what is most likely wrong with it."""
+"""`tumble grade`: the error of a trajectory that another program wrote, and the likeliest mistake."""
 
 import json
 import os
@@ -25,11 +25,11 @@ from tumble.scenarios.scene import Scene
 
 
 def _like(program: str, path: Path, scene: Scene, said: Said) -> Said:
-    """Return how a program's file is to be read, and tell the options that would say so."""
+    """Return how a program's file is read, and print the equivalent options."""
     from tumble.compare.grade.read.programs import as_program, remark
 
     whole, error = as_program(path, scene, said, program)
-    note(f"--like {program} reads it with {whole.options(said) or 'no further options'}{remark(error)}")
+    note(f"--like {program} is equivalent to {whole.options(said) or 'no further options'}{remark(error)}")
     return whole
 
 
@@ -39,14 +39,14 @@ def _named(error: BadTrajectory, named: str) -> BadTrajectory:
 
 
 def main(options: Namespace) -> int:
-    """Grade one file and print what was found; exit code 1 only where a tolerance was given and is exceeded."""
+    """Grade one file and print the result; return 1 only if a tolerance was given and is exceeded."""
     scene = read_scene(options.scene, flown=False)
     beside = Path(f"{options.file}.toml")
     mapping: dict[str, str] = {}
     named = ""
     if options.map_file or os.path.isfile(beside):
         beside = Path(options.map_file or beside)
-        mapping, named = mapping_file(beside), f"columns named as {beside} says"
+        mapping, named = mapping_file(beside), f"column names from {beside}"
     mapping |= mapping_of(options.map)
     columns = [name.strip() for name in options.columns.split(",")] if options.columns else []
     with ExitStack() as drafts:
@@ -90,6 +90,6 @@ def main(options: Namespace) -> int:
         write_folder(Path(options.output), csv_texts(grade_tables(found, shlex.join(options.words))))
         note(f"tables written to {options.output}")
     if options.tolerance is not None and found.measured.worst_m > options.tolerance:
-        note(f"{name}: off by {found.measured.worst_m:.3g} m, more than the {options.tolerance:g} m allowed")
+        note(f"{name}: largest error {found.measured.worst_m:.3g} m, above the tolerance of {options.tolerance:g} m")
         return 1
     return 0

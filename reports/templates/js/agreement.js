@@ -6,7 +6,7 @@ function pairOf(row, side) {
 
 function agreementSection(host) {
   const pairs = rows("agreement.csv");
-  const apart = findings("apart").map((row) => ({ ...row, off: findings("both off", row.scene)[0].value }));
+  const apart = findings("agreement distance").map((row) => ({ ...row, off: findings("agreement error", row.scene)[0].value }));
   const [best] = apart.sort((a, b) => a.value / a.off - b.value / b.off);
   host.append(
     make(

@@ -253,7 +253,7 @@ function worstFirst(scene) {
 
 /** What engines did in a scene by default, and of those that took part only as asked what they did so. */
 function firstFindings(scene) {
-  return [...findings("as shipped", scene), ...findings("asked for", scene).filter((row) => row.engine !== DATA.byHand && !ENGINE_DEFAULTS.has(row.engine))];
+  return [...findings("engine default", scene), ...findings("first method", scene).filter((row) => row.engine !== DATA.byHand && !ENGINE_DEFAULTS.has(row.engine))];
 }
 
 /** The scene to begin with: where a first one goes astray enough to be seen, and not out of the picture. */

@@ -35,7 +35,7 @@ function caseFigure(row, kind) {
 /** The first sentence's clause on stiff scenes and extreme cases; nothing where there are none. */
 function stiffClause() {
   const [known] = findings("limits with theory");
-  const [near] = findings("limits as in theory");
+  const [near] = findings("limits matching theory");
   const [cases] = findings("extreme cases");
   const said = [];
   if (known) said.push([" On ", placeLink("stability", "stiff scenes"), `, ${near.value === known.value ? "all" : `${near.value} of`} ${counted(known.value, "measured step limit")} ${known.value === 1 ? "is that" : "are those"} of theory`]);

@@ -74,10 +74,10 @@ function markOf(name, size = 12) {
 }
 
 /** What an engine does where its user sets nothing, by engine; of those that took part so. */
-const ENGINE_DEFAULTS = new Map(findings("as shipped").map((row) => [row.engine, contestantOf(row)]).filter(([, name]) => FIELD.has(name)));
+const ENGINE_DEFAULTS = new Map(findings("engine default").map((row) => [row.engine, contestantOf(row)]).filter(([, name]) => FIELD.has(name)));
 
 /** Who took part because the user named them. */
-const ASKED = new Set(findings("as asked").map(contestantOf));
+const ASKED = new Set(findings("named method").map(contestantOf));
 
 /** Its default, or, of an engine without one, its first contestant. */
 const firstOf = (engine) => ENGINE_DEFAULTS.get(engine) ?? [...FIELD.values()].find((one) => one.engine === engine && RUNS.has(one.name))?.name;

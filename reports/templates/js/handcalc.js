@@ -92,7 +92,7 @@ function barLabel(own) {
 
 /** The body whose rotation nobody repairs, beside one that stays rigid, both in flight. */
 function matrixSection(host) {
-  const [bent] = findings("bent edge")
+  const [bent] = findings("edge stretch")
     .map((row) => ({ scene: row.scene, name: contestantOf(row), film: filmOf(row.scene), off: row.value }))
     .filter(({ name, film }) => film?.body.shape === "box" && film.others.get(name)?.vertices)
     .sort((a, b) => Math.abs(Math.log(a.off / 1.5)) - Math.abs(Math.log(b.off / 1.5)));

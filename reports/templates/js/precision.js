@@ -2,7 +2,7 @@
 
 /** Who of those shown gets worse below a step, with that step; nothing where nobody does. */
 function worsening(host, scene) {
-  const found = findings("worse below", scene);
+  const found = findings("optimal step", scene);
   if (!found.length) return;
   const reached = new Map(rows("sweep-orders.csv").filter((row) => row.scene === scene).map((row) => [nameOf(row), row]));
   const said = make("p", { class: "note", id: `worse-below-${scene}` });

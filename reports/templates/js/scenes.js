@@ -31,12 +31,12 @@ function sceneSection(host, scene) {
 
 /** Who is off by default, or as asked, and who is nearest. */
 function sceneHeadline(scene) {
-  if (!findings("nearest", scene.scene).length) return scene.bound_m === null ? `No truth: ${scene.truth}` : "Nobody finished.";
+  if (!findings("most accurate", scene.scene).length) return scene.bound_m === null ? `No truth: ${scene.truth}` : "Nobody finished.";
   const first = firstFindings(scene.scene).filter((row) => row.engine !== DATA.ours && Number.isFinite(toldValue(row)) && row.value !== null);
   const [worst] = first.sort((a, b) => toldValue(b) - toldValue(a));
   const said = [];
   if (worst) said.push(`${ENGINE_DEFAULTS.has(worst.engine) ? `By default ${worst.engine}` : `${ASKED.has(contestantOf(worst)) ? "As asked, " : ""}${contestantOf(worst)}`} is up to ${si(toldValue(worst), "m", 2)} off`);
-  for (const row of findings("nearest engine", scene.scene)) said.push(`the nearest engine, ${contestantOf(row)}, ${si(toldValue(row), "m", 2)}`);
+  for (const row of findings("most accurate engine", scene.scene)) said.push(`the nearest engine, ${contestantOf(row)}, ${si(toldValue(row), "m", 2)}`);
   return `${said.join("; ")}${said.length ? "." : ""}`;
 }
 

@@ -45,17 +45,17 @@ function factsAbout(scene, runs) {
   if (exact.length > 1) say("exact", `${exact.length}`, `${exact.length} contestants cannot be told from the truth`);
   const rescued = runs.filter((run) => run.status === "ok" && errorOf(run) < 1e-9 && median(RUNS.get(contestantOf(run)).map(errorOf)) > 1e-4);
   if (rescued.length) say("rescued", "", `${few(rescued.map(nameOf))}, far off elsewhere, ${rescued.length > 1 ? "are" : "is"} right here`);
-  const [pair] = findings("apart", scene.scene);
-  if (pair) say("pair", `${nameOf(pair)} ${pair.other}`, `${nameOf(pair)} and ${pair.other} agree ${pair.value ? `to ${si(pair.value, "m", 2)}` : "to the last digit"} and are both ${si(findings("both off", scene.scene)[0].value, "m", 2)} off`);
+  const [pair] = findings("agreement distance", scene.scene);
+  if (pair) say("pair", `${nameOf(pair)} ${pair.other}`, `${nameOf(pair)} and ${pair.other} agree ${pair.value ? `to ${si(pair.value, "m", 2)}` : "to the last digit"} and are both ${si(findings("agreement error", scene.scene)[0].value, "m", 2)} off`);
   const [right, wrong] = ["right column", "wrong column"].map((name) => findings(name, scene.scene)[0]);
   if (right) say("report", "", `the ${right.other} column of the printed table is right to ${si(right.value, "m", 2)}, the ${wrong.other} one is ${si(wrong.value, "m", 2)} off`);
-  const [bent] = findings("bent edge", scene.scene);
+  const [bent] = findings("edge stretch", scene.scene);
   if (bent && Math.abs(Math.log(bent.value)) > 0.2) say("bent", "", `${contestantOf(bent)} ends with an edge ${bent.value.toFixed(2)} times its length`);
   const unable = runs.filter((run) => run.status === "skipped");
   const forces = scene.needs.split(", ").filter((need) => ["drag", "floor", "tether"].includes(need));
   if (unable.length && forces.length) say("unable", forces.join(), `${unable.length} of ${runs.length} contestants do not support ${forces.join(" or ")}`);
   if (scene.horizon_s !== null) say("horizon", "", `no program in double precision can follow beyond ${given(scene.horizon_s)} s`);
-  for (const row of findings("nearest engine", scene.scene)) say("nearest", nameOf(row), `the nearest engine is ${nameOf(row)}, ${si(toldValue(row), "m", 2)} off`);
+  for (const row of findings("most accurate engine", scene.scene)) say("nearest", nameOf(row), `the nearest engine is ${nameOf(row)}, ${si(toldValue(row), "m", 2)} off`);
   return found;
 }
 
@@ -68,14 +68,14 @@ const SUPERLATIVES = [
   { kind: "fast", of: (scene) => spinOf(scene.scene) * scene.step_s, text: (value, scene) => `the fastest turn a step, ${figure((value * 180) / Math.PI, 2)}° in ${given(scene.step_s)} s` },
   { kind: "impulses", of: (scene) => rows("loads.csv").filter((act) => act.scene === scene.scene && act.kind === "impulse").length, text: (value) => `${value} impulses, and the attitude at the last decides what it does` },
   { kind: "vertices", of: (scene) => scene.vertices, text: (value) => `${value} vertices` },
-  { kind: "edge", of: (scene) => Math.max(0, ...findings("bent edge", scene.scene).map((row) => row.value)), text: (value, scene) => `${contestantOf(findings("bent edge", scene.scene)[0])} ends with an edge ${value.toFixed(1)} times its length` },
-  { kind: "nearest", key: "hardest", of: (scene) => Math.max(0, ...findings("nearest engine", scene.scene).map(toldValue)), text: (value, scene) => `the hardest for the engines: ${nearestOf(scene)}` },
+  { kind: "edge", of: (scene) => Math.max(0, ...findings("edge stretch", scene.scene).map((row) => row.value)), text: (value, scene) => `${contestantOf(findings("edge stretch", scene.scene)[0])} ends with an edge ${value.toFixed(1)} times its length` },
+  { kind: "nearest", key: "hardest", of: (scene) => Math.max(0, ...findings("most accurate engine", scene.scene).map(toldValue)), text: (value, scene) => `the hardest for the engines: ${nearestOf(scene)}` },
 ];
 
 const engineRuns = (runs) => runs.filter((run) => finished(run) && !FIELD.get(contestantOf(run))?.byHand);
 
 function nearestOf(scene) {
-  const [best] = findings("nearest engine", scene.scene);
+  const [best] = findings("most accurate engine", scene.scene);
   return best ? `the nearest engine, ${nameOf(best)}, is ${si(toldValue(best), "m", 2)} off` : "no engine ends it";
 }
 

@@ -25,9 +25,9 @@ function stableSection(host) {
 }
 
 function stableHeadline() {
-  const [known, near] = ["limits with theory", "limits as in theory"].map((name) => findings(name)[0]?.value);
-  const [most] = findings("longest step").sort((a, b) => b.value - a.value);
-  const [least] = findings("shortest step").sort((a, b) => a.value - b.value);
+  const [known, near] = ["limits with theory", "limits matching theory"].map((name) => findings(name)[0]?.value);
+  const [most] = findings("largest stable step").sort((a, b) => b.value - a.value);
+  const [least] = findings("smallest stable step").sort((a, b) => a.value - b.value);
   const said = [];
   if (known) said.push(`Within 5 %, ${near === known ? "all" : `${near} of`} ${counted(known, "measured limit")} ${near === 1 ? "is that" : "are those"} of theory.`);
   if (most) said.push(`In radians of the stiffest mode, ${nameOf(most)} is stable up to ω·dt = ${figure(most.value)} (${most.scene}), ${nameOf(least)} up to ${figure(least.value)} (${least.scene}).`);

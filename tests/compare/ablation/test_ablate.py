@@ -126,8 +126,8 @@ def test_what_cannot_be_built_is_a_row_with_the_reason_and_not_in_everything(abl
 
 def test_an_engine_without_spares_is_one_row_that_says_so(ablation):
     (row,) = [row for row in ablation.rows if row.engine == "mine"]
-    assert row == AblationRow("brick", "mine", "", "", "nothing to leave out")
-    assert "mine: nothing to leave out" in others(ablation.rows)
+    assert row == AblationRow("brick", "mine", "", "", "no unneeded features")
+    assert "mine: no unneeded features" in others(ablation.rows)
 
 
 def test_what_the_scene_has_is_not_left_out(folder):
@@ -187,7 +187,7 @@ def test_a_ratio_is_quoted_in_as_many_digits_as_it_has():
 def test_the_command_prints_it_and_writes_it(tumble, folder):
     said = tumble("ablate", str(folder / "brick.toml"), "-e", f"{SPARING}:careful", "-e", MINE, "-o", "out", cwd=folder)
     assert said.returncode == 0, said.stderr
-    assert "mine: nothing to leave out" in said.stdout
+    assert "mine: no unneeded features" in said.stdout
     assert "sparing:careful" in said.stdout
     assert "  with ballast" in said.stdout
     assert "same bits" in said.stdout
@@ -197,7 +197,7 @@ def test_the_command_prints_it_and_writes_it(tumble, folder):
     assert [row["feature"] for row in rows] == [
         EVERYTHING, "ballast", "breeze", "digits", "gravity", "",
     ]  # fmt: skip
-    assert rows[-1]["why"] == "nothing to leave out"
+    assert rows[-1]["why"] == "no unneeded features"
     assert rows[0]["max_difference_m"] == "0.0"
     assert not any(rows[-1][column] for column in COLUMNS.split(",")[5:])
     assert {"engines.csv", "conditions.csv"} <= {path.name for path in (folder / "out").iterdir()}
@@ -222,4 +222,4 @@ def test_an_engine_with_nothing_to_leave_out_is_not_waited_for(tmp_path, monkeyp
     monkeypatch.chdir(tmp_path)
     (tmp_path / "mine.py").write_text((Path(__file__).parents[2] / "plugins/mine.py").read_text(encoding="utf-8"))
     assert main(["ablate", "die-straight", "-e", "./mine.py"]) == 0
-    assert "nothing to leave out" in capsys.readouterr().out
+    assert "no unneeded features" in capsys.readouterr().out

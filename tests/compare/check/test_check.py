@@ -3,6 +3,7 @@
 import ast
 import csv
 import io
+import logging
 import math
 import os
 import re
@@ -20,12 +21,12 @@ import pytest
 from patience import PATIENCE_S, without_progress
 
 from tumble.compare.check import study
-from tumble.compare.check.changes import Outcome, hold_against, within
+from tumble.compare.check.changes import Outcome, compare_records, within
 from tumble.compare.check.junit import junit
 from tumble.compare.check.markdown import MOST_CHARACTERS, summary
 from tumble.compare.check.record import FORMAT, BadRecord, Record, read_record, texts
 from tumble.compare.check.schemas import CELLS, QUESTIONS, TIMES, CellRow, QuestionRow, TimeRow
-from tumble.compare.check.study import Measuring
+from tumble.compare.check.study import Measuring, accept_record
 from tumble.compare.check.times import nearer
 from tumble.compare.check.tolerances import BadTolerance, Tolerances, read_tolerances
 from tumble.compare.check.words import behaviours
@@ -83,7 +84,7 @@ def of(**tables) -> Record:
 def told(old: Record | CellRow, new: Record | CellRow, tolerances: Tolerances = Tolerances()) -> Outcome:  # noqa: B008
     """Hold two records, or two that have only these cells, against each other."""
     old, new = (of(cells=[each]) if isinstance(each, CellRow) else each for each in (old, new))
-    return hold_against(old, new, tolerances)
+    return compare_records(old, new, tolerances)
 
 
 def verdicts(old: CellRow, new: CellRow, tolerances: Tolerances = Tolerances()) -> dict[str, str]:  # noqa: B008
@@ -766,6 +767,27 @@ def test_the_accepted_record_is_whole():
     assert set(record.engines.status) == {"ok"}
     assert set(record.cells.engine) == {"tumble", "handcalc", "mujoco", "pybullet"}
     assert told(record, record).changes == ()
+
+
+def test_a_record_in_format_2_is_read(caplog, tmp_path):
+    """A record of the release before format 3: one column and two words have other names."""
+    folder = Path(__file__).with_name("format-2")
+    before = (folder / "cells.csv").read_text()
+    assert "limit_m" in before
+    assert ",wavers" in before
+    with caplog.at_level(logging.INFO, logger="tumble"):
+        record = read_record(folder)
+    assert [message for message in caplog.messages if "--accept rewrites it in format 3" in message]
+    assert record.cells["resolution_m"].notna().sum() == record.cells["max_error_m"].notna().sum() > 90
+    assert record.cells["spin_energy"].value_counts().to_dict() == {
+        {"kept": "conserved", "wavers": "oscillates"}.get(word, word): before.count(f",{word}\n")
+        for word in ("kept", "wavers", "grows", "decays", "")
+    }
+    caplog.clear()
+    accept_record(tmp_path, record)
+    again = read_record(tmp_path)
+    assert not caplog.messages, "it is in format 3 now"
+    assert told(record, again).changes == ()
 
 
 def test_a_drift_that_roundings_of_single_precision_explain_is_no_change():
