@@ -3,21 +3,22 @@
 import math
 from collections.abc import Iterator, Sequence
 
-from rich.table import Table
+from rich.console import RenderableType
+from rich.constrain import Constrain
 from rich.text import Text
 
 from tumble.compare.ablation.optional_features import EVERYTHING, Ablation, AblationRow
 from tumble.reports.rows import contestant
-from tumble.reports.terminal import columns, plain
+from tumble.reports.terminal import columns, plain, reasons_text
 
 
-def others(rows: Sequence[AblationRow]) -> list[str]:
-    """Return the contestants without figures, by reason."""
-    reasons: dict[str, list[str]] = {}
+def others(rows: Sequence[AblationRow]) -> Iterator[Constrain]:
+    """Yield the contestants without figures, with the features and the reason."""
+    features: dict[tuple[str, str], list[str]] = {}
     for row in rows:
         if row.ratio is None:
-            reasons.setdefault(": ".join(filter(None, (row.feature, row.why))), []).append(contestant(row))
-    return [f"{', '.join(names)}: {why}" for why, names in reasons.items()]
+            features.setdefault((contestant(row), row.why), []).extend(filter(None, [row.feature]))
+    return reasons_text((name, f"{', '.join(own)}: {why}" if own else why) for (name, why), own in features.items())
 
 
 def motion(row: AblationRow) -> str:
@@ -39,7 +40,7 @@ def band(row: AblationRow) -> str:
     return "" if row.ratio is None else f"{times(row.ratio_low)}-{times(row.ratio_high)}"
 
 
-def ablation_text(ablation: Ablation) -> Iterator[Table | Text]:
+def ablation_text(ablation: Ablation) -> Iterator[RenderableType]:
     """Yield what `tumble ablate` prints of one scene."""
     yield plain(f"{ablation.scene.name}: {ablation.scene.title}")
     limit = "no reference solution" if ablation.resolution_m is None else f"resolution {ablation.resolution_m:.1e} m"
@@ -57,7 +58,7 @@ def ablation_text(ablation: Ablation) -> Iterator[Table | Text]:
             )
     if table.row_count:
         yield table
-    yield from map(plain, others(ablation.rows))
+    yield from others(ablation.rows)
     if ablation.inexact:
         names = ", ".join(dict.fromkeys(map(contestant, ablation.inexact)))
         yield plain(f"motions differ by more than the resolution, with equal errors: {names}")

@@ -100,7 +100,7 @@ def extremes_text(rows: Sequence[ExtremeRow]) -> Iterator[RenderableType]:
     for row in rows:
         cases.setdefault(row.scene, []).append(row)
     if max(map(len, cases.values())) <= FULL:
-        table = columns("case", "contestant", "verdict", "error [m]", "/ resolution", "why", right=(3, 4))
+        table = columns("case", "contestant", "verdict", "error [m]", "x resolution", "why", right=(3, 4))
         for row in rows:
             error = "" if row.max_error_m is None else figure(row.max_error_m)
             limits = "" if row.error_over_resolution is None else figure(row.error_over_resolution)

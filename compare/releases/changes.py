@@ -97,4 +97,4 @@ def of_time(old: Reading | None, new: Reading | None) -> tuple[str, str] | None:
     found = ratio(new, old)
     if found.refusal or not (found.low > 1 + TIME or found.high < 1 / (1 + TIME)):
         return None
-    return f"{old.ns:.3g} ns per step", f"{new.ns:.3g} ns, ratio {found.low:.2f} to {found.high:.2f}"
+    return f"{old.ns:.4g} ns", f"{new.ns:.4g} ns, ratio {found.low:.2f} to {found.high:.2f}"

@@ -367,7 +367,7 @@ def test_compare_begins_with_the_answer_and_holds_back_the_tables_of_other_metho
     short, long = tumble(*words), tumble(*words, "--all")
     first = short.stdout.splitlines()
     assert first[0].startswith("two-hits: ")
-    assert " is nearest to the truth, " in first[0]
+    assert " is most accurate, " in first[0]
     assert "mujoco:euler" in "".join(first[:4])
     heads = next(number for number, line in enumerate(first) if line.startswith("contestant"))
     ranked = [line for line in first[heads:] if line.startswith(("tumble:", "mujoco:")) and "dt =" not in line]
