@@ -119,7 +119,7 @@ def films_of(read: Mapping[str, pd.DataFrame]) -> Iterator[tuple[str, dict]]:
                 "t": true["t_s"].tolist(),
                 "truth": packed(numbers(true, TRUE)),
                 "limit": limits(read, scene, numbers(true, ["t_s"])[:, 0]),
-                "others": {
+                "runs": {
                     ":".join(filter(None, key)): flight(
                         own, true, "gyroscopic" in needs[scene], bent.get((scene, *key))
                     )

@@ -49,7 +49,7 @@ def of_record(cells: pd.DataFrame, questions: pd.DataFrame) -> dict[str, pd.Data
         needs="",
         duration_s=np.nan,
         bound_m=questions["resolution_m"],
-        floor_m=questions["resolution_m"],
+        input_error_m=questions["resolution_m"],
         horizon_s=np.nan,
     )
     runs = cells.merge(steps, on="scene").reindex(columns=RUNS.names)  # a record has no tolerance and no wall time
