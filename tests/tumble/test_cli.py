@@ -92,7 +92,7 @@ REFUSED = {
     ("run", "table-4-1", "-e", "./none.py"): "./none.py: no such engine file",
     ("run", "table-4-1", "--dt", "0"): "argument --dt: '0' is not a positive number of seconds",
     ("run", "table-4-1", "--dt", "nan"): "argument --dt: 'nan' is not a positive number of seconds",
-    ("run", "table-4-1", "-e", "tumble", "-e", "mujoco"): "run flies one engine",
+    ("run", "table-4-1", "-e", "tumble", "-e", "mujoco"): "run takes one engine",
     ("run", "brick-tumble", "-e", "handcalc"): "handcalc:as-printed on brick-tumble: skipped:",
     ("compare", "table-4-1", "--vertex", "8"): "--vertex = 8: table-4-1 has vertices 0 to 7",
     ("run", "table-4-1", "--dt", "1e-12"): "--dt = 1e-12: must be at least 5e-10 s for table-4-1",

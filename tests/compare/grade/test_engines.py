@@ -66,8 +66,8 @@ def graded(capsys, *words):
 
 def test_an_engine_is_named_and_the_first_word_comes_before_the_search(capsys):
     out, err = graded(capsys)
-    assert "This is what cannon-es does at its defaults:" in out
-    assert "off by up to 370 mm" in err
+    assert "This is the default behaviour of cannon-es:" in out
+    assert "errors up to 370 mm" in err
 
 
 def test_the_answer_for_machines(capsys, tmp_path):

@@ -58,7 +58,7 @@ def test_what_is_right_is_called_correct(capsys, tmp_path, right):
 def test_an_engine_of_first_order_is_recognised_with_its_step(capsys, tmp_path):
     fly("mujoco:euler", tmp_path / "euler.csv")
     _, out, _ = grade(capsys, str(tmp_path / "euler.csv"), "--scene", "brick-tumble")
-    assert "This is what MuJoCo (Euler), DART and" in out
+    assert "This is the default behaviour of MuJoCo (Euler), DART and" in out
     assert "symplectic Euler with a step of 0.002 s, the gyroscopic term explicit" in out
 
 

@@ -266,7 +266,7 @@ def test_a_mistake_is_named(graded, name):
     if bounds:
         assert bounds[0] < number_in(said[0]) < bounds[1], out
     assert len(said) == 1, f"an idle addition: {out}"
-    assert "What comes nearest" not in out
+    assert "Best partial explanation" not in out
     assert "Not explained" not in out
 
 
@@ -283,7 +283,7 @@ def test_two_mistakes_are_named(graded, name):
 def test_a_right_program_is_called_right(graded, form):
     out = graded(smooth("plank", dt=0.0005, every=50, form=form, velocities=True))
     assert not named(out)
-    assert "Correct" in out or "too little to tell" in out
+    assert "Correct" in out or "too small to distinguish" in out
 
 
 def test_single_precision_is_named(graded):

@@ -75,7 +75,7 @@ def test_a_right_file_is_right_in_one_go(grade, flown, kind, scene):
     code, out, err = grade(lines, "--like", program, scene=scene)
     assert code == 0, err
     assert "is right, to its printed digits" in " ".join(out.split()), out + err
-    assert "Seen beside" not in out
+    assert "Also observed" not in out
     again = grade(lines, *options(err), scene=scene)
     assert again[:2] == (0, out), "the options that are told do the same"
 

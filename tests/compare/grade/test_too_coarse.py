@@ -43,7 +43,7 @@ def test_metres_and_an_attitude_that_stands_still_are_not_right(tmp_path, right,
     assert found.verdict == TOO_COARSE
     assert main(["grade", str(path), "--scene", SCENE]) == 0
     out = capsys.readouterr().out
-    assert "is too coarse to judge: up to" in " ".join(out.split())
+    assert "is too coarse to judge: errors up to" in " ".join(out.split())
     assert "right" not in out.split("\n\n")[0]
 
 
