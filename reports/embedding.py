@@ -39,13 +39,13 @@ def data_of(tables: Mapping[str, pd.DataFrame]) -> str:
     read["vertex-errors.csv"] = at_the_end(read.get("vertex-errors.csv", pd.DataFrame()))
     read[PUBLISHED.file] = page_rows(read.get(PUBLISHED.file, pd.DataFrame()))
     read["error-over-time.csv"] = unfilmed(read.get("error-over-time.csv", pd.DataFrame()), films)
-    kept = {name: table for name, table in read.items() if len(table) and name not in PACKED[:2]}
+    whole_tables = {name: table for name, table in read.items() if len(table) and name not in PACKED[:2]}
     whole = {
         "ours": OWN,
         "byHand": BY_HAND,
         "places": places(engines_of(read)),
         "files": [name for name, table in read.items() if len(table)],
-        "tables": {name: embedded(table) for name, table in kept.items()},
+        "tables": {name: embedded(table) for name, table in whole_tables.items()},
         "films": films,
     }
     # The text must not end its script element.
@@ -136,9 +136,9 @@ def parts(table: pd.DataFrame, keys: list[str]) -> dict[tuple[str, ...], pd.Data
     return {tuple(map(str, key)): own for key, own in table.groupby(keys, sort=False)}  # type: ignore[call-overload]
 
 
-def where(table: pd.DataFrame, kept: Any) -> pd.DataFrame:
+def where(table: pd.DataFrame, whole_tables: Any) -> pd.DataFrame:
     """Return the rows of a table for which it is true."""
-    return table.loc[kept.to_numpy(dtype=bool)]
+    return table.loc[whole_tables.to_numpy(dtype=bool)]
 
 
 def numbers(table: pd.DataFrame, columns: list[str]) -> np.ndarray:

@@ -21,16 +21,16 @@ def places(engines: Iterable[str]) -> dict[str, int]:
     An engine without a place in PLACES takes, in the order given, the first place whose colour is free, and if none is
     left the places after those.  The hand calculation has no place.
     """
-    asked = [engine for engine in dict.fromkeys(engines) if engine != BY_HAND]
-    found = {engine: PLACES.index(name) for engine in asked if (name := engine.partition("@")[0]) in PLACES}
+    named = [engine for engine in dict.fromkeys(engines) if engine != BY_HAND]
+    found = {engine: PLACES.index(name) for engine in named if (name := engine.partition("@")[0]) in PLACES}
     taken = {place % len(LIGHT) for place in found.values()}
     free = [place for place in range(len(LIGHT)) if place not in taken]
     later = len(PLACES)
-    for engine in asked:
+    for engine in named:
         if engine not in found:
             found[engine] = free.pop(0) if free else later
             later += not free
-    return {engine: found[engine] for engine in asked}
+    return {engine: found[engine] for engine in named}
 
 
 def rgb(place: int) -> tuple[int, int, int]:

@@ -113,8 +113,8 @@ def few(number: float) -> str:
 def cheapest_text(digits: Sequence[AccuracyCostRow]) -> Iterator[RenderableType]:
     """Yield who reaches each error of the table fastest, of all and of the engines other than our solver."""
     others = [row for row in digits if row.engine not in (OWN, BY_HAND)]
-    asked = [("fastest", digits), ("fastest other than Tumble's own solver", others)]
-    for head, rows in asked[: 1 + (len(others) < len(digits))]:
+    groups = [("fastest", digits), ("fastest other than Tumble's own solver", others)]
+    for head, rows in groups[: 1 + (len(others) < len(digits))]:
         errors: dict[str, list[str]] = {}
         for target in TARGETS_M:
             if names := cheapest([row for row in rows if row.target_m == target]):

@@ -93,14 +93,14 @@ def numba_refused(environment: Mapping[str, str]) -> str:
 
     numba ignores values that are not integers.
     """
-    asked = {}
+    values = {}
     for name in ("NUMBA_DISABLE_JIT", "NUMBA_NUM_THREADS"):
         with suppress(ValueError):
-            asked[name] = int(environment.get(name, ""))
-    if asked.get("NUMBA_DISABLE_JIT"):
+            values[name] = int(environment.get(name, ""))
+    if values.get("NUMBA_DISABLE_JIT"):
         own = "an engine file of your own can say numba.config.DISABLE_JIT = 1"
         return f"NUMBA_DISABLE_JIT is set, but Tumble must compile its kernels: unset it ({own})"
-    if (threads := asked.get("NUMBA_NUM_THREADS", 1)) < 1:
+    if (threads := values.get("NUMBA_NUM_THREADS", 1)) < 1:
         return f"NUMBA_NUM_THREADS = {threads}: must be at least 1, or unset"
     return ""
 

@@ -124,17 +124,17 @@ def parser() -> Parser:
         return made
 
     def engine_option(to: argparse.ArgumentParser, default: str = "the engines installed with Tumble") -> None:
-        said = f"{ENGINE_HELP}; default: {default}"
-        to.add_argument("-e", "--engine", action="append", default=[], metavar="ENGINE[:METHOD]", help=said)
+        meaning = f"{ENGINE_HELP}; default: {default}"
+        to.add_argument("-e", "--engine", action="append", default=[], metavar="ENGINE[:METHOD]", help=meaning)
 
     def time_option(to: argparse.ArgumentParser, what: str = "each run", default: float = 60.0) -> None:
-        said = f"time limit for {what} [s] (default: {default:g})"
-        to.add_argument("--time-limit", type=seconds, default=default, metavar="S", help=said)
+        meaning = f"time limit for {what} [s] (default: {default:g})"
+        to.add_argument("--time-limit", type=seconds, default=default, metavar="S", help=meaning)
 
     def limit_options(to: argparse.ArgumentParser, default: float = 60.0) -> None:
         time_option(to, default=default)
-        said = "memory limit for each engine process [GiB] (default: 4)"
-        to.add_argument("--memory-limit", type=gibibytes, default=4 << 30, metavar="GIB", help=said)
+        meaning = "memory limit for each engine process [GiB] (default: 4)"
+        to.add_argument("--memory-limit", type=gibibytes, default=4 << 30, metavar="GIB", help=meaning)
 
     def step_option(to: argparse.ArgumentParser) -> None:
         to.add_argument("--dt", type=seconds, metavar="S", help="time step [s] (default: the scene's own)")

@@ -58,13 +58,13 @@ class Build:
     running_engine: RunningEngine
     scene: Scene
     method: str
-    kept: str = ""
+    feature: str = ""
     keep: frozenset[str] = frozenset()
 
     @property
     def key(self) -> str:
         """Name of its timer."""
-        return f"{self.running_engine.title}:{self.method} {self.kept}"
+        return f"{self.running_engine.title}:{self.method} {self.feature}"
 
     @property
     def load(self) -> Load:
@@ -81,23 +81,23 @@ class Build:
 
     def row(self, why: str = "", **figures: float) -> AblationRow:
         """Return its row; why: figures are missing."""
-        return AblationRow(self.scene.name, self.running_engine.title, self.method, self.kept, why, **figures)
+        return AblationRow(self.scene.name, self.running_engine.title, self.method, self.feature, why, **figures)
 
 
 @dataclass(frozen=True, eq=False)
 class Pair:
     """A build with features on beside the lean one, the distance of their motions, and the errors of both [m]."""
 
-    kept: Build
+    full: Build
     lean: Build
     apart_m: float
-    kept_error_m: float
+    full_error_m: float
     lean_error_m: float
 
     @property
     def harmless(self) -> bool:
         """Whether the lean run is about as accurate as the other, or more."""
-        return self.lean_error_m <= ALIKE * self.kept_error_m
+        return self.lean_error_m <= ALIKE * self.full_error_m
 
 
 def ablate(
@@ -112,9 +112,9 @@ def ablate(
     sampling: of the times; most_methods: of each engine, None for all.
     """
     true, _ = true_answer(scene, limit_s=truth_limit(running_engines))
-    asked = [ask for each in running_engines for ask in questions(each, scene, true, most_methods)]
-    answers = iter(run([one for one in asked if isinstance(one, Task)], on_progress=on_progress))
-    found = [one for ask in asked for one in (next(answers) if isinstance(ask, Task) else [ask])]
+    entries = [ask for each in running_engines for ask in questions(each, scene, true, most_methods)]
+    answers = iter(run([one for one in entries if isinstance(one, Task)], on_progress=on_progress))
+    found = [one for ask in entries for one in (next(answers) if isinstance(ask, Task) else [ask])]
     clocked = clock([one for one in found if isinstance(one, Pair)], sampling)
     on_progress(f"{scene.name} timed")
     rows = [(one, measured(one, clocked) if isinstance(one, Pair) else one) for one in found]
@@ -160,19 +160,19 @@ def pairs(
         (build, build.flight())
         for build in (Build(running_engine, scene, method, it, frozenset({it})) for it in optional)
     ]
-    able = frozenset(build.kept for build, flight in runs if isinstance(flight, Trajectory))
+    able = frozenset(build.feature for build, flight in runs if isinstance(flight, Trajectory))
     if able:
         everything = Build(running_engine, scene, method, EVERYTHING, able)
         runs.insert(0, (everything, everything.flight()))
     refused: dict[str, list[str]] = {}
     for build, flight in runs:
         if isinstance(flight, Failure):
-            refused.setdefault(flight.status, []).append(build.kept)
+            refused.setdefault(flight.status, []).append(build.feature)
         else:
             errors = (0.0, 0.0) if true is None else (apart_m(flight, true), apart_m(plain, true))
             yield Pair(build, lean, apart_m(plain, flight), *errors)
-    for why, kept in refused.items():
-        yield replace(lean, kept=", ".join(kept)).row(why)
+    for why, features in refused.items():
+        yield replace(lean, feature=", ".join(features)).row(why)
 
 
 def apart_m(a: Trajectory, b: Trajectory | Truth) -> float:
@@ -186,14 +186,14 @@ def apart_m(a: Trajectory, b: Trajectory | Truth) -> float:
 
 def clock(pairs: Sequence[Pair], sampling: Sampling) -> dict[str, Cost | Failure]:
     """Return the times of all builds, sampled in the same rounds, or why one cannot be timed, by their keys."""
-    loads = {build.key: build.load for pair in pairs for build in (pair.lean, pair.kept)}
+    loads = {build.key: build.load for pair in pairs for build in (pair.lean, pair.full)}
     return costs(loads, sampling)
 
 
 def measured(pair: Pair, clocked: dict[str, Cost | Failure]) -> AblationRow:
     """Return the row of a pair, with the distance of its motions even if its times are unknown."""
-    row = partial(pair.kept.row, max_difference_m=pair.apart_m)
-    with_it, without = clocked[pair.kept.key], clocked[pair.lean.key]
+    row = partial(pair.full.row, max_difference_m=pair.apart_m)
+    with_it, without = clocked[pair.full.key], clocked[pair.lean.key]
     if isinstance(with_it, Failure):
         return row(with_it.status)
     if isinstance(without, Failure):
@@ -202,7 +202,7 @@ def measured(pair: Pair, clocked: dict[str, Cost | Failure]) -> AblationRow:
     if found.refusal:
         return row(f"no ratio: {found.refusal}")
     return row(
-        cpu_ns_per_step_with=pair.kept.ns_per_step(with_it.reading),
+        cpu_ns_per_step_with=pair.full.ns_per_step(with_it.reading),
         cpu_ns_per_step_without=pair.lean.ns_per_step(without.reading),
         ratio=found.value,
         ratio_low=found.low,

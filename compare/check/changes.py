@@ -92,7 +92,7 @@ def within(
     def of_scenes(table: Frame) -> Frame:
         return table[table.scene.isin(names)] if names else table
 
-    def asked(table: Frame) -> Frame:
+    def selected(table: Frame) -> Frame:
         if not methods:
             return of_scenes(table)
         wanted = [
@@ -101,8 +101,8 @@ def within(
         ]
         return of_scenes(table[np.array(wanted, dtype=bool)])
 
-    times = None if record.times is None else asked(record.times)
-    return replace(record, questions=of_scenes(record.questions), cells=asked(record.cells), times=times)
+    times = None if record.times is None else selected(record.times)
+    return replace(record, questions=of_scenes(record.questions), cells=selected(record.cells), times=times)
 
 
 def compare_records(baseline: Record, candidate: Record, tolerances: Tolerances) -> Outcome:
@@ -113,12 +113,12 @@ def compare_records(baseline: Record, candidate: Record, tolerances: Tolerances)
     engines = pd.concat([baseline.engines, candidate.engines]).drop_duplicates("engine", keep="last")
     share = dict(zip(engines.engine, engines.precision.map(rounding), strict=True))
     cells["rounding"] = cells.engine.map(share).fillna(DOUBLE)
-    asked = scene_changes(questions[questions.side == "both"])
-    others = cells.scene.isin([change.scene for change in asked if change.verdict == "incomparable"])
+    of_scenes = scene_changes(questions[questions.side == "both"])
+    others = cells.scene.isin([change.scene for change in of_scenes if change.verdict == "incomparable"])
     # An engine that was missing had one row for all methods that it has now.
     found_again = (cells.method == "") & cells.duplicated(["scene", "engine"], keep=False)
     found = [
-        *asked,
+        *of_scenes,
         *presence(cells[(cells.side == "left_only") & ~found_again], "gone"),
         *cell_changes(cells[(cells.side == "both") & ~others], tolerances),
         *presence(cells[cells.side == "right_only"], "new"),
@@ -216,19 +216,19 @@ def cell_changes(pairs: Frame, tolerances: Tolerances) -> list[Change]:
     pairs: with size_m of the body, and rounding, the relative rounding error of the engine's precision.
     """
     made = changed(pairs, "status", status_verdicts(pairs), statuses(pairs, "old"), statuses(pairs, "new"))
-    judged = pairs[pairs.max_error_m_old.notna() & pairs.max_error_m_new.notna()]
-    rounding_m, resolution_m, steps = (larger(judged, column) for column in ("rounding_m", "resolution_m", "steps"))
-    drift = ROUNDINGS * judged.rounding * steps + (rounding_m / judged.size_m).where(judged.size_m > 0, 0.0)
+    comparable = pairs[pairs.max_error_m_old.notna() & pairs.max_error_m_new.notna()]
+    rounding_m, resolution_m, steps = (larger(comparable, column) for column in ("rounding_m", "resolution_m", "steps"))
+    drift = ROUNDINGS * comparable.rounding * steps + (rounding_m / comparable.size_m).where(comparable.size_m > 0, 0.0)
     for columns, least, slack in ((ERRORS, resolution_m, rounding_m), (DRIFTS, 0.0, drift)):
         for column in columns:
-            old, new = (each.abs().clip(lower=least) for each in both(judged, column))
-            made += changed(judged, column, growth(old, new, getattr(tolerances, column), slack), old, new)
+            old, new = (each.abs().clip(lower=least) for each in both(comparable, column))
+            made += changed(comparable, column, growth(old, new, getattr(tolerances, column), slack), old, new)
     for column in ORDERS:
-        old, new = both(judged, column)
-        made += changed(judged, column, order_verdicts(old, new, getattr(tolerances, column)), old, new)
-    old, new = both(judged, "spin_energy")
+        old, new = both(comparable, column)
+        made += changed(comparable, column, order_verdicts(old, new, getattr(tolerances, column)), old, new)
+    old, new = both(comparable, "spin_energy")
     kinds = np.where((old != "") & (new != "") & (old != new), ranked(old.map(TRENDS), new.map(TRENDS)), "")
-    return in_order(pairs, [*made, *changed(judged, "spin_energy", kinds, old, new)])
+    return in_order(pairs, [*made, *changed(comparable, "spin_energy", kinds, old, new)])
 
 
 def both(pairs: Frame, column: str) -> tuple[Column, Column]:

@@ -48,7 +48,7 @@ class Cell:
 def measure(
     running_engines: Sequence[RunningEngine],
     scenes: Sequence[Scene],
-    asked: tuple[Sequence[str], Sequence[str]],
+    words: tuple[Sequence[str], Sequence[str]],
     command: str,
     timed: bool,
     on_progress: ProgressCallback = no_progress,
@@ -56,7 +56,7 @@ def measure(
 ) -> Record:
     """Return the record of all contestants on all scenes.
 
-    asked: words for scenes and contestants on the command line; timed: whether run times are measured, after all other
+    words: for scenes and contestants on the command line; timed: whether run times are measured, after all other
     runs; on_progress: called for every reference solution, cell and timed scene; kept: finished cells are found and
     saved there.
     Raises RayMissed if the ray of a later impulse misses the true body.
@@ -76,8 +76,8 @@ def measure(
             runs = [cell.own.run(scene, title, answer.truth) for title, cell in cells]
             times += time_rows(running_engines, scene, runs, on_progress)
     return Record(
-        tuple(asked[0]),
-        tuple(asked[1]),
+        tuple(words[0]),
+        tuple(words[1]),
         command,
         frame(QUESTIONS, (question_row(scene, *answer) for scene, answer in zip(scenes, answers, strict=True))),
         frame(ENGINES, map(engine_row, running_engines)),
@@ -95,11 +95,11 @@ def task(scene: Scene, true: Future[Answer], running_engine: RunningEngine, meth
 def cell(running_engine: RunningEngine, scene: Scene, method: str, true: Truth | None) -> Cell:
     """Return one contestant's run, and a step-size sequence around it if the method has an order to determine."""
 
-    def judged(dt: float, answer: Trajectory | Failure) -> Run:
+    def evaluated(dt: float, answer: Trajectory | Failure) -> Run:
         return Flown.of(running_engine, method, dt, answer).run(scene, running_engine.title, true)
 
     def at(dt: float) -> Run:
-        return judged(dt, running_engine.fly(scene, method, dt, no_progress=True))
+        return evaluated(dt, running_engine.fly(scene, method, dt, no_progress=True))
 
     own = at(scene.step)
     if not order.readable(own):
@@ -109,7 +109,7 @@ def cell(running_engine: RunningEngine, scene: Scene, method: str, true: Truth |
     # Rounding errors of n steps add up as a random walk: sqrt(n) times that of one.
     rounded = len(legs(scene, scene.step)) if own_steps else own.flight.steps
     ladder = () if own_steps else order.ladder(own, at)
-    apart_m = apart_m_of(own, judged(scene.step, other))
+    apart_m = apart_m_of(own, evaluated(scene.step, other))
     return Cell(plain(own), [plain(each) for each in ladder], apart_m and math.sqrt(rounded) * apart_m)
 
 

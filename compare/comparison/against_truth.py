@@ -37,7 +37,7 @@ class Comparison:
         return frozenset(name for name, role in self.roles.items() if role == DEFAULT)
 
     @property
-    def asked(self) -> frozenset[str]:
+    def named(self) -> frozenset[str]:
         """The contestants that the user named."""
         return frozenset(name for name, role in self.roles.items() if role == AS_ASKED)
 
@@ -68,10 +68,14 @@ def compare(
         ]
         for scene in scenes
     ]
-    with nullcontext(truths) if truths else Truths(scenes, on_progress, limit_s=truth_limit(running_engines)) as asked:
-        answers = iter(run([one for own in tasks for one in own], asked, on_progress=on_progress))
-        true = [asked.answer(scene) for scene in scenes]
-        lost = asked.each(lost_m, scenes, [answer.truth for answer in true])
+    with (
+        nullcontext(truths)
+        if truths
+        else Truths(scenes, on_progress, limit_s=truth_limit(running_engines)) as references
+    ):
+        answers = iter(run([one for own in tasks for one in own], references, on_progress=on_progress))
+        true = [references.answer(scene) for scene in scenes]
+        lost = references.each(lost_m, scenes, [answer.truth for answer in true])
     return [
         Comparison(
             scene,

@@ -12,24 +12,24 @@ UNSUPPORTED = ("skipped", "missing")
 
 
 def error_findings(
-    runs: Iterable[RunRow], defaults: Collection[str] = (), asked: Collection[str] = ()
+    runs: Iterable[RunRow], defaults: Collection[str] = (), named: Collection[str] = ()
 ) -> Iterator[FindingRow]:
     """Yield, for each scene, the most and the least accurate contestant, the errors of engines, and failures.
 
-    defaults: ENGINE:METHOD of contestants that are their engine's default, as far as known; asked: of those that the
+    defaults: ENGINE:METHOD of contestants that are their engine's default, as far as known; named: of those that the
     user named.
     """
     scenes: dict[str, list[RunRow]] = {}
     for run in runs:
         scenes.setdefault(run.scene, []).append(run)
     for own in scenes.values():
-        yield from scene_findings(own, defaults, asked)
+        yield from scene_findings(own, defaults, named)
 
 
 def scene_findings(
-    runs: Sequence[RunRow], defaults: Collection[str] = (), asked: Collection[str] = ()
+    runs: Sequence[RunRow], defaults: Collection[str] = (), named: Collection[str] = ()
 ) -> Iterator[FindingRow]:
-    """Yield the findings of one scene; defaults, asked: as of `error_findings`."""
+    """Yield the findings of one scene; defaults, named: as of `error_findings`."""
     finished = ranked(runs)
     engines: dict[str, list[RunRow]] = {}
     for run in runs:
@@ -41,7 +41,7 @@ def scene_findings(
         ("most accurate engine", plainest(others)),
         ("first method", first),
         ("engine default", [run for own in engines.values() for run in as_shipped(own, defaults)]),
-        ("named method", [run for run in finished if f"{run.engine}:{run.method}" in asked]),
+        ("named method", [run for run in finished if f"{run.engine}:{run.method}" in named]),
         ("least accurate", finished[-1:]),
     ):
         yield from (error_finding(finding, run) for run in found)

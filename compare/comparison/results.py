@@ -53,8 +53,8 @@ def comparison_tables(
     rows = [run_row(run) for run in runs]
     pairs = [row for each in comparisons for row in agreements(each.runs)]
     defaults = frozenset().union(*(each.defaults for each in comparisons))
-    asked = frozenset().union(*(each.asked for each in comparisons))
-    findings = [*error_findings(rows, defaults, asked), *agreement_findings(pairs)]
+    named = frozenset().union(*(each.named for each in comparisons))
+    findings = [*error_findings(rows, defaults, named), *agreement_findings(pairs)]
     return {
         "scenes.csv": frame(SCENES, map(scene_row, comparisons)),
         "engines.csv": frame(ENGINES, engines),

@@ -52,9 +52,13 @@ def film(
         for running_engine in running_engines
         for method in running_engine.methods_for(scene)
     ]
-    with nullcontext(truths) if truths else Truths(watched, on_progress, limit_s=truth_limit(running_engines)) as asked:
-        answers = dict(zip((one.key for one in tasks), run(tasks, asked, on_progress=on_progress), strict=True))
-        true = [asked.answer(scene).truth for scene in watched]
+    with (
+        nullcontext(truths)
+        if truths
+        else Truths(watched, on_progress, limit_s=truth_limit(running_engines)) as references
+    ):
+        answers = dict(zip((one.key for one in tasks), run(tasks, references, on_progress=on_progress), strict=True))
+        true = [references.answer(scene).truth for scene in watched]
     return [
         Film(
             scene,

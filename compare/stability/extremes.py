@@ -89,7 +89,7 @@ def too_long(running_engine: RunningEngine, method: str, scene: Scene, budget_s:
     if running_engine.takes_own_steps(method):
         seconds = SHARE * scene.duration
         share = replace(scene, duration=seconds, times=np.array([seconds]))
-        asked, needed = f"{scene.duration:g} s of motion", math.inf
+        work, needed = f"{scene.duration:g} s of motion", math.inf
         for _ in range(LOOKS):
             if needed <= budget_s:
                 break
@@ -99,9 +99,9 @@ def too_long(running_engine: RunningEngine, method: str, scene: Scene, budget_s:
             needed = min(needed, first.cpu_s / SHARE)
     else:
         steps = sum(leg.n for leg in legs(scene, scene.step))
-        asked, needed = f"{steps:.0e} steps", steps * info.step_of(method) / 1e9
+        work, needed = f"{steps:.0e} steps", steps * info.step_of(method) / 1e9
     return (
-        Failure(f"timeout: {asked} would take {needed:.2g} s, the limit is {budget_s:g} s")
+        Failure(f"timeout: {work} would take {needed:.2g} s, the limit is {budget_s:g} s")
         if needed > budget_s
         else None
     )

@@ -121,15 +121,15 @@ class Trials:
             column = self.question.columns[place]
             scene = column.flight(steps)
             true = truth_of(scene, self.question.truths[place].result().truth)
-            self._cells[place, steps] = self._judged(column, scene, column.seconds / steps, true)
+            self._cells[place, steps] = self._evaluated(column, scene, column.seconds / steps, true)
         return self._cells[place, steps]
 
     def probe(self, dt: float, steps: int = PROBED) -> Cell:
         """Return a long run of steps of exactly dt [s], evaluated by its energy alone."""
         column = self.question.columns[self.question.own]
-        return self._judged(column, column.probe(dt, steps), dt, None)
+        return self._evaluated(column, column.probe(dt, steps), dt, None)
 
-    def _judged(self, column: Column, scene: Scene, dt: float, true: Truth | None) -> Cell:
+    def _evaluated(self, column: Column, scene: Scene, dt: float, true: Truth | None) -> Cell:
         answer = self.running_engine.fly(scene, self.method, dt)
         run = Flown.of(self.running_engine, self.method, dt, answer).run(scene, self.running_engine.title, true)
         return Cell(column, dt, run, verdict(run))

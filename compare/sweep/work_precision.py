@@ -26,7 +26,7 @@ TOLERANCES = tuple(10.0 ** (-half / 2) for half in range(4, 29))
 # A level whose error is above this share of that three levels before, with steps 2.8 times as long, is at the floor.
 GAIN, OVER = 0.7, 3
 # A scene and its reference solution by longer step [s]; None: at the scene's own samples.
-Judged = Mapping[float | None, tuple[Scene, Truth]]
+References = Mapping[float | None, tuple[Scene, Truth]]
 ASYMPTOTIC = 1e-3  # of the body's size: larger errors need not fall with the step
 
 
@@ -115,15 +115,15 @@ def ladders(
     )
     if answer.truth is None:
         raise NoTruth(f"{scene.name} has no reference solution: {answer.why}")
-    asked = ((dt, seen, answer.at(seen).truth) for dt, seen in [(None, scene), *longer.items()])
-    judged = {dt: (seen, true) for dt, seen, true in asked if true is not None}
+    found_references = ((dt, seen, answer.at(seen).truth) for dt, seen in [(None, scene), *longer.items()])
+    references = {dt: (seen, true) for dt, seen, true in found_references if true is not None}
 
     def task(running_engine: RunningEngine, method: str) -> Task[list[Flown]]:
         key = scene.name, running_engine.title, method
-        return Task(key, running_engine, lambda able: climb(able, judged, method, effort, enough_m), list[Flown])
+        return Task(key, running_engine, lambda able: climb(able, references, method, effort, enough_m), list[Flown])
 
     def run_of(running_engine: RunningEngine, flown: Flown) -> Run:
-        seen, true = where_judged(judged, running_engine, flown.method, flown.dt)
+        seen, true = reference_for(references, running_engine, flown.method, flown.dt)
         return flown.run(seen, running_engine.title, true)
 
     tasks = [task(each, method) for each in running_engines for method in each.methods_for(scene)]
@@ -131,9 +131,9 @@ def ladders(
     return [run_of(one.running_engine, flown) for one, ladder in zip(tasks, found, strict=True) for flown in ladder]
 
 
-def where_judged(judged: Judged, running_engine: RunningEngine, method: str, dt: float) -> tuple[Scene, Truth]:
+def reference_for(references: References, running_engine: RunningEngine, method: str, dt: float) -> tuple[Scene, Truth]:
     """Return the scene of one level and its reference solution: at its samples, or at the ends of longer steps."""
-    return judged[None if running_engine.takes_own_steps(method) or dt not in judged else dt]
+    return references[None if running_engine.takes_own_steps(method) or dt not in references else dt]
 
 
 def against_the_clock(
@@ -150,17 +150,19 @@ def against_the_clock(
     return Sweep(scene, tuple(timed), tuple(one for one in runs if id(one) not in clocked), why_untimed)
 
 
-def climb(running_engine: RunningEngine, judged: Judged, method: str, effort: Effort, enough_m: float) -> list[Flown]:
+def climb(
+    running_engine: RunningEngine, references: References, method: str, effort: Effort, enough_m: float
+) -> list[Flown]:
     """Return the sequence of one method from its longest step to its floor, the error asked for, or the budget.
 
-    judged: the scene at its samples, and at longer steps, each with its reference solution.
+    references: the scene at its samples, and at longer steps, each with its reference solution.
     """
-    scene, _ = judged[None]
-    longer = [] if running_engine.takes_own_steps(method) else [(method, dt) for dt in judged if dt is not None]
+    scene, _ = references[None]
+    longer = [] if running_engine.takes_own_steps(method) else [(method, dt) for dt in references if dt is not None]
     ladder: list[Flown] = []
     runs: list[Run] = []
     for name, dt in (*longer, *levels(running_engine, scene, method, effort.tolerances)):
-        seen, true = where_judged(judged, running_engine, name, dt)
+        seen, true = reference_for(references, running_engine, name, dt)
         answer = running_engine.fly(seen, name, dt, no_progress=True)
         ladder.append(Flown.of(running_engine, name, dt, answer))
         runs.append(ladder[-1].run(seen, running_engine.title, true))

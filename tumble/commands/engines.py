@@ -38,11 +38,11 @@ def main(options: Namespace) -> int:
     return DONE
 
 
-def listing(asked: list[str]) -> None:
+def listing(engines: list[str]) -> None:
     """Print the engines, their environments, and how to install those that need one."""
-    with launched(asked or registry.names()) as running_engines:
+    with launched(engines or registry.names()) as running_engines:
         console().print(engine_list([engine_row(running_engine) for running_engine in running_engines]))
-    if asked:
+    if engines:
         return
     there = environments.environments()
     for environment in there:

@@ -19,9 +19,9 @@ def main(options: Namespace) -> int:
         from tumble.lab.pool import Pool
     except ImportError as error:
         return lacking(error)
-    asked = options.engine or USUAL
+    names = options.engine or USUAL
     with Pool(options.time_limit) as pool:
-        engines = pool.begin(asked)
+        engines = pool.begin(names)
         with display(options)(len(engines) + 1) as on_progress:
             on_progress("starting", 0.0)
             try:
@@ -32,7 +32,7 @@ def main(options: Namespace) -> int:
                 return lacking(error)
             draft = Draft.opened(options.scene)
             on_progress("starting")
-            contestants = pool.ready(asked, on_progress)
+            contestants = pool.ready(names, on_progress)
         with serving(draft, contestants, pool, Path.cwd(), options.port) as address:
             sys.stdout.write(f"{address}\n")
             sys.stdout.flush()

@@ -160,14 +160,14 @@ def test_it_goes_on_where_it_was_interrupted(tmp_path):
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (("handcalc",), "handcalc: has no releases of its own"),
+        (("handcalc",), "handcalc has no releases of its own"),
         (("nope",), "unknown engine 'nope'"),
         (("mujoco:rk4",), "type `tumble releases mujoco`"),
         (("mujoco@3.6.0",), "type `tumble releases mujoco --from 3.6.0`"),
         (("mujoco@3.6.0", "mujoco@4.0.0"), "type `tumble releases mujoco --from 3.6.0 --to 4.0.0`"),
         (("mujoco", "mujoco@4.0.0"), "type `tumble releases mujoco --to 4.0.0`"),
-        (("mujoco", "--from", "99.0"), "mujoco: two releases at least are needed; here: "),
-        (("mujoco", "--from", "newest"), "mujoco has no release newest; there are "),
+        (("mujoco", "--from", "99.0"), "mujoco: at least two releases are needed; installed: "),
+        (("mujoco", "--from", "newest"), "mujoco has no release newest; choose one of "),
     ],
 )
 def test_wrong_words_are_one_line(tumble, words, said):
