@@ -9,7 +9,16 @@ LEAST_NS = 1.0  # below a nanosecond per step no time is that of a step
 
 
 def ablation_findings(rows: Iterable[AblationRow]) -> Iterator[FindingRow]:
-    """Yield, for each scene, the contestant whose step gains most from switching features off, and the ratio."""
+    """Yield, for each scene, the contestant whose step gains most from switching features off, and the ratio.
+
+    Parameters
+    ----------
+    rows : rows of ablation.csv
+
+    Returns
+    -------
+    rows of findings.csv
+    """
     scenes: dict[str, list[tuple[float, AblationRow]]] = {}
     for row in rows:
         steps = (row.cpu_ns_per_step_without or 0.0) >= LEAST_NS

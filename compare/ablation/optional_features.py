@@ -107,9 +107,19 @@ def ablate(
     sampling: Sampling = USUAL,
     most_methods: int | None = None,
 ) -> Ablation:
-    """Return the cost of each feature that the scene does not need, for every contestant.
+    """Return the cost of each feature that a scene does not need, for every contestant.
 
-    sampling: of the times; most_methods: of each engine, None for all.
+    Parameters
+    ----------
+    running_engines : with their methods
+    scene : the scene
+    on_progress : called for every contestant, and when all are timed
+    sampling : of the times
+    most_methods : of each engine; None: all
+
+    Returns
+    -------
+    all rows of the scene
     """
     true, _ = true_answer(scene, limit_s=truth_limit(running_engines))
     entries = [ask for each in running_engines for ask in questions(each, scene, true, most_methods)]

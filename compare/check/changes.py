@@ -106,7 +106,18 @@ def within(
 
 
 def compare_records(baseline: Record, candidate: Record, tolerances: Tolerances) -> Outcome:
-    """Return what changed from the baseline to the candidate."""
+    """Return what changed from one record to another.
+
+    Parameters
+    ----------
+    baseline : the accepted record
+    candidate : the new record
+    tolerances : how much each column may change
+
+    Returns
+    -------
+    the changes beyond the tolerances, the worst first, and the number of unchanged cells
+    """
     questions = joined(QUESTIONS, baseline.questions, candidate.questions)
     cells = joined(CELLS, baseline.cells, each_method(candidate.cells, baseline.cells))
     cells = cells.merge(baseline.questions[["scene", "size_m"]], how="left", on="scene")

@@ -10,7 +10,17 @@ from tumble.scenarios.format import visible
 
 
 def junit(outcome: Outcome, against: Sequence[str]) -> str:
-    """Return the XML; against: the options that name baseline and tolerances in the command that reruns a cell."""
+    """Return the outcome of a check as JUnit XML.
+
+    Parameters
+    ----------
+    outcome : what changed
+    against : the options that name baseline and tolerances in the command that reruns a cell
+
+    Returns
+    -------
+    the XML: a suite per scene, a case per contestant
+    """
     changes = by_cell(outcome.changes)
     cells = outcome.candidate.cells.to_dict("records")
     statuses = {(row["scene"], row["engine"], row["method"]): told(row["status"], row["why"]) for row in cells}

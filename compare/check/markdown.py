@@ -25,7 +25,17 @@ MOST_CHARACTERS = 60_000
 
 
 def summary(outcome: Outcome, against: Sequence[str]) -> str:
-    """Return the summary; against: the options that name baseline and tolerances in the command that reruns a cell."""
+    """Return the summary of a check as Markdown.
+
+    Parameters
+    ----------
+    outcome : what changed
+    against : the options that name baseline and tolerances in the command that reruns a cell
+
+    Returns
+    -------
+    at most MOST_CHARACTERS characters
+    """
     lines: list[str] = []
     left = MOST_CHARACTERS
     pieces = list(paragraphs(outcome, against))

@@ -58,7 +58,16 @@ class Record:
 
 
 def texts(record: Record) -> dict[str, str]:
-    """Return file name -> CSV text of a record; conditions.csv, which makes the folder a record, comes last."""
+    """Return a record as files.
+
+    Parameters
+    ----------
+    record : the record
+
+    Returns
+    -------
+    CSV text by file name; conditions.csv, which makes the folder a record, is the last
+    """
     conditions = (
         ConditionRow("format", FORMAT),
         ConditionRow("command", record.command),
@@ -77,7 +86,20 @@ def is_record(folder: Path) -> bool:
 
 
 def read_record(folder: Path) -> Record:
-    """Return the record in a folder.  Raises BadRecord."""
+    """Return the record in a folder, also one in format 2.
+
+    Parameters
+    ----------
+    folder : of the record
+
+    Returns
+    -------
+    the record
+
+    Raises
+    ------
+    BadRecord : the folder has no record, or one that cannot be read
+    """
     shown = printable(str(folder))
     if not is_record(folder):
         why = "not a record of `tumble check`: it has no conditions.csv" if folder.is_dir() else "no such folder"

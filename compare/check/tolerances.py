@@ -34,7 +34,20 @@ class Tolerances:
 
 
 def read_tolerances(file: str | None) -> Tolerances:
-    """Return the tolerances of a TOML file, with defaults for those it does not set.  Raises BadTolerance."""
+    """Return the tolerances of a TOML file.
+
+    Parameters
+    ----------
+    file : its path; None: the defaults
+
+    Returns
+    -------
+    the tolerances, with defaults for those that the file does not set
+
+    Raises
+    ------
+    BadTolerance : the file cannot be read, or has a bad key or value
+    """
     if file is None:
         return Tolerances()
     shown = printable(file)

@@ -51,9 +51,21 @@ def compare(
 ) -> list[Comparison]:
     """Run every scene with every contestant and compare the trajectories with the reference.
 
-    dt: step [s], by default each scene's own; on_progress: called for every run and reference solution; truths: has
-    the scenes' reference solutions already.
-    Raises RayMissed if the ray of a later impulse misses the true body.
+    Parameters
+    ----------
+    running_engines : with their methods
+    scenes : the scenes
+    dt : step [s]; None: each scene's own
+    on_progress : called for every run and reference solution
+    truths : has the scenes' reference solutions already; None: they are computed
+
+    Returns
+    -------
+    the comparisons, in the order of the scenes
+
+    Raises
+    ------
+    RayMissed : the ray of a later impulse misses the true body
     """
 
     def task(scene: Scene, running_engine: RunningEngine, method: str) -> Task[Trajectory | Failure]:
@@ -94,5 +106,15 @@ def compare(
 
 
 def lost_m(scene: Scene, truth: Truth | None) -> float:
-    """Return the largest error from rounding the inputs to double precision [m], 0 without a reference solution."""
+    """Return the largest error from rounding the inputs to double precision.
+
+    Parameters
+    ----------
+    scene : the scene
+    truth : its reference solution
+
+    Returns
+    -------
+    the error [m], 0 without a reference solution
+    """
     return 0.0 if truth is None else cost_of_doubles(scene, truth)

@@ -16,8 +16,15 @@ def error_findings(
 ) -> Iterator[FindingRow]:
     """Yield, for each scene, the most and the least accurate contestant, the errors of engines, and failures.
 
-    defaults: ENGINE:METHOD of contestants that are their engine's default, as far as known; named: of those that the
-    user named.
+    Parameters
+    ----------
+    runs : rows of runs.csv
+    defaults : ENGINE:METHOD of contestants that are their engine's default, as far as known
+    named : ENGINE:METHOD of contestants that the user named
+
+    Returns
+    -------
+    rows of findings.csv
     """
     scenes: dict[str, list[RunRow]] = {}
     for run in runs:
@@ -29,7 +36,17 @@ def error_findings(
 def scene_findings(
     runs: Sequence[RunRow], defaults: Collection[str] = (), named: Collection[str] = ()
 ) -> Iterator[FindingRow]:
-    """Yield the findings of one scene; defaults, named: as of `error_findings`."""
+    """Yield the findings of one scene.
+
+    Parameters
+    ----------
+    runs : rows of runs.csv, of one scene
+    defaults, named : as of `error_findings`
+
+    Returns
+    -------
+    rows of findings.csv
+    """
     finished = ranked(runs)
     engines: dict[str, list[RunRow]] = {}
     for run in runs:
@@ -62,7 +79,16 @@ def plainest(ranked: Sequence[RunRow]) -> list[RunRow]:
 
 
 def error_m(run: RunRow) -> float:
-    """Return the largest error [m], at least the resolution of the reference; infinite if there is none."""
+    """Return the largest error of a run.
+
+    Parameters
+    ----------
+    run : a row of runs.csv
+
+    Returns
+    -------
+    the error [m], at least the resolution of the reference; infinite if there is none
+    """
     return math.inf if run.max_error_m is None else max(run.max_error_m, run.resolution_m or 0.0)
 
 

@@ -14,7 +14,16 @@ MANY_RADIANS = 1e5
 
 
 def hints(scene: Scene) -> Iterator[str]:
-    """Yield questions about the scene, the likeliest mistake first."""
+    """Yield questions about a scene whose motion is unpredictable.
+
+    Parameters
+    ----------
+    scene : the scene
+
+    Returns
+    -------
+    one sentence for each, the likeliest mistake first
+    """
     size = scene.body.reach
     for number, tether in enumerate(scene.tethers):
         point = vertices(scene.start[:1], tether.point_body[None])[0, 0]

@@ -41,13 +41,17 @@ def scene_row(comparison: Comparison) -> SceneRow:
 def comparison_tables(
     comparisons: Sequence[Comparison], engines: Sequence[EngineRow], command: str
 ) -> dict[str, pd.DataFrame]:
-    """Return every table by file name.
+    """Return all tables of a comparison.
 
     Parameters
     ----------
     comparisons : of the scenes
     engines : that took part
-    command : the command line that repeats the study
+    command : the command line that repeats the study, for conditions.csv
+
+    Returns
+    -------
+    table by file name
     """
     runs = [run for comparison in comparisons for run in comparison.runs]
     rows = [run_row(run) for run in runs]

@@ -36,9 +36,19 @@ def film(
     on_progress: ProgressCallback = no_progress,
     truths: Truths | None = None,
 ) -> list[Film]:
-    """Return the films of all scenes with a reference solution; dt [s], by default each scene's own step.
+    """Return the films of all scenes with a reference solution.
 
-    truths: has the reference solutions of the films' scenes (`filmed`) already.
+    Parameters
+    ----------
+    running_engines : with their methods
+    scenes : the scenes
+    dt : step [s]; None: each scene's own
+    on_progress : called for every run and reference solution
+    truths : has the reference solutions of the films' scenes (`filmed`) already; None: they are computed
+
+    Returns
+    -------
+    the films, in the order of the scenes
     """
 
     def task(scene: Scene, running_engine: RunningEngine, method: str) -> Task[Trajectory | Failure]:
@@ -76,7 +86,17 @@ def film(
 
 
 def filmed(scene: Scene, dt: float) -> Scene:
-    """Return the scene's first throw, sampled about FRAMES times where steps of dt [s] end."""
+    """Return a scene's first throw, sampled about FRAMES times where steps end.
+
+    Parameters
+    ----------
+    scene : the scene
+    dt : step [s]
+
+    Returns
+    -------
+    the scene; its samples include the original ones
+    """
     return replace(scene, start=frozen_array(scene.start[:1]), times=frozen_array(instants(scene, dt)))
 
 

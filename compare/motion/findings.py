@@ -13,7 +13,16 @@ from tumble.scenarios.scene import Body
 
 
 def film_findings(films: Sequence[Film]) -> Iterator[FindingRow]:
-    """Yield the edge stretch at the end of every body that is no longer rigid."""
+    """Yield the edge stretch at the end of every body that is no longer rigid.
+
+    Parameters
+    ----------
+    films : of the scenes
+
+    Returns
+    -------
+    rows of findings.csv
+    """
     for film in films:
         for (engine, method), flight in deformed(film).items():
             ratio = edge_stretch(flight.vertices[-1, 0], film.scene.body)

@@ -35,7 +35,16 @@ BOX_FACES = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4
 
 
 def film_tables(films: Sequence[Film]) -> dict[str, pd.DataFrame]:
-    """Return every table of films by file name."""
+    """Return all tables of films.
+
+    Parameters
+    ----------
+    films : of the scenes
+
+    Returns
+    -------
+    table by file name
+    """
     return {
         BODIES.file: frame(BODIES, (body_row(film.scene) for film in films)),
         POINTS.file: frame(POINTS, (row for film in films for row in point_rows(film.scene))),

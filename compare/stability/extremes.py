@@ -108,6 +108,15 @@ def too_long(running_engine: RunningEngine, method: str, scene: Scene, budget_s:
 
 
 def missed(rows: Sequence[ExtremeRow]) -> list[ExtremeRow]:
-    """Return the rows in which our best method exceeds FLOORS times the resolution."""
+    """Return the extreme cases in which our best method is not accurate enough.
+
+    Parameters
+    ----------
+    rows : rows of extremes.csv
+
+    Returns
+    -------
+    its rows with errors above FLOORS times the resolution
+    """
     best = [row for row in rows if f"{row.engine}:{row.method}" == BEST]
     return [row for row in best if row.error_over_resolution is None or not row.error_over_resolution <= FLOORS]

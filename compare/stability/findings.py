@@ -14,7 +14,13 @@ NEAR = 0.05  # relative distance from theory's limit up to which a measured one 
 def limit_findings(limits: Sequence[LimitRow]) -> Iterator[FindingRow]:
     """Yield, for each scene, the largest and the smallest stable step; then the agreement with theory.
 
-    That is the number of limits with a finite one by theory, and of those that match it.
+    Parameters
+    ----------
+    limits : rows of limits.csv
+
+    Returns
+    -------
+    rows of findings.csv; the last two are the number of limits with a finite one by theory, and of those that match it
     """
     scenes: dict[str, list[LimitRow]] = {}
     for row in limits:
@@ -32,7 +38,16 @@ def limit_findings(limits: Sequence[LimitRow]) -> Iterator[FindingRow]:
 
 
 def extreme_findings(rows: Iterable[ExtremeRow]) -> Iterator[FindingRow]:
-    """Yield the number of extreme cases, and for each contestant the number in which it failed silently, if any."""
+    """Yield the number of extreme cases, and of silent failures of each contestant that has any.
+
+    Parameters
+    ----------
+    rows : rows of extremes.csv
+
+    Returns
+    -------
+    rows of findings.csv
+    """
     rows = list(rows)
     if rows:
         yield FindingRow("extreme cases", "", "", "", "", len({row.scene for row in rows}), "1")

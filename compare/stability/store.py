@@ -33,7 +33,16 @@ def tables_of(piece: Done) -> dict[str, pd.DataFrame]:
 
 
 def pieces(tables: Mapping[str, pd.DataFrame]) -> list[Piece]:
-    """Return the pieces of the mapped scenes, from tables."""
+    """Return the maps and limits of contestants, from tables.
+
+    Parameters
+    ----------
+    tables : of `tumble stability`, by file name
+
+    Returns
+    -------
+    one piece per contestant and mapped scene
+    """
     maps: dict[Key, list] = {}
     for row in rows(CELLS, tables[CELLS.file]):
         maps.setdefault((row.scene, row.engine, row.method), []).append(row)
@@ -50,10 +59,19 @@ def quick_tables(
     on_progress: ProgressCallback = no_progress,
     truths: Truths | None = None,
 ) -> dict[str, pd.DataFrame]:
-    """Return the tables for a page: scenes at their own parameter values only, and usual contestants only.
+    """Return the tables for a page: scenes at their own parameter values, with usual contestants only.
 
-    They have the limits and one row of each map, of the scenes that limit the step, and extreme cases that take little
-    time.
+    Parameters
+    ----------
+    running_engines : with their methods
+    scenes : mapped, those whose step is limited
+    cases : extreme cases
+    on_progress : called for every piece
+    truths : computes the reference solutions; None: new ones
+
+    Returns
+    -------
+    table by file name
     """
     scenes = [scene for scene in scenes if limits_steps(scene)]
     found = store(None, keys(running_engines, scenes, cases, few=True))

@@ -13,9 +13,15 @@ COUNTS = tuple(sorted({2**k for k in range(MOST_COUNT)} | {3 * 2**k for k in ran
 
 
 def longer_steps(scene: Scene) -> dict[float, Scene]:
-    """Return the scene sampled where longer steps end, by step [s], the longest first.
+    """Return the scene sampled where steps longer than its sampling interval end.
 
-    Impulses still cut the steps.  Empty if its samples are no closer than its impulses.
+    Parameters
+    ----------
+    scene : the scene
+
+    Returns
+    -------
+    scene by step [s], the longest first; impulses still cut the steps; empty if samples are no closer than impulses
     """
     ends = [*sorted({impulse.time for impulse in scene.impulses} - {0.0, scene.duration}), scene.duration]
     sampled = len(legs(scene, scene.duration))

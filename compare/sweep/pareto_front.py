@@ -38,7 +38,16 @@ def ensemble_rows(sweep: Sweep) -> Iterator[EnsembleRow]:
 
 
 def usable(timed: Sequence[Timed]) -> list[Timed]:
-    """Return the runs with status ok and a finite error."""
+    """Return the runs with status ok and a finite error.
+
+    Parameters
+    ----------
+    timed : runs with their times
+
+    Returns
+    -------
+    those of them, in the same order
+    """
     return [each for each in timed if each.run.status == "ok" and np.isfinite(each.error_m)]
 
 
@@ -48,7 +57,16 @@ def clocked(timed: Sequence[Timed]) -> list[Timed]:
 
 
 def by_contestant(timed: Sequence[Timed]) -> dict[tuple[str, str], list[Timed]]:
-    """Return the runs of each contestant, the tolerances of an adaptive method together, the fastest run first."""
+    """Return the runs of each contestant, the tolerances of an adaptive method together.
+
+    Parameters
+    ----------
+    timed : runs with their times
+
+    Returns
+    -------
+    runs by engine and method, the fastest first
+    """
     found: dict[tuple[str, str], list[Timed]] = {}
     for each in timed:
         found.setdefault((each.run.engine, each.run.method.partition("@")[0]), []).append(each)
@@ -65,7 +83,19 @@ def pareto_front(timed: Sequence[Timed]) -> list[Timed]:
 
 
 def reach(timed: Sequence[Timed], target_m: float) -> tuple[str, float | None, Timed | None]:
-    """Return the verdict, the run time [ns] at which the error is reached, and the first run that reaches it."""
+    """Return when a contestant reaches an error.
+
+    Parameters
+    ----------
+    timed : runs of one contestant
+    target_m : the error [m]
+
+    Returns
+    -------
+    the verdict: reached, not reached or at most
+    the run time at which the error is reached [ns], interpolated between two runs; None if it is not
+    the first run that reaches it, None if there is none
+    """
     edge = pareto_front(timed)
     fine = next((each for each in edge if each.error_m <= target_m), None)
     if fine is None:
@@ -79,7 +109,17 @@ def reach(timed: Sequence[Timed], target_m: float) -> tuple[str, float | None, T
 
 
 def accuracy_cost_rows(sweep: Sweep, reference: str) -> Iterator[AccuracyCostRow]:
-    """Yield the cost of each error for each contestant, over that of `reference` (ENGINE:METHOD)."""
+    """Yield the cost of each error for each contestant.
+
+    Parameters
+    ----------
+    sweep : of one scene
+    reference : ENGINE:METHOD that run times are divided by
+
+    Returns
+    -------
+    rows of accuracy-cost.csv, also of untimed contestants, with the reason
+    """
     contestants = by_contestant(clocked(sweep.timed))
     own = contestants.get((reference.partition(":")[0], reference.partition(":")[2]), [])
     for (engine, method), timed in contestants.items():
@@ -133,7 +173,16 @@ def step_reached(timed: Timed | None) -> tuple[float | None, float | None]:
 
 
 def order_rows(sweep: Sweep) -> Iterator[OrderRow]:
-    """Yield order, smallest error and parts of the error of each fixed-step contestant."""
+    """Yield order, smallest error and parts of the error of each fixed-step contestant.
+
+    Parameters
+    ----------
+    sweep : of one scene
+
+    Returns
+    -------
+    rows of orders.csv
+    """
     size = sweep.scene.body.reach
     for (engine, method), timed in by_contestant(sweep.timed).items():
         ladder = sorted((each for each in usable(timed) if each.per_step), key=lambda each: -each.run.dt)
@@ -187,7 +236,16 @@ def timing_rows(sweep: Sweep) -> Iterator[TimingRow]:
 
 
 def equivalent_rows(sweep: Sweep) -> Iterator[EquivalentRow]:
-    """Yield the pairs of fixed-step contestants that are the same integrator, found from the numbers."""
+    """Yield the pairs of fixed-step contestants that are the same integrator, found from the numbers.
+
+    Parameters
+    ----------
+    sweep : of one scene
+
+    Returns
+    -------
+    rows of equivalent.csv
+    """
     ladders = {
         (engine, method): {each.run.dt: each.run for each in usable(timed) if each.per_step}
         for (engine, method), timed in by_contestant(sweep.timed).items()

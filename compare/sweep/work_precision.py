@@ -78,11 +78,25 @@ def sweep(
 ) -> Sweep:
     """Return one scene's error and run time for every contestant and every level of its sequence.
 
-    kept: finished sequences are found and saved there.  Times are always measured anew: they can be compared only
-    within the same rounds.
-    enough_m: a sequence ends when it reaches this error [m]; beyond_samples: fixed steps start above the sampling
-    interval, with errors measured where they end.
-    Raises NoTruth if there is no reference solution, RayMissed as compare does.
+    Parameters
+    ----------
+    running_engines : with their methods
+    scene : the scene
+    on_progress : called for every contestant, and when all are timed
+    effort : how far the sequences go, and how times are sampled
+    kept : finished sequences are found and saved there; times are always measured anew, because they can be compared
+        only within the same rounds
+    enough_m : a sequence ends when it reaches this error [m]
+    beyond_samples : fixed steps start above the sampling interval, with errors measured where they end
+
+    Returns
+    -------
+    all runs, timed if possible
+
+    Raises
+    ------
+    NoTruth : there is no reference solution
+    RayMissed : the ray of a later impulse misses the true body
     """
     return against_the_clock(
         running_engines,
@@ -105,7 +119,18 @@ def ladders(
 ) -> list[Run]:
     """Return every level of every contestant's sequence, untimed.
 
-    truths: has the scene's reference solution already; the other arguments, and what is raised: as of `sweep`.
+    Parameters
+    ----------
+    truths : has the scene's reference solution already; None: it is computed
+    running_engines, scene, on_progress, effort, kept, enough_m, beyond_samples : as of `sweep`
+
+    Returns
+    -------
+    the runs, contestant by contestant
+
+    Raises
+    ------
+    as `sweep`
     """
     longer = longer_steps(scene) if beyond_samples else {}
     answer = (
@@ -143,7 +168,20 @@ def against_the_clock(
     on_progress: ProgressCallback = no_progress,
     effort: Effort = FULL,
 ) -> Sweep:
-    """Return the sweep of one scene's sequences, all times sampled in the same rounds."""
+    """Return the sweep of one scene's sequences, all times sampled in the same rounds.
+
+    Parameters
+    ----------
+    running_engines : of the runs
+    scene : the scene
+    runs : as of `ladders`
+    on_progress : called when all are timed
+    effort : how times are sampled
+
+    Returns
+    -------
+    all runs, timed if possible
+    """
     timed, why_untimed = time_runs(running_engines, scene, runs, effort.sampling)
     on_progress("timed")
     clocked = {id(each.run) for each in timed}
