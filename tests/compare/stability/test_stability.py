@@ -148,7 +148,7 @@ def test_the_natural_parameter_is_what_makes_a_scene_stiff(name, parameter):
 
 
 def test_a_body_at_rest_has_nothing_to_be_stable_in():
-    with pytest.raises(BadScene, match="nothing turns, pulls or brakes"):
+    with pytest.raises(BadScene, match="nothing limits the step"):
         columns(read_scene("die-straight"))
 
 
