@@ -120,7 +120,7 @@ def films_of(read: Mapping[str, pd.DataFrame]) -> Iterator[tuple[str, dict]]:
                 "truth": packed(numbers(true, TRUE)),
                 "limit": limits(read, scene, numbers(true, ["t_s"])[:, 0]),
                 "runs": {
-                    ":".join(filter(None, key)): flight(
+                    ":".join(filter(None, key)): trajectory(
                         own, true, "gyroscopic" in needs[scene], bent.get((scene, *key))
                     )
                     for key, own in runs.items()
@@ -158,7 +158,7 @@ def limits(read: Mapping[str, pd.DataFrame], scene: str, times: np.ndarray) -> l
     return [float(f"{limit:.3g}") for limit in known[at, 1]]
 
 
-def flight(own: pd.DataFrame, true: pd.DataFrame, turns: bool, bent: pd.DataFrame | None) -> dict[str, str]:
+def trajectory(own: pd.DataFrame, true: pd.DataFrame, turns: bool, bent: pd.DataFrame | None) -> dict[str, str]:
     """Return one contestant's frames: x - x_true, q q_true^-1, and its figures."""
     beside = true.head(len(own))
     away = numbers(own, X) - numbers(beside, X)

@@ -71,7 +71,7 @@ class Build:
         """What is timed."""
         return Load(self.running_engine, self.scene, self.method, self.keep)
 
-    def flight(self) -> Trajectory | Failure:
+    def trajectory(self) -> Trajectory | Failure:
         """Return its run."""
         return self.running_engine.fly(self.scene, self.method, self.scene.step, self.keep)
 
@@ -162,32 +162,32 @@ def pairs(
 ) -> Iterator[Pair | AblationRow]:
     """Yield one method with all its optional features on, and with each alone."""
     lean = Build(running_engine, scene, method)
-    plain = lean.flight()
+    plain = lean.trajectory()
     if isinstance(plain, Failure):
         yield lean.row(plain.status)
         return
     runs = [
-        (build, build.flight())
+        (build, build.trajectory())
         for build in (Build(running_engine, scene, method, it, frozenset({it})) for it in optional)
     ]
-    able = frozenset(build.feature for build, flight in runs if isinstance(flight, Trajectory))
+    able = frozenset(build.feature for build, trajectory in runs if isinstance(trajectory, Trajectory))
     if able:
         everything = Build(running_engine, scene, method, EVERYTHING, able)
-        runs.insert(0, (everything, everything.flight()))
+        runs.insert(0, (everything, everything.trajectory()))
     refused: dict[str, list[str]] = {}
-    for build, flight in runs:
-        if isinstance(flight, Failure):
-            refused.setdefault(flight.status, []).append(build.feature)
+    for build, trajectory in runs:
+        if isinstance(trajectory, Failure):
+            refused.setdefault(trajectory.status, []).append(build.feature)
         else:
-            errors = (0.0, 0.0) if true is None else (apart_m(flight, true), apart_m(plain, true))
-            yield Pair(build, lean, apart_m(plain, flight), *errors)
+            errors = (0.0, 0.0) if true is None else (apart_m(trajectory, true), apart_m(plain, true))
+            yield Pair(build, lean, apart_m(plain, trajectory), *errors)
     for why, features in refused.items():
         yield replace(lean, feature=", ".join(features)).row(why)
 
 
 def apart_m(a: Trajectory, b: Trajectory | Truth) -> float:
     """Return the largest distance between the vertices of two runs [m]; inf if only one of them is not finite."""
-    lost_a, lost_b = (~np.isfinite(flight.vertices).all(axis=-1) for flight in (a, b))
+    lost_a, lost_b = (~np.isfinite(trajectory.vertices).all(axis=-1) for trajectory in (a, b))
     if (lost_a != lost_b).any():
         return math.inf
     with quietly():

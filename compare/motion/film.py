@@ -26,7 +26,7 @@ class Film:
     scene: Scene
     dt: float
     truth: Truth
-    flights: dict[tuple[str, str], Trajectory]
+    trajectories: dict[tuple[str, str], Trajectory]
 
 
 def film(
@@ -75,9 +75,9 @@ def film(
             dt or scene.step,
             answer.until_horizon(),
             {
-                (engine, method): flight
-                for (name, engine, method), flight in answers.items()
-                if name == scene.name and isinstance(flight, Trajectory)
+                (engine, method): trajectory
+                for (name, engine, method), trajectory in answers.items()
+                if name == scene.name and isinstance(trajectory, Trajectory)
             },
         )
         for scene, answer in zip(watched, true, strict=True)

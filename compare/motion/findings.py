@@ -24,8 +24,8 @@ def film_findings(films: Sequence[Film]) -> Iterator[FindingRow]:
     rows of findings.csv
     """
     for film in films:
-        for (engine, method), flight in deformed(film).items():
-            ratio = edge_stretch(flight.vertices[-1, 0], film.scene.body)
+        for (engine, method), trajectory in deformed(film).items():
+            ratio = edge_stretch(trajectory.vertices[-1, 0], film.scene.body)
             if np.isfinite(ratio):
                 yield FindingRow("edge stretch", film.scene.name, engine, method, "", ratio, "1")
 

@@ -125,8 +125,8 @@ def motion_rows(film: Film) -> Iterator[MotionRow]:
     """Yield the rows of the reference, then those of every contestant as far as it is finite."""
     yield from rows_of(film, (TRUTH, ""), 0.0, film.truth.states[:, 0], film.truth.vertices[:, 0])
     known = len(film.truth.times)
-    for contestant, flight in film.flights.items():
-        yield from rows_of(film, contestant, film.dt, flight.states[:known, 0], flight.vertices[:known, 0])
+    for contestant, trajectory in film.trajectories.items():
+        yield from rows_of(film, contestant, film.dt, trajectory.states[:known, 0], trajectory.vertices[:known, 0])
 
 
 def rows_of(film: Film, contestant: tuple[str, str], dt_s: float, states: Array, points: Array) -> Iterator[MotionRow]:
@@ -153,18 +153,18 @@ def deformed(film: Film) -> dict[tuple[str, str], Trajectory]:
     body = film.scene.body
     size = body.reach
     found = {}
-    for contestant, flight in film.flights.items():
+    for contestant, trajectory in film.trajectories.items():
         with np.errstate(all="ignore"):
-            apart = np.abs(flight.vertices - vertices(flight.states, body.points))
+            apart = np.abs(trajectory.vertices - vertices(trajectory.states, body.points))
         if np.nanmax(apart, initial=0.0) > RIGID * size:
-            found[contestant] = flight
+            found[contestant] = trajectory
     return found
 
 
 def deformed_rows(film: Film) -> Iterator[DeformedRow]:
     """Yield the vertices of the runs whose body is no longer rigid."""
-    for contestant, flight in deformed(film).items():
-        for time, points in zip(film.truth.times.tolist(), flight.vertices[:, 0], strict=False):
+    for contestant, trajectory in deformed(film).items():
+        for time, points in zip(film.truth.times.tolist(), trajectory.vertices[:, 0], strict=False):
             for vertex, point in enumerate(points.tolist()):
                 if np.isfinite(point).all():
                     yield DeformedRow(film.scene.name, *contestant, time, vertex, *point)

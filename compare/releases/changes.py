@@ -62,7 +62,7 @@ def differences(old: ReleaseRow | None, new: ReleaseRow | None) -> Iterator[tupl
             yield "method", "there" if old else "not there", "there" if new else "not there"
         return
     if old.status != new.status:
-        yield "status", told(old), told(new)
+        yield "status", status_of(old), status_of(new)
     for column in ("attitude_order", "translation_order"):
         was, now = getattr(old, column), getattr(new, column)
         if was is not None and now is not None and abs(was - now) > ORDER:
@@ -78,7 +78,7 @@ def differences(old: ReleaseRow | None, new: ReleaseRow | None) -> Iterator[tupl
         yield "max_error_m", f"{was:.2g} m", f"{now:.2g} m"
 
 
-def told(row: ReleaseRow) -> str:
+def status_of(row: ReleaseRow) -> str:
     """Return a status with its reason."""
     return f"{row.status}: {row.why}" if row.why else row.status
 

@@ -99,7 +99,7 @@ class Column:
         """Duration of the runs [s]."""
         return RADIANS / self.mode.rate
 
-    def flight(self, steps: int) -> Scene:
+    def scene_of(self, steps: int) -> Scene:
         """Return the scene to run in `steps` steps, a power of two, sampled at most ROWS times."""
         return self._sampled(self.seconds, np.arange(1, min(steps, ROWS) + 1) / min(steps, ROWS))
 

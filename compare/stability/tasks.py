@@ -77,7 +77,7 @@ def stability(
     Raises BadScene for a scene in which nothing limits the step, RayMissed as compare does.
     """
     own_columns = [columns(scene, factors) for scene in scenes]
-    runs = [column.flight(ROWS) for own in own_columns for column in own]
+    runs = [column.scene_of(ROWS) for own in own_columns for column in own]
     with nullcontext(truths) if truths else Truths([], limit_s=truth_limit(running_engines)) as working:
         true = iter(working.more([*runs, *cases]))
         questions = [

@@ -119,7 +119,7 @@ class Trials:
         """Return one cell of the map, which is run once."""
         if (place, steps) not in self._cells:
             column = self.question.columns[place]
-            scene = column.flight(steps)
+            scene = column.scene_of(steps)
             true = truth_of(scene, self.question.truths[place].result().truth)
             self._cells[place, steps] = self._evaluated(column, scene, column.seconds / steps, true)
         return self._cells[place, steps]

@@ -62,21 +62,20 @@ def pieces(
     diverged, remarks = [], {}
     for first in range(0, throws, at_a_time):
         part = replace(scene, start=scene.start[first : first + at_a_time])
-        flight = running_engine.fly(part, method, dt)
-        if isinstance(flight, Failure):
-            raise BadEngine(f"{name} on {scene.name}: {flight.status}")
-        if flight.diverged_at is not None:
-            diverged.append(flight.diverged_at)
+        trajectory = running_engine.fly(part, method, dt)
+        if isinstance(trajectory, Failure):
+            raise BadEngine(f"{name} on {scene.name}: {trajectory.status}")
+        if trajectory.diverged_at is not None:
+            diverged.append(trajectory.diverged_at)
         remarks |= dict.fromkeys(
-            [flight.remark] * bool(flight.remark) + [f"flagged: {found}" for found in flight.notes]
+            [trajectory.remark] * bool(trajectory.remark) + [f"flagged: {found}" for found in trajectory.notes]
         )
-        if running_engine.tolerance(method) is None and flight.diverged_at is None:
-            taken = mean_step(scene.duration, flight.steps, dt)
-            cut = (
-                f"took {flight.steps} steps of {taken:.4g} s on average: samples and impulses cut the steps of {dt:g} s"
-            )
+        if running_engine.tolerance(method) is None and trajectory.diverged_at is None:
+            taken = mean_step(scene.duration, trajectory.steps, dt)
+            why = f"samples and impulses cut the steps of {dt:g} s"
+            cut = f"took {trajectory.steps} steps of {taken:.4g} s on average: {why}"
             remarks |= dict.fromkeys([cut] * (taken != dt))
-        yield trajectory_text(flight, scene.body, first, throws)
+        yield trajectory_text(trajectory, scene.body, first, throws)
         on_progress(name, len(part.start))
     if diverged:
         note(f"{name} diverged at {min(diverged):.6g} s")

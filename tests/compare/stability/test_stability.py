@@ -62,7 +62,7 @@ def known(answer) -> Future:
 def ask(scene: Scene, *contestants: str, factors=(1.0,), true: bool = False) -> dict[str, Piece]:
     """Return the pieces of some contestants, held against a truth or against the energy alone."""
     own = columns(scene, factors)
-    truths = [known(Answer(truth(column.flight(ROWS)) if true else None, "")) for column in own]
+    truths = [known(Answer(truth(column.scene_of(ROWS)) if true else None, "")) for column in own]
     found = {}
     with launched(contestants, 60.0) as running_engines:
         for running_engine in running_engines:
@@ -156,19 +156,19 @@ def test_every_column_turns_as_far_and_steps_divide_its_rows():
     for column in columns(TETHER):
         assert column.seconds * column.mode.rate == pytest.approx(RADIANS)
         for steps in STEPS:
-            flown = column.flight(steps)
+            flown = column.scene_of(steps)
             assert len(flown.times) == min(steps, ROWS)
             assert flown.times[-1] == flown.duration
-            assert set(flown.times) <= set(column.flight(ROWS).times)
+            assert set(flown.times) <= set(column.scene_of(ROWS).times)
         probe = column.probe(1e-3 / 3, PROBED)
         np.testing.assert_allclose(probe.times / (1e-3 / 3), np.round(probe.times / (1e-3 / 3)), rtol=0, atol=1e-9)
 
 
 def test_the_truth_of_few_rows_is_that_of_the_same_instants():
     (column,) = columns(SPIN, [1.0])
-    whole = truth(column.flight(ROWS))
-    few = truth_of(column.flight(4), whole)
-    np.testing.assert_array_equal(few.times, column.flight(4).rows)
+    whole = truth(column.scene_of(ROWS))
+    few = truth_of(column.scene_of(4), whole)
+    np.testing.assert_array_equal(few.times, column.scene_of(4).rows)
     np.testing.assert_array_equal(few.states[2], whole.states[ROWS // 2])
 
 
