@@ -78,7 +78,7 @@ def map_scenes(
                 )
         except KeyboardInterrupt:
             left = f"finished results are saved in {folder}; run the same command again to continue"
-            raise KeyboardInterrupt(f"interrupted; {left if folder else 'results so far:'}") from None
+            raise KeyboardInterrupt(f"interrupted; {left if folder else 'the results so far are above'}") from None
         finally:
             pieces.write()
             ended(pieces.tables)

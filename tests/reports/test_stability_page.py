@@ -220,8 +220,8 @@ def test_the_terminal_says_the_same_in_eighty_columns():
     assert lines["mine:a"] == "mine:a 3 2 diverged 2.0e-03 1.0e-04"
     assert lines["mine:c"].startswith("mine:c 3 2 clamped")
     assert "other:x, other:y: carries no forces" in text
-    assert "no limit: at no step that was tried, up to w dt = 8" in text
-    assert "tumble:exact is within 10 limits of the truth in all 2 cases" in text
+    assert "no limit: stable at every step tried, up to w dt = 8" in text
+    assert "tumble:exact is within 10 times the resolution in all 2 cases" in text
 
 
 def test_many_contestants_of_a_case_are_counted():
