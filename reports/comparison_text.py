@@ -81,9 +81,9 @@ def accuracy(truth: Truth, lost_m: float) -> str:
     until = truth.until_horizon()
     text = f"Reference solution accurate to {figure(until.bound.max())} m{truth.ends}."
     # If the reference is no more accurate than that, it limits the comparison, and not the inputs.
-    if until.floor.max() >= until.bound.max():
-        text += f" Differences below {figure(until.floor.max())} m are not meaningful in double precision."
-    if lost_m > until.limit.max():
+    if until.input_error.max() >= until.bound.max():
+        text += f" Differences below {figure(until.input_error.max())} m are not meaningful in double precision."
+    if lost_m > until.resolution.max():
         text += (
             f" Rounding the inputs to double precision alone moves a vertex by up to {figure(lost_m)} m; no engine can "
             "do better."
@@ -144,7 +144,7 @@ def standings(runs: Sequence[Run], roles: Mapping[str, str]) -> Iterator[Rendera
             Text(f"≤{figure(limit)}", style=GOOD) if worst <= limit else figure(worst),
             figure(float(np.sqrt((run.distances**2).mean()))),
             figure(run.drifts[0]),
-            coloured(run.status.partition(":")[0]),
+            coloured(run.status),
         )
     if finished:
         yield table
@@ -153,7 +153,7 @@ def standings(runs: Sequence[Run], roles: Mapping[str, str]) -> Iterator[Rendera
             yield plain(f"{run.name} {run.flight.remark}")
     if any(run.status != "ok" for run in runs):
         yield Text()
-        yield from reasons_text((run.name, run.status) for run in runs if run.status != "ok")
+        yield from reasons_text((run.name, run.outcome) for run in runs if run.status != "ok")
 
 
 def steps_text(runs: Sequence[Run]) -> Iterator[RenderableType]:

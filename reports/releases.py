@@ -65,7 +65,7 @@ def entries(changes: Sequence[ReleaseChangeRow]) -> list[Entry]:
         changed = tuple(map(sentence, sorted(own, key=lambda change: [*KINDS].index(change.what))))
         alike.setdefault((release, changed), []).append(own[0])
     return [
-        Entry(release, tuple(row.method for row in rows), changed, rows[0].notes)
+        Entry(release=release, methods=tuple(row.method for row in rows), sentences=changed, notes=rows[0].notes)
         for (release, changed), rows in alike.items()
     ]
 

@@ -57,7 +57,7 @@ def sweep_text(sweep: Sweep, reference: str, charts: bool = False) -> Iterator[R
         yield plain(f"{', '.join(members)} are the same integrator: at most {figure(apart)} m apart at any step")
     yield from precision_text(orders.values())
     yield from clock_text(sweep, [row for digits in costs.values() for row in digits])
-    yield from reasons_text((run.name, run.status) for run in sweep.untimed if run.status != "ok")
+    yield from reasons_text((run.name, run.outcome) for run in sweep.untimed if run.status != "ok")
 
 
 def precision_text(orders: Collection[OrderRow]) -> Iterator[RenderableType]:
@@ -156,7 +156,7 @@ def advice_text(sweep: Sweep, tolerance_m: float, named: Collection[str] = ()) -
     for engine in dict.fromkeys(each.run.engine for each in sweep.timed):
         if engine not in found:
             yield plain(f"{engine}: no step or tolerance that was tried gave a run with status ok")
-    yield from reasons_text((run.name, run.status) for run in sweep.untimed if run.status != "ok")
+    yield from reasons_text((run.name, run.outcome) for run in sweep.untimed if run.status != "ok")
     yield from reasons_text(sweep.why_untimed.items())
 
 

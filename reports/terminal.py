@@ -72,7 +72,7 @@ def engine_list(rows: Sequence[EngineRow]) -> Table:
         if row.status == "ok":
             table.add_row(*map(plain, (row.engine, row.version, row.precision, row.methods, row.switched_off)))
         else:
-            table.add_row(plain(row.engine), "", "", plain(row.methods), plain(row.told))
+            table.add_row(plain(row.engine), "", "", plain(row.methods), plain(row.outcome))
     return table
 
 

@@ -84,7 +84,13 @@ def answer(top: Parser, options: argparse.Namespace) -> int:
     else:
         command = importlib.import_module(f"tumble.commands.{options.command}")
         importlib.import_module("tumble.notes").show_log()
-        return command.main(options)
+        if not getattr(options, "parquet", False):
+            return command.main(options)
+        tables = importlib.import_module("tumble.compare.tables.parquet")
+        tables.check_parquet(options.output)
+        code = command.main(options)
+        tables.write_parquet(options.output)
+        return code
     return EXIT_DONE
 
 
@@ -123,11 +129,12 @@ def set_signals() -> None:
     """Let signals that end a process do what Ctrl-C does, except those already handled or ignored (`nohup`)."""
     if threading.current_thread() is not threading.main_thread():
         return
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+    asking = (getattr(signal, name, None) for name in ("SIGINT", "SIGTERM", "SIGHUP"))  # Windows has no SIGHUP
+    for number in filter(None, asking):
         if signal.getsignal(number) in (signal.SIG_DFL, signal.default_int_handler):
             signal.signal(number, interrupt)
     # Children are waited for, even if the parent process ignores its own.
-    if signal.getsignal(signal.SIGCHLD) == signal.SIG_IGN:
+    if hasattr(signal, "SIGCHLD") and signal.getsignal(signal.SIGCHLD) == signal.SIG_IGN:
         signal.signal(signal.SIGCHLD, signal.SIG_DFL)
 
 

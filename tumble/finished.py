@@ -2,15 +2,15 @@
 
 from collections.abc import Iterable
 
+from tumble.compare.run.status import FINISHED
 from tumble.notes import note
 
 DONE, FAILED = 0, 1
-FINISHED = ("ok", "flagged")
 
 
 def exit_code(statuses: Iterable[str]) -> int:
-    """Return 0 if any run finished, by the first word of its status, else 1, with a note."""
-    if any(status.partition(":")[0] in FINISHED for status in statuses):
+    """Return 0 if any run finished, else 1, with a note."""
+    if any(status in FINISHED for status in statuses):
         return DONE
     note("exit code 1: no contestant finished a run; the reasons are in the results")
     return FAILED

@@ -143,6 +143,10 @@ def parser() -> Parser:
         to.add_argument("--svg", metavar="FILE", help="also save the figure as SVG; needs `pip install '.[figures]'`")
         to.add_argument("--png", metavar="FILE", help="also save the figure as PNG; needs `pip install '.[figures]'`")
 
+    def parquet_option(to: argparse.ArgumentParser) -> None:
+        meaning = "with -o: also write the tables as Parquet; needs `pip install pyarrow`"
+        to.add_argument("--parquet", action="store_true", help=meaning)
+
     scenes = command("scenes", "list the scenes of the catalogue and what each needs, or print one as TOML")
     scenes.add_argument(
         "scene",
@@ -200,6 +204,7 @@ def parser() -> Parser:
         "--vertex", type=int, metavar="K", help="vertex in the error tables (default: the one with the largest error)"
     )
     compare.add_argument("-o", "--output", metavar="DIR", help=f"{TABLES_HELP}, with every vertex")
+    parquet_option(compare)
     figure_options(compare)
 
     sweep = command("sweep", "measure error against run time over a sequence of time steps or tolerances")
@@ -213,6 +218,7 @@ def parser() -> Parser:
     )
     limit_options(sweep)
     sweep.add_argument("-o", "--output", metavar="DIR", help=RESUME_HELP)
+    parquet_option(sweep)
     figure_options(sweep)
 
     advise = command("advise", "find the fastest engine, method and time step within a given error")
@@ -239,13 +245,14 @@ def parser() -> Parser:
     engine_option(stability)
     limit_options(stability, 20.0)
     stability.add_argument("-o", "--output", metavar="DIR", help=RESUME_HELP)
+    parquet_option(stability)
     figure_options(stability)
 
-    grade = command("grade", "grade a trajectory that another program wrote, and find the likeliest mistake")
+    grade = command("grade", "find the error of a trajectory that another program wrote, and its most likely cause")
     grade.add_argument(
         "file",
         metavar="FILE",
-        help="the trajectory, one row per instant: CSV, JSON lines or Parquet; - for standard input",
+        help="trajectory with one row a time: CSV, JSON lines or Parquet; - is standard input",
     )
     grade.add_argument("--scene", required=True, metavar="SCENE", help=f"the scene of the trajectory: {SCENE_HELP}")
     grade.add_argument(
@@ -253,33 +260,34 @@ def parser() -> Parser:
         action="append",
         default=[],
         metavar="COLUMN=NAME",
-        help="meaning of a column, with its unit: t_s, t_ms, x_cm, qw, r11, vx_m_s, wx_deg_s, v0x_m, ..., or ignore; "
-        "repeat for several",
+        help="name of a column, with its unit: t_s, t_ms, x_cm, qw, r11, vx_m_s, wx_deg_s, v0x_m, ..., or ignore",
     )
     grade.add_argument(
-        "--map-file", metavar="TOML", help="file with the same in a table [columns] (default: FILE.csv.toml if present)"
+        "--map-file", metavar="TOML", help="names of columns, in a table [columns] (default: FILE.toml, if it exists)"
     )
     grade.add_argument(
         "--like",
         choices=("unity", "unreal", "blender", "godot", "ros", "mujoco"),
-        help="read the file as this program's: sets columns, units, axes, angles, start and decimal sign, and prints "
-        "the equivalent options",
+        help="read the file as this program writes it: sets columns, units, axes, angles, start and decimal sign, "
+        "and prints the options that do so",
     )
     grade.add_argument(
-        "--by", choices=("pose", "matrix", "vertices"), help="what to grade; needed if the file has several of them"
+        "--by", choices=("pose", "matrix", "vertices"), help="description of the pose to grade, if the file has several"
     )
-    grade.add_argument("--columns", metavar="NAME,...", help="column names of a file without a header")
-    grade.add_argument("--start", type=instant, metavar="S", help="time in the file at the start of the scene [s]")
+    grade.add_argument("--columns", metavar="NAME,...", help="names of the columns of a file without a header")
+    grade.add_argument(
+        "--start", type=instant, metavar="S", help="what the file's clock shows at the scene's start [s] (default: 0)"
+    )
     grade.add_argument(
         "--euler",
         metavar="ORDER",
         help="convention of the angles rx, ry, rz: unity, unreal, blender, godot, ros, mujoco, or the order of "
-        "rotations: zxy about fixed axes, ZXY about the body's axes",
+        "rotations: zxy about fixed axes, ZXY about the body's",
     )
     grade.add_argument(
         "--axes",
         metavar="NAME",
-        help="axes of the file: unity, unreal, blender, godot, ros, mujoco, or Tumble's x, y, z in the file's: x,y,-z",
+        help="axes of the file: unity, unreal, blender, godot, ros, mujoco, or those that are our x, y, z: x,y,-z",
     )
     grade.add_argument(
         "--spin",
@@ -289,13 +297,11 @@ def parser() -> Parser:
     )
     grade.add_argument("--decimal", choices=(".", ","), default=".", help="decimal sign of the file (default: a point)")
     grade.add_argument(
-        "--tolerance",
-        type=metres,
-        metavar="M",
-        help="exit with code 1 if a vertex error is larger: a length such as 1mm, or a number in metres",
+        "--tolerance", type=metres, metavar="M", help="exit 1 if a vertex error is larger: 1mm, or 0.001 for metres"
     )
-    grade.add_argument("--json", action="store_true", help="print the result as JSON, with stable names of mistakes")
+    grade.add_argument("--json", action="store_true", help="print the grade as JSON")
     grade.add_argument("-o", "--output", metavar="DIR", help=TABLES_HELP)
+    parquet_option(grade)
 
     check = command("check", "compare errors, orders, energy and run times with a baseline; exit 1 if any is worse")
     check.add_argument("scene", nargs="*", metavar="SCENE", help=SCENE_HELP + "; default: the baseline's, or all")
@@ -316,6 +322,7 @@ def parser() -> Parser:
     check.add_argument(
         "-o", "--output", metavar="DIR", help="write the new record, summary.md and junit.xml into folder DIR"
     )
+    parquet_option(check)
     check.add_argument(
         "--tolerances", metavar="FILE.toml", help="how much each column may change (default: see docs/check.md)"
     )
@@ -331,6 +338,7 @@ def parser() -> Parser:
     engine_option(ablate)
     limit_options(ablate)
     ablate.add_argument("-o", "--output", metavar="DIR", help=TABLES_HELP)
+    parquet_option(ablate)
 
     releases = command("releases", "find what changed between the releases of an engine, from the numbers")
     releases.add_argument("engine", metavar="ENGINE", help="an engine that has releases (see `tumble engines`)")
@@ -351,6 +359,7 @@ def parser() -> Parser:
         metavar="DIR",
         help="write CSV tables and releases.md into folder DIR; the same command continues an interrupted run there",
     )
+    parquet_option(releases)
 
     lab = command("lab", "throw the die in a browser and watch every engine beside the reference solution")
     lab.add_argument("scene", nargs="?", default="die-ray", metavar="SCENE", help=SCENE_HELP + "; default: %(default)s")

@@ -26,4 +26,6 @@ def ablation_findings(rows: Iterable[AblationRow]) -> Iterator[FindingRow]:
             scenes.setdefault(row.scene, []).append((row.ratio, row))
     for scene, own in scenes.items():
         ratio, row = max(own, key=lambda one: one[0])
-        yield FindingRow("feature overhead", scene, row.engine, row.method, "", ratio, "1")
+        yield FindingRow(
+            finding="feature overhead", scene=scene, engine=row.engine, method=row.method, value=ratio, unit="1"
+        )

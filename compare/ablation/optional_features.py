@@ -17,11 +17,11 @@ from tumble.compare.judge.errors import quietly
 from tumble.compare.run.flight import Trajectory, legs
 from tumble.compare.run.progress import ProgressCallback, no_progress
 from tumble.compare.run.running_engines import RunningEngine, truth_limit
+from tumble.compare.run.status import Failure
 from tumble.compare.run.tasks import Task, run
 from tumble.compare.run.timing.readings import USUAL, Reading, Sampling, ratio
 from tumble.compare.run.timing.timing import Cost, Load, costs
 from tumble.compare.run.truths import true_answer
-from tumble.compare.run.worker import Failure
 from tumble.scenarios.needs import needs
 from tumble.scenarios.scene import Scene
 from tumble.scenarios.truth import Truth
@@ -81,7 +81,14 @@ class Build:
 
     def row(self, why: str = "", **figures: float) -> AblationRow:
         """Return its row; why: figures are missing."""
-        return AblationRow(self.scene.name, self.running_engine.title, self.method, self.feature, why, **figures)
+        return AblationRow(
+            scene=self.scene.name,
+            engine=self.running_engine.title,
+            method=self.method,
+            feature=self.feature,
+            why=why,
+            **figures,
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,14 +135,14 @@ def ablate(
     clocked = clock([one for one in found if isinstance(one, Pair)], sampling)
     on_progress(f"{scene.name} timed")
     rows = [(one, measured(one, clocked) if isinstance(one, Pair) else one) for one in found]
-    resolution_m = None if true is None else float(true.limit.max())
+    resolution_m = None if true is None else float(true.resolution.max())
     apart = [(one, row) for one, row in rows if isinstance(one, Pair) and one.apart_m > (resolution_m or 0.0)]
     return Ablation(
-        scene,
-        tuple(row for _, row in rows),
-        resolution_m,
-        tuple(row for pair, row in apart if pair.harmless),
-        tuple(row for pair, row in apart if not pair.harmless),
+        scene=scene,
+        rows=tuple(row for _, row in rows),
+        resolution_m=resolution_m,
+        inexact=tuple(row for pair, row in apart if pair.harmless),
+        altered=tuple(row for pair, row in apart if not pair.harmless),
     )
 
 
@@ -146,9 +153,9 @@ def questions(
     optional = [] if isinstance(running_engine.info, Failure) else running_engine.info.optional
     optional = [each for each in optional if each not in needs(scene)]
     unsupported = running_engine.unsupported(scene)
-    why = unsupported.status if unsupported else NOTHING if not optional else ""
+    why = str(unsupported) if unsupported else NOTHING if not optional else ""
     if why:
-        return [AblationRow(scene.name, running_engine.title, "", "", why)]
+        return [AblationRow(scene=scene.name, engine=running_engine.title, method="", feature="", why=why)]
 
     def task(method: str) -> Task[list[Pair | AblationRow]]:
         key = scene.name, running_engine.title, method
@@ -164,7 +171,7 @@ def pairs(
     lean = Build(running_engine, scene, method)
     plain = lean.trajectory()
     if isinstance(plain, Failure):
-        yield lean.row(plain.status)
+        yield lean.row(str(plain))
         return
     runs = [
         (build, build.trajectory())
@@ -177,7 +184,7 @@ def pairs(
     refused: dict[str, list[str]] = {}
     for build, trajectory in runs:
         if isinstance(trajectory, Failure):
-            refused.setdefault(trajectory.status, []).append(build.feature)
+            refused.setdefault(str(trajectory), []).append(build.feature)
         else:
             errors = (0.0, 0.0) if true is None else (apart_m(trajectory, true), apart_m(plain, true))
             yield Pair(build, lean, apart_m(plain, trajectory), *errors)
@@ -205,9 +212,9 @@ def measured(pair: Pair, clocked: dict[str, Cost | Failure]) -> AblationRow:
     row = partial(pair.full.row, max_difference_m=pair.apart_m)
     with_it, without = clocked[pair.full.key], clocked[pair.lean.key]
     if isinstance(with_it, Failure):
-        return row(with_it.status)
+        return row(str(with_it))
     if isinstance(without, Failure):
-        return row(f"with the feature off: {without.status}")
+        return row(f"with the feature off: {without}")
     found = ratio(with_it.reading, without.reading)
     if found.refusal:
         return row(f"no ratio: {found.refusal}")

@@ -9,7 +9,7 @@ from tumble.compare.tables.shared import CONTESTANT, Engine, Method, SceneName
 EVERYTHING = "everything"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class AblationRow:
     """The cost of a feature for a contestant, in a scene that does not need it."""
 

@@ -15,8 +15,9 @@ from tumble.compare.check.tolerances import Tolerances
 from tumble.compare.judge.trend import TRENDS
 from tumble.compare.run.precision import DOUBLE, rounding
 from tumble.compare.run.running_engines import engine_files, titles
+from tumble.compare.run.status import described
 from tumble.compare.tables.schema import Table
-from tumble.compare.tables.shared import CONTESTANT, told
+from tumble.compare.tables.shared import CONTESTANT
 
 Verdict = Literal["incomparable", "worse", "gone", "better", "changed", "new"]
 VERDICTS: tuple[Verdict, ...] = ("incomparable", "worse", "gone", "better", "changed", "new")
@@ -139,7 +140,7 @@ def compare_records(baseline: Record, candidate: Record, tolerances: Tolerances)
     compared = cells.loc[(cells.side != "right_only") & ~others, list(CONTESTANT)]
     unchanged = sum(key not in touched for key in compared.itertuples(index=False, name=None))
     worst_first = sorted(found, key=lambda change: VERDICTS.index(change.verdict))
-    return Outcome(baseline, candidate, tuple(worst_first), unchanged)
+    return Outcome(baseline=baseline, candidate=candidate, changes=tuple(worst_first), unchanged=unchanged)
 
 
 def joined(table: Table, old: Frame, new: Frame) -> Frame:
@@ -167,7 +168,16 @@ def changed(pairs: Frame, column: str, verdicts: Column, old: Column, new: Colum
     keys = pairs.reindex(columns=[*CONTESTANT, "reference"], fill_value="").to_numpy(dtype=object)[rows]
     before, now = (np.broadcast_to(np.asarray(each, dtype=object), len(pairs))[rows] for each in (old, new))
     return [
-        Change(verdicts[row], scene, engine, method, column, known(was), known(is_), reference)
+        Change(
+            verdict=verdicts[row],
+            scene=scene,
+            engine=engine,
+            method=method,
+            column=column,
+            old=known(was),
+            new=known(is_),
+            reference=reference,
+        )
         for row, (scene, engine, method, reference), was, is_ in zip(rows, keys, before, now, strict=True)
     ]
 
@@ -192,14 +202,14 @@ def presence(pairs: Frame, verdict: Verdict) -> list[Change]:
 
 def statuses(pairs: Frame, which: str) -> list[str]:
     """Return the statuses with their reasons."""
-    return [told(*each) for each in zip(pairs[f"status_{which}"], pairs[f"why_{which}"], strict=True)]
+    return [described(*each) for each in zip(pairs[f"status_{which}"], pairs[f"why_{which}"], strict=True)]
 
 
 def failures(record: Record) -> dict[str, str]:
     """Return the status of each contestant that crashed, timed out or is missing, by its name and scenes."""
     failed: Frame = record.cells[rank(record.cells.status) == NO_ANSWER]
     return {
-        f"{engine}:{method}".strip(":") + f" on {', '.join(own.scene)}": told(status, why)
+        f"{engine}:{method}".strip(":") + f" on {', '.join(own.scene)}": described(status, why)
         for (engine, method, status, why), own in failed.groupby(["engine", "method", "status", "why"], sort=False)
     }
 

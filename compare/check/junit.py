@@ -5,7 +5,7 @@ from xml.etree import ElementTree
 
 from tumble.compare.check.changes import FAILING, Outcome
 from tumble.compare.check.words import by_cell, rerun, sentence
-from tumble.compare.tables.shared import told
+from tumble.compare.run.status import described
 from tumble.scenarios.format import visible
 
 
@@ -23,7 +23,7 @@ def junit(outcome: Outcome, against: Sequence[str]) -> str:
     """
     changes = by_cell(outcome.changes)
     cells = outcome.candidate.cells.to_dict("records")
-    statuses = {(row["scene"], row["engine"], row["method"]): told(row["status"], row["why"]) for row in cells}
+    statuses = {(row["scene"], row["engine"], row["method"]): described(row["status"], row["why"]) for row in cells}
     top = ElementTree.Element("testsuites", name="tumble check")
     for scene in dict.fromkeys(key[0] for key in (*changes, *statuses)):
         suite = ElementTree.SubElement(top, "testsuite", name=visible(scene))

@@ -18,12 +18,12 @@ from tumble.compare.run.flight import Trajectory, legs
 from tumble.compare.run.process.kept import Kept
 from tumble.compare.run.progress import ProgressCallback, no_progress
 from tumble.compare.run.running_engines import RunningEngine, truth_limit
+from tumble.compare.run.status import Failure
 from tumble.compare.run.tasks import Task, run
 from tumble.compare.run.truths import Answer, Truths
-from tumble.compare.run.worker import Failure
 from tumble.compare.tables.engines import engine_row
 from tumble.compare.tables.frames import frame
-from tumble.compare.tables.runs import run_row
+from tumble.compare.tables.runs import run_row, vector_columns
 from tumble.compare.tables.shared import ENGINES
 from tumble.scenarios.frames import Array
 from tumble.scenarios.scene import Scene, frozen_array
@@ -76,13 +76,15 @@ def measure(
             runs = [cell.own.run(scene, title, answer.truth) for title, cell in cells]
             times += time_rows(running_engines, scene, runs, on_progress)
     return Record(
-        tuple(words[0]),
-        tuple(words[1]),
-        command,
-        frame(QUESTIONS, (question_row(scene, *answer) for scene, answer in zip(scenes, answers, strict=True))),
-        frame(ENGINES, map(engine_row, running_engines)),
-        frame(CELLS, rows),
-        frame(TIMES, times) if timed else None,
+        scenes=tuple(words[0]),
+        contestants=tuple(words[1]),
+        command=command,
+        questions=frame(
+            QUESTIONS, (question_row(scene, *answer) for scene, answer in zip(scenes, answers, strict=True))
+        ),
+        engines=frame(ENGINES, map(engine_row, running_engines)),
+        cells=frame(CELLS, rows),
+        times=frame(TIMES, times) if timed else None,
     )
 
 
@@ -115,7 +117,7 @@ def cell(running_engine: RunningEngine, scene: Scene, method: str, true: Truth |
 
 def plain(run: Run) -> Flown:
     """Return a run without its scene and truth."""
-    return Flown(run.method, run.dt, run.answer, run.tolerance, run.rounding)
+    return Flown(method=run.method, dt=run.dt, answer=run.answer, tolerance=run.tolerance, rounding=run.rounding)
 
 
 def nudged(start: Array, rounding: float) -> Array:
@@ -135,9 +137,16 @@ def apart_m_of(one: Run, other: Run) -> float | None:
 def question_row(scene: Scene, true: Truth | None, why_no_truth: str) -> QuestionRow:
     """Return the row of one scene; of a reference solution with a horizon, its part before that."""
     known = None if true is None else true.until_horizon()
-    limit = None if known is None else float(known.limit.max())
-    last = (None,) * 3 if known is None else known.vertices[-1, 0, -1].tolist()
-    return QuestionRow(scene.name, scene.step, len(scene.times), why_no_truth or EXACT, limit, scene.body.reach, *last)
+    resolution = None if known is None else float(known.resolution.max())
+    row = QuestionRow(
+        scene=scene.name,
+        step_s=scene.step,
+        samples=len(scene.times),
+        truth=why_no_truth or EXACT,
+        resolution_m=resolution,
+        size_m=scene.body.reach,
+    )
+    return row if known is None else replace(row, **vector_columns(known.vertices[-1, 0, -1], "x_m", "y_m", "z_m"))
 
 
 def cell_row(scene: Scene, true: Truth | None, engine: str, cell: Cell) -> CellRow:

@@ -120,13 +120,13 @@ def read_record(folder: Path) -> Record:
     if old:
         cells["spin_energy"] = cells["spin_energy"].replace(SPIN_ENERGY_OF_2)
     record = Record(
-        words(folder, stated, "scenes"),
-        words(folder, stated, "contestants"),
-        stated.get("command", ""),
-        read(folder, QUESTIONS, renamed),
-        read(folder, ENGINES),
-        cells,
-        read(folder, TIMES) if place(folder, TIMES.file).exists() else None,
+        scenes=words(folder, stated, "scenes"),
+        contestants=words(folder, stated, "contestants"),
+        command=stated.get("command", ""),
+        questions=read(folder, QUESTIONS, renamed),
+        engines=read(folder, ENGINES),
+        cells=cells,
+        times=read(folder, TIMES) if place(folder, TIMES.file).exists() else None,
     )
     for column, known in (("status", STATUSES), ("spin_energy", {**TRENDS, "": 0})):
         if odd := set(record.cells[column]) - {*known}:

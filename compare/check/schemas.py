@@ -29,7 +29,7 @@ DRIFTS = ("energy_drift", "momentum_drift", "angular_momentum_drift")
 STATUSES = {"ok": 0, "flagged": 1, "diverged": 2, "skipped": 3, "missing": 4, "timeout": 4, "crashed": 4}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class QuestionRow:
     """One scene as it was run: step, samples, and the true position of its last vertex at the last sample.
 
@@ -42,12 +42,18 @@ class QuestionRow:
     truth: Annotated[str, f"`{EXACT}`, or why there is no reference solution"]
     resolution_m: Limit
     size_m: Annotated[float, "largest distance of a vertex from the centre of mass"]
-    x_m: Annotated[float | None, "true x of the last vertex at the last sample with a reference solution, world axes"]
-    y_m: Annotated[float | None, "true y of the last vertex at the last sample with a reference solution, world axes"]
-    z_m: Annotated[float | None, "true z of the last vertex at the last sample with a reference solution, world axes"]
+    x_m: Annotated[
+        float | None, "true x of the last vertex at the last sample with a reference solution, world axes"
+    ] = None
+    y_m: Annotated[
+        float | None, "true y of the last vertex at the last sample with a reference solution, world axes"
+    ] = None
+    z_m: Annotated[
+        float | None, "true z of the last vertex at the last sample with a reference solution, world axes"
+    ] = None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class CellRow:
     """One contestant on one scene at the scene's own step: errors, drifts, orders, behaviour of the spin energy.
 
@@ -81,7 +87,7 @@ class CellRow:
     ] = ""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class TimeRow:
     """The run time of one contestant over the reference contestant's, with its confidence interval."""
 
@@ -89,7 +95,7 @@ class TimeRow:
     engine: Engine
     method: Method
     reference: Annotated[str, "ENGINE:METHOD that run times are divided by"]
-    time_ratio: Annotated[float | None, "run time over the reference's; empty if it is not significant"]
+    time_ratio: Annotated[float | None, "run time over the reference's; empty if it is not significant"] = None
     time_ratio_low: Annotated[float | None, "lower end of the 95 % confidence interval of time_ratio"] = None
     time_ratio_high: Annotated[float | None, "upper end of the 95 % confidence interval of time_ratio"] = None
 

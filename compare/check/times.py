@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -30,7 +31,9 @@ def time_rows(
         if not any(run.name == REFERENCE for run in finished):
             (guest,) = guests.enter_context(launched([REFERENCE]))
             answer = guest.fly(scene, guest.methods[0], scene.step)
-            finished.append(Run(scene, guest.title, guest.methods[0], scene.step, answer, None))
+            finished.append(
+                Run(scene=scene, engine=guest.title, method=guest.methods[0], dt=scene.step, answer=answer, truth=None)
+            )
             present = [each for each in present if each.title != guest.title] + [guest]
         found, _ = time_runs(present, scene, finished)
     on_progress("timed")
@@ -38,14 +41,19 @@ def time_rows(
     unit = timed.get(REFERENCE)
     for run in runs:
         if each := timed.get(run.name):
-            figures: tuple[float | None, ...] = (None, None, None)
+            row = TimeRow(scene=scene.name, engine=run.engine, method=run.method, reference=REFERENCE)
             if unit is not None:
                 found_ratio = ratio(each.reading, unit.reading)
                 if not found_ratio.refusal:
                     # From the times of the readings to those of the whole runs.
                     found_ratio *= each.run_ns / each.reading.ns * unit.reading.ns / unit.run_ns
-                    figures = found_ratio.value, found_ratio.low, found_ratio.high
-            yield TimeRow(scene.name, run.engine, run.method, REFERENCE, *figures)
+                    row = replace(
+                        row,
+                        time_ratio=found_ratio.value,
+                        time_ratio_low=found_ratio.low,
+                        time_ratio_high=found_ratio.high,
+                    )
+            yield row
 
 
 def nearer(before: pd.DataFrame, found: pd.DataFrame, again: pd.DataFrame) -> pd.DataFrame:

@@ -10,7 +10,7 @@ from tumble.compare.check.changes import Change, Outcome, Verdict
 from tumble.compare.check.record import Record
 from tumble.compare.check.schemas import ERRORS
 from tumble.compare.run.running_engines import engine_files, titles
-from tumble.compare.tables.shared import told
+from tumble.compare.run.status import described
 
 FIGURES = {
     "max_error_m": ("largest error", " m"),
@@ -119,7 +119,10 @@ def by_cell(changes: Sequence[Change]) -> dict[tuple[str, str, str], list[Change
 def versions(outcome: Outcome) -> Iterator[str]:
     """Yield the engines whose version changed, or that are missing from one of the records."""
     old, new = (
-        {row["engine"]: row["version"] or told(row["status"], row["why"]) for row in record.engines.to_dict("records")}
+        {
+            row["engine"]: row["version"] or described(row["status"], row["why"])
+            for row in record.engines.to_dict("records")
+        }
         for record in (outcome.baseline, outcome.candidate)
     )
     for engine, version in new.items():

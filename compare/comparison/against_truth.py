@@ -8,12 +8,12 @@ from tumble.compare.judge.errors import Flown, Run
 from tumble.compare.run.flight import Trajectory
 from tumble.compare.run.progress import ProgressCallback, no_progress
 from tumble.compare.run.running_engines import AS_ASKED, DEFAULT, RunningEngine, truth_limit
+from tumble.compare.run.status import Failure
 from tumble.compare.run.tasks import Task, run
 from tumble.compare.run.truths import Truths
-from tumble.compare.run.worker import Failure
 from tumble.scenarios.scene import Scene
 from tumble.scenarios.truth import Truth
-from tumble.scenarios.truth.handed import cost_of_doubles
+from tumble.scenarios.truth.rounded_inputs import input_rounding_error
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,16 +90,17 @@ def compare(
         lost = references.each(lost_m, scenes, [answer.truth for answer in true])
     return [
         Comparison(
-            scene,
-            *answer,
-            tuple(
+            scene=scene,
+            truth=answer.truth,
+            why_no_truth=answer.why,
+            runs=tuple(
                 Flown.of(one.running_engine, one.key[-1], dt or scene.step, next(answers)).run(
                     scene, one.running_engine.title, answer.truth
                 )
                 for one in own
             ),
-            lost,
-            {f"{one.running_engine.title}:{one.key[-1]}": one.running_engine.role(one.key[-1]) for one in own},
+            lost_m=lost,
+            roles={f"{one.running_engine.title}:{one.key[-1]}": one.running_engine.role(one.key[-1]) for one in own},
         )
         for scene, answer, own, lost in zip(scenes, true, tasks, lost, strict=True)
     ]
@@ -117,4 +118,4 @@ def lost_m(scene: Scene, truth: Truth | None) -> float:
     -------
     the error [m], 0 without a reference solution
     """
-    return 0.0 if truth is None else cost_of_doubles(scene, truth)
+    return 0.0 if truth is None else input_rounding_error(scene, truth)

@@ -65,7 +65,7 @@ def scene_findings(
     unsupported = sum(run.status in UNSUPPORTED for run in runs)
     for finding, count in (("unfinished", len(runs) - len(finished) - unsupported), ("unsupported", unsupported)):
         if count:
-            yield FindingRow(finding, runs[0].scene, "", "", "", count, "1")
+            yield FindingRow(finding=finding, scene=runs[0].scene, value=count, unit="1")
 
 
 def ranked(runs: Iterable[RunRow]) -> list[RunRow]:
@@ -100,7 +100,15 @@ def as_shipped(runs: Sequence[RunRow], defaults: Collection[str]) -> list[RunRow
 
 def error_finding(finding: str, run: RunRow) -> FindingRow:
     """Return a finding whose value is the error of a run."""
-    return FindingRow(finding, run.scene, run.engine, run.method, "", run.max_error_m, "m", run.resolution_m)
+    return FindingRow(
+        finding=finding,
+        scene=run.scene,
+        engine=run.engine,
+        method=run.method,
+        value=run.max_error_m,
+        unit="m",
+        resolution=run.resolution_m,
+    )
 
 
 def agreement_findings(pairs: Iterable[AgreementRow]) -> Iterator[FindingRow]:
@@ -111,6 +119,16 @@ def agreement_findings(pairs: Iterable[AgreementRow]) -> Iterator[FindingRow]:
             scenes.setdefault(pair.scene, []).append(pair)
     for scene, own in scenes.items():
         best = min(own, key=lambda pair: pair.apart_m / min(pair.error_a_m, pair.error_b_m))
-        key = scene, best.engine_a, best.method_a, best.contestant_b
-        yield FindingRow("agreement distance", *key, best.apart_m, "m")
-        yield FindingRow("agreement error", *key, max(best.error_a_m, best.error_b_m), "m")
+        for finding, value in (
+            ("agreement distance", best.apart_m),
+            ("agreement error", max(best.error_a_m, best.error_b_m)),
+        ):
+            yield FindingRow(
+                finding=finding,
+                scene=scene,
+                engine=best.engine_a,
+                method=best.method_a,
+                other=best.contestant_b,
+                value=value,
+                unit="m",
+            )

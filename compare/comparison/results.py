@@ -21,20 +21,20 @@ def scene_row(comparison: Comparison) -> SceneRow:
     scene, whole = comparison.scene, comparison.truth
     truth = None if whole is None else whole.until_horizon()
     return SceneRow(
-        scene.name,
-        scene.title,
-        scene.source,
-        ", ".join(needs(scene)),
-        scene.body.shape,
-        len(scene.body.points),
-        scene.duration,
-        scene.step,
-        len(scene.times),
-        comparison.why_no_truth or (f"{truth.how}{truth.ends}" if truth else ""),
-        None if truth is None else float(truth.bound.max()),
-        None if truth is None else float(truth.floor.max()),
-        whole.horizon if whole and whole.known < len(whole.times) else None,
-        None if truth is None else comparison.lost_m,
+        scene=scene.name,
+        title=scene.title,
+        source=scene.source,
+        needs=", ".join(needs(scene)),
+        shape=scene.body.shape,
+        vertices=len(scene.body.points),
+        duration_s=scene.duration,
+        step_s=scene.step,
+        samples=len(scene.times),
+        truth=comparison.why_no_truth or (f"{truth.how}{truth.ends}" if truth else ""),
+        bound_m=None if truth is None else float(truth.bound.max()),
+        input_error_m=None if truth is None else float(truth.input_error.max()),
+        horizon_s=whole.horizon if whole and whole.known < len(whole.times) else None,
+        rounding_inputs_m=None if truth is None else comparison.lost_m,
     )
 
 

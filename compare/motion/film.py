@@ -10,9 +10,9 @@ from dataclasses import dataclass, replace
 from tumble.compare.run.flight import Trajectory, legs
 from tumble.compare.run.progress import ProgressCallback, no_progress
 from tumble.compare.run.running_engines import RunningEngine, truth_limit
+from tumble.compare.run.status import Failure
 from tumble.compare.run.tasks import Task, run
 from tumble.compare.run.truths import Truths
-from tumble.compare.run.worker import Failure
 from tumble.scenarios.scene import Scene, frozen_array
 from tumble.scenarios.truth import Truth
 
@@ -71,10 +71,10 @@ def film(
         true = [references.answer(scene).truth for scene in watched]
     return [
         Film(
-            scene,
-            dt or scene.step,
-            answer.until_horizon(),
-            {
+            scene=scene,
+            dt=dt or scene.step,
+            truth=answer.until_horizon(),
+            trajectories={
                 (engine, method): trajectory
                 for (name, engine, method), trajectory in answers.items()
                 if name == scene.name and isinstance(trajectory, Trajectory)

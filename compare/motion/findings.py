@@ -27,7 +27,14 @@ def film_findings(films: Sequence[Film]) -> Iterator[FindingRow]:
         for (engine, method), trajectory in deformed(film).items():
             ratio = edge_stretch(trajectory.vertices[-1, 0], film.scene.body)
             if np.isfinite(ratio):
-                yield FindingRow("edge stretch", film.scene.name, engine, method, "", ratio, "1")
+                yield FindingRow(
+                    finding="edge stretch",
+                    scene=film.scene.name,
+                    engine=engine,
+                    method=method,
+                    value=ratio,
+                    unit="1",
+                )
 
 
 def edge_stretch(points: Array, body: Body) -> float:

@@ -23,11 +23,14 @@ from tumble.compare.motion.schemas import (
 )
 from tumble.compare.run.flight import Trajectory
 from tumble.compare.tables.frames import frame
+from tumble.compare.tables.runs import vector_columns
+from tumble.compare.tables.trajectory import STATE_COLUMNS
 from tumble.scenarios.frames import Array, vertices
 from tumble.scenarios.impulse import RayMissed, strike_point
 from tumble.scenarios.scene import Body, Scene
 
 TRUTH = "truth"
+PLACE = ("x_m", "y_m", "z_m")
 # A body is deformed if a vertex is further than this share of its size from where a rigid body has it.
 RIGID = 1e-9
 # The corners of each face of a box in order round it; opposite faces come in pairs.
@@ -57,19 +60,24 @@ def film_tables(films: Sequence[Film]) -> dict[str, pd.DataFrame]:
 
 def body_row(scene: Scene) -> BodyRow:
     """Return the row of a scene's body."""
-    return BodyRow(scene.name, scene.body.shape, scene.body.mass, *scene.body.moments.tolist())
+    return BodyRow(
+        scene=scene.name,
+        shape=scene.body.shape,
+        mass_kg=scene.body.mass,
+        **vector_columns(scene.body.moments, "i1_kg_m2", "i2_kg_m2", "i3_kg_m2"),
+    )
 
 
 def point_rows(scene: Scene) -> Iterator[PointRow]:
     """Yield the vertices."""
-    for vertex, point in enumerate(scene.body.points.tolist()):
-        yield PointRow(scene.name, vertex, *point)
+    for vertex, point in enumerate(scene.body.points):
+        yield PointRow(scene=scene.name, vertex=vertex, **vector_columns(point, *PLACE))
 
 
 def face_rows(scene: Scene) -> Iterator[FaceRow]:
     """Yield the faces: those of the box or the mesh, or the convex hull of a body that has only points."""
     for face, corners in enumerate(faces(scene.body)):
-        yield FaceRow(scene.name, face, " ".join(map(str, corners)))
+        yield FaceRow(scene=scene.name, face=face, vertices=" ".join(map(str, corners)))
 
 
 def faces(body: Body) -> Sequence[Sequence[int]]:
@@ -108,17 +116,23 @@ def act_rows(film: Film) -> Iterator[LoadRow]:
             continue  # beyond the horizon
         state = film.truth.states[row, 0]
         try:
-            point = strike_point(impulse, state, scene.body).tolist()
+            point = strike_point(impulse, state, scene.body)
         except RayMissed:
             continue
-        yield LoadRow(scene.name, "impulse", impulse.time, *point, *impulse.value.tolist())
+        yield load_row(scene, "impulse", impulse.time, point, impulse.value)
     for tether in scene.tethers:
-        yield LoadRow(scene.name, "tether", 0.0, *tether.anchor.tolist(), *tether.point_body.tolist())
+        yield load_row(scene, "tether", 0.0, tether.anchor, tether.point_body)
     if scene.floor is not None:
         normal = scene.floor.normal
-        yield LoadRow(scene.name, "floor", 0.0, *(scene.floor.height * normal).tolist(), *normal.tolist())
+        yield load_row(scene, "floor", 0.0, scene.floor.height * normal, normal)
     if scene.gravity is not None:
-        yield LoadRow(scene.name, "gravity", 0.0, 0.0, 0.0, 0.0, *scene.gravity.tolist())
+        yield load_row(scene, "gravity", 0.0, np.zeros(3), scene.gravity)
+
+
+def load_row(scene: Scene, kind: str, time: float, place: Array, vector: Array) -> LoadRow:
+    """Return the row of one load: at a time [s] and a place [m], (3,), with its vector, (3,)."""
+    vectors = {**vector_columns(place, *PLACE), **vector_columns(vector, "u", "v", "w")}
+    return LoadRow(scene=scene.name, kind=kind, t_s=time, **vectors)
 
 
 def motion_rows(film: Film) -> Iterator[MotionRow]:
@@ -132,6 +146,7 @@ def motion_rows(film: Film) -> Iterator[MotionRow]:
 def rows_of(film: Film, contestant: tuple[str, str], dt_s: float, states: Array, points: Array) -> Iterator[MotionRow]:
     """Yield the rows of one: states (R, 13), vertices (R, n, 3) [m]."""
     body, true = film.scene.body, film.truth.states[:, 0]
+    engine, method = contestant
     with np.errstate(all="ignore"):  # a run that diverged has no figures
         errors = np.linalg.norm(points - film.truth.vertices[:, 0], axis=-1).max(axis=-1)
         energy, energy_true = (mechanics.energy(each, body, film.scene.gravity) for each in (states, true))
@@ -142,9 +157,17 @@ def rows_of(film: Film, contestant: tuple[str, str], dt_s: float, states: Array,
     for row, time in enumerate(film.truth.times.tolist()):
         if not (np.isfinite(states[row]).all() and np.isfinite(points[row]).all()):
             return
-        figures = errors[row], energy_drifts[row], l_drifts[row]
         yield MotionRow(
-            film.scene.name, *contestant, dt_s, time, *states[row].tolist(), *l_body[row].tolist(), *map(float, figures)
+            scene=film.scene.name,
+            engine=engine,
+            method=method,
+            dt_s=dt_s,
+            t_s=time,
+            **vector_columns(states[row], *STATE_COLUMNS[1:]),
+            **vector_columns(l_body[row], "l1_kg_m2_s", "l2_kg_m2_s", "l3_kg_m2_s"),
+            error_m=float(errors[row]),
+            energy_drift=float(energy_drifts[row]),
+            angular_momentum_drift=float(l_drifts[row]),
         )
 
 
@@ -163,8 +186,15 @@ def deformed(film: Film) -> dict[tuple[str, str], Trajectory]:
 
 def deformed_rows(film: Film) -> Iterator[DeformedRow]:
     """Yield the vertices of the runs whose body is no longer rigid."""
-    for contestant, trajectory in deformed(film).items():
+    for (engine, method), trajectory in deformed(film).items():
         for time, points in zip(film.truth.times.tolist(), trajectory.vertices[:, 0], strict=False):
-            for vertex, point in enumerate(points.tolist()):
+            for vertex, point in enumerate(points):
                 if np.isfinite(point).all():
-                    yield DeformedRow(film.scene.name, *contestant, time, vertex, *point)
+                    yield DeformedRow(
+                        scene=film.scene.name,
+                        engine=engine,
+                        method=method,
+                        t_s=time,
+                        vertex=vertex,
+                        **vector_columns(point, *PLACE),
+                    )

@@ -11,7 +11,7 @@ VECTOR = "the load: impulse [N s], end of a tether in principal axes [m], normal
 Instant = Annotated[float, "time of the frame"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class MotionRow:
     """The state of the reference (engine `truth`) or of a contestant at one instant, and its drifts."""
 
@@ -41,7 +41,7 @@ class MotionRow:
     angular_momentum_drift: Annotated[float, "difference from the true angular momentum, over its largest true value"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class DeformedRow:
     """One vertex of a body that is no longer rigid, at one instant."""
 
@@ -55,7 +55,7 @@ class DeformedRow:
     z_m: Annotated[float, "z of the vertex, world axes"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class BodyRow:
     """One body: its shape, mass and principal moments."""
 
@@ -67,7 +67,7 @@ class BodyRow:
     i3_kg_m2: Annotated[float, "moment of inertia about the third principal axis"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class PointRow:
     """One vertex of a body."""
 
@@ -78,7 +78,7 @@ class PointRow:
     z_m: Annotated[float, "z of the vertex from the centre of mass, principal axes"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class FaceRow:
     """One face of a body; for a body with points only, of their convex hull."""
 
@@ -87,7 +87,7 @@ class FaceRow:
     vertices: Annotated[str, "numbers of its vertices, counter-clockwise from outside, separated by blanks"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class LoadRow:
     """One load on a body: an impulse, a tether, a floor or gravity."""
 

@@ -7,6 +7,7 @@ from tumble.compare.judge.orders import FLOOR
 from tumble.compare.releases.ledger import Ledger, neighbours
 from tumble.compare.releases.notes import Notes
 from tumble.compare.releases.schemas import ReleaseChangeRow, ReleaseRow
+from tumble.compare.run.status import described
 from tumble.compare.run.timing.readings import Reading, ratio
 
 # A measured order is accurate to about a tenth; those of integrators are whole numbers.
@@ -28,18 +29,28 @@ def changes(ledger: Ledger, notes: Notes) -> Iterator[ReleaseChangeRow]:
         for method in methods:
             for what, found in between(cells, scenes, before, release, method):
                 yield ReleaseChangeRow(
-                    ledger.engine,
-                    release,
-                    before,
-                    method,
-                    what,
-                    "; ".join(old for _, old, _ in found),
-                    "; ".join(new for _, _, new in found),
-                    ", ".join(scene for scene, _, _ in found),
-                    notes.about(release, method),
+                    engine=ledger.engine,
+                    release=release,
+                    before=before,
+                    method=method,
+                    what=what,
+                    old="; ".join(old for _, old, _ in found),
+                    new="; ".join(new for _, _, new in found),
+                    scenes=", ".join(scene for scene, _, _ in found),
+                    notes=notes.about(release, method),
                 )
             if speeds := of_time(ledger.speeds.get((before, method)), ledger.speeds.get((release, method))):
-                yield ReleaseChangeRow(ledger.engine, release, before, method, "time", *speeds, scenes[0])
+                old, new = speeds
+                yield ReleaseChangeRow(
+                    engine=ledger.engine,
+                    release=release,
+                    before=before,
+                    method=method,
+                    what="time",
+                    old=old,
+                    new=new,
+                    scenes=scenes[0],
+                )
 
 
 Found = list[tuple[str, str, str]]  # scene, old, new
@@ -62,7 +73,7 @@ def differences(old: ReleaseRow | None, new: ReleaseRow | None) -> Iterator[tupl
             yield "method", "there" if old else "not there", "there" if new else "not there"
         return
     if old.status != new.status:
-        yield "status", status_of(old), status_of(new)
+        yield "status", described(old.status, old.why), described(new.status, new.why)
     for column in ("attitude_order", "translation_order"):
         was, now = getattr(old, column), getattr(new, column)
         if was is not None and now is not None and abs(was - now) > ORDER:
@@ -76,11 +87,6 @@ def differences(old: ReleaseRow | None, new: ReleaseRow | None) -> Iterator[tupl
         and differ(was, now, FLOOR * max(old.resolution_m or 0.0, new.resolution_m or 0.0))
     ):
         yield "max_error_m", f"{was:.2g} m", f"{now:.2g} m"
-
-
-def status_of(row: ReleaseRow) -> str:
-    """Return a status with its reason."""
-    return f"{row.status}: {row.why}" if row.why else row.status
 
 
 def differ(was: float, now: float, least: float) -> bool:

@@ -13,11 +13,11 @@ from tumble.compare.run.engines.environments import split_release
 from tumble.compare.run.process.kept import Kept
 from tumble.compare.run.progress import ProgressCallback, no_progress
 from tumble.compare.run.running_engines import RunningEngine, truth_limit
+from tumble.compare.run.status import Failure
 from tumble.compare.run.tasks import Task, run
 from tumble.compare.run.timing.readings import USUAL, Reading, Sampling, ratio
 from tumble.compare.run.timing.timing import Cost, Load, costs
 from tumble.compare.run.truths import Truths
-from tumble.compare.run.worker import Failure
 from tumble.compare.tables.runs import run_row
 from tumble.scenarios.scene import Scene
 from tumble.scenarios.truth import Truth
@@ -85,10 +85,10 @@ def ledger(
     on_progress("timed")
     newest = release_of(running_engines[-1])
     return Ledger(
-        split_release(running_engines[0].engine)[0],
-        tuple(map(release_of, running_engines)),
-        tuple(with_speed(each, speeds, newest) if each.scene == scenes[0].name else each for each in rows),
-        speeds,
+        engine=split_release(running_engines[0].engine)[0],
+        releases=tuple(map(release_of, running_engines)),
+        rows=tuple(with_speed(each, speeds, newest) if each.scene == scenes[0].name else each for each in rows),
+        speeds=speeds,
     )
 
 
@@ -102,7 +102,10 @@ def runs_of(running_engine: RunningEngine, scene: Scene, method: str, true: Trut
 
     own = at(scene.step)
     around = ladder.ladder(own, at) if ladder.readable(own) and not running_engine.takes_own_steps(method) else []
-    plain = [Flown(each.method, each.dt, each.answer, each.tolerance, each.rounding) for each in (own, *around)]
+    plain = [
+        Flown(method=each.method, dt=each.dt, answer=each.answer, tolerance=each.tolerance, rounding=each.rounding)
+        for each in (own, *around)
+    ]
     return Runs(plain[0], plain[1:])
 
 
@@ -110,20 +113,24 @@ def row(scene: Scene, running_engine: RunningEngine, answer: Runs, true: Truth |
     """Return the row of one answer."""
     own = answer.own.run(scene, running_engine.title, true)
     found = run_row(own)
+    attitude_order, translation_order = ladder.orders(
+        [each.run(scene, running_engine.title, true) for each in answer.ladder]
+    )
     return ReleaseRow(
-        split_release(running_engine.engine)[0],
-        release_of(running_engine),
-        scene.name,
-        answer.own.method,
-        found.dt_s,
-        found.status,
-        found.why,
-        found.max_error_m,
-        found.resolution_m,
-        found.energy_drift,
-        found.angular_momentum_drift,
-        *ladder.orders([each.run(scene, running_engine.title, true) for each in answer.ladder]),
-        trend.spin_energy(own),
+        engine=split_release(running_engine.engine)[0],
+        release=release_of(running_engine),
+        scene=scene.name,
+        method=answer.own.method,
+        dt_s=found.dt_s,
+        status=found.status,
+        why=found.why,
+        max_error_m=found.max_error_m,
+        resolution_m=found.resolution_m,
+        energy_drift=found.energy_drift,
+        angular_momentum_drift=found.angular_momentum_drift,
+        attitude_order=attitude_order,
+        translation_order=translation_order,
+        spin_energy=trend.spin_energy(own),
     )
 
 

@@ -10,7 +10,7 @@ from tumble.compare.tables.shared import Engine, Limit, Method, SceneName, Statu
 Release = Annotated[str, "release of the engine"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class ReleaseRow:
     """One method of one release on one scene: errors, orders, behaviour of the spin energy, and run time."""
 
@@ -40,7 +40,7 @@ class ReleaseRow:
     time_ratio_high: Annotated[float | None, "upper end of the 95 % confidence interval of time_ratio"] = None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class ReleaseChangeRow:
     """One change of a release from the one before it, with all scenes that show it."""
 

@@ -149,5 +149,5 @@ def truth_of(scene: Scene, true: Truth | None) -> Truth | None:
     if true is None or len(true.times) == len(scene.rows):
         return true
     every = slice(None, None, (len(true.times) - 1) // (len(scene.rows) - 1))
-    rows = {name: getattr(true, name)[every] for name in ("times", "states", "vertices", "bound", "floor")}
+    rows = {name: getattr(true, name)[every] for name in ("times", "states", "vertices", "bound", "input_error")}
     return replace(true, **rows)

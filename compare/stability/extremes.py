@@ -14,10 +14,9 @@ from tumble.compare.judge.errors import Flown
 from tumble.compare.judge.verdict import verdict
 from tumble.compare.run.flight import Trajectory, legs
 from tumble.compare.run.running_engines import RunningEngine
-from tumble.compare.run.worker import Failure
+from tumble.compare.run.status import Failure, Status
 from tumble.compare.stability.schemas import ExtremeRow
 from tumble.compare.tables.runs import boundless
-from tumble.compare.tables.shared import worded
 from tumble.scenarios.scene import Scene
 from tumble.scenarios.truth import Truth
 
@@ -57,23 +56,29 @@ def extreme(
     answer = too_long(running_engine, method, scene, budget_s) or running_engine.fly(scene, method, scene.step)
     run = Flown.of(running_engine, method, scene.step, answer).run(scene, running_engine.title, true)
     found = verdict(run)
-    key = scene.name, scene.title, running_engine.title, method, scene.step
+    row = ExtremeRow(
+        scene=scene.name,
+        title=scene.title,
+        engine=running_engine.title,
+        method=method,
+        dt_s=scene.step,
+        status=run.status.value,
+        verdict=found.word,
+        why=found.why,
+        size_m=scene.body.reach,
+    )
     if isinstance(answer, Failure):
-        word = worded(run.status)[0]
-        return ExtremeRow(*key, None, word, found.word, None, None, None, None, found.why, scene.body.reach)
+        return row
     worst = run.distances.max(axis=(1, 2))
     ratio = float(np.max(worst / run.limits.max(axis=1))) if np.isfinite(worst).all() else math.inf
-    return ExtremeRow(
-        *key,
-        answer.steps,
-        worded(run.status)[0],
-        found.word,
-        boundless(worst.max()),
-        float(run.limits.max()),
-        ratio,
-        found.energy_ratio,
-        "; ".join(dict.fromkeys(filter(None, (found.why, *run.notes)))),
-        scene.body.reach,
+    return replace(
+        row,
+        steps=answer.steps,
+        max_error_m=boundless(worst.max()),
+        resolution_m=float(run.limits.max()),
+        error_over_resolution=ratio,
+        energy_ratio=found.energy_ratio,
+        why="; ".join(dict.fromkeys(filter(None, (found.why, *run.notes)))),
     )
 
 
@@ -100,11 +105,9 @@ def too_long(running_engine: RunningEngine, method: str, scene: Scene, budget_s:
     else:
         steps = sum(leg.n for leg in legs(scene, scene.step))
         work, needed = f"{steps:.0e} steps", steps * info.step_of(method) / 1e9
-    return (
-        Failure(f"timeout: {work} would take {needed:.2g} s, the limit is {budget_s:g} s")
-        if needed > budget_s
-        else None
-    )
+    if needed <= budget_s:
+        return None
+    return Failure(Status.TIMEOUT, f"{work} would take {needed:.2g} s, the limit is {budget_s:g} s")
 
 
 def missed(rows: Sequence[ExtremeRow]) -> list[ExtremeRow]:

@@ -29,12 +29,19 @@ def limit_findings(limits: Sequence[LimitRow]) -> Iterator[FindingRow]:
     for scene, own in scenes.items():
         for finding, pick in (("largest stable step", max), ("smallest stable step", min)):
             row = pick(own, key=lambda row: row.w_dt_limit or 0.0)
-            yield FindingRow(finding, scene, row.engine, row.method, "", row.w_dt_limit, "rad")
+            yield FindingRow(
+                finding=finding,
+                scene=scene,
+                engine=row.engine,
+                method=row.method,
+                value=row.w_dt_limit,
+                unit="rad",
+            )
     known = [row for row in limits if row.w_dt_limit is not None and row.theory_w_dt and math.isfinite(row.theory_w_dt)]
     if known:
         near = sum(abs((row.w_dt_limit or 0.0) / (row.theory_w_dt or 1.0) - 1) <= NEAR for row in known)
-        yield FindingRow("limits with theory", "", "", "", "", len(known), "1")
-        yield FindingRow("limits matching theory", "", "", "", "", near, "1")
+        yield FindingRow(finding="limits with theory", value=len(known), unit="1")
+        yield FindingRow(finding="limits matching theory", value=near, unit="1")
 
 
 def extreme_findings(rows: Iterable[ExtremeRow]) -> Iterator[FindingRow]:
@@ -50,7 +57,11 @@ def extreme_findings(rows: Iterable[ExtremeRow]) -> Iterator[FindingRow]:
     """
     rows = list(rows)
     if rows:
-        yield FindingRow("extreme cases", "", "", "", "", len({row.scene for row in rows}), "1")
+        yield FindingRow(
+            finding="extreme cases",
+            value=len({row.scene for row in rows}),
+            unit="1",
+        )
     silent = Counter((row.engine, row.method) for row in rows if row.verdict in SILENT)
-    for contestant, count in silent.most_common():
-        yield FindingRow("silent failures", "", *contestant, "", count, "1")
+    for (engine, method), count in silent.most_common():
+        yield FindingRow(finding="silent failures", engine=engine, method=method, value=count, unit="1")

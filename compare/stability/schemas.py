@@ -12,7 +12,7 @@ Ratio = Annotated[float | None, "energy at the end over its true value or physic
 Worst = Annotated[float | None, "largest error over vertices and samples; inf if the run diverged"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class StabilityRow:
     """One cell of a map: one contestant at one value of the scene's parameter and one step."""
 
@@ -30,7 +30,7 @@ class StabilityRow:
     resolution_m: Limit
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class LimitRow:
     """The largest stable and accurate steps of one contestant in one scene, at the scene's own parameter value."""
 
@@ -59,7 +59,7 @@ class LimitRow:
     note: Annotated[str, "remark; empty if none"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class ExtremeRow:
     """One contestant in one extreme case."""
 
@@ -68,15 +68,15 @@ class ExtremeRow:
     engine: Engine
     method: Method
     dt_s: Annotated[float, "step"]
-    steps: Annotated[int | None, "steps of the whole run; empty if there is none"]
+    steps: Annotated[int | None, "steps of the whole run; empty if there is none"] = None
     status: Status
     verdict: Word
-    max_error_m: Worst
-    resolution_m: Limit
+    max_error_m: Worst = None
+    resolution_m: Limit = None
     error_over_resolution: Annotated[
         float | None, "largest ratio, over the samples, of error to resolution of the reference"
-    ]
-    energy_ratio: Ratio
+    ] = None
+    energy_ratio: Ratio = None
     why: Annotated[str, "reasons of status and verdict"]
     size_m: Annotated[float, "largest distance of a vertex from the centre of mass"]
 

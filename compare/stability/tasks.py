@@ -10,9 +10,9 @@ from functools import partial
 
 from tumble.compare.run.progress import ProgressCallback, no_progress
 from tumble.compare.run.running_engines import RunningEngine, truth_limit
+from tumble.compare.run.status import Failure
 from tumble.compare.run.tasks import Task, run
 from tumble.compare.run.truths import Answer, Truths
-from tumble.compare.run.worker import Failure
 from tumble.compare.stability.columns import FACTORS, ROWS, Question, columns
 from tumble.compare.stability.extremes import BUDGET_S, ExtremeRow, extreme
 from tumble.compare.stability.trials import FULL, Effort, Piece, Trials

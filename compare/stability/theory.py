@@ -12,7 +12,7 @@ import numpy as np
 
 from tumble.compare.run.engines.registry import OWN_SCHEME
 from tumble.compare.run.running_engines import RunningEngine
-from tumble.compare.run.worker import Failure
+from tumble.compare.run.status import Failure
 from tumble.compare.stability.modes import Mode
 from tumble.scenarios.forces import stiffness
 from tumble.scenarios.frames import Array
@@ -111,7 +111,7 @@ def own_theory(running_engine: RunningEngine, method: str, mode: Mode) -> Theory
     def scheme(s: float, c: float, h: Array) -> Array:
         answer = running_engine.worker.step_matrices(method, s, c, h)
         if isinstance(answer, Failure):
-            raise SchemeFailed(answer.status)
+            raise SchemeFailed(str(answer))
         return answer
 
     try:

@@ -19,8 +19,7 @@ from tumble.compare.run.running_engines import RunningEngine
 from tumble.compare.stability.columns import PROBED, ROWS, Column, Question, truth_of
 from tumble.compare.stability.schemas import LimitRow, StabilityRow
 from tumble.compare.stability.theory import theory
-from tumble.compare.tables.runs import boundless
-from tumble.compare.tables.shared import worded
+from tumble.compare.tables.runs import boundless, contestant_columns, status_columns
 from tumble.scenarios.scene import Scene
 from tumble.scenarios.truth import Truth
 
@@ -91,17 +90,15 @@ class Cell:
         """Its row."""
         errors = self.run.has_errors
         return StabilityRow(
-            self.run.scene.name,
-            self.run.engine,
-            self.run.method,
-            self.dt,
-            self.column.parameter.name,
-            self.column.value,
-            *worded(self.run.status),
-            self.verdict.word,
-            boundless(self.run.distances.max()) if errors else None,
-            self.verdict.energy_ratio,
-            float(self.run.limits.max()) if errors else None,
+            **contestant_columns(self.run),
+            dt_s=self.dt,
+            parameter=self.column.parameter.name,
+            value=self.column.value,
+            **status_columns(self.run),
+            verdict=self.verdict.word,
+            max_error_m=boundless(self.run.distances.max()) if errors else None,
+            energy_ratio=self.verdict.energy_ratio,
+            resolution_m=float(self.run.limits.max()) if errors else None,
         )
 
 
@@ -232,20 +229,20 @@ class Trials:
         column = self.question.columns[self.question.own]
         known = theory(self.running_engine, self.method, column.scene, column.mode)
         return LimitRow(
-            column.scene.name,
-            self.running_engine.title,
-            self.method,
-            column.parameter.name,
-            column.value,
-            column.mode.rate,
-            w_dt,
-            beyond,
-            None if known is None else known.w_dt,
-            "" if known is None else known.source,
-            dt_stable,
-            dt_1pct,
-            dt_1mm,
-            note,
+            scene=column.scene.name,
+            engine=self.running_engine.title,
+            method=self.method,
+            parameter=column.parameter.name,
+            value=column.value,
+            w_rad_s=column.mode.rate,
+            w_dt_limit=w_dt,
+            beyond=beyond,
+            theory_w_dt=None if known is None else known.w_dt,
+            theory="" if known is None else known.source,
+            dt_stable_s=dt_stable,
+            dt_1pct_s=dt_1pct,
+            dt_1mm_s=dt_1mm,
+            note=note,
         )
 
 

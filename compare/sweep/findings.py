@@ -15,7 +15,19 @@ def sweep_findings(sweep: Sweep) -> Iterator[FindingRow]:
     if true is not None:
         reach = float(np.abs(true.vertices).max())
         rounding = float(np.spacing(np.float32(reach))) / 2
-        yield FindingRow("coordinate rounding", sweep.scene.name, "", "", "", rounding, "m")
+        yield FindingRow(
+            finding="coordinate rounding",
+            scene=sweep.scene.name,
+            value=rounding,
+            unit="m",
+        )
     for row in order_rows(sweep):
         if row.worsens:
-            yield FindingRow("optimal step", row.scene, row.engine, row.method, "", row.best_dt_s, "s")
+            yield FindingRow(
+                finding="optimal step",
+                scene=row.scene,
+                engine=row.engine,
+                method=row.method,
+                value=row.best_dt_s,
+                unit="s",
+            )

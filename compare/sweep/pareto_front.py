@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -11,6 +12,7 @@ from tumble.compare.judge.cost import Timed
 from tumble.compare.judge.errors import Run
 from tumble.compare.judge.orders import ASYMPTOTIC, LAST, Rung, local_orders, parts
 from tumble.compare.run.precision import precision
+from tumble.compare.run.status import Status
 from tumble.compare.run.timing.readings import ratio
 from tumble.compare.sweep.schemas import (
     AccuracyCostRow,
@@ -21,8 +23,7 @@ from tumble.compare.sweep.schemas import (
     WorkPrecisionRow,
 )
 from tumble.compare.sweep.work_precision import Sweep
-from tumble.compare.tables.runs import step_of
-from tumble.compare.tables.shared import worded
+from tumble.compare.tables.runs import contestant_columns, status_columns, step_columns
 
 UNTIMED = "untimed"
 TARGETS_M = (1e-3, 1e-6, 1e-9, 1e-12)
@@ -32,9 +33,15 @@ def ensemble_rows(sweep: Sweep) -> Iterator[EnsembleRow]:
     """Yield the spread over the throws of every run with status ok, if there are many throws."""
     if len(sweep.scene.start) > 1:
         for each in usable(sweep.timed):
-            quantiles = pd.Series(each.run.throws_errors).quantile([0.05, 0.5, 0.95]).tolist()
-            key = sweep.scene.name, each.run.engine, each.run.method
-            yield EnsembleRow(*key, *step_of(each.run), len(sweep.scene.start), *quantiles)
+            low, median, high = pd.Series(each.run.throws_errors).quantile([0.05, 0.5, 0.95]).tolist()
+            yield EnsembleRow(
+                **contestant_columns(each.run),
+                **step_columns(each.run),
+                members=len(sweep.scene.start),
+                p5_error_m=low,
+                median_error_m=median,
+                p95_error_m=high,
+            )
 
 
 def usable(timed: Sequence[Timed]) -> list[Timed]:
@@ -48,7 +55,7 @@ def usable(timed: Sequence[Timed]) -> list[Timed]:
     -------
     those of them, in the same order
     """
-    return [each for each in timed if each.run.status == "ok" and np.isfinite(each.error_m)]
+    return [each for each in timed if each.run.status is Status.OK and np.isfinite(each.error_m)]
 
 
 def clocked(timed: Sequence[Timed]) -> list[Timed]:
@@ -132,21 +139,24 @@ def accuracy_cost_rows(sweep: Sweep, reference: str) -> Iterator[AccuracyCostRow
                 if not found.refusal:
                     # From the times of the readings to the interpolated ones.
                     found *= run_ns / own_ns * own_run.reading.ns / run.reading.ns
-            valid = found if found and not found.refusal else None
-            yield AccuracyCostRow(
-                sweep.scene.name,
-                engine,
-                method,
-                target,
-                verdict,
-                None if run_ns is None else run_ns / 1e3,
-                *step_reached(run),
-                1e9 / run.reading.ns if run is not None and run.per_step and run.reading.ns else None,
-                reference,
-                *((valid.value, valid.low, valid.high) if valid else (None, None, None)),
-                "" if found is None else found.refusal,
-                run.run.dt_taken if run is not None and run.per_step else None,
+            dt_s, tolerance = step_reached(run)
+            row = AccuracyCostRow(
+                scene=sweep.scene.name,
+                engine=engine,
+                method=method,
+                target_m=target,
+                verdict=verdict,
+                run_us=None if run_ns is None else run_ns / 1e3,
+                dt_s=dt_s,
+                tolerance=tolerance,
+                steps_per_s=1e9 / run.reading.ns if run is not None and run.per_step and run.reading.ns else None,
+                reference=reference,
+                no_ratio="" if found is None else found.refusal,
+                dt_taken_s=run.run.dt_taken if run is not None and run.per_step else None,
             )
+            if found is not None and not found.refusal:
+                row = replace(row, ratio=found.value, ratio_low=found.low, ratio_high=found.high)
+            yield row
     yield from untimed_rows(sweep, reference)
 
 
@@ -161,15 +171,22 @@ def untimed_rows(sweep: Sweep, reference: str) -> Iterator[AccuracyCostRow]:
     for (engine, method), reason in why.items():
         if (engine, method) not in contestants:
             for target in TARGETS_M:
-                key = sweep.scene.name, engine, method, target
-                yield AccuracyCostRow(*key, UNTIMED, None, None, None, None, reference, None, no_ratio=reason)
+                yield AccuracyCostRow(
+                    scene=sweep.scene.name,
+                    engine=engine,
+                    method=method,
+                    target_m=target,
+                    verdict=UNTIMED,
+                    reference=reference,
+                    no_ratio=reason,
+                )
 
 
 def step_reached(timed: Timed | None) -> tuple[float | None, float | None]:
     """Return step and tolerance of a run; a method that takes a run in one step has neither."""
     if timed is None:
         return None, None
-    return timed.run.dt if timed.per_step else None, step_of(timed.run)[1]
+    return timed.run.dt if timed.per_step else None, timed.run.tolerance
 
 
 def order_rows(sweep: Sweep) -> Iterator[OrderRow]:
@@ -194,22 +211,22 @@ def order_rows(sweep: Sweep) -> Iterator[OrderRow]:
         shown = min(ladder, key=lambda each: abs(math.log(each.error_m / (ASYMPTOTIC * size))))
         attitude, translation = parts(shown.run)
         yield OrderRow(
-            sweep.scene.name,
-            engine,
-            method,
-            float(np.median(slopes)) if slopes else None,
-            min(slopes, default=None),
-            max(slopes, default=None),
-            best.error_m,
-            best.run.dt,
-            best is not ladder[-1],
-            ladder[-1].run.dt,
-            ladder[-1].error_m,
-            precision(best.run.rounding),
-            best.run.rounding * float(abs(best.run.flight.vertices).max()),
-            shown.run.dt,
-            attitude,
-            translation,
+            scene=sweep.scene.name,
+            engine=engine,
+            method=method,
+            order=float(np.median(slopes)) if slopes else None,
+            order_low=min(slopes, default=None),
+            order_high=max(slopes, default=None),
+            best_error_m=best.error_m,
+            best_dt_s=best.run.dt,
+            bends=best is not ladder[-1],
+            finest_dt_s=ladder[-1].run.dt,
+            finest_error_m=ladder[-1].error_m,
+            precision=precision(best.run.rounding),
+            rounding_m=best.run.rounding * float(abs(best.run.flight.vertices).max()),
+            dt_s=shown.run.dt,
+            attitude_m=attitude,
+            translation_m=translation,
         )
 
 
@@ -217,21 +234,21 @@ def timing_rows(sweep: Sweep) -> Iterator[TimingRow]:
     """Yield the timing of each contestant."""
     for each in {each.run.name: each for each in sweep.timed}.values():
         reading = each.reading
+        median_ns, p90_ns = reading.spread
         yield TimingRow(
-            sweep.scene.name,
-            each.run.engine,
-            each.run.method,
-            step_of(each.run)[1],
-            "step" if each.per_step else "flight",
-            reading.ns,
-            *reading.spread,
-            reading.clock,
-            reading.finding,
-            each.ready.call_ns,
-            each.ready.build_s,
-            each.ready.compile_s,
-            each.ready.peak_bytes,
-            len(reading.samples),
+            **contestant_columns(each.run),
+            tolerance=each.run.tolerance,
+            unit="step" if each.per_step else "flight",
+            ns=reading.ns,
+            median_ns=median_ns,
+            p90_ns=p90_ns,
+            clock=reading.clock,
+            finding=reading.finding,
+            call_ns=each.ready.call_ns,
+            build_s=each.ready.build_s,
+            compile_s=each.ready.compile_s,
+            peak_bytes=each.ready.peak_bytes,
+            rounds=len(reading.samples),
         )
 
 
@@ -261,7 +278,16 @@ def equivalent_rows(sweep: Sweep) -> Iterator[EquivalentRow]:
         if any(significant) and all(
             gap < SHARED * worst for gap, worst, known in zip(apart, least, significant, strict=True) if known
         ):
-            yield EquivalentRow(sweep.scene.name, *a, *b, sum(significant), max(apart))
+            (engine_a, method_a), (engine_b, method_b) = a, b
+            yield EquivalentRow(
+                scene=sweep.scene.name,
+                engine_a=engine_a,
+                method_a=method_a,
+                engine_b=engine_b,
+                method_b=method_b,
+                steps_compared=sum(significant),
+                max_distance_m=max(apart),
+            )
 
 
 def limits(ladder: dict[float, Run], steps: Sequence[float]) -> list[float]:
@@ -276,18 +302,16 @@ def work_precision_rows(sweep: Sweep) -> Iterator[WorkPrecisionRow]:
         run, reading = each.run, each.reading
         run_us, steps = each.run_ns / 1e3, run.flight.steps if each.per_step else None
         yield WorkPrecisionRow(
-            sweep.scene.name,
-            run.engine,
-            run.method,
-            *step_of(run),
-            steps,
-            *worded(run.status),
-            each.error_m,
-            float(run.limits.max()),
-            run_us,
-            run_us * reading.spread[1] / reading.ns,
-            None if steps is None else each.run_ns / steps,
-            reading.clock,
-            id(each) in edge,
-            run.dt_taken,
+            **contestant_columns(run),
+            **step_columns(run),
+            steps=steps,
+            **status_columns(run),
+            error_m=each.error_m,
+            resolution_m=float(run.limits.max()),
+            run_us=run_us,
+            p90_run_us=run_us * reading.spread[1] / reading.ns,
+            step_ns=None if steps is None else each.run_ns / steps,
+            clock=reading.clock,
+            pareto_front=id(each) in edge,
+            dt_taken_s=run.dt_taken,
         )

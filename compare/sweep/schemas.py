@@ -20,7 +20,7 @@ from tumble.compare.tables.shared import (
 WORSE = 2.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class WorkPrecisionRow:
     """Error and run time of one run, the time of its native loop by the clock that suits it."""
 
@@ -46,7 +46,7 @@ class WorkPrecisionRow:
     dt_taken_s: StepTaken = None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class AccuracyCostRow:
     """The run time one contestant needs to reach one error.
 
@@ -59,21 +59,21 @@ class AccuracyCostRow:
     method: Annotated[str, "method; all tolerances of an adaptive one together"]
     target_m: Annotated[float, "largest vertex error to reach"]
     verdict: Annotated[str, "reached, not reached, at most (the fastest run is already more accurate), or untimed"]
-    run_us: Annotated[float | None, "run time of one throw: its native loop"]
-    dt_s: Annotated[float | None, "step; empty if the method chose its own, or the error was not reached"]
-    tolerance: Tolerance
-    steps_per_s: Annotated[float | None, "steps per second of CPU time; empty if whole runs were timed"]
+    run_us: Annotated[float | None, "run time of one throw: its native loop"] = None
+    dt_s: Annotated[float | None, "step; empty if the method chose its own, or the error was not reached"] = None
+    tolerance: Tolerance = None
+    steps_per_s: Annotated[float | None, "steps per second of CPU time; empty if whole runs were timed"] = None
     reference: Annotated[str, "ENGINE:METHOD that run times are divided by"]
     ratio: Annotated[
         float | None, "run time over the reference's; empty if either did not reach the error, or as no_ratio says"
-    ]
+    ] = None
     ratio_low: Annotated[float | None, "lower end of the 95 % confidence interval of the ratio"] = None
     ratio_high: Annotated[float | None, "upper end of the 95 % confidence interval of the ratio"] = None
     no_ratio: Annotated[str, "why there is no time or no ratio; empty if there is one"] = ""
     dt_taken_s: StepTaken = None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class OrderRow:
     """One fixed-step contestant: its measured order of convergence, its smallest error, and the parts of the error.
 
@@ -107,7 +107,7 @@ class OrderRow:
         return self.finest_error_m > WORSE * self.best_error_m
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class TimingRow:
     """The run time of one contestant's native loop, its spread, and the cost of building, compiling and calling.
 
@@ -133,7 +133,7 @@ class TimingRow:
     rounds: Annotated[int, "number of sampling rounds"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class EquivalentRow:
     """Two contestants with the same integrator: at every step far closer to each other than to the reference."""
 
@@ -158,7 +158,7 @@ class EquivalentRow:
         return f"{self.engine_b}:{self.method_b}"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class EnsembleRow:
     """One run of many throws: quantiles over the throws of the largest vertex error."""
 

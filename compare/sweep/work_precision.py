@@ -13,10 +13,10 @@ from tumble.compare.run.flight import legs
 from tumble.compare.run.process.kept import Kept
 from tumble.compare.run.progress import ProgressCallback, no_progress
 from tumble.compare.run.running_engines import RunningEngine, truth_limit
+from tumble.compare.run.status import Failure, Status
 from tumble.compare.run.tasks import Task, run
 from tumble.compare.run.timing.readings import USUAL, Sampling
 from tumble.compare.run.truths import Truths, true_answer
-from tumble.compare.run.worker import Failure
 from tumble.compare.sweep.longer_steps import COUNTS, longer_steps, with_all_samples
 from tumble.scenarios.scene import Scene
 from tumble.scenarios.truth import NoTruth, Truth
@@ -185,7 +185,12 @@ def against_the_clock(
     timed, why_untimed = time_runs(running_engines, scene, runs, effort.sampling)
     on_progress("timed")
     clocked = {id(each.run) for each in timed}
-    return Sweep(scene, tuple(timed), tuple(one for one in runs if id(one) not in clocked), why_untimed)
+    return Sweep(
+        scene=scene,
+        timed=tuple(timed),
+        untimed=tuple(one for one in runs if id(one) not in clocked),
+        why_untimed=why_untimed,
+    )
 
 
 def climb(
@@ -209,7 +214,7 @@ def climb(
             break
         if over_budget(running_engine, name, answer.steps * len(scene.start), effort.budget_s):
             break
-        if runs[-1].status == "ok" and float(runs[-1].distances.max()) <= enough_m:
+        if runs[-1].status is Status.OK and float(runs[-1].distances.max()) <= enough_m:
             break
     return ladder
 

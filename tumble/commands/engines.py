@@ -9,7 +9,7 @@ from tumble.compare.run.engines import environments, installing, registry
 from tumble.compare.run.engines.examine import Examined, examined
 from tumble.compare.run.engines.registry import BadEngine
 from tumble.compare.run.running_engines import launched, split
-from tumble.compare.run.worker import Failure
+from tumble.compare.run.status import Failure
 from tumble.compare.tables.engines import engine_row
 from tumble.compare.tables.files import write_together
 from tumble.notes import display, note
@@ -97,7 +97,7 @@ def check(engines: list[str], time_limit: float) -> int:
     with launched(engines, time_limit) as running_engines:
         for running_engine in running_engines:
             if isinstance(running_engine.info, Failure):
-                print_line(f"{running_engine.title}: {running_engine.info.status}")
+                print_line(f"{running_engine.title}: {running_engine.info}")
                 code = FAILED
                 continue
             print_line(f"{running_engine.title}: {', '.join(running_engine.methods)}")

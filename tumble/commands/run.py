@@ -15,7 +15,7 @@ from tumble.compare.run.flight import check_step, mean_step
 from tumble.compare.run.progress import ProgressCallback, no_progress
 from tumble.compare.run.running_engines import RunningEngine
 from tumble.compare.run.starting import started
-from tumble.compare.run.worker import Failure
+from tumble.compare.run.status import Failure
 from tumble.compare.tables.files import write_whole
 from tumble.compare.tables.trajectory import trajectory_text
 from tumble.notes import display, note
@@ -64,7 +64,7 @@ def pieces(
         part = replace(scene, start=scene.start[first : first + at_a_time])
         trajectory = running_engine.fly(part, method, dt)
         if isinstance(trajectory, Failure):
-            raise BadEngine(f"{name} on {scene.name}: {trajectory.status}")
+            raise BadEngine(f"{name} on {scene.name}: {trajectory}")
         if trajectory.diverged_at is not None:
             diverged.append(trajectory.diverged_at)
         remarks |= dict.fromkeys(

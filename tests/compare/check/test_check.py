@@ -15,10 +15,11 @@ from dataclasses import fields, replace
 from pathlib import Path
 from xml.etree import ElementTree
 
+import in_process
 import numpy as np
 import pandas as pd
 import pytest
-from patience import PATIENCE_S, without_progress
+from patience import PATIENCE_S
 
 from tumble.compare.check import study
 from tumble.compare.check.changes import Outcome, compare_records, within
@@ -36,7 +37,7 @@ from tumble.compare.run.progress import no_display
 from tumble.compare.tables.files import write_folder
 from tumble.compare.tables.frames import frame
 from tumble.compare.tables.frames import rows as rows_of
-from tumble.compare.tables.shared import ENGINES, EngineRow, worded
+from tumble.compare.tables.shared import ENGINES, EngineRow
 from tumble.solver.registry import METHODS
 
 ROOT = Path(__file__).parents[3]
@@ -60,11 +61,30 @@ vertex = 0
 """
 
 CELL = CellRow(
-    "s", "e", "m", 100, "ok", "", 1e-3, 5e-4, 9e-4, 1e-15, 1e-13, -1e-3, 1e-14, 2e-3, attitude_order=2.0,
-    translation_order=1.0, spin_energy="decays",
-)  # fmt: skip
-QUESTION = QuestionRow("s", 0.5, 5, "exact", 1e-15, 0.3, 1.0, 2.0, 3.0)
-ENGINE = EngineRow("e", "ok", "", "1.0", "double", "m", "gravity", "")
+    scene="s",
+    engine="e",
+    method="m",
+    steps=100,
+    status="ok",
+    why="",
+    max_error_m=1e-3,
+    rms_error_m=5e-4,
+    final_error_m=9e-4,
+    resolution_m=1e-15,
+    rounding_m=1e-13,
+    energy_drift=-1e-3,
+    momentum_drift=1e-14,
+    angular_momentum_drift=2e-3,
+    attitude_order=2.0,
+    translation_order=1.0,
+    spin_energy="decays",
+)
+QUESTION = QuestionRow(
+    scene="s", step_s=0.5, samples=5, truth="exact", resolution_m=1e-15, size_m=0.3, x_m=1.0, y_m=2.0, z_m=3.0
+)
+ENGINE = EngineRow(
+    engine="e", status="ok", why="", version="1.0", precision="double", methods="m", features="gravity", switched_off=""
+)
 BASE = Record(
     ("s",),
     ("e",),
@@ -158,12 +178,13 @@ def test_without_bound_is_worse_than_any():
     ],
 )
 def test_statuses_have_an_order(old, new, verdict):
-    found = verdicts(*(replace(CELL, **dict(zip(("status", "why"), worded(each), strict=True))) for each in (old, new)))
+    columns = (zip(("status", "why"), each.replace(":", "", 1).split(" ", 1), strict=False) for each in (old, new))
+    found = verdicts(*(replace(CELL, **dict(each)) for each in columns))
     assert found.get("status") == verdict
 
 
 def test_a_cell_without_a_flight_says_so_and_no_more():
-    crashed = CellRow("s", "e", "m", None, "crashed", "SIGSEGV")
+    crashed = CellRow(scene="s", engine="e", method="m", steps=None, status="crashed", why="SIGSEGV")
     assert verdicts(CELL, crashed) == {"status": "worse"}
     assert verdicts(crashed, CELL) == {"status": "better"}
 
@@ -208,7 +229,7 @@ def test_gone_fails_and_new_does_not():
 
 
 def test_a_missing_engine_is_missing_by_every_method():
-    missing = CellRow("s", "e", "", None, "missing", "no module named e")
+    missing = CellRow(scene="s", engine="e", method="", steps=None, status="missing", why="no module named e")
     two = of(cells=[CELL, replace(CELL, method="n")])
     lost = told(two, missing)
     assert [(change.method, change.verdict, change.column) for change in lost.changes] == [
@@ -249,8 +270,16 @@ def test_what_was_not_asked_for_is_not_gone():
 
 def time_row(ratio: float | None, scene="s", method="m", reference="r", within=0.1) -> TimeRow:
     """Return a row with an interval of that half width."""
-    ends = (None, None) if ratio is None else (ratio / (1 + within), ratio * (1 + within))
-    return TimeRow(scene, "e", method, reference, ratio, *ends)
+    low, high = (None, None) if ratio is None else (ratio / (1 + within), ratio * (1 + within))
+    return TimeRow(
+        scene=scene,
+        engine="e",
+        method=method,
+        reference=reference,
+        time_ratio=ratio,
+        time_ratio_low=low,
+        time_ratio_high=high,
+    )
 
 
 def test_times_have_changed_where_their_intervals_are_further_apart_than_the_tolerance():
@@ -349,10 +378,7 @@ def recorded(tmp_path_factory) -> Path:
 
 def check(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
     """Run `tumble check WORDS` in a folder."""
-    command = [sys.executable, "-P", "-m", "tumble", "check", *words]
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=PATIENCE_S)
-    done.stderr = without_progress(done.stderr)
-    return done
+    return in_process.tumble(folder, "check", *words)
 
 
 def copy(recorded: Path, to: Path) -> Path:
@@ -484,10 +510,10 @@ def test_what_is_missing_is_no_record_either(tmp_path):
     (tmp_path / "spin.toml").write_text(SPIN)
     (tmp_path / "away" / "mujoco").mkdir(parents=True)
     (tmp_path / "away" / "mujoco" / "__init__.py").write_text("raise ImportError('gone', name='mujoco')")
-    command = [sys.executable, "-P", "-m", "tumble", "check", "spin.toml", "-e", "mujoco", "--no-times", "--accept"]
+    words = [sys.executable, "-P", "-m", "tumble", "check", "spin.toml", "-e", "mujoco", "--no-times", "--accept"]
     away = os.environ | {"PYTHONPATH": str(tmp_path / "away")}
     done = subprocess.run(
-        [*command, "-o", "base"], cwd=tmp_path, env=away, capture_output=True, text=True, timeout=PATIENCE_S
+        [*words, "-o", "base"], cwd=tmp_path, env=away, capture_output=True, text=True, timeout=PATIENCE_S
     )
     assert (done.returncode, done.stdout) == (1, "")
     assert "mujoco on spin: missing: no module named mujoco" in done.stderr
@@ -532,7 +558,7 @@ def test_a_record_comes_back(tmp_path):
         ),
         frame(ENGINES, [replace(ENGINE, version="+1", switched_off="@x")]),
         frame(CELLS, [hostile, replace(hostile, method="'''", max_error_m=math.inf)]),
-        frame(TIMES, [TimeRow("=1+1", "'=x", "m", "r", None)]),
+        frame(TIMES, [TimeRow(scene="=1+1", engine="'=x", method="m", reference="r", time_ratio=None)]),
     )
     write_folder(tmp_path, texts(record))
     back = read_record(tmp_path)
@@ -671,7 +697,12 @@ def test_a_summary_fits_a_comment_and_says_what_it_left_out():
 
 
 def test_junit_counts_what_it_holds():
-    new = of(cells=[replace(CELL, max_error_m=1.0), CellRow("s", "e", "n", None, "skipped", "no floor")])
+    new = of(
+        cells=[
+            replace(CELL, max_error_m=1.0),
+            CellRow(scene="s", engine="e", method="n", steps=None, status="skipped", why="no floor"),
+        ]
+    )
     root = ElementTree.fromstring(junit(told(BASE, new), AGAINST))
     (suite,) = root
     assert (suite.get("tests"), suite.get("failures"), suite.get("skipped")) == ("2", "1", "0"), (
@@ -709,9 +740,9 @@ def test_the_test_file_guards_an_engine_as_pytest_sees_it(tmp_path):
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
 
     def pytest_run() -> subprocess.CompletedProcess[str]:
-        command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "test_mine.py"]
+        words = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "test_mine.py"]
         return subprocess.run(
-            command, cwd=tmp_path, env={**os.environ, "PATH": path}, capture_output=True, text=True, timeout=PATIENCE_S
+            words, cwd=tmp_path, env={**os.environ, "PATH": path}, capture_output=True, text=True, timeout=PATIENCE_S
         )
 
     assert pytest_run().returncode == 0
@@ -742,9 +773,9 @@ def test_the_workflows_steps_guard_an_engine(tmp_path):
 
     def job() -> bool:
         good = True
-        for always, command in steps:
+        for always, line in steps:
             if good or always:
-                words = ["bash", "-e", "-c", command]
+                words = ["bash", "-e", "-c", line]
                 env = {**os.environ, "GITHUB_STEP_SUMMARY": str(summary)}
                 done = subprocess.run(words, cwd=tmp_path, env=env, capture_output=True, text=True, timeout=PATIENCE_S)
                 good = good and done.returncode == 0

@@ -8,7 +8,20 @@ from tumble.compare.tables.shared import RunRow
 def run(
     engine: str, method: str, error_m: float | None, resolution_m: float | None = 1e-12, status: str = "ok"
 ) -> RunRow:
-    return RunRow("s", engine, method, 0.01, None, 10, status, "", error_m, error_m, error_m, resolution_m)
+    return RunRow(
+        scene="s",
+        engine=engine,
+        method=method,
+        dt_s=0.01,
+        tolerance=None,
+        steps=10,
+        status=status,
+        why="",
+        max_error_m=error_m,
+        rms_error_m=error_m,
+        final_error_m=error_m,
+        resolution_m=resolution_m,
+    )
 
 
 def found(rows) -> dict:
@@ -61,9 +74,36 @@ def test_who_was_flagged_is_nearest_only_where_nobody_else_flew():
 
 def test_of_agreeing_engines_the_most_misleading_pair_is_told():
     pairs = [
-        AgreementRow("s", "one", "a", "one", "b", 1e-18, 1.0, 1.0),  # one engine: no surprise
-        AgreementRow("s", "one", "a", "two", "c", 1e-6, 0.5, 0.6),
-        AgreementRow("s", "one", "a", "three", "d", 1e-9, 0.5, 0.7),
+        AgreementRow(
+            scene="s",
+            engine_a="one",
+            method_a="a",
+            engine_b="one",
+            method_b="b",
+            apart_m=1e-18,
+            error_a_m=1.0,
+            error_b_m=1.0,
+        ),  # one engine: no surprise
+        AgreementRow(
+            scene="s",
+            engine_a="one",
+            method_a="a",
+            engine_b="two",
+            method_b="c",
+            apart_m=1e-6,
+            error_a_m=0.5,
+            error_b_m=0.6,
+        ),
+        AgreementRow(
+            scene="s",
+            engine_a="one",
+            method_a="a",
+            engine_b="three",
+            method_b="d",
+            apart_m=1e-9,
+            error_a_m=0.5,
+            error_b_m=0.7,
+        ),
     ]
     told = found(agreement_findings(pairs))
     assert told == {"agreement distance": ("one:a", 1e-9, None), "agreement error": ("one:a", 0.7, None)}

@@ -9,8 +9,8 @@ import pytest
 from tumble.compare.judge.errors import Run
 from tumble.compare.run.flight import altered
 from tumble.compare.run.running_engines import launched
+from tumble.compare.run.status import Failure
 from tumble.compare.run.truths import true_answer
-from tumble.compare.run.worker import Failure
 from tumble.scenarios.read import read_scene
 from tumble.scenarios.scene import Scene, frozen_array
 
@@ -111,7 +111,7 @@ def notes(folder: Path, text: str, scene: Scene = SCENE) -> str:
     with launched([str(path)]) as (engine,):
         flight = engine.fly(scene, "m", scene.step, no_progress=True)
     assert not isinstance(flight, Failure), flight
-    return Run(scene, "mine", "m", scene.step, flight, true_answer(scene, floor=False).truth).status
+    return Run(scene, "mine", "m", scene.step, flight, true_answer(scene, with_input_error=False).truth).outcome
 
 
 @pytest.mark.parametrize("known", CHEATS)

@@ -20,8 +20,22 @@ from tumble.scenarios.read import read_scene
 
 RELEASES = ("3.9.0", "3.10.0", "4.0.0")
 ROW = ReleaseRow(
-    "mujoco", "", "brick-tumble", "rk4", 0.002, "ok", "", 2e-5, 1e-13, 1e-9, 1e-9, 2.0, None, "conserved", 3000.0
-)  # fmt: skip
+    engine="mujoco",
+    release="",
+    scene="brick-tumble",
+    method="rk4",
+    dt_s=0.002,
+    status="ok",
+    why="",
+    max_error_m=2e-5,
+    resolution_m=1e-13,
+    energy_drift=1e-9,
+    angular_momentum_drift=1e-9,
+    attitude_order=2.0,
+    translation_order=None,
+    spin_energy="conserved",
+    step_ns=3000.0,
+)
 NOTES = """
 Changelog
 =========

@@ -60,7 +60,7 @@ def flight(number: int, running_engine: RunningEngine, title: str = "") -> Task:
 
 
 def statuses(results) -> list[str]:
-    return ["ok" if isinstance(answer, Trajectory) else answer.status for _, answer in results]
+    return ["ok" if isinstance(answer, Trajectory) else str(answer) for _, answer in results]
 
 
 def test_results_are_in_the_order_of_the_tasks_whoever_is_first(tmp_path):
