@@ -10,6 +10,7 @@ from rich.constrain import Constrain
 from rich.table import Table
 from rich.text import Text
 
+from tumble.compare.run.contestant import Contestant
 from tumble.compare.tables.shared import EngineRow
 from tumble.reports.numerals import superscript
 from tumble.reports.output import drop_output
@@ -58,7 +59,7 @@ def reasons_text(told: Iterable[tuple[str, str]]) -> Iterator[Constrain]:
     """Yield every reason once, after all contestants that it is told of; told: contestant and reason."""
     names: dict[str, dict[str, None]] = {}
     for contestant, reason in told:
-        _, _, method = contestant.partition(":")
+        method = str(Contestant.of_name(contestant).method)
         # What differs only in the name of its own method is one reason.
         names.setdefault(re.sub(f"(^|: ){re.escape(method)} ", r"\1", reason), {})[contestant] = None
     for reason, own in names.items():
