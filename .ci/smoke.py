@@ -2,8 +2,8 @@
 """Installs Tumble as its users do, and runs every command, on every Python that it finds.
 
 Each Python gets two environments: one with the newest dependencies that pyproject.toml allows, one with the lowest.
-The reference Python runs every command with the lowest, because the tests have run with newer ones; the others run
-every command with the newest.  The remaining environments run a few commands.  `--all` runs every command in each.
+The reference Python runs every command with the lowest, because the tests have run with newer ones; the newest Python
+runs every command with the newest.  The remaining environments run a few commands.  `--all` runs every command in each.
 This file does not depend on the layout of the package.  It needs uv, or gets it from the package index.
 """
 
@@ -161,7 +161,7 @@ def main() -> int:
     uv = find_uv(work)
     wheel = built(uv, work)
     cells = [
-        Cell(version, path, resolution, work / f"{version}-{resolution}", whole(options, version, resolution))
+        Cell(version, path, resolution, work / f"{version}-{resolution}", whole(options, version, resolution, here[-1]))
         for version, path in found.items()
         if path
         for resolution in RESOLUTIONS
@@ -197,9 +197,10 @@ def parsed() -> argparse.Namespace:
     return options
 
 
-def whole(options: argparse.Namespace, version: str, resolution: str) -> bool:
+def whole(options: argparse.Namespace, version: str, resolution: str, newest: str) -> bool:
     """Whether every command runs with these dependencies on that Python."""
-    return options.all or options.chosen or (resolution == "lowest") is (version == REFERENCE)
+    all_commands = (REFERENCE, "lowest"), (newest, "newest")
+    return options.all or options.chosen or (version, resolution) in all_commands
 
 
 def say(line: str) -> None:

@@ -81,9 +81,9 @@ def known(truth: Truth, lost_m: float) -> str:
     until = truth.until_horizon()
     said = f"Truth known to {figure(until.bound.max())} m{truth.ends}."
     # Where the truth is known no better than that, it is the truth and not the inputs that sets the limit.
-    if until.floor.max() >= until.bound.max():
-        said += f" No double-precision program can be held to less than {figure(until.floor.max())} m."
-    if lost_m > until.limit.max():
+    if until.input_error.max() >= until.bound.max():
+        said += f" No double-precision program can be held to less than {figure(until.input_error.max())} m."
+    if lost_m > until.resolution.max():
         said += (
             " Engines are handed moments, axes and points as doubles, and none can make up for that: it alone moves a "
             f"corner by up to {figure(lost_m)} m."

@@ -42,16 +42,16 @@ def extremes() -> list[str]:
     return sorted(path.stem for path in EXTREMES.glob("*.toml"))
 
 
-def read_scene(name_or_path: str, flown: bool = True) -> Scene:
+def read_scene(name_or_path: str, to_run: bool = True) -> Scene:
     """Return the scene of that name, of the catalogue or an extreme case, or in that file (.toml, or with a separator).
 
     flown: whether it is to be flown, which takes a step and sample instants.  Raises BadScene.
     """
     path, shown = scene_path(name_or_path), printable(name_or_path)
-    return scene_of(scene_text(path, shown), path, shown, flown)
+    return scene_of(scene_text(path, shown), path, shown, to_run)
 
 
-def scene_of(text: str, path: Path, shown: str, flown: bool = True) -> Scene:
+def scene_of(text: str, path: Path, shown: str, to_run: bool = True) -> Scene:
     """Return the scene that is written in a text, its name and where its mesh lies told by the path.
 
     shown: how refusals name the file; flown: as read_scene has it.  Raises BadScene.
@@ -60,7 +60,7 @@ def scene_of(text: str, path: Path, shown: str, flown: bool = True) -> Scene:
     try:
         # What overflows is refused by its result, not by a warning on the way.
         with np.errstate(all="ignore"):
-            return scene_from(tables(document), path, flown)
+            return scene_from(tables(document), path, to_run)
     except Refused as refused:
         value = f" = {short(value_at(document, refused.keys))}" if refused.show_value else ""
         raise BadScene(f"{shown}: {dotted(refused.keys)}{value}: {refused.why}") from None

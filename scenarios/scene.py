@@ -132,7 +132,7 @@ class Plane(_Frozen):
 
 
 @dataclass(frozen=True, eq=False)
-class WrittenBlow(_Frozen):
+class WrittenImpulse(_Frozen):
     """An impulse as the file gives it, and what was made of it; None is what the file does not give.
 
     magnitude [N s] along a direction of any length, (3,), and that of the ray, (3,); point_body [m], (3,), along the
@@ -161,7 +161,7 @@ class Written(_Frozen):
     points: Array | None
     start: Array
     orientation: Array
-    blows: tuple[WrittenBlow, ...]
+    impulses: tuple[WrittenImpulse, ...]
     normal: Array | None
     file_normal: Array | None
     plane_normal: Array | None = None

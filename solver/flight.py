@@ -36,13 +36,13 @@ class Flight:
     """
 
     def __init__(
-        self, body: Body, method: str, forces: Forces | None = None, kept: Collection[str] = frozenset()
+        self, body: Body, method: str, forces: Forces | None = None, keep: Collection[str] = frozenset()
     ) -> None:
         self.method = find(method)
         forces = forces or Forces(body.mass)
-        self._rotation = Rotation(body, self.method, kept)
+        self._rotation = Rotation(body, self.method, keep)
         self._translation: FreeFall | Stepped
-        if only_gravity(forces) and "translation" not in kept:
+        if only_gravity(forces) and "translation" not in keep:
             gravity = None if forces.gravity is None else np.array(forces.gravity, dtype=float)
             self._translation = FreeFall(self.method, gravity)
         else:

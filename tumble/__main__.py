@@ -85,7 +85,13 @@ def answer(top: Parser, options: argparse.Namespace) -> int:
     else:
         command = importlib.import_module(f"tumble.commands.{options.command}")
         importlib.import_module("tumble.notes").show_log()
-        return command.main(options)
+        if not getattr(options, "parquet", False):
+            return command.main(options)
+        tables = importlib.import_module("tumble.compare.tables.parquet")
+        tables.check_parquet(options.output)
+        code = command.main(options)
+        tables.write_parquet(options.output)
+        return code
     return EXIT_DONE
 
 
@@ -124,11 +130,12 @@ def set_signals() -> None:
     """Let the signals that ask to end do what Ctrl-C does, but for those that somebody has set, `nohup` for one."""
     if threading.current_thread() is not threading.main_thread():
         return
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+    asking = (getattr(signal, name, None) for name in ("SIGINT", "SIGTERM", "SIGHUP"))  # Windows has no SIGHUP
+    for number in filter(None, asking):
         if signal.getsignal(number) in (signal.SIG_DFL, signal.default_int_handler):
             signal.signal(number, interrupt)
     # Children that end are waited for, also where whoever started this process waits for none of his.
-    if signal.getsignal(signal.SIGCHLD) == signal.SIG_IGN:
+    if hasattr(signal, "SIGCHLD") and signal.getsignal(signal.SIGCHLD) == signal.SIG_IGN:
         signal.signal(signal.SIGCHLD, signal.SIG_DFL)
 
 

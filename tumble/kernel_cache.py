@@ -4,7 +4,6 @@ Below `solver` and `scenarios`, which do not know each other; it imports nothing
 """
 
 import contextlib
-import fcntl
 import hashlib
 import logging
 import os
@@ -46,23 +45,23 @@ class KernelCache(FunctionCache):
 
         It ends when that is saved, or this process ends; who waits too long compiles it himself.
         """
+        from filelock import lock_descriptor  # 40 ms, and most kernels are compiled already
+
         name = f"{self._impl.filename_base}-{hashlib.sha256(str(sig).encode()).hexdigest()[:16]}.lock"
         try:
             self._impl.locator.ensure_cache_path()
-            turn = os.open(Path(self.cache_path) / name, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
+            turn = os.open(Path(self.cache_path) / name, os.O_RDWR | os.O_CREAT, 0o600)
         except OSError:
             return False
         until = time.monotonic() + LONGEST_WAIT_S
         while str(sig) not in self._turns and time.monotonic() < until:
             try:
-                fcntl.flock(turn, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except BlockingIOError:
-                time.sleep(LOOK_AGAIN_S)
-                continue
+                if lock_descriptor(turn, blocking=False):
+                    self._turns[str(sig)] = turn
+                    return True
             except OSError:  # a file system without locks
                 break
-            self._turns[str(sig)] = turn
-            return True
+            time.sleep(LOOK_AGAIN_S)
         os.close(turn)
         return False
 
@@ -125,12 +124,16 @@ def folders(source: Path) -> Iterator[Path]:
     if chosen := os.environ.get("NUMBA_CACHE_DIR"):
         yield Path(chosen)
     yield source / "__pycache__"
-    with contextlib.suppress(RuntimeError):  # there is no home
-        yield Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "tumble"
+    from platformdirs import user_cache_path  # 20 ms, and seldom needed
+
+    if (own := user_cache_path("tumble", appauthor=False)).is_absolute():  # and no ~ of a user without a home
+        yield own
+    if not hasattr(os, "getuid"):  # Windows has no folder for temporary files that users share
+        return
     with contextlib.suppress(OSError):
         shared = Path(tempfile.gettempdir()) / f"tumble-{os.getuid()}"
         shared.mkdir(mode=0o700, exist_ok=True)
-        # What lies there is run: it must be nobody else's.
+        # Code in it is run: it must belong to this user.
         if shared.lstat().st_uid == os.getuid() and not shared.lstat().st_mode & 0o077 and not shared.is_symlink():
             yield shared
 

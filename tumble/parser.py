@@ -130,6 +130,9 @@ def parser() -> Parser:
         to.add_argument("--svg", metavar="FILE", help="also save the figure; needs `pip install '.[figures]'`")
         to.add_argument("--png", metavar="FILE", help="the same, as PNG")
 
+    def parquet_option(to: argparse.ArgumentParser) -> None:
+        to.add_argument("--parquet", action="store_true", help="also write the tables as Parquet; needs pyarrow and -o")
+
     scenes = command("scenes", "list the catalogue with what each scene needs, or print a scene of it")
     scenes.add_argument(
         "scene",
@@ -163,6 +166,7 @@ def parser() -> Parser:
         "--vertex", type=int, metavar="K", help="vertex to print; default: where the engines stray most"
     )
     compare.add_argument("-o", "--output", metavar="DIR", help="also write all tables, every vertex, as CSV into DIR")
+    parquet_option(compare)
     figure_options(compare)
 
     sweep = command("sweep", "error against run time: every contestant over a ladder of steps or tolerances")
@@ -172,6 +176,7 @@ def parser() -> Parser:
     sweep.add_argument("--time-limit", type=seconds, default=60.0, metavar="S", help="for each flight [s]; default 60")
     sweep.add_argument("--memory-limit", type=gibibytes, default=4 << 30, metavar="GIB", help=MEMORY_HELP)
     sweep.add_argument("-o", "--output", metavar="DIR", help="also write the tables as CSV into DIR")
+    parquet_option(sweep)
     figure_options(sweep)
 
     advise = command("advise", "the cheapest engine, method and step that stays within an error")
@@ -198,13 +203,14 @@ def parser() -> Parser:
     )
     stability.add_argument("--memory-limit", type=gibibytes, default=4 << 30, metavar="GIB", help=MEMORY_HELP)
     stability.add_argument("-o", "--output", metavar="DIR", help="keep the tables in DIR as CSV, and go on from there")
+    parquet_option(stability)
     figure_options(stability)
 
-    grade = command("grade", "judge a trajectory that some other program wrote, and say what is most likely wrong")
+    grade = command("grade", "find the error of a trajectory that another program wrote, and its most likely cause")
     grade.add_argument(
         "file",
         metavar="FILE",
-        help="the trajectory, one row an instant: CSV, JSON lines or Parquet; - is standard input",
+        help="trajectory with one row a time: CSV, JSON lines or Parquet; - is standard input",
     )
     grade.add_argument("--scene", required=True, metavar="SCENE", help=SCENE_HELP)
     grade.add_argument(
@@ -212,38 +218,45 @@ def parser() -> Parser:
         action="append",
         default=[],
         metavar="COLUMN=NAME",
-        help="what a column is, with its unit: t_s, t_ms, x_cm, qw, r11, vx_m_s, wx_deg_s, v0x_m, ..., or ignore",
+        help="name of a column, with its unit: t_s, t_ms, x_cm, qw, r11, vx_m_s, wx_deg_s, v0x_m, ..., or ignore",
     )
-    grade.add_argument("--map-file", metavar="TOML", help="the same in a table [columns]; default: FILE.csv.toml")
+    grade.add_argument(
+        "--map-file", metavar="TOML", help="names of columns, in a table [columns] (default: FILE.toml, if it exists)"
+    )
     grade.add_argument(
         "--like",
         choices=("unity", "unreal", "blender", "godot", "ros", "mujoco"),
-        help="read the file as one of this program: sets columns, units, axes, angles, start and decimal sign, and "
-        "prints the options that do so",
+        help="read the file as this program writes it: sets columns, units, axes, angles, start and decimal sign, "
+        "and prints the options that do so",
     )
-    grade.add_argument("--by", choices=("pose", "matrix", "vertices"), help="what to grade where a file has several")
-    grade.add_argument("--columns", metavar="NAME,...", help="names of the columns of a file that has no header")
-    grade.add_argument("--start", type=instant, metavar="S", help="what the file's clock shows at the start [s]")
+    grade.add_argument(
+        "--by", choices=("pose", "matrix", "vertices"), help="description of the pose to grade, if the file has several"
+    )
+    grade.add_argument("--columns", metavar="NAME,...", help="names of the columns of a file without a header")
+    grade.add_argument(
+        "--start", type=instant, metavar="S", help="what the file's clock shows at the scene's start [s] (default: 0)"
+    )
     grade.add_argument(
         "--euler",
         metavar="ORDER",
-        help="what angles rx, ry, rz are: unity, unreal, blender, godot, ros, mujoco, or the order of the turns: zxy "
-        "about fixed axes, ZXY about the body's",
+        help="convention of the angles rx, ry, rz: unity, unreal, blender, godot, ros, mujoco, or the order of "
+        "rotations: zxy about fixed axes, ZXY about the body's",
     )
     grade.add_argument(
         "--axes",
         metavar="NAME",
-        help="its axes: unity, unreal, blender, godot, ros, mujoco, or what our x, y, z are: x,y,-z",
+        help="axes of the file: unity, unreal, blender, godot, ros, mujoco, or those that are our x, y, z: x,y,-z",
     )
     grade.add_argument(
         "--spin", choices=("world", "body"), default="world", help="axes of the angular velocity (default: world)"
     )
     grade.add_argument("--decimal", choices=(".", ","), default=".", help="decimal sign; default: a point")
     grade.add_argument(
-        "--tolerance", type=metres, metavar="M", help="exit 1 where a vertex is further off: 1mm, or 0.001 for metres"
+        "--tolerance", type=metres, metavar="M", help="exit 1 if a vertex error is larger: 1mm, or 0.001 for metres"
     )
-    grade.add_argument("--json", action="store_true", help="print the answer as JSON, with stable names of mistakes")
+    grade.add_argument("--json", action="store_true", help="print the grade as JSON")
     grade.add_argument("-o", "--output", metavar="DIR", help="also write the tables as CSV into DIR")
+    parquet_option(grade)
 
     check = command("check", "hold errors, orders, energy and run times against a record: exit 1 if any is worse")
     check.add_argument("scene", nargs="*", metavar="SCENE", help=SCENE_HELP + "; default: the record's, or all")
@@ -254,6 +267,7 @@ def parser() -> Parser:
     check.add_argument("--trust", action="store_true", help="run the engine files that the record names, too")
     check.add_argument("--candidate", metavar="DIR", help="another record to hold against it; nothing is flown")
     check.add_argument("-o", "--output", metavar="DIR", help="write the new record, summary.md and junit.xml into DIR")
+    parquet_option(check)
     check.add_argument("--tolerances", metavar="FILE.toml", help="what each column may change by")
     check.add_argument("--no-times", action="store_true", help="record no run times; for machines that share nothing")
     check.add_argument("--time-limit", type=seconds, default=60.0, metavar="S", help="for each flight [s]; default 60")
@@ -265,6 +279,7 @@ def parser() -> Parser:
     ablate.add_argument("--time-limit", type=seconds, default=60.0, metavar="S", help="for each flight [s]; default 60")
     ablate.add_argument("--memory-limit", type=gibibytes, default=4 << 30, metavar="GIB", help=MEMORY_HELP)
     ablate.add_argument("-o", "--output", metavar="DIR", help="also write the tables as CSV into DIR")
+    parquet_option(ablate)
 
     releases = command("releases", "what changed between an engine's releases, found from the numbers")
     releases.add_argument("engine", metavar="ENGINE", help="an engine with releases of its own (see `tumble engines`)")
@@ -279,6 +294,7 @@ def parser() -> Parser:
     )
     releases.add_argument("--memory-limit", type=gibibytes, default=4 << 30, metavar="GIB", help=MEMORY_HELP)
     releases.add_argument("-o", "--output", metavar="DIR", help="keep CSV and Markdown in DIR, and go on from there")
+    parquet_option(releases)
 
     lab = command("lab", "click the die in a browser, and watch all engines fly against the truth")
     lab.add_argument("scene", nargs="?", default="die-ray", metavar="SCENE", help=SCENE_HELP + "; default: %(default)s")

@@ -125,7 +125,7 @@ def ablate(
     clocked = against_the_clock([one for one in found if isinstance(one, Pair)], sampling)
     on_progress(f"{scene.name} timed")
     rows = [(one, measured(one, clocked) if isinstance(one, Pair) else one) for one in found]
-    resolution_m = None if true is None else float(true.limit.max())
+    resolution_m = None if true is None else float(true.resolution.max())
     apart = [(one, row) for one, row in rows if isinstance(one, Pair) and one.apart_m > (resolution_m or 0.0)]
     return Ablation(
         scene=scene,

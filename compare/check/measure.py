@@ -137,13 +137,13 @@ def apart_m_of(one: Run, other: Run) -> float | None:
 def question_row(scene: Scene, true: Truth | None, why_no_truth: str) -> QuestionRow:
     """Return the row of one scene; of a truth with a horizon what is known before it."""
     known = None if true is None else true.until_horizon()
-    limit = None if known is None else float(known.limit.max())
+    resolution = None if known is None else float(known.resolution.max())
     row = QuestionRow(
         scene=scene.name,
         step_s=scene.step,
         samples=len(scene.times),
         truth=why_no_truth or EXACT,
-        resolution_m=limit,
+        resolution_m=resolution,
         size_m=scene.body.reach,
     )
     return row if known is None else replace(row, **vector_columns(known.vertices[-1, 0, -1], "x_m", "y_m", "z_m"))

@@ -13,7 +13,7 @@ from tumble.compare.run.tasks import Task, run
 from tumble.compare.run.truths import Truths
 from tumble.scenarios.scene import Scene
 from tumble.scenarios.truth import Truth
-from tumble.scenarios.truth.handed import cost_of_doubles
+from tumble.scenarios.truth.rounded_inputs import input_rounding_error
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,4 +92,4 @@ def compare(
 
 def lost_m(scene: Scene, truth: Truth | None) -> float:
     """Return what being handed doubles costs at most [m], 0 where there is no truth to tell it by."""
-    return 0.0 if truth is None else cost_of_doubles(scene, truth)
+    return 0.0 if truth is None else input_rounding_error(scene, truth)

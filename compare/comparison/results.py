@@ -32,7 +32,7 @@ def scene_row(comparison: Comparison) -> SceneRow:
         samples=len(scene.times),
         truth=comparison.why_no_truth or (f"{truth.how}{truth.ends}" if truth else ""),
         bound_m=None if truth is None else float(truth.bound.max()),
-        input_error_m=None if truth is None else float(truth.floor.max()),
+        input_error_m=None if truth is None else float(truth.input_error.max()),
         horizon_s=whole.horizon if whole and whole.known < len(whole.times) else None,
         rounding_inputs_m=None if truth is None else comparison.lost_m,
     )

@@ -162,7 +162,7 @@ class Run:
     def limits(self) -> Array:
         """max(bound, floor) of the truth at the samples [m], (S, N): an error below it says nothing more."""
         assert self.truth is not None
-        return self.truth.limit[-len(self.scene.times) :]
+        return self.truth.resolution[-len(self.scene.times) :]
 
     @cached_property
     def throws_errors(self) -> Array:
@@ -199,7 +199,7 @@ def largest(vectors: Array) -> float:
 def audit(scene: Scene, flight: Trajectory, truth: Truth, rounding: float) -> list[str]:
     """Return what went wrong silently, seen from outside: a frozen body, hidden damping or a clamp, a lost torque."""
     moved = np.abs(truth.vertices - truth.vertices[0]).max()
-    if moved > truth.limit.max() and (flight.vertices == flight.vertices[0]).all():
+    if moved > truth.resolution.max() and (flight.vertices == flight.vertices[0]).all():
         return ["frozen: the body never moved"]
     notes = [found] if (found := looked_up(scene, flight, truth)) else []
     if scene.is_free:

@@ -101,7 +101,7 @@ def was_reset(run: Run, balances: list[Balance]) -> str:
     had_moved = np.logical_or.accumulate(~(blank | first), axis=0)
     back = (blank | first) & had_moved
     if truth is not None:
-        back &= np.abs(truth.vertices - run.flight.vertices).max(axis=(-1, -2)) > truth.limit
+        back &= np.abs(truth.vertices - run.flight.vertices).max(axis=(-1, -2)) > truth.resolution
     return f"back at a start at {run.flight.times[np.argmax(back.any(axis=1))]:.4g} s" if back.any() else ""
 
 
@@ -144,7 +144,7 @@ def is_frozen(run: Run, balances: list[Balance]) -> str:
     if not (flight.vertices == flight.vertices[0]).all():
         return ""
     if run.truth is not None:
-        moved = np.abs(run.truth.vertices - run.truth.vertices[0]).max() > run.truth.limit.max()
+        moved = np.abs(run.truth.vertices - run.truth.vertices[0]).max() > run.truth.resolution.max()
     else:
         moved = bool(flight.states[0, :, 7:13].any())
     return "the body never moved" if moved else ""

@@ -1,7 +1,6 @@
 """One engine in a process of its own: a crash or a hang there is an answer here, and what it answers is data."""
 
 import math
-import signal
 import threading
 from dataclasses import replace
 from pathlib import Path
@@ -37,7 +36,7 @@ TO_END_S = 5.0
 # What a process may write to and never has: nearer its limit than this [B], it ended for want of memory.
 UNTOUCHED = 128 << 20
 # How native code ends that is given no memory.
-BROKEN_OFF = (signal.SIGABRT, signal.SIGSEGV, signal.SIGBUS, signal.SIGKILL)
+BROKEN_OFF = ("SIGABRT", "SIGSEGV", "SIGBUS", "SIGKILL")
 FLOAT = np.dtype(float)
 
 
@@ -154,7 +153,7 @@ class Worker:
 
     def _died(self, process: Process) -> Failure:
         code = self._end(TO_END_S)
-        broken_off = code is not None and -code in BROKEN_OFF
+        broken_off = code is not None and signal_name(-code) in BROKEN_OFF
         if process.peak_bytes > self.memory_limit - UNTOUCHED and (process.peak_is_its_own or broken_off):
             return self._gone(Status.CRASHED, more_than(self.memory_limit))
         if code is None:

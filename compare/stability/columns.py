@@ -149,5 +149,5 @@ def truth_of(flown: Scene, true: Truth | None) -> Truth | None:
     if true is None or len(true.times) == len(flown.rows):
         return true
     kept = slice(None, None, (len(true.times) - 1) // (len(flown.rows) - 1))
-    rows = {name: getattr(true, name)[kept] for name in ("times", "states", "vertices", "bound", "floor")}
+    rows = {name: getattr(true, name)[kept] for name in ("times", "states", "vertices", "bound", "input_error")}
     return replace(true, **rows)

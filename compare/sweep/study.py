@@ -16,7 +16,7 @@ from tumble.compare.sweep.results import MEASURED, measured
 from tumble.compare.sweep.work_precision import Effort, Sweep, sweep
 from tumble.compare.tables.circumstances import binding, circumstances
 from tumble.compare.tables.engines import engine_row
-from tumble.compare.tables.files import write_whole
+from tumble.compare.tables.files import write_folder
 from tumble.compare.tables.frames import csv_text, frame
 from tumble.compare.tables.shared import ENGINES
 from tumble.compare.tables.store import Store
@@ -92,7 +92,7 @@ def sweep_scenes(
             store.write()
         if folder and cache:
             cache.forget()
-            write_whole(folder / ENGINES.file, csv_text(frame(ENGINES, map(engine_row, running_engines))))
+            write_folder(folder, {ENGINES.file: csv_text(frame(ENGINES, map(engine_row, running_engines)))})
         return store.tables
 
 

@@ -18,6 +18,9 @@ from tumble.compare.tables.schema import BadTable, Column, Table
 from tumble.scenarios.files import plain_bytes
 from tumble.scenarios.format import short
 
+# The dtype `str` where pyarrow is not installed.  With pyarrow it refuses names of files that are not UTF-8.
+TEXT = pd.StringDtype("python", na_value=np.nan)
+
 
 def frame(table: Table, rows: Iterable[Any]) -> pd.DataFrame:
     """Return rows of a table's class, in order, as a DataFrame."""
@@ -45,7 +48,10 @@ def merged(*sources: Mapping[str, pd.DataFrame]) -> dict[str, pd.DataFrame]:
 def typed(table: Table, columns: Mapping[str, Any]) -> pd.DataFrame:
     """Return columns, by name, as a DataFrame with the table's dtypes; those that are not given are empty."""
     return pd.DataFrame(
-        {each.name: pd.Series(columns.get(each.name, ()), dtype=each.dtype) for each in table.columns}  # type: ignore
+        {
+            each.name: pd.Series(columns.get(each.name, ()), dtype=TEXT if each.kind is str else each.dtype)  # type: ignore
+            for each in table.columns
+        }
     )
 
 

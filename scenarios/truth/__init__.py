@@ -19,8 +19,8 @@ from tumble.scenarios.scene import Scene
 from tumble.scenarios.truth.deadline import PARTS, Late, current, within
 from tumble.scenarios.truth.flight import Pose, quaternion
 from tumble.scenarios.truth.inertia import Numbers
-from tumble.scenarios.truth.limit import FAR, TRUSTED, Answer, input_floor, own_error, rounding, settle
 from tumble.scenarios.truth.rational import Fraction
+from tumble.scenarios.truth.resolution import FAR, TRUSTED, Answer, input_error_of, own_error, rounding, settle
 from tumble.scenarios.truth.throw import Throw, read_throw
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ MANY, MANY_INSTANTS = 64, 400
 # Instants worked out together where the compiled loop has left some.
 AT_A_TIME = 32
 
-Tell = Callable[[float], object]
+ShareCallback = Callable[[float], object]
 
 
 class NoTruth(UsersError):
@@ -57,16 +57,16 @@ class Truth:
     states: Array
     vertices: Array
     bound: Array
-    floor: Array
+    input_error: Array
     how: str
     horizon: float = np.inf
     why: str = ""
     contacts: "tuple[ContactRecord, ...]" = ()
 
     @property
-    def limit(self) -> Array:
+    def resolution(self) -> Array:
         """The least error that can be told from none [m], (R, N)."""
-        return np.maximum(self.bound, self.floor)
+        return np.maximum(self.bound, self.input_error)
 
     @property
     def known(self) -> int:
@@ -80,11 +80,18 @@ class Truth:
 
     def until_horizon(self) -> "Truth":
         """Return the rows that are within the horizon."""
-        rows = {name: getattr(self, name)[: self.known] for name in ("times", "states", "vertices", "bound", "floor")}
+        rows = {
+            name: getattr(self, name)[: self.known] for name in ("times", "states", "vertices", "bound", "input_error")
+        }
         return replace(self, **rows)
 
 
-def truth(scene: Scene, floor: bool = True, tell: Tell = lambda share: None, limit_s: float = float("inf")) -> Truth:
+def truth(
+    scene: Scene,
+    with_input_error: bool = True,
+    on_share: ShareCallback = lambda share: None,
+    limit_s: float = float("inf"),
+) -> Truth:
     """Return the true flight of every throw of the scene.
 
     floor: whether to find how far rounded inputs move it, which is most of the work of a free flight; else it is 0;
@@ -101,55 +108,57 @@ def truth(scene: Scene, floor: bool = True, tell: Tell = lambda share: None, lim
     try:
         with within(limit_s):
             if scene.plane is None:
-                told, how, why = _told(mp, scene, floor, tell)
+                rows, how, why = _all_throws(mp, scene, with_input_error, on_share)
             else:
                 from tumble.scenarios.truth.contact.answer import on_plane
 
-                told, how, why, contacts = on_plane(mp, scene, floor, tell)
+                rows, how, why, contacts = on_plane(mp, scene, with_input_error, on_share)
     except Late:
         raise NoTruth(f"the true flight was not worked out within {PARTS * limit_s:g} s (--time-limit)") from None
     except OverflowError:
         raise NoTruth("the true flight cannot be told: its numbers leave the range of doubles") from None
-    answer = Truth(scene.rows, *told, how=" / ".join(dict.fromkeys(how)), contacts=contacts)
+    answer = Truth(scene.rows, *rows, how=" / ".join(dict.fromkeys(how)), contacts=contacts)
     return _until_horizon(answer, scene, " / ".join(dict.fromkeys(filter(None, why))))
 
 
-def _told(mp: Any, scene: Scene, floor: bool, tell: Tell) -> tuple[list[Array], list[str], list[str]]:
+def _all_throws(
+    mp: Any, scene: Scene, with_input_error: bool, on_share: ShareCallback
+) -> tuple[list[Array], list[str], list[str]]:
     """Return states, vertices, bound and floor of all throws, how they were made and why some end."""
-    many = _many(mp, scene, tell)
-    left = np.arange(len(scene.start)) if many is None else np.flatnonzero(np.isnan(many.floor).any(axis=0))
+    many = _many(mp, scene, on_share)
+    left = np.arange(len(scene.start)) if many is None else np.flatnonzero(np.isnan(many.input_error).any(axis=0))
     flights = []
     for row in left.tolist():
         current().check()
-        flights.append(_flight(mp, scene, row, floor))
-        tell(1 - (len(left) - len(flights)) / len(scene.start))
+        flights.append(_flight(mp, scene, row, with_input_error))
+        on_share(1 - (len(left) - len(flights)) / len(scene.start))
     *columns, how, why = map(list, zip(*flights, strict=True)) if flights else [[]] * 6
-    told = [np.stack(column, axis=1) for column in columns if column]
+    stacked = [np.stack(column, axis=1) for column in columns if column]
     if many is None:
-        return told, how, why
-    for every, own in zip(many, told, strict=False):
+        return stacked, how, why
+    for every, own in zip(many, stacked, strict=False):
         every[:, left] = own
-    if not floor:
-        many.floor[:] = 0.0
+    if not with_input_error:
+        many.input_error[:] = 0.0
     return list(many), ["exact", *how], why
 
 
-def _many(mp: Any, scene: Scene, tell: Tell) -> "Flights | None":
+def _many(mp: Any, scene: Scene, on_share: ShareCallback) -> "Flights | None":
     """Return the throws of a free scene without blows, where they are so many that compiled code pays, or None."""
     if not scene.is_free or scene.impulses or len(scene.start) < MANY:
         return None
     from tumble.scenarios.truth.bulk.flight import all_flights
 
-    def told(share: float) -> None:
+    def report(share: float) -> None:
         current().check()
-        tell(share)
+        on_share(share)
 
-    return all_flights(mp, scene, told)
+    return all_flights(mp, scene, report)
 
 
 def _until_horizon(answer: Truth, scene: Scene, why: str) -> Truth:
     """Return the answer with its horizon.  Raises NoTruth where that lies before the first sample."""
-    blurred = _blurred(scene, answer.vertices, answer.limit).any(axis=1)
+    blurred = _blurred(scene, answer.vertices, answer.resolution).any(axis=1)
     if not blurred.any():
         return answer
     known = int(np.argmax(blurred))
@@ -160,52 +169,52 @@ def _until_horizon(answer: Truth, scene: Scene, why: str) -> Truth:
     return replace(answer, horizon=float(answer.times[known - 1]), why=why)
 
 
-def _blurred(scene: Scene, vertices: Array, limit: Array) -> np.ndarray:
+def _blurred(scene: Scene, vertices: Array, resolution: Array) -> np.ndarray:
     """Return where a limit [m], (...), of vertices, (..., n, 3), is more than a truth may have."""
     size = scene.body.reach
-    return ~(limit <= TRUSTED * size + FAR * np.abs(vertices).max(axis=(-2, -1)))
+    return ~(resolution <= TRUSTED * size + FAR * np.abs(vertices).max(axis=(-2, -1)))
 
 
-def _flight(mp: Any, scene: Scene, row: int, floor: bool) -> tuple[Array, Array, Array, Array, str, str]:
+def _flight(mp: Any, scene: Scene, row: int, with_input_error: bool) -> tuple[Array, Array, Array, Array, str, str]:
     """Return states (R, 13), vertices (R, n, 3), bound and floor (R,) of one throw; how it was made and why it ends."""
     if scene.is_free and len(scene.rows) >= MANY_INSTANTS:
         from tumble.scenarios.truth.bulk.samples import one_flight
 
         if (found := one_flight(mp, scene, row)) is not None:
-            return _completed(mp, scene, row, floor, [column[:, 0] for column in found])
-    return _one_by_one(mp, scene, row, floor)
+            return _completed(mp, scene, row, with_input_error, [column[:, 0] for column in found])
+    return _one_by_one(mp, scene, row, with_input_error)
 
 
-def _completed(mp: Any, scene: Scene, row: int, floor: bool, told: list[Array]) -> tuple:
+def _completed(mp: Any, scene: Scene, row: int, with_input_error: bool, columns: list[Array]) -> tuple:
     """Return a flight with the rows that the compiled loop has left, up to the first that is beyond the horizon."""
-    left = np.flatnonzero(np.isnan(told[3]))
+    left = np.flatnonzero(np.isnan(columns[3]))
     for first in range(0, len(left), AT_A_TIME):
         some = left[first : first + AT_A_TIME]
         part = _one_by_one(mp, replace(scene, times=scene.rows[some]), row, True)[:4]
-        for every, own in zip(told, part, strict=True):
+        for every, own in zip(columns, part, strict=True):
             every[some] = own[-len(some) :]
-        lost: np.ndarray = some[_blurred(scene, told[1][some], np.maximum(told[2][some], told[3][some]))]
+        lost: np.ndarray = some[_blurred(scene, columns[1][some], np.maximum(columns[2][some], columns[3][some]))]
         if len(lost):
-            for every, filling in zip(told, (np.nan, np.nan, np.inf, np.inf), strict=True):
+            for every, filling in zip(columns, (np.nan, np.nan, np.inf, np.inf), strict=True):
                 every[left[left > lost[0]]] = filling
             break
-    _follow_sign(told[0][:, 3:7], scene.start[row, 3:7])
-    if not floor:
-        told[3][:] = 0.0
-    return *told, "exact", ""
+    _follow_sign(columns[0][:, 3:7], scene.start[row, 3:7])
+    if not with_input_error:
+        columns[3][:] = 0.0
+    return *columns, "exact", ""
 
 
-def _one_by_one(mp: Any, scene: Scene, row: int, floor: bool) -> tuple[Array, Array, Array, Array, str, str]:
+def _one_by_one(mp: Any, scene: Scene, row: int, with_input_error: bool) -> tuple[Array, Array, Array, Array, str, str]:
     """Return the same, instant by instant."""
     throw = read_throw(scene, row)
-    answer = _closed(mp, scene, row, throw, floor) if scene.is_free else _integrated(mp, scene, row, throw)
+    answer = _closed(mp, scene, row, throw, with_input_error) if scene.is_free else _integrated(mp, scene, row, throw)
     mp.prec = answer.flight.bits
     states = np.array([_state(mp, pose, throw.state_axes) for pose in answer.flight.poses])
     _follow_sign(states[:, 3:7], scene.start[row, 3:7])
-    vertices = told_vertices(answer.flight.poses, throw.points, answer.flight.bits)
+    vertices = rounded_vertices(answer.flight.poses, throw.points, answer.flight.bits)
     bound = answer.error + rounding(vertices)
-    told = (states, np.nan), (vertices, np.nan), (bound, np.inf), (answer.floor, np.inf)
-    states, vertices, bound, moved = (_filled(*each, rows=len(throw.times)) for each in told)
+    parts = (states, np.nan), (vertices, np.nan), (bound, np.inf), (answer.input_error, np.inf)
+    states, vertices, bound, moved = (_filled(*each, rows=len(throw.times)) for each in parts)
     return states, vertices, bound, moved, answer.how, answer.why
 
 
@@ -214,10 +223,10 @@ def _filled(values: Array, filling: float, rows: int) -> Array:
     return np.concatenate((values, np.full((rows - len(values), *values.shape[1:]), filling)))
 
 
-def _closed(mp: Any, scene: Scene, row: int, throw: Throw, floor: bool) -> Answer:
+def _closed(mp: Any, scene: Scene, row: int, throw: Throw, with_input_error: bool) -> Answer:
     rougher, finer = settle(mp, throw)
     error = own_error(rougher, finer, throw.points.astype(float))
-    moved = input_floor(mp, scene, row, throw, rougher) if floor else np.zeros(len(error))
+    moved = input_error_of(mp, scene, row, throw, rougher) if with_input_error else np.zeros(len(error))
     return Answer(finer, error, moved, "exact")
 
 
@@ -239,7 +248,7 @@ def _follow_sign(quaternions: Array, first: Array) -> None:
             q *= -1
 
 
-def told_vertices(poses: list[Pose], points: Numbers, bits: int) -> Array:
+def rounded_vertices(poses: list[Pose], points: Numbers, bits: int) -> Array:
     """Return x + R p, (R, n, 3), each number the nearest double: a sum of whole numbers, divided once."""
     whole, unit = np.vectorize(round, otypes=[object]), 2**bits
     # Points in units of the largest, axes of 1: all have that many bits.

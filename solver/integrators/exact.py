@@ -227,9 +227,9 @@ def _turned(
         axes, sense = (greatest, middle, least), -1.0
     speed = math.sqrt(dot(momentum, momentum))
     start = scale(1.0 / speed, _picked(axes, momentum))
-    handed = 1.0 if (middle - axes[0]) % 3 == 1 else -1.0
+    handedness = 1.0 if (middle - axes[0]) % 3 == 1 else -1.0
     first, third = math.copysign(1.0, start[0]), math.copysign(1.0, start[2])
-    signs = (first, handed * first * third, third)
+    signs = (first, handedness * first * third, third)
     start, differences = times(signs, start), _picked(axes, differences)
     if momentum_rate(start, differences) == (0.0, 0.0, 0.0):
         return product(q, exponential(scale(t / 2.0, times(inverse_moments, momentum)))), momentum

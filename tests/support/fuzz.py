@@ -35,8 +35,8 @@ from tumble.compare.check.tolerances import BadTolerance, Tolerances, read_toler
 from tumble.compare.grade.measure.errors import measure
 from tumble.compare.grade.model.reference import Reference
 from tumble.compare.grade.read.columns import BadTrajectory
-from tumble.compare.grade.read.conventions import Reading
-from tumble.compare.grade.read.formats import plain
+from tumble.compare.grade.read.conventions import Conventions
+from tumble.compare.grade.read.formats import as_csv
 from tumble.compare.grade.read.mapping import mapping_file, mapping_of
 from tumble.compare.grade.read.trajectory import Trajectory
 from tumble.compare.run.engines.registry import BadEngine, Finding, engine_info, load
@@ -336,10 +336,10 @@ def foreign() -> list[Foreign]:
     def rows(*columns: np.ndarray, form: str = ".9g") -> list[list[str]]:
         return [[f"{value:{form}}" for value in row] for row in np.column_stack((times, *columns))]
 
-    posed = rows(x, q)
-    comma = [[cell.replace(".", ",") for cell in row] for row in posed]
-    spoken = [[row[0], '"a, ""b"""', *row[1:], "text"] for row in posed]
-    throws = [[throw, *row] for throw in "01" for row in posed]
+    fitted_pose = rows(x, q)
+    comma = [[cell.replace(".", ",") for cell in row] for row in fitted_pose]
+    spoken = [[row[0], '"a, ""b"""', *row[1:], "text"] for row in fitted_pose]
+    throws = [[throw, *row] for throw in "01" for row in fitted_pose]
     named = ["Time (ms)", "Pos X", "Pos Y", "Pos Z", "q0", "q1", "q2", "q3"]
     names = ["t_ms", "x_cm", "y_cm", "z_cm", "qx", "qy", "qz", "qw"]
     said = dict(zip(named, names, strict=True))
@@ -349,18 +349,19 @@ def foreign() -> list[Foreign]:
     other = [[f"{float(row[0]) * 1000:g}", *row[1:]] for row in other]
     angles = Rotation.from_quat(q[:, [1, 2, 3, 0]]).as_euler("YXZ", degrees=True)[:, [1, 0, 2]]
     turned = [*pose[:4], "rx_deg", "ry_deg", "rz_deg"]
-    spoken_json = [[json.dumps(dict(zip(pose, map(float, row), strict=True)))] for row in posed]
+    spoken_json = [[json.dumps(dict(zip(pose, map(float, row), strict=True)))] for row in fitted_pose]
     nested = [
-        [json.dumps({"t_s": float(row[0]), "p": [float(cell) for cell in row[1:4]], "q": row[4:]})] for row in posed
+        [json.dumps({"t_s": float(row[0]), "p": [float(cell) for cell in row[1:4]], "q": row[4:]})]
+        for row in fitted_pose
     ]
     return [
-        Foreign("two-hits", [], posed, options=("--columns", ",".join(pose))),
-        Foreign("two-hits", [], posed, "  ", options=("--columns", ",".join(pose), "--start", "0.0")),
-        Foreign("two-hits", pose, posed, " ", mark=b"# made by hand\n", options=("--axes", "x,y,z")),
+        Foreign("two-hits", [], fitted_pose, options=("--columns", ",".join(pose))),
+        Foreign("two-hits", [], fitted_pose, "  ", options=("--columns", ",".join(pose), "--start", "0.0")),
+        Foreign("two-hits", pose, fitted_pose, " ", mark=b"# made by hand\n", options=("--axes", "x,y,z")),
         Foreign("two-hits", turned, rows(x, angles), options=("--euler", "unity")),
         Foreign("two-hits", [], spoken_json),
         Foreign("two-hits", [], nested, options=("--map", "p_x=x_m")),
-        Foreign("two-hits", pose, posed),
+        Foreign("two-hits", pose, fitted_pose),
         Foreign("two-hits", swift, rows(x, q, states[:, 7:13], form=".17g")),
         Foreign("two-hits", matrix, rows(x, rotation_matrix(q).reshape(-1, 9))),
         Foreign("two-hits", corners, rows(points)),
@@ -479,8 +480,8 @@ def trajectories(folder: Path, numbers: range) -> Outcome:
         scene = scenes[each.scene]
         # The truth takes 0.2 s and knows nothing of a file but its times: it is left to the whole command.
         with patch.object(Reference, "limit", lambda *_: 1e-12), ExitStack() as drafts:
-            path, name, first_line = plain(str(file), columns, decimal, drafts)
-            reading = Reading(chosen.get("--euler"), chosen.get("--axes"), start, name, first_line)
+            path, name, first_line = as_csv(str(file), columns, decimal, drafts)
+            reading = Conventions(chosen.get("--euler"), chosen.get("--axes"), start, name, first_line)
             found = measure(Trajectory(path, scene, mapping | mapping_of(pairs), by, decimal, reading), scene)
         assert np.isfinite((found.worst_m, found.rms_m, found.final_m, found.half_m)).all(), found
         if rng.randrange(WHOLLY) == 0:

@@ -15,7 +15,7 @@ def main(options: Namespace) -> int:
     if options.scene:
         text, lines = scene_text(scene_path(options.scene), options.scene), []
         if options.scene not in catalogue():
-            lines = ["", *body_lines(read_scene(options.scene, flown=False))]
+            lines = ["", *body_lines(read_scene(options.scene, to_run=False))]
         sys.stdout.write(text if text.endswith("\n") else f"{text}\n")
         sys.stdout.writelines(f"{line}\n" for line in lines)
         return 0

@@ -108,7 +108,7 @@ class Eye:
         depth = (self.place - place) @ self.axes.towards
         return pixels * depth * self.tangent / (self.height / 2) * self.axes.up
 
-    def kept_inside(self, place: Array, box: Box) -> Array:
+    def moved_inside(self, place: Array, box: Box) -> Array:
         """Return the place nearest to one, (3,), as deep, at which what is written beside it lies in the picture."""
         across, over, depth = self.pixels(place[None])[0]
         if not np.isfinite(across + over):

@@ -62,11 +62,11 @@ def readings(
 
 def error_rows(throw: Throw, frame: int, vertex: int | None) -> list[ErrorRow]:
     """Return each contestant's error at a frame, at one vertex or, for None, at the one where it is largest."""
-    flights, answers = throw.flights(), dict(throw.answers)
+    trajectories, answers = throw.trajectories(), dict(throw.answers)
     rows = []
     for contestant in throw.contestants:
         answer = answers.get(contestant)
-        if contestant not in flights:
+        if contestant not in trajectories:
             status = str(answer) if isinstance(answer, Failure) else RUNNING
             rows.append(
                 ErrorRow(
@@ -80,7 +80,7 @@ def error_rows(throw: Throw, frame: int, vertex: int | None) -> list[ErrorRow]:
                 )
             )
             continue
-        flight = flights[contestant]
+        flight = trajectories[contestant]
         seen, true = flight.vertices[frame, 0], throw.true_vertices[frame]
         with np.errstate(over="ignore", invalid="ignore"):
             errors = seen - true
@@ -109,7 +109,7 @@ def errors_over_time(throw: Throw) -> tuple[Array, dict[Contestant, Array]]:
     An error below the truth's limit is shown as that limit.
     """
     curves = {}
-    for contestant, flight in throw.flights().items():
+    for contestant, flight in throw.trajectories().items():
         with np.errstate(over="ignore", invalid="ignore"):
             off = np.linalg.norm(flight.vertices[:, 0] - throw.true_vertices, axis=-1).max(axis=1)
         curves[contestant] = np.maximum(off, throw.true_limit)
@@ -117,6 +117,6 @@ def errors_over_time(throw: Throw) -> tuple[Array, dict[Contestant, Array]]:
 
 
 def wrong(rows: Sequence[ErrorRow]) -> ErrorRow | None:
-    """Return the row with the largest error, if any is larger than its limit."""
+    """Return the row with the largest error, if any exceeds the resolution."""
     off = [row for row in rows if row.off_m > row.resolution_m]
     return max(off, key=lambda row: row.off_m, default=None)

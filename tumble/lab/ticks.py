@@ -30,7 +30,7 @@ class Ticks:
     """The boxes.  asked: called with a contestant and whether it is ticked, when a person changes a box."""
 
     def __init__(self, gui: viser.GuiApi, folder: Any, asked: Callable[[Contestant, bool], object]) -> None:
-        self._gui, self._folder, self._asked = gui, folder, asked
+        self._gui, self._folder, self._queued = gui, folder, asked
         self._drawn: dict[str, Drawn] = {}
         self._shown: tuple[Offer, ...] = ()
 
@@ -74,6 +74,6 @@ class Ticks:
         @box.on_update
         def _(event: Any) -> None:
             if event.client is not None:
-                self._asked(one, bool(event.target.value))
+                self._queued(one, bool(event.target.value))
 
         return box

@@ -14,10 +14,11 @@ from dataclasses import fields, replace
 from pathlib import Path
 from xml.etree import ElementTree
 
+import in_process
 import numpy as np
 import pandas as pd
 import pytest
-from patience import PATIENCE_S, without_progress
+from patience import PATIENCE_S
 
 from tumble.compare.check import study
 from tumble.compare.check.changes import Outcome, hold_against, within
@@ -376,10 +377,7 @@ def recorded(tmp_path_factory) -> Path:
 
 def check(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
     """Run `tumble check WORDS` in a folder."""
-    command = [sys.executable, "-P", "-m", "tumble", "check", *words]
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=PATIENCE_S)
-    done.stderr = without_progress(done.stderr)
-    return done
+    return in_process.tumble(folder, "check", *words)
 
 
 def copy(recorded: Path, to: Path) -> Path:
@@ -511,10 +509,10 @@ def test_what_is_missing_is_no_record_either(tmp_path):
     (tmp_path / "spin.toml").write_text(SPIN)
     (tmp_path / "away" / "mujoco").mkdir(parents=True)
     (tmp_path / "away" / "mujoco" / "__init__.py").write_text("raise ImportError('gone', name='mujoco')")
-    command = [sys.executable, "-P", "-m", "tumble", "check", "spin.toml", "-e", "mujoco", "--no-times", "--accept"]
+    words = [sys.executable, "-P", "-m", "tumble", "check", "spin.toml", "-e", "mujoco", "--no-times", "--accept"]
     away = os.environ | {"PYTHONPATH": str(tmp_path / "away")}
     done = subprocess.run(
-        [*command, "-o", "base"], cwd=tmp_path, env=away, capture_output=True, text=True, timeout=PATIENCE_S
+        [*words, "-o", "base"], cwd=tmp_path, env=away, capture_output=True, text=True, timeout=PATIENCE_S
     )
     assert (done.returncode, done.stdout) == (1, "")
     assert "mujoco on spin: missing: no module named mujoco" in done.stderr
@@ -741,9 +739,9 @@ def test_the_test_file_guards_an_engine_as_pytest_sees_it(tmp_path):
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
 
     def pytest_run() -> subprocess.CompletedProcess[str]:
-        command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "test_mine.py"]
+        words = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "test_mine.py"]
         return subprocess.run(
-            command, cwd=tmp_path, env={**os.environ, "PATH": path}, capture_output=True, text=True, timeout=PATIENCE_S
+            words, cwd=tmp_path, env={**os.environ, "PATH": path}, capture_output=True, text=True, timeout=PATIENCE_S
         )
 
     assert pytest_run().returncode == 0
@@ -774,9 +772,9 @@ def test_the_workflows_steps_guard_an_engine(tmp_path):
 
     def job() -> bool:
         good = True
-        for always, command in steps:
+        for always, line in steps:
             if good or always:
-                words = ["bash", "-e", "-c", command]
+                words = ["bash", "-e", "-c", line]
                 env = {**os.environ, "GITHUB_STEP_SUMMARY": str(summary)}
                 done = subprocess.run(words, cwd=tmp_path, env=env, capture_output=True, text=True, timeout=PATIENCE_S)
                 good = good and done.returncode == 0

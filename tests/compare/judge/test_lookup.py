@@ -111,7 +111,7 @@ def notes(folder: Path, text: str, scene: Scene = SCENE) -> str:
     with launched([str(path)]) as (engine,):
         flight = engine.fly(scene, "m", scene.step, no_progress=True)
     assert not isinstance(flight, Failure), flight
-    return Run(scene, "mine", "m", scene.step, flight, true_answer(scene, floor=False).truth).outcome
+    return Run(scene, "mine", "m", scene.step, flight, true_answer(scene, with_input_error=False).truth).outcome
 
 
 @pytest.mark.parametrize("known", CHEATS)

@@ -54,9 +54,9 @@ def test_the_truth_of_a_film_is_the_truth(films):
 
 def test_a_truth_without_its_floor_is_else_the_same():
     scene = replace(read_scene("two-hits"), title="")
-    whole, bare = truth(scene), truth(scene, floor=False)
-    assert (bare.floor == 0).all()
-    assert (whole.floor > 0).any()
+    whole, bare = truth(scene), truth(scene, with_input_error=False)
+    assert (bare.input_error == 0).all()
+    assert (whole.input_error > 0).any()
     assert (bare.states == whole.states).all()
     assert (bare.bound == whole.bound).all()
 
@@ -105,7 +105,7 @@ def test_a_films_truth_is_the_scenes_own_bit_for_bit(name):
     for column in ("times", "states", "vertices"):
         assert np.array_equal(getattr(found, column), getattr(own.truth, column))
     # What it is known to is of the steps that it took, of which there are more.
-    for column in ("bound", "floor"):
+    for column in ("bound", "input_error"):
         assert getattr(found, column) == pytest.approx(getattr(own.truth, column), rel=1e-6)
     assert found.horizon == math.inf
 

@@ -128,7 +128,7 @@ def test_a_costlier_run_with_no_smaller_error_is_not_on_the_frontier():
 
 
 def test_errors_below_the_limit_are_the_limit():
-    assert planted(0.5, 0.0, 1.0).error_m == TRUTH.limit.max()
+    assert planted(0.5, 0.0, 1.0).error_m == TRUTH.resolution.max()
 
 
 def test_ratios_are_quoted_against_one_contestant_with_their_interval():

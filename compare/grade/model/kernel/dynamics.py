@@ -44,10 +44,10 @@ LINEARLY, EXPONENTIALLY, IMPLICITLY = 0, 1, 2
 # its torque is taken to be in body axes.
 TURNED, NEVER_TURNED, FROZEN, TURNED_BACK, TORQUE_UNTURNED = 0, 1, 2, 3, 4
 # What is kept from step to step: as it is, rounded to single precision, or with all of it that rounding can do alike.
-AS_IT_IS, ROUNDED, BIASED = 0, 1, 2
+DOUBLE, ROUNDED, BIASED = 0, 1, 2
 
 
-class Laws(NamedTuple):
+class Dynamics(NamedTuple):
     """What moves the body, as the program has it.
 
     moments [kg m2]; forces: of the scene; damping: a = -(d0 + d1 |v|) v and alpha = -(d2 + d3 |w|) w - d4 I^-1 w [1/s,
@@ -61,20 +61,20 @@ class Laws(NamedTuple):
     moments: Vector
     forces: Forces
     damping: tuple[float, float, float, float, float]
-    brakes: tuple[Vector, Vector, Vector]
-    damps: int
-    decays: int
+    axis_damping: tuple[Vector, Vector, Vector]
+    damping_place: int
+    damping_form: int
     gyroscopic: float
-    mixed: int
+    frame_mixup: int
     tensor: int
-    struck: int
+    impulse_tensor: int
     first: Quaternion
-    turning: float
+    attitude_rate_factor: float
     caps: tuple[float, float]
-    arm: tuple[float, float, float, float, float]
-    held: int
-    levers: int
-    strikes_in_body: bool
+    lever: tuple[float, float, float, float, float]
+    lever_motion: int
+    lever_axes: int
+    impulse_in_body_axes: bool
 
 
 class Scheme(NamedTuple):
@@ -88,11 +88,11 @@ class Scheme(NamedTuple):
     step: float
     attitude: int
     spin: int
-    semi: bool
-    fall: float
-    normalises: int = 1
-    idle: int = 0
-    keeps: int = AS_IT_IS
+    symplectic: bool
+    position_weight: float
+    normalise_every: int = 1
+    idle_steps: int = 0
+    precision: int = DOUBLE
 
 
 class Push(NamedTuple):
