@@ -28,11 +28,26 @@ def _parts(throws: int) -> list[slice]:
 class Flight:
     """N throws of one body by one method.
 
-    method: a name of `tumble.solver.registry`, or NAME@TOLERANCE.  forces: what acts, None for nothing.  kept: what is
-    computed although it changes nothing, to be timed: of "gyroscopic", "rotation", and "translation", which is then
-    stepped and not taken in closed form.
-    Raises ValueError for a method that does not exist, NotImplementedError for one that cannot carry what acts.
-    Its attributes: method, the registry's line, and dt [s], the step of the last advance, 0 before the first.
+    Attributes: `method`, the method's registry entry, and `dt` [s], the step of the last advance, 0 before the
+    first.
+
+    Parameters
+    ----------
+    body
+    method
+        a name of `tumble.solver.registry`, or NAME@TOLERANCE
+    forces
+        what acts; None for nothing
+    keep
+        terms to compute although they change nothing, so that they can be timed: any of "gyroscopic", "rotation"
+        and "translation", which is then stepped instead of taken in closed form
+
+    Raises
+    ------
+    ValueError
+        The method does not exist.
+    NotImplementedError
+        The method cannot include the forces.
     """
 
     def __init__(

@@ -119,7 +119,7 @@ def lacking(node: Definition) -> list[str]:
     sections = dict(SECTION.findall(ast.get_docstring(node) or ""))
     told = sections.get("Parameters", "") + sections.get("Attributes", "")
     named = {
-        name.strip()
+        name.strip(" *")
         for line in re.findall(r"^[*\w].*$", told, re.MULTILINE)
         for name in line.partition(":")[0].split(",")
     }

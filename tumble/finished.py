@@ -1,4 +1,4 @@
-"""The exit code of a study: a run in which no contestant finished is a failed one."""
+"""The exit code of a study, which fails if no contestant finished."""
 
 from collections.abc import Iterable
 
@@ -9,8 +9,8 @@ DONE, FAILED = 0, 1
 
 
 def exit_code(statuses: Iterable[str]) -> int:
-    """Return 0 where any run finished, else 1, and say so on standard error."""
+    """Return 0 if any run finished, else 1, with a note."""
     if any(status in FINISHED for status in statuses):
         return DONE
-    note("no contestant finished a run: exit code 1; the reasons stand with the results")
+    note("exit code 1: no contestant finished a run; the reasons are in the results")
     return FAILED

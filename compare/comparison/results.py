@@ -1,4 +1,4 @@
-"""All tables of a comparison, by file name: what the page is made from, and what others script against."""
+"""All tables of a comparison, by file name."""
 
 from collections.abc import Sequence
 
@@ -41,13 +41,24 @@ def scene_row(comparison: Comparison) -> SceneRow:
 def comparison_tables(
     comparisons: Sequence[Comparison], engines: Sequence[EngineRow], command: str
 ) -> dict[str, pd.DataFrame]:
-    """Return every table by file name; command reruns them."""
+    """Return all tables of a comparison.
+
+    Parameters
+    ----------
+    comparisons : of the scenes
+    engines : that took part
+    command : the command line that repeats the study, for conditions.csv
+
+    Returns
+    -------
+    table by file name
+    """
     runs = [run for comparison in comparisons for run in comparison.runs]
     rows = [run_row(run) for run in runs]
     pairs = [row for each in comparisons for row in agreements(each.runs)]
     defaults = frozenset().union(*(each.defaults for each in comparisons))
-    asked = frozenset().union(*(each.asked for each in comparisons))
-    findings = [*error_findings(rows, defaults, asked), *agreement_findings(pairs)]
+    named = frozenset().union(*(each.named for each in comparisons))
+    findings = [*error_findings(rows, defaults, named), *agreement_findings(pairs)]
     return {
         "scenes.csv": frame(SCENES, map(scene_row, comparisons)),
         "engines.csv": frame(ENGINES, engines),

@@ -36,7 +36,16 @@ class Answers(Protocol):
 
 
 def is_table_4_1(scene: Scene) -> bool:
-    """Whether the scene has the instants of Table 4.1 and the printed vertex, so that its rows can be compared."""
+    """Return whether a scene can be compared with Table 4.1.
+
+    Parameters
+    ----------
+    scene : the scene
+
+    Returns
+    -------
+    True if it has the instants of Table 4.1 and the printed vertex
+    """
     return np.array_equal(scene.times, table_4_1().physics_times) and len(scene.body.points) > VERTEX
 
 
@@ -50,7 +59,16 @@ def positions(answers: Answers) -> Iterator[tuple[str, str, Array]]:
 
 
 def published_rows(answers: Answers) -> Iterator[PublishedRow]:
-    """Yield five rows a contestant; none if the scene is not that of Table 4.1."""
+    """Yield the printed vertex of every contestant beside the printed positions.
+
+    Parameters
+    ----------
+    answers : scene, reference solution and runs
+
+    Returns
+    -------
+    five rows per contestant, the exact motion first; none if the scene is not that of Table 4.1
+    """
     if not is_table_4_1(answers.scene):
         return
     table = table_4_1()
@@ -72,7 +90,16 @@ def published_rows(answers: Answers) -> Iterator[PublishedRow]:
 
 
 def budget_rows(published: Sequence[PublishedRow]) -> Iterator[BudgetRow]:
-    """Yield one row a contestant: the largest distance from each column over its five rows."""
+    """Yield the largest distance of each contestant from each printed column.
+
+    Parameters
+    ----------
+    published : rows of `published_rows`
+
+    Returns
+    -------
+    one row per contestant
+    """
     own: dict[tuple[str, str, str], list[PublishedRow]] = {}
     for row in published:
         own.setdefault((row.scene, row.engine, row.method), []).append(row)

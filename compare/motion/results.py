@@ -1,4 +1,4 @@
-"""All tables of films, by file name: how bodies look, what acts on them, and where they are."""
+"""All tables of films, by file name: bodies, loads and motions."""
 
 from collections.abc import Iterator, Sequence
 
@@ -31,14 +31,23 @@ from tumble.scenarios.scene import Body, Scene
 
 TRUTH = "truth"
 PLACE = ("x_m", "y_m", "z_m")
-# Vertices further than this part of the body from where a rigid body has them are no rigid body's.
+# A body is deformed if a vertex is further than this share of its size from where a rigid body has it.
 RIGID = 1e-9
 # The corners of each face of a box in order round it; opposite faces come in pairs.
 BOX_FACES = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
 
 
 def film_tables(films: Sequence[Film]) -> dict[str, pd.DataFrame]:
-    """Return every table of films by file name."""
+    """Return all tables of films.
+
+    Parameters
+    ----------
+    films : of the scenes
+
+    Returns
+    -------
+    table by file name
+    """
     return {
         BODIES.file: frame(BODIES, (body_row(film.scene) for film in films)),
         POINTS.file: frame(POINTS, (row for film in films for row in point_rows(film.scene))),
@@ -79,8 +88,8 @@ def faces(body: Body) -> Sequence[Sequence[int]]:
 
 
 def hull(points: Array) -> list[list[int]]:
-    """Return the triangles of the convex hull; nothing where the points lie in a plane."""
-    from scipy.spatial import ConvexHull, QhullError  # only bodies without faces pay for it
+    """Return the triangles of the convex hull; nothing if the points lie in a plane."""
+    from scipy.spatial import ConvexHull, QhullError  # slow to load, and only for bodies without faces
 
     try:
         found = ConvexHull(points)
@@ -99,7 +108,7 @@ def hull(points: Array) -> list[list[int]]:
 
 
 def act_rows(film: Film) -> Iterator[LoadRow]:
-    """Yield what acts: impulses land where the true body is."""
+    """Yield the loads: impulses are applied where the true body is."""
     scene = film.scene
     for impulse in scene.impulses:
         row = int(np.searchsorted(film.truth.times, impulse.time))
@@ -127,18 +136,18 @@ def load_row(scene: Scene, kind: str, time: float, place: Array, vector: Array) 
 
 
 def motion_rows(film: Film) -> Iterator[MotionRow]:
-    """Yield the rows of the truth, then those of every contestant as far as it is finite."""
+    """Yield the rows of the reference, then those of every contestant as far as it is finite."""
     yield from rows_of(film, (TRUTH, ""), 0.0, film.truth.states[:, 0], film.truth.vertices[:, 0])
     known = len(film.truth.times)
-    for contestant, flight in film.flights.items():
-        yield from rows_of(film, contestant, film.dt, flight.states[:known, 0], flight.vertices[:known, 0])
+    for contestant, trajectory in film.trajectories.items():
+        yield from rows_of(film, contestant, film.dt, trajectory.states[:known, 0], trajectory.vertices[:known, 0])
 
 
 def rows_of(film: Film, contestant: tuple[str, str], dt_s: float, states: Array, points: Array) -> Iterator[MotionRow]:
     """Yield the rows of one: states (R, 13), vertices (R, n, 3) [m]."""
     body, true = film.scene.body, film.truth.states[:, 0]
     engine, method = contestant
-    with np.errstate(all="ignore"):  # a flight that blew up has no figures
+    with np.errstate(all="ignore"):  # a run that diverged has no figures
         errors = np.linalg.norm(points - film.truth.vertices[:, 0], axis=-1).max(axis=-1)
         energy, energy_true = (mechanics.energy(each, body, film.scene.gravity) for each in (states, true))
         l_world, l_true = (mechanics.angular_momentum(each, body) for each in (states, true))
@@ -162,23 +171,23 @@ def rows_of(film: Film, contestant: tuple[str, str], dt_s: float, states: Array,
         )
 
 
-def bent(film: Film) -> dict[tuple[str, str], Trajectory]:
-    """Return the flights, by engine and method, of those whose body is no longer rigid."""
+def deformed(film: Film) -> dict[tuple[str, str], Trajectory]:
+    """Return the runs, by engine and method, whose body is no longer rigid."""
     body = film.scene.body
     size = body.reach
     found = {}
-    for contestant, flight in film.flights.items():
+    for contestant, trajectory in film.trajectories.items():
         with np.errstate(all="ignore"):
-            apart = np.abs(flight.vertices - vertices(flight.states, body.points))
+            apart = np.abs(trajectory.vertices - vertices(trajectory.states, body.points))
         if np.nanmax(apart, initial=0.0) > RIGID * size:
-            found[contestant] = flight
+            found[contestant] = trajectory
     return found
 
 
 def deformed_rows(film: Film) -> Iterator[DeformedRow]:
-    """Yield where the vertices are of those whose body is no longer rigid."""
-    for (engine, method), flight in bent(film).items():
-        for time, points in zip(film.truth.times.tolist(), flight.vertices[:, 0], strict=False):
+    """Yield the vertices of the runs whose body is no longer rigid."""
+    for (engine, method), trajectory in deformed(film).items():
+        for time, points in zip(film.truth.times.tolist(), trajectory.vertices[:, 0], strict=False):
             for vertex, point in enumerate(points):
                 if np.isfinite(point).all():
                     yield DeformedRow(

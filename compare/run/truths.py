@@ -35,7 +35,7 @@ class Answer(NamedTuple):
             return self
         known = scene.rows[scene.rows <= whole.horizon]
         if known[-1] < scene.times[0]:
-            return Answer(None, f"the true flight cannot be told at its first sample: {whole.why}")
+            return Answer(None, f"there is no truth at the first sample: {whole.why}")
         rows = np.searchsorted(whole.times, scene.rows)
         parts: dict[str, Any] = {name: getattr(whole, name)[rows] for name in BY_ROW}
         # A scene's horizon is the last of its own rows that is known.

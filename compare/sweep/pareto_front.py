@@ -1,4 +1,4 @@
-"""What a sweep says in numbers: what each digit costs, at which step, of which order, and where steps stop paying."""
+"""The rows of a sweep: Pareto front, cost of each error, orders of convergence, equal integrators, times."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -30,7 +30,7 @@ TARGETS_M = (1e-3, 1e-6, 1e-9, 1e-12)
 
 
 def ensemble_rows(sweep: Sweep) -> Iterator[EnsembleRow]:
-    """Yield the spread over the throws of every plain run, where there are many."""
+    """Yield the spread over the throws of every run with status ok, if there are many throws."""
     if len(sweep.scene.start) > 1:
         for each in usable(sweep.timed):
             low, median, high = pd.Series(each.run.throws_errors).quantile([0.05, 0.5, 0.95]).tolist()
@@ -45,17 +45,35 @@ def ensemble_rows(sweep: Sweep) -> Iterator[EnsembleRow]:
 
 
 def usable(timed: Sequence[Timed]) -> list[Timed]:
-    """Return the runs whose error is a plain result."""
+    """Return the runs with status ok and a finite error.
+
+    Parameters
+    ----------
+    timed : runs with their times
+
+    Returns
+    -------
+    those of them, in the same order
+    """
     return [each for each in timed if each.run.status is Status.OK and np.isfinite(each.error_m)]
 
 
 def clocked(timed: Sequence[Timed]) -> list[Timed]:
-    """Return the runs that have a time, so that they have a ratio to others."""
+    """Return the runs with a valid time."""
     return [each for each in timed if not each.reading.doubt]
 
 
 def by_contestant(timed: Sequence[Timed]) -> dict[tuple[str, str], list[Timed]]:
-    """Return the runs of each contestant, the tolerances of an adaptive method together, the cheapest run first."""
+    """Return the runs of each contestant, the tolerances of an adaptive method together.
+
+    Parameters
+    ----------
+    timed : runs with their times
+
+    Returns
+    -------
+    runs by engine and method, the fastest first
+    """
     found: dict[tuple[str, str], list[Timed]] = {}
     for each in timed:
         found.setdefault((each.run.engine, each.run.method.partition("@")[0]), []).append(each)
@@ -63,16 +81,28 @@ def by_contestant(timed: Sequence[Timed]) -> dict[tuple[str, str], list[Timed]]:
 
 
 def pareto_front(timed: Sequence[Timed]) -> list[Timed]:
-    """Return the runs that no cheaper run equals, the cheapest first: where error falls as time rises."""
-    kept: list[Timed] = []
+    """Return the runs more accurate than every faster one, the fastest first."""
+    front: list[Timed] = []
     for each in sorted(usable(clocked(timed)), key=lambda each: (each.run_ns, each.error_m)):
-        if not kept or each.error_m < kept[-1].error_m:
-            kept.append(each)
-    return kept
+        if not front or each.error_m < front[-1].error_m:
+            front.append(each)
+    return front
 
 
 def reach(timed: Sequence[Timed], target_m: float) -> tuple[str, float | None, Timed | None]:
-    """Return the verdict, the flight's time [ns] at which the error is reached, and the first run that reaches it."""
+    """Return when a contestant reaches an error.
+
+    Parameters
+    ----------
+    timed : runs of one contestant
+    target_m : the error [m]
+
+    Returns
+    -------
+    the verdict: reached, not reached or at most
+    the run time at which the error is reached [ns], interpolated between two runs; None if it is not
+    the first run that reaches it, None if there is none
+    """
     edge = pareto_front(timed)
     fine = next((each for each in edge if each.error_m <= target_m), None)
     if fine is None:
@@ -86,7 +116,17 @@ def reach(timed: Sequence[Timed], target_m: float) -> tuple[str, float | None, T
 
 
 def accuracy_cost_rows(sweep: Sweep, reference: str) -> Iterator[AccuracyCostRow]:
-    """Yield what each digit costs each contestant over the reference contestant ENGINE:METHOD, or why it is untimed."""
+    """Yield the cost of each error for each contestant.
+
+    Parameters
+    ----------
+    sweep : of one scene
+    reference : ENGINE:METHOD that run times are divided by
+
+    Returns
+    -------
+    rows of accuracy-cost.csv, also of untimed contestants, with the reason
+    """
     contestants = by_contestant(clocked(sweep.timed))
     own = contestants.get((reference.partition(":")[0], reference.partition(":")[2]), [])
     for (engine, method), timed in contestants.items():
@@ -97,7 +137,7 @@ def accuracy_cost_rows(sweep: Sweep, reference: str) -> Iterator[AccuracyCostRow
             if run is not None and own_run is not None and run_ns is not None and own_ns is not None:
                 found = ratio(run.reading, own_run.reading)
                 if not found.refusal:
-                    # Both times are their readings' times what lies between two runs.
+                    # From the times of the readings to the interpolated ones.
                     found *= run_ns / own_ns * own_run.reading.ns / run.reading.ns
             dt_s, tolerance = step_reached(run)
             row = AccuracyCostRow(
@@ -121,7 +161,7 @@ def accuracy_cost_rows(sweep: Sweep, reference: str) -> Iterator[AccuracyCostRow
 
 
 def untimed_rows(sweep: Sweep, reference: str) -> Iterator[AccuracyCostRow]:
-    """Yield the reason, once for each digit, of every contestant that ran and has no time at all."""
+    """Yield the reason, once for each error, of every contestant that ran and has no time."""
     contestants = by_contestant(clocked(sweep.timed))
     why = {
         (run.engine, run.method.partition("@")[0]): sweep.why_untimed[run.name]
@@ -143,14 +183,23 @@ def untimed_rows(sweep: Sweep, reference: str) -> Iterator[AccuracyCostRow]:
 
 
 def step_reached(timed: Timed | None) -> tuple[float | None, float | None]:
-    """Return step and tolerance of a run: it has the one or the other, or takes a flight of any length at once."""
+    """Return step and tolerance of a run; a method that takes a run in one step has neither."""
     if timed is None:
         return None, None
     return timed.run.dt if timed.per_step else None, timed.run.tolerance
 
 
 def order_rows(sweep: Sweep) -> Iterator[OrderRow]:
-    """Yield order, floor and the parts of the error of each fixed-step contestant."""
+    """Yield order, smallest error and parts of the error of each fixed-step contestant.
+
+    Parameters
+    ----------
+    sweep : of one scene
+
+    Returns
+    -------
+    rows of orders.csv
+    """
     size = sweep.scene.body.reach
     for (engine, method), timed in by_contestant(sweep.timed).items():
         ladder = sorted((each for each in usable(timed) if each.per_step), key=lambda each: -each.run.dt)
@@ -182,7 +231,7 @@ def order_rows(sweep: Sweep) -> Iterator[OrderRow]:
 
 
 def timing_rows(sweep: Sweep) -> Iterator[TimingRow]:
-    """Yield what the clock said, once a contestant."""
+    """Yield the timing of each contestant."""
     for each in {each.run.name: each for each in sweep.timed}.values():
         reading = each.reading
         median_ns, p90_ns = reading.spread
@@ -204,7 +253,16 @@ def timing_rows(sweep: Sweep) -> Iterator[TimingRow]:
 
 
 def equivalent_rows(sweep: Sweep) -> Iterator[EquivalentRow]:
-    """Yield the pairs of fixed-step contestants that are one integrator, found from the numbers."""
+    """Yield the pairs of fixed-step contestants that are the same integrator, found from the numbers.
+
+    Parameters
+    ----------
+    sweep : of one scene
+
+    Returns
+    -------
+    rows of equivalent.csv
+    """
     ladders = {
         (engine, method): {each.run.dt: each.run for each in usable(timed) if each.per_step}
         for (engine, method), timed in by_contestant(sweep.timed).items()
@@ -214,11 +272,11 @@ def equivalent_rows(sweep: Sweep) -> Iterator[EquivalentRow]:
         shared = sorted(ladders[a].keys() & ladders[b].keys())
         apart = [float(np.linalg.norm(ladders[a][dt].errors - ladders[b][dt].errors, axis=-1).max()) for dt in shared]
         least = [min(float(ladders[name][dt].distances.max()) for name in (a, b)) for dt in shared]
-        telling = [
+        significant = [
             resolution_m < SHARED * worst for resolution_m, worst in zip(limits(ladders[a], shared), least, strict=True)
         ]
-        if any(telling) and all(
-            gap < SHARED * worst for gap, worst, tells in zip(apart, least, telling, strict=True) if tells
+        if any(significant) and all(
+            gap < SHARED * worst for gap, worst, known in zip(apart, least, significant, strict=True) if known
         ):
             (engine_a, method_a), (engine_b, method_b) = a, b
             yield EquivalentRow(
@@ -227,18 +285,18 @@ def equivalent_rows(sweep: Sweep) -> Iterator[EquivalentRow]:
                 method_a=method_a,
                 engine_b=engine_b,
                 method_b=method_b,
-                steps_compared=sum(telling),
+                steps_compared=sum(significant),
                 max_distance_m=max(apart),
             )
 
 
 def limits(ladder: dict[float, Run], steps: Sequence[float]) -> list[float]:
-    """Return what the truth can tell at each of the steps [m]."""
+    """Return the resolution of the reference at each step [m]."""
     return [float(ladder[dt].limits.max()) for dt in steps]
 
 
 def work_precision_rows(sweep: Sweep) -> Iterator[WorkPrecisionRow]:
-    """Yield error and time of every run that has a time."""
+    """Yield error and run time of every run with a valid time."""
     edge = {id(each) for each in pareto_front(sweep.timed)}
     for each in clocked(sweep.timed):
         run, reading = each.run, each.reading

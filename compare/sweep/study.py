@@ -47,7 +47,7 @@ def sweep_scenes(
     Parameters
     ----------
     scenes : the scenes
-    contestants : ENGINE[@RELEASE][:METHOD] or FILE[:METHOD] of each; empty: every installed engine
+    contestants : ENGINE[@RELEASE][:METHOD] or FILE[:METHOD] of each; empty: the engines installed with Tumble
     reference : ENGINE:METHOD that run times are divided by
     folder : where the tables are written, scene by scene; a later call continues from there
     time_limit : for each run [s]
@@ -112,7 +112,7 @@ def advise_scenes(
     ----------
     scenes : the scenes
     tolerance_m : largest acceptable vertex error [m]
-    contestants : ENGINE[@RELEASE][:METHOD] or FILE[:METHOD] of each; empty: every installed engine
+    contestants : ENGINE[@RELEASE][:METHOD] or FILE[:METHOD] of each; empty: the engines installed with Tumble
     beyond_samples : also try fixed steps longer than the sampling interval, with errors measured where they end
     time_limit : for each run [s]
     memory_limit : for each engine's process [B]

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from io import StringIO
 from operator import attrgetter
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -104,23 +105,24 @@ def kept_tables(folder: Path, tables: Iterable[Table]) -> dict[str, pd.DataFrame
     return {table.file: read_file(path, table) for table, path in places.items()}
 
 
-def read_file(path: Path, table: Table) -> pd.DataFrame:
-    """Return the table in a file.  Raises BadTable, OSError."""
+def read_file(path: Path, table: Table, renamed: Mapping[str, str] = MappingProxyType({})) -> pd.DataFrame:
+    """Return the table in a file; renamed: columns that it may have under older names.  Raises BadTable, OSError."""
     try:
         text = plain_bytes(path).decode("utf-8")
     except UnicodeDecodeError as error:
         raise BadTable(f"{path}: not CSV: {error}") from None
-    return read_text(str(path), text, table)
+    return read_text(str(path), text, table, renamed)
 
 
-def read_text(name: str, text: str, table: Table) -> pd.DataFrame:
+def read_text(name: str, text: str, table: Table, renamed: Mapping[str, str] = MappingProxyType({})) -> pd.DataFrame:
     """Return the table in a CSV text.  Raises BadTable unless it has the table's columns, each of its kind.
 
+    renamed: columns that it may have under older names, old -> new.
     pandas.read_csv is not used: it fills up short lines, drops blank ones and cannot name the line of a bad cell.
     """
     lines = csv.reader(StringIO(text, newline=""), strict=True)
     try:
-        header = next(lines, [])
+        header = [renamed.get(column, column) for column in next(lines, [])]
         if header != table.names:
             raise BadTable(f"{name}: columns {short(','.join(header))}: must be {','.join(table.names)}")
         numbers, rows = [], []

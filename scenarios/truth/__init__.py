@@ -1,9 +1,9 @@
-"""The true answer of a scene.
+"""The reference solution of a scene.
 
-Free flight under gravity and impulses has a closed form, worked out in extended precision: Jacobi functions by Landen's
+Free flight under gravity and impulses has a closed form, computed in extended precision: Jacobi functions by Landen's
 steps, attitude by Carlson's integral.  `elliptic` has the functions, `rotation` the closed form, `flight` the whole
-throw, `limit` how good the answer is, and `bulk` is the same compiled, for many throws.  A flight with tether, drag or
-floor is integrated: `forced`.  All start from the numbers as they are written, in fractions: `throw` and `inertia`.
+throw, `resolution` how accurate the answer is, and `bulk` is the same compiled, for many throws.  Scenes with a tether,
+drag or a floor are integrated: `forced`.  All start from the file's numbers, in fractions: `throw` and `inertia`.
 None shares a formulation with the solver or an engine.
 """
 
@@ -27,30 +27,45 @@ if TYPE_CHECKING:
     from tumble.scenarios.truth.bulk.flight import Flights
     from tumble.scenarios.truth.contact.record import ContactRecord
 
-# So many throws take longer one by one than compiled code takes to load.
+# At least this many throws, or instants, take longer one by one than compiled code takes to load.
 MANY, MANY_INSTANTS = 64, 400
-# Instants worked out together where the compiled loop has left some.
+# Instants computed together where the compiled loop has left some.
 AT_A_TIME = 32
 
 ShareCallback = Callable[[float], object]
 
 
 class NoTruth(UsersError):
-    """The flight cannot be told well enough to hold anything against it; the text says why."""
+    """The trajectory cannot be computed accurately enough to be a reference; the message says why."""
 
 
 @dataclass(frozen=True, eq=False)
 class Truth:
-    """Where the body truly is, R instants of N throws.
+    """The reference solution of a scene: R instants of N throws.
 
-    times: instants [s], (R,), the scene's rows, each after its impulses;
-    states: (R, N, 13), each number the double nearest to the exact one; vertices: world [m], (R, N, n, 3), likewise;
-    bound: how far a vertex may be from the exact answer, its rounding to doubles included [m], (R, N);
-    floor: how far a vertex moves when each number of the scene moves by half its last bit [m], (R, N);
-    how: exact, by the closed form, or by which integration;
-    horizon: until when every throw is known to a millionth of the body, or to 1e-12 of its distance [s]: the last such
-    row, infinite where all are; why: what ends it.  Rows that could not be worked out are nan, their bound infinite.
-    contacts: what each throw of a scene with a plane does there.
+    Rows that could not be computed are nan, and their bound is infinite.
+
+    Parameters
+    ----------
+    times : (R,), s
+        the scene's rows, each after its impulses
+    states : (R, N, 13)
+        each number the double nearest to the exact one
+    vertices : (R, N, n, 3), m
+        likewise, world axes
+    bound : (R, N), m
+        upper bound on a vertex's distance from the exact solution, rounding to doubles included
+    input_error : (R, N), m
+        how far a vertex moves when each number of the scene changes by half its last bit
+    how
+        exact, by the closed form, or the integration
+    horizon : s
+        last row up to which every throw is known to a millionth of the body, or to 1e-12 of its distance; infinite
+        if all rows are
+    why
+        what ends it there
+    contacts
+        contact record of each throw, in scenes with a plane
     """
 
     times: Array
@@ -70,12 +85,12 @@ class Truth:
 
     @property
     def known(self) -> int:
-        """How many rows, from the first on, are within the horizon."""
+        """The number of rows within the horizon."""
         return int(np.searchsorted(self.times, self.horizon, side="right"))
 
     @property
     def ends(self) -> str:
-        """What to say where there is a horizon."""
+        """The horizon and its reason, for a message; empty if there is none."""
         return "" if self.known == len(self.times) else f"; known until {self.horizon:.6g} s: {self.why}"
 
     def until_horizon(self) -> "Truth":
@@ -92,13 +107,28 @@ def truth(
     on_share: ShareCallback = lambda share: None,
     limit_s: float = float("inf"),
 ) -> Truth:
-    """Return the true flight of every throw of the scene.
+    """Return the reference solution of every throw of a scene.
 
-    floor: whether to find how far rounded inputs move it, which is most of the work of a free flight; else it is 0;
-    tell: is told again and again what share of the throws is done; limit_s: wall time that each of its
-    three parts may take [s], the answer, its check, and what the inputs do.
-    Raises NoTruth where not one sample after the start can be told, or not within that time, RayMissed where an
-    impulse's ray does not meet the body.
+    Parameters
+    ----------
+    scene
+    with_input_error
+        whether to compute `Truth.input_error`, most of the work of a free flight; otherwise it is 0
+    on_share
+        called with each share of the throws that is done
+    limit_s : s
+        wall time for each of its three parts: the solution, its check, the input error
+
+    Returns
+    -------
+    truth
+
+    Raises
+    ------
+    NoTruth
+        No sample after the start can be computed, or none within limit_s.
+    RayMissed
+        An impulse's ray does not hit the body.
     """
     from mpmath import MPContext  # a tenth of a second that only this call should pay
 
@@ -114,9 +144,9 @@ def truth(
 
                 rows, how, why, contacts = on_plane(mp, scene, with_input_error, on_share)
     except Late:
-        raise NoTruth(f"the true flight was not worked out within {PARTS * limit_s:g} s (--time-limit)") from None
+        raise NoTruth(f"the truth was not computed within {PARTS * limit_s:g} s (--time-limit)") from None
     except OverflowError:
-        raise NoTruth("the true flight cannot be told: its numbers leave the range of doubles") from None
+        raise NoTruth("there is no truth: its numbers leave the range of doubles") from None
     answer = Truth(scene.rows, *rows, how=" / ".join(dict.fromkeys(how)), contacts=contacts)
     return _until_horizon(answer, scene, " / ".join(dict.fromkeys(filter(None, why))))
 
@@ -124,7 +154,7 @@ def truth(
 def _all_throws(
     mp: Any, scene: Scene, with_input_error: bool, on_share: ShareCallback
 ) -> tuple[list[Array], list[str], list[str]]:
-    """Return states, vertices, bound and floor of all throws, how they were made and why some end."""
+    """Return states, vertices, bound and input error of all throws, how they were computed and why some end."""
     many = _many(mp, scene, on_share)
     left = np.arange(len(scene.start)) if many is None else np.flatnonzero(np.isnan(many.input_error).any(axis=0))
     flights = []
@@ -144,7 +174,7 @@ def _all_throws(
 
 
 def _many(mp: Any, scene: Scene, on_share: ShareCallback) -> "Flights | None":
-    """Return the throws of a free scene without blows, where they are so many that compiled code pays, or None."""
+    """Return the throws of a free scene without impulses, if there are enough for compiled code, or None."""
     if not scene.is_free or scene.impulses or len(scene.start) < MANY:
         return None
     from tumble.scenarios.truth.bulk.flight import all_flights
@@ -163,20 +193,20 @@ def _until_horizon(answer: Truth, scene: Scene, why: str) -> Truth:
         return answer
     known = int(np.argmax(blurred))
     if not why or np.isfinite(answer.vertices[known]).all():
-        why = "beyond it the last bit of a number of the scene moves a corner by more than a millionth of the body"
+        why = "beyond it the last bit of a number of the scene moves a vertex by more than a millionth of the body"
     if known == 0 or answer.times[known - 1] < scene.times[0]:
-        raise NoTruth(f"the true flight cannot be told at its first sample: {why}")
+        raise NoTruth(f"there is no truth at the first sample: {why}")
     return replace(answer, horizon=float(answer.times[known - 1]), why=why)
 
 
 def _blurred(scene: Scene, vertices: Array, resolution: Array) -> np.ndarray:
-    """Return where a limit [m], (...), of vertices, (..., n, 3), is more than a truth may have."""
+    """Return where the resolution [m], (...), of vertices, (..., n, 3), is too coarse for a truth."""
     size = scene.body.reach
     return ~(resolution <= TRUSTED * size + FAR * np.abs(vertices).max(axis=(-2, -1)))
 
 
 def _flight(mp: Any, scene: Scene, row: int, with_input_error: bool) -> tuple[Array, Array, Array, Array, str, str]:
-    """Return states (R, 13), vertices (R, n, 3), bound and floor (R,) of one throw; how it was made and why it ends."""
+    """Return states (R, 13), vertices (R, n, 3), bound and input error (R,) of one throw; how made, why it ends."""
     if scene.is_free and len(scene.rows) >= MANY_INSTANTS:
         from tumble.scenarios.truth.bulk.samples import one_flight
 

@@ -20,9 +20,18 @@ THROWS, INSTANTS = 8, 32
 
 
 def input_rounding_error(scene: Scene, answer: Truth) -> float:
-    """Return how far the vertices of the scene in doubles are from the true ones within the horizon, at most [m].
+    """Return how far rounding the inputs to double precision moves the vertices, at most, within the horizon.
 
-    Infinite where a ray meets the body as it is written, but not as it is handed.
+    Parameters
+    ----------
+    scene
+    answer
+        its truth
+
+    Returns
+    -------
+    distance : m
+        infinite where a ray hits the body as written, but not as rounded
     """
     if scene.written is None:
         return 0.0

@@ -177,7 +177,7 @@ def test_there_is_one_answer_and_it_has_a_row(real, opened):
 def test_the_first_screen_has_a_clause_on_stiff_scenes(real, opened):
     changed = dict(real)
     found = real["findings.csv"].copy()
-    for finding, value in (("limits with theory", 31), ("limits as in theory", 29), ("extreme cases", 17)):
+    for finding, value in (("limits with theory", 31), ("limits matching theory", 29), ("extreme cases", 17)):
         found.loc[found["finding"] == finding, "value"] = value
     silent = (found["finding"] == "silent failures") & (found["method"] == "multibody+defaults")
     assert silent.sum() == 1
@@ -621,8 +621,8 @@ def test_sentences_say_what_findings_say(real, opened):
     """Another number in findings.csv, and nothing else changed, is another number in the sentence."""
     changed = dict(real)
     found = real["findings.csv"].copy()
-    found.loc[(found["finding"] == "nearest engine") & (found["scene"] == "two-hits"), "value"] = 0.25
-    found.loc[found["finding"] == "longest step", "value"] = 7.77
+    found.loc[(found["finding"] == "most accurate engine") & (found["scene"] == "two-hits"), "value"] = 0.25
+    found.loc[found["finding"] == "largest stable step", "value"] = 7.77
     changed["findings.csv"] = found
     tab = opened(page(changed), "#at=stability")
     assert "250\u202fmm" in tab.locator("#scene-two-hits .headline").inner_text(), (

@@ -81,7 +81,7 @@ def test_errors_that_grow_below_a_step_are_reported_where_the_contestant_is_show
         FINDINGS,
         [
             FindingRow(
-                finding="worse below",
+                finding="optimal step",
                 scene="yardstick",
                 engine="mujoco",
                 method="euler",

@@ -257,8 +257,8 @@ def test_the_terminal_says_the_same_in_eighty_columns():
     assert lines["mine:a"] == "mine:a 3 2 diverged 2.0e-03 1.0e-04"
     assert lines["mine:c"].startswith("mine:c 3 2 clamped")
     assert "other:x, other:y: carries no forces" in text
-    assert "no limit: at no step that was tried, up to w dt = 8" in text
-    assert "tumble:exact is within 10 limits of the truth in all 2 cases" in text
+    assert "no limit: stable at every step tried, up to w dt = 8" in text
+    assert "tumble:exact is within 10 times the resolution in all 2 cases" in text
 
 
 def test_many_contestants_of_a_case_are_counted():
@@ -283,8 +283,8 @@ def test_findings_count_the_limits_of_theory_and_the_silent_failures():
     """Theory has 2 rad for all: limits of 3 rad are none of its, 2.09 rad is within 5 %, and 2.11 rad is not."""
     near, far = piece("mine", "near", 2.09, "diverged").limit, piece("mine", "far", 2.11, "diverged").limit
     found = {row.finding: row.value for row in limit_findings([each.limit for each in PIECES[:4]])}
-    assert (found["limits with theory"], found["limits as in theory"]) == (4, 0)
+    assert (found["limits with theory"], found["limits matching theory"]) == (4, 0)
     found = {row.finding: row.value for row in limit_findings([near, far])}
-    assert (found["limits with theory"], found["limits as in theory"]) == (2, 1)
+    assert (found["limits with theory"], found["limits matching theory"]) == (2, 1)
     assert {row.finding: row.value for row in extreme_findings(cases())} == {"extreme cases": 9, "silent failures": 4}
     assert list(extreme_findings([])) == list(limit_findings([])) == []

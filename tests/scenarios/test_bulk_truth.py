@@ -78,7 +78,7 @@ def test_errors_are_what_they_are_said_to_be(case):
     mp = MPContext()
     mp.prec = bulk.BITS
     inputs = bulk.signed(bodies(mp, readings(scene, 0), np.array((scene.rows, 0 * scene.rows))))
-    vertices, _, floor = bulk.flown(bulk.as_written(scene.start[:1]), inputs)
+    vertices, _, floor = bulk.simulate(bulk.as_written(scene.start[:1]), inputs)
     off = bulk.off_by(mp, scene, 0, vertices[:, :, 0])
     assert (off <= bulk.SHARE_OF_FLOOR * floor[:, 0]).all()
     # The second double counts: with one alone they would not be.

@@ -26,7 +26,7 @@ import trimesh
 from scipy.spatial.transform import Rotation
 
 from tumble.__main__ import main as tumble
-from tumble.compare.check.changes import hold_against
+from tumble.compare.check.changes import compare_records
 from tumble.compare.check.junit import junit
 from tumble.compare.check.markdown import summary
 from tumble.compare.check.record import BadRecord, Record, read_record, texts
@@ -292,7 +292,7 @@ def records(folder: Path, numbers: range) -> Outcome:
             (folder / name).write_bytes(whole[name])
         if rng.randrange(HELD):
             return
-        outcome = hold_against(*rng.sample((BASE, record), 2), Tolerances())  # pyright: ignore[reportCallIssue]
+        outcome = compare_records(*rng.sample((BASE, record), 2), Tolerances())  # pyright: ignore[reportCallIssue]
         assert summary(outcome, ("--baseline", "b")).startswith("## tumble check: ")
         ElementTree.fromstring(junit(outcome, ("--baseline", "b")))
         # What was read is what is written: no cell is taken for something else.

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from drawn_brick import BRICK
 
 from tools.random_programs import contact, score, table
 from tools.random_programs.contact import FIRM, PARTLY, Answer, Claim
@@ -12,25 +13,13 @@ from tools.random_programs.dialect import Dialect
 from tools.random_programs.mistakes import KINDS
 from tools.random_programs.names import BACK, MISTAKES, NOT_BACK, SCHEME, STEPS, names
 from tools.random_programs.program import Case, Planted, Program, truth_of
-from tools.random_programs.scene import Impulse, Scene, box_inertia, corners
+from tools.random_programs.scene import Impulse, box_inertia, corners
 from tools.random_programs.scheme import Damping, Reading, Scheme
 
-SIZE = np.array((0.5, 0.3, 0.2))
-BRICK = Scene(
-    "brick",
-    1.0,
-    2.0,
-    box_inertia(2.0, SIZE),
-    corners(SIZE),
-    np.array((0.4, 1.0, -0.6)),
-    np.array((0.7, 0.1, -0.5, 0.5)),
-    np.array((0.8, 5.0, -0.4)),
-    np.array((2.0, -3.0, 1.5)),
-    np.array((0.0, -9.81, 0.0)),
-    SIZE,
-    (Impulse(0.4, np.array((-0.6, 0.5, 0.4)), vertex=3),),
+HIT_BRICK = replace(BRICK, impulses=(Impulse(0.4, np.array((-0.6, 0.5, 0.4)), vertex=3),))
+CUBE = replace(
+    HIT_BRICK, size=np.full(3, 0.4), inertia=box_inertia(2.0, np.full(3, 0.4)), points=corners(np.full(3, 0.4))
 )
-CUBE = replace(BRICK, size=np.full(3, 0.4), inertia=box_inertia(2.0, np.full(3, 0.4)), points=corners(np.full(3, 0.4)))
 FINE = Scheme(0.001, 0.02, "order 4")
 ENGINE = Scheme(1 / 60, 1 / 60, gyroscopic="implicit", damping=Damping(0.1, 0.05))
 GRAVITY = Claim("gravity-doubled")
@@ -43,7 +32,7 @@ def said(verdict, *explanations, confidence=None, failure=""):
     return Answer(verdict, explanations, (), confidence, 1.0, 0.0, 1.0, failure)
 
 
-def assessed(program, answer, scene=BRICK, digits=9):
+def assessed(program, answer, scene=HIT_BRICK, digits=9):
     """Return what a file is, and what an answer to it is."""
     case = Case(0, 0, scene, program, Dialect(digits))
     truth = truth_of(case)

@@ -19,7 +19,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from markdown_it import MarkdownIt
 
-from tumble.compare.check.changes import hold_against
+from tumble.compare.check.changes import compare_records
 from tumble.compare.check.junit import junit
 from tumble.compare.check.markdown import code, summary
 from tumble.compare.check.record import Record
@@ -190,7 +190,7 @@ def said(words: str) -> tuple[str, str]:
     before = replace(worse, max_error_m=1e-3, spin_energy="conserved")
     old = record(words, [cell, before, replace(cell, method="gone")], words)
     new = record(words, [changed, worse, replace(cell, method="new")], f"{words}2")
-    outcome = hold_against(old, new, Tolerances())
+    outcome = compare_records(old, new, Tolerances())
     assert {change.verdict for change in outcome.changes} >= {"worse", "gone", "new"}
     against = ("--baseline", words)
     return summary(outcome, against), junit(outcome, against)

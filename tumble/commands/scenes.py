@@ -8,9 +8,9 @@ from tumble.scenarios.read import catalogue, read_scene, scene_path, scene_text
 
 
 def main(options: Namespace) -> int:
-    """List every scene with its title and what it needs, or print one as it is written.
+    """List every scene with its title and what it needs, or print one as TOML.
 
-    Of a file of the user's also what follows from its body; a scene of the catalogue is printed to be changed.
+    For a file of the user's also the mass properties of its body; a scene of the catalogue is printed to be changed.
     """
     if options.scene:
         text, lines = scene_text(scene_path(options.scene), options.scene), []

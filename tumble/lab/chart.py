@@ -47,7 +47,7 @@ class Frame(NamedTuple):
 
 
 def chart(times: Array, curves: Sequence[Curve], limit: Array, shown: int) -> str:
-    """Return the chart as HTML: the resolution [m] at its times [s], (S,), curves, and the row that is shown."""
+    """Return the chart as SVG: the resolution [m] at its times [s], (S,), curves, and the row that is shown."""
     frame = framed(times, [*(curve.errors for curve in curves), limit])
     if frame is None:
         return ""
@@ -61,7 +61,6 @@ def chart(times: Array, curves: Sequence[Curve], limit: Array, shown: int) -> st
     dots = Markup("").join(dot(at, frame, curve, now_s) for curve in curves)
     names = ", ".join(curve.name for curve in curves)
     whole = Markup(
-        '<div style="font-size:12px;padding:6px 10px 0;color:{3}">largest vertex error over time</div>'
         '<svg viewBox="0 0 {0} {1}" width="100%" role="img" aria-label="Largest error over time: {2}" data-lab="chart" '
         'style="display:block;font-size:10px;fill:{3}">{4}{5}{6}{7}</svg>'
     )

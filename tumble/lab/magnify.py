@@ -1,4 +1,4 @@
-"""Errors made visible: every vertex drawn where it would be if its error were larger by a factor."""
+"""Magnification: each vertex drawn where it would be if its error were larger by a factor."""
 
 from collections.abc import Iterable
 

@@ -47,6 +47,12 @@ def readings_table(readings: Sequence[Reading], size: float) -> str:
     return str(table.format(STYLE, rows))
 
 
+def chart_box(chart: str) -> str:
+    """Return a chart, SVG, under its title; nothing where there is no chart yet."""
+    title = Markup('<div style="{};{}">largest vertex error over time</div>').format(STYLE, FAINT)
+    return f"{title}{chart}" if chart else ""
+
+
 def grade_box(foreign: Foreign) -> str:
     """Return the verdict of `tumble grade` on a loaded trajectory, and its evidence."""
     rest = Markup("").join(Markup("<div>{}</div>").format(visible(line)) for line in foreign.details)

@@ -17,7 +17,7 @@ from tumble.lab.chart import Curve, chart
 from tumble.lab.draft import Draft, usual_magnitude
 from tumble.lab.looks import Look, Looks
 from tumble.lab.magnify import AS_IT_IS, FACTORS, FIT, fitting, magnified, times
-from tumble.lab.markup import error_table, grade_box, places, readings_table
+from tumble.lab.markup import chart_box, error_table, grade_box, places, readings_table
 from tumble.lab.panel import Actions, Panel, moves_far, show
 from tumble.lab.picture import captioned
 from tumble.lab.pool import Contestant, Pool
@@ -388,7 +388,7 @@ class Page:
             curves.append(Curve(one.name, found.times, errors, look.css, look.dash))
         if foreign := self.session.foreign:
             curves.append(Curve(foreign.name, foreign.times, foreign.errors, FOREIGN_INK, ""))
-        return chart(found.times, curves, found.limit, shown.frame)
+        return chart_box(chart(found.times, curves, found.limit, shown.frame))
 
     def _offers(self) -> list[Offer]:
         """Return every engine with the contestants that can be ticked."""

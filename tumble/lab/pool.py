@@ -1,10 +1,9 @@
 """Engines that stand ready for every throw of every page.
 
-An engine's process is leased to one throw at a time; where none is free another is started, up to MOST of an engine,
-and after these a throw waits for the next.  A process that is still at work when its throw is over, because it hangs or
-is slow, is ended, so that it keeps no later throw waiting.  An engine that takes long to start, or hangs there, takes
-part when it is up: a contestant without a method learns by then which that is.  Of the processes that nobody uses a few
-stay, those used last, and the others are ended.
+An engine's process is leased to one throw at a time.  Where none is free another is started, up to MOST of an engine;
+then throws wait.  A process that still runs when its throw is over is ended, so that no later throw waits for it.  An
+engine that starts slowly, or hangs there, runs when it is up; a contestant without a method gets its default method
+then.  A few idle processes stay, those used last; the others are ended.
 
 The runner of studies (`tumble.compare.run.tasks`) does not fit here: it works through a list that is known when it
 begins, one process an engine, and stops all of them when one task is given up.  Here throws come while others run, each

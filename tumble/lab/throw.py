@@ -24,9 +24,9 @@ FIRST, MOST = 5, 40
 
 
 class Throw:
-    """The answers to one scene as they come in, the first row of each at t = 0.
+    """The results of one scene as they come in, the first row of each at t = 0.
 
-    answers: contestant -> its trajectory, or why there is none; it is not there while it runs.  true_states (R, 13) and
+    answers: contestant -> its trajectory, or why there is none; no entry while it runs.  true_states (R, 13) and
     true_vertices (R, n, 3) [m] are NaN where the truth is not there yet; why_no_truth says that it will not be.
     changed: called, from any thread, when something came in.
     """

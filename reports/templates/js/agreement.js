@@ -21,7 +21,7 @@ function pairOf(row, side) {
 
 export function agreementSection(host) {
   const pairs = rows("agreement.csv");
-  const apart = numbersFound("apart").map((row) => ({ ...row, error: numbersFound("both off", row.scene)[0].value }));
+  const apart = numbersFound("agreement distance").map((row) => ({ ...row, error: numbersFound("agreement error", row.scene)[0].value }));
   const [best] = apart.sort((a, b) => a.value / a.error - b.value / b.error);
   host.append(
     make(

@@ -74,7 +74,7 @@ function otherEngines() {
 /** The clause on stiff scenes and extreme cases; nothing where there are none. */
 function stiffClause() {
   const [known] = numbersFound("limits with theory");
-  const [near] = numbersFound("limits as in theory");
+  const [near] = numbersFound("limits matching theory");
   const [cases] = numbersFound("extreme cases");
   const parts = [];
   if (known) parts.push(["On ", linkToPlace("stability", "stiff scenes"), `, ${near.value === known.value ? "all" : `${near.value} of`} ${counted(known.value, "measured step limit")} ${known.value === 1 ? "matches" : "match"} theory`]);

@@ -83,10 +83,10 @@ export function markOf(name, size = 12) {
 }
 
 /** The contestant that is an engine's default, by engine. */
-export const ENGINE_DEFAULTS = new Map(findings("as shipped").filter((row) => CONTESTANTS.has(contestantOf(row))).map((row) => [row.engine, contestantOf(row)]));
+export const ENGINE_DEFAULTS = new Map(findings("engine default").filter((row) => CONTESTANTS.has(contestantOf(row))).map((row) => [row.engine, contestantOf(row)]));
 
 /** The contestants that the user named. */
-export const REQUESTED = new Set(findings("as asked").map(contestantOf));
+export const REQUESTED = new Set(findings("named method").map(contestantOf));
 
 /** An engine's default, or its first contestant where it has no default. */
 export const defaultOf = (engine) => ENGINE_DEFAULTS.get(engine) ?? [...CONTESTANTS.values()].find((one) => one.engine === engine && RUNS.has(one.name))?.name;
@@ -142,5 +142,5 @@ export function rolesOf(name) {
 
 /** The findings on the defaults of all engines in a scene, or on requested contestants of engines without a default. */
 export function defaultFindings(scene) {
-  return [...findings("as shipped", scene), ...findings("asked for", scene).filter((row) => row.engine !== DATA.byHand && !ENGINE_DEFAULTS.has(row.engine))];
+  return [...findings("engine default", scene), ...findings("first method", scene).filter((row) => row.engine !== DATA.byHand && !ENGINE_DEFAULTS.has(row.engine))];
 }

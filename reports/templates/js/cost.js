@@ -144,7 +144,7 @@ function orderTable(host, scene) {
 
 /** The contestants shown whose errors grow below a step, with that step. */
 function worseBelowNote(host, scene) {
-  const found = findings("worse below", scene);
+  const found = findings("optimal step", scene);
   if (!found.length) return;
   const reached = new Map(rows("sweep-orders.csv").filter((row) => row.scene === scene).map((row) => [nameOf(row), row]));
   const note = make("p", { class: "note", id: `worse-below-${scene}` });

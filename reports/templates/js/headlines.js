@@ -56,18 +56,18 @@ function factsAbout(scene, runs) {
   if (exact.length > 1) add("exact", `${exact.length}`, `${exact.length} contestants are indistinguishable from the truth`);
   const rescued = runs.filter((run) => run.status === "ok" && (errorOf(run) ?? Infinity) < 1e-9 && median((RUNS.get(contestantOf(run)) ?? []).map(errorOf)) > 1e-4);
   if (rescued.length) add("rescued", "", `${abbreviated(rescued.map(nameOf))}, inaccurate elsewhere, ${rescued.length > 1 ? "are" : "is"} accurate here`);
-  const [pair] = numbersFound("apart", scene.scene);
-  if (pair) add("pair", `${nameOf(pair)} ${pair.other}`, `${nameOf(pair)} and ${pair.other} agree ${pair.value ? `to ${si(pair.value, "m", 2)}` : "to the last digit"} and are both wrong by ${si(numbersFound("both off", scene.scene)[0].value, "m", 2)}`);
+  const [pair] = numbersFound("agreement distance", scene.scene);
+  if (pair) add("pair", `${nameOf(pair)} ${pair.other}`, `${nameOf(pair)} and ${pair.other} agree ${pair.value ? `to ${si(pair.value, "m", 2)}` : "to the last digit"} and are both wrong by ${si(numbersFound("agreement error", scene.scene)[0].value, "m", 2)}`);
   const [right] = numbersFound("right column", scene.scene);
   const [wrong] = numbersFound("wrong column", scene.scene);
   if (right) add("report", "", `the ${right.other} column of the printed table is right to ${si(right.value, "m", 2)}, the ${wrong.other} one is wrong by ${si(wrong.value, "m", 2)}`);
-  const [bent] = numbersFound("bent edge", scene.scene);
+  const [bent] = numbersFound("edge stretch", scene.scene);
   if (bent && Math.abs(Math.log(bent.value)) > 0.2) add("bent", "", `${contestantOf(bent)} ends with an edge ${bent.value.toFixed(2)} times its length`);
   const unable = runs.filter((run) => run.status === "skipped");
   const forces = scene.needs.split(", ").filter((need) => ["drag", "floor", "tether"].includes(need));
   if (unable.length && forces.length) add("unable", forces.join(), `${unable.length} of ${runs.length} contestants do not support ${forces.join(" or ")}`);
   if (scene.horizon_s !== null) add("horizon", "", `no program in double precision can predict the motion beyond ${given(scene.horizon_s)} s`);
-  for (const row of findings("nearest engine", scene.scene)) add("nearest", nameOf(row), `the most accurate engine is ${nameOf(row)}, with an error of ${si(findingValue(row), "m", 2)}`);
+  for (const row of findings("most accurate engine", scene.scene)) add("nearest", nameOf(row), `the most accurate engine is ${nameOf(row)}, with an error of ${si(findingValue(row), "m", 2)}`);
   return found;
 }
 
@@ -80,14 +80,14 @@ const SUPERLATIVES = [
   { kind: "fast", of: (scene) => spinOf(scene.scene) * scene.step_s, text: (value, scene) => `the fastest rotation per step, ${figure((value * 180) / Math.PI, 2)}° in ${given(scene.step_s)} s` },
   { kind: "impulses", of: (scene) => rows("loads.csv").filter((act) => act.scene === scene.scene && act.kind === "impulse").length, text: (value) => `${value} impulses; the effect of each depends on the attitude at that time` },
   { kind: "vertices", of: (scene) => scene.vertices, text: (value) => `${value} vertices` },
-  { kind: "edge", of: (scene) => Math.max(0, ...numbersFound("bent edge", scene.scene).map((row) => row.value)), text: (value, scene) => `${contestantOf(numbersFound("bent edge", scene.scene)[0])} ends with an edge ${value.toFixed(1)} times its length` },
-  { kind: "nearest", key: "hardest", of: (scene) => Math.max(0, ...numbersFound("nearest engine", scene.scene).map((row) => findingValue(row) ?? 0)), text: (value, scene) => `the hardest for the engines: ${nearestOf(scene)}` },
+  { kind: "edge", of: (scene) => Math.max(0, ...numbersFound("edge stretch", scene.scene).map((row) => row.value)), text: (value, scene) => `${contestantOf(numbersFound("edge stretch", scene.scene)[0])} ends with an edge ${value.toFixed(1)} times its length` },
+  { kind: "nearest", key: "hardest", of: (scene) => Math.max(0, ...numbersFound("most accurate engine", scene.scene).map((row) => findingValue(row) ?? 0)), text: (value, scene) => `the hardest for the engines: ${nearestOf(scene)}` },
 ];
 
 const engineRuns = (runs) => runs.filter((run) => finished(run) && !CONTESTANTS.get(contestantOf(run))?.byHand);
 
 function nearestOf(scene) {
-  const [best] = findings("nearest engine", scene.scene);
+  const [best] = findings("most accurate engine", scene.scene);
   return best ? `the most accurate engine, ${nameOf(best)}, is wrong by ${si(findingValue(best), "m", 2)}` : "no engine finishes it";
 }
 

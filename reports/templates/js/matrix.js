@@ -8,7 +8,7 @@ import { Clock, player } from "./player.js";
 
 /** Put the body of a matrix that is never re-orthonormalised into host, beside one that stays rigid. */
 export function matrixSection(host) {
-  const [bent] = numbersFound("bent edge")
+  const [bent] = numbersFound("edge stretch")
     .flatMap((row) => {
       const film = filmOf(row.scene);
       return film ? [{ film, scene: row.scene, name: contestantOf(row), stretch: row.value }] : [];

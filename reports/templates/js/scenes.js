@@ -60,12 +60,12 @@ function sceneSection(host, scene) {
  * @param {Tables["scenes.csv"]} scene
  */
 function sceneHeadline(scene) {
-  if (!findings("nearest", scene.scene).length) return scene.bound_m === null ? `No truth: ${scene.truth}` : "No contestant finished.";
+  if (!findings("most accurate", scene.scene).length) return scene.bound_m === null ? `No truth: ${scene.truth}` : "No contestant finished.";
   const first = defaultFindings(scene.scene).filter((row) => row.engine !== DATA.ours && Number.isFinite(findingValue(row)) && row.value !== null);
   const [worst] = first.sort((a, b) => (findingValue(b) ?? 0) - (findingValue(a) ?? 0));
   const clauses = [];
   if (worst) clauses.push(`${ENGINE_DEFAULTS.has(worst.engine) ? `By default ${worst.engine}` : `${REQUESTED.has(contestantOf(worst)) ? "As requested, " : ""}${contestantOf(worst)}`} has an error of up to ${si(findingValue(worst), "m", 2)}`);
-  for (const row of findings("nearest engine", scene.scene)) clauses.push(`the most accurate engine, ${contestantOf(row)}, of ${si(findingValue(row), "m", 2)}`);
+  for (const row of findings("most accurate engine", scene.scene)) clauses.push(`the most accurate engine, ${contestantOf(row)}, of ${si(findingValue(row), "m", 2)}`);
   return `${clauses.join("; ")}${clauses.length ? "." : ""}`;
 }
 

@@ -24,9 +24,9 @@ export function stableSection(host) {
 
 function stableHeadline() {
   const known = findings("limits with theory")[0]?.value;
-  const near = findings("limits as in theory")[0]?.value;
-  const [most] = numbersFound("longest step").sort((a, b) => b.value - a.value);
-  const [least] = numbersFound("shortest step").sort((a, b) => a.value - b.value);
+  const near = findings("limits matching theory")[0]?.value;
+  const [most] = numbersFound("largest stable step").sort((a, b) => b.value - a.value);
+  const [least] = numbersFound("smallest stable step").sort((a, b) => a.value - b.value);
   const sentences = [];
   if (known) sentences.push(`Within 5 %, ${near === known ? "all" : `${near} of`} ${counted(known, "measured limit")} ${near === 1 ? "matches" : "match"} theory.`);
   if (most) sentences.push(`In radians of the stiffest mode, ${nameOf(most)} is stable up to ω·dt = ${figure(most.value)} (${most.scene}), ${nameOf(least)} up to ${figure(least.value)} (${least.scene}).`);

@@ -87,7 +87,6 @@ interface Tables {
     file: string;
     verdict: string;
     rank: number;
-    group: number;
     engines: string;
     mistake: string;
     parameter: string;

@@ -136,7 +136,7 @@ class Builder:
     def _next(self, pose: Pose, time: Any, until: Any) -> Choice:
         if self.guide is not None:
             if len(self.choices) >= len(self.guide):
-                return Choice(ENDS, why="the motion that is followed ends")
+                return Choice(ENDS, why="the followed motion ends")
             return self.guide[len(self.choices)]
         if self.ending:
             return Choice(ENDS, why=self.ending)
@@ -271,7 +271,10 @@ def _lasting(builder: Builder, pose: Pose, stays: tuple[int, ...], time: Any, un
         return _on_face(builder, face.Face(setting, pose, stays), stays, time, until)
     if setting.pressing and (pinned := _pinned(builder, pose, stays, time, until)) is not None:
         return pinned
-    return Choice(ENDS, why=f"{_points(stays)} on the plane at {float(time):.6g} s: a lasting contact that is not told")
+    return Choice(
+        ENDS,
+        why=f"{_points(stays)} on the plane at {float(time):.6g} s: the truth does not cover this lasting contact",
+    )
 
 
 def _pinned(builder: Builder, pose: Pose, points: tuple[int, ...], time: Any, until: Any) -> Choice | None:

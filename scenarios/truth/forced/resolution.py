@@ -90,9 +90,9 @@ def input_error_of(
 ) -> tuple[Array, str]:
     """Return how far the vertices move when each number of the file moves by half its last bit [m], (R,), R <= known,
 
-    and why there are not so many.  The numbers, the signs and their patterns are those of
-    `tumble.scenarios.truth.resolution.input_error_of`.  steps: those of the flight; where they are many, far instants, which
-    may be beyond the horizon, are not tried before near ones.
+    and why there are fewer than `known`.  Numbers, signs and patterns are those of
+    `tumble.scenarios.truth.resolution.input_error_of`.  steps: those of the flight; if there are many, near instants
+    are tried before far ones, which may be beyond the horizon.
     """
     input_error, budget = np.empty(0), Budget()
     for accuracy, share in changes:

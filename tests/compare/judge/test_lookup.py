@@ -144,7 +144,7 @@ def read(world):
     done = tumble("compare", "two-hits", "-e", "./cached.py", "-e", "tumble:rk4")
     assert done.returncode == 0, done.stderr
     assert "looked up" in " ".join(done.stdout.split()), done.stdout
-    assert done.stdout.startswith("two-hits: tumble:rk4 is nearest to the truth"), done.stdout
+    assert done.stdout.startswith("two-hits: tumble:rk4 is most accurate"), done.stdout
 
 
 def test_the_altered_start_is_close_and_another_in_every_number():

@@ -377,7 +377,7 @@ def test_an_interrupted_study_flies_only_what_is_missing(tmp_path, tumble, words
     finally:
         command.kill()
     assert command.returncode == 130
-    assert b"the same command goes on from there" in err
+    assert b"run the same command again to continue" in err
     before = log.read_text().split().count("still")
     assert before >= 1
     log.unlink()

@@ -30,7 +30,7 @@ from tumble.compare.sweep.pareto_front import (
 )
 from tumble.compare.sweep.results import measured
 from tumble.compare.sweep.schemas import AccuracyCostRow
-from tumble.compare.sweep.work_precision import Effort, Sweep, Timed, at_floor, climb, rungs, sweep
+from tumble.compare.sweep.work_precision import Effort, Sweep, Timed, at_floor, climb, levels, sweep
 from tumble.reports.sweep_text import cost
 from tumble.scenarios.frames import vertices
 from tumble.scenarios.read import read_scene
@@ -228,7 +228,7 @@ def test_the_clock_reads_a_known_ratio():
 @pytest.fixture(scope="module")
 def real() -> Sweep:
     with launched(["tumble:rk4", "mujoco:euler", "mujoco:rk4", "pybullet:multibody"]) as running_engines:
-        assert next(rungs(running_engines[0], SCENE, "rk4")) == ("rk4", 1.0)
+        assert next(levels(running_engines[0], SCENE, "rk4")) == ("rk4", 1.0)
         return sweep(running_engines, SCENE)
 
 

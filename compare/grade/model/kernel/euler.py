@@ -1,4 +1,4 @@
-"""Steps of Euler's methods, explicit and symplectic, and what single precision keeps of them."""
+"""Steps of Euler's methods, explicit and symplectic, and their rounding to single precision."""
 
 import math
 
@@ -48,7 +48,7 @@ def capped(rate: Vector, cap: float) -> Vector:
 
 @inner
 def _turned(q: Quaternion, turn: Vector, attitude: int) -> tuple[Quaternion, float]:
-    """Return q turned by a vector [rad], body axes, and how much longer the program has made it."""
+    """Return q rotated by a vector [rad], body axes, and the factor on its length in the program."""
     if attitude == EXPONENTIAL:
         return normalise(product(q, exponential(scale(0.5, turn)))), 1.0
     longer = plus(q, product_vector(q, scale(0.5, turn)))
@@ -59,7 +59,7 @@ def _turned(q: Quaternion, turn: Vector, attitude: int) -> tuple[Quaternion, flo
 def euler_step(
     motion: Motion, dt: float, dynamics: Dynamics, push: Push, scheme: Scheme, falls: bool
 ) -> tuple[Motion, float]:
-    """Return the motion one step of dt [s] on, and how much longer q would have become; falls: gravity acts."""
+    """Return the motion after a step of dt [s], and the factor on the length of q; falls: gravity acts."""
     turns = attitude_rate(motion.q, motion.w_body, dynamics)
     a, alpha = accelerations(motion, dynamics, push)
     if not falls and dynamics.forces.gravity is not None:
@@ -70,7 +70,7 @@ def euler_step(
     if dynamics.damping_place in (
         BEFORE_FORCES,
         AFTER_FORCES,
-    ):  # engines that damp so let nothing past as it is set, or damped
+    ):  # engines that damp so limit velocities when they are set or damped
         old_v, old_w = capped(old_v, dynamics.caps[0]), capped(old_w, dynamics.caps[1])
     v, w = add(old_v, scale(dt, a)), spun(motion, old_w, dt, dynamics, alpha, scheme.spin)
     if dynamics.damping_place == AS_FORCE:
@@ -122,7 +122,7 @@ def _rounded(a: Vector) -> Vector:
 
 @inner
 def to_single(motion: Motion, precision: int) -> Motion:
-    """Return a motion as a program in single precision keeps it, w in world axes; or as far off as that can be."""
+    """Return a motion rounded to single precision, w in world axes; or biased by as much as rounding can be."""
     if precision == BIASED:
         spin = HALF_SINGLE * math.sqrt(dot(motion.w_body, motion.w_body))
         w = add(motion.w_body, (spin, spin, spin))

@@ -1,4 +1,4 @@
-"""What impulses, and forces that last, do to a motion as they begin and end."""
+"""The effect of impulses, and of the start and end of lasting forces."""
 
 from tumble.compare.grade.model.kernel.dynamics import (
     AS_AT_THE_START,
@@ -20,7 +20,7 @@ from tumble.solver.vectors import Vector, add, cross, scale
 
 @inner
 def _lever(motion: Motion, event: Array, dynamics: Dynamics) -> Vector:
-    """Return the lever arm of an impulse as the program has it, world axes."""
+    """Return the program's lever of an impulse, world axes."""
     point = (event[8], event[9], event[10])
     if event[11] != 0.0:
         if dynamics.lever_axes == AS_THE_BODY:
@@ -41,7 +41,7 @@ def _after_impulse(motion: Motion, dynamics: Dynamics, moves: Vector, twist: Vec
 
 @inner
 def happen(motion: Motion, push: Push, events: Array, number: int, dynamics: Dynamics) -> tuple[Motion, Push, Vector]:
-    """Return motion and push after an event, and by how much the angular momentum has jumped, world axes."""
+    """Return motion and lasting forces after an event, and the jump of the angular momentum, world axes."""
     event = events[number]
     moves, turns = (event[2], event[3], event[4]), (event[5], event[6], event[7])
     nothing = (0.0, 0.0, 0.0)
@@ -64,7 +64,7 @@ def happen(motion: Motion, push: Push, events: Array, number: int, dynamics: Dyn
 
 @inner
 def _pushed(push: Push, sign: int, moves: Vector, turns: Vector, lever: Vector, dynamics: Dynamics) -> Push:
-    """Return what lasts once a force that moves, the same that turns and its lever begin, or with sign -1 end."""
+    """Return the lasting forces after a force, its part for the rotation and its lever begin, or with sign -1 end."""
     acting, force, turns = push.acting + sign, add(push.force, scale(sign, moves)), scale(sign, turns)
     if dynamics.lever_motion == POINT_MOVES:
         first, second, third = push.rows

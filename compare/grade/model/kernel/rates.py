@@ -1,4 +1,4 @@
-"""The rates of change of a motion as the program has them: forces, damping, the gyroscopic term, the attitude."""
+"""The rates of change of a motion in a program: forces, damping, gyroscopic term, attitude."""
 
 import math
 
@@ -24,7 +24,7 @@ from tumble.solver.vectors import Vector, add, cross, dot, scale, times
 
 @inner
 def attitude_rate(q: Quaternion, w_body: Vector, dynamics: Dynamics) -> Vector:
-    """Return the rate at which the program turns the attitude, body axes: q' = q turning~ / 2."""
+    """Return the angular velocity r with which the program rotates the attitude, body axes: q' = q r~ / 2."""
     rate = scale(dynamics.attitude_rate_factor, w_body)
     if dynamics.frame_mixup == UNMIXED:
         return rate
@@ -47,7 +47,7 @@ def divided(momentum: Vector, moments: Vector) -> Vector:
 
 @inner
 def angular_response(q: Quaternion, torque: Vector, dynamics: Dynamics, tensor: int) -> Vector:
-    """Return what a torque, or a torque over a time, does to w_body as the program has its inertia; body axes."""
+    """Return the change of w_body by a torque, or an angular impulse, with the program's inertia; body axes."""
     if tensor == TURNED:
         return divided(torque, dynamics.moments)
     if tensor == TORQUE_UNTURNED:
@@ -58,7 +58,7 @@ def angular_response(q: Quaternion, torque: Vector, dynamics: Dynamics, tensor: 
 
 @inner
 def twist(x: Vector, q: Quaternion, push: Push) -> Vector:
-    """Return the torque of forces that last, world axes."""
+    """Return the torque of lasting forces, world axes."""
     carried = cross(rotate(q, (1.0, 0.0, 0.0)), push.rows[0])
     carried = add(carried, cross(rotate(q, (0.0, 1.0, 0.0)), push.rows[1]))
     carried = add(carried, cross(rotate(q, (0.0, 0.0, 1.0)), push.rows[2]))
@@ -86,7 +86,7 @@ def _is_braked(dynamics: Dynamics) -> bool:
 def damped(
     v: Vector, w: Vector, dt: float, old_v: Vector, old_w: Vector, q: Quaternion, dynamics: Dynamics
 ) -> tuple[Vector, Vector]:
-    """Return v and w after damping for dt [s], as a force, by what it is at the old ones."""
+    """Return v and w after damping for dt [s] as a force, from the old velocities."""
     d0, d1, d2, d3, d4 = dynamics.damping
     if _is_braked(dynamics):
         of_v, of_body, of_world = dynamics.axis_damping
@@ -102,7 +102,7 @@ def damped(
 
 @inner
 def decayed(v: Vector, w: Vector, dt: float, q: Quaternion, dynamics: Dynamics) -> tuple[Vector, Vector]:
-    """Return v and w after a step's damping that takes a share of what they are."""
+    """Return v and w after the damping of a step."""
     if dynamics.damping_form == LINEARLY:
         return damped(v, w, dt, v, w, q, dynamics)
     d0, d1, d2, d3, _ = dynamics.damping
@@ -114,7 +114,7 @@ def decayed(v: Vector, w: Vector, dt: float, q: Quaternion, dynamics: Dynamics) 
 
 @inner
 def _held(change: Vector, rate: Vector, cap: float) -> Vector:
-    """Return the change of a vector that is not let grow longer than a cap."""
+    """Return the rate of change of a vector whose length is limited by a cap."""
     square = dot(rate, rate)
     grows = dot(change, rate)
     return add(change, scale(-grows / square, rate)) if grows > 0.0 and square >= cap * cap else change
@@ -122,7 +122,7 @@ def _held(change: Vector, rate: Vector, cap: float) -> Vector:
 
 @inner
 def gyroscopic_rate(q: Quaternion, w_body: Vector, attitude_rate: Vector, dynamics: Dynamics) -> Vector:
-    """Return I^-1 (L x w), and w x turning where w is kept in world axes; where L is, I^-1 (L x turning)."""
+    """Return I^-1 (L x w) plus w x r if w is stored in world axes; if L is stored, I^-1 (L x r); r: attitude_rate."""
     if dynamics.tensor != TURNED:
         there = to_tensor(q, dynamics, dynamics.tensor)
         w = rotate(there, w_body)
@@ -139,7 +139,7 @@ def gyroscopic_rate(q: Quaternion, w_body: Vector, attitude_rate: Vector, dynami
 
 @inner
 def slope(motion: Motion, dynamics: Dynamics, push: Push, smooth: bool) -> Motion:
-    """Return the rates of change; smooth: speeds do not grow past their caps, which steps see to afterwards."""
+    """Return the rates of change; smooth: with the caps, which steps apply afterwards."""
     turns = attitude_rate(motion.q, motion.w_body, dynamics)
     a, alpha = accelerations(motion, dynamics, push)
     alpha = add(alpha, gyroscopic_rate(motion.q, motion.w_body, turns, dynamics))

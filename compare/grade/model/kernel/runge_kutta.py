@@ -69,7 +69,7 @@ def _velocity_verlet(motion: Motion, dt: float, dynamics: Dynamics, push: Push) 
 
 @inner
 def runge_kutta_step(motion: Motion, dt: float, dynamics: Dynamics, push: Push, method: int, smooth: bool) -> Motion:
-    """Return the motion dt [s] on by one of the methods of `laws`; smooth: it stands for a flight without steps."""
+    """Return the motion dt [s] on by one of the methods of `laws`; smooth: the run is continuous."""
     if method == VERLET:
         return _velocity_verlet(motion, dt, dynamics, push)
     in_world = method > IN_WORLD
@@ -88,9 +88,9 @@ def runge_kutta_step(motion: Motion, dt: float, dynamics: Dynamics, push: Push, 
 def smooth_count(
     motion: Motion, interval: float, dynamics: Dynamics, push: Push, spring_rate: float, turn: float
 ) -> float:
-    """Return in how many steps the body turns, and the stiffest spring swings, by no more than so many radians each.
+    """Return the number of steps in which the body rotates, and the stiffest spring oscillates, by at most `turn`.
 
-    L and, but where frames are mixed up, the energy say how fast a free body can come to turn.
+    L and, unless frames are mixed up, the energy limit the angular velocity of a free body.
     """
     least = min(dynamics.moments)
     momentum = times(dynamics.moments, motion.w_body)

@@ -1,7 +1,7 @@
-"""A flight as a program with mistakes makes it: smooth, or in steps, with parts missing or wrong.
+"""The run of a program with mistakes: continuous, or in steps, with parts missing or wrong.
 
-A row of what is found, (22,): x [m], the matrix body to world by rows as the program has it, v [m/s], w [rad/s], world
-axes, and q, nan where the program keeps none.
+A row of the result, (22,): x [m], the program's matrix body to world by rows, v [m/s], w [rad/s], world axes, and q,
+nan if the program has none.
 """
 
 import math
@@ -30,15 +30,15 @@ from tumble.solver.quaternion import Quaternion, normalise, rotate, rotate_back,
 from tumble.solver.vectors import Vector, add, scale, times
 
 WIDTH = 22
-# A flight takes no more steps than this, a smooth one no more than so many radians have steps.
+# Largest number of steps of a run, and largest rotation of a continuous one [rad].
 MOST_STEPS, MOST_RADIANS = 100_000, 1_000.0
-# Of a step: how much shorter or longer an interval of whole steps is by rounding of doubles.
+# Rounding error of an interval of whole steps, over a step.
 NEARLY = 1e-9
 
 
 @inner
 def _write(row: Array, motion: Motion, q: Quaternion, columns: Array, w_matrix: Vector, attitude: int) -> None:
-    """Write a row; q: as long as the program has it."""
+    """Write a row; q: of the program's length."""
     row[0], row[1], row[2] = motion.x
     row[12], row[13], row[14] = motion.v
     row[15], row[16], row[17] = rotate(motion.q, motion.w_body)
@@ -66,11 +66,11 @@ def integrate(
     scheme: Scheme,
     rounding: float,
 ) -> None:
-    """Fly from a state of ours, (13,), at t = 0 to instants [s] that do not decrease, (T,); found: rows, (T, 22).
+    """Simulate from a state, (13,), at t = 0 to times [s] that do not decrease, (T,); found: rows, (T, 22).
 
-    events: in the order in which they happen, (E, 16); spring_rate: of the stiffest swing there may be [rad/s];
-    rounding: of the instants [s].  Between two instants there are whole steps and a shorter last one, or whole ones
-    only where that is the same but for rounding; a smooth flight takes equal ones.
+    events: in the order of their times, (E, 16); spring_rate: upper bound of the springs' angular frequency [rad/s];
+    rounding: of the times [s].  Between two times there are whole steps and a shorter last one, or only whole ones if
+    they fit within rounding; a continuous run takes equal steps.
     """
     q = normalise((start[3], start[4], start[5], start[6]))
     w_matrix = (start[10], start[11], start[12])
