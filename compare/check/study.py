@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from tumble.compare.check.changes import Outcome, failures, hold_against, time_changes, within
+from tumble.compare.check.changes import Outcome, compare_records, failures, time_changes, within
 from tumble.compare.check.measure import measure
 from tumble.compare.check.record import BadRecord, Record, texts
 from tumble.compare.check.schemas import TIMES
@@ -124,7 +124,7 @@ def check_scenes(
     measured = candidate or measured_twice(baseline, tolerances, how, display)
     engines = wanted(how.contestants) if how.contestants else {}
     old, new = (within(record, how.scenes, engines, baseline.contestants) for record in (baseline, measured))
-    return new, hold_against(old, new, tolerances)
+    return new, compare_records(old, new, tolerances)
 
 
 def measured_twice(baseline: Record, tolerances: Tolerances, how: Measuring, display: Display) -> Record:

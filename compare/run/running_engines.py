@@ -13,8 +13,9 @@ from tumble.compare.run.engines.environments import split_release
 from tumble.compare.run.engines.registry import BadEngine, EngineInfo
 from tumble.compare.run.flight import Trajectory
 from tumble.compare.run.precision import DOUBLE, rounding
+from tumble.compare.run.status import Failure, Status
 from tumble.compare.run.timing.timer import Pace, Ready, Sample
-from tumble.compare.run.worker import MEMORY_LIMIT, Failure, Worker
+from tumble.compare.run.worker import MEMORY_LIMIT, Worker
 from tumble.scenarios.format import nearest
 from tumble.scenarios.needs import FORCES, needs
 from tumble.scenarios.scene import Scene
@@ -76,7 +77,7 @@ class RunningEngine:
         if isinstance(self.info, Failure):
             return self.info
         lacking = [need for need in needs(scene) if need in FORCES and need not in self.info.features]
-        return Failure(f"skipped: {self.title} has no {' or '.join(lacking)}") if lacking else None
+        return Failure(Status.SKIPPED, f"{self.title} has no {' or '.join(lacking)}") if lacking else None
 
     @property
     def rounding(self) -> float:

@@ -70,7 +70,7 @@ def test_what_a_command_writes_has_the_columns_that_are_described(tumble, tmp_pa
         "out",
         cwd=tmp_path,
     )
-    written = sorted((tmp_path / "out").iterdir())
+    written = sorted((tmp_path / "out").glob("*.csv"))
     assert len(written) > 5
     for path in written:
         header = path.read_text(encoding="utf-8").splitlines()[0]

@@ -62,11 +62,11 @@ def with_releases(engine: str, beside: Sequence[str]) -> str:
     name, _, first = name.partition("@")
     last = [word.removeprefix(f"{name}@") for word in beside if word.startswith(f"{name}@")][-1:]
     if method or first or last:
-        asked = [word for word in beside if "@" not in word]
-        asked += [*(["--from", first] if first else ()), *(["--to", *last] if last else ())]
+        words = [word for word in beside if "@" not in word]
+        words += [*(["--from", first] if first else ()), *(["--to", *last] if last else ())]
         raise BadEngine(
             f"{' '.join([engine, *beside])}: give the engine without a method or a release: "
-            f"type `tumble {shlex.join(['releases', name, *asked])}`"
+            f"type `tumble {shlex.join(['releases', name, *words])}`"
         )
     if not registry.package(name).pins:
         raise BadEngine(f"{name} has no releases of its own")

@@ -72,10 +72,9 @@ def folder() -> Path:
     """Return where environments lie."""
     if stated := os.environ.get("TUMBLE_ENVIRONMENTS"):
         return Path(stated).absolute()
-    cache = os.environ.get("XDG_CACHE_HOME") or (
-        Path.home() / ("Library/Caches" if sys.platform == "darwin" else ".cache")
-    )
-    return Path(cache, "tumble", "environments")
+    from platformdirs import user_cache_path  # 20 ms, and seldom needed
+
+    return user_cache_path("tumble", appauthor=False) / "environments"
 
 
 def interpreter(place: Path) -> str:

@@ -42,7 +42,7 @@ def grade(capsys, *words):
 
 
 def named(out):
-    return out.partition("What is most likely wrong")[2]
+    return out.partition("The most likely cause")[2]
 
 
 def test_what_is_right_is_called_correct(capsys, tmp_path, right):
@@ -55,15 +55,15 @@ def test_what_is_right_is_called_correct(capsys, tmp_path, right):
 def test_an_engine_of_first_order_is_recognised_with_its_step(capsys, tmp_path):
     fly("mujoco:euler", tmp_path / "euler.csv")
     _, out, _ = grade(capsys, str(tmp_path / "euler.csv"), "--scene", "brick-tumble")
-    assert "This is what MuJoCo (Euler), DART and" in out
-    assert "symplectic Euler with a step of 0.002 s, the gyroscopic term explicit" in out
+    assert "This is the default of MuJoCo (Euler), DART and" in out
+    assert "symplectic Euler with a step of 0.002 s, explicit gyroscopic term" in out
 
 
 def test_quaternions_written_the_other_way_round(capsys, tmp_path, right):
     pose = ["t_s", "x_m", "y_m", "z_m", "qw", "qx", "qy", "qz"]
     rows = [{**row, "qw": row["qx"], "qx": row["qy"], "qy": row["qz"], "qz": row["qw"]} for row in right]
     _, out, _ = grade(capsys, write(tmp_path / "swapped.csv", rows, pose), "--scene", "brick-tumble")
-    assert "quaternion written x y z w" in named(out)
+    assert "quaternion written as x y z w" in named(out)
 
 
 def test_gravity_left_out(capsys, tmp_path, right):
@@ -87,8 +87,8 @@ def test_table_4_1_names_its_three_mistakes(capsys, tmp_path):
     ]
     _, out, _ = grade(capsys, write(tmp_path / "calculated.csv", rows), "--scene", "table-4-1")
     first = "\n".join(named(out).splitlines()[:4])
-    assert "vertex not taken from the centre of mass" in first
-    assert "impulse used as a constant force" in first
+    assert "vertex not relative to the centre of mass" in first
+    assert "impulse applied as a permanent force" in first
 
 
 def test_columns_and_units_of_another_program(capsys, tmp_path, right):
