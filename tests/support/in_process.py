@@ -27,7 +27,9 @@ def tumble(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
             code = main(list(words))
         except SystemExit as end:  # argparse's own refusal, and --help
             code = end.code if isinstance(end.code, int) else 0 if end.code is None else 1
-        said = [text_of(file) for file in (out, err)]
+        sys.stdout.flush()
+        sys.stderr.flush()
+        said = [out.read(), err.read()]
     return subprocess.CompletedProcess(["tumble", *words], code, said[0], without_progress(said[1]))
 
 
@@ -46,23 +48,17 @@ def as_it_was() -> Iterator[None]:
 
 @contextlib.contextmanager
 def redirected(name: str) -> Iterator[io.TextIOWrapper]:
-    """Send a standard stream to a file, for Python and for what writes to its descriptor."""
+    """Send a standard stream to a file, for Python and for its descriptor; yield that file to be read."""
     descriptor, before = {"stdout": 1, "stderr": 2}[name], getattr(sys, name)
     before.flush()
     kept = os.dup(descriptor)
-    with tempfile.TemporaryFile("w+", encoding="utf-8") as file:
+    # A command that drops its output has its own file lead nowhere: what was written is read by another.
+    with tempfile.NamedTemporaryFile("w", encoding="utf-8") as file, open(file.name, encoding="utf-8") as written:
         os.dup2(file.fileno(), descriptor)
-        setattr(sys, name, file)
+        setattr(sys, name, file.file)
         try:
-            yield file
+            yield written
         finally:
             setattr(sys, name, before)
             os.dup2(kept, descriptor)
             os.close(kept)
-
-
-def text_of(file: io.TextIOWrapper) -> str:
-    """Return all that was written to a file."""
-    file.flush()
-    file.seek(0)
-    return file.read()
