@@ -179,7 +179,7 @@ def test_a_flight_that_is_not_of_the_scene_is_a_crash(tmp_path, off):
     flight = Trajectory(SCENE.rows, np.ones((rows, 1, 13)), np.ones((rows, 1, *SCENE.body.points.shape)), 1, 1.0, ())
     forged = b"".join(map(bytes, frame(replace(flight, **off))))
     status = flown(engine(tmp_path, TO_ALL_LINES.format(repr(forged))))
-    assert status == "crashed: what it sent is no flight of this scene"
+    assert status == "crashed: what it sent is no trajectory of this scene"
 
 
 def test_a_question_arrives_as_it_was_asked():
