@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
+from tumble.compare.run.contestant import Contestant
 from tumble.compare.tables.files import write_whole
 from tumble.scenarios.refusal import UsersError
 
@@ -98,7 +99,12 @@ def limit_figure(limits: pd.DataFrame) -> "altair.TopLevelMixin":
 
 def named(table: pd.DataFrame) -> pd.DataFrame:
     """Return a table with a column ENGINE:METHOD, the tolerances of an adaptive method together."""
-    return table.assign(contestant=table["engine"] + ":" + table["method"].str.partition("@")[0])
+    return table.assign(
+        contestant=[
+            str(Contestant.of(engine, method).without_tolerance)
+            for engine, method in zip(table["engine"], table["method"], strict=True)
+        ]
+    )
 
 
 def finite(table: pd.DataFrame, column: str) -> np.ndarray:

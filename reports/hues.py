@@ -3,6 +3,7 @@
 from collections.abc import Iterable
 
 from tumble.compare.engines import BY_HAND
+from tumble.compare.run.contestant import Contestant
 
 # Okabe and Ito (2008), darkened so that a line or a name in them is read on light paper; the page's --hue-1 to --hue-6.
 LIGHT = ("#0072b2", "#a63d7c", "#c25100", "#007a5a", "#7a5b00", "#4f4fb5")
@@ -22,7 +23,7 @@ def places(engines: Iterable[str]) -> dict[str, int]:
     left the places after those.  The hand calculation has no place.
     """
     named = [engine for engine in dict.fromkeys(engines) if engine != BY_HAND]
-    found = {engine: PLACES.index(name) for engine in named if (name := engine.partition("@")[0]) in PLACES}
+    found = {engine: PLACES.index(name) for engine in named if (name := Contestant.of(engine).engine) in PLACES}
     taken = {place % len(LIGHT) for place in found.values()}
     free = [place for place in range(len(LIGHT)) if place not in taken]
     later = len(PLACES)

@@ -7,6 +7,7 @@ from rich.console import RenderableType
 from rich.constrain import Constrain
 
 from tumble.compare.engines import BY_HAND, OWN
+from tumble.compare.run.contestant import Contestant
 from tumble.compare.sweep.longer_steps import longer_steps
 from tumble.compare.sweep.pareto_front import (
     TARGETS_M,
@@ -176,7 +177,8 @@ def first_of_engines(runs: Sequence[Timed], named: Collection[str], done: Collec
     """Return the first run of each engine that is not done, and all runs of named contestants."""
     seen, found = set(done), []
     for run in runs:
-        if run.run.engine not in seen or run.run.name in named or run.run.name.partition("@")[0] in named:
+        one = Contestant.of(run.run.engine, run.run.method)
+        if run.run.engine not in seen or str(one) in named or str(one.without_tolerance) in named:
             found.append(run)
         seen.add(run.run.engine)
     return found

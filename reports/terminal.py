@@ -10,6 +10,7 @@ from rich.constrain import Constrain
 from rich.table import Table
 from rich.text import Text
 
+from tumble.compare.run.contestant import Contestant
 from tumble.compare.tables.shared import EngineRow
 from tumble.reports.numerals import superscript
 from tumble.reports.output import drop_output
@@ -58,7 +59,7 @@ def reasons_text(reasons: Iterable[tuple[str, str]]) -> Iterator[Constrain]:
     """Yield every reason once, after its contestants; reasons: contestant and reason."""
     names: dict[str, dict[str, None]] = {}
     for contestant, reason in reasons:
-        _, _, method = contestant.partition(":")
+        method = str(Contestant.of_name(contestant).method)
         # Reasons that differ only in the name of the method are one.
         names.setdefault(re.sub(f"(^|: ){re.escape(method)} ", r"\1", reason), {})[contestant] = None
     for reason, own in names.items():

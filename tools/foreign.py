@@ -215,7 +215,7 @@ def main() -> None:
         if one.outcome != "right":
             left = "" if one.residual_m is None else f", {one.max_error_m:.2g} m -> {one.residual_m:.2g} m"
             say(f"{one.file}: {one.outcome} ({one.verdict}{left}, {one.wall_s:.1f} s)")
-            say(f"    true: {one.expected}\n    answer: {one.named}")
+            say(f"    true: {one.expected}\n    answer: {one.answer}")
     for planted in (False, True):
         some = [one for one in made if one.file.startswith("plant-") == planted]
         if some:

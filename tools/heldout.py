@@ -112,7 +112,7 @@ def of_engine(job: tuple[str, Job]) -> HeldOutRow:
     program, scene, rate, _ = foreign[0].name.rsplit(".", 3)
     own = SCHEMES[program.partition("+")[0]] if source == LEFT_OUT else None
     one: ForeignRow = foreign_row(foreign, [law for law in ENGINES if own is None or not law.engine.startswith(own)])
-    case, answer = f"{program} at {rate} Hz", one.engines or one.named
+    case, answer = f"{program} at {rate} Hz", one.engines or one.answer
     return HeldOutRow(source, case, scene, one.outcome, one.verdict, answer, one.max_error_m, one.residual_m)
 
 

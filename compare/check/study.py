@@ -15,7 +15,7 @@ from tumble.compare.check.tolerances import Tolerances
 from tumble.compare.run.engines.registry import is_file
 from tumble.compare.run.process.kept import Kept
 from tumble.compare.run.progress import Display, no_display
-from tumble.compare.run.running_engines import TIME_LIMIT_S, flights, split, wanted
+from tumble.compare.run.running_engines import TIME_LIMIT_S, flights, known_contestant, wanted
 from tumble.compare.run.starting import started
 from tumble.compare.run.worker import MEMORY_LIMIT
 from tumble.compare.tables.circumstances import binding, circumstances
@@ -66,7 +66,11 @@ def measure_record(how: Measuring, baseline: Record | None = None, display: Disp
     """
     asked_scenes = how.scenes or (baseline.scenes if baseline else ())
     contestants = how.contestants or (baseline.contestants if baseline else ())
-    if not how.contestants and not how.trust and (files := [word for word in contestants if is_file(split(word)[0])]):
+    if (
+        not how.contestants
+        and not how.trust
+        and (files := [word for word in contestants if is_file(known_contestant(word).engine)])
+    ):
         named = shlex.join(part for word in files for part in ("-e", word))
         raise BadRecord(
             f"the baseline names the engine files {', '.join(files)}, which are not run without your consent: "

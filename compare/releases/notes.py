@@ -4,6 +4,7 @@ import re
 from importlib.metadata import PackageNotFoundError, distribution, distributions
 from pathlib import Path
 
+from tumble.compare.run.contestant import MethodName
 from tumble.compare.run.engines import registry
 from tumble.compare.run.engines.environments import environments, folder
 
@@ -30,7 +31,7 @@ class Notes:
 
     def about(self, release: str, method: str) -> str:
         """Return the first item of a release's section that names the method as a word, in plain text."""
-        name = method.partition("+")[0].partition("@")[0]
+        name = MethodName.parse(method).name
         for item in items(self._sections.get(release, [])):
             if re.search(rf"(?<![\w-]){re.escape(name)}(?![\w-])", item, re.IGNORECASE):
                 return item if len(item) <= LONGEST else f"{item[:LONGEST].rpartition(' ')[0]} ..."

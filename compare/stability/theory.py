@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tumble.compare.run.contestant import MethodName
 from tumble.compare.run.engines.registry import OWN_SCHEME
 from tumble.compare.run.running_engines import RunningEngine
 from tumble.compare.run.status import Failure
@@ -92,7 +93,8 @@ def theory(running_engine: RunningEngine, method: str, scene: Scene, mode: Mode)
     if scene.is_free:
         gyroscopic, largest_turn = running_engine.info.gyroscopic, running_engine.info.largest_turn
         return free_theory(stated(gyroscopic, method), largest_turn, scene)
-    name = running_engine.info.schemes.get(method) or running_engine.info.schemes.get(method.partition("@")[0])
+    schemes = running_engine.info.schemes
+    name = schemes.get(method) or schemes.get(str(MethodName.parse(method).without_tolerance))
     if name is None:
         return None
     if name == "a-stable":
@@ -125,9 +127,9 @@ class SchemeFailed(Exception):
 
 
 def stated(of: dict[str, str], method: str) -> str | None:
-    """Return what an engine states of METHOD[+VARIANT], or else of METHOD."""
-    plain = method.partition("@")[0]
-    return of.get(plain) or of.get(plain.partition("+")[0])
+    """Return what an engine states of METHOD[+VARIANT...][@TOLERANCE], or else of METHOD."""
+    asked = MethodName.parse(method)
+    return of.get(str(asked.without_tolerance)) or of.get(asked.name)
 
 
 def free_theory(gyroscopic: str | None, largest_turn: float | None, scene: Scene) -> Theory | None:

@@ -11,6 +11,7 @@ from tumble.compare.judge.agreement import SHARED
 from tumble.compare.judge.cost import Timed
 from tumble.compare.judge.errors import Run
 from tumble.compare.judge.orders import ASYMPTOTIC, LAST, Rung, local_orders, parts
+from tumble.compare.run.contestant import Contestant, MethodName
 from tumble.compare.run.precision import precision
 from tumble.compare.run.status import Status
 from tumble.compare.run.timing.readings import ratio
@@ -76,8 +77,13 @@ def by_contestant(timed: Sequence[Timed]) -> dict[tuple[str, str], list[Timed]]:
     """
     found: dict[tuple[str, str], list[Timed]] = {}
     for each in timed:
-        found.setdefault((each.run.engine, each.run.method.partition("@")[0]), []).append(each)
+        found.setdefault((each.run.engine, together(each.run.method)), []).append(each)
     return {name: sorted(own, key=lambda each: each.run_ns) for name, own in found.items()}
+
+
+def together(method: str) -> str:
+    """Return the method that all tolerances of an adaptive one are reported under."""
+    return str(MethodName.parse(method).without_tolerance)
 
 
 def pareto_front(timed: Sequence[Timed]) -> list[Timed]:
@@ -128,7 +134,8 @@ def accuracy_cost_rows(sweep: Sweep, reference: str) -> Iterator[AccuracyCostRow
     rows of accuracy-cost.csv, also of untimed contestants, with the reason
     """
     contestants = by_contestant(clocked(sweep.timed))
-    own = contestants.get((reference.partition(":")[0], reference.partition(":")[2]), [])
+    asked = Contestant.of_name(reference)
+    own = contestants.get((asked.engine_release, str(asked.method)), [])
     for (engine, method), timed in contestants.items():
         for target in TARGETS_M:
             verdict, run_ns, run = reach(timed, target)
@@ -164,7 +171,7 @@ def untimed_rows(sweep: Sweep, reference: str) -> Iterator[AccuracyCostRow]:
     """Yield the reason, once for each error, of every contestant that ran and has no time."""
     contestants = by_contestant(clocked(sweep.timed))
     why = {
-        (run.engine, run.method.partition("@")[0]): sweep.why_untimed[run.name]
+        (run.engine, together(run.method)): sweep.why_untimed[run.name]
         for run in sweep.untimed
         if run.name in sweep.why_untimed
     }

@@ -63,7 +63,7 @@ nitpick_ignore_regex = [
     (r"py:.*", r"(?!tumble\.).*"),
     (r"py:.*", r"tumble\.(compare|scenarios|solver|reports|api)\..*"),
 ]
-autodoc_typehints = "signature"
+autodoc_typehints = "none"  # the meanings name what is taken; the annotations are long unions
 autodoc_member_order = "bysource"
 napoleon_google_docstring = False
 napoleon_use_rtype = False
@@ -75,12 +75,26 @@ def setup(app: Sphinx) -> None:
     """Make the generated pages before the build, and fit the pages of docs/ to the site."""
     app.connect("builder-inited", lambda app: write_pages(Path(app.srcdir) / "generated"))
     app.connect("source-read", without_links_outside)
-    app.connect("autodoc-process-docstring", docstring_of_the_command, priority=400)  # before napoleon
+    app.connect("autodoc-process-docstring", docstring_of_the_command, priority=300)
+    app.connect("autodoc-process-docstring", meanings_below_names, priority=400)  # before napoleon
 
 
 def without_links_outside(app: Sphinx, page: str, source: list[str]) -> None:
     """Make plain text of links to files that are not part of the site."""
     source[0] = OUTSIDE.sub(r"\1", source[0])
+    if "notebooks/*" in exclude_patterns:
+        source[0] = re.sub(r"```\{toctree\}\n:caption: Notebooks\n.*?```\n", "", source[0], flags=re.DOTALL)
+
+
+def meanings_below_names(app: Sphinx, what: str, name: str, found: Any, options: Any, lines: list[str]) -> None:
+    """Put the meaning of `name : meaning`, which is this project's form, where numpy's form has it: below the name."""
+    section = ""
+    made: list[str] = []
+    for line, after in zip(lines, [*lines[1:], ""], strict=True):
+        section = line if after and not after.strip("-") else section
+        entry = re.match(r"(\*{0,2}\w+) : (.+)", line) if section == "Parameters" else None
+        made += [entry[1], f"    {entry[2]}"] if entry else [line]
+    lines[:] = made
 
 
 def docstring_of_the_command(app: Sphinx, what: str, name: str, found: Any, options: Any, lines: list[str]) -> None:

@@ -8,7 +8,7 @@ from tumble.compare.engines import LAWS
 from tumble.compare.run.engines import environments, installing, registry
 from tumble.compare.run.engines.examine import Examined, examined
 from tumble.compare.run.engines.registry import BadEngine
-from tumble.compare.run.running_engines import launched, split
+from tumble.compare.run.running_engines import known_contestant, launched
 from tumble.compare.run.status import Failure
 from tumble.compare.tables.engines import engine_row
 from tumble.compare.tables.files import write_together
@@ -80,7 +80,8 @@ def described(environment: environments.Environment) -> str:
 
 def known(engine: str) -> str:
     """Return ENGINE[@RELEASE].  Raises BadEngine for an engine file, and for an engine with a method."""
-    name, method = split(engine)
+    asked = known_contestant(engine)
+    name, method = asked.engine_release, str(asked.method)
     if method or registry.is_file(name):
         raise BadEngine(f"{engine}: give ENGINE or ENGINE@RELEASE, without a method")
     return engine

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from tumble.compare.engines import SHIPPED
+from tumble.compare.run.contestant import MethodName
 from tumble.lab.background import Job
 from tumble.lab.click import hit_point, impulse_table
 from tumble.lab.clock import Clock, pace
@@ -204,7 +205,7 @@ class Session:
         found = []
         for one in self.contestants:
             info = self._pool.engines.get(one.engine)
-            shipped = one.method.partition("+")[0] + SHIPPED
+            shipped = MethodName.parse(one.method).name + SHIPPED
             has = self.at_defaults and info is not None and shipped in info.on_request
             found.append(self._pool.contestant(one.engine, shipped) if has else one)
         return list(dict.fromkeys(found))

@@ -17,22 +17,18 @@ from typing import Any
 
 from tumble.compare import engines
 from tumble.compare.engines import FINDINGS, GYROSCOPIC_NAMES, LAWS, OWN, SCHEME_NAMES, SHIPPED
+from tumble.compare.run.contestant import FILES, BadEngine, MethodName
 from tumble.compare.run.engines import program
 from tumble.compare.run.engines.program import ProgramEngine
 from tumble.compare.run.engines.step_function import StepEngine
 from tumble.scenarios.needs import FORCES
-from tumble.scenarios.refusal import UsersError, nearest
+from tumble.scenarios.refusal import nearest
 from tumble.scenarios.scene import Scene
 
-FILES = (".py", ".toml")
 VERBS = ("build", "write", "advance", "read")
 # What a step takes where an engine does not say it [ns]: it is a plain loop in Python, as far as anybody knows.
 STEP_NS = 50_000.0
 OWN_SCHEME = "its own"  # in place of a name, for a scheme that an engine states as a function
-
-
-class BadEngine(UsersError):
-    """An engine name or file that cannot be used; the message is the one line for the user."""
 
 
 class Missing(ImportError):
@@ -105,14 +101,13 @@ class EngineInfo:
 
     def step_of(self, method: str) -> float:
         """Return about what a step of one throw takes by a method [ns]."""
-        return self.step_ns.get(method.partition("@")[0], self.step_ns.get("*", STEP_NS))
+        return self.step_ns.get(str(MethodName.parse(method).without_tolerance), self.step_ns.get("*", STEP_NS))
 
     def tolerance(self, method: str) -> float | None:
         """Return the tolerance under which a method chooses its steps, nan where it is not told; None of others."""
-        name, at, asked = method.partition("@")
-        if name not in self.adaptive:
-            return None
-        return float(asked) if at else self.adaptive[name]
+        parsed = MethodName.parse(method)
+        alone = self.adaptive.get(str(parsed.without_tolerance))
+        return float(parsed.tolerance) if alone is not None and parsed.tolerance else alone
 
 
 def names() -> list[str]:

@@ -525,4 +525,4 @@ interface Tables {
   };
 }
 
-type FindingName = "nearest" | "nearest engine" | "asked for" | "as shipped" | "as asked" | "furthest" | "unfinished" | "unable" | "apart" | "both off" | "right column" | "wrong column" | "coordinate rounding" | "worse below" | "longest step" | "shortest step" | "limits with theory" | "limits as in theory" | "extreme cases" | "silent failures" | "left out" | "bent edge";
+type FindingName = "most accurate" | "most accurate engine" | "first method" | "engine default" | "named method" | "least accurate" | "unfinished" | "unsupported" | "agreement distance" | "agreement error" | "right column" | "wrong column" | "coordinate rounding" | "optimal step" | "largest stable step" | "smallest stable step" | "limits with theory" | "limits matching theory" | "extreme cases" | "silent failures" | "feature overhead" | "edge stretch";

@@ -4,6 +4,7 @@ import pytest
 from apart import engine
 
 from tumble.compare.judge.errors import Run
+from tumble.compare.run.status import Status
 from tumble.scenarios.read import read_scene
 from tumble.scenarios.truth import truth
 

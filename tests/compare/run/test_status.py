@@ -19,7 +19,7 @@ def test_a_status_and_its_reason_are_one_text(status, reason, text):
     assert described(status, reason) == text
 
 
-@pytest.mark.parametrize(("status", "died"), product(Status, (False, True)))
+@pytest.mark.parametrize(("status", "died"), [*product(Status, (False, True))])
 def test_a_failure_passes_between_processes(status, died):
     sent = Failure(status, "why: this", died)
     parts = [bytes(part) for part in frame(sent)]
