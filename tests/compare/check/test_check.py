@@ -472,7 +472,7 @@ def test_blessing_shows_the_change_fails_once_and_then_holds(recorded, tmp_path)
     changed = check(folder, "--trust", "--accept", "--baseline", "own")
     assert changed.returncode == 1
     assert "energy drift" in changed.stdout
-    assert "changed the record" in changed.stderr
+    assert "the baseline was updated" in changed.stderr
     assert check(folder, "-e", "./mine.py", "--baseline", "own").returncode == 0
 
 
@@ -495,7 +495,7 @@ def test_what_gives_no_answer_is_no_record(recorded, tmp_path, body):
         assert refused.returncode == 1
         assert FAILING[body] in refused.stderr
         assert "tumble:rk4" not in refused.stderr
-        assert "nothing is recorded" in refused.stderr
+        assert "nothing was recorded" in refused.stderr
         assert tables(folder / output) == before
     assert check(folder, *words, "-o", "fresh", "--accept-failures").returncode == 0
     assert len(read_record(folder / "fresh").cells) == 2

@@ -295,7 +295,7 @@ def test_a_record_does_not_run_the_program_that_it_names(tumble, tmp_path):
     os.remove(tmp_path / "ran")
     done = tumble("check", "--baseline", "baseline", "--no-times")
     assert done.returncode == 2
-    assert "the record asks for ./mine.toml, and what a record names is not run by itself" in done.stderr
+    assert "engine files ./mine.toml" in done.stderr
     assert not (tmp_path / "ran").exists()
 
 
