@@ -148,7 +148,7 @@ def test_a_template_overwrites_nothing(tmp_path, tumble):
     (tmp_path / "mine.toml").write_text("mine")
     done = tumble("engines", "--template", "js")
     assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr == "tumble: mine.toml is here already: nothing was written\n"
+    assert done.stderr == "tumble: mine.toml exists already: nothing was written\n"
     assert (tmp_path / "mine.toml").read_text() == "mine"
     assert not (tmp_path / "engine.mjs").exists()
 
