@@ -27,9 +27,9 @@ from tumble.compare.run.truths import Truths
 from tumble.compare.run.worker import MEMORY_LIMIT
 from tumble.compare.stability.extremes import OF_A_PAGE
 from tumble.compare.stability.findings import extreme_findings, limit_findings
+from tumble.compare.stability.results import quick_tables
 from tumble.compare.stability.schemas import EXTREMES, LIMITS
 from tumble.compare.stability.schemas import TABLES as STABILITY
-from tumble.compare.stability.store import quick_tables
 from tumble.compare.stability.tasks import STIFF
 from tumble.compare.sweep.results import measured
 from tumble.compare.sweep.work_precision import BRIEF, YARDSTICK, against_the_clock, ladders

@@ -15,7 +15,6 @@ from tumble.compare.judge import ladder as order
 from tumble.compare.judge.errors import Flown, Run
 from tumble.compare.judge.trend import spin_energy
 from tumble.compare.run.flight import Trajectory, legs
-from tumble.compare.run.process.kept import Kept
 from tumble.compare.run.progress import ProgressCallback, no_progress
 from tumble.compare.run.running_engines import RunningEngine, truth_limit
 from tumble.compare.run.status import Failure
@@ -52,13 +51,11 @@ def measure(
     command: str,
     timed: bool,
     on_progress: ProgressCallback = no_progress,
-    kept: Kept | None = None,
 ) -> Record:
     """Return the record of all contestants on all scenes.
 
     words: for scenes and contestants on the command line; timed: whether run times are measured, after all other
-    runs; on_progress: called for every reference solution, cell and timed scene; kept: finished cells are found and
-    saved there.
+    runs; on_progress: called for every reference solution, cell and timed scene.
     Raises RayMissed if the ray of a later impulse misses the true body.
     """
     with Truths(scenes, on_progress, limit_s=truth_limit(running_engines)) as truths:
@@ -66,7 +63,7 @@ def measure(
             [task(scene, true, each, method) for each in running_engines for method in each.methods_for(scene)]
             for scene, true in zip(scenes, truths.futures, strict=True)
         ]
-        found = iter(run(list(chain.from_iterable(tasks)), truths, on_progress=on_progress, kept=kept))
+        found = iter(run(list(chain.from_iterable(tasks)), truths, on_progress=on_progress))
         answers = [future.result() for future in truths.futures]
     rows, times = [], []
     for scene, answer, own in zip(scenes, answers, tasks, strict=True):
@@ -91,7 +88,7 @@ def measure(
 def task(scene: Scene, true: Future[Answer], running_engine: RunningEngine, method: str) -> Task[Cell]:
     """Return the task of one contestant on one scene."""
     key = scene.name, running_engine.title, method
-    return Task(key, running_engine, lambda able: cell(able, scene, method, true.result().truth), Cell)
+    return Task(key, running_engine, lambda able: cell(able, scene, method, true.result().truth))
 
 
 def cell(running_engine: RunningEngine, scene: Scene, method: str, true: Truth | None) -> Cell:

@@ -10,10 +10,10 @@ from tumble.compare.judge import ladder, trend
 from tumble.compare.judge.errors import Flown, Run
 from tumble.compare.releases.schemas import ReleaseRow
 from tumble.compare.run.engines.environments import split_release
-from tumble.compare.run.process.kept import Kept
 from tumble.compare.run.progress import ProgressCallback, no_progress
 from tumble.compare.run.running_engines import RunningEngine, truth_limit
 from tumble.compare.run.status import Failure
+from tumble.compare.run.task_cache import TaskCache
 from tumble.compare.run.tasks import Task, run
 from tumble.compare.run.timing.readings import USUAL, Reading, Sampling, ratio
 from tumble.compare.run.timing.timing import Cost, Load, costs
@@ -56,12 +56,12 @@ def ledger(
     running_engines: Sequence[RunningEngine],
     scenes: Sequence[Scene],
     on_progress: ProgressCallback = no_progress,
-    kept: Kept | None = None,
+    cached: TaskCache | None = None,
     sampling: Sampling = USUAL,
 ) -> Ledger:
     """Return the ledger of one engine's releases, the oldest first.
 
-    kept: finished runs are found and saved there; times are always measured anew.
+    cached: finished runs are found and saved there; times are always measured anew.
     Raises RayMissed as compare does.
     """
 
@@ -76,7 +76,7 @@ def ledger(
             for each in running_engines
             for method in each.methods_for(scene)
         ]
-        answers = run([one for _, _, one in tasks], truths, on_progress=on_progress, kept=kept)
+        answers = run([one for _, _, one in tasks], truths, on_progress=on_progress, cached=cached)
         rows = [
             row(scene, one.running_engine, answer, future.result().truth)
             for (scene, future, one), answer in zip(tasks, answers, strict=True)

@@ -53,11 +53,6 @@ class Piece:
     rows: tuple[StabilityRow, ...]
     limit: LimitRow
 
-    @property
-    def key(self) -> tuple[str, str, str]:
-        """Scene, engine, method."""
-        return self.limit.scene, self.limit.engine, self.limit.method
-
 
 @dataclass(frozen=True, eq=False)
 class Cell:
