@@ -101,7 +101,7 @@ def cell(running_engine: RunningEngine, scene: Scene, method: str, true: Truth |
         return Flown.of(running_engine, method, dt, answer).run(scene, running_engine.title, true)
 
     def at(dt: float) -> Run:
-        return evaluated(dt, running_engine.fly(scene, method, dt, no_progress=True))
+        return evaluated(dt, running_engine.fly(scene, method, dt, probe=True))
 
     own = at(scene.step)
     if not order.readable(own):

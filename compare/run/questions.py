@@ -43,17 +43,17 @@ class Loaded:
 
 @dataclass(frozen=True)
 class Fly:
-    """Fly the scene with steps of dt [s]; untold: and for a moment from a start that the engine is not told of."""
+    """Run the scene with steps of dt [s]; probe: and briefly from another start that the scene does not have."""
 
     scene: Scene
     method: str
     dt: float
     keep: frozenset[str]
-    no_progress: bool = False
+    probe: bool = False
 
     def answer(self, engine: Loaded) -> Trajectory:
         """Return the flight."""
-        return fly(engine.module, self.scene, self.method, self.dt, self.keep, self.no_progress)
+        return fly(engine.module, self.scene, self.method, self.dt, self.keep, self.probe)
 
 
 @dataclass(frozen=True)

@@ -88,13 +88,11 @@ class Worker:
         return answer
 
     def fly(
-        self, scene: Scene, method: str, dt: float, keep: frozenset[str] = frozenset(), no_progress: bool = False
+        self, scene: Scene, method: str, dt: float, keep: frozenset[str] = frozenset(), probe: bool = False
     ) -> Trajectory | Failure:
         """Return the flight, or why there is none; after `crashed` or `timeout` the process may be gone."""
         numbers = len(scene.rows) * (1 + len(scene.start) * (13 + scene.body.points.size)) + 4 * 13
-        answer = self._ask(
-            Fly(told(scene), method, dt, keep, no_progress), Trajectory | Failure, numbers * FLOAT.itemsize
-        )
+        answer = self._ask(Fly(told(scene), method, dt, keep, probe), Trajectory | Failure, numbers * FLOAT.itemsize)
         if isinstance(answer, Trajectory) and not is_flight_of(answer, scene):
             return self._gone(Status.CRASHED, "what it sent is no trajectory of this scene")
         return answer
