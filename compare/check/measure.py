@@ -101,12 +101,14 @@ def cell(running_engine: RunningEngine, scene: Scene, method: str, true: Truth |
         return Flown.of(running_engine, method, dt, answer).run(scene, running_engine.title, true)
 
     def at(dt: float) -> Run:
-        return evaluated(dt, running_engine.fly(scene, method, dt, probe=True))
+        return evaluated(dt, running_engine.simulate(scene, method, dt, probe=True))
 
     own = at(scene.step)
     if not order.readable(own):
         return Cell(plain(own), [], None)
-    other = running_engine.fly(replace(scene, start=nudged(scene.start, running_engine.rounding)), method, scene.step)
+    other = running_engine.simulate(
+        replace(scene, start=nudged(scene.start, running_engine.rounding)), method, scene.step
+    )
     own_steps = running_engine.takes_own_steps(method)
     # Rounding errors of n steps add up as a random walk: sqrt(n) times that of one.
     rounded = len(legs(scene, scene.step)) if own_steps else own.flight.steps

@@ -70,7 +70,7 @@ def compare(
 
     def task(scene: Scene, running_engine: RunningEngine, method: str) -> Task[Trajectory | Failure]:
         key = scene.name, running_engine.title, method
-        return Task(key, running_engine, lambda able: able.fly(scene, method, dt or scene.step, probe=True))
+        return Task(key, running_engine, lambda able: able.simulate(scene, method, dt or scene.step, probe=True))
 
     tasks = [
         [

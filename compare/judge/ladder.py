@@ -17,18 +17,18 @@ MOST_STEPS, FINEST = 1 << 16, 16
 AGREE = 0.5
 
 
-def ladder(own: Run, fly: Callable[[float], Run]) -> list[Run]:
+def ladder(own: Run, simulate: Callable[[float], Run]) -> list[Run]:
     """Return runs at halved steps, the coarsest first, around the run at the scene's own step.
 
-    fly: makes a run at a step [s].  Steps are doubled while errors are small, which costs less than the run itself;
-    then halved until PAIRS pairs have small errors or the floor is reached, but no further than to a FINEST part of the
-    scene's step, nor to more than MOST_STEPS.
+    simulate: makes a run at a step [s].  Steps are doubled while errors are small, which costs less than the run
+    itself; then halved until PAIRS pairs have small errors or the floor is reached, but no further than to a FINEST
+    part of the scene's step, nor to more than MOST_STEPS.
     """
     runs = [own]
     small = ASYMPTOTIC * own.scene.body.reach
     longest = min(leg.n * leg.dt for leg in legs(own.scene, own.dt)) / 2
     while readable(runs[0]) and worst(runs[0]) < small and 2 * runs[0].dt <= longest:
-        runs.insert(0, fly(2 * runs[0].dt))
+        runs.insert(0, simulate(2 * runs[0].dt))
     while (
         readable(runs[-1])
         and worst(runs[-1]) > FLOOR * float(runs[-1].limits.max())
@@ -36,7 +36,7 @@ def ladder(own: Run, fly: Callable[[float], Run]) -> list[Run]:
         and 2 * runs[-1].flight.steps * len(own.scene.start) <= MOST_STEPS
         and FINEST * runs[-1].dt > own.dt
     ):
-        runs.append(fly(runs[-1].dt / 2))
+        runs.append(simulate(runs[-1].dt / 2))
     return [run for run in runs if readable(run)]
 
 

@@ -96,7 +96,7 @@ def runs_of(running_engine: RunningEngine, scene: Scene, method: str, true: Trut
     """Return one method's run, and a step-size sequence around it if it has an order to determine."""
 
     def at(dt: float) -> Run:
-        return Flown.of(running_engine, method, dt, running_engine.fly(scene, method, dt)).run(
+        return Flown.of(running_engine, method, dt, running_engine.simulate(scene, method, dt)).run(
             scene, running_engine.title, true
         )
 

@@ -1,4 +1,4 @@
-"""One flight: one engine, one method, one step, from t = 0 to the end of the scene."""
+"""One run: one engine, one method, one step, from t = 0 to the end of the scene."""
 
 import math
 from dataclasses import dataclass
@@ -111,7 +111,7 @@ def mean_step(duration: float, steps: int, dt: float) -> float:
     return dt if math.isclose(taken, dt, rel_tol=SAME_STEP) else taken
 
 
-def fly(
+def simulate(
     engine: ModuleType,
     scene: Scene,
     method: str,
@@ -119,7 +119,7 @@ def fly(
     keep: frozenset[str] = frozenset(),
     probe: bool = False,
 ) -> Trajectory:
-    """Fly the scene in one engine.
+    """Run the scene in one engine.
 
     dt [s]; keep: what of its OPTIONAL the engine is to build all the same; probe: whether to run briefly from another
     start as well, which finds an engine that looks its answers up.

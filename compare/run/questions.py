@@ -11,7 +11,7 @@ import numpy as np
 from tumble.compare.run.engines.laws import law_broken
 from tumble.compare.run.engines.program import ProgramFailed
 from tumble.compare.run.engines.registry import BadEngine, EngineInfo, Missing, engine_info, in_one_line, load
-from tumble.compare.run.flight import Trajectory, fly, struck
+from tumble.compare.run.flight import Trajectory, simulate, struck
 from tumble.compare.run.process.message import PREFIX, Malformed, frame, lengths, unpacked
 from tumble.compare.run.status import Failure, Status
 from tumble.compare.run.timing.timer import NoTime, Pace, Ready, Sample, Timer
@@ -42,7 +42,7 @@ class Loaded:
 
 
 @dataclass(frozen=True)
-class Fly:
+class Simulate:
     """Run the scene with steps of dt [s]; probe: and briefly from another start that the scene does not have."""
 
     scene: Scene
@@ -53,7 +53,7 @@ class Fly:
 
     def answer(self, engine: Loaded) -> Trajectory:
         """Return the flight."""
-        return fly(engine.module, self.scene, self.method, self.dt, self.keep, self.probe)
+        return simulate(engine.module, self.scene, self.method, self.dt, self.keep, self.probe)
 
 
 @dataclass(frozen=True)
@@ -112,7 +112,7 @@ class PutLaw:
         return law_broken(engine.module, self.law, self.method)
 
 
-Question = Fly | PrepareTimer | TakeSample | StepMatrices | PutLaw
+Question = Simulate | PrepareTimer | TakeSample | StepMatrices | PutLaw
 
 
 def answer_all(line: socket.socket, engine: str, memory_limit: int) -> None:

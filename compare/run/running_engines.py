@@ -95,7 +95,7 @@ class RunningEngine:
         """Return the tolerance under which the method chooses its steps, None of one that does not."""
         return None if isinstance(self.info, Failure) else self.info.tolerance(method)
 
-    def fly(
+    def simulate(
         self, scene: Scene, method: str, dt: float, keep: frozenset[str] = frozenset(), probe: bool = False
     ) -> Trajectory | Failure:
         """Return the flight, dt [s], or why there is none.
@@ -103,7 +103,7 @@ class RunningEngine:
         keep: what of its OPTIONAL the engine is to build; probe: whether to run briefly from another start as well,
         which finds an engine that looks its answers up.  Raises Halted.
         """
-        return self.unsupported(scene) or self.ensure_running() or self.worker.fly(scene, method, dt, keep, probe)
+        return self.unsupported(scene) or self.ensure_running() or self.worker.simulate(scene, method, dt, keep, probe)
 
     def prepare_timer(
         self, key: str, scene: Scene, method: str, pace: Pace, keep: frozenset[str] = frozenset()

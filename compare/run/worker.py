@@ -16,11 +16,11 @@ from tumble.compare.run.process.message import Malformed
 from tumble.compare.run.process.process import Died, Process, signal_name
 from tumble.compare.run.questions import (
     Ended,
-    Fly,
     PrepareTimer,
     PutLaw,
     Question,
     Refusal,
+    Simulate,
     StepMatrices,
     TakeSample,
     more_than,
@@ -87,12 +87,14 @@ class Worker:
             raise BadEngine(f"{self.engine}: cannot be loaded: {answer}")
         return answer
 
-    def fly(
+    def simulate(
         self, scene: Scene, method: str, dt: float, keep: frozenset[str] = frozenset(), probe: bool = False
     ) -> Trajectory | Failure:
         """Return the flight, or why there is none; after `crashed` or `timeout` the process may be gone."""
         numbers = len(scene.rows) * (1 + len(scene.start) * (13 + scene.body.points.size)) + 4 * 13
-        answer = self._ask(Fly(told(scene), method, dt, keep, probe), Trajectory | Failure, numbers * FLOAT.itemsize)
+        answer = self._ask(
+            Simulate(told(scene), method, dt, keep, probe), Trajectory | Failure, numbers * FLOAT.itemsize
+        )
         if isinstance(answer, Trajectory) and not is_flight_of(answer, scene):
             return self._gone(Status.CRASHED, "what it sent is no trajectory of this scene")
         return answer

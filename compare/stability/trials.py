@@ -127,7 +127,7 @@ class Trials:
         return self._evaluated(column, column.probe(dt, steps), dt, None)
 
     def _evaluated(self, column: Column, scene: Scene, dt: float, true: Truth | None) -> Cell:
-        answer = self.running_engine.fly(scene, self.method, dt)
+        answer = self.running_engine.simulate(scene, self.method, dt)
         run = Flown.of(self.running_engine, self.method, dt, answer).run(scene, self.running_engine.title, true)
         return Cell(column, dt, run, verdict(run))
 

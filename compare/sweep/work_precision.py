@@ -206,7 +206,7 @@ def climb(
     runs: list[Run] = []
     for name, dt in (*longer, *levels(running_engine, scene, method, effort.tolerances)):
         seen, true = reference_for(references, running_engine, name, dt)
-        answer = running_engine.fly(seen, name, dt, probe=True)
+        answer = running_engine.simulate(seen, name, dt, probe=True)
         ladder.append(Flown.of(running_engine, name, dt, answer))
         runs.append(ladder[-1].run(seen, running_engine.title, true))
         # The error of an adaptive method falls irregularly, and its tolerances are few: all are tried.

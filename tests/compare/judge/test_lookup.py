@@ -109,7 +109,7 @@ def notes(folder: Path, text: str, scene: Scene = SCENE) -> str:
     path = folder / "mine.py"
     path.write_text(HEAD + STARTS + ANSWERS + text)
     with launched([str(path)]) as (engine,):
-        flight = engine.fly(scene, "m", scene.step, probe=True)
+        flight = engine.simulate(scene, "m", scene.step, probe=True)
     assert not isinstance(flight, Failure), flight
     return Run(scene, "mine", "m", scene.step, flight, true_answer(scene, with_input_error=False).truth).outcome
 

@@ -47,7 +47,7 @@ def test_it_is_flown_as_any_engine(tmp_path):
     (tmp_path / "cube.py").write_text(CUBE)
     scene = read_scene("table-4-1")
     with launched([str(tmp_path / "cube.py"), "tumble:exact"]) as (own, exact):
-        mine, true = (each.fly(scene, each.methods[0], scene.step) for each in (own, exact))
+        mine, true = (each.simulate(scene, each.methods[0], scene.step) for each in (own, exact))
     np.testing.assert_allclose(mine.vertices, true.vertices, rtol=0, atol=1e-9)
 
 

@@ -56,7 +56,7 @@ def engine_file(folder: Path, name: str) -> str:
 def flight(number: int, running_engine: RunningEngine, title: str = "") -> Task:
     scene = replace(SCENE, title=title)
     key = f"{number}", running_engine.title, "still"
-    return Task(key, running_engine, lambda able: (number, able.fly(scene, "still", scene.step)))
+    return Task(key, running_engine, lambda able: (number, able.simulate(scene, "still", scene.step)))
 
 
 def statuses(results) -> list[str]:
@@ -111,7 +111,7 @@ def test_an_engine_that_dies_or_hangs_is_replaced_for_the_next_task(tmp_path):
         def ask(able: RunningEngine):
             able.ensure_running()
             able.worker.time_limit = 1.0 if title == "hang" else PATIENCE_S
-            answer = able.fly(replace(SCENE, title=title), "still", SCENE.step)
+            answer = able.simulate(replace(SCENE, title=title), "still", SCENE.step)
             able.worker.time_limit = PATIENCE_S
             return number, answer
 
@@ -320,7 +320,7 @@ def test_ctrl_c_leaves_no_process(tmp_path, words):
 
 def counting(able: RunningEngine, scene, counted: list) -> list[Flown]:
     counted.append(scene.title)
-    return [Flown("still", dt, able.fly(scene, "still", dt)) for dt in (scene.step, scene.step / 2)]
+    return [Flown("still", dt, able.simulate(scene, "still", dt)) for dt in (scene.step, scene.step / 2)]
 
 
 def test_a_kept_task_is_found_again_bit_for_bit_and_under_the_same_circumstances_only(tmp_path):
