@@ -14,8 +14,7 @@ from tumble.compare.stability.schemas import EXTREMES, LIMITS
 from tumble.compare.stability.store import store, tables_of
 from tumble.compare.stability.tasks import keys, stability
 from tumble.compare.tables.circumstances import circumstances
-from tumble.compare.tables.files import write_folder
-from tumble.compare.tables.frames import csv_text, frame, rows
+from tumble.compare.tables.frames import frame, rows, write_tables
 from tumble.compare.tables.shared import FINDINGS
 from tumble.scenarios.scene import Scene
 
@@ -89,5 +88,5 @@ def map_scenes(
     ]
     tables[FINDINGS.file] = frame(FINDINGS, found)
     if folder:
-        write_folder(folder, {FINDINGS.file: csv_text(tables[FINDINGS.file])})
+        write_tables(folder, {FINDINGS.file: tables[FINDINGS.file]})
     return tables

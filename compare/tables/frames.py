@@ -13,7 +13,7 @@ import numpy as np
 import pandas as pd
 
 from tumble.compare.tables.cells import float_cells, lines_text, text_cell, text_of_cell
-from tumble.compare.tables.files import place
+from tumble.compare.tables.files import place, write_folder
 from tumble.compare.tables.known import schema
 from tumble.compare.tables.schema import BadTable, Column, Table
 from tumble.scenarios.files import plain_bytes
@@ -62,8 +62,27 @@ def csv_text(frame: pd.DataFrame) -> str:
 
 
 def csv_texts(frames: Mapping[str, pd.DataFrame]) -> dict[str, str]:
-    """Return tables as CSV, by file name."""
-    return {name: csv_text(frame) for name, frame in frames.items()}
+    """Return the tables that have rows as CSV, by file name."""
+    return {name: csv_text(frame) for name, frame in frames.items() if len(frame)}
+
+
+def write_tables(
+    folder: Path, frames: Mapping[str, pd.DataFrame], others: Mapping[str, str | bytes] = MappingProxyType({})
+) -> None:
+    """Write the tables that have rows into a folder, all or none, and remove files of those that have none.
+
+    Parameters
+    ----------
+    folder : made where it is not there
+    frames : tables by file name
+    others : further files by name, text or bytes of each
+
+    Raises
+    ------
+    OSError : the folder cannot be written to
+    """
+    texts = csv_texts(frames)
+    write_folder(folder, {**texts, **others}, without=frames.keys() - texts.keys())
 
 
 def cells(column: pd.Series) -> list[str]:
@@ -85,7 +104,7 @@ def cells(column: pd.Series) -> list[str]:
 def read_tables(source: Path | Mapping[str, str]) -> dict[str, pd.DataFrame]:
     """Return every table of a folder, or of file name -> CSV text, by file name.  Raises BadTable, OSError.
 
-    Files that are no table of ours are left alone.
+    Files that are no table of ours are left alone.  A table without rows has no file.
     """
     names = [path.name for path in sorted(source.glob("*.csv"))] if isinstance(source, Path) else list(source)
     found = {}
@@ -98,11 +117,14 @@ def read_tables(source: Path | Mapping[str, str]) -> dict[str, pd.DataFrame]:
 
 
 def kept_tables(folder: Path, tables: Iterable[Table]) -> dict[str, pd.DataFrame]:
-    """Return these tables of a folder by file name, nothing unless all of them are there.  Raises BadTable, OSError."""
+    """Return these tables of a folder by file name, nothing if none of them is there.  Raises BadTable, OSError.
+
+    A table without rows has no file: one that is not there is empty.
+    """
     places = {table: place(folder, table.file) for table in tables}
-    if not all(path.exists() for path in places.values()):
+    if not any(path.exists() for path in places.values()):
         return {}
-    return {table.file: read_file(path, table) for table, path in places.items()}
+    return {table.file: read_file(path, table) if path.exists() else typed(table, {}) for table, path in places.items()}
 
 
 def read_file(path: Path, table: Table, renamed: Mapping[str, str] = MappingProxyType({})) -> pd.DataFrame:

@@ -66,6 +66,8 @@ class Store:
         said = {row.what: row.value for row in rows(CONDITIONS, read(self._folder, CONDITIONS))}
         found: dict[Key, dict[str, pd.DataFrame]] = {}
         for table in self._tables:
+            if TABLE + table.file not in said and not place(self._folder, table.file).exists():
+                continue  # it had no rows
             whole = read(self._folder, table, said.get(TABLE + table.file, ""))
             for _, own in whole.groupby(self._key, sort=False):
                 found.setdefault(tuple(own[self._key].iloc[0]), {})[table.file] = own
@@ -88,7 +90,8 @@ class Store:
             return
         texts = csv_texts(self.tables)
         digests = [ConditionRow(TABLE + name, digest_of(text)) for name, text in texts.items()]
-        write_folder(self._folder, texts | {CONDITIONS.file: csv_text(frame(CONDITIONS, [*self._under, *digests]))})
+        texts[CONDITIONS.file] = csv_text(frame(CONDITIONS, [*self._under, *digests]))
+        write_folder(self._folder, texts, without={table.file for table in self._tables} - texts.keys())
         self._written, self._all_written = monotonic(), True
 
     @property

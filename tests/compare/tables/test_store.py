@@ -102,6 +102,29 @@ def test_another_run_begins_anew_and_says_so(tmp_path):
     assert same.done == {("a",)}, "how it was asked is of no account"
 
 
+def test_a_table_without_rows_has_no_file_and_its_tasks_are_done(tmp_path):
+    kept(tmp_path, "a")
+    assert "timing.csv" in files(tmp_path)
+    found, _ = store(tmp_path, [*UNDER[:1], ConditionRow("numpy", "3.0"), *UNDER[2:]])
+    found.keep(("b",), made("b") | {"timing.csv": frame(CLOCK, [])})
+    found.write()
+    assert "timing.csv" not in files(tmp_path)
+    again, _ = store(tmp_path, [*UNDER[:1], ConditionRow("numpy", "3.0"), *UNDER[2:]])
+    assert again.done == {("b",)}
+    assert len(again.tables["timing.csv"]) == 0
+    again.keep(("a",), made("a"))
+    again.write()
+    assert "timing.csv" in files(tmp_path)
+
+
+def test_a_table_that_is_lost_is_damage(tmp_path):
+    kept(tmp_path, "a")
+    (tmp_path / "timing.csv").unlink()
+    again, said = store(tmp_path)
+    assert again.done == set()
+    assert said
+
+
 DAMAGE = {
     "a header and nothing else": lambda text: "scene,engine\n",
     "nothing": lambda text: "",
