@@ -225,7 +225,7 @@ def test_a_free_spin_is_held_against_the_truth():
     errors = {row.dt_s: row.max_error_m for row in rk4.rows}
     inside = [dt for dt, error in errors.items() if error <= 1e-3]
     assert max(inside) <= rk4.limit.dt_1mm_s < 2 * max(inside)
-    assert exact.limit.note == "takes steps of its own"
+    assert exact.limit.note == "chooses its own steps"
     assert all(row.max_error_m <= 10 * row.resolution_m for row in exact.rows)
     turned = {row.verdict for row in bullet.rows if row.dt_s * bullet.limit.w_rad_s > 1.0}
     assert turned == {"under-rotated"}
