@@ -12,7 +12,7 @@ from tumble.compare.check.record import Record
 from tumble.compare.check.schemas import CELLS, EXACT, QUESTIONS, TIMES, CellRow, QuestionRow
 from tumble.compare.check.times import time_rows
 from tumble.compare.judge import ladder as order
-from tumble.compare.judge.errors import Flown, Run
+from tumble.compare.judge.errors import Run, RunAnswer
 from tumble.compare.judge.trend import spin_energy
 from tumble.compare.run.flight import Trajectory, legs
 from tumble.compare.run.process.kept import Kept
@@ -40,8 +40,8 @@ class Cell:
     rounding_m: None if a perturbed run failed, so that it is unknown.
     """
 
-    own: Flown
-    ladder: list[Flown]
+    own: RunAnswer
+    ladder: list[RunAnswer]
     rounding_m: float | None
 
 
@@ -98,7 +98,7 @@ def cell(running_engine: RunningEngine, scene: Scene, method: str, true: Truth |
     """Return one contestant's run, and a step-size sequence around it if the method has an order to determine."""
 
     def evaluated(dt: float, answer: Trajectory | Failure) -> Run:
-        return Flown.of(running_engine, method, dt, answer).run(scene, running_engine.title, true)
+        return RunAnswer.of(running_engine, method, dt, answer).run(scene, running_engine.title, true)
 
     def at(dt: float) -> Run:
         return evaluated(dt, running_engine.simulate(scene, method, dt, probe=True))
@@ -117,9 +117,9 @@ def cell(running_engine: RunningEngine, scene: Scene, method: str, true: Truth |
     return Cell(plain(own), [plain(each) for each in ladder], apart_m and math.sqrt(rounded) * apart_m)
 
 
-def plain(run: Run) -> Flown:
+def plain(run: Run) -> RunAnswer:
     """Return a run without its scene and truth."""
-    return Flown(method=run.method, dt=run.dt, answer=run.answer, tolerance=run.tolerance, rounding=run.rounding)
+    return RunAnswer(method=run.method, dt=run.dt, answer=run.answer, tolerance=run.tolerance, rounding=run.rounding)
 
 
 def nudged(start: Array, rounding: float) -> Array:

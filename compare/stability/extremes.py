@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from tumble.compare.engines import OWN
-from tumble.compare.judge.errors import Flown
+from tumble.compare.judge.errors import RunAnswer
 from tumble.compare.judge.verdict import verdict
 from tumble.compare.run.flight import Trajectory, legs
 from tumble.compare.run.running_engines import RunningEngine
@@ -54,7 +54,7 @@ def extreme(
 ) -> ExtremeRow:
     """Return the result of one contestant in one case, in a run time of at most budget_s [s]."""
     answer = too_long(running_engine, method, scene, budget_s) or running_engine.simulate(scene, method, scene.step)
-    run = Flown.of(running_engine, method, scene.step, answer).run(scene, running_engine.title, true)
+    run = RunAnswer.of(running_engine, method, scene.step, answer).run(scene, running_engine.title, true)
     found = verdict(run)
     row = ExtremeRow(
         scene=scene.name,

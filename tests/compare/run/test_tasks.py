@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 from patience import PATIENCE_S, until
 
-from tumble.compare.judge.errors import Flown
+from tumble.compare.judge.errors import RunAnswer
 from tumble.compare.run.flight import Trajectory
 from tumble.compare.run.process.callers import Callers
 from tumble.compare.run.process.kept import FOLDER, Kept
@@ -318,9 +318,9 @@ def test_ctrl_c_leaves_no_process(tmp_path, words):
             os.kill(left, signal.SIGKILL)
 
 
-def counting(able: RunningEngine, scene, counted: list) -> list[Flown]:
+def counting(able: RunningEngine, scene, counted: list) -> list[RunAnswer]:
     counted.append(scene.title)
-    return [Flown("still", dt, able.simulate(scene, "still", dt)) for dt in (scene.step, scene.step / 2)]
+    return [RunAnswer("still", dt, able.simulate(scene, "still", dt)) for dt in (scene.step, scene.step / 2)]
 
 
 def test_a_kept_task_is_found_again_bit_for_bit_and_under_the_same_circumstances_only(tmp_path):
@@ -328,10 +328,10 @@ def test_a_kept_task_is_found_again_bit_for_bit_and_under_the_same_circumstances
     scenes = [replace(SCENE, title=title) for title in ("one", "die", "three")]
     with launched([engine_file(tmp_path, "a")]) as (a,):
 
-        def flown(under: object, most: int | None = None) -> list[list[Flown]]:
+        def flown(under: object, most: int | None = None) -> list[list[RunAnswer]]:
             counted.clear()
             tasks = [
-                Task((scene.title, "a"), a, partial(counting, scene=scene, counted=counted), list[Flown])
+                Task((scene.title, "a"), a, partial(counting, scene=scene, counted=counted), list[RunAnswer])
                 for scene in scenes[:most]
             ]
             return run(tasks, kept=Kept(tmp_path / "out", under))
