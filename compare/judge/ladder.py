@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 
 from tumble.compare.judge.errors import Run
-from tumble.compare.judge.orders import ASYMPTOTIC, FLOOR, LAST, Rung, local_orders, parts
+from tumble.compare.judge.orders import ASYMPTOTIC, FLOOR, LAST, Level, local_orders, parts
 from tumble.compare.run.flight import legs
 from tumble.compare.run.status import Status
 
@@ -58,18 +58,18 @@ def orders(runs: Sequence[Run]) -> tuple[float | None, float | None]:
     if not runs:
         return None, None
     size = runs[0].scene.body.reach
-    attitude, translation = zip(*(rungs(run) for run in runs), strict=True)
+    attitude, translation = zip(*(levels(run) for run in runs), strict=True)
     return (
         one_order(local_orders(attitude, ASYMPTOTIC * size)) or one_order(local_orders(attitude, size)[-LAST:]),
         one_order(local_orders(translation, math.inf)[-LAST:]),
     )
 
 
-def rungs(run: Run) -> tuple[Rung, Rung]:
-    """Return what a run says of the orders of attitude and translation; its step is the one taken."""
+def levels(run: Run) -> tuple[Level, Level]:
+    """Return the refinement level of a run in attitude and in translation, at the step taken."""
     dt, limit = run.dt_taken or run.dt, float(run.limits.max())
     attitude, translation = parts(run)
-    return Rung(dt, attitude, limit), Rung(dt, translation, limit)
+    return Level(dt, attitude, limit), Level(dt, translation, limit)
 
 
 def one_order(slopes: Sequence[float]) -> float | None:
