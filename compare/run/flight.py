@@ -141,7 +141,7 @@ def simulate(
             own[time] = real(where(world, scene.body.points))
         return states
 
-    engine.write(world, struck(scene, 0.0, scene.start.copy(), found))
+    engine.write(world, with_impulses(scene, 0.0, scene.start.copy(), found))
     states = look(0.0, engine.read(world))
     steps, wall_s, cpu_ns = 0, 0.0, 0
     for leg in legs(scene, dt):
@@ -156,7 +156,7 @@ def simulate(
             break
         if any(impulse.time == leg.end for impulse in scene.impulses):
             found += findings(audit(world))
-            engine.write(world, struck(scene, leg.end, states, found))
+            engine.write(world, with_impulses(scene, leg.end, states, found))
             look(leg.end, engine.read(world))
     found += findings(audit(world))
 
@@ -183,8 +183,8 @@ def run_probe(engine: ModuleType, scene: Scene, method: str, dt: float, keep: fr
     Each has a world of its own: who only counts the time is to begin at 0.
     """
     leg, size = legs(scene, dt)[0], scene.body.reach
-    n, told = min(leg.n, PROBE_STEPS), struck(scene, 0.0, scene.start.copy(), [])
-    starts, ends = (told, altered(told, size)), []
+    n, own = min(leg.n, PROBE_STEPS), with_impulses(scene, 0.0, scene.start.copy(), [])
+    starts, ends = (own, altered(own, size)), []
     for states in starts:
         world = built(engine, scene, method, keep)
         prepare(engine, world, leg.dt)
@@ -209,8 +209,8 @@ def real(answer: ArrayLike) -> Array:
     return np.array(answer, dtype=float)
 
 
-def struck(scene: Scene, time: float, states: Array, found: list[Finding]) -> Array:
-    """Return the states after the impulses of one instant, in the order listed; a ray that misses strikes nothing."""
+def with_impulses(scene: Scene, time: float, states: Array, found: list[Finding]) -> Array:
+    """Return the states after the impulses of one instant, in the order listed; a ray that misses applies none."""
     for number, impulse in enumerate(scene.impulses):
         if impulse.time == time:
             try:

@@ -11,7 +11,7 @@ import numpy as np
 from tumble.compare.run.engines.laws import law_broken
 from tumble.compare.run.engines.program import ProgramFailed
 from tumble.compare.run.engines.registry import BadEngine, EngineInfo, Missing, engine_info, in_one_line, load
-from tumble.compare.run.flight import Trajectory, simulate, struck
+from tumble.compare.run.flight import Trajectory, simulate, with_impulses
 from tumble.compare.run.process.message import PREFIX, Malformed, frame, lengths, unpacked
 from tumble.compare.run.status import Failure, Status
 from tumble.compare.run.timing.timer import NoTime, Pace, Ready, Sample, Timer
@@ -69,7 +69,7 @@ class PrepareTimer:
     def answer(self, engine: Loaded) -> Ready:
         """Return what that has shown.  Raises NoTime."""
         # As it flies: what an impulse at the start sets in motion is part of the load.
-        moving = replace(self.scene, start=struck(self.scene, 0.0, self.scene.start, []))
+        moving = replace(self.scene, start=with_impulses(self.scene, 0.0, self.scene.start, []))
         engine.timers[self.key] = Timer(engine.module, moving, self.method, self.pace, self.keep)
         return engine.timers[self.key].ready
 

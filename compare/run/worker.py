@@ -63,7 +63,7 @@ class Worker:
         serve = str(Path(__file__).with_name("serve.py"))
         try:
             # Files in the working directory are the user's, and run only when he names one.
-            self._process = Process([place.python, "-P", serve, name, str(memory_limit)], place.told)
+            self._process = Process([place.python, "-P", serve, name, str(memory_limit)], place.variables)
         except OSError as error:
             reason = f"its process cannot be started: {error.strerror or error}"
             self._why_gone = Failure(Status.CRASHED, reason, process_died=True)
@@ -93,7 +93,7 @@ class Worker:
         """Return the flight, or why there is none; after `crashed` or `timeout` the process may be gone."""
         numbers = len(scene.rows) * (1 + len(scene.start) * (13 + scene.body.points.size)) + 4 * 13
         answer = self._ask(
-            Simulate(told(scene), method, dt, keep, probe), Trajectory | Failure, numbers * FLOAT.itemsize
+            Simulate(for_engine(scene), method, dt, keep, probe), Trajectory | Failure, numbers * FLOAT.itemsize
         )
         if isinstance(answer, Trajectory) and not is_flight_of(answer, scene):
             return self._gone(Status.CRASHED, "what it sent is no trajectory of this scene")
@@ -103,7 +103,7 @@ class Worker:
         self, key: str, scene: Scene, method: str, pace: Pace, keep: frozenset[str] = frozenset()
     ) -> Ready | Failure:
         """Make a timer ready under that key; return what that has shown, or why it cannot be."""
-        return self._ask(PrepareTimer(key, told(scene), method, pace, keep), Ready | Failure)
+        return self._ask(PrepareTimer(key, for_engine(scene), method, pace, keep), Ready | Failure)
 
     def sample(self, key: str) -> Sample | Failure:
         """Return one sample of that timer."""
@@ -175,8 +175,8 @@ class Worker:
         return process.end(patience) if process else None
 
 
-def told(scene: Scene) -> Scene:
-    """Return what an engine is told of a scene: all but what the file says beyond it, which is for the truth alone."""
+def for_engine(scene: Scene) -> Scene:
+    """Return the scene that an engine gets: without the exact numbers of its file, which only the reference uses."""
     return replace(scene, written=None)
 
 
