@@ -188,7 +188,7 @@ class ProgramEngine(ModuleType):
         world.reported_ns += ns if isinstance(ns, int | float) else np.nan
 
     def reported_ns(self, world: World) -> float:
-        """Return how long it says that all has taken since this was asked last [ns], NaN where it does not say."""
+        """Return the time that the program reported since the last call [ns], NaN if it reports none."""
         ns, world.reported_ns = world.reported_ns, 0.0
         return float(ns)
 
