@@ -9,7 +9,7 @@ import pytest
 from apart import engine, throw
 
 from tumble.compare.judge import mechanics
-from tumble.compare.judge.family import family
+from tumble.compare.judge.gyroscopic_scheme import gyroscopic_scheme
 from tumble.compare.run.engines.brick import scene
 from tumble.compare.run.running_engines import launched
 from tumble.scenarios.read import read_scene
@@ -59,7 +59,7 @@ def test_found_blind_it_is_what_the_source_says(contestant, running_engines):
     ours, method = running_engines[contestant], contestant.partition(":")[2]
     assert ours.info.gyroscopic.get(method, "") == SAID[contestant]
     coarse, fine = (ours.simulate(QUESTION, method, dt).states[:, 0] for dt in (STEP, STEP / 2))
-    found = family(coarse, fine, QUESTION.body, round(QUESTION.duration / STEP), ours.rounding)
+    found = gyroscopic_scheme(coarse, fine, QUESTION.body, round(QUESTION.duration / STEP), ours.rounding)
     # The midpoint rule keeps both, as does all that keeps the momentum: its order tells it, and its notes.
     assert found == SAID[contestant].replace("midpoint", "keeps-momentum") or (contestant, found) == (
         "drake:rk5",
