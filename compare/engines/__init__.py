@@ -15,7 +15,7 @@ and four verbs on whole states (N, 13): x [m], q (w x y z, body to world), v [m/
     advance(world, n, dt)            n steps of dt [s] in the engine's native loop: the only timed call
     read(world) -> states            (N, 13)
 
-The laws, LAWS below, are put to a file by `tumble engines --check ./mine.py` (compare/run/engines/laws.py).
+`tumble engines --check ./mine.py` runs the CHECKS below on a file (compare/run/engines/contract_checks.py).
 
 More names where they are not empty:
 
@@ -77,7 +77,7 @@ BY_HAND = "handcalc"  # the class report's hand calculation: no engine that anyb
 SHIPPED = "+defaults"  # the manner of a method with which its engine is left as it ships
 OWN = "tumble"  # our own solver's file: the first in every list, and what flies where no engine is named
 
-LAWS = {
+CHECKS = {
     "read after write": "read(write(s)) = s to rounding, q up to its sign",
     "digits": "no digit of a number is lost on the way: 17 of a double, 9 of a single",
     "steps add up": "advance(a) then advance(b) = advance(a + b), bit by bit",

@@ -8,7 +8,7 @@ from typing import BinaryIO
 
 import numpy as np
 
-from tumble.compare.run.engines.laws import law_broken
+from tumble.compare.run.engines.contract_checks import check_failure
 from tumble.compare.run.engines.program import ProgramFailed
 from tumble.compare.run.engines.registry import BadEngine, EngineInfo, Missing, engine_info, in_one_line, load
 from tumble.compare.run.flight import Trajectory, simulate, with_impulses
@@ -101,18 +101,18 @@ class StepMatrices:
 
 
 @dataclass(frozen=True)
-class PutLaw:
-    """Put a law of tumble.compare.engines to a method."""
+class RunCheck:
+    """Run a check of the engine contract, of tumble.compare.engines, on a method."""
 
-    law: str
+    check: str
     method: str
 
     def answer(self, engine: Loaded) -> str:
-        """Return how it does not hold, '' where it does."""
-        return law_broken(engine.module, self.law, self.method)
+        """Return why it fails, '' if it passes."""
+        return check_failure(engine.module, self.check, self.method)
 
 
-Question = Simulate | PrepareTimer | TakeSample | StepMatrices | PutLaw
+Question = Simulate | PrepareTimer | TakeSample | StepMatrices | RunCheck
 
 
 def answer_all(line: socket.socket, engine: str, memory_limit: int) -> None:

@@ -17,9 +17,9 @@ from tumble.compare.run.process.process import Died, Process, signal_name
 from tumble.compare.run.questions import (
     Ended,
     PrepareTimer,
-    PutLaw,
     Question,
     Refusal,
+    RunCheck,
     Simulate,
     StepMatrices,
     TakeSample,
@@ -113,9 +113,9 @@ class Worker:
         """Return what the engine's own scheme makes of u'' + c u' + s u = 0 in steps h [s], (n,) -> (n, 2, 2)."""
         return self._ask(StepMatrices(method, s, c, h), np.ndarray | Failure, 4 * h.nbytes)
 
-    def law_broken(self, law: str, method: str) -> str | Failure:
-        """Return how a law of compare.engines does not hold for a method, '' where it does, or why it was not asked."""
-        return self._ask(PutLaw(law, method), str | Failure)
+    def check_failure(self, check: str, method: str) -> str | Failure:
+        """Return why a check of the engine contract fails for a method, '' if it passes, or why it could not run."""
+        return self._ask(RunCheck(check, method), str | Failure)
 
     @property
     def alive(self) -> bool:

@@ -222,8 +222,8 @@ def test_an_alias_of_arrays_is_an_array():
             {"key": "k", "scene": 1, "method": "rk4", "pace": {"legs": [], "by_step": True}, "keep": []},
             "what it sent is no Scene (scene)",
         ),
-        ({"law": "light", "method": 3}, "what it sent has a int where a str belongs (method)"),
-        ({"law": "light"}, "what it sent is no Simulate or PrepareTimer or TakeSample or StepMatrices or PutLaw"),
+        ({"check": "light", "method": 3}, "what it sent has a int where a str belongs (method)"),
+        ({"check": "light"}, "what it sent is no Simulate or PrepareTimer or TakeSample or StepMatrices or RunCheck"),
     ],
 )
 def test_what_is_none_of_several_types_says_what_is_wrong_with_the_nearest(plain, said):
@@ -243,7 +243,7 @@ def test_how_deep_a_wrong_value_lies_is_said():
 def test_a_question_that_cannot_be_read_is_one_line_and_no_traceback(tmp_path, capfd):
     with Worker(engine(tmp_path, "pass"), 30.0) as worker:
         worker.describe()
-        answer = worker.law_broken("light", 3)  # type: ignore[arg-type]
+        answer = worker.check_failure("light", 3)  # type: ignore[arg-type]
     assert answer == Failure(
         Status.CRASHED, "it could not read what it was asked: what it sent has a int where a str belongs (method)"
     )

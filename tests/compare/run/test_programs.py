@@ -12,7 +12,7 @@ import pytest
 from patience import PATIENCE_S, until
 
 from tools import programs_page
-from tumble.compare.engines import LAWS
+from tumble.compare.engines import CHECKS
 from tumble.compare.run.engines.examine import examined
 from tumble.compare.run.flight import Trajectory
 from tumble.compare.run.running_engines import launched
@@ -137,7 +137,7 @@ def test_a_template_keeps_the_laws_and_flies_as_the_one_in_python_does(language,
         for each in (ours, reference):
             asked = list(examined(each))
             assert [one for one in asked if one.broken] == []
-            assert {one.law for one in asked if one.holds} == {*LAWS} - {"optional"}
+            assert {one.check for one in asked if one.holds} == {*CHECKS} - {"optional"}
         flown, expected = (each.simulate(scene, each.methods[0], scene.step) for each in (ours, reference))
     assert isinstance(flown, Trajectory), flown
     assert ours.info.version == "1.0"
@@ -148,7 +148,8 @@ def test_a_template_overwrites_nothing(tmp_path, tumble):
     (tmp_path / "mine.toml").write_text("mine")
     done = tumble("engines", "--template", "js")
     assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr == "tumble: mine.toml is here already: nothing was written\n"
+    assert "mine.toml" in done.stderr
+    assert done.stderr.count("\n") == 1
     assert (tmp_path / "mine.toml").read_text() == "mine"
     assert not (tmp_path / "engine.mjs").exists()
 
@@ -193,7 +194,7 @@ def test_numbers_round_trip(tmp_path):
     with launched([script(tmp_path)]) as (ours,):
         flown = ours.simulate(scene, "euler", scene.duration)
         assert flown.states[0, 0].tolist() == ours.simulate(scene, "euler", scene.duration).states[0, 0].tolist()
-        assert ours.worker.law_broken("read after write", "euler") == ""
+        assert ours.worker.check_failure("read after write", "euler") == ""
 
 
 @pytest.mark.parametrize(
