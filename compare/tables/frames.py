@@ -24,12 +24,32 @@ TEXT = pd.StringDtype("python", na_value=np.nan)
 
 
 def frame(table: Table, rows: Iterable[Any]) -> pd.DataFrame:
-    """Return rows of a table's class, in order, as a DataFrame."""
+    """Return rows as a DataFrame.
+
+    Parameters
+    ----------
+    table : their table
+    rows : of the table's class, in order
+
+    Returns
+    -------
+    the rows, with the table's dtypes
+    """
     return typed(table, dict(zip(table.names, zip(*map(attrgetter(*table.names), rows), strict=True), strict=False)))
 
 
 def rows(table: Table, frame: pd.DataFrame) -> list[Any]:
-    """Return the rows of a DataFrame as a table's class states them, None for what is not there."""
+    """Return the rows of a DataFrame.
+
+    Parameters
+    ----------
+    table : their table
+    frame : with its columns
+
+    Returns
+    -------
+    instances of the table's class, None for an empty cell
+    """
     found = frame[table.names].astype(object)
     return [
         table.row(**dict(zip(table.names, row, strict=True)))
@@ -38,7 +58,16 @@ def rows(table: Table, frame: pd.DataFrame) -> list[Any]:
 
 
 def merged(*sources: Mapping[str, pd.DataFrame]) -> dict[str, pd.DataFrame]:
-    """Return the tables of several studies, by file name; a table that several have has the rows of all."""
+    """Return the tables of several studies.
+
+    Parameters
+    ----------
+    sources : tables by file name, of each study
+
+    Returns
+    -------
+    table by file name; one that several studies have has the rows of all
+    """
     own: dict[str, list[pd.DataFrame]] = {}
     for tables in sources:
         for name, table in tables.items():
@@ -102,9 +131,20 @@ def cells(column: pd.Series) -> list[str]:
 
 
 def read_tables(source: Path | Mapping[str, str]) -> dict[str, pd.DataFrame]:
-    """Return every table of a folder, or of file name -> CSV text, by file name.  Raises BadTable, OSError.
+    """Return every table of a folder; a table without rows has no file.
 
-    Files that are no table of ours are left alone.  A table without rows has no file.
+    Parameters
+    ----------
+    source : the folder, or file name -> CSV text
+
+    Returns
+    -------
+    table by file name, without files that are no tables of Tumble
+
+    Raises
+    ------
+    BadTable : a file is not the table that it is named after
+    OSError : a file cannot be read
     """
     names = [path.name for path in sorted(source.glob("*.csv"))] if isinstance(source, Path) else list(source)
     found = {}
@@ -117,9 +157,21 @@ def read_tables(source: Path | Mapping[str, str]) -> dict[str, pd.DataFrame]:
 
 
 def kept_tables(folder: Path, tables: Iterable[Table]) -> dict[str, pd.DataFrame]:
-    """Return these tables of a folder by file name, nothing if none of them is there.  Raises BadTable, OSError.
+    """Return some tables of a folder; one that is not there has no rows.
 
-    A table without rows has no file: one that is not there is empty.
+    Parameters
+    ----------
+    folder : where they are
+    tables : the tables
+
+    Returns
+    -------
+    table by file name; nothing if none of them is there
+
+    Raises
+    ------
+    BadTable : a file is not the table that it is named after
+    OSError : a file cannot be read
     """
     places = {table: place(folder, table.file) for table in tables}
     if not any(path.exists() for path in places.values()):
