@@ -26,7 +26,7 @@ def gathered(folder: Path) -> dict[str, pd.DataFrame]:
     if not folder.is_dir():
         raise BadTable(f"{folder}: no such folder; give --from a folder that -o wrote")
     found = read_tables(folder)
-    if "accuracy-cost.csv" in found:
+    if found.keys() & {*SWEPT}:
         return {(SWEEP if name in (*SWEPT, "runs.csv") else "") + name: table for name, table in found.items()}
     if "cells.csv" in found:
         found |= of_record(found["cells.csv"], found["questions.csv"])
@@ -35,7 +35,7 @@ def gathered(folder: Path) -> dict[str, pd.DataFrame]:
         findings += limit_findings(rows(LIMITS, found[LIMITS.file])) if LIMITS.file in found else []
         findings += extreme_findings(rows(EXTREMES, found[EXTREMES.file])) if EXTREMES.file in found else []
         found[FINDINGS.file] = frame(FINDINGS, findings)
-    if not found.keys() & {"runs.csv", "limits.csv", RELEASES.file}:
+    if not found.keys() & {RUNS.file, LIMITS.file, EXTREMES.file, RELEASES.file}:
         raise BadTable(f"{folder}: has no tables of report, compare, sweep, stability, releases or check")
     return found
 

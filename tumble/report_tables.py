@@ -120,7 +120,9 @@ def report_tables(
     return merged(
         compared,
         maps,
-        kept_tables(folder / "releases", RELEASES) if folder else {},
+        # Without rows where there is none: a table of an earlier run is removed.
+        (kept_tables(folder / "releases", RELEASES) if folder else {})
+        or {table.file: frame(table, []) for table in RELEASES},
         {ABLATION.file: frame(ABLATION, ablation.rows)},
         {(SWEEP if name != FINDINGS.file else "") + name: table for name, table in swept_tables.items()},
         findings([*film_findings(films), *ablation_findings(ablation.rows), *map_findings(maps)]),

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from tumble.compare.judge import ladder, trend
-from tumble.compare.judge.errors import Flown, Run
+from tumble.compare.judge.errors import Run, RunAnswer
 from tumble.compare.releases.schemas import ReleaseRow
 from tumble.compare.run.engines.environments import split_release
 from tumble.compare.run.progress import ProgressCallback, no_progress
@@ -32,8 +32,8 @@ Named = tuple[str, str]  # release and method
 class Runs:
     """The runs of one method of one release: at the scene's own step, and the step-size sequence around it."""
 
-    own: Flown
-    ladder: list[Flown]
+    own: RunAnswer
+    ladder: list[RunAnswer]
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,14 +96,14 @@ def runs_of(running_engine: RunningEngine, scene: Scene, method: str, true: Trut
     """Return one method's run, and a step-size sequence around it if it has an order to determine."""
 
     def at(dt: float) -> Run:
-        return Flown.of(running_engine, method, dt, running_engine.fly(scene, method, dt)).run(
+        return RunAnswer.of(running_engine, method, dt, running_engine.simulate(scene, method, dt)).run(
             scene, running_engine.title, true
         )
 
     own = at(scene.step)
     around = ladder.ladder(own, at) if ladder.readable(own) and not running_engine.takes_own_steps(method) else []
     plain = [
-        Flown(method=each.method, dt=each.dt, answer=each.answer, tolerance=each.tolerance, rounding=each.rounding)
+        RunAnswer(method=each.method, dt=each.dt, answer=each.answer, tolerance=each.tolerance, rounding=each.rounding)
         for each in (own, *around)
     ]
     return Runs(plain[0], plain[1:])

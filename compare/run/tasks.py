@@ -1,10 +1,10 @@
 """The one runner: a study is a list of tasks, scene x contestant x step, and here is where they are run.
 
-A task is a question put to one contestant, as a function of the participant that flies it: one flight, a ladder that
+A task is a question put to one contestant, as a function of the running engine that answers it: one run, a ladder that
 stops at its floor, the bisection of a limit.  Every engine has one process and does its tasks one after the other;
-engines work side by side, as many as there are cores.  A process that crashed or hung is replaced for the next flight
-(`Participant.fly`), each answer has its time limit, and when the command is interrupted, or a task fails, all processes
-are killed at once.  Finished tasks can be cached (`TaskCache`), so that a study that is run again continues.
+engines work side by side, as many as there are cores.  A process that crashed or hung is replaced for the next run
+(`RunningEngine.simulate`), each answer has its time limit, and when the command is interrupted, or a task fails, all
+processes are killed at once.  Finished tasks can be cached (`TaskCache`), so that a study that is run again continues.
 
 Another executor, of many machines, goes in here and nowhere else: a task holds all that it needs but for the truths
 that it waits for, and whoever runs it needs only a participant of that engine to hand to it.

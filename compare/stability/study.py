@@ -15,8 +15,7 @@ from tumble.compare.stability.results import tables_of
 from tumble.compare.stability.schemas import EXTREMES, LIMITS
 from tumble.compare.stability.tasks import Done, keys, stability
 from tumble.compare.tables.circumstances import binding, circumstances
-from tumble.compare.tables.files import write_folder
-from tumble.compare.tables.frames import csv_texts, frame, rows
+from tumble.compare.tables.frames import frame, rows, write_tables
 from tumble.compare.tables.shared import CONDITIONS, FINDINGS
 from tumble.scenarios.scene import Scene
 
@@ -77,5 +76,5 @@ def map_scenes(
             ]
             tables |= {FINDINGS.file: frame(FINDINGS, found)}
             if folder:
-                write_folder(folder, csv_texts(tables | {CONDITIONS.file: frame(CONDITIONS, conditions)}))
+                write_tables(folder, tables | {CONDITIONS.file: frame(CONDITIONS, conditions)})
     return tables

@@ -7,8 +7,7 @@ from pathlib import Path
 from tumble.compare.sweep.schemas import WORK_PRECISION
 from tumble.compare.sweep.study import sweep_scenes
 from tumble.compare.sweep.work_precision import YARDSTICK, Sweep
-from tumble.compare.tables.files import write_folder
-from tumble.compare.tables.frames import csv_texts
+from tumble.compare.tables.frames import write_tables
 from tumble.compare.tables.shared import RUNS
 from tumble.finished import exit_code
 from tumble.notes import display, note
@@ -44,6 +43,6 @@ def main(options: Namespace) -> int:
                 out.print(piece)
     save_figures(options.svg, options.png, cost_figure, tables[WORK_PRECISION.file])
     if folder:
-        write_folder(folder, csv_texts(tables))
+        write_tables(folder, tables)
         note(f"tables written to {folder}")
     return exit_code(tables[RUNS.file].status)

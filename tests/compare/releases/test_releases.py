@@ -149,17 +149,17 @@ def test_it_goes_on_where_it_was_interrupted(tmp_path):
     scene = read_scene("die-straight")
     with launched(["mujoco@4.0.0"]) as running_engines:
         flown = []
-        fly = running_engines[0].fly
+        simulate = running_engines[0].simulate
 
         def counted(scene, method, dt, **more):
             flown.append(method)
-            return fly(scene, method, dt, **more)
+            return simulate(scene, method, dt, **more)
 
         def interrupt(what):
             if what.endswith("rk4"):
                 raise KeyboardInterrupt
 
-        running_engines[0].fly = counted
+        running_engines[0].simulate = counted
         with pytest.raises(KeyboardInterrupt):
             ledger(running_engines, [scene], interrupt, TaskCache(tmp_path, "one"))
         before = {*flown}

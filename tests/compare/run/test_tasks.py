@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 from patience import PATIENCE_S, until
 
-from tumble.compare.judge.errors import Flown
+from tumble.compare.judge.errors import RunAnswer
 from tumble.compare.run.flight import Trajectory
 from tumble.compare.run.process.callers import Callers
 from tumble.compare.run.process.process import Died
@@ -56,7 +56,7 @@ def engine_file(folder: Path, name: str) -> str:
 def flight(number: int, running_engine: RunningEngine, title: str = "") -> Task:
     scene = replace(SCENE, title=title)
     key = f"{number}", running_engine.title, "still"
-    return Task(key, running_engine, lambda able: (number, able.fly(scene, "still", scene.step)))
+    return Task(key, running_engine, lambda able: (number, able.simulate(scene, "still", scene.step)))
 
 
 def statuses(results) -> list[str]:
@@ -115,7 +115,7 @@ def test_an_engine_that_dies_or_hangs_is_replaced_for_the_next_task(tmp_path):
         def ask(able: RunningEngine):
             able.ensure_running()
             able.worker.time_limit = 1.0 if title == "hang" else PATIENCE_S
-            answer = able.fly(replace(SCENE, title=title), "still", SCENE.step)
+            answer = able.simulate(replace(SCENE, title=title), "still", SCENE.step)
             able.worker.time_limit = PATIENCE_S
             return number, answer
 
@@ -322,9 +322,9 @@ def test_ctrl_c_leaves_no_process(tmp_path, words):
             os.kill(left, signal.SIGKILL)
 
 
-def counting(able: RunningEngine, scene, counted: list) -> list[Flown]:
+def counting(able: RunningEngine, scene, counted: list) -> list[RunAnswer]:
     counted.append(scene.title)
-    return [Flown("still", dt, able.fly(scene, "still", dt)) for dt in (scene.step, scene.step / 2)]
+    return [RunAnswer("still", dt, able.simulate(scene, "still", dt)) for dt in (scene.step, scene.step / 2)]
 
 
 def test_a_cached_task_is_found_again_bit_for_bit_and_under_the_same_circumstances_only(tmp_path):
@@ -332,10 +332,10 @@ def test_a_cached_task_is_found_again_bit_for_bit_and_under_the_same_circumstanc
     scenes = [replace(SCENE, title=title) for title in ("one", "die", "three")]
     with launched([engine_file(tmp_path, "a")]) as (a,):
 
-        def flown(under: object, most: int | None = None) -> list[list[Flown]]:
+        def flown(under: object, most: int | None = None) -> list[list[RunAnswer]]:
             counted.clear()
             tasks = [
-                Task((scene.title, "a"), a, partial(counting, scene=scene, counted=counted), list[Flown])
+                Task((scene.title, "a"), a, partial(counting, scene=scene, counted=counted), list[RunAnswer])
                 for scene in scenes[:most]
             ]
             return run(tasks, cached=TaskCache(tmp_path / "out", under))
