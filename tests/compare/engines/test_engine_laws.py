@@ -205,7 +205,7 @@ def test_what_brings_an_engine_is_read_without_running_it(monkeypatch, tmp_path)
 
 
 # Where `grade` knows engines by what they do and by what they write.
-OF_THEIR_FILES = {("hypotheses", "engines.py"), ("read", "programs.py"), ("read", "conventions.py")}
+OF_THEIR_FILES = {("hypotheses", "engine_schemes.py"), ("read", "programs.py"), ("read", "conventions.py")}
 # The colours of those that most pages have side by side, another takes one that is free; the formats of `--like`.
 OF_THEIR_FILES |= {("reports", "hues.py"), ("tumble", "parser.py")}
 
