@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from tumble.compare.tables.files import write_whole
-from tumble.scenarios.refusal import UsersError
+from tumble.scenarios.refusal import UserError
 
 if TYPE_CHECKING:
     import altair
@@ -19,7 +19,7 @@ PNG_SCALE = 2.0
 WIDTH = 560
 
 
-class NoFigures(UsersError):
+class NoFigures(UserError):
     """The libraries that draw figures are not there; the message is the one line for the user."""
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from tumble.scenarios.build import scene_from
 from tumble.scenarios.files import plain_bytes, why_unread
 from tumble.scenarios.format import Refused, dotted, nearest, printable, short, tables, value_at
-from tumble.scenarios.refusal import UsersError
+from tumble.scenarios.refusal import UserError
 from tumble.scenarios.scene import Scene
 
 CATALOGUE = Path(__file__).parent / "catalogue"
@@ -23,7 +23,7 @@ CONTACT = CATALOGUE / "contact"
 EXTREMES = Path(__file__).parent / "extremes"
 
 
-class BadScene(UsersError):
+class BadScene(UserError):
     """A scene that cannot be read; its text is the one line to show."""
 
 
@@ -56,7 +56,11 @@ def scene_of(text: str, path: Path, shown: str, flown: bool = True) -> Scene:
 
     shown: how refusals name the file; flown: as read_scene has it.  Raises BadScene.
     """
-    document = _document(text, shown)
+    return scene_of_document(_document(text, shown), path, shown, flown)
+
+
+def scene_of_document(document: dict, path: Path, shown: str, flown: bool = True) -> Scene:
+    """Return the scene that the tables of a scene file describe; the rest as `scene_of` has it.  Raises BadScene."""
     try:
         # What overflows is refused by its result, not by a warning on the way.
         with np.errstate(all="ignore"):
@@ -96,6 +100,11 @@ def scene_text(path: Path, shown: str) -> str:
     except UnicodeDecodeError as error:
         line = error.object.count(b"\n", 0, error.start) + 1
         raise BadScene(f"{shown}: not UTF-8 text (at line {line})") from None
+
+
+def read_document(path: Path, shown: str) -> dict:
+    """Return the tables of a scene file; refusals name it as shown.  Raises BadScene."""
+    return _document(scene_text(path, shown), shown)
 
 
 def _document(text: str, shown: str) -> dict:

@@ -16,7 +16,7 @@ from tumble.compare.tables.schema import BadTable, Table
 from tumble.compare.tables.shared import CONDITIONS, ENGINES
 from tumble.scenarios.files import why_unread
 from tumble.scenarios.format import printable, short
-from tumble.scenarios.refusal import UsersError
+from tumble.scenarios.refusal import UserError
 
 FORMAT = "tumble check 3"
 # Figures that are infinite of a run that diverged, and those that may be below zero.
@@ -26,7 +26,7 @@ FINISHED = ("ok", "flagged", "diverged")  # of a run that has figures where its 
 LARGEST_COUNT = 10**18
 
 
-class BadRecord(UsersError):
+class BadRecord(UserError):
     """A folder that is no record, or none that can be read; the message is the one line for the user."""
 
 

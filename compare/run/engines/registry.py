@@ -21,7 +21,7 @@ from tumble.compare.run.engines import program
 from tumble.compare.run.engines.program import ProgramEngine
 from tumble.compare.run.engines.step_function import StepEngine
 from tumble.scenarios.needs import FORCES
-from tumble.scenarios.refusal import UsersError, nearest
+from tumble.scenarios.refusal import UserError, nearest
 from tumble.scenarios.scene import Scene
 
 FILES = (".py", ".toml")
@@ -31,7 +31,7 @@ STEP_NS = 50_000.0
 OWN_SCHEME = "its own"  # in place of a name, for a scheme that an engine states as a function
 
 
-class BadEngine(UsersError):
+class BadEngine(UserError):
     """An engine name or file that cannot be used; the message is the one line for the user."""
 
 
