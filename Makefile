@@ -1,4 +1,4 @@
-# One-line doors.  Each does what it needs of the ones before it, so on a fresh machine any of them is the only command.
+# Each target first makes what it needs, so that it is the only command to type on a fresh machine.
 
 PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
@@ -8,20 +8,19 @@ BIN := .venv/bin
 report: venv
 	$(BIN)/tumble report -o report/tumble.html
 
-# The page that is shown before anybody installs, and the README's pictures of it and of the lab.
+# The README's pictures of the page and of the lab.
 docs: venv-test report
-	cp report/tumble.html docs/example.html
 	$(BIN)/python -m tools.page_picture
 	$(BIN)/python -m tools.lab_picture
 
 lab: venv-lab
 	$(BIN)/tumble lab
 
-# Every quick test, and of the slow ones (tests/slow.txt) a part, another with each commit.
+# Every quick test, and a tenth of the slow cases (tests/slow.txt), a different one for each commit.
 test: venv-test
 	$(BIN)/pytest -n auto --quick
 
-# What `make test` leaves out; and both.
+# The tests that `make test` leaves out; all tests.
 test-rest: venv-test
 	$(BIN)/pytest -n auto --rest
 
@@ -29,9 +28,15 @@ test-all: venv-test
 	$(BIN)/pytest -n auto
 
 check: venv-test
-	$(BIN)/ruff check . && $(BIN)/ruff format --check . && $(BIN)/lint-imports && $(BIN)/pyright
+	$(BIN)/ruff check . && $(BIN)/ruff format --check . && $(BIN)/python -m tools.words && $(BIN)/lint-imports && $(BIN)/pyright
+	$(BIN)/python -m tools.page_types --check
 
-# What ruff can put right by itself: order of imports, formatting, old forms.
+# The types of the tables' rows for the page's JavaScript, after a change of a column.
+.PHONY: types
+types: venv-test
+	$(BIN)/python -m tools.page_types
+
+# What ruff can fix: order of imports, formatting, outdated syntax.
 .PHONY: fix
 fix: venv-test
 	$(BIN)/ruff check --fix . ; $(BIN)/ruff format .
@@ -45,12 +50,12 @@ bench: venv-test
 	$(BIN)/python tests/bench/lab.py -o report/bench/lab.csv
 	$(BIN)/python tests/bench/report.py -o report/bench/report.csv
 
-# The table of docs/truth.md: random scenes against a second formulation at 60 digits; fails where a bound is broken.
+# The table of docs/truth.md: random scenes compared with a second formulation at 60 digits; fails if an error exceeds its bound.
 truth-check: venv-test
 	$(BIN)/python -m tools.truth_check --scenes 30 --write
 
-# What is installed, every version pinned and every file's hash, from the names in pyproject.toml and requirements*.in.
-# It keeps the versions that it can; `make requirements UPGRADE=--upgrade` takes the newest.
+# Pins every version and the hash of every file for the names in pyproject.toml and requirements*.in.
+# It keeps pinned versions if it can; `make requirements UPGRADE=--upgrade` takes the newest.
 COMPILE := CUSTOM_COMPILE_COMMAND="make requirements" .venv/requirements/bin/pip-compile --quiet --generate-hashes \
   --allow-unsafe --strip-extras --no-annotate --no-emit-index-url --no-emit-trusted-host --no-emit-find-links \
   --no-emit-options $(UPGRADE)
@@ -58,12 +63,12 @@ requirements: venv
 	$(PYTHON) -m venv --clear .venv/requirements
 	.venv/requirements/bin/python -m pip install --quiet --disable-pip-version-check pip-tools==7.6.2
 	$(COMPILE) -o requirements.txt pyproject.toml requirements.in
-	sed '/^rich==/,/[^\\]$$/d' requirements.txt > .venv/requirements/core.txt # the lab's viser takes an older rich
+	sed '/^rich==/,/[^\\]$$/d' requirements.txt > .venv/requirements/core.txt # the lab's viser needs an older rich
 	$(COMPILE) -o requirements-lab.txt --extra lab -c .venv/requirements/core.txt pyproject.toml requirements.in
 	$(COMPILE) -o requirements-test.txt --extra lab -c requirements-lab.txt \
 	  pyproject.toml requirements.in requirements-test.in
 
-# dist/: the source distribution, the wheel made from it, and what the package index would say of both.
+# dist/: the source distribution and the wheel made from it, with the checks of the package index.
 RELEASE := .venv/release/bin
 .PHONY: release changelog venv-release
 release: venv-release
@@ -72,7 +77,7 @@ release: venv-release
 	$(RELEASE)/twine check --strict dist/*
 	$(RELEASE)/check-wheel-contents dist/*.whl
 
-# Moves changes/*.md into CHANGELOG.md, under the version in pyproject.toml and the date.
+# Moves changes/*.md into CHANGELOG.md, below the version in pyproject.toml and the date.
 changelog: venv-release
 	$(RELEASE)/towncrier build --yes --version $$(sed -n 's/^version = "\(.*\)".*/\1/p' pyproject.toml)
 
@@ -82,11 +87,11 @@ venv-release:
 	  $(RELEASE)/python -m pip install --quiet --disable-pip-version-check -r requirements-release.txt && \
 	  cp requirements-release.txt .venv/release/requirements.txt; }
 
-# Kills, damage, misbehaving engines, starved machines and a million damaged files: hours, and the table of docs/attacks.md.
+# Kills, damage, misbehaving engines, starved machines and a million damaged files: takes hours, makes docs/attacks.md.
 attack: venv-test
 	$(BIN)/python tests/attack/attacks.py
 
-# The environment remembers the pins it was made from, and is made anew only when they are others.
+# .venv keeps a copy of the pins it was made from, and is made again only if they change.
 venv:
 	@cmp -s requirements.txt .venv/requirements.txt || { \
 	  echo "making .venv with $(PYTHON)" && \

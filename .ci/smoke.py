@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Installs Tumble as its users do, and runs every command, on every Python that is here.
+"""Installs Tumble as its users do, and runs every command, on every Python that it finds.
 
 Each Python gets two environments: one with the newest dependencies that pyproject.toml allows, one with the lowest.
-Every command runs on the reference with the lowest, for the tests have run with newer ones, and on the others with the
-newest; the rest get a few commands.  `--all` runs every command in each.
-Nothing in here knows how the package is laid out.  It needs uv, or gets it from the package index.
+The reference Python runs every command with the lowest, because the tests have run with newer ones; the others run
+every command with the newest.  The remaining environments run a few commands.  `--all` runs every command in each.
+This file does not depend on the layout of the package.  It needs uv, or gets it from the package index.
 """
 
 import argparse
@@ -29,10 +29,10 @@ PYTHONS = ("3.11", "3.12", "3.13")
 REFERENCE = "3.11"
 RESOLUTIONS = {"newest": "highest", "lowest": "lowest-direct"}
 SHOWN = ("numpy", "numba", "pandas", "scipy", "rich")
-# A command takes seconds; one that takes this long hangs, however busy the machine is [s].
+# A command takes seconds; one that takes longer than this hangs, however busy the machine is [s].
 COMMAND_S, LAB_S = 600.0, 120.0
 
-# Short, so that every command is done with it in a moment; the second has a force, and so something stiff.
+# Short scenes, so that every command is quick; the second has a stiff force.
 BODY = """
 duration = 0.2
 samples = 4
@@ -65,12 +65,12 @@ damping = 0.6
 
 
 class Failed(Exception):
-    """What did not work, with all that is needed to see why."""
+    """A step that failed; the message has the command and the end of its output."""
 
 
 @dataclass(frozen=True)
 class Step:
-    """A command, the code it is to end with, what it is to print, and the files that it is to write."""
+    """A command with its expected exit code, a text that it prints, and a file that it writes."""
 
     words: str
     prints: str = ""
@@ -78,7 +78,7 @@ class Step:
     code: int = 0
 
 
-# rk4 at 0.01 s is 1e-5 m off, Euler 1e-2 m: what is graded as right and as wrong.
+# The error of rk4 at 0.01 s is 1e-5 m, of Euler 1e-2 m: one is graded as right, the other as wrong.
 TWO = "-e tumble:rk4 -e mujoco:euler"
 STEPS = (
     Step("--version"),
@@ -107,42 +107,42 @@ STEPS = (
     Step("columns", prints="runs.csv"),
     Step("columns runs", prints="max_error_m"),
     Step("releases --help", prints="ENGINE"),
-    Step("releases mujoco free.toml", code=2),  # of which one release alone is here
+    Step("releases mujoco free.toml", code=2),  # only one release is installed
     Step("lab --help", prints="SCENE"),
 )
-# Commands that load kernels and engines, and so meet what another release of a library breaks.
+# Commands that load kernels and engines, so that they find what another release of a library breaks.
 FEW = ("--version", "scenes", "run free.toml -e tumble:rk4 -o rk4.csv", "run free.toml -e mujoco:euler -o euler.csv")
-# What the extras bring.
+# Commands that need the extras.
 EXTRA_STEPS = (Step("compare free.toml -e mujoco:euler --svg errors.svg", writes="errors.svg"),)
 
 
 @dataclass
 class Cell:
-    """One environment: a Python, newest or lowest dependencies; what was seen in it."""
+    """One environment: a Python, newest or lowest dependencies, and its results."""
 
     version: str
     python: Path
     resolution: str
     folder: Path
-    whole: bool  # whether every command is run, or only FEW
+    whole: bool  # whether every command runs, or only FEW
     releases: dict[str, str] = field(default_factory=dict)
-    times: dict[str, float] = field(default_factory=dict)  # of each command that did what it should [s]
+    times: dict[str, float] = field(default_factory=dict)  # of each command that passed [s]
     seconds: float = 0.0
     failure: str = ""
 
     @property
     def name(self) -> str:
-        """What it is called in the results."""
+        """Its name in the results."""
         return f"Python {self.version}, {self.resolution} dependencies"
 
     @property
     def bin(self) -> Path:
-        """Where its commands lie."""
+        """The folder of its commands."""
         return self.folder / "env" / "bin"
 
 
 def main() -> int:
-    """Smoke every environment; return 1 where one failed, or where a Python is missing that must be here."""
+    """Test every environment; return 1 if one failed, or if a required Python is missing."""
     options = parsed()
     found = {version: interpreter(version) for version in options.python}
     missing = [version for version, path in found.items() if path is None]
@@ -150,10 +150,10 @@ def main() -> int:
         say(" ".join(missing))
         return 0
     for version in missing:
-        say(f"Python {version}: not found on PATH, in pyenv or by uv; not tried")
+        say(f"Python {version}: not found on PATH, in pyenv or by uv; not tested")
     here = [version for version, path in found.items() if path]
     if os.environ.get("CI") and not options.chosen and (REFERENCE not in here or len(here) < 2):
-        say(f"CI needs Python {REFERENCE} and a newer one; here: {', '.join(here) or 'none'}")
+        say(f"CI needs Python {REFERENCE} and a newer one; found: {', '.join(here) or 'none'}")
         return 1
     if not here:
         return 1
@@ -166,17 +166,17 @@ def main() -> int:
         if path
         for resolution in RESOLUTIONS
     ]
-    begun = time.monotonic()
+    started = time.monotonic()
     with ThreadPoolExecutor(options.jobs) as threads:
         for cell in threads.map(lambda cell: smoked(cell, uv, wheel), cells):
             say(line_of(cell))
     failed = [cell for cell in cells if cell.failure]
     for cell in failed:
         say(f"\nFAILED  {cell.name}\n{cell.failure}")
-    took = time.monotonic() - begun
-    say(f"\n{len(cells) - len(failed)} of {len(cells)} environments ran every command, {took:.0f} s")
+    took = time.monotonic() - started
+    say(f"\n{len(cells) - len(failed)} of {len(cells)} environments passed, {took:.0f} s")
     if failed or options.keep:
-        say(f"what they wrote: {work}")
+        say(f"their files: {work}")
     else:
         shutil.rmtree(work)
     return 1 if failed else 0
@@ -187,18 +187,18 @@ def parsed() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--python", action="append", metavar="3.N", help=f"default: {', '.join(PYTHONS)}")
     parser.add_argument(
-        "--jobs", type=int, default=os.cpu_count() or 1, help="environments at once; default: a core each"
+        "--jobs", type=int, default=os.cpu_count() or 1, help="environments in parallel; default: one per core"
     )
-    parser.add_argument("--keep", action="store_true", help="keep the environments and what was written in them")
+    parser.add_argument("--keep", action="store_true", help="keep the environments and their files")
     parser.add_argument("--all", action="store_true", help="run every command in each environment")
-    parser.add_argument("--missing", action="store_true", help="only print the Pythons that are not found here")
+    parser.add_argument("--missing", action="store_true", help="only print the Pythons that are not found")
     options = parser.parse_args()
     options.chosen, options.python = bool(options.python), options.python or PYTHONS
     return options
 
 
 def whole(options: argparse.Namespace, version: str, resolution: str) -> bool:
-    """Whether every command is run with these dependencies on that Python."""
+    """Whether every command runs with these dependencies on that Python."""
     return options.all or options.chosen or (resolution == "lowest") is (version == REFERENCE)
 
 
@@ -209,7 +209,7 @@ def say(line: str) -> None:
 
 
 def interpreter(version: str) -> Path | None:
-    """Return a Python of that version that runs: on PATH, of pyenv, or one that uv knows."""
+    """Return a working Python of that version: on PATH, from pyenv, or found by uv."""
     name = f"python{version}"
     pyenv = os.environ.get("PYENV_ROOT") or Path.home() / ".pyenv"
     candidates = [str(Path(place, name)) for place in os.get_exec_path()]
@@ -226,14 +226,14 @@ def interpreter(version: str) -> Path | None:
             text=True,
             check=False,
         )
-        said, _, path = asked.stdout.strip().partition(" ")
-        if asked.returncode == 0 and said == version:
+        found, _, path = asked.stdout.strip().partition(" ")
+        if asked.returncode == 0 and found == version:
             return Path(path)
     return None
 
 
 def find_uv(work: Path) -> str:
-    """Return the path of uv, taken from the package index where it is not here."""
+    """Return the path of uv, installed from the package index if it is not on PATH."""
     if found := shutil.which("uv"):
         return found
     run([sys.executable, "-m", "venv", str(work / "uv")])
@@ -242,7 +242,7 @@ def find_uv(work: Path) -> str:
 
 
 def built(uv: str, work: Path) -> Path:
-    """Return a wheel of the files that git knows, made from the source distribution of them, which holds them all.
+    """Return a wheel of the files that git lists, made from their source distribution, which contains all of them.
 
     Raises Failed.
     """
@@ -257,18 +257,18 @@ def built(uv: str, work: Path) -> Path:
     with tarfile.open(archive) as files:
         held = {name.partition("/")[2] for name in files.getnames()}
     if left_out := sorted(names - held):
-        raise Failed(f"{len(left_out)} files are not in {archive.name}: {', '.join(left_out[:5])}")
+        raise Failed(f"{len(left_out)} files are missing from {archive.name}: {', '.join(left_out[:5])}")
     return wheel
 
 
 def smoked(cell: Cell, uv: str, wheel: Path) -> Cell:
-    """Make the environment and run every command in it; what failed stands in the cell."""
-    begun = time.monotonic()
+    """Make the environment and run every command in it; `failure` of the cell has what failed."""
+    started = time.monotonic()
     try:
         (cell.folder / "work").mkdir(parents=True)
-        (cell.folder / "work/free.toml").write_text(f'title = "A brick, struck"\n{BODY}')
+        (cell.folder / "work/free.toml").write_text(f'title = "A brick, hit once"\n{BODY}')
         many = BODY.replace("samples = 4", "samples = 400")
-        (cell.folder / "work/dense.toml").write_text(f'title = "A hundred bricks, looked at often"\n{many}{DENSE}')
+        (cell.folder / "work/dense.toml").write_text(f'title = "A hundred bricks, 400 samples"\n{many}{DENSE}')
         (cell.folder / "work/spring.toml").write_text(f'title = "A brick on a spring"\n{BODY}{SPRING}')
         run([uv, "venv", "--quiet", "--python", str(cell.python), str(cell.folder / "env")])
         install(cell, uv, "-r", str(ROOT / "pyproject.toml"))
@@ -279,7 +279,7 @@ def smoked(cell: Cell, uv: str, wheel: Path) -> Cell:
                 ran(cell, step)
         if not cell.whole:
             return cell
-        # Only now: an extra may hold a dependency of all to an older release.
+        # Only now: an extra may need an older release of a dependency.
         install(cell, uv, "-r", str(ROOT / "pyproject.toml"), "--all-extras")
         for step in EXTRA_STEPS:
             ran(cell, step)
@@ -287,24 +287,24 @@ def smoked(cell: Cell, uv: str, wheel: Path) -> Cell:
     except Failed as failure:
         cell.failure = str(failure)
     finally:
-        cell.seconds = time.monotonic() - begun
+        cell.seconds = time.monotonic() - started
     return cell
 
 
 def install(cell: Cell, uv: str, *what: str) -> None:
-    """Install with the cell's resolution; from wheels alone, for what must be compiled is no user's."""
+    """Install with the cell's resolution, from wheels only: users do not compile dependencies."""
     resolution = ("--resolution", RESOLUTIONS[cell.resolution])
     run([uv, "pip", "install", "--quiet", "--no-build", *resolution, "--python", str(cell.bin / "python"), *what])
 
 
 def releases(cell: Cell, uv: str) -> dict[str, str]:
-    """Return what is installed."""
+    """Return the installed releases by name."""
     listed = run([uv, "pip", "list", "--quiet", "--format", "json", "--python", str(cell.bin / "python")])
     return {one["name"]: one["version"] for one in json.loads(listed)}
 
 
 def environment(cell: Cell) -> dict[str, str]:
-    """Return a user's environment variables, with caches and engine environments of the cell's own."""
+    """Return a user's environment variables, with the cell's own caches and engine environments."""
     own = {name: value for name, value in os.environ.items() if not name.startswith(("PYTHON", "NUMBA", "TUMBLE"))}
     caches = {"NUMBA_CACHE_DIR": "kernels", "TUMBLE_ENVIRONMENTS": "engines"}
     return own | {name: str(cell.folder / folder) for name, folder in caches.items()}
@@ -312,7 +312,7 @@ def environment(cell: Cell) -> dict[str, str]:
 
 def ran(cell: Cell, step: Step) -> None:
     """Run a command as a user does.  Raises Failed."""
-    folder, begun = cell.folder / "work", time.monotonic()
+    folder, started = cell.folder / "work", time.monotonic()
     try:
         done = subprocess.run(
             [str(cell.bin / "tumble"), *step.words.split()],
@@ -325,22 +325,22 @@ def ran(cell: Cell, step: Step) -> None:
             check=False,
         )
     except subprocess.TimeoutExpired as late:
-        raise Failed(f"$ tumble {step.words}\nnot done within {COMMAND_S:g} s") from late
+        raise Failed(f"$ tumble {step.words}\nnot finished within {COMMAND_S:g} s") from late
     wrong = "; ".join(complaints(step, done, folder))
     if wrong:
         raise Failed(f"$ tumble {step.words}\n{wrong}\n{ends(done.stdout)}{ends(done.stderr)}")
-    cell.times[step.words] = time.monotonic() - begun
+    cell.times[step.words] = time.monotonic() - started
 
 
 def complaints(step: Step, done: subprocess.CompletedProcess[str], folder: Path) -> Iterator[str]:
-    """Yield what is wrong with what a command did."""
+    """Yield what is wrong with the result of a command."""
     if done.returncode != step.code:
         yield f"exit code {done.returncode}, not {step.code}"
     if step.prints not in done.stdout:
-        yield f"{step.prints!r} is not in what it printed"
+        yield f"{step.prints!r} is missing from its output"
     for word in ("Traceback", "Warning", "a bug of ours", "crashed: "):
         if word in done.stdout + done.stderr:
-            yield f"{word!r} is in what it printed"
+            yield f"{word!r} is in its output"
     written = folder / step.writes
     if not written.exists() or (written.is_file() and not written.stat().st_size):
         yield f"{step.writes} was not written"
@@ -353,7 +353,7 @@ def ends(text: str, lines: int = 25) -> str:
 
 def lab_starts(cell: Cell) -> None:
     """Start the lab, get its page, and end it with Ctrl-C.  Raises Failed."""
-    begun = time.monotonic()
+    started = time.monotonic()
     words = [str(cell.bin / "tumble"), "lab", "free.toml", "-e", "tumble:rk4", "--no-open", "--port", "0"]
     with (
         tempfile.TemporaryFile("w+") as errors,
@@ -361,7 +361,7 @@ def lab_starts(cell: Cell) -> None:
             words, cwd=cell.folder / "work", env=environment(cell), stdout=subprocess.PIPE, stderr=errors, text=True
         ) as lab,
     ):
-        # Whatever it does, it is ended, and the line that is waited for comes to its end.
+        # Ends the lab in any case, so that reading its line cannot block for ever.
         watchdog = subprocess.Popen(["sh", "-c", f"sleep {LAB_S:g}; kill -9 {lab.pid}"], stderr=subprocess.DEVNULL)
         try:
             assert lab.stdout is not None
@@ -376,14 +376,14 @@ def lab_starts(cell: Cell) -> None:
             watchdog.wait()
             lab.kill()
         errors.seek(0)
-        said = errors.read()
-    if b"<html" not in page.lower() or code or "Traceback" in said:
-        raise Failed(f"$ tumble {' '.join(words[1:])}\n{len(page)} bytes of page, exit code {code}\n{ends(said)}")
-    cell.times["lab"] = time.monotonic() - begun
+        shown = errors.read()
+    if b"<html" not in page.lower() or code or "Traceback" in shown:
+        raise Failed(f"$ tumble {' '.join(words[1:])}\n{len(page)} bytes of page, exit code {code}\n{ends(shown)}")
+    cell.times["lab"] = time.monotonic() - started
 
 
 def run(words: list[str], cwd: Path | None = None) -> str:
-    """Return what a command prints.  Raises Failed where it fails."""
+    """Return the output of a command.  Raises Failed."""
     done = subprocess.run(words, cwd=cwd, capture_output=True, text=True, check=False)
     if done.returncode:
         raise Failed(f"$ {' '.join(words)}\nexit code {done.returncode}\n{ends(done.stdout)}{ends(done.stderr)}")
@@ -391,7 +391,7 @@ def run(words: list[str], cwd: Path | None = None) -> str:
 
 
 def line_of(cell: Cell) -> str:
-    """Return what was seen in a cell, in one line."""
+    """Return the results of a cell in one line."""
     shown = " ".join(f"{name} {cell.releases.get(name, '-')}" for name in SHOWN)
     if cell.failure:
         return f"{cell.name}: FAILED after {len(cell.times)} commands ({shown})"

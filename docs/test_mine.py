@@ -1,4 +1,4 @@
-"""Guards ./mine.py against its accepted record; a change that is meant is blessed by
+"""Compares ./mine.py with its baseline.  Accept an intended change with:
 
 tumble check two-hits -e ./mine.py --no-times --accept -o baseline
 """

@@ -11,12 +11,12 @@ from rich.text import Text
 from tumble.compare.comparison.against_truth import Comparison
 from tumble.compare.comparison.findings import scene_findings
 from tumble.compare.comparison.hints import hints
-from tumble.compare.comparison.table_4_1 import BudgetRow, budget_rows, is_table_4_1, published_rows
 from tumble.compare.engines import OWN
 from tumble.compare.judge.errors import Run
 from tumble.compare.tables.runs import run_row
 from tumble.compare.tables.shared import FindingRow
 from tumble.reports.charts import GOOD, coloured, error_chart
+from tumble.reports.coursework import coursework_text, printed_vertex
 from tumble.reports.numerals import counted, listed
 from tumble.reports.terminal import (
     LIST_WIDTH,
@@ -30,7 +30,6 @@ from tumble.reports.terminal import (
     unit_of,
     vector,
 )
-from tumble.scenarios.published import VERTEX
 from tumble.scenarios.truth import Truth
 
 MOST_SAID = 4  # engines that one sentence can hold
@@ -59,6 +58,7 @@ def comparison_text(
         yield Constrain(plain(f"{scene.title}. {known(truth, comparison.lost_m)}"), LIST_WIDTH)
         for hint in hints(scene) if truth.ends else ():
             yield Constrain(plain(f"Look at this: {hint}"), LIST_WIDTH)
+        vertex = printed_vertex(scene) if vertex is None else vertex
         vertex = worst_vertex(runs) if vertex is None else vertex
         shown = [run for run in (runs if everything else first_runs(runs)) if run.has_errors]
         for run in shown:
@@ -70,10 +70,7 @@ def comparison_text(
             yield plain(f"{counted(left, 'more table')} with --all, every vertex with -o DIR")
         if len(scene.start) > 1:
             yield plain("The ranking is over all throws; with -o DIR, members.csv has every throw.")
-    if is_table_4_1(scene):
-        yield Text()
-        yield plain("largest distance over the five rows from the columns printed in Table 4.1")
-        yield budget_table(list(budget_rows(list(published_rows(comparison)))))
+    yield from coursework_text(comparison)
 
 
 def known(truth: Truth, lost_m: float) -> str:
@@ -193,18 +190,7 @@ def error_table(run: Run, vertex: int) -> Table:
     return table
 
 
-def budget_table(rows: Sequence[BudgetRow]) -> Table:
-    """Return how far every contestant is from Table 4.1's two columns."""
-    table = columns("contestant", "calculated [m]", "application [m]", right=(1, 2))
-    for row in rows:
-        name = f"{row.engine}:{row.method}" if row.method else row.engine
-        table.add_row(plain(name), f"{row.max_to_calculated_m:.3f}", f"{row.max_to_application_m:.3f}")
-    return table
-
-
 def worst_vertex(runs: Sequence[Run]) -> int:
-    """Return the vertex to print: Table 4.1's own, else the one where the contestants that are ok stray furthest."""
-    if runs and is_table_4_1(runs[0].scene):
-        return VERTEX
+    """Return the vertex with the largest error over the contestants that are ok."""
     strays = [run.distances.max(axis=(0, 1)) for run in runs if run.has_errors and run.status == "ok"]
     return int(np.argmax(np.max(strays, axis=0))) if strays else 0

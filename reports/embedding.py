@@ -9,7 +9,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from tumble.compare.coursework.schemas import PUBLISHED
 from tumble.compare.engines import BY_HAND, OWN
+from tumble.reports.coursework import page_rows
 from tumble.reports.hues import places
 from tumble.scenarios.frames import quaternion_product
 
@@ -35,7 +37,7 @@ def data_of(tables: Mapping[str, pd.DataFrame]) -> str:
     read = dict(tables)
     films = dict(films_of(read))
     read["vertex-errors.csv"] = at_the_end(read.get("vertex-errors.csv", pd.DataFrame()))
-    read["table-4-1.csv"] = by_hand(read.get("table-4-1.csv", pd.DataFrame()))
+    read[PUBLISHED.file] = page_rows(read.get(PUBLISHED.file, pd.DataFrame()))
     read["error-over-time.csv"] = unfilmed(read.get("error-over-time.csv", pd.DataFrame()), films)
     kept = {name: table for name, table in read.items() if len(table) and name not in PACKED[:2]}
     whole = {
@@ -95,11 +97,6 @@ def at_the_end(errors: pd.DataFrame) -> pd.DataFrame:
     return last.filter(["scene", *CONTESTANT, "vertex", "true_x_m", "true_y_m", "true_z_m", *X, "error_m"])
 
 
-def by_hand(published: pd.DataFrame) -> pd.DataFrame:
-    """Return of what was recomputed of Table 4.1 the exact motion and the hand calculation; the budget has all."""
-    return where(published, published["engine"].isin(["exact", BY_HAND])) if len(published) else published
-
-
 def unfilmed(errors: pd.DataFrame, films: Mapping[str, object]) -> pd.DataFrame:
     """Return the errors over time of the scenes that have no film."""
     return where(errors, ~errors["scene"].isin(list(films))) if len(errors) else errors
@@ -122,7 +119,7 @@ def films_of(read: Mapping[str, pd.DataFrame]) -> Iterator[tuple[str, dict]]:
                 "t": true["t_s"].tolist(),
                 "truth": packed(numbers(true, TRUE)),
                 "limit": limits(read, scene, numbers(true, ["t_s"])[:, 0]),
-                "others": {
+                "runs": {
                     ":".join(filter(None, key)): flight(
                         own, true, "gyroscopic" in needs[scene], bent.get((scene, *key))
                     )

@@ -22,7 +22,7 @@ from tumble.compare.grade.grade import (
     Grade,
 )
 from tumble.compare.grade.hypotheses.explanation import Explanation
-from tumble.compare.grade.measure.residual import Measured
+from tumble.compare.grade.measure.errors import Measured
 from tumble.compare.grade.search.diagnosis import Diagnosis
 from tumble.reports.terminal import LIST_WIDTH, columns, figure, length, plain, ruler, thinned, unit_of, vector
 

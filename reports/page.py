@@ -1,4 +1,4 @@
-"""The report: one self-contained page, made from the tables and nothing else, that asks nobody for anything."""
+"""The report: one self-contained page, made from the tables and nothing else, that sends no request."""
 
 import base64
 import hashlib
@@ -10,67 +10,40 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
 from tumble.reports.embedding import data_of
+from tumble.reports.modules import page_scripts
 
 TEMPLATES = Path(__file__).parent / "templates"
-# The script is one, and these are its parts: what a part needs comes before it.
-SCRIPTS = (
-    "data",
-    "numbers",
-    "dom",
-    "state",
-    "field",
-    "save",
-    "table",
-    "film",
-    "stage",
-    "svgpen",
-    "chart",
-    "player",
-    "polhode",
-    "board",
-    "special",
-    "scenes",
-    "precision",
-    "cost",
-    "stable",
-    "extremes",
-    "agreement",
-    "handcalc",
-    "spared",
-    "releases",
-    "provenance",
-    "changes",
-    "main",
-)
 
 
 def page(tables: Mapping[str, pd.DataFrame]) -> str:
-    """Return the report as HTML that needs no network; its policy lets only its own script and style in.
+    """Return the report as HTML that needs no network; its policy admits only its own scripts and style.
 
-    tables: file name -> table, as tumble.compare.tables.frames.read_tables gives them.
+    Parameters
+    ----------
+    tables
+        File name -> table, as `tumble.compare.tables.frames.read_tables` returns them.
+
+    Returns
+    -------
+    str
+        The whole page; it opens from a file.
     """
     style = (TEMPLATES / "page.css").read_text(encoding="utf-8")
-    script = whole_script()
+    scripts = page_scripts()
     return (
         Environment(loader=FileSystemLoader(TEMPLATES), autoescape=True, undefined=StrictUndefined)
         .get_template("page.html")
         .render(
             style=Markup(style),
             style_hash=digest(style),
-            script=Markup(script),
-            script_hash=digest(script),
+            scripts=[Markup(script) for script in scripts],
+            script_hashes=[digest(script) for script in scripts],
             data=Markup(data_of(tables)),
             files=[name for name, table in tables.items() if len(table)],
         )
     )
 
 
-def whole_script() -> str:
-    """Return the parts of the script as one, with names of its own."""
-    parts = [(TEMPLATES / "js" / f"{name}.js").read_text(encoding="utf-8") for name in SCRIPTS]
-    return "\n".join(['(() => {\n"use strict";', *parts, "})();\n"])
-
-
 def digest(text: str) -> str:
-    """Return the name by which a Content-Security-Policy lets this text in."""
+    """Return the source expression by which a Content-Security-Policy admits this text."""
     return f"sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}"

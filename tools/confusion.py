@@ -16,12 +16,13 @@ import altair
 import numpy as np
 import vl_convert
 
+from tools.palette import reduced
 from tumble.compare.grade.grade import diagnose, scale_of
 from tumble.compare.grade.hypotheses.hypothesis import Hypothesis, Question
 from tumble.compare.grade.hypotheses.mistakes import hypotheses
-from tumble.compare.grade.measure.noise import root_mean_square
-from tumble.compare.grade.measure.residual import Kept
-from tumble.compare.grade.model.account import FINE, Account, truthful
+from tumble.compare.grade.measure.errors import Kept
+from tumble.compare.grade.measure.significance import root_mean_square
+from tumble.compare.grade.model.program_model import FINE, Account, truthful
 from tumble.compare.grade.read.columns import Shown
 from tumble.compare.tables.files import write_whole
 from tumble.compare.tables.frames import csv_text, frame
@@ -292,7 +293,7 @@ def main() -> None:
     write_whole(DOCS / "confusion.csv", csv_text(frame(Table("", ConfusionRow), rows)))
     _, heading, second = (DOCS / "confusion.md").read_text(encoding="utf-8").partition("## Held out")
     write_whole(DOCS / "confusion.md", page(rows) + f"\n{heading}{second}")  # tools/heldout.py makes the second half
-    (DOCS / "confusion.png").write_bytes(picture(rows))
+    (DOCS / "confusion.png").write_bytes(reduced(picture(rows)))
 
 
 if __name__ == "__main__":

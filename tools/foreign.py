@@ -23,7 +23,7 @@ from statistics import median
 from time import perf_counter
 
 from tumble.compare.grade.grade import EXPLAINED_PARTLY, EXPLAINED_WHOLLY, Grade, grade
-from tumble.compare.grade.hypotheses.engines import ENGINES, Law
+from tumble.compare.grade.hypotheses.engine_schemes import ENGINES, Law
 from tumble.compare.grade.search.diagnosis import Diagnosis
 from tumble.compare.tables.files import write_whole
 from tumble.compare.tables.frames import csv_text, frame

@@ -28,7 +28,7 @@ from unnamed import MISTAKES  # noqa: E402
 from tools.foreign import ForeignRow, Job, jobs_of  # noqa: E402
 from tools.foreign import row as foreign_row  # noqa: E402
 from tumble.compare.grade.grade import EXPLAINED_PARTLY, EXPLAINED_WHOLLY, Grade, grade  # noqa: E402
-from tumble.compare.grade.hypotheses.engines import ENGINES  # noqa: E402
+from tumble.compare.grade.hypotheses.engine_schemes import ENGINES  # noqa: E402
 from tumble.compare.tables.files import write_whole  # noqa: E402
 from tumble.compare.tables.frames import csv_text, frame  # noqa: E402
 from tumble.compare.tables.schema import Table  # noqa: E402
@@ -186,10 +186,10 @@ def half(rows: Sequence[HeldOutRow]) -> str:
         "What is right is each part of the law; a scheme that another engine has as well is named by that engine.",
         *listed(left_out, "file"),
         f"**Engines at their defaults**: of {len(engines)} files that real engines wrote, {counted(engines)}.",
-        "These are not held out in full: the law of each engine in `compare/grade/hypotheses/engines.py` was known",
-        "before its files were judged, the lines of Havok, of PhysX's damping and of Panda3D's Bullet were corrected",
-        "by files of theirs, and the files in `tests/compare/grade/foreign` must be right for the tests to pass. Those",
-        "that were not right:",
+        "These are not fully held out: the scheme of each engine in `compare/grade/hypotheses/engine_schemes.py`",
+        "was known before its files were graded; the lines of Havok, PhysX's damping and Panda3D's Bullet were",
+        "corrected from their own files; and the files in `tests/compare/grade/foreign` must be right for the tests",
+        "to pass. Files that were not right:",
         *listed([row for row in engines if row.judged != "right"], "file"),
     ]
     return "\n".join(lines).rstrip() + "\n"

@@ -12,6 +12,8 @@ from pathlib import Path
 
 from playwright.sync_api import Page, ViewportSize, expect, sync_playwright
 
+from tools.palette import reduced
+
 ROOT = Path(__file__).parents[1]
 sys.path[:0] = [str(ROOT / "tests/support")]
 from lab_pages import PATIENCE_MS, serving  # noqa: E402
@@ -23,15 +25,15 @@ SETTLED_MS = 6_000
 
 
 def throw(page: Page) -> None:
-    """Throw the body, wait until all have answered, and show them apart at an instant."""
+    """Throw the body, wait for all contestants, and show their errors at one time."""
     said, errors = page.locator("[data-lab=said]"), page.locator("[data-lab=errors]")
     expect(said).to_contain_text("Click the body", timeout=PATIENCE_MS)
     page.wait_for_timeout(SETTLED_MS)
-    for close in page.locator(".mantine-Notification-closeButton").all():  # "no GPU here": true, and no part of the lab
+    for close in page.locator(".mantine-Notification-closeButton").all():  # viser's note that there is no GPU
         close.click()
     box = page.locator("canvas").first.bounding_box()
     assert box is not None
-    page.mouse.click(box["x"] + 0.62 * box["width"], box["y"] + 0.45 * box["height"])  # on the die, beside its middle
+    page.mouse.click(box["x"] + 0.62 * box["width"], box["y"] + 0.45 * box["height"])  # on the die, beside its centre
     page.get_by_role("button", name="Pause").click()
     expect(page.get_by_role("button", name="Play")).to_be_visible(timeout=PATIENCE_MS)
     expect(errors).not_to_contain_text("running", timeout=PATIENCE_MS)
@@ -51,7 +53,7 @@ def photograph(picture: Path) -> None:
         page.set_default_timeout(PATIENCE_MS)
         page.goto(lab.address)
         throw(page)
-        page.screenshot(path=picture)
+        picture.write_bytes(reduced(page.screenshot()))
         browser.close()
 
 

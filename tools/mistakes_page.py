@@ -13,12 +13,12 @@ from pathlib import Path
 
 import numpy as np
 
-from tumble.compare.grade.answer import parameters, stable_name
-from tumble.compare.grade.hypotheses.engines import combinations, table
+from tumble.compare.grade.hypotheses.engine_schemes import combinations, table
 from tumble.compare.grade.hypotheses.hypothesis import Hypothesis, Question
-from tumble.compare.grade.hypotheses.law_hypotheses import Laws
 from tumble.compare.grade.hypotheses.mistakes import hypotheses
-from tumble.compare.grade.model.account import truthful
+from tumble.compare.grade.hypotheses.scheme_hypotheses import Laws
+from tumble.compare.grade.model.program_model import truthful
+from tumble.compare.grade.results import parameters, stable_name
 from tumble.compare.tables.files import write_whole
 from tumble.scenarios.read import scene_of
 

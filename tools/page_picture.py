@@ -1,6 +1,6 @@
-"""Makes the README's picture from docs/example.html, or another from another page.
+"""Makes the README's picture of the page, docs/picture.png, from report/tumble.html, in a real browser.
 
-.venv/bin/python -m tools.page_picture [PAGE PNG]
+.venv/bin/python -m tools.page_picture [PAGE [PNG]]
 """
 
 import shutil
@@ -9,12 +9,14 @@ from pathlib import Path
 
 from playwright.sync_api import sync_playwright
 
-DOCS = Path(__file__).parents[1] / "docs"
-PAGE, PICTURE = DOCS / "example.html", DOCS / "picture.png"
+from tools.palette import reduced
+
+ROOT = Path(__file__).parents[1]
+PAGE, PICTURE = ROOT / "report/tumble.html", ROOT / "docs/picture.png"
 
 
 def photograph(source: Path, picture: Path) -> None:
-    """Photograph the first screen, the die at a moment when it is seen to be off."""
+    """Photograph the first screen, at a time when the error of the die is visible."""
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
         page = browser.new_page(
@@ -22,13 +24,13 @@ def photograph(source: Path, picture: Path) -> None:
         )
         page.goto(f"{source.absolute().as_uri()}#t=die-ray~0.8&scene=die-ray")
         page.locator("#hero canvas").wait_for()
-        page.screenshot(path=picture)
+        picture.write_bytes(reduced(page.screenshot()))
         browser.close()
 
 
 if __name__ == "__main__":
     parser = ArgumentParser(prog="tools.page_picture", description="Photograph the first screen of a page.")
-    parser.add_argument("page", type=Path, nargs="?", default=PAGE, help="default: docs/example.html")
+    parser.add_argument("page", type=Path, nargs="?", default=PAGE, help="default: report/tumble.html")
     parser.add_argument("picture", type=Path, nargs="?", default=PICTURE, help="default: docs/picture.png")
     options = parser.parse_args()
     photograph(options.page, options.picture)

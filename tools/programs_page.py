@@ -1,4 +1,4 @@
-"""Puts the starters that `tumble engines --template` writes into docs/programs.md.
+"""Copies the starters that `tumble engines --template` writes into docs/programs.md.
 
 .venv/bin/python -m tools.programs_page
 """
@@ -10,12 +10,12 @@ from pathlib import Path
 from tumble.starters import FOLDER
 
 PAGE = Path(__file__).parents[1] / "docs/programs.md"
-# A block of code says which file it is: the page is read on the web, too, where nobody runs this.
+# A comment names the file of each block of code.
 BLOCK = re.compile(r"(<!-- tumble/starters/(\S+) -->\n```(\w+)\n)(.*?)(```\n)", re.DOTALL)
 
 
 def page(text: str) -> str:
-    """Return the page with its blocks of code as the files are."""
+    """Return the page with the code of the files."""
     return BLOCK.sub(lambda found: f"{found[1]}{(FOLDER / found[2]).read_text(encoding='utf-8')}{found[5]}", text)
 
 

@@ -1,4 +1,4 @@
-"""Makes the tables of keys in docs/scene.md, and docs/scene.schema.json, from the types that scenes are read with.
+"""Makes the tables of keys in docs/scene.md, and docs/scene.schema.json, from the types that read scenes.
 
 .venv/bin/python -m tools.scene_guide
 """
@@ -30,14 +30,14 @@ def key_tables() -> str:
 
 
 def page(text: str) -> str:
-    """Return the page with its tables of keys made anew."""
+    """Return the page with new tables of keys."""
     before, _, rest = text.partition(BEGIN)
     _, _, after = rest.partition(END)
     return f"{before}{BEGIN}\n{key_tables()}\n{END}{after}"
 
 
 def schema_text() -> str:
-    """Return the JSON Schema as it is kept."""
+    """Return the JSON Schema as the file has it."""
     return json.dumps(json_schema(), indent=1) + "\n"
 
 

@@ -84,7 +84,7 @@ def answer(top: Parser, options: argparse.Namespace) -> int:
         top.print_help()
     else:
         command = importlib.import_module(f"tumble.commands.{options.command}")
-        importlib.import_module("tumble.notes").be_quiet(getattr(options, "quiet", False))
+        importlib.import_module("tumble.notes").show_log()
         return command.main(options)
     return EXIT_DONE
 

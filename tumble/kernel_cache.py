@@ -6,8 +6,8 @@ Below `solver` and `scenarios`, which do not know each other; it imports nothing
 import contextlib
 import fcntl
 import hashlib
+import logging
 import os
-import sys
 import tempfile
 import time
 from collections.abc import Iterator
@@ -21,7 +21,7 @@ from numba.core.caching import FunctionCache
 # No kernel takes longer to compile, and so often one looks whether another process has [s].
 LONGEST_WAIT_S, LOOK_AGAIN_S = 60.0, 0.02
 
-said: set[str] = set()
+log = logging.getLogger(__name__)
 
 
 class KernelCache(FunctionCache):
@@ -75,7 +75,9 @@ class KernelCache(FunctionCache):
         try:
             return super().load_overload(sig, target_context)
         except Exception as error:  # whatever unpickling makes of bytes that are not what was written
-            say(f"a compiled kernel in {self.cache_path} cannot be read ({type(error).__name__}): compiled anew")
+            warn_once(
+                f"a compiled kernel in {self.cache_path} cannot be read ({type(error).__name__}): compiling it again"
+            )
             with contextlib.suppress(OSError):
                 self.flush()
             return None
@@ -85,7 +87,7 @@ class KernelCache(FunctionCache):
         try:
             super().save_overload(sig, data)
         except Exception as error:
-            say(f"compiled kernels cannot be kept in {self.cache_path} ({error}): each process compiles them anew")
+            warn_once(f"cannot save compiled kernels in {self.cache_path} ({error}): each process compiles them again")
             self.disable()
         finally:
             self._end_turn(sig)
@@ -107,7 +109,7 @@ def keep(dispatcher: Any, source: Path, others: tuple[Path, ...] = ()) -> Any:
                 return dispatcher
     finally:
         numba.config.CACHE_DIR = before  # type: ignore[attr-defined]
-    say("there is no folder to keep compiled kernels in: each process compiles them anew")
+    warn_once("no folder to save compiled kernels in: each process compiles them again")
     return dispatcher
 
 
@@ -133,8 +135,7 @@ def folders(source: Path) -> Iterator[Path]:
             yield shared
 
 
-def say(line: str) -> None:
-    """Say a line on standard error, once."""
-    if line not in said:
-        said.add(line)
-        sys.stderr.write(f"tumble: {line}\n")
+@cache
+def warn_once(line: str) -> None:
+    """Log a warning, once a process."""
+    log.warning(line)

@@ -1,22 +1,35 @@
 """What goes to standard error: notes and progress, so that standard output holds results alone."""
 
+import logging
 import sys
 import threading
+from argparse import Namespace
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from time import monotonic
 
+from tumble.compare.run.progress import Display
 from tumble.scenarios.format import visible
 
-# Where nobody watches a bar, into a file or a pipe, a line is written so often [s].
+# Interval of progress lines where standard error is not a terminal [s].
 PERIOD_S = 10.0
-_quiet = False
 
 
-def be_quiet(quiet: bool) -> None:
-    """Report no progress from now on, or report it again; notes are written all the same."""
-    global _quiet
-    _quiet = quiet
+class ToStandardError(logging.Handler):
+    """Prints what Tumble logs as notes."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Print one message."""
+        note(record.getMessage())
+
+
+def show_log() -> None:
+    """Print what Tumble logs from now on."""
+    log = logging.getLogger("tumble")
+    if not any(isinstance(handler, ToStandardError) for handler in log.handlers):
+        log.addHandler(ToStandardError())
+        log.setLevel(logging.INFO)
 
 
 def note(line: str) -> None:
@@ -31,9 +44,9 @@ def notes(lines: Iterable[str]) -> None:
 
 
 class Meter:
-    """How far a command is: is called with each piece that is done, or with a share of one (`compare.run.progress`).
+    """Progress of one stage: called with each piece that is done, or with a share of one (`compare.run.progress`).
 
-    doing: what the command does; total: how many pieces there will be, 0 where that is not known.
+    doing: what the command does; total: number of pieces, 0 if unknown.
     """
 
     def __init__(self, doing: str, total: float) -> None:
@@ -44,44 +57,49 @@ class Meter:
         self.changed: Callable[[], object] = lambda: None
 
     def __call__(self, what: str, share: float = 1.0, /) -> None:
-        """Take in that this share of what is named is done."""
+        """Add a share of a named piece."""
         with self._one_at_a_time:
             self.done, self.last = self.done + share, what
             self.changed()
 
     @property
     def line(self) -> str:
-        """How far it is, in words."""
+        """The progress, in words."""
         of = f", {self.done:.0f} of {self.total:.0f} done" if self.total else ""
         last = f"; last: {self.last}" if self.last else ""
         return f"{monotonic() - self._begun:.0f} s: {self.doing}{of}{last}"
 
 
-@contextmanager
-def progress(total: float = 0.0, doing: str = "running") -> Iterator[Meter]:
-    """Give what is to be called with each piece done: a bar in a terminal, else a line every PERIOD_S seconds.
+def display(options: Namespace) -> Display:
+    """Return how a command shows its progress, by its options."""
+    return partial(progress, quiet=options.quiet)
 
-    total: pieces there will be, 0 where that is not known; doing: what the command does meanwhile.
+
+@contextmanager
+def progress(total: float = 0.0, doing: str = "running", quiet: bool = False) -> Iterator[Meter]:
+    """Give the callback of one stage: a bar in a terminal, else a line every PERIOD_S seconds.
+
+    total: number of pieces, 0 if unknown; doing: what the stage does; quiet: show nothing.
     """
-    told = Meter(doing, total)
-    if _quiet:
-        yield told
+    meter = Meter(doing, total)
+    if quiet:
+        yield meter
     elif sys.stderr.isatty():
-        with bar(told):
-            yield told
+        with bar(meter):
+            yield meter
     else:
-        with lines(told):
-            yield told
+        with lines(meter):
+            yield meter
 
 
 @contextmanager
-def lines(told: Meter) -> Iterator[None]:
-    """Write a line again and again until the end."""
+def lines(meter: Meter) -> Iterator[None]:
+    """Write a line every PERIOD_S seconds until the end."""
     ended = threading.Event()
 
     def write() -> None:
         while not ended.wait(PERIOD_S):
-            note(told.line)
+            note(meter.line)
 
     writer = threading.Thread(target=write, daemon=True, name="progress")
     writer.start()
@@ -93,9 +111,9 @@ def lines(told: Meter) -> Iterator[None]:
 
 
 @contextmanager
-def bar(told: Meter) -> Iterator[None]:
-    """Draw a bar until the end, with the time that has passed, so that it moves whatever takes long."""
-    from rich.console import Console  # slow to import, and only for who watches
+def bar(meter: Meter) -> Iterator[None]:
+    """Draw a bar until the end, with the elapsed time, so that it moves during a long piece."""
+    from rich.console import Console  # slow to import
     from rich.progress import (
         BarColumn,
         MofNCompleteColumn,
@@ -105,9 +123,9 @@ def bar(told: Meter) -> Iterator[None]:
         TimeRemainingColumn,
     )
 
-    rest = (MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn()) if told.total else (TimeElapsedColumn(),)
+    rest = (MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn()) if meter.total else (TimeElapsedColumn(),)
     layout = TextColumn("{task.description}", markup=False), BarColumn(), *rest
     with Progress(*layout, console=Console(stderr=True), transient=True) as drawn:
-        task = drawn.add_task(told.doing, total=told.total or None)
-        told.changed = lambda: drawn.update(task, completed=told.done, description=visible(told.last))
+        task = drawn.add_task(meter.doing, total=meter.total or None)
+        meter.changed = lambda: drawn.update(task, completed=meter.done, description=visible(meter.last))
         yield

@@ -8,20 +8,18 @@ from tumble.compare.ablation.findings import ablation_findings
 from tumble.compare.ablation.optional_features import Ablation
 from tumble.compare.ablation.schemas import ABLATION
 from tumble.compare.run.provenance import conditions
-from tumble.compare.run.running_engines import RunningEngine
-from tumble.compare.tables.engines import engine_row
 from tumble.compare.tables.frames import frame
-from tumble.compare.tables.shared import CONDITIONS, ENGINES, FINDINGS
+from tumble.compare.tables.shared import CONDITIONS, ENGINES, FINDINGS, EngineRow
 
 
 def ablation_tables(
-    ablations: Sequence[Ablation], running_engines: Sequence[RunningEngine], command: str
+    ablations: Sequence[Ablation], engines: Sequence[EngineRow], command: str
 ) -> dict[str, pd.DataFrame]:
     """Return every table by file name; command reruns them."""
     rows = [row for ablation in ablations for row in ablation.rows]
     return {
         "ablation.csv": frame(ABLATION, rows),
         "findings.csv": frame(FINDINGS, ablation_findings(rows)),
-        "engines.csv": frame(ENGINES, map(engine_row, running_engines)),
+        "engines.csv": frame(ENGINES, engines),
         "conditions.csv": frame(CONDITIONS, conditions(command)),
     }

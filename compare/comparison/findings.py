@@ -3,13 +3,10 @@
 import math
 from collections.abc import Collection, Iterable, Iterator, Sequence
 
-from tumble.compare.comparison.table_4_1 import BudgetRow
 from tumble.compare.engines import BY_HAND, OWN, SHIPPED
 from tumble.compare.judge.agreement import AgreementRow
 from tumble.compare.tables.shared import FindingRow, RunRow
 
-# One column of Table 4.1 is called right where the exact motion is so many times nearer to it than to the other.
-NEARER = 10
 # Of who never began.
 UNABLE = ("skipped", "missing")
 
@@ -91,16 +88,3 @@ def agreement_findings(pairs: Iterable[AgreementRow]) -> Iterator[FindingRow]:
         key = scene, best.engine_a, best.method_a, best.contestant_b
         yield FindingRow("apart", *key, best.apart_m, "m")
         yield FindingRow("both off", *key, max(best.error_a_m, best.error_b_m), "m")
-
-
-def column_findings(budget: Iterable[BudgetRow]) -> Iterator[FindingRow]:
-    """Yield which printed column the exact motion is nearer to, and how far both are, where that is clear."""
-    for row in budget:
-        if row.engine != "exact":
-            continue
-        near, far = sorted(
-            (("application", row.max_to_application_m), ("calculated", row.max_to_calculated_m)), key=lambda one: one[1]
-        )
-        if NEARER * near[1] < far[1]:
-            for finding, (column, distance) in zip(("right column", "wrong column"), (near, far), strict=True):
-                yield FindingRow(finding, row.scene, row.engine, row.method, column, distance, "m")

@@ -5,16 +5,13 @@ from collections.abc import Sequence
 import pandas as pd
 
 from tumble.compare.comparison.against_truth import Comparison
-from tumble.compare.comparison.findings import agreement_findings, column_findings, error_findings
-from tumble.compare.comparison.schemas import AGREEMENT, BUDGET, PUBLISHED
-from tumble.compare.comparison.table_4_1 import budget_rows, is_table_4_1, published_rows
+from tumble.compare.comparison.findings import agreement_findings, error_findings
+from tumble.compare.comparison.schemas import AGREEMENT
 from tumble.compare.judge.agreement import agreements
 from tumble.compare.run.provenance import conditions
-from tumble.compare.run.running_engines import RunningEngine
-from tumble.compare.tables.engines import engine_row
 from tumble.compare.tables.frames import frame
 from tumble.compare.tables.runs import run_row
-from tumble.compare.tables.shared import CONDITIONS, ENGINES, FINDINGS, RUNS, SCENES, SceneRow
+from tumble.compare.tables.shared import CONDITIONS, ENGINES, FINDINGS, RUNS, SCENES, EngineRow, SceneRow
 from tumble.compare.tables.vertices import error_over_time_table, member_table, vertex_error_table
 from tumble.scenarios.needs import needs
 
@@ -42,27 +39,23 @@ def scene_row(comparison: Comparison) -> SceneRow:
 
 
 def comparison_tables(
-    comparisons: Sequence[Comparison], running_engines: Sequence[RunningEngine], command: str
+    comparisons: Sequence[Comparison], engines: Sequence[EngineRow], command: str
 ) -> dict[str, pd.DataFrame]:
     """Return every table by file name; command reruns them."""
     runs = [run for comparison in comparisons for run in comparison.runs]
     rows = [run_row(run) for run in runs]
     pairs = [row for each in comparisons for row in agreements(each.runs)]
-    published = [row for each in comparisons if is_table_4_1(each.scene) for row in published_rows(each)]
-    budget = list(budget_rows(published))
     defaults = frozenset().union(*(each.defaults for each in comparisons))
     asked = frozenset().union(*(each.asked for each in comparisons))
-    findings = [*error_findings(rows, defaults, asked), *agreement_findings(pairs), *column_findings(budget)]
+    findings = [*error_findings(rows, defaults, asked), *agreement_findings(pairs)]
     return {
         "scenes.csv": frame(SCENES, map(scene_row, comparisons)),
-        "engines.csv": frame(ENGINES, map(engine_row, running_engines)),
+        "engines.csv": frame(ENGINES, engines),
         "runs.csv": frame(RUNS, rows),
         "vertex-errors.csv": vertex_error_table(runs),
         "error-over-time.csv": error_over_time_table(runs),
         "members.csv": member_table(runs),
         "agreement.csv": frame(AGREEMENT, pairs),
-        "table-4-1.csv": frame(PUBLISHED, published),
-        "table-4-1-budget.csv": frame(BUDGET, budget),
         "findings.csv": frame(FINDINGS, findings),
         "conditions.csv": frame(CONDITIONS, conditions(command)),
     }

@@ -7,24 +7,24 @@ from pathlib import Path
 
 import numpy as np
 
-from tumble.compare.grade.hypotheses.engines import ENGINES, Law
+from tumble.compare.grade.hypotheses.engine_schemes import ENGINES, Law
 from tumble.compare.grade.hypotheses.explanation import Explanation
 from tumble.compare.grade.hypotheses.hypothesis import Question
 from tumble.compare.grade.hypotheses.mistakes import hypotheses
 from tumble.compare.grade.measure.conserved import posed
-from tumble.compare.grade.measure.noise import ALIKE, FLIGHT, LOUDEST, Scale, independent
+from tumble.compare.grade.measure.errors import Kept, Measured, measure
+from tumble.compare.grade.measure.observations import sightings
 from tumble.compare.grade.measure.offset import constant_drift, constant_offset
-from tumble.compare.grade.measure.residual import Kept, Measured, measure
-from tumble.compare.grade.measure.sightings import sightings
-from tumble.compare.grade.measure.single import in_steps, single_floor
+from tumble.compare.grade.measure.significance import ALIKE, FLIGHT, LOUDEST, Scale, independent
+from tumble.compare.grade.measure.single_precision import in_steps, single_floor
 from tumble.compare.grade.measure.spin import spin_mistake
-from tumble.compare.grade.model.account import truthful
+from tumble.compare.grade.model.program_model import truthful
 from tumble.compare.grade.model.reference import Reference
 from tumble.compare.grade.read.columns import Shown
 from tumble.compare.grade.read.conventions import Reading
-from tumble.compare.grade.read.foreign import Trajectory
+from tumble.compare.grade.read.trajectory import Trajectory
 from tumble.compare.grade.search.diagnosis import Diagnosis, Search
-from tumble.compare.grade.search.flights import Flights
+from tumble.compare.grade.search.evaluator import Flights
 from tumble.compare.run.progress import Progress, ProgressCallback, no_progress
 from tumble.scenarios.frames import Array
 from tumble.scenarios.scene import Scene

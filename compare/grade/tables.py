@@ -5,9 +5,9 @@ from collections.abc import Iterator
 import numpy as np
 import pandas as pd
 
-from tumble.compare.grade.answer import diagnosis_rows
 from tumble.compare.grade.grade import Grade
-from tumble.compare.grade.measure.residual import BINS
+from tumble.compare.grade.measure.errors import BINS
+from tumble.compare.grade.results import diagnosis_rows
 from tumble.compare.grade.schemas import (
     DIAGNOSIS,
     EXPLANATIONS,

@@ -7,19 +7,17 @@ import pandas as pd
 from tumble.compare.releases.ledger import Ledger
 from tumble.compare.releases.schemas import CHANGES, RELEASES, ReleaseChangeRow
 from tumble.compare.run.provenance import conditions
-from tumble.compare.run.running_engines import RunningEngine
-from tumble.compare.tables.engines import engine_row
 from tumble.compare.tables.frames import frame
-from tumble.compare.tables.shared import CONDITIONS, ENGINES
+from tumble.compare.tables.shared import CONDITIONS, ENGINES, EngineRow
 
 
 def ledger_tables(
-    ledger: Ledger, changes: Sequence[ReleaseChangeRow], running_engines: Sequence[RunningEngine], command: str
+    ledger: Ledger, changes: Sequence[ReleaseChangeRow], engines: Sequence[EngineRow], command: str
 ) -> dict[str, pd.DataFrame]:
     """Return every table by file name; command reruns them."""
     return {
         RELEASES.file: frame(RELEASES, ledger.rows),
         CHANGES.file: frame(CHANGES, changes),
-        ENGINES.file: frame(ENGINES, map(engine_row, running_engines)),
+        ENGINES.file: frame(ENGINES, engines),
         CONDITIONS.file: frame(CONDITIONS, conditions(command)),
     }

@@ -2,6 +2,8 @@
 
 import threading
 import time
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, contextmanager
 from typing import Protocol
 
 # A truth that takes longer [s] tells what share of it is done, in pieces as large as this and larger.
@@ -16,7 +18,21 @@ class ProgressCallback(Protocol):
 
 
 def no_progress(what: str, share: float = 1.0) -> None:
-    """Tell nobody."""
+    """Report nothing."""
+
+
+class Display(Protocol):
+    """Shows the progress of one stage of a study: a context that gives the stage's callback."""
+
+    def __call__(self, total: float = 0.0, doing: str = "running") -> AbstractContextManager[ProgressCallback]:
+        """Begin a stage; total: number of pieces, 0 if unknown; doing: what the stage does."""
+        ...
+
+
+@contextmanager
+def no_display(total: float = 0.0, doing: str = "running") -> Iterator[ProgressCallback]:
+    """Show nothing."""
+    yield no_progress
 
 
 class Progress:

@@ -5,6 +5,7 @@ is no place to import from, and of ours it finds the package tumble alone, where
 """
 
 import importlib.util
+import logging
 import os
 import resource
 import socket
@@ -24,6 +25,7 @@ def main(engine: str, memory_limit: str, line: str, lifeline: str) -> None:
     end_with_parent(int(lifeline))
     os.dup2(2, 1)  # whatever an engine prints goes to standard error: standard output is for results
     sys.stdout = sys.stderr  # where it is not kept back in a buffer that dies with the process
+    logging.basicConfig(format="tumble: %(message)s")
     limit_memory(int(memory_limit))
     os.set_inheritable(int(line), False)
 

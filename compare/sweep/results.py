@@ -4,8 +4,6 @@ from collections.abc import Sequence
 
 import pandas as pd
 
-from tumble.compare.run.provenance import conditions
-from tumble.compare.run.running_engines import RunningEngine
 from tumble.compare.sweep.findings import sweep_findings
 from tumble.compare.sweep.pareto_front import (
     accuracy_cost_rows,
@@ -17,10 +15,9 @@ from tumble.compare.sweep.pareto_front import (
 )
 from tumble.compare.sweep.schemas import CLOCK, DIGITS, ENSEMBLES, ORDERS, SAME, WORK_PRECISION
 from tumble.compare.sweep.work_precision import Sweep
-from tumble.compare.tables.engines import engine_row
 from tumble.compare.tables.frames import frame
 from tumble.compare.tables.runs import run_row
-from tumble.compare.tables.shared import CONDITIONS, ENGINES, FINDINGS, RUNS
+from tumble.compare.tables.shared import FINDINGS, RUNS
 
 MEASURED = (RUNS, WORK_PRECISION, DIGITS, ORDERS, ENSEMBLES, SAME, CLOCK, FINDINGS)
 
@@ -36,15 +33,4 @@ def measured(sweeps: Sequence[Sweep], reference: str) -> dict[str, pd.DataFrame]
         "equivalent.csv": frame(SAME, (row for sweep in sweeps for row in equivalent_rows(sweep))),
         "timing.csv": frame(CLOCK, (row for sweep in sweeps for row in timing_rows(sweep))),
         "findings.csv": frame(FINDINGS, (row for sweep in sweeps for row in sweep_findings(sweep))),
-    }
-
-
-def sweep_tables(
-    sweeps: Sequence[Sweep], running_engines: Sequence[RunningEngine], reference: str, command: str
-) -> dict[str, pd.DataFrame]:
-    """Return every table: what was measured, the engines, and on what machine."""
-    return {
-        **measured(sweeps, reference),
-        "engines.csv": frame(ENGINES, map(engine_row, running_engines)),
-        "conditions.csv": frame(CONDITIONS, conditions(command)),
     }

@@ -31,6 +31,15 @@ def rows(table: Table, frame: pd.DataFrame) -> list[Any]:
     return list(starmap(table.row, found.where(found.notna(), None).itertuples(index=False, name=None)))
 
 
+def merged(*sources: Mapping[str, pd.DataFrame]) -> dict[str, pd.DataFrame]:
+    """Return the tables of several studies, by file name; a table that several have has the rows of all."""
+    own: dict[str, list[pd.DataFrame]] = {}
+    for tables in sources:
+        for name, table in tables.items():
+            own.setdefault(name, []).append(table)
+    return {name: pd.concat(each, ignore_index=True) if len(each) > 1 else each[0] for name, each in own.items()}
+
+
 def typed(table: Table, columns: Mapping[str, Any]) -> pd.DataFrame:
     """Return columns, by name, as a DataFrame with the table's dtypes; those that are not given are empty."""
     return pd.DataFrame(

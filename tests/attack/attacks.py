@@ -1,9 +1,9 @@
-"""Attacks Tumble in every way there is here, as often as asked, and writes docs/attacks.md: what was tried, and lost.
+"""Runs every kind of attack on Tumble, as often as the options say, and writes the results to docs/attacks.md.
 
-Everything is split into pieces that processes share, one a core unless told otherwise; each attack has its own folder.
+The work is split into pieces for several processes (default: one per core); each attack has its own folder.
 
-`make attack` is the long form; `python tests/attack/attacks.py --kills 20 --inputs 10000` a shorter one.  The tests
-beside it are a few of each.
+`make attack` runs all; `python tests/attack/attacks.py --kills 20 --inputs 10000` is shorter.  The tests in this folder
+are a sample of each kind.
 """
 
 import argparse
@@ -45,26 +45,28 @@ KINDS: dict[str, Callable[[], Mapping[str, Callable[[Path], object]]]] = {
     "damages to each file of a folder": damaged.all_attacks,
     "starved machines": starved.all_attacks,
 }
-TEXT = """# What was done to Tumble, and what was lost
+TEXT = """# Attacks on Tumble, and their results
 
-Made by `make attack`, which runs all of it and writes this page; the tests in `tests/attack/` are a few of each.
-Survived means: told in one line with its file, its status or its reason, exit code as documented, nothing half written,
-nothing left running, everybody else's results unharmed. Anything else is lost, and named below the table.
+`make attack` runs all attacks and writes this page; the tests in `tests/attack/` are a sample of each kind. Tumble
+survives an attack if it reports the problem in one line with the file, status or reason, exits with the documented
+code, leaves no half-written file and no process behind, and does not affect other results. Any other outcome is a
+loss, listed below the table.
 
-| what | tried | survived | lost | how long | on |
+| attack | tried | survived | lost | time | conditions |
 | --- | ---: | ---: | ---: | ---: | --- |
 {rows}
 
 {lost}
 
-{total} attacks. How long: of all processes together, waiting for a core included. A kind that is tried again alone
-(`python tests/attack/attacks.py --only kills`) replaces its own row.
+{total} attacks. Time: of all processes together, waiting for a core included. Repeating one kind (`python
+tests/attack/attacks.py --only kills`) replaces its own row.
 
-What each is: engine files that raise, die, hang, fork, hoard, lie or write into the line (`engine_files.py`); machines
-without a home, a disk, memory, streams, signals or letters (`starved.py`); folders of tables with each of their files
-damaged in {damages} ways (`damaged.py`); commands killed by a random signal at a random moment, beside an older result
-or none, then run again (`kills.py`); files of every kind that Tumble reads with other numbers, and pieces cut out, put
-in, doubled or taken from others (`tests/support/fuzz.py`).
+The kinds: engine files that raise, exit, hang, fork, hoard memory, return false results or write into the protocol
+(`engine_files.py`); machines without a home folder, disk space, memory, streams, signals or a UTF-8 locale
+(`starved.py`); folders of tables with each file damaged in {damages} ways (`damaged.py`); commands killed by a random
+signal at a random time, with and without an older result, and then repeated (`kills.py`); files of every kind that
+Tumble reads, with numbers changed and with pieces deleted, inserted, repeated or copied from other files
+(`tests/support/fuzz.py`).
 """
 
 

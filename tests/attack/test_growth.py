@@ -8,9 +8,9 @@ import pytest
 from fuzz import BASE, texts
 
 from tumble.compare.check.record import BadRecord, read_record
-from tumble.compare.grade.measure.residual import measure
+from tumble.compare.grade.measure.errors import measure
 from tumble.compare.grade.read.columns import BadTrajectory
-from tumble.compare.grade.read.foreign import Trajectory
+from tumble.compare.grade.read.trajectory import Trajectory
 from tumble.compare.tables.files import write_folder
 from tumble.scenarios.read import read_scene
 from tumble.scenarios.surface import read_surface

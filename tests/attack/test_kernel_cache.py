@@ -11,7 +11,7 @@ import pytest
 from patience import PATIENCE_S, without_progress
 
 ROOT = Path(__file__).parents[2]
-ANEW = "each process compiles them anew"
+ANEW = "each process compiles them again"
 
 
 def run(folder: Path, *, root: Path = ROOT, env=None, **settings) -> subprocess.CompletedProcess[str]:

@@ -18,6 +18,7 @@ from playwright.sync_api import Page
 
 from tumble.compare.comparison.against_truth import compare
 from tumble.compare.comparison.results import comparison_tables
+from tumble.compare.coursework.results import coursework_tables
 from tumble.compare.motion.film import film
 from tumble.compare.motion.findings import film_findings
 from tumble.compare.motion.results import film_tables
@@ -27,7 +28,8 @@ from tumble.compare.stability.schemas import EXTREMES, LIMITS
 from tumble.compare.stability.store import quick_tables
 from tumble.compare.sweep.results import measured
 from tumble.compare.sweep.work_precision import BRIEF, sweep
-from tumble.compare.tables.frames import frame, rows
+from tumble.compare.tables.engines import engine_row
+from tumble.compare.tables.frames import frame, merged, rows
 from tumble.compare.tables.shared import FINDINGS
 from tumble.reports.page import page
 from tumble.scenarios.read import read_scene
@@ -50,7 +52,8 @@ def real() -> dict[str, pd.DataFrame]:
     scenes = [read_scene(name) for name in SCENES]
     swept = replace(read_scene("yardstick"), duration=1.0, times=frozen_array([1.0]))
     with launched(ENGINES) as running_engines:
-        found = comparison_tables(compare(running_engines, scenes), running_engines, COMMAND)
+        comparisons = compare(running_engines, scenes)
+        found = comparison_tables(comparisons, list(map(engine_row, running_engines)), COMMAND)
         films = film(running_engines, scenes)
         found |= film_tables(films)
         costs = measured([sweep(running_engines, swept, effort=replace(BRIEF, budget_s=BUDGET_S))], REFERENCE)
@@ -58,10 +61,8 @@ def real() -> dict[str, pd.DataFrame]:
         found |= quick_tables(running_engines, [scenes[-1]], [read_scene(name) for name in CASES])
     limits, verdicts = rows(LIMITS, found[LIMITS.file]), rows(EXTREMES, found[EXTREMES.file])
     said = [*film_findings(films), *limit_findings(limits), *extreme_findings(verdicts)]
-    found[FINDINGS.file] = pd.concat(
-        [found[FINDINGS.file], costs[FINDINGS.file], frame(FINDINGS, said)], ignore_index=True
-    )
-    return found
+    more = {FINDINGS.file: pd.concat([costs[FINDINGS.file], frame(FINDINGS, said)])}
+    return merged(found, coursework_tables(comparisons), more)
 
 
 @pytest.fixture(scope="session")

@@ -3,8 +3,6 @@
 import base64
 import json
 import math
-import re
-from collections import Counter
 
 import numpy as np
 import pandas as pd
@@ -13,7 +11,7 @@ from conftest import SCENES, data_in
 
 from tumble.compare.judge.verdict import WORDS
 from tumble.reports.embedding import values
-from tumble.reports.page import SCRIPTS, TEMPLATES, page
+from tumble.reports.page import TEMPLATES, page
 from tumble.scenarios.frames import rotation_matrix
 
 PACKED = {"motion.csv", "deformed.csv", "vertex-errors.csv", "error-over-time.csv", "table-4-1.csv"}
@@ -56,8 +54,8 @@ def test_a_film_puts_every_vertex_where_the_motion_says(real, html, scene):
     size = np.abs(true[["x_m", "y_m", "z_m"]].to_numpy()).max() + np.linalg.norm(points, axis=1).max()
     assert film["t"] == true["t_s"].tolist()
     carried = frames(film["truth"], 16)
-    assert len(film["others"]) > 3
-    for name, packed in film["others"].items():
+    assert len(film["runs"]) > 3
+    for name, packed in film["runs"].items():
         engine, _, method = name.partition(":")
         told = own[(own["engine"] == engine) & (own["method"] == method)]
         one = frames(packed["frames"], 10)
@@ -73,8 +71,8 @@ def test_a_film_puts_every_vertex_where_the_motion_says(real, html, scene):
 def test_the_deformed_die_is_carried_as_it_is(real, html):
     film = data_in(html)["films"]["die-vertex"]
     told = real["deformed.csv"].query("scene == 'die-vertex'")
-    assert {name for name, one in film["others"].items() if "vertices" in one} == {"tumble:matrix-euler"}
-    carried = frames(film["others"]["tumble:matrix-euler"]["vertices"], 3)
+    assert {name for name, one in film["runs"].items() if "vertices" in one} == {"tumble:matrix-euler"}
+    carried = frames(film["runs"]["tumble:matrix-euler"]["vertices"], 3)
     assert np.allclose(carried, told[["x_m", "y_m", "z_m"]], rtol=2**-23, atol=1e-6)
 
 
@@ -87,19 +85,15 @@ def test_nothing_in_the_data_ends_the_script(real):
     assert titles["words"] == ["</script><script>alert(1)</script>"]
 
 
-def test_every_part_of_the_script_is_in_it():
-    assert {path.stem for path in (TEMPLATES / "js").glob("*.js")} == set(SCRIPTS)
-
-
 def test_every_verdict_of_stability_has_a_sign_of_its_own_and_words():
-    text = (TEMPLATES / "js/stable.js").read_text(encoding="utf-8")
-    block = text.split("const STABILITY = {")[1].split("};")[0]
+    text = (TEMPLATES / "js/verdicts.js").read_text(encoding="utf-8")
+    block = text.split("const STABILITY_VERDICTS = {")[1].split("};")[0]
     signs = {}
     for line in block.strip().splitlines():
         word, _, rest = line.strip().partition(":")
         signs[word.strip('"')] = json.loads(rest.strip().rstrip(","))
     assert set(signs) == set(WORDS)
-    assert len({sign for sign, _ in signs.values()}) == len(signs), "colour alone must not tell them apart"
+    assert len({sign for sign, _ in signs.values()}) == len(signs), "colour alone must not distinguish them"
 
 
 def test_the_same_tables_make_the_same_page(real, html):
@@ -114,18 +108,3 @@ def test_a_number_that_stands_there_often_is_carried_once_and_keeps_its_sign():
     assert [math.copysign(1.0, number) for number in back[:2]] == [1.0, -1.0]
     assert back[2:4] == ["Infinity", None]
     assert values(pd.Series([1.0, 2.0, 3.0])) == [1.0, 2.0, 3.0]
-
-
-def test_no_two_scripts_of_the_page_define_the_same_name():
-    """They are one script on the page, where the later of two functions of a name takes the place of the earlier."""
-    names = [
-        found[1]
-        for script in SCRIPTS
-        for found in re.finditer(
-            r"^(?:async )?(?:function|const|let|class) (\w+)",
-            (TEMPLATES / "js" / f"{script}.js").read_text(encoding="utf-8"),
-            re.MULTILINE,
-        )
-    ]
-    assert len(names) > 100
-    assert [name for name, times in Counter(names).items() if times > 1] == []

@@ -15,9 +15,8 @@ from playwright.sync_api import expect
 
 from tumble.compare.comparison.findings import error_findings
 from tumble.compare.tables.frames import frame, rows
-from tumble.compare.tables.known import schema
 from tumble.compare.tables.shared import FINDINGS, RUNS
-from tumble.reports.page import TEMPLATES, page, whole_script
+from tumble.reports.page import page
 from tumble.scenarios.frames import rotation_matrix
 from tumble.scenarios.read import catalogue
 
@@ -673,12 +672,9 @@ def test_a_horizon_is_drawn_where_a_scene_has_one(real, opened):
     assert abs(float(band.get_attribute("x") or 0) - middle) < 0.5
 
 
-@pytest.mark.parametrize("which", ["committed", "made now"])
-def test_a_whole_page_opens_small_and_soon(which, opened, request):
-    """The page that is committed, and the one that `make report` makes."""
-    committed = request.config.rootpath / "docs/example.html"
-    file = committed if which == "committed" else request.getfixturevalue("whole_page")
-    html = file.read_text(encoding="utf-8")
+def test_a_whole_page_opens_small_and_soon(whole_page, opened):
+    """The page that `make report` makes."""
+    html = whole_page.read_text(encoding="utf-8")
     assert len(html.encode()) < 3_000_000
     tab = opened(html, "#show=all")
     everything_drawn(tab)
@@ -686,15 +682,6 @@ def test_a_whole_page_opens_small_and_soon(which, opened, request):
         expect(chart.locator(".point").first).to_be_attached()
     scenes = set(data_in(html)["tables"]["scenes.csv"]["values"]["scene"]["words"])
     assert set(catalogue()) <= scenes
-
-
-def test_the_committed_page_is_drawn_as_pages_are_now(request):
-    """After a change of the page's script or style: `make docs`."""
-    html = (request.config.rootpath / "docs/example.html").read_text(encoding="utf-8")
-    assert whole_script() in html
-    assert (TEMPLATES / "page.css").read_text(encoding="utf-8") in html
-    carried = data_in(html)["tables"]
-    assert all(list(carried[name]["columns"]) == schema(name).names for name in ("runs.csv", "findings.csv"))
 
 
 def test_the_step_taken_stands_beside_the_one_asked_for(real, opened):

@@ -32,13 +32,13 @@ from tumble.compare.check.markdown import summary
 from tumble.compare.check.record import BadRecord, Record, read_record, texts
 from tumble.compare.check.schemas import CELLS, QUESTIONS, TIMES, CellRow, QuestionRow, TimeRow
 from tumble.compare.check.tolerances import BadTolerance, Tolerances, read_tolerances
-from tumble.compare.grade.measure.residual import measure
+from tumble.compare.grade.measure.errors import measure
 from tumble.compare.grade.model.reference import Reference
 from tumble.compare.grade.read.columns import BadTrajectory
 from tumble.compare.grade.read.conventions import Reading
-from tumble.compare.grade.read.dialect import plain
-from tumble.compare.grade.read.foreign import Trajectory
+from tumble.compare.grade.read.formats import plain
 from tumble.compare.grade.read.mapping import mapping_file, mapping_of
+from tumble.compare.grade.read.trajectory import Trajectory
 from tumble.compare.run.engines.registry import BadEngine, Finding, engine_info, load
 from tumble.compare.run.flight import Probe
 from tumble.compare.run.flight import Trajectory as Flight

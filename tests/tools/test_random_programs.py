@@ -408,7 +408,7 @@ def test_files_are_drawn_from_the_command_line(tmp_path, capsys):
     assert capsys.readouterr().out.startswith("seed 7\n")
 
 
-def test_stored_answers_are_judged_again(tmp_path, capsys, monkeypatch):
+def test_stored_answers_are_assessed_again(tmp_path, capsys, monkeypatch):
     """Without asking again, unless the file is another one now."""
     words = ["--seed", "7", "--count", "2", "--processes", "1", "-o", str(tmp_path)]
     assert command.main([*words, "--draw"]) == 0
@@ -417,11 +417,11 @@ def test_stored_answers_are_judged_again(tmp_path, capsys, monkeypatch):
         (tmp_path / "files" / f"000{number}.answer.json").write_text(json.dumps(answer))
     asked = []
     monkeypatch.setattr(contact, "asked", lambda *files: asked.append(files[0]) or answer)
-    assert command.main([*words, "--judge"]) == 0
+    assert command.main([*words, "--evaluate"]) == 0
     assert not asked
     first = next(file for file in (tmp_path / "files").glob("0000.*") if file.suffix in (".csv", ".jsonl"))
     first.write_text("another file")
-    assert command.main([*words, "--judge"]) == 0
+    assert command.main([*words, "--evaluate"]) == 0
     assert asked == [first]
     page = (tmp_path / "random-programs.md").read_text(encoding="utf-8")
     assert capsys.readouterr().out.endswith(f"{page}\n")

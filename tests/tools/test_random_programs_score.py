@@ -1,4 +1,4 @@
-"""The scorer: answers made by hand, right and wrong in every way, are judged as what they are."""
+"""The scorer assesses answers made by hand, right and wrong in every way."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -43,12 +43,12 @@ def said(verdict, *explanations, confidence=None, failure=""):
     return Answer(verdict, explanations, (), confidence, 1.0, 0.0, 1.0, failure)
 
 
-def judged(program, answer, scene=BRICK, digits=9):
+def assessed(program, answer, scene=BRICK, digits=9):
     """Return what a file is, and what an answer to it is."""
     case = Case(0, 0, scene, program, Dialect(digits))
     truth = truth_of(case)
     kind = score.kind_of(case, truth)
-    return kind, score.judged(case, truth, answer, kind)
+    return kind, score.assessed(case, truth, answer, kind)
 
 
 def planted(label, own=FINE, **params):
@@ -78,7 +78,7 @@ FRICTION = planted("dry friction of the spin", rate=0.3)
     ],
 )
 def test_answers_to_a_mistake_with_a_name(answer, right):
-    assert judged(DOUBLED, answer) == (score.NAMED, right)
+    assert assessed(DOUBLED, answer) == (score.NAMED, right)
 
 
 @pytest.mark.parametrize(
@@ -91,7 +91,7 @@ def test_answers_to_a_mistake_with_a_name(answer, right):
     ],
 )
 def test_answers_to_a_mistake_without_a_name(answer, right):
-    assert judged(FRICTION, answer) == (score.UNNAMED, right)
+    assert assessed(FRICTION, answer) == (score.UNNAMED, right)
 
 
 @pytest.mark.parametrize(
@@ -104,7 +104,7 @@ def test_answers_to_a_mistake_without_a_name(answer, right):
     ],
 )
 def test_answers_to_a_right_program(answer, right):
-    assert judged(Program(FINE), answer) == (score.NOTHING, right)
+    assert assessed(Program(FINE), answer) == (score.NOTHING, right)
 
 
 @pytest.mark.parametrize(
@@ -121,24 +121,24 @@ def test_answers_to_a_right_program(answer, right):
     ],
 )
 def test_answers_to_a_scheme(claims, right):
-    assert judged(Program(ENGINE), said(FIRM, claims)) == (score.NAMED, right)
+    assert assessed(Program(ENGINE), said(FIRM, claims)) == (score.NAMED, right)
 
 
 def test_what_cannot_be_seen_need_not_be_named_and_may_be():
     """A cube turns alike with any gyroscopic scheme, and few digits show no small damping."""
     program = Program(replace(ENGINE, damping=Damping()))
     other = replace(STEP, parameters=STEP.parameters | {"gyroscopic": "rescaled"})
-    assert judged(program, said(FIRM, [other]), CUBE) == (score.NAMED, score.SAME)
-    assert judged(program, said(FIRM, [other])) == (score.NAMED, score.WRONG)
+    assert assessed(program, said(FIRM, [other]), CUBE) == (score.NAMED, score.SAME)
+    assert assessed(program, said(FIRM, [other])) == (score.NAMED, score.WRONG)
     weak = Program(replace(ENGINE, damping=Damping(1e-4)))
     for claims in ([STEP], [STEP, Claim("linear-damping", {"rate": "0.0003"})]):
-        assert judged(weak, said(FIRM, claims), digits=5)[1] == score.RIGHT
+        assert assessed(weak, said(FIRM, claims), digits=5)[1] == score.RIGHT
 
 
 def test_a_scheme_without_a_name_has_one_where_it_makes_the_motion_of_one():
     converged = Program(replace(ENGINE, gyroscopic="implicit, converged", damping=Damping()))
-    assert judged(converged, said(FIRM, [STEP])) == (score.UNNAMED, score.WRONG)
-    assert judged(converged, said(FIRM, [STEP]), CUBE)[0] == score.NAMED
+    assert assessed(converged, said(FIRM, [STEP])) == (score.UNNAMED, score.WRONG)
+    assert assessed(converged, said(FIRM, [STEP]), CUBE)[0] == score.NAMED
 
 
 def test_late_and_interpolated_rows_are_named_by_one_claim_or_two():
@@ -147,15 +147,15 @@ def test_late_and_interpolated_rows_are_named_by_one_claim_or_two():
     late = Claim("log-lag", {"time": "0.02"})
     # An engine's rows that are late and interpolated have the one name, with the tick as their time.
     for claims in ([between], [between, late], [late]):
-        assert judged(program, said(FIRM, claims), digits=5) == (score.NAMED, score.RIGHT)
-    assert judged(program, said(FIRM, [Claim("interpolated-rows", {"step": "0.01"})]), digits=5)[1] == score.WRONG
+        assert assessed(program, said(FIRM, claims), digits=5) == (score.NAMED, score.RIGHT)
+    assert assessed(program, said(FIRM, [Claim("interpolated-rows", {"step": "0.01"})]), digits=5)[1] == score.WRONG
 
 
 def test_a_torque_that_damps_is_a_damping_where_moments_are_equal_only():
     damping = planted("drag torque", share=0.2)
     said_so = said(FIRM, [Claim("angular-damping", {"rate": "0.2"})])
-    assert judged(damping, said_so, CUBE, 6) == (score.NAMED, score.SAME)
-    assert judged(damping, said_so, digits=6) == (score.NAMED, score.WRONG)
+    assert assessed(damping, said_so, CUBE, 6) == (score.NAMED, score.SAME)
+    assert assessed(damping, said_so, digits=6) == (score.NAMED, score.WRONG)
 
 
 def test_an_explanation_that_makes_the_same_motion_is_simulated():
@@ -164,8 +164,8 @@ def test_an_explanation_that_makes_the_same_motion_is_simulated():
     plain = Claim("symplectic-Euler", {"step": "0.0166666667"})
     twice = Claim("impulse-of-another-size", {"factor": "2.000000"})
     missing = Claim("gyroscopic-term-missing")
-    assert judged(program, said(FIRM, [plain, twice, missing]))[1] == score.SAME
-    assert judged(program, said(FIRM, [plain, twice]))[1] in (score.WRONG, score.PARTLY)
+    assert assessed(program, said(FIRM, [plain, twice, missing]))[1] == score.SAME
+    assert assessed(program, said(FIRM, [plain, twice]))[1] in (score.WRONG, score.PARTLY)
 
 
 def test_claims_are_read_from_rows_of_json():
@@ -204,9 +204,9 @@ def test_the_names_are_those_that_tumble_has():
 # --- the page -------------------------------------------------------------------------------------------------------
 
 
-def row(number, kind, judged, cpu_s=1.0, confidence=None, true='["gravity doubled"]'):
+def row(number, kind, assessed, cpu_s=1.0, confidence=None, true='["gravity doubled"]'):
     return table.Row(
-        number, "brick", kind, judged, "explained", true, "gravity-doubled", "", "", 500.0, 1.0, 1.0, 0.5,
+        number, "brick", kind, assessed, "explained", true, "gravity-doubled", "", "", 500.0, 1.0, 1.0, 0.5,
         confidence, cpu_s, 50, 7, "single", "pose", "split", "none", "exponential", "none", "each tick",
         '["gravity doubled"]', "",
     )  # fmt: skip
@@ -226,7 +226,7 @@ def test_the_page_counts():
     page = table.markdown(ROWS, 5)
     for line in (
         "| with names: right | 8 of 10 (80.0 %) | 90 % |",
-        "| without a name: honest (or of the same motion) | 1 of 2 (50.0 %) | 90 % |",
+        "| without a name: honest (or the same motion) | 1 of 2 (50.0 %) | 90 % |",
         '| false "correct" | 1 | 0 |',
         "| firmly wrong | 1 of 13 (7.7 %) | at most 1 % |",
         "| answers within 3 s of processor time | 12 of 13 (92.3 %) | 95 % |",

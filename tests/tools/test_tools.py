@@ -26,3 +26,9 @@ def test_a_tool_starts(name):
 def test_no_program_is_left_in_docs():
     """But for the file that docs/check.md shows to its reader."""
     assert [path.name for path in (ROOT / "docs").rglob("*.py")] == ["test_mine.py"]
+
+
+def test_no_page_or_picture_in_docs_is_large():
+    """`make report` makes pages; `tools.palette` makes pictures small."""
+    large = {path.name: path.stat().st_size for path in (ROOT / "docs").rglob("*") if path.stat().st_size > 200_000}
+    assert large == {}

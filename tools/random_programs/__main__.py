@@ -1,11 +1,11 @@
-"""Draws random programs, has `tumble grade` read their files, and counts how often it is right.
+"""Draws random programs, runs `tumble grade` on their files, and counts how often it is right.
 
     .venv/bin/python -m tools.random_programs [--count 300] [--seed N | --seed date] [-o FOLDER] [--processes 2]
 
-The seed is fresh at every run and printed.  FOLDER gets `random-programs.csv` and `random-programs.md`, and of each
-program its file, its scene, what is true of it and the answer in `files/`.  `--only 17` draws and grades that program
-alone and prints all about it; `--draw` grades nothing; `--judge` judges the answers that are in FOLDER, and grades
-files only that are other ones now.
+The seed is new in every run and printed.  FOLDER gets `random-programs.csv` and `random-programs.md`, and in `files/`
+the file, the scene, the true facts and the answer of each program.  `--only 17` draws and grades that program alone and
+prints its details; `--draw` grades nothing; `--evaluate` evaluates the answers stored in FOLDER again, and grades only
+files that have changed.
 """
 
 import argparse
@@ -30,12 +30,12 @@ from tools.random_programs.program import Case, Program, Truth
 from tools.random_programs.scene import Scene, Tether
 from tools.random_programs.scheme import Scheme
 
-DRAW, GRADE, JUDGE = "draw", "grade", "judge"
+DRAW, GRADE, EVALUATE = "draw", "grade", "evaluate"
 Job = tuple[int, int, dict[str, Scene], Path, str]
 
 
 def written(case: Case, truth: Truth, folder: Path) -> tuple[Path, Path, list[str]]:
-    """Write the file of a case, its scene and what is true of it; return the first two, and options for the command."""
+    """Write the file of a case, its scene and its true facts; return the first two, and options for the command."""
     name = f"{case.number:04d}"
     file = folder / f"{name}.{'jsonl' if case.dialect.json else 'csv'}"
     options = case.dialect.options(truth.rows)
@@ -68,9 +68,9 @@ def row_of(case: Case, truth: Truth, answer: Answer) -> table.Row:
         case.number,
         case.scene.name,
         kind,
-        score.judged(case, truth, answer, kind),
+        score.assessed(case, truth, answer, kind),
         answer.verdict,
-        json.dumps([fact.label for fact in truth.telling]),
+        json.dumps([fact.label for fact in truth.significant]),
         names.in_words(answer.best),
         " | ".join(map(names.in_words, answer.explanations[1:])),
         " | ".join(answer.engines),
@@ -95,7 +95,7 @@ def row_of(case: Case, truth: Truth, answer: Answer) -> table.Row:
 
 
 def done(job: Job) -> tuple[table.Row | None, str]:
-    """Draw a case, write it, have it graded and judge the answer; return its row and all about it."""
+    """Draw a case, write it, grade it and assess the answer; return its row and its details."""
     number, seed, catalogue, folder, what = job
     case, truth = program.drawn(number, seed, catalogue)
     before = {file: file.read_text(encoding="utf-8") for file in folder.glob(f"{number:04d}.*") if file.is_file()}
@@ -111,18 +111,18 @@ def done(job: Job) -> tuple[table.Row | None, str]:
 
 
 def about(case: Case, truth: Truth, row: table.Row | None) -> str:
-    """Return all about a case in lines."""
+    """Return the details of a case in lines."""
     lines = [f"program {case.number} of seed {case.seed}: {case.scene.name}, {case.program.scheme}", f"{case.dialect}"]
     lines.append(f"{len(truth.rows.t)} rows, off by {truth.error_m:.3g} m, {truth.error:.3g} times the noise")
     lines += [f"  true: {fact}" for fact in truth.facts]
     if row:
-        lines.append(f"  {row.kind}, {row.judged}: {row.verdict} ({row.cpu_s:.1f} s of processor time) {row.failure}")
+        lines.append(f"  {row.kind}, {row.assessed}: {row.verdict} ({row.cpu_s:.1f} s of processor time) {row.failure}")
         lines.append(f"  said: {row.said}  alike: {row.alike}")
     return "\n".join(lines)
 
 
 def warm(folder: Path) -> None:
-    """Have a file of each combination of forces graded, so that what is compiled at first use is compiled."""
+    """Grade a file with each combination of forces, so that every kernel is compiled."""
     box = np.array((0.6, 0.35, 0.15))
     at_rest = np.zeros(3)
     for gravity, tether, drag in product((False, True), repeat=3):
@@ -147,7 +147,7 @@ def warm(folder: Path) -> None:
 
 
 def all_done(jobs: Sequence[Job], processes: int) -> Iterator[tuple[table.Row | None, str]]:
-    """Yield what `done` returns of jobs, as they are done, in their order."""
+    """Yield the results of `done`, in the order of the jobs."""
     if processes == 1 or len(jobs) == 1:
         yield from map(done, jobs)
         return
@@ -162,7 +162,7 @@ def say(line: str) -> None:
 
 
 def seed_of(text: str) -> int:
-    """Return a seed: a number, or of today's date."""
+    """Return a seed: the number, or today's date."""
     if text == "date":
         return int(datetime.now(UTC).strftime("%Y%m%d"))
     return int(text)
@@ -172,18 +172,22 @@ def options_of(words: Sequence[str] | None) -> argparse.Namespace:
     """Return the options of the command."""
     parser = argparse.ArgumentParser(prog="python -m tools.random_programs", description=(__doc__ or "").split("\n")[0])
     parser.add_argument("--count", type=int, default=300, help="number of programs (default: 300)")
-    parser.add_argument("--seed", type=seed_of, help="a number, or `date` for today's; default: a fresh one")
-    parser.add_argument("--only", type=int, action="append", help="number of a program to grade alone and to show")
-    parser.add_argument("--draw", dest="what", action="store_const", const=DRAW, help="write the files, grade none")
-    parser.add_argument("--judge", dest="what", action="store_const", const=JUDGE, help="judge answers in FOLDER again")
+    parser.add_argument("--seed", type=seed_of, help="a number, or `date` for today's date (default: random)")
+    parser.add_argument("--only", type=int, action="append", help="grade only this program, and print its details")
+    parser.add_argument(
+        "--draw", dest="what", action="store_const", const=DRAW, help="write the files without grading them"
+    )
+    parser.add_argument(
+        "--evaluate", dest="what", action="store_const", const=EVALUATE, help="evaluate the answers stored in FOLDER"
+    )
     parser.set_defaults(what=GRADE)
-    parser.add_argument("--processes", type=int, default=2, help="programs graded side by side (default: 2)")
+    parser.add_argument("--processes", type=int, default=2, help="programs graded in parallel (default: 2)")
     parser.add_argument("-o", "--output", type=Path, help="folder for the tables and files")
     return parser.parse_args(words)
 
 
 def main(words: Sequence[str] | None = None) -> int:
-    """Draw, grade and count; 1 where a file was not read."""
+    """Draw, grade and count; return 1 if a file was not read."""
     options = options_of(words)
     seed = secrets.randbelow(2**31) if options.seed is None else options.seed
     say(f"seed {seed}")
@@ -197,10 +201,13 @@ def main(words: Sequence[str] | None = None) -> int:
             with TemporaryDirectory() as other:
                 warm(Path(other))
         jobs = [(number, seed, catalogue, folder, options.what) for number in numbers]
-        for row, lines in all_done(jobs, options.processes):
-            say(lines if options.only or row is None else f"{row.number}: {row.kind}, {row.judged} ({row.cpu_s:.1f} s)")
+        for row, details in all_done(jobs, options.processes):
             if row:
                 rows.append(row)
+            if row and not options.only:
+                say(f"{row.number}: {row.kind}, {row.assessed} ({row.cpu_s:.1f} s)")
+            else:
+                say(details)
     if rows and not options.only:
         page = table.markdown(rows, seed)
         if options.output:

@@ -120,7 +120,7 @@ class Dialect:
         return "\n".join([*head, *lines]) + "\n"
 
     def options(self, rows: Rows) -> list[str]:
-        """Return what `tumble grade` is told of the file."""
+        """Return the options that describe the file to `tumble grade`."""
         columns = self._in_order(self.columns(rows))
         found = ["--decimal", ","] if self.decimal == "," else []
         if self.names == "own":

@@ -174,7 +174,7 @@ STEPS = {
     "order 3": "Runge-Kutta-of-order-3",
     "order 4": "Runge-Kutta-of-order-4",
 }
-# A step that is not to be told from one of these by a file without a torque.
+# A step that a file without a torque cannot distinguish from one of these.
 SAME_STEPS = {"explicit-Euler": ("not-normalised", "normalised-rarely", "matrix-Euler")}
 GYROSCOPIC = {
     "none": "",

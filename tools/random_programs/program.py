@@ -14,7 +14,7 @@ from tools.random_programs.scheme import SPLIT, Reading, Scheme
 from tools.random_programs.simulation import BlownUp, Rows, Simulation
 
 # Of the file's noise: an effect below the first is not to be seen; one above the second has a name to be found.
-SEEN, TELLING = 3.0, 10.0
+SEEN, SIGNIFICANT = 3.0, 10.0
 # An effect is as large as in the row in which it is third largest: one row can be a slip.
 ROW = 3
 # Rounding in single precision is seen once, and could have been larger; every number is rounded at least once.
@@ -96,9 +96,9 @@ class Truth:
     facts: tuple[Fact, ...]
 
     @property
-    def telling(self) -> tuple[Fact, ...]:
+    def significant(self) -> tuple[Fact, ...]:
         """Facts that a reader of the file can be expected to find."""
-        return tuple(fact for fact in self.facts if fact.effect >= TELLING)
+        return tuple(fact for fact in self.facts if fact.effect >= SIGNIFICANT)
 
 
 # --- what is true ---------------------------------------------------------------------------------------------------
@@ -138,7 +138,7 @@ def effect(apart: np.ndarray, noise: np.ndarray) -> float:
 
 
 def apart_from(case: Case, other: Program, rows: Rows, noise: np.ndarray) -> float:
-    """Return how far a file is from what another program would write, over noise; inf where that blows up."""
+    """Return the distance of a file from another program's, over noise; inf if that program diverges."""
     try:
         return effect(distances(case, rows, other.rows(case.scene)), noise)
     except BlownUp:
@@ -267,7 +267,7 @@ def _program(random: np.random.Generator, scene: Scene) -> Program:
     first = _mistake(random, scene, own, set())
     if random.random() < TWO / (1 - NONE - ENGINE):
         second = _mistake(random, scene, own, {KINDS[first.label].part})
-        # In the order in which they are made: what is struck, moved and turned before what is written.
+        # In the order of a program: impulses, motion and rotation before output.
         order = list(KINDS)
         return Program(own, tuple(sorted((first, second), key=lambda planted: order.index(planted.label))))
     return Program(own, (first,))

@@ -1,4 +1,4 @@
-"""Judges an answer of `tumble grade` by what is true of the file."""
+"""Assesses an answer of `tumble grade` by the true facts of the file."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -17,30 +17,30 @@ from tools.random_programs.names import (
     names,
     step_fits,
 )
-from tools.random_programs.program import SEEN, TELLING, Case, Fact, Planted, Program, Truth, apart_from
+from tools.random_programs.program import SEEN, SIGNIFICANT, Case, Fact, Planted, Program, Truth, apart_from
 from tools.random_programs.scheme import SPLIT, Damping, Reading, Scheme
 
-# What a file is: nothing wrong is to be seen; less than has a name to be found; all of it has names; some has none.
+# Kinds of files: without a visible mistake; with a faint one; all significant mistakes have names; some have none.
 NOTHING, FAINT, NAMED, UNNAMED = "nothing to see", "faint", "named", "unnamed"
-# What an answer is.  Right: all that is there and nothing else.  Extras: something else as well.  Alike: an explanation
-# that is said to fit alike is right.  Same motion: it names what makes the same motion, and not the mistake.  Partly:
-# some of it, or all of it said to be a part.  Honest: not explained, or said to be a part.  Firmly wrong.  False
-# correct.  False alarm: wrong is what is right.  Failed: no answer.
+# Classes of answers.  Right: every mistake and nothing else.  Extras: every mistake and something else.  Alike: one of
+# the explanations called equally good is right.  Same motion: it names something that makes the same motion.  Partly:
+# some mistakes, or all of them called a partial explanation.  Honest: not explained, or called partial.  Firmly wrong.
+# False correct.  False alarm: a correct file is called wrong.  Failed: no answer.
 RIGHT, EXTRAS, ALIKE, SAME = "right", "right, with extras", "fits alike", "same motion"
 PARTLY, HONEST, WRONG = "partly", "honest", "firmly wrong"
 FALSE_CORRECT, FALSE_ALARM, FAILED = "false correct", "false alarm", "failed"
 CLASSES = (RIGHT, EXTRAS, ALIKE, SAME, PARTLY, HONEST, WRONG, FALSE_CORRECT, FALSE_ALARM, FAILED)
-# An answer that a reader can act on as it stands: what `confidence` is the probability of.
+# Answers that a reader can act on; `confidence` is their probability.
 HITS = (RIGHT, ALIKE, SAME)
-# Of a value, relative: what is said to three figures; and where an effect is only so many times the noise.
+# Relative tolerance of a value: of three printed figures, and for an effect of this many times the noise.
 EXACT, BY_NOISE = 0.01, 5.0
-# The step of a right program that an answer without a step is simulated by [s].
+# Step of the program that simulates an answer without a step [s].
 FINE = 0.0005
 
 
 @dataclass(frozen=True)
 class Matched:
-    """Facts that no claim fits, claims that fit no fact, whether a fact is named by what makes the same motion."""
+    """Facts that no claim fits, claims that fit no fact, whether a claim names something that makes the same motion."""
 
     missing: tuple[Fact, ...]
     hits: int
@@ -49,16 +49,16 @@ class Matched:
 
 
 def kind_of(case: Case, truth: Truth) -> str:
-    """Return what a file is."""
+    """Return the kind of a file."""
     if truth.error < SEEN:
         return NOTHING
-    if truth.error < TELLING or not truth.telling:
+    if truth.error < SIGNIFICANT or not truth.significant:
         return FAINT
-    return NAMED if all(readings(case, truth, fact) for fact in truth.telling) else UNNAMED
+    return NAMED if all(readings(case, truth, fact) for fact in truth.significant) else UNNAMED
 
 
 def readings(case: Case, truth: Truth, fact: Fact) -> list[Params]:
-    """Return the parameters with which a fact has a name: its own, or those that make the same file; none without."""
+    """Return the parameters for which a fact has a name: its own, or those that make the same file; may be empty."""
     if names(fact.label, fact.params):
         return [fact.params]
     if fact.label != "step":
@@ -67,7 +67,7 @@ def readings(case: Case, truth: Truth, fact: Fact) -> list[Params]:
 
 
 def _named_steps(case: Case, params: Params) -> list[tuple[Params, Program]]:
-    """Return the steps with a name that are most like one without."""
+    """Return the named steps that are most similar to an unnamed one."""
     own = case.program.scheme
     if params["method"] != SPLIT:
         near = {"Ralston": ("midpoint", "Heun")}.get(str(params["method"]), ("order 3", "order 4"))
@@ -81,18 +81,18 @@ def _named_steps(case: Case, params: Params) -> list[tuple[Params, Program]]:
 
 
 def _is_file_of(case: Case, truth: Truth, program: Program) -> bool:
-    """Whether another program would write the file, but for its noise."""
-    return apart_from(case, program, truth.rows, truth.noise_m) < TELLING
+    """Whether another program would write the same file apart from its noise."""
+    return apart_from(case, program, truth.rows, truth.noise_m) < SIGNIFICANT
 
 
 # --- claims and facts -----------------------------------------------------------------------------------------------
 
 
 def matched(case: Case, truth: Truth, claims: Sequence[Claim]) -> Matched:
-    """Return what claims say of facts."""
+    """Match claims with facts."""
     missing, used, is_same, hits = [], set[int](), False, 0
     for fact in truth.facts:
-        due = fact.effect >= TELLING
+        due = fact.effect >= SIGNIFICANT
         tolerance = max(EXACT, BY_NOISE / fact.effect) if due else float("inf")
         found = _fitting(case, truth, fact, claims, tolerance)
         used |= set(found)
@@ -106,9 +106,9 @@ def matched(case: Case, truth: Truth, claims: Sequence[Claim]) -> Matched:
 
 
 def _fitting(case: Case, truth: Truth, fact: Fact, claims: Sequence[Claim], tolerance: float) -> dict[int, bool]:
-    """Return the numbers of claims that fit a fact, and whether each names what makes the same motion only."""
+    """Return the numbers of the claims that fit a fact, and whether each only names something with the same motion."""
     found: dict[int, bool] = {}
-    due = fact.effect >= TELLING
+    due = fact.effect >= SIGNIFICANT
     for params in readings(case, truth, fact) if due else [fact.params]:
         for name in names(fact.label, params):
             for number, claim in enumerate(claims):
@@ -123,8 +123,8 @@ def _fitting(case: Case, truth: Truth, fact: Fact, claims: Sequence[Claim], tole
 # --- the answer -----------------------------------------------------------------------------------------------------
 
 
-def judged(case: Case, truth: Truth, answer: Answer, kind: str) -> str:
-    """Return what an answer is; kind: of the file."""
+def assessed(case: Case, truth: Truth, answer: Answer, kind: str) -> str:
+    """Return the class of an answer; kind: of the file."""
     if answer.failure:
         return FAILED
     if kind == NOTHING:
@@ -140,7 +140,7 @@ def judged(case: Case, truth: Truth, answer: Answer, kind: str) -> str:
 
 
 def _firmly(case: Case, truth: Truth, answer: Answer, best: Matched, kind: str) -> str:
-    """Return what an answer is that says that the file is explained."""
+    """Return the class of an answer that explains the file completely."""
     if not best.missing and not best.extras:
         return SAME if best.is_same else RIGHT
     if not best.missing:
@@ -158,7 +158,7 @@ def _firmly(case: Case, truth: Truth, answer: Answer, best: Matched, kind: str) 
 
 
 def translated(case: Case, claims: Sequence[Claim]) -> list[Program]:
-    """Return programs that do what claims say, as far as they can be translated; none where they cannot."""
+    """Return programs that implement the claims; empty if a claim cannot be translated."""
     own = case.program.scheme
     by_name = {claim.name: claim for claim in claims}
     scheme = _claimed_scheme(own, by_name)
@@ -191,7 +191,7 @@ def translated(case: Case, claims: Sequence[Claim]) -> list[Program]:
 
 
 def _claimed_scheme(own: Scheme, claims: dict[str, Claim]) -> Scheme | None:
-    """Return the scheme of an answer; None where rows are no ticks of its step."""
+    """Return the scheme of an answer; None if rows are not multiples of its step."""
     method = next((method for method, name in STEPS.items() if name in claims), None)
     if method is None:
         every = max(1, round(own.spacing / FINE))

@@ -10,7 +10,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from tools.random_programs.program import TELLING
+from tools.random_programs.program import SIGNIFICANT
 from tools.random_programs.score import (
     CLASSES,
     FALSE_CORRECT,
@@ -24,7 +24,7 @@ from tools.random_programs.score import (
 )
 
 SLOW_S = 3.0
-# Two programs that measure one error differ by less than this share of it, and by what digits leave open.
+# Two measurements of one error differ by less than this share of it and the rounding of the file.
 NEAR = 0.02
 WIDTHS = ((3, 10), (10, 100), (100, 1e3), (1e3, 1e4), (1e4, np.inf))
 BINS = (0.0, 0.5, 0.7, 0.8, 0.85, 0.95, 1.0000001)
@@ -37,7 +37,7 @@ class Row:
     number: int
     scene: str
     kind: str
-    judged: str
+    assessed: str
     verdict: str
     true: str
     said: str
@@ -95,28 +95,28 @@ def markdown(rows: Sequence[Row], seed: int) -> str:
         "",
         f"{len(rows)} programs, seed {seed}: `python -m tools.random_programs --count {len(rows)} --seed {seed}`.",
         "Each is drawn from a grammar of schemes, mistakes, scenes and files that shares no code with Tumble.",
-        "An effect is *to be seen* above 3 times the noise of its file (digits and precision), and has a *name to be",
-        "found* above 10 times.",
+        "An effect is *visible* above 3 times the noise of its file (digits and precision), and *significant* above",
+        "10 times.",
         "",
         *_summary(rows),
         "",
-        "## By what the file is",
+        "## By kind of file",
         "",
         *_classes(rows, "file", lambda row: [row.kind], (NOTHING, "faint", NAMED, UNNAMED)),
         "",
-        "## By number of things to be found, of files that have names for all",
+        "## By number of significant mistakes, in files where all have names",
         "",
-        *_classes(_named(rows), "to be found", lambda row: [str(len(_labels(row)))]),
+        *_classes(_named(rows), "significant", lambda row: [str(len(_labels(row)))]),
         "",
         "## By mistake",
         "",
-        "Files in which the mistake is to be found; those of two mistakes count for both.",
+        "Files in which the mistake is significant; files with two mistakes count for both.",
         "",
         *_classes(_seen(rows), "mistake", lambda row: [label for label in _labels(row) if label in _planted(row)]),
         "",
         "## By scheme",
         "",
-        "Files in which something is to be found.",
+        "Files with a significant mistake.",
         "",
     ]
     for what in ("method", "gyroscopic", "turning", "damping", "reading"):
@@ -128,8 +128,8 @@ def markdown(rows: Sequence[Row], seed: int) -> str:
     lines += ["## Processor time", "", *_times(rows), ""]
     lines += ["## Confidence", "", *_reliability(rows), ""]
     lines += ["## Firmly wrong, and falsely correct", ""]
-    lines += ["An explanation that leaves less than the noise makes the same motion, and is wrong about why.", ""]
-    lines += [*_listed(rows), "", "## Errors measured otherwise", "", *_measured_otherwise(rows)]
+    lines += ["An explanation with a residual below the noise makes the same motion for another reason.", ""]
+    lines += [*_listed(rows), "", "## Errors measured differently", "", *_measured_otherwise(rows)]
     return "\n".join(lines).rstrip() + "\n"
 
 
@@ -145,7 +145,7 @@ def _seen(rows: Sequence[Row]) -> list[Row]:
 
 
 def _labels(row: Row) -> list[str]:
-    """Return what is to be found in a file."""
+    """Return the significant mistakes of a file."""
     return json.loads(row.true)
 
 
@@ -159,20 +159,20 @@ def _share(part: int, whole: int) -> str:
 
 def _summary(rows: Sequence[Row]) -> list[str]:
     named, unnamed = _named(rows), [row for row in rows if row.kind == UNNAMED]
-    right = sum(row.judged == RIGHT for row in named)
-    hits = sum(row.judged in HITS for row in named)
-    honest = sum(row.judged in (HONEST, *HITS) for row in unnamed)
+    right = sum(row.assessed == RIGHT for row in named)
+    hits = sum(row.assessed in HITS for row in named)
+    honest = sum(row.assessed in (HONEST, *HITS) for row in unnamed)
     nothing = [row for row in rows if row.kind == NOTHING]
-    wrong = sum(row.judged == WRONG for row in rows)
+    wrong = sum(row.assessed == WRONG for row in rows)
     fast = sum(row.cpu_s <= SLOW_S for row in rows)
     return [
-        "| | measured | wanted |",
+        "| | measured | target |",
         "|---|---|---|",
         f"| with names: right | {_share(right, len(named))} | 90 % |",
-        f"| with names: right, or said to fit alike, or of the same motion | {_share(hits, len(named))} | |",
-        f"| without a name: honest (or of the same motion) | {_share(honest, len(unnamed))} | 90 % |",
-        f"| nothing to see: said to be correct | {_share(sum(r.judged == RIGHT for r in nothing), len(nothing))} | |",
-        f'| false "correct" | {sum(row.judged == FALSE_CORRECT for row in rows)} | 0 |',
+        f"| with names: right, or among equally good explanations, or the same motion | {_share(hits, len(named))} | |",
+        f"| without a name: honest (or the same motion) | {_share(honest, len(unnamed))} | 90 % |",
+        f"| no visible mistake: called correct | {_share(sum(r.assessed == RIGHT for r in nothing), len(nothing))} | |",
+        f'| false "correct" | {sum(row.assessed == FALSE_CORRECT for row in rows)} | 0 |',
         f"| firmly wrong | {_share(wrong, len(rows))} | at most 1 % |",
         f"| answers within {SLOW_S:g} s of processor time | {_share(fast, len(rows))} | 95 % |",
     ]
@@ -181,11 +181,11 @@ def _summary(rows: Sequence[Row]) -> list[str]:
 def _classes(
     rows: Sequence[Row], what: str, groups: Callable[[Row], list[str]], order: Sequence[str] = ()
 ) -> list[str]:
-    """Return a table of how many answers of each group are what."""
+    """Return a table of the number of answers in each class, for each group."""
     counts: dict[str, Counter[str]] = {}
     for row in rows:
         for group in groups(row):
-            counts.setdefault(group, Counter())[row.judged] += 1
+            counts.setdefault(group, Counter())[row.assessed] += 1
     used = [name for name in CLASSES if any(name in count for count in counts.values())]
     lines = [f"| {what} | files | " + " | ".join(used) + " |", "|---" * (2 + len(used)) + "|"]
     for group in [name for name in order if name in counts] or sorted(counts):
@@ -206,7 +206,7 @@ def _times(rows: Sequence[Row]) -> list[str]:
     ]
     groups: dict[str, list[float]] = {"all": [row.cpu_s for row in rows]}
     for row in rows:
-        groups.setdefault(row.judged, []).append(row.cpu_s)
+        groups.setdefault(row.assessed, []).append(row.cpu_s)
     for name in ("all", *(name for name in CLASSES if name in groups)):
         times = np.array(groups[name])
         figures = f"{np.median(times):.1f} | {np.quantile(times, 0.95):.1f} | {times.max():.1f}"
@@ -215,13 +215,13 @@ def _times(rows: Sequence[Row]) -> list[str]:
 
 
 def _reliability(rows: Sequence[Row]) -> list[str]:
-    """Return how often answers of a confidence are right, said to fit alike, or of the same motion."""
+    """Return how often answers are right, by their confidence."""
     given = [(row.confidence, row) for row in rows if row.confidence is not None]
     if not given:
         return ["Answers have no `confidence`."]
     lines = ["| confidence | answers | mean | right |", "|---|---|---|---|"]
     for low, high in pairwise(BINS):
-        some = [(confidence, row.judged in HITS) for confidence, row in given if low <= confidence < high]
+        some = [(confidence, row.assessed in HITS) for confidence, row in given if low <= confidence < high]
         if some:
             mean, hits = np.mean(some, axis=0)
             lines.append(f"| {low:g} to {min(high, 1):g} | {len(some)} | {mean:.2f} | {100 * hits:.0f} % |")
@@ -229,21 +229,21 @@ def _reliability(rows: Sequence[Row]) -> list[str]:
 
 
 def _listed(rows: Sequence[Row]) -> list[str]:
-    lines = ["| program | scene | answer | true | said | left over noise |", "|---|---|---|---|---|---|"]
+    lines = ["| program | scene | answer | true | said | residual over noise |", "|---|---|---|---|---|---|"]
     for row in rows:
-        if row.judged in (WRONG, FALSE_CORRECT):
+        if row.assessed in (WRONG, FALSE_CORRECT):
             true = "; ".join(_labels(row)) or row.kind
             left = "" if row.left_over_noise is None else f"{row.left_over_noise:.2g}"
             said = row.said or row.verdict
-            lines.append(f"| {row.number} | {row.scene} | {row.judged} | {true} | {said} | {left} |")
+            lines.append(f"| {row.number} | {row.scene} | {row.assessed} | {true} | {said} | {left} |")
     return lines
 
 
 def _measured_otherwise(rows: Sequence[Row]) -> list[str]:
-    """Return the files whose largest error the command measures otherwise than this package."""
+    """Return the files for which the command and this package measure different largest errors."""
     lines = []
     for row in rows:
         noise = row.max_error_m / row.error_over_noise if row.error_over_noise else 0.0
-        if not row.failure and abs(row.graded_error_m - row.max_error_m) > NEAR * row.max_error_m + TELLING * noise:
+        if not row.failure and abs(row.graded_error_m - row.max_error_m) > NEAR * row.max_error_m + SIGNIFICANT * noise:
             lines.append(f"- program {row.number}, {row.scene}: {row.graded_error_m:.3g} m for {row.max_error_m:.3g} m")
-    return lines or ["None: `tumble grade` and this package agree how far off every file is."]
+    return lines or ["None: `tumble grade` and this package agree on the error of every file."]

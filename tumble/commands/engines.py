@@ -12,7 +12,7 @@ from tumble.compare.run.running_engines import launched, split
 from tumble.compare.run.worker import Failure
 from tumble.compare.tables.engines import engine_row
 from tumble.compare.tables.files import write_together
-from tumble.notes import note, progress
+from tumble.notes import display, note
 from tumble.reports.terminal import console, engine_list, plain
 from tumble.starters import STARTERS, Starter
 
@@ -26,7 +26,7 @@ def main(options: Namespace) -> int:
             print_line(f"removed {described(gone)}")
     for engine in options.install:
         note(f"making an environment for {known(engine)}")
-        with progress(doing=f"installing {engine}") as on_progress:
+        with display(options)(doing=f"installing {engine}") as on_progress:
             made = installing.install(engine, on_progress)
         print_line(described(made))
     if options.template:

@@ -8,16 +8,16 @@ from argparse import Namespace
 from contextlib import ExitStack
 from pathlib import Path
 
-from tumble.compare.grade.answer import answer
 from tumble.compare.grade.grade import PIECES, grade
 from tumble.compare.grade.read.columns import BadTrajectory, Unsaid
 from tumble.compare.grade.read.conventions import Reading
-from tumble.compare.grade.read.dialect import plain
+from tumble.compare.grade.read.formats import plain
 from tumble.compare.grade.read.mapping import mapping_file, mapping_of
+from tumble.compare.grade.read.reading_options import Said
 from tumble.compare.grade.read.refusals import refusal
-from tumble.compare.grade.read.said import Said
+from tumble.compare.grade.results import answer
 from tumble.compare.tables.files import write_folder
-from tumble.notes import note, notes, progress
+from tumble.notes import display, note, notes
 from tumble.reports.grade import grade_text, off_by, so_far
 from tumble.reports.terminal import console
 from tumble.scenarios.read import read_scene
@@ -57,7 +57,7 @@ def main(options: Namespace) -> int:
             if options.like:
                 said = _like(options.like, path, scene, said)
             reading = said.reading
-            with progress(PIECES) as on_progress:
+            with display(options)(PIECES) as on_progress:
                 found = grade(
                     path,
                     scene,

@@ -7,7 +7,7 @@ import webbrowser
 from argparse import Namespace
 from pathlib import Path
 
-from tumble.notes import note, progress
+from tumble.notes import display, note
 
 # Whose errors are shown unless others are asked for.
 USUAL = ("tumble", "pybullet", "mujoco:euler", "mujoco:rk4")
@@ -22,7 +22,7 @@ def main(options: Namespace) -> int:
     asked = options.engine or USUAL
     with Pool(options.time_limit) as pool:
         engines = pool.begin(asked)
-        with progress(len(engines) + 1) as on_progress:
+        with display(options)(len(engines) + 1) as on_progress:
             on_progress("starting", 0.0)
             try:
                 # Engines come up in processes of their own while the server is imported here.

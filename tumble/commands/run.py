@@ -14,13 +14,13 @@ from tumble.compare.run.engines.registry import BadEngine
 from tumble.compare.run.flight import check_step, mean_step
 from tumble.compare.run.progress import ProgressCallback, no_progress
 from tumble.compare.run.running_engines import RunningEngine
+from tumble.compare.run.starting import started
 from tumble.compare.run.worker import Failure
 from tumble.compare.tables.files import write_whole
 from tumble.compare.tables.trajectory import trajectory_text
-from tumble.notes import note, progress
+from tumble.notes import display, note
 from tumble.scenarios.read import read_scene
 from tumble.scenarios.scene import Scene
-from tumble.taking_part import taking_part
 
 # Numbers of a trajectory that are flown at a time, and characters of its text that are kept in memory.
 NUMBERS, IN_MEMORY = 2**19, 2**24
@@ -35,12 +35,13 @@ def main(options: Namespace) -> int:
         raise BadEngine(f"-o {options.output}: is a folder; run writes one file, e.g. -o {example}")
     scene = read_scene(options.scene)
     check_step(scene, options.dt)
+    show = display(options)
     with (
-        taking_part(options.engine or [OWN], options) as (running_engine,),
+        started(options.engine or [OWN], options.time_limit, options.memory_limit, show) as (running_engine,),
         # Whole or not at all, and not all of it in memory.
         SpooledTemporaryFile(IN_MEMORY, "w+", encoding="utf-8", errors="backslashreplace", newline="") as text,
     ):
-        with progress(len(scene.start)) as on_progress:
+        with show(len(scene.start)) as on_progress:
             for piece in pieces(running_engine, scene, options.dt or scene.step, on_progress):
                 text.write(piece)
         text.seek(0)

@@ -1,4 +1,4 @@
-"""Engines to begin with, one a language: `tumble engines --template` writes them, and docs/programs.md shows them."""
+"""Example engines, one per language: `tumble engines --template` writes them, and docs/programs.md shows them."""
 
 from pathlib import Path
 from typing import NamedTuple
@@ -7,7 +7,7 @@ FOLDER = Path(__file__).parent
 
 
 class Starter(NamedTuple):
-    """An engine's source; of a program how it is started, and what builds it, '' where nothing does."""
+    """An engine's source file; for a program also its start command and its build command, '' without one."""
 
     source: str
     started: str = ""
@@ -15,12 +15,12 @@ class Starter(NamedTuple):
 
     @property
     def engine(self) -> str:
-        """The file that an engine is named by: `-e ./mine.toml`."""
+        """The file to name with -e, such as ./mine.toml."""
         return "mine.toml" if self.started else self.source
 
     @property
     def files(self) -> dict[str, str]:
-        """Its files by name, with what is in them."""
+        """The contents of its files by name."""
         texts = {self.source: (FOLDER / self.source).read_text(encoding="utf-8")}
         if self.started:
             before, command, after = (FOLDER / "mine.toml").read_text(encoding="utf-8").partition(CPP.started)

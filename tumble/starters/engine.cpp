@@ -10,7 +10,7 @@
 using Numbers = std::vector<double>;
 using Quaternion = std::array<double, 4>;
 
-Numbers numbers(const std::string& line, const std::string& key) {  // those between a key and the next one
+Numbers numbers(const std::string& line, const std::string& key) {  // the numbers between this key and the next one
   Numbers found;
   auto at = line.find('"' + key + '"');
   if (at == std::string::npos) return found;
@@ -21,19 +21,19 @@ Numbers numbers(const std::string& line, const std::string& key) {  // those bet
   for (double number; in >> number;) found.push_back(number);
   return found;
 }
-Quaternion times(const Quaternion& p, const Quaternion& q) {
+Quaternion product(const Quaternion& p, const Quaternion& q) {
   return {p[0] * q[0] - p[1] * q[1] - p[2] * q[2] - p[3] * q[3], p[0] * q[1] + p[1] * q[0] + p[2] * q[3] - p[3] * q[2],
           p[0] * q[2] + p[2] * q[0] + p[3] * q[1] - p[1] * q[3], p[0] * q[3] + p[3] * q[0] + p[1] * q[2] - p[2] * q[1]};
 }
-Quaternion back(const Quaternion& q) { return {q[0], -q[1], -q[2], -q[3]}; }
+Quaternion conjugate(const Quaternion& q) { return {q[0], -q[1], -q[2], -q[3]}; }
 
 void step(double* s, const Numbers& I, const Numbers& g, double dt) {
-  Quaternion q{s[3], s[4], s[5], s[6]}, b = times(times(back(q), {0, s[10], s[11], s[12]}), q);
+  Quaternion q{s[3], s[4], s[5], s[6]}, b = product(product(conjugate(q), {0, s[10], s[11], s[12]}), q);
   b = {0, b[1] + dt * (I[1] - I[2]) / I[0] * b[2] * b[3], b[2] + dt * (I[2] - I[0]) / I[1] * b[3] * b[1],
        b[3] + dt * (I[0] - I[1]) / I[2] * b[1] * b[2]};
-  Quaternion w = times(times(q, b), back(q));
+  Quaternion w = product(product(q, b), conjugate(q));
   double speed = std::hypot(w[1], w[2], w[3]), part = speed ? std::sin(dt / 2 * speed) / speed : 0;
-  q = times({std::cos(dt / 2 * speed), part * w[1], part * w[2], part * w[3]}, q);
+  q = product({std::cos(dt / 2 * speed), part * w[1], part * w[2], part * w[3]}, q);
   double length = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
   for (int i = 0; i < 4; i++) s[3 + i] = q[i] / length;
   for (int i = 0; i < 3; i++) s[10 + i] = w[1 + i], s[7 + i] += g.empty() ? 0 : dt * g[i], s[i] += dt * s[7 + i];
@@ -46,11 +46,11 @@ int main() {
     if (line.find("\"build\"") != line.npos) moments = numbers(line, "moments"), gravity = numbers(line, "gravity");
     if (line.find("\"write\"") != line.npos) states = numbers(line, "states");
     if (line.find("\"advance\"") != line.npos) {
-      auto begun = std::chrono::steady_clock::now();
+      auto started = std::chrono::steady_clock::now();
       double dt = numbers(line, "dt")[0];
       for (size_t row = 0; row < states.size(); row += 13)
         for (int n = int(numbers(line, "n")[0]); n > 0; n--) step(&states[row], moments, gravity, dt);
-      std::chrono::duration<double, std::nano> took = std::chrono::steady_clock::now() - begun;
+      std::chrono::duration<double, std::nano> took = std::chrono::steady_clock::now() - started;
       answer = "{\"ns\": " + std::to_string(took.count()) + "}";
     }
     if (line.find("\"read\"") != line.npos) {

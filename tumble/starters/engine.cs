@@ -1,29 +1,29 @@
-// mcs -optimize engine.cs; command = ["mono", "engine.exe"]; or in a project of its own: dotnet build -c Release, and what that made
+// mcs -optimize engine.cs; command = ["mono", "engine.exe"]; or: dotnet build -c Release, and the file that it writes
 using System;
 using System.Diagnostics;
 using System.Globalization;
 using System.Linq;
 
 static class Engine {
-  static double[] Numbers(string line, string key) { // those between a key and the next one
+  static double[] Numbers(string line, string key) { // the numbers between this key and the next one
     int at = line.IndexOf('"' + key + '"');
     if (at < 0) return new double[0];
     var words = line.Substring(at + key.Length + 2).Split('"')[0].Split(":,[]{} ".ToArray(), StringSplitOptions.RemoveEmptyEntries);
     return words.Select(word => double.Parse(word, CultureInfo.InvariantCulture)).ToArray();
   }
-  static double[] Times(double[] p, double[] q) => new[] {
+  static double[] Product(double[] p, double[] q) => new[] {
     p[0] * q[0] - p[1] * q[1] - p[2] * q[2] - p[3] * q[3], p[0] * q[1] + p[1] * q[0] + p[2] * q[3] - p[3] * q[2],
     p[0] * q[2] + p[2] * q[0] + p[3] * q[1] - p[1] * q[3], p[0] * q[3] + p[3] * q[0] + p[1] * q[2] - p[2] * q[1] };
-  static double[] Back(double[] q) => new[] { q[0], -q[1], -q[2], -q[3] };
+  static double[] Conjugate(double[] q) => new[] { q[0], -q[1], -q[2], -q[3] };
 
   static void Step(double[] all, int at, double[] I, double[] g, double dt) {
     var s = new ArraySegment<double>(all, at, 13).ToArray();
-    double[] q = { s[3], s[4], s[5], s[6] }, b = Times(Times(Back(q), new[] { 0, s[10], s[11], s[12] }), q);
+    double[] q = { s[3], s[4], s[5], s[6] }, b = Product(Product(Conjugate(q), new[] { 0, s[10], s[11], s[12] }), q);
     b = new[] { 0, b[1] + dt * (I[1] - I[2]) / I[0] * b[2] * b[3], b[2] + dt * (I[2] - I[0]) / I[1] * b[3] * b[1],
                 b[3] + dt * (I[0] - I[1]) / I[2] * b[1] * b[2] };
-    var w = Times(Times(q, b), Back(q));
+    var w = Product(Product(q, b), Conjugate(q));
     double speed = Math.Sqrt(w[1] * w[1] + w[2] * w[2] + w[3] * w[3]), part = speed > 0 ? Math.Sin(dt / 2 * speed) / speed : 0;
-    q = Times(new[] { Math.Cos(dt / 2 * speed), part * w[1], part * w[2], part * w[3] }, q);
+    q = Product(new[] { Math.Cos(dt / 2 * speed), part * w[1], part * w[2], part * w[3] }, q);
     double length = Math.Sqrt(q.Sum(each => each * each));
     for (int i = 0; i < 4; i++) all[at + 3 + i] = q[i] / length;
     for (int i = 0; i < 3; i++) {

@@ -41,7 +41,7 @@ def step(state, moments, gravity, dt):
     w_body += dt * np.cross(moments * w_body, w_body) / moments  # Euler's equations: I w' = (I w) x w
     v += dt * gravity
     x += dt * v
-    q[:] = times(q, rotation_by(dt * w_body))
+    q[:] = product(q, rotation_by(dt * w_body))
     q /= np.linalg.norm(q)
     w[:] = axes(q) @ w_body
 
@@ -52,7 +52,7 @@ def axes(q):
     return np.eye(3) + 2 * w * cross + 2 * cross @ cross
 
 
-def times(p, q):
+def product(p, q):
     return np.array([p[0] * q[0] - p[1:] @ q[1:], *(p[0] * q[1:] + q[0] * p[1:] + np.cross(p[1:], q[1:]))])
 
 

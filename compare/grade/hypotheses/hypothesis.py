@@ -6,8 +6,8 @@ from typing import Protocol
 
 import numpy as np
 
-from tumble.compare.grade.model.account import Account
 from tumble.compare.grade.model.kernel.stepping import MOST_STEPS
+from tumble.compare.grade.model.program_model import Account
 from tumble.scenarios.frames import Array
 from tumble.scenarios.scene import Scene
 

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tumble.compare.grade.measure.conserved import posed
-from tumble.compare.grade.measure.residual import Kept
+from tumble.compare.grade.measure.errors import Kept
 from tumble.scenarios.frames import Array, rotation_matrix
 
 # Of the floor: what such vectors may leave, and how much larger than that they must be.

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from tumble.compare.grade.measure.residual import Kept
-from tumble.compare.grade.model.account import FINE, Account
+from tumble.compare.grade.measure.errors import Kept
 from tumble.compare.grade.model.kernel.stepping import WIDTH
+from tumble.compare.grade.model.program_model import FINE, Account
 from tumble.scenarios.frames import Array
 
 # Written otherwise, the angular velocity must fit so much better, and miss by so much as it is, to be called mistaken.

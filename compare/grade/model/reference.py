@@ -9,8 +9,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from tumble.compare.grade.model.account import FINE, truthful
 from tumble.compare.grade.model.kernel.coasting import coast
+from tumble.compare.grade.model.program_model import FINE, truthful
 from tumble.scenarios.frames import Array, rotation_matrix, vertices
 from tumble.scenarios.impulse import jump
 from tumble.scenarios.scene import Scene, frozen_array

@@ -21,7 +21,7 @@ from tumble.compare.grade.read.columns import (
     dimension,
     parsed,
 )
-from tumble.compare.grade.read.offers import (
+from tumble.compare.grade.read.suggestions import (
     UNORDERED,
     angles_of,
     are_angles,

@@ -14,10 +14,10 @@ from pathlib import Path
 from tumble.compare.grade.model.reference import Reference
 from tumble.compare.grade.read.cells import Cells
 from tumble.compare.grade.read.columns import MATRIX, QUATERNION, VERTEX, BadTrajectory, parsed
+from tumble.compare.grade.read.convention_fit import FITS, misfit, off
 from tumble.compare.grade.read.conventions import BODY, WORLD
-from tumble.compare.grade.read.fit import FITS, misfit, off
-from tumble.compare.grade.read.offers import SI, Habits, likely_meant, unordered
-from tumble.compare.grade.read.said import Said, inquire
+from tumble.compare.grade.read.reading_options import Said, inquire
+from tumble.compare.grade.read.suggestions import SI, Habits, likely_meant, unordered
 from tumble.scenarios.scene import Scene
 
 # A way to read a file is as good as a better one where it is not twice as far off, but for rounding.

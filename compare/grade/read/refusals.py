@@ -3,9 +3,9 @@
 from pathlib import Path
 
 from tumble.compare.grade.read.columns import BadTrajectory, Unsaid
-from tumble.compare.grade.read.fit import FITS, best_fits, euler_offer, off
+from tumble.compare.grade.read.convention_fit import FITS, best_fits, euler_offer, off
 from tumble.compare.grade.read.programs import fitting
-from tumble.compare.grade.read.said import Said, inquire
+from tumble.compare.grade.read.reading_options import Said, inquire
 from tumble.scenarios.scene import Scene
 
 

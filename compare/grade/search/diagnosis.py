@@ -6,16 +6,16 @@ from itertools import combinations, groupby
 
 import numpy as np
 
-from tumble.compare.grade.hypotheses.engines import ENGINES, Law
+from tumble.compare.grade.hypotheses.engine_schemes import ENGINES, Law
 from tumble.compare.grade.hypotheses.explanation import Explanation, Mistake, Mistakes
 from tumble.compare.grade.hypotheses.hypothesis import Hypothesis
 from tumble.compare.grade.hypotheses.mistakes.clocks import NEVER_MOVES
-from tumble.compare.grade.hypotheses.mistakes.writings import WRITTEN
-from tumble.compare.grade.measure.noise import ALIKE
-from tumble.compare.grade.model.account import FINE, Account, Pose
+from tumble.compare.grade.hypotheses.mistakes.output import WRITTEN
+from tumble.compare.grade.measure.significance import ALIKE
+from tumble.compare.grade.model.program_model import FINE, Account, Pose
+from tumble.compare.grade.search.engine_search import Lawful
+from tumble.compare.grade.search.evaluator import ENOUGH, Flights
 from tumble.compare.grade.search.fitting import Fitter
-from tumble.compare.grade.search.flights import ENOUGH, Flights
-from tumble.compare.grade.search.lawful import Lawful
 
 # Parts of a program whose mistakes may make one motion: gravity from the second step on, and x by the old velocity.
 TWINS = {"gravity start": "position step", "position step": "gravity start"}

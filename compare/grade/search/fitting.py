@@ -6,9 +6,9 @@ import numpy as np
 
 from tumble.compare.grade.hypotheses.explanation import Mistake, Mistakes, value_of, with_value
 from tumble.compare.grade.hypotheses.hypothesis import Hypothesis
-from tumble.compare.grade.measure.residual import Kept
-from tumble.compare.grade.model.account import SEARCHING
-from tumble.compare.grade.search.flights import Flights
+from tumble.compare.grade.measure.errors import Kept
+from tumble.compare.grade.model.program_model import SEARCHING
+from tumble.compare.grade.search.evaluator import Flights
 from tumble.scenarios.frames import Array
 
 # Rounds of one number after the other, where two are fitted.

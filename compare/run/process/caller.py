@@ -4,6 +4,7 @@ It is started as any command is, and not by multiprocessing, which would run the
 Both ends run the same code, so that a pickle is safe here; what an engine sends is data and never code (`message`).
 """
 
+import logging
 import math
 import pickle
 import socket
@@ -102,6 +103,7 @@ def as_array(value: object) -> np.ndarray:
 def serve(line: str, lifeline: str) -> None:
     """In the process itself: make the calls that come along a line, until its other end closes."""
     end_with_parent(int(lifeline))
+    logging.basicConfig(format="tumble: %(message)s")
     with socket.socket(fileno=int(line)) as connection, connection.makefile("rb") as questions:
 
         def answer(kind: str, value: object) -> None:

@@ -1,7 +1,7 @@
 """What else the machine does while times are taken: other work, time that its host has taken, slow processors."""
 
+import logging
 import os
-import sys
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,6 +10,7 @@ from time import monotonic
 # More than that of a core, of the time or of the frequency is not the machine's own housekeeping.
 WORK, STOLEN, SLOW = 0.25, 0.02, 0.8
 FREQUENCIES = Path("/sys/devices/system/cpu")
+log = logging.getLogger(__name__)
 # What was seen, once a process.
 seen: list[str] = []
 
@@ -38,13 +39,13 @@ def other_work(begin: Machine | None, end: Machine | None) -> str:
     cores = os.cpu_count() or 1
     if begin is None or end is None:
         load = os.getloadavg()[0] - 1
-        return f"other work had about {load:.1f} of {cores} cores" if load > 2 * WORK else ""
+        return f"other processes used about {load:.1f} of {cores} cores" if load > 2 * WORK else ""
     wall_s = max(end.wall_s - begin.wall_s, 1e-9)
     work = (end.busy_s - begin.busy_s) / wall_s - 1
     stolen = (end.stolen_s - begin.stolen_s) / wall_s / cores
     frequency = share_of_frequency()
     found = [
-        (work > WORK, f"other work had {work:.1f} of {cores} cores"),
+        (work > WORK, f"other processes used {work:.1f} of {cores} cores"),
         (stolen > STOLEN, f"the host took {stolen:.0%} of the time"),
         (frequency < SLOW, f"the processors ran at {frequency:.0%} of their frequency"),
     ]
@@ -63,7 +64,7 @@ def share_of_frequency() -> float:
 
 
 def say(words: str) -> None:
-    """Say once a process, on standard error, what else the machine did while times were taken."""
+    """Log once a process what else the machine did while times were taken."""
     if words and not seen:
         seen.append(words)
-        sys.stderr.write(f"tumble: while times were taken {words}: intervals of ratios are the wider for it\n")
+        log.warning(f"{words} while timing; confidence intervals are wider")

@@ -1,12 +1,27 @@
 // Who makes the same mistake: contestants that agree with each other far better than either is right.
 
+import { FONT, scale } from "./chart.js";
+import { CONTESTANTS } from "./contestants.js";
+import { nameOf, numbersFound, rows } from "./data.js";
+import { draw, make, whenThemeChanges } from "./dom.js";
+import { figure, si } from "./numbers.js";
+import { figureTools } from "./save.js";
+import { shown } from "./selection.js";
+import { follow } from "./state.js";
+import { foldedTable } from "./table.js";
+import { showTooltip } from "./tooltip.js";
+
+/**
+ * @param {Tables["agreement.csv"]} row
+ * @param {"a" | "b"} side
+ */
 function pairOf(row, side) {
   return nameOf({ engine: row[`engine_${side}`], method: row[`method_${side}`] });
 }
 
-function agreementSection(host) {
+export function agreementSection(host) {
   const pairs = rows("agreement.csv");
-  const apart = findings("apart").map((row) => ({ ...row, off: findings("both off", row.scene)[0].value }));
+  const apart = numbersFound("apart").map((row) => ({ ...row, off: numbersFound("both off", row.scene)[0].value }));
   const [best] = apart.sort((a, b) => a.value / a.off - b.value / b.off);
   host.append(
     make(
@@ -41,7 +56,7 @@ function agreementBars(host, apart) {
   host.append(box);
   const render = () => {
     const width = Math.max(280, box.clientWidth || 600);
-    const engines = new Set([...shown()].map((name) => FIELD.get(name).engine));
+    const engines = new Set([...shown()].map((name) => CONTESTANTS.get(name).engine));
     const best = apart.filter((row) => engines.has(row.engine) && engines.has(row.other.split(":")[0])).sort((a, b) => b.off - a.off);
     const height = 30 + 19 * Math.max(1, best.length);
     const area = { left: 130, right: width - 14 };
@@ -63,7 +78,7 @@ function agreementBars(host, apart) {
         const said = [row.scene, `${nameOf(row)} and ${row.other}`, `${figure(row.value)} m apart, ${figure(row.off)} m off`];
         return draw(
           "g",
-          { pointermove: (event) => tell(said, event), pointerleave: () => tell(null) },
+          { pointermove: (event) => showTooltip(said, event), pointerleave: () => showTooltip(null) },
           draw("rect", { x: 0, y: y - 9, width, height: 18, fill: "transparent" }),
           draw("text", { x: area.left - 8, y: y + 4, "text-anchor": "end", fill: "var(--ink)", "font-size": FONT }, row.scene),
           draw("line", { x1: near, x2: far, y1: y, y2: y, stroke: "var(--soft)" }),

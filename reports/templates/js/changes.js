@@ -1,13 +1,19 @@
 // What changed from one folder of tables to another: runs, and what they were measured on.
 
-function changesSection(host) {
+import { nameOf, rows } from "./data.js";
+import { make } from "./dom.js";
+import { counted, si, times } from "./numbers.js";
+import { foldedTable } from "./table.js";
+
+export function changesSection(host) {
   const runs = rows("changed-runs.csv");
   const conditions = rows("changed-conditions.csv").filter((row) => row.what !== "command");
   const fresh = runs.filter((row) => row.status_before === "not there");
   const gone = runs.filter((row) => row.status_after === "not there");
   const both = runs.filter((row) => !fresh.includes(row) && !gone.includes(row));
-  const worse = both.filter((row) => row.ratio !== null && row.ratio > 1).sort((a, b) => b.ratio - a.ratio);
-  const better = both.filter((row) => row.ratio !== null && row.ratio < 1).sort((a, b) => a.ratio - b.ratio);
+  const ratio = (row) => row.ratio ?? 1;
+  const worse = both.filter((row) => ratio(row) > 1).sort((a, b) => ratio(b) - ratio(a));
+  const better = both.filter((row) => ratio(row) < 1).sort((a, b) => ratio(a) - ratio(b));
   const said = [both.length ? `${counted(both.length, "run")} changed: ${worse.length} further off, ${better.length} nearer` : "No run that both have has changed"];
   if (worse.length) said.push(`most the worse ${nameOf(worse[0])} in ${worse[0].scene}, from ${si(worse[0].max_error_m_before, "m")} to ${si(worse[0].max_error_m_after, "m")}`);
   if (better.length) said.push(`most the better ${nameOf(better[0])} in ${better[0].scene}, from ${si(better[0].max_error_m_before, "m")} to ${si(better[0].max_error_m_after, "m")}`);

@@ -1,17 +1,31 @@
 // Charts in SVG: marks and labels at the ends of lines, the truth's limit, one cursor and one pointer for all figures.
 
-const FONT = 12;
+import { CONTESTANTS, CROSS, inkOf } from "./contestants.js";
+import { draw, make, whenThemeChanges } from "./dom.js";
+import { figure } from "./numbers.js";
+import { figureTools } from "./save.js";
+import { followHighlight, highlight, show, shown } from "./selection.js";
+import { follow } from "./state.js";
+import { showTooltip } from "./tooltip.js";
+
+export const FONT = 12;
 const LABEL_GAP = 14;
+
 // A curve that leaves the plain ones this far behind leaves the chart too, so that they can still be told apart.
 const HEADROOM = 300;
 
 /** What words beside a chart take of its width, a good half at most. */
-function roomFor(labels, width) {
+export function roomFor(labels, width) {
   return Math.min(14 + 6.8 * Math.max(0, ...labels.map((label) => label.length)), 0.55 * width);
 }
 
-/** A scale from values to pixels, with its ticks. */
-function scale({ log }, [least, most], [from, to]) {
+/**
+ * A scale from values to pixels, with its ticks.
+ * @param {Partial<Axis>} axis
+ * @param {number[]} values
+ * @param {number[]} pixels
+ */
+export function scale({ log }, [least, most], [from, to]) {
   const f = log ? Math.log10 : (value) => value;
   const [a, b] = [f(least), f(most)];
   const place = (value) => from + ((f(value) - a) / (b - a || 1)) * (to - from);
@@ -22,7 +36,11 @@ function scale({ log }, [least, most], [from, to]) {
   return { place, back, ticks: log ? decades(a, b, Math.abs(to - from)) : evenly(a, b, Math.abs(to - from)) };
 }
 
-/** Whether an axis has a place for a value. */
+/**
+ * Whether an axis has a place for a value.
+ * @param {Axis} axis
+ * @param {number} value
+ */
 function placeable({ log }, value) {
   return Number.isFinite(value) && (!log || value > 0);
 }
@@ -37,7 +55,7 @@ function decades(a, b, pixels) {
 function evenly(a, b, pixels) {
   const rough = (b - a) / Math.max(2, pixels / 80) || 1;
   const unit = 10 ** Math.floor(Math.log10(rough));
-  const step = [1, 2, 5, 10].map((times) => times * unit).find((size) => size >= rough);
+  const step = [1, 2, 5, 10].map((times) => times * unit).find((size) => size >= rough) ?? 10 * unit;
   const found = [];
   for (let at = Math.ceil(a / step - 1e-9); at * step <= b + 1e-9 * step; at += 1) found.push(Number((at * step).toPrecision(12)));
   return found;
@@ -51,17 +69,27 @@ function thinned(ticks, pixels) {
 
 /**
  * Put a chart into host and keep it up to date.
- * x, y: {label, log, show(value), ticks where they are given}; series(): [{name, points: [{x, y, plain, told, low, high}]}], of everybody;
- * limit: [{x, y}], below which an error says nothing; under(frame): what is drawn first; among(names): who of those
- * shown is drawn here; cursor: {get(), set(x)}; id: its address; most: where y ends at most, and what is above stands.
+ * @param {Element} host
+ * @param {object} options
+ * @param {string} options.id its address on the page
+ * @param {string} options.label what it shows, for screen readers
+ * @param {Axis} options.x
+ * @param {Axis} options.y
+ * @param {ChartSeries[]} options.series those of every contestant; the selected ones are drawn
+ * @param {{ x: number, y: number }[]} [options.limit] resolution of the reference: errors below it are not meaningful
+ * @param {(frame: any) => Element[]} [options.under] what is drawn behind the curves
+ * @param {{ get: () => number, set: (x: number) => void } | null} [options.cursor]
+ * @param {number} [options.height] at least [px]
+ * @param {number[] | null} [options.range] ends of the x axis
+ * @param {number} [options.most] upper end of the y axis at most; larger values are drawn there
  */
-function chart(host, { id, label, x, y, series, limit = [], under = () => [], cursor = null, height: least = 300, range = null, joined = true, most = Infinity }) {
+export function chart(host, { id, label, x, y, series: all, limit = [], under = () => [], cursor = null, height: least = 300, range = null, most = Infinity }) {
   const svg = draw("svg", { class: "chart", role: "group", "aria-label": label, id });
   const box = make("figure", { class: "chart-box" }, svg, figureTools(id, () => svg));
   host.append(box);
-  const all = series();
   let width = 0;
   let frame = null;
+  const fadeOthers = followHighlight(svg);
 
   function render() {
     width = Math.max(280, Math.round(box.clientWidth));
@@ -81,14 +109,14 @@ function chart(host, { id, label, x, y, series, limit = [], under = () => [], cu
     const clip = `clip-${id}`;
     svg.append(draw("defs", {}, draw("clipPath", { id: clip }, draw("rect", { x: area.left, y: area.top - 4, width: area.right - area.left + 5, height: area.bottom - area.top + 5 }))));
     const inside = draw("g", { "clip-path": `url(#${clip})` });
-    inside.append(...limitBand(area), ...under({ ...frame, area, drawn }));
+    inside.append(...limitBand(area), ...under({ ...frame, area }));
     drawn.forEach((one, at) => inside.append(curve(one, at)));
     svg.append(inside);
     if (cursor) svg.append(draw("line", { class: "cursor", y1: area.top, y2: area.bottom, stroke: "var(--ink)", "stroke-width": 1 }));
     svg.append(...(legend.beside ? labels(drawn, area) : legend.draw(0, height + 8)));
     svg.append(draw("rect", { class: "touch", x: area.left, y: area.top, width: area.right - area.left, height: area.bottom - area.top, fill: "transparent" }));
     moveCursor();
-    mark();
+    fadeOthers();
   }
 
   function framed(drawn, area) {
@@ -147,9 +175,9 @@ function chart(host, { id, label, x, y, series, limit = [], under = () => [], cu
   }
 
   function curve(one, number) {
-    const { hue, dash, mark: shape } = FIELD.get(one.name);
+    const { hue, dash, mark: shape } = CONTESTANTS.get(one.name);
     const group = draw("g", { class: "curve", "data-name": one.name });
-    const line = joined ? one.points.filter((point) => point.plain || !one.points.some((other) => other.plain)) : [];
+    const line = one.points.filter((point) => point.plain || !one.points.some((other) => other.plain));
     if (line.length > 1)
       group.append(
         draw("path", {
@@ -162,7 +190,7 @@ function chart(host, { id, label, x, y, series, limit = [], under = () => [], cu
           "stroke-linejoin": "round",
         }),
       );
-    const every = Math.max(1, Math.ceil(one.points.length / (joined && !x.log ? 8 : 60)));
+    const every = Math.max(1, Math.ceil(one.points.length / (x.log ? 60 : 8)));
     one.points.forEach((point, at) => {
       const [px, py] = placed(point);
       if (point.low !== undefined && point.high > point.low)
@@ -185,8 +213,8 @@ function chart(host, { id, label, x, y, series, limit = [], under = () => [], cu
       const begin = area.right + 8;
       return labelOf(
         name,
-        draw("path", { d: `M${Math.min(from[0] + 5, area.right + 4).toFixed(1)},${Math.min(Math.max(from[1], area.top), area.bottom).toFixed(1)}L${begin},${at.toFixed(1)}`, fill: "none", stroke: `var(${FIELD.get(name).hue})`, "stroke-opacity": 0.35 }),
-        draw("path", { transform: `translate(${begin + 6} ${at.toFixed(1)}) scale(3.4)`, d: FIELD.get(name).mark, ...inkOf(name) }),
+        draw("path", { d: `M${Math.min(from[0] + 5, area.right + 4).toFixed(1)},${Math.min(Math.max(from[1], area.top), area.bottom).toFixed(1)}L${begin},${at.toFixed(1)}`, fill: "none", stroke: `var(${CONTESTANTS.get(name).hue})`, "stroke-opacity": 0.35 }),
+        draw("path", { transform: `translate(${begin + 6} ${at.toFixed(1)}) scale(3.4)`, d: CONTESTANTS.get(name).mark, ...inkOf(name) }),
         draw("text", { x: begin + 14, y: (at + 4).toFixed(1), fill: "var(--ink)", "font-size": FONT - 0.5 }, name),
       );
     });
@@ -205,14 +233,10 @@ function chart(host, { id, label, x, y, series, limit = [], under = () => [], cu
 
   function moveCursor() {
     const line = svg.querySelector(".cursor");
-    if (!line || !frame) return;
+    if (!line || !frame || !cursor) return;
     const at = frame.X.place(cursor.get());
     line.setAttribute("x1", at);
     line.setAttribute("x2", at);
-  }
-
-  function mark() {
-    for (const part of svg.querySelectorAll("[data-name]")) part.setAttribute("opacity", picked && picked !== part.dataset.name ? 0.15 : 1);
   }
 
   /** The nearest point under the pointer, if it is near. */
@@ -236,18 +260,17 @@ function chart(host, { id, label, x, y, series, limit = [], under = () => [], cu
   svg.addEventListener("pointermove", (event) => {
     if (!event.target.classList.contains("touch")) return;
     const { best, px } = nearest(event);
-    pick(best?.name ?? "");
-    tell(best ? [best.name, ...best.point.told] : null, event);
+    highlight(best?.name ?? "");
+    showTooltip(best ? [best.name, ...best.point.lines] : null, event);
     if (cursor && event.buttons) cursor.set(frame.X.back(px));
   });
   svg.addEventListener("pointerdown", (event) => {
     if (cursor && event.target.classList.contains("touch")) cursor.set(frame.X.back(nearest(event).px));
   });
   svg.addEventListener("pointerleave", () => {
-    pick("");
-    tell(null);
+    highlight("");
+    showTooltip(null);
   });
-  pickers.add(mark);
   whenThemeChanges(render);
   new ResizeObserver(() => Math.round(box.clientWidth) !== width && box.clientWidth && render()).observe(box);
   follow(["show", "tol"], render);
@@ -265,10 +288,10 @@ function labelOf(name, ...children) {
       role: "button",
       "aria-label": `${name}: press to hide, with shift to show alone`,
       cursor: "pointer",
-      pointerenter: () => pick(name),
-      pointerleave: () => pick(""),
-      focus: () => pick(name),
-      blur: () => pick(""),
+      pointerenter: () => highlight(name),
+      pointerleave: () => highlight(""),
+      focus: () => highlight(name),
+      blur: () => highlight(""),
       keydown: (event) => {
         if (event.key !== "Enter" && event.key !== " ") return;
         event.preventDefault();
@@ -292,7 +315,7 @@ function labelOf(name, ...children) {
  * Names with their marks: beside a figure of that width where they take no more than a share of it, else below it.
  * Returns the room they take there, and draw(x, y), which puts the first of them there.
  */
-function legendOf(names, width, share) {
+export function legendOf(names, width, share) {
   const wide = 34 + 6.4 * Math.max(8, ...names.map((name) => name.length));
   const beside = wide < share * width ? wide : 0;
   const columns = beside ? 1 : Math.max(1, Math.floor(width / wide));
@@ -301,7 +324,7 @@ function legendOf(names, width, share) {
     labelOf(
       name,
       draw("rect", { x, y: y - 9, width: wide - 8, height: 18, fill: "transparent" }),
-      draw("path", { transform: `translate(${x + 8} ${y}) scale(3.4)`, d: FIELD.get(name).mark, ...inkOf(name) }),
+      draw("path", { transform: `translate(${x + 8} ${y}) scale(3.4)`, d: CONTESTANTS.get(name).mark, ...inkOf(name) }),
       draw("text", { x: x + 17, y: y + 4, fill: "var(--ink)", "font-size": FONT - 0.5 }, name),
     );
   return {
@@ -314,21 +337,9 @@ function legendOf(names, width, share) {
 
 function hide(name) {
   show([...shown()].filter((other) => other !== name));
-  tell(null);
+  showTooltip(null);
 }
 
 function isolate(name) {
   show([name]);
-}
-
-/** What the pointer rests on, in words beside it. */
-const teller = make("div", { id: "told", role: "status", hidden: true });
-function tell(lines, event) {
-  teller.hidden = !lines;
-  if (!lines) return;
-  teller.replaceChildren(make("b", {}, lines[0]), ...lines.slice(1).map((line) => make("div", {}, line)));
-  const { innerWidth } = window;
-  const wide = teller.offsetWidth;
-  teller.style.left = `${Math.min(event.clientX + 14, innerWidth - wide - 8)}px`;
-  teller.style.top = `${event.clientY + 16}px`;
 }

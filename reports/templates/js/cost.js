@@ -1,17 +1,19 @@
 // What each digit costs: error against run time, and the table of what it takes to reach an error.
 
-function sweptScenes() {
-  return [...new Set(rows("sweep-work-precision.csv").map((run) => run.scene))];
-}
+import { chart } from "./chart.js";
+import { cheapest, costInWords, settingOf, sweptScenes } from "./cheapest.js";
+import { contestantOf, findings, groupBy, nameOf, rows } from "./data.js";
+import { draw, make } from "./dom.js";
+import { filmOf } from "./film.js";
+import { chosen, counted, figure, interval, listed, positive, si, times } from "./numbers.js";
+import { shown } from "./selection.js";
+import { follow, state } from "./state.js";
+import { foldedTable } from "./table.js";
+import { statusInWords } from "./verdicts.js";
 
-/** The step of a run, or the tolerance under which it chose its own. */
-function settingOf(run, digits = 3) {
-  return run.tolerance === null ? `step ${figure(run.dt_s, digits)} s` : `tolerance ${given(Number(run.tolerance.toPrecision(digits)))}`;
-}
+const MOST_ERROR = 10; // times the body's size: what is further off is no answer, however far
 
-const LOST = 10; // times the body's size: what is further off is no answer, however far
-
-function costSections(host) {
+export function costSections(host) {
   for (const scene of sweptScenes()) costSection(host, scene);
 }
 
@@ -20,10 +22,7 @@ function costSection(host, scene) {
   const throws = rows("sweep-ensembles.csv").some((row) => row.scene === scene);
   const series = [...groupBy(runs, contestantOf)].map(([name, own]) => ({
     name,
-    points: own
-      .map(costPoint)
-      .filter((point) => point.y > 0 && Number.isFinite(point.y))
-      .sort((a, b) => a.x - b.x),
+    points: own.flatMap(costPoint).sort((a, b) => a.x - b.x),
   }));
   const limit = Math.max(...runs.map((run) => run.resolution_m ?? 0));
   const headline = make("p", { class: "headline" });
@@ -34,26 +33,32 @@ function costSection(host, scene) {
     label: `Largest vertex error against native time of a flight of ${scene}`,
     x: { label: throws ? "native time of one throw's flight" : "native time of the flight", log: true, show: (value) => si(value / 1e6, "s", 1) },
     y: { label: "largest vertex error", log: true, show: (value) => si(value, "m", 1) },
-    series: () => series,
+    series,
     limit: limit > 0 ? [{ x: Math.min(...runs.map((run) => run.run_us)), y: limit }] : [],
     under: (frame) => [...paretoFront(frame, runs), ...float32Floor(frame, scene), ...toleranceLine(frame)],
     height: 460,
-    most: LOST * (filmOf(scene)?.size ?? Infinity),
+    most: MOST_ERROR * (filmOf(scene)?.size ?? Infinity),
   });
   host.append(
     make("p", { class: "note" }, `Each point is one step or tolerance; crosses mark runs that were flagged or failed. On the broad grey line, the Pareto front, no contestant, shown or hidden, is both faster and more accurate; the bars reach to the 90th percentile of the times, the grey floor is the resolution of the truth. Errors above ten times the body’s size stand at the top. `, make("code", {}, `tumble sweep ${scene}`)),
   );
-  worsening(host, scene);
+  worseBelowNote(host, scene);
   costTable(host, scene);
   orderTable(host, scene);
 }
 
+/**
+ * The point of a run, none where there is no error to draw.
+ * @param {Tables["sweep-work-precision.csv"]} run
+ * @returns {ChartPoint[]}
+ */
 function costPoint(run) {
   const { error_m: error, run_us: time } = run;
-  const said = [settingOf(run), error <= (run.resolution_m ?? 0) ? `≤ ${figure(run.resolution_m)} m` : `${figure(error)} m`, `${figure(time)} µs a flight`];
-  if (run.steps) said.push(`${counted(run.steps, "step")} of ${figure(run.step_ns)} ns`);
-  if (run.status !== "ok") said.push(inWords(run));
-  return { x: time, y: error, plain: run.status === "ok", told: said, low: time, high: run.p90_run_us };
+  if (!positive(error)) return [];
+  const lines = [settingOf(run), error <= (run.resolution_m ?? 0) ? `≤ ${figure(run.resolution_m)} m` : `${figure(error)} m`, `${figure(time)} µs a flight`];
+  if (run.steps) lines.push(`${counted(run.steps, "step")} of ${figure(run.step_ns)} ns`);
+  if (run.status !== "ok") lines.push(statusInWords(run));
+  return [{ x: time, y: error, plain: run.status === "ok", lines, low: time, high: run.p90_run_us }];
 }
 
 /** The line below and left of which nobody is, shown or not. */
@@ -90,7 +95,7 @@ function costHeadline(scene) {
   const reaching = cheapest(state.tol, scene);
   const tolerance = chosen(state.tol, "m");
   if (!reaching.length) return [`No contestant reaches ${tolerance}.`];
-  const [first, last] = [reaching[0], reaching.at(-1)];
+  const [first, last] = [reaching[0], reaching[reaching.length - 1]];
   const parts = [`${counted(reaching.length, "contestant")} reach${reaching.length === 1 ? "es" : ""} ${tolerance}: `, make("b", {}, first.name), ` soonest${costInWords(first)}`];
   if (reaching.length > 1) parts.push(`, ${last.name} last${costInWords(last)}`);
   const hidden = [first, last].filter(({ name }, at, both) => !shown().has(name) && both.findIndex((one) => one.name === name) === at).map(({ name }) => name);
@@ -135,4 +140,23 @@ function orderTable(host, scene) {
       { key: "translation_m", label: "from translation", unit: "m" },
     ],
   });
+}
+
+/** Who of those shown gets worse below a step, with that step; nothing where nobody does. */
+function worseBelowNote(host, scene) {
+  const found = findings("worse below", scene);
+  if (!found.length) return;
+  const reached = new Map(rows("sweep-orders.csv").filter((row) => row.scene === scene).map((row) => [nameOf(row), row]));
+  const said = make("p", { class: "note", id: `worse-below-${scene}` });
+  host.append(said);
+  follow(["show"], () => {
+    const names = shown();
+    const own = found.filter((row) => names.has(nameOf(row)));
+    said.replaceChildren(own.length ? `Smaller steps make it worse: ${own.map((row) => worseBelowInWords(row, reached.get(nameOf(row)))).join("; ")}.` : "");
+  });
+}
+
+function worseBelowInWords(found, row) {
+  const single = row.precision === "single" ? ", in single precision," : "";
+  return `${nameOf(found)}${single} below ${si(found.value, "s")}, where it is ${si(row.best_error_m, "m")} off, ${si(row.finest_error_m, "m")} at ${si(row.finest_dt_s, "s")}`;
 }

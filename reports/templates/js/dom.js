@@ -1,18 +1,26 @@
 // Elements: everything that a table says arrives as text and never as markup.
 
-const SVG = "http://www.w3.org/2000/svg";
+export const SVG = "http://www.w3.org/2000/svg";
+
+/**
+ * The element of page.html that has this id.
+ * @param {string} id
+ */
+export function byId(id) {
+  return /** @type {HTMLElement} */ (document.getElementById(id));
+}
 
 /** An HTML element with attributes (a function is a listener) and children (elements or text). */
-function make(tag, attributes = {}, ...children) {
+export function make(tag, attributes = {}, ...children) {
   return filled(document.createElement(tag), attributes, children);
 }
 
 /** The same for SVG. */
-function draw(tag, attributes = {}, ...children) {
+export function draw(tag, attributes = {}, ...children) {
   return filled(document.createElementNS(SVG, tag), attributes, children);
 }
 
-function filled(element, attributes, children) {
+export function filled(element, attributes, children) {
   for (const [name, value] of Object.entries(attributes)) {
     if (typeof value === "function") element.addEventListener(name, value);
     else if (value === true) element.setAttribute(name, "");
@@ -24,24 +32,27 @@ function filled(element, attributes, children) {
 
 // What is printed is all in view: what has not been drawn is, and what that brings, and then all is drawn at the print's
 // width and in its colours.
-const unseen = new Set();
-const coloured = new Set();
+const awaitingView = new Set();
+
+const repaints = new Set();
+
 window.addEventListener("beforeprint", () => {
   document.documentElement.classList.add("printed");
-  for (const { element, once } of unseen) if (element.getClientRects().length) once();
-  for (const act of coloured) act();
+  for (const { element, once } of awaitingView) if (element.getClientRects().length) once();
+  for (const act of repaints) act();
 });
+
 window.addEventListener("afterprint", () => document.documentElement.classList.remove("printed"));
 
 /** Call once when an element first comes near the view. */
-function whenSeen(element, act) {
+export function whenSeen(element, act) {
   const once = () => {
-    if (!unseen.delete(waiting)) return;
+    if (!awaitingView.delete(waiting)) return;
     watcher.disconnect();
     act();
   };
   const waiting = { element, once };
-  unseen.add(waiting);
+  awaitingView.add(waiting);
   const watcher = new IntersectionObserver((entries) => entries.some((entry) => entry.isIntersecting) && once(), {
     rootMargin: "300px",
   });
@@ -49,15 +60,15 @@ function whenSeen(element, act) {
 }
 
 /** The value of a colour or font of the page's style. */
-function styleOf(name) {
+export function styleOf(name) {
   return getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 }
 
 /** Call after the reader changes between light and dark. */
-function whenThemeChanges(act) {
+export function whenThemeChanges(act) {
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", act);
-  coloured.add(act);
+  repaints.add(act);
   window.addEventListener("afterprint", act);
 }
 
-const stillness = matchMedia("(prefers-reduced-motion: reduce)");
+export const reducedMotion = matchMedia("(prefers-reduced-motion: reduce)");

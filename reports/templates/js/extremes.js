@@ -1,8 +1,18 @@
 // Extreme cases: a board like the first one; a cell opens what became of that run, and the command that runs it again.
 
-// Verdicts of runs that end with finite numbers which physics does not allow, as a cell has room for them.
-const SILENT = { clamped: "clamped", reset: "reset", frozen: "froze", "lost-torque": "no torque", "under-rotated": "lags", drifting: "drifts", damped: "damped" };
+import { brokenName, markOf } from "./contestants.js";
+import { contestantOf, findings, groupBy, nameOf, rows } from "./data.js";
+import { make } from "./dom.js";
+import { MINUS, counted, figure, given, listed, si } from "./numbers.js";
+import { highlight, shown } from "./selection.js";
+import { copyLinkButton, copyTextButton, follow } from "./state.js";
+import { foldedTable } from "./table.js";
+import { showTooltip } from "./tooltip.js";
+import { SILENT_VERDICTS, STABILITY_VERDICTS, tintOf } from "./verdicts.js";
+
 const CLOSE = 0.01; // of the body's size: what counts as accurate here, for bodies of a micrometre and of a thousand km
+
+/** @type {Record<string, [string, string]>} */
 const CASE_VERDICTS = {
   exact: ["◉", "indistinguishable from the truth"],
   within: ["●", "within 1 % of the body's size"],
@@ -14,37 +24,32 @@ const CASE_VERDICTS = {
   skipped: ["·", "not supported"],
 };
 
-/** What became of one run of an extreme case, as a kind of CASE_VERDICTS. */
+/**
+ * The verdict on one run of an extreme case, as a key of CASE_VERDICTS.
+ * @param {Tables["extremes.csv"]} row
+ */
 function caseKind(row) {
-  if (row.verdict in SILENT) return "flagged";
+  if (row.verdict in SILENT_VERDICTS) return "flagged";
   if (row.verdict === "diverged") return "diverged";
   if (row.verdict === "no-return") return row.why.includes("would take") ? "late" : "failed";
   if (row.verdict === "refused") return row.status === "crashed" ? "failed" : "skipped";
-  if (row.error_over_resolution <= 1) return "exact";
-  return row.max_error_m <= CLOSE * row.size_m ? "within" : "beyond";
+  if (row.error_over_resolution !== null && row.error_over_resolution <= 1) return "exact";
+  return row.max_error_m !== null && row.max_error_m <= CLOSE * row.size_m ? "within" : "beyond";
 }
 
-/** The error of a run as a share of the body's size, short. */
+/**
+ * The error of a run as a share of the body's size, short.
+ * @param {Tables["extremes.csv"]} row
+ * @param {string} kind
+ */
 function caseFigure(row, kind) {
-  if (kind === "flagged") return SILENT[row.verdict];
+  if (kind === "flagged") return SILENT_VERDICTS[row.verdict];
   if (kind === "exact" || row.max_error_m === null || !Number.isFinite(row.max_error_m)) return "";
   const share = row.max_error_m / row.size_m;
   return share >= 0.001 ? `${figure(100 * share, share < 0.1 ? 1 : 2)}%` : share.toExponential(0).replace("-", MINUS);
 }
 
-/** The first sentence's clause on stiff scenes and extreme cases; nothing where there are none. */
-function stiffClause() {
-  const [known] = findings("limits with theory");
-  const [near] = findings("limits as in theory");
-  const [cases] = findings("extreme cases");
-  const said = [];
-  if (known) said.push([" On ", placeLink("stability", "stiff scenes"), `, ${near.value === known.value ? "all" : `${near.value} of`} ${counted(known.value, "measured step limit")} ${known.value === 1 ? "is that" : "are those"} of theory`]);
-  const silent = findings("silent failures").filter((row) => [undefined, contestantOf(row)].includes(firstOf(row.engine)));
-  if (silent.length) said.push([said.length ? "; of " : ` On stiff scenes, of `, `${cases.value} `, placeLink("extremes", "extreme cases"), ` ${listed(silent.slice(0, 2).map((row, at) => `${ENGINE_DEFAULTS.has(row.engine) ? row.engine : contestantOf(row)}${at ? "" : " gets"} ${row.value}${at ? "" : " wrong without an error"}`))}`]);
-  return said.length ? [...said.flat(), "."] : [];
-}
-
-function extremeSection(host) {
+export function extremeSection(host) {
   const cases = [...groupBy(rows("extremes.csv"), (row) => row.scene).values()].map(([first]) => first);
   const runs = new Map(rows("extremes.csv").map((row) => [`${contestantOf(row)} ${row.scene}`, row]));
   const told = make("div", { class: "case-told", role: "status", id: "case-told" });
@@ -67,19 +72,20 @@ function extremeSection(host) {
       ),
     ),
   );
+  /** @type {Set<string>} */
   const kinds = new Set(rows("extremes.csv").map(caseKind));
   host.append(
     told,
     make("p", { class: "key" }, make("span", {}, "numbers: largest vertex error over the body's size"), Object.entries(CASE_VERDICTS).filter(([kind]) => kinds.has(kind)).map(([kind, [glyph, words]]) => make("span", {}, make("span", { class: `glyph v-${kind}`, "aria-hidden": "true" }, glyph), ` ${words}`))),
   );
   const tellCase = (row) => {
-    told.replaceChildren(...caseInWords(row));
+    told.replaceChildren(...caseDetail(row));
     for (const cell of body.querySelectorAll("button")) cell.setAttribute("aria-pressed", cell.dataset.case === caseId(row));
   };
   follow(["show", "tol"], () => {
     const names = [...shown()].filter((name) => cases.some((one) => runs.has(`${name} ${one.scene}`)));
     const scored = names.map((name) => {
-      const own = cases.map((one) => runs.get(`${name} ${one.scene}`)).filter(Boolean);
+      const own = cases.flatMap((one) => runs.get(`${name} ${one.scene}`) ?? []);
       return { name, own, sound: own.filter((row) => ["exact", "within"].includes(caseKind(row))).length, silent: own.filter((row) => caseKind(row) === "flagged").length };
     });
     scored.sort((a, b) => b.sound - a.sound || a.silent - b.silent);
@@ -87,8 +93,8 @@ function extremeSection(host) {
       ...scored.map(({ name, own, sound }) =>
         make(
           "tr",
-          { id: `extreme-board-${name}`, "data-name": name, pointerenter: () => pick(name), pointerleave: () => pick("") },
-          make("th", { scope: "row", class: "name" }, markOf(name), make("span", {}, brokenName(name)), linkTo(`extreme-board-${name}`)),
+          { id: `extreme-board-${name}`, "data-name": name, pointerenter: () => highlight(name), pointerleave: () => highlight("") },
+          make("th", { scope: "row", class: "name" }, markOf(name), make("span", {}, brokenName(name)), copyLinkButton(`extreme-board-${name}`)),
           make("td", { class: "score" }, `${sound}/${own.length}`),
           cases.map((one) => caseCell(runs.get(`${name} ${one.scene}`), tellCase)),
         ),
@@ -99,20 +105,26 @@ function extremeSection(host) {
   extremeTable(host);
 }
 
+/**
+ * @param {Tables["extremes.csv"]} row
+ */
 function caseId(row) {
   return `${row.scene} ${nameOf(row)}`;
 }
 
+/**
+ * @param {Tables["extremes.csv"] | undefined} row
+ */
 function caseCell(row, tellCase) {
   if (!row) return make("td", { class: "cell" }, "");
   const kind = caseKind(row);
   const [glyph, words] = CASE_VERDICTS[kind];
   return make(
     "td",
-    { class: `cell v-${kind} ${tintOf(kind, row.max_error_m / (CLOSE * row.size_m))}`, pointermove: (event) => tell([nameOf(row), `${row.title}: ${words}`, "press for the reason and the command"], event), pointerleave: () => tell(null) },
+    { class: `cell v-${kind} ${tintOf(kind, (row.max_error_m ?? 0) / (CLOSE * row.size_m))}`, pointermove: (event) => showTooltip([nameOf(row), `${row.title}: ${words}`, "press for the reason and the command"], event), pointerleave: () => showTooltip(null) },
     make(
       "button",
-      { type: "button", class: "case", "data-case": caseId(row), "aria-pressed": "false", "aria-label": `${nameOf(row)}, ${row.scene}: ${STABILITY[row.verdict]?.[1] ?? row.verdict}`, click: () => (tell(null), tellCase(row)) },
+      { type: "button", class: "case", "data-case": caseId(row), "aria-pressed": "false", "aria-label": `${nameOf(row)}, ${row.scene}: ${STABILITY_VERDICTS[row.verdict]?.[1] ?? row.verdict}`, click: () => (showTooltip(null), tellCase(row)) },
       make("span", { class: "glyph", "aria-hidden": "true" }, glyph),
       make("span", { class: "figure" }, caseFigure(row, kind)),
     ),
@@ -136,21 +148,24 @@ function roving(body) {
   };
 }
 
-/** What became of one run, why, and how to run it again. */
-function caseInWords(row) {
+/**
+ * What became of one run, why, and how to run it again.
+ * @param {Tables["extremes.csv"]} row
+ */
+function caseDetail(row) {
   const kind = caseKind(row);
   const error = row.max_error_m === null ? "" : Number.isFinite(row.max_error_m) ? `The largest vertex error is ${si(row.max_error_m, "m", 2)} on a body that reaches ${si(row.size_m, "m", 2)} from its centre. ` : "";
   const energy = kind === "flagged" && row.energy_ratio !== null && Number.isFinite(row.energy_ratio) ? `It ends with ${figure(row.energy_ratio, 2)} times the energy that physics leaves there. ` : "";
-  const verdict = kind === "flagged" ? `${STABILITY[row.verdict][1]}, and its loop ended as usual` : kind === "late" ? "not run to its end" : (STABILITY[row.verdict]?.[1] ?? row.verdict);
+  const verdict = kind === "flagged" ? `${STABILITY_VERDICTS[row.verdict][1]}, and its loop ended as usual` : kind === "late" ? "not run to its end" : (STABILITY_VERDICTS[row.verdict]?.[1] ?? row.verdict);
   const command = `tumble stability ${row.scene} -e ${nameOf(row)}`;
   return [
     make("p", {}, markOf(contestantOf(row)), " ", make("b", {}, nameOf(row)), ` in “${row.title}”, step ${given(row.dt_s)} s: ${verdict}. ${error}${energy}`, row.why ? make("span", { class: "note" }, `${row.why[0].toUpperCase()}${row.why.slice(1)}.`) : ""),
-    make("p", {}, "Run it again: ", make("code", {}, command), copies(command)),
+    make("p", {}, "Run it again: ", make("code", {}, command), copyTextButton(command)),
   ];
 }
 
 function extremeHeadline(count) {
-  const held = [...groupBy(rows("extremes.csv"), contestantOf)].filter(([, own]) => own.every((row) => row.verdict === "stable" && row.error_over_resolution <= 10)).map(([name]) => name);
+  const held = [...groupBy(rows("extremes.csv"), contestantOf)].filter(([, own]) => own.every((row) => row.verdict === "stable" && (row.error_over_resolution ?? Infinity) <= 10)).map(([name]) => name);
   const silent = findings("silent failures").slice(0, 3);
   const said = [];
   if (held.length) said.push(`${listed(held)} ${held.length > 1 ? "hold" : "holds"} all ${count} cases to rounding`);
@@ -168,7 +183,7 @@ function extremeTable(host) {
     columns: [
       { key: "scene", label: "case", words: true, show: (row) => row.title || row.scene, sort: (row) => row.scene },
       { key: "method", label: "contestant", words: true, show: nameOf, sort: nameOf },
-      { key: "verdict", label: "result", words: true, show: (row) => STABILITY[row.verdict]?.[1] ?? row.verdict },
+      { key: "verdict", label: "result", words: true, show: (row) => STABILITY_VERDICTS[row.verdict]?.[1] ?? row.verdict },
       { key: "max_error_m", label: "error", unit: "m" },
       { key: "error_over_resolution", label: "over the truth's limit" },
       { key: "why", label: "why", words: true },

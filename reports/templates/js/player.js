@@ -1,20 +1,32 @@
 // A player: one clock a scene, shared by its stage, its slider and the cursors of its charts.
 
+import { filled, make, reducedMotion, whenThemeChanges } from "./dom.js";
+import { filmOf } from "./film.js";
+import { figure } from "./numbers.js";
+import { figureTools } from "./save.js";
+import { drawMoment, drawWith } from "./stage.js";
+import { choose, follow, state } from "./state.js";
+import { SvgPen } from "./svg-pen.js";
+
 const PLAYS_S = 6; // a film of any length, unless it lasts about that long by itself
+
 const clocks = new Map();
 
-/** The clock of a scene's film. */
-function clockOf(scene) {
-  if (!clocks.has(scene)) clocks.set(scene, new Clock(filmOf(scene)));
-  return clocks.get(scene);
+/**
+ * The clock of a film, shared by all figures of its scene.
+ * @param {Film} film
+ */
+export function clockOf(film) {
+  if (!clocks.has(film.scene)) clocks.set(film.scene, new Clock(film));
+  return clocks.get(film.scene);
 }
 
-class Clock {
+export class Clock {
   /** name: under which the address has its time; begins: the time it has until then. */
   constructor(film, name = film.scene, begins = 0) {
     this.scene = film.scene;
     this.name = name;
-    this.end = film.t.at(-1);
+    this.end = film.end;
     this.time = Math.min(Math.max(state.t[name] ?? begins, 0), this.end);
     this.playing = false;
     this.followers = new Set();
@@ -62,28 +74,35 @@ function paceOf(clock) {
 }
 
 /**
- * Put a scene's stage with its controls into host.
- * id: its address; ghosts(): who flies beside the truth; label: what is to be seen; alone: draw one contestant solid,
- * without the truth; clock: its own, where it has one.
+ * Put a film's stage with its controls into host.
+ * @param {Element} host
+ * @param {Film} film
+ * @param {object} options
+ * @param {string} options.id its address on the page
+ * @param {() => string[]} options.ghosts contestants that are drawn beside the truth
+ * @param {string} options.label what it shows, for screen readers
+ * @param {boolean} [options.alone] draw one contestant solid, without the truth
+ * @param {boolean} [options.controls]
+ * @param {boolean} [options.autoplay]
+ * @param {Clock} [options.clock]
  */
-function player(host, scene, { id, ghosts, label, alone = false, controls = true, autoplay = false, clock = clockOf(scene) }) {
-  const film = filmOf(scene);
+export function player(host, film, { id, ghosts, label, alone = false, controls = true, autoplay = false, clock = clockOf(film) }) {
   const canvas = make("canvas", { id, class: "stage", role: "img", "aria-label": label });
   host.append(canvas);
   let inView = false;
-  const moment = () => [film, clock.time, ghosts(), alone ? 1 : state.mag];
+  const moment = () => ({ film, time: clock.time, names: ghosts(), magnified: alone ? 1 : state.mag, alone });
   const paint = () => {
-    if (inView || !clock.playing) canvas.seen = drawMoment(canvas, ...moment(), { alone });
+    if (inView || !clock.playing) canvas.seen = drawMoment(canvas, moment());
   };
   const asSvg = () => {
     const pen = new SvgPen(canvas.clientWidth, canvas.clientHeight);
-    drawWith(pen, [canvas.clientWidth, canvas.clientHeight], ...moment(), alone);
+    drawWith(pen, canvas.clientWidth, canvas.clientHeight, moment());
     return pen.svg;
   };
   new IntersectionObserver((entries) => {
-    inView = entries.at(-1).isIntersecting;
+    inView = entries[entries.length - 1].isIntersecting;
     if (!inView && autoplay) clock.pause();
-    else if (inView && autoplay && !stillness.matches && !state.t[clock.name]) clock.play();
+    else if (inView && autoplay && !reducedMotion.matches && !state.t[clock.name]) clock.play();
     paint();
   }).observe(canvas);
   clock.followers.add(paint);
@@ -141,5 +160,5 @@ function controlsOf(clock, film) {
   follow(["t"], () => {
     if (!clock.playing && clock.name in state.t && state.t[clock.name] !== clock.time) clock.set(state.t[clock.name]);
   });
-  return make("div", { class: "controls" }, play, slider, told, film.others.size ? magnified : "", make("span", { class: "note" }, paceOf(clock)));
+  return make("div", { class: "controls" }, play, slider, told, film.runs.size ? magnified : "", make("span", { class: "note" }, paceOf(clock)));
 }

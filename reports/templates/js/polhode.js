@@ -1,16 +1,30 @@
 // The polhode: the angular momentum as the body sees it, a curve on the ellipsoid of its energy.
 
+import { CONTESTANTS } from "./contestants.js";
+import { draw, make } from "./dom.js";
+import { filmOf, frameAt, relativeAt, truthAt } from "./film.js";
+import { clockOf } from "./player.js";
+import { figureTools } from "./save.js";
+import { RIGHTWARDS, TOWARDS_EYE, UPWARDS } from "./stage.js";
+import { follow } from "./state.js";
+import { dot, product, rotated } from "./vectors.js";
+
 const STEPS = 600; // of a curve: a film's frames alone would be corners
 
-/** Put the polhode of a scene into host; nothing where the body's moments leave nothing to see. */
-function polhode(host, scene, ghosts) {
-  const film = filmOf(scene);
+/**
+ * Put the polhode of a scene into host; nothing where the body's moments leave nothing to see.
+ * @param {Element} host
+ * @param {Film} film
+ * @param {() => string[]} ghosts
+ */
+export function polhode(host, film, ghosts) {
+  const { scene } = film;
   const { i1_kg_m2: i1, i2_kg_m2: i2, i3_kg_m2: i3 } = film.body;
   const moments = [i1, i2, i3];
   // After the last blow nothing but torques changes it; a blow in the middle would put it on another ellipsoid.
-  const from = film.t[Math.max(0, ...film.blows)];
-  const instants = Array.from({ length: STEPS + 1 }, (_, step) => from + ((film.t.at(-1) - from) * step) / STEPS);
-  const along = (name) => instants.map((time) => momentumAt(film, name, time)).filter(Boolean);
+  const from = film.t[Math.max(0, ...film.impulseFrames)];
+  const instants = Array.from({ length: STEPS + 1 }, (_, step) => from + ((film.end - from) * step) / STEPS);
+  const along = (name) => instants.flatMap((time) => [momentumAt(film, name, time) ?? []]).filter((l) => l.length);
   const truth = along(null);
   const energy = truth[0].reduce((sum, l, i) => sum + (l * l) / (2 * moments[i]), 0);
   if (!(energy > 0) || new Set(moments).size === 1) return;
@@ -42,7 +56,7 @@ function polhode(host, scene, ghosts) {
   const curves = draw("g");
   const dots = draw("g");
   svg.append(curves, dots);
-  const clock = clockOf(scene);
+  const clock = clockOf(film);
 
   function curveOf(points, colour, width, name) {
     return runsOf(points, inFront).map(({ front, list }) =>
@@ -52,8 +66,8 @@ function polhode(host, scene, ghosts) {
   function render() {
     curves.replaceChildren(
       ...ghosts().flatMap((name) => {
-        const own = film.others.get(name)?.momentum ? along(name) : [];
-        return own.length > 1 ? curveOf(own, `var(${FIELD.get(name).hue})`, 1.6, name) : [];
+        const own = film.runs.get(name)?.momentum ? along(name) : [];
+        return own.length > 1 ? curveOf(own, `var(${CONTESTANTS.get(name).hue})`, 1.6, name) : [];
       }),
       ...curveOf(truth, "var(--ink)", 2.6, "truth"),
     );
@@ -62,7 +76,7 @@ function polhode(host, scene, ghosts) {
   function moveDots() {
     const points = [
       ["truth", momentumAt(film, null, clock.time), "var(--ink)"],
-      ...ghosts().map((name) => [name, film.others.get(name)?.momentum && momentumAt(film, name, clock.time), `var(${FIELD.get(name)?.hue})`]),
+      ...ghosts().map((name) => [name, film.runs.get(name)?.momentum && momentumAt(film, name, clock.time), `var(${CONTESTANTS.get(name)?.hue})`]),
     ];
     dots.replaceChildren(
       ...points
@@ -76,28 +90,27 @@ function polhode(host, scene, ghosts) {
   follow(["show", "tol"], render);
 }
 
-/** The angular momentum in body axes: in world axes it changes slowly, so there it is told between frames. */
+/**
+ * The angular momentum in body axes: in world axes it changes slowly, so there it is interpolated between frames.
+ * @param {Film} film
+ * @param {string | null} name
+ * @param {number} time
+ */
 function momentumAt(film, name, time) {
-  const [at, s] = between(film, time);
-  const own = name && film.others.get(name);
+  const [at, s] = frameAt(film, time);
+  const own = name && film.runs.get(name);
   const world = (frame) => {
     const truth = film.truth[frame];
-    const l = own ? own.momentum[frame] : truth.subarray(13, 16);
+    const l = own ? own.momentum?.[frame] : truth?.subarray(13, 16);
     if (!l || !truth) return null;
-    return turned(own ? product(own.frames[frame].subarray(3, 7), truth.subarray(3, 7)) : truth.subarray(3, 7), l);
+    const attitude = truth.subarray(3, 7);
+    return rotated(own ? product(own.frames[frame].subarray(3, 7), attitude) : attitude, [...l]);
   };
   const [a, b] = [world(at), world(s > 0 ? at + 1 : at)];
   if (!a || !b) return null;
   const { q } = truthAt(film, time);
-  const attitude = own ? product(relativeAt(own, at, s), q) : q;
-  return turned([attitude[0], -attitude[1], -attitude[2], -attitude[3]], a.map((value, i) => (1 - s) * value + s * b[i]));
-}
-
-/** A vector turned by a unit quaternion. */
-function turned([w, x, y, z], v) {
-  const t = cross([x, y, z], v).map((value) => 2 * value);
-  const u = cross([x, y, z], t);
-  return [0, 1, 2].map((i) => v[i] + w * t[i] + u[i]);
+  const [qw, qx, qy, qz] = own ? product(relativeAt(own, at, s), q) : q;
+  return rotated([qw, -qx, -qy, -qz], a.map((value, i) => (1 - s) * value + s * b[i]));
 }
 
 /** The outline of the ellipsoid as it is seen. */
@@ -116,11 +129,13 @@ function silhouette(axes) {
 
 /** Stretches of points for which a question has one answer, each begun where the last one ended. */
 function runsOf(points, ask) {
+  /** @type {{ front: boolean, list: Vector[] }[]} */
   const found = [];
   for (const point of points) {
     const front = ask(point);
-    if (!found.length || found.at(-1).front !== front) found.push({ front, list: found.length ? [found.at(-1).list.at(-1), point] : [point] });
-    else found.at(-1).list.push(point);
+    const last = found.at(-1);
+    if (last && last.front === front) last.list.push(point);
+    else found.push({ front, list: last ? [...last.list.slice(-1), point] : [point] });
   }
   return found.filter(({ list }) => list.length > 1);
 }

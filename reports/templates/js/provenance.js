@@ -1,6 +1,12 @@
 // How it was measured: the engines with what was switched off in them, the machine, and the files.
 
-function provenanceSection(host) {
+import { DATA, nameOf, rows } from "./data.js";
+import { make } from "./dom.js";
+import { counted, listed } from "./numbers.js";
+import { foldedTable } from "./table.js";
+import { statusInWords } from "./verdicts.js";
+
+export function provenanceSection(host) {
   const engines = rows("engines.csv");
   const here = engines.filter((engine) => engine.status === "ok");
   const names = [...new Set(here.map((engine) => engine.engine.split("@")[0]))];
@@ -13,7 +19,7 @@ function provenanceSection(host) {
     key: (row) => row.engine,
     columns: [
       { key: "engine", label: "engine", words: true },
-      { key: "version", label: "release", words: true, show: (row) => row.version || inWords(row) },
+      { key: "version", label: "release", words: true, show: (row) => row.version || statusInWords(row) },
       { key: "precision", label: "precision", words: true },
       { key: "methods", label: "methods", words: true },
       { key: "features", label: "force laws", words: true, show: (row) => row.features || "none" },

@@ -1,6 +1,14 @@
 // What changed at which release of an engine: the ledger that `tumble releases` left.
 
+import { chart } from "./chart.js";
+import { contestantOf, errorOf, groupBy, rows } from "./data.js";
+import { draw, make } from "./dom.js";
+import { counted, figure, interval, listed, si, times } from "./numbers.js";
+import { foldedTable } from "./table.js";
+import { statusInWords } from "./verdicts.js";
+
 const OF_SPEED = "time";
+
 const CHANGE_WORDS = {
   attitude_order: "order of the attitude",
   translation_order: "order of the fall",
@@ -11,10 +19,15 @@ const CHANGE_WORDS = {
   [OF_SPEED]: "time of a step",
 };
 
-function releasesSections(host) {
+export function releasesSections(host) {
   for (const [engine, list] of groupBy(rows("releases.csv"), (row) => row.engine)) releasesSection(host, engine, list);
 }
 
+/**
+ * @param {Element} host
+ * @param {string} engine
+ * @param {Tables["releases.csv"][]} list
+ */
 function releasesSection(host, engine, list) {
   const changes = rows("release-changes.csv").filter((row) => row.engine === engine);
   const releases = [...new Set(list.map((row) => row.release))];
@@ -45,7 +58,7 @@ function releasesSection(host, engine, list) {
       { key: "scene", label: "scene", words: true },
       { key: "method", label: "method", words: true },
       { key: "attitude_order", label: "order", show: (row) => (row.attitude_order === null ? "" : row.attitude_order.toFixed(1)) },
-      { key: "max_error_m", label: "largest error", unit: "m", show: (row) => (row.status === "ok" ? figure(errorOf(row)) : inWords(row)) },
+      { key: "max_error_m", label: "largest error", unit: "m", show: (row) => (row.status === "ok" ? figure(errorOf(row)) : statusInWords(row)) },
       { key: "spin_energy", label: "energy of the spin", words: true },
       { key: "step_ns", label: "time of a step", unit: "ns" },
       { key: "time_ratio", label: "over the newest", show: (row) => times(row.time_ratio) },
@@ -54,13 +67,20 @@ function releasesSection(host, engine, list) {
   });
 }
 
-/** The order of the attitude and, scene by scene, the largest error against the release; bars where one changed. */
+/**
+ * The order of the attitude and, scene by scene, the largest error against the release; bars where one changed.
+ * @param {Element} host
+ * @param {string} engine
+ * @param {Tables["releases.csv"][]} list
+ * @param {string[]} releases
+ * @param {Tables["release-changes.csv"][]} changes
+ */
 function releaseCharts(host, engine, list, releases, changes) {
   const box = make("div", { class: "multiples" });
   host.append(box);
   const changed = new Set(changes.filter((row) => row.what !== OF_SPEED).map((row) => releases.indexOf(row.release)));
   const under = ({ X, area }) => [...changed].map((at) => draw("line", { x1: X.place(at - 0.5), x2: X.place(at - 0.5), y1: area.top, y2: area.bottom, stroke: "var(--warn)", "stroke-dasharray": "3 4" }));
-  const of = (own, y) => own.map((row) => ({ x: releases.indexOf(row.release), y: y(row), plain: row.status === "ok", told: releaseTold(row) })).filter((point) => point.y > 0 && Number.isFinite(point.y)).sort((a, b) => a.x - b.x);
+  const of = (own, y) => own.map((row) => ({ x: releases.indexOf(row.release), y: y(row), plain: row.status === "ok", lines: releaseTooltip(row) })).filter((point) => point.y > 0 && Number.isFinite(point.y)).sort((a, b) => a.x - b.x);
   const series = (own, y) => [...groupBy(own, contestantOf)].map(([name, runs]) => ({ name, points: of(runs, y) }));
   const x = { label: `release of ${engine}`, ticks: releases.map((_, at) => at), show: (at) => releases[at] };
   const range = [-0.5, releases.length - 0.5];
@@ -72,7 +92,7 @@ function releaseCharts(host, engine, list, releases, changes) {
       label: `Order of the attitude of each method of ${engine} against its release, in ${ordered[0]}`,
       x,
       y: { label: `order of the attitude, ${ordered[0]}`, ticks: [0, 1, 2, 3, 4, 5, 6, 7, 8], show: String },
-      series: () => series(ordered[1], (row) => row.attitude_order),
+      series: series(ordered[1], (row) => row.attitude_order),
       under,
       range,
     });
@@ -82,18 +102,26 @@ function releaseCharts(host, engine, list, releases, changes) {
       label: `Largest vertex error of each method of ${engine} against its release, in ${scene}`,
       x,
       y: { label: `largest vertex error, ${scene}`, log: true, show: (value) => si(value, "m", 1) },
-      series: () => series(own, errorOf),
+      series: series(own, errorOf),
       under,
       range,
     });
   host.append(make("p", { class: "note" }, "Dashed: a release whose numbers differ from those of the one before it."));
 }
 
-function releaseTold(row) {
-  return [`${row.release}, ${row.scene}`, `${figure(errorOf(row))} m off`, row.attitude_order === null ? "" : `order ${row.attitude_order.toFixed(1)}`, row.status === "ok" ? "" : inWords(row)].filter(Boolean);
+/**
+ * @param {Tables["releases.csv"]} row
+ */
+function releaseTooltip(row) {
+  return [`${row.release}, ${row.scene}`, `${figure(errorOf(row))} m off`, row.attitude_order === null ? "" : `order ${row.attitude_order.toFixed(1)}`, row.status === "ok" ? "" : statusInWords(row)].filter(Boolean);
 }
 
-/** Which releases fly otherwise than the one before; their speed is another matter. */
+/**
+ * Which releases fly otherwise than the one before; their speed is another matter.
+ * @param {string} engine
+ * @param {string[]} releases
+ * @param {Tables["release-changes.csv"][]} changes
+ */
 function releasesAnswer(engine, releases, changes) {
   const physics = [...new Set(changes.filter((row) => row.what !== OF_SPEED).map((row) => row.release))];
   const span = `${engine}, ${counted(releases.length, "release")} from ${releases[0]} to ${releases.at(-1)}`;

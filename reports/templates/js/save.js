@@ -1,6 +1,9 @@
 // Saving: tables as CSV, figures as SVG and PNG, all made here without any server.
 
-function saveAs(name, blob) {
+import { SVG, draw, make, styleOf } from "./dom.js";
+import { copyLinkButton } from "./state.js";
+
+export function saveAs(name, blob) {
   const link = make("a", { href: URL.createObjectURL(blob), download: name });
   link.click();
   setTimeout(() => URL.revokeObjectURL(link.href), 1000);
@@ -14,7 +17,7 @@ function csvCell(value) {
 }
 
 /** Rows of one table as its file has them. */
-function csvOf(list) {
+export function csvOf(list) {
   const columns = Object.keys(list[0] ?? {});
   return [columns, ...list.map((row) => columns.map((column) => row[column]))].map((line) => line.map(csvCell).join(",")).join("\n") + "\n";
 }
@@ -48,11 +51,11 @@ function savePng(svg, name) {
 }
 
 /** The tools of a figure: link, SVG, PNG. */
-function figureTools(id, svg) {
+export function figureTools(id, svg) {
   return make(
     "div",
     { class: "tools" },
-    linkTo(id),
+    copyLinkButton(id),
     make("button", { type: "button", "aria-label": `Save ${id} as SVG`, click: () => saveSvg(svg(), id) }, "SVG"),
     make("button", { type: "button", "aria-label": `Save ${id} as PNG`, click: () => savePng(svg(), id) }, "PNG"),
   );

@@ -1,16 +1,42 @@
 // One folded section a scene: the die flies beside its error, and what a free body keeps.
 
-function sceneSections(host) {
+import { chart } from "./chart.js";
+import { ENGINE_DEFAULTS, REQUESTED, defaultFindings } from "./contestants.js";
+import { DATA, contestantOf, findingValue, findings, groupBy, nameOf, rows } from "./data.js";
+import { draw, make, reducedMotion } from "./dom.js";
+import { filmOf } from "./film.js";
+import { headlineOf } from "./headlines.js";
+import { THIN, counted, figure, finite, given, si, superscript } from "./numbers.js";
+import { clockOf, player } from "./player.js";
+import { polhode } from "./polhode.js";
+import { shown } from "./selection.js";
+import { choose, state } from "./state.js";
+import { foldedTable } from "./table.js";
+import { statusInWords } from "./verdicts.js";
+
+export function openScene(event, scene) {
+  event.preventDefault();
+  const fold = /** @type {HTMLDetailsElement} */ (document.getElementById(`scene-${scene}`));
+  fold.open = true;
+  choose({ at: `scene-${scene}` });
+  fold.scrollIntoView({ block: "start", behavior: reducedMotion.matches ? "auto" : "smooth" });
+}
+
+export function sceneSections(host) {
   for (const scene of rows("scenes.csv")) sceneSection(host, scene);
 }
 
+/**
+ * @param {Element} host
+ * @param {Tables["scenes.csv"]} scene
+ */
 function sceneSection(host, scene) {
   const id = `scene-${scene.scene}`;
   const runs = rows("runs.csv").filter((run) => run.scene === scene.scene);
   const fold = make(
     "details",
     { class: "scene", id },
-    make("summary", {}, make("h3", {}, scene.title || scene.scene), make("span", { class: "headline" }, specialOf(scene.scene) || sceneHeadline(scene))),
+    make("summary", {}, make("h3", {}, scene.title || scene.scene), make("span", { class: "headline" }, headlineOf(scene.scene) || sceneHeadline(scene))),
   );
   const body = make("div", { class: "scene-body" });
   fold.append(body);
@@ -29,28 +55,36 @@ function sceneSection(host, scene) {
   fill();
 }
 
-/** Who is off by default, or as asked, and who is nearest. */
+/**
+ * Who is off by default, or as asked, and who is nearest.
+ * @param {Tables["scenes.csv"]} scene
+ */
 function sceneHeadline(scene) {
   if (!findings("nearest", scene.scene).length) return scene.bound_m === null ? `No truth: ${scene.truth}` : "Nobody finished.";
-  const first = firstFindings(scene.scene).filter((row) => row.engine !== DATA.ours && Number.isFinite(toldValue(row)) && row.value !== null);
-  const [worst] = first.sort((a, b) => toldValue(b) - toldValue(a));
+  const first = defaultFindings(scene.scene).filter((row) => row.engine !== DATA.ours && Number.isFinite(findingValue(row)) && row.value !== null);
+  const [worst] = first.sort((a, b) => (findingValue(b) ?? 0) - (findingValue(a) ?? 0));
   const said = [];
-  if (worst) said.push(`${ENGINE_DEFAULTS.has(worst.engine) ? `By default ${worst.engine}` : `${ASKED.has(contestantOf(worst)) ? "As asked, " : ""}${contestantOf(worst)}`} is up to ${si(toldValue(worst), "m", 2)} off`);
-  for (const row of findings("nearest engine", scene.scene)) said.push(`the nearest engine, ${contestantOf(row)}, ${si(toldValue(row), "m", 2)}`);
+  if (worst) said.push(`${ENGINE_DEFAULTS.has(worst.engine) ? `By default ${worst.engine}` : `${REQUESTED.has(contestantOf(worst)) ? "As asked, " : ""}${contestantOf(worst)}`} is up to ${si(findingValue(worst), "m", 2)} off`);
+  for (const row of findings("nearest engine", scene.scene)) said.push(`the nearest engine, ${contestantOf(row)}, ${si(findingValue(row), "m", 2)}`);
   return `${said.join("; ")}${said.length ? "." : ""}`;
 }
 
+/**
+ * @param {Element} body
+ * @param {Tables["scenes.csv"]} scene
+ * @param {Tables["runs.csv"][]} runs
+ */
 function fillScene(body, scene, runs) {
   const name = scene.scene;
   const film = filmOf(name);
-  const ghosts = () => (film ? [...shown()].filter((one) => film.others.has(one)) : []);
-  const clock = film && clockOf(name);
+  const ghosts = () => (film ? [...shown()].filter((one) => film.runs.has(one)) : []);
+  const clock = film && clockOf(film);
   body.append(make("p", { class: "note" }, sceneHeadline(scene)));
   const cursor = clock && { get: () => clock.time, set: (time) => clock.choose(time) };
   if (film) {
     const show = make("div", { class: "flight" });
     body.append(show);
-    player(show, name, { ghosts, id: `flight-${name}`, label: `The body of ${name} in flight: the truth solid, contestants as frames in their colours` });
+    player(show, film, { ghosts, id: `flight-${name}`, label: `The body of ${name} in flight: the truth solid, contestants as frames in their colours` });
   }
   const graph = make("div", { class: "graph" });
   body.append(graph);
@@ -63,7 +97,7 @@ function fillScene(body, scene, runs) {
         label: `Largest vertex error over time in ${name}, metres`,
         x: { label: "time [s]", show: given },
         y: { label: "largest vertex error", log: true, show: (value) => si(value, "m", 1) },
-        series: () => error,
+        series: error,
         limit: limitOf(film, name),
         range: scene.horizon_s === null ? null : [0, scene.duration_s],
         under: (frame) => horizonLine(frame, scene.horizon_s),
@@ -74,11 +108,8 @@ function fillScene(body, scene, runs) {
   if (film) {
     const small = make("div", { class: "small-charts" });
     body.append(small);
-    for (const [column, what] of [
-      [8, "energy"],
-      [9, "angular momentum"],
-    ]) {
-      const series = driftSeries(film, runs, column);
+    for (const [at, what] of ["energy", "angular momentum"].entries()) {
+      const series = driftSeries(film, runs, 8 + at);
       if (!series.some((one) => one.points.length)) continue;
       made.push(
         chart(small, {
@@ -86,13 +117,13 @@ function fillScene(body, scene, runs) {
           label: `Drift of ${what} in ${name}, relative`,
           x: { label: "time [s]", show: given },
           y: { label: `drift of ${what}`, log: true, show: (value) => (value >= 1e-3 && value < 10 ? `${figure(100 * value, 1)}${THIN}%` : `10${superscript(Math.round(Math.log10(value)))}`) },
-          series: () => series,
+          series,
           cursor,
           height: 220,
         }),
       );
     }
-    polhode(small, name, ghosts);
+    polhode(small, film, ghosts);
     for (const each of made) clock.followers.add(each.moveCursor);
   }
   body.append(factsOf(scene, runs));
@@ -111,45 +142,63 @@ function horizonLine({ X, area }, time) {
   ];
 }
 
-function told(time, error, limit) {
+function errorTooltip(time, error, limit) {
   return [`t = ${given(time)} s`, error <= limit ? `≤ ${figure(limit)} m, the truth's limit` : `${figure(error)} m`];
 }
 
-/** Everybody's error over time: of the film where there is one, else at the scene's samples. */
+/**
+ * Everybody's error over time: of the film where there is one, else at the scene's samples.
+ * @param {Film | null} film
+ * @param {string} scene
+ * @param {Tables["runs.csv"][]} runs
+ */
 function errorSeries(film, scene, runs) {
   const plain = new Map(runs.map((run) => [contestantOf(run), run.status === "ok"]));
   if (!film) {
     return [...groupBy(rows("error-over-time.csv").filter((row) => row.scene === scene), contestantOf)].map(([name, own]) => ({
       name,
-      points: own.filter((row) => Number.isFinite(row.error_m)).map((row) => ({ x: row.t_s, y: Math.max(row.error_m, row.resolution_m), plain: plain.get(name), told: told(row.t_s, row.error_m, row.resolution_m) })),
+      points: own.flatMap(({ t_s: x, error_m: error, resolution_m: limit }) => (finite(error) ? [{ x, y: Math.max(error, limit), plain: plain.get(name) ?? true, lines: errorTooltip(x, error, limit) }] : [])),
     }));
   }
-  return [...film.others].map(([name, one]) => ({
+  return [...film.runs].map(([name, one]) => ({
     name,
     points: one.frames
-      .map((frame, at) => ({ x: film.t[at], y: Math.max(frame[7], film.limit[at]), plain: plain.get(name) ?? true, told: told(film.t[at], frame[7], film.limit[at]) }))
+      .map((frame, at) => ({ x: film.t[at], y: Math.max(frame[7], film.limit[at]), plain: plain.get(name) ?? true, lines: errorTooltip(film.t[at], frame[7], film.limit[at]) }))
       .filter((point) => point.y > 0 && Number.isFinite(point.y)),
   }));
 }
 
+/**
+ * @param {Film | null} film
+ * @param {string} scene
+ */
 function limitOf(film, scene) {
   const found = film ? film.t.map((x, at) => ({ x, y: film.limit[at] })) : [...new Map(rows("error-over-time.csv").filter((row) => row.scene === scene).map((row) => [row.t_s, { x: row.t_s, y: row.resolution_m }])).values()];
   return found.filter((point) => point.y > 0);
 }
 
-/** How far what a free body keeps has gone from where it truly is, as a share. */
+/**
+ * How far what a free body keeps has gone from where it truly is, as a share.
+ * @param {Film} film
+ * @param {Tables["runs.csv"][]} runs
+ * @param {number} column
+ */
 function driftSeries(film, runs, column) {
   const plain = new Map(runs.map((run) => [contestantOf(run), run.status === "ok"]));
-  return [...film.others].map(([name, one]) => ({
+  return [...film.runs].map(([name, one]) => ({
     name,
     points: one.frames
-      .map((frame, at) => ({ x: film.t[at], y: Math.max(Math.abs(frame[column]), 1e-17), plain: plain.get(name) ?? true, told: [`t = ${given(film.t[at])} s`, `${figure(frame[column])} of it`] }))
+      .map((frame, at) => ({ x: film.t[at], y: Math.max(Math.abs(frame[column]), 1e-17), plain: plain.get(name) ?? true, lines: [`t = ${given(film.t[at])} s`, `${figure(frame[column])} of it`] }))
       .filter((point) => point.x > 0 && Number.isFinite(point.y)),
   }));
 }
 
+/**
+ * @param {Tables["scenes.csv"]} scene
+ * @param {Tables["runs.csv"][]} runs
+ */
 function factsOf(scene, runs) {
-  const steps = [...groupBy(runs.filter((run) => run.dt_s), (run) => run.dt_s)].sort(([a], [b]) => a - b).map(([step, own]) => stepInWords(step, own));
+  const steps = [...groupBy(runs.filter((run) => run.dt_s), (run) => run.dt_s ?? 0)].sort(([a], [b]) => a - b).map(([step, own]) => stepInWords(step, own));
   const facts = [
     ["source", scene.source],
     ["needs", scene.needs],
@@ -160,17 +209,30 @@ function factsOf(scene, runs) {
   return make("dl", { class: "facts" }, facts.filter(([, value]) => value).map(([what, value]) => make("div", {}, make("dt", {}, what), make("dd", {}, value))));
 }
 
-/** A step that was asked for, and the one that samples and impulses have made of it. */
+/**
+ * A step that was asked for, and the one that samples and impulses have made of it.
+ * @param {number} step
+ * @param {Tables["runs.csv"][]} runs
+ */
 function stepInWords(step, runs) {
   const taken = runs.map((run) => run.dt_taken_s).find(Boolean) ?? step;
   return taken === step ? `${given(step)} s` : `${given(step)} s (${figure(taken, 4)} s taken, because samples cut the run)`;
 }
 
+/**
+ * @param {number | null} value
+ * @param {number | null} limit
+ */
 function metres(value, limit) {
   if (value === null) return "";
   return value <= (limit ?? 0) ? `≤ ${figure(limit)}` : figure(value);
 }
 
+/**
+ * @param {Element} body
+ * @param {string} scene
+ * @param {Tables["runs.csv"][]} runs
+ */
 function runTable(body, scene, runs) {
   foldedTable(body, {
     id: `runs-${scene}`,
@@ -179,7 +241,7 @@ function runTable(body, scene, runs) {
     key: (run) => nameOf(run),
     columns: [
       { key: "method", label: "contestant", words: true, show: (run) => nameOf(run), sort: nameOf },
-      { key: "status", label: "result", words: true, show: (run) => inWords(run) },
+      { key: "status", label: "result", words: true, show: (run) => statusInWords(run) },
       { key: "max_error_m", label: "largest error", unit: "m", show: (run) => metres(run.max_error_m, run.resolution_m) },
       { key: "rms_error_m", label: "rms", unit: "m", show: (run) => metres(run.rms_error_m, run.resolution_m) },
       { key: "final_error_m", label: "at the end", unit: "m", show: (run) => metres(run.final_error_m, run.resolution_m) },
@@ -188,12 +250,6 @@ function runTable(body, scene, runs) {
       { key: "wall_ns_per_step", label: "step, one pass", unit: "ns", show: (run) => figure(run.wall_ns_per_step, 3) },
     ],
   });
-}
-
-/** A status in the words of a person. */
-function inWords(run) {
-  const words = { ok: "finished", flagged: "finished, but", skipped: "cannot:", missing: "not installed:", diverged: "blew up", crashed: "crashed:", timeout: "took too long" };
-  return `${words[run.status] ?? run.status} ${run.why}`.trim();
 }
 
 function vertexTable(body, scene) {

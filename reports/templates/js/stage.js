@@ -1,9 +1,15 @@
 // The stage: bodies drawn on a canvas in parallel projection, the nearer over the further.
 
-const TOWARDS_EYE = unit([0.55, 0.5, 1.0]);
-const RIGHTWARDS = unit(cross([0, 1, 0], TOWARDS_EYE));
-const UPWARDS = cross(TOWARDS_EYE, RIGHTWARDS);
+import { colourOf } from "./contestants.js";
+import { styleOf } from "./dom.js";
+import { placedPoints, pointsOf, truthAt } from "./film.js";
+import { cross, dot, minus, normalOf, unit } from "./vectors.js";
+
+export const TOWARDS_EYE = unit([0.55, 0.5, 1.0]);
+export const RIGHTWARDS = unit(cross([0, 1, 0], TOWARDS_EYE));
+export const UPWARDS = cross(TOWARDS_EYE, RIGHTWARDS);
 const LIGHT = unit([0.3, 1.0, 0.55]);
+
 const PIPS = {
   1: [[2, 2]],
   2: [[1, 1], [3, 3]],
@@ -12,14 +18,10 @@ const PIPS = {
   5: [[1, 1], [3, 3], [1, 3], [3, 1], [2, 2]],
   6: [[1, 1], [3, 3], [1, 3], [3, 1], [1, 2], [3, 2]],
 };
-// Opposite faces of a die add up to seven; faces come in opposite pairs.
-const EYES = [1, 6, 2, 5, 3, 4];
-const ARROW_LASTS = 0.25; // of the film, after the blow
 
-function unit(vector) {
-  const length = Math.hypot(...vector);
-  return vector.map((value) => value / length);
-}
+// Opposite faces of a die add up to seven; faces come in opposite pairs.
+const PIPS_OF_FACE = [1, 6, 2, 5, 3, 4];
+const ARROW_SHARE = 0.25; // of the film, after the blow
 
 /** A camera that looks at a centre [m] with so many pixels a metre. */
 function camera(centre, scaleOf, width, height) {
@@ -29,41 +31,61 @@ function camera(centre, scaleOf, width, height) {
   };
 }
 
-/** Draw one moment of a film: names are the ghosts; magnified is how many times their deviation is drawn. */
-function drawMoment(canvas, film, time, names, magnified, { alone = false } = {}) {
+/**
+ * What is drawn: a film at a time, with these contestants beside the truth (or alone, without it).
+ * @typedef {{ film: Film, time: number, names: string[], magnified: number, alone: boolean }} Moment
+ * magnified: how many times larger the contestants' deviations are drawn
+ */
+
+/**
+ * Draw a moment on a canvas; returns where the vertices are seen [px].
+ * @param {HTMLCanvasElement} canvas
+ * @param {Moment} moment
+ */
+export function drawMoment(canvas, moment) {
   const ratio = Math.min(2, window.devicePixelRatio || 1);
   const [width, height] = [canvas.clientWidth, canvas.clientHeight];
   if (!width) return null;
   if (canvas.width !== Math.round(width * ratio)) [canvas.width, canvas.height] = [Math.round(width * ratio), Math.round(height * ratio)];
-  const pen = canvas.getContext("2d");
+  const pen = /** @type {CanvasRenderingContext2D} */ (canvas.getContext("2d"));
   pen.setTransform(ratio, 0, 0, ratio, 0, 0);
   pen.clearRect(0, 0, width, height);
-  return drawWith(pen, [width, height], film, time, names, magnified, alone);
+  return drawWith(pen, width, height, moment);
 }
 
-/** The same with any pen, on so many pixels; returns where the vertices are seen. */
-function drawWith(pen, [width, height], film, time, names, magnified, alone) {
+/**
+ * The same with any pen, on width by height [px].
+ * @param {CanvasRenderingContext2D | import("./svg-pen.js").SvgPen} pen
+ * @param {number} width
+ * @param {number} height
+ * @param {Moment} moment
+ */
+export function drawWith(pen, width, height, { film, time, names, magnified, alone }) {
   const truth = truthAt(film, time);
   const points = placedPoints(film.points, truth);
   const view = viewOf(film, truth, width, height);
   drawGround(pen, film, view, truth);
   drawPath(pen, film, view);
-  for (const act of film.acts) if (act.kind === "tether") drawTether(pen, film, view, act, truth);
-  if (!alone) drawBody(pen, film, points, view, null);
+  for (const act of film.loads) if (act.kind === "tether") drawTether(pen, film, view, act, truth);
+  if (!alone) drawBody(pen, film, points, view);
+  /** @type {Record<string, Vector[]>} */
   const seen = { truth: points.map(view) };
   for (const name of names) {
     const own = pointsOf(film, name, time, truth);
     if (!own) continue;
     const moved = own.map((point, vertex) => point.map((value, i) => points[vertex][i] + magnified * (value - points[vertex][i])));
-    if (alone) drawBody(pen, film, moved, view, null);
+    if (alone) drawBody(pen, film, moved, view);
     else drawGhost(pen, film, moved, view, colourOf(name), 0.12 / names.length);
     seen[name] = moved.map(view);
   }
-  for (const act of film.acts) if (act.kind === "impulse") drawArrow(pen, film, view, act, time);
+  for (const act of film.loads) if (act.kind === "impulse") drawArrow(pen, film, view, act, time);
   return seen;
 }
 
-/** The camera goes with the true centre, and shows a little more than the body. */
+/**
+ * The camera goes with the true centre, and shows a little more than the body.
+ * @param {Film} film
+ */
 function viewOf(film, truth, width, height) {
   return camera(truth.x, Math.min(width, height) / (2.9 * film.size), width, height);
 }
@@ -74,7 +96,10 @@ function polygon(pen, corners) {
   pen.closePath();
 }
 
-/** A solid body: its faces shaded by how they meet the light, with the eyes of a die on a box. */
+/**
+ * A solid body: its faces shaded by how they meet the light, with the eyes of a die on a box.
+ * @param {Film} film
+ */
 function drawBody(pen, film, points, view) {
   const seen = points.map(view);
   if (!film.faces.length) return drawCloud(pen, film, seen);
@@ -94,7 +119,7 @@ function drawBody(pen, film, points, view) {
     polygon(pen, corners);
     pen.fill();
     pen.stroke();
-    if (film.body.shape === "box") drawEyes(pen, corners, EYES[number], dark);
+    if (film.body.shape === "box") drawPips(pen, corners, PIPS_OF_FACE[number], dark);
   }
   const front = new Set(faces.map(({ number }) => number));
   drawEdges(pen, film, seen, (edge) => edge.faces.some((face) => front.has(face)), styleOf("--ink"), 1);
@@ -106,7 +131,7 @@ function outwards(corners, centre) {
   return dot(normal, minus(corners[0], centre)) < 0 ? normal.map((value) => -value) : normal;
 }
 
-function drawEyes(pen, corners, count, dark) {
+function drawPips(pen, corners, count, dark) {
   const across = [corners[1][0] - corners[0][0], corners[1][1] - corners[0][1]];
   const along = [corners[3][0] - corners[0][0], corners[3][1] - corners[0][1]];
   pen.fillStyle = dark ? "#0b0e11" : "#20262c";
@@ -121,6 +146,9 @@ function drawEyes(pen, corners, count, dark) {
   }
 }
 
+/**
+ * @param {Film} film
+ */
 function drawEdges(pen, film, seen, wanted, colour, width) {
   pen.strokeStyle = colour;
   pen.lineWidth = width;
@@ -144,7 +172,10 @@ function drawCloud(pen, film, seen, colour = styleOf("--ink")) {
   }
 }
 
-/** A contestant: its edges in its colour, and a veil of it, thin enough that all of them leave the truth to be seen. */
+/**
+ * A contestant: its edges in its colour, and a veil of it, thin enough that all of them leave the truth to be seen.
+ * @param {Film} film
+ */
 function drawGhost(pen, film, points, view, colour, veil) {
   const seen = points.map(view);
   if (!film.faces.length) return drawCloud(pen, film, seen, colour);
@@ -159,9 +190,12 @@ function drawGhost(pen, film, points, view, colour, veil) {
   pen.globalAlpha = 1;
 }
 
-/** The floor as a grid, where the scene has one. */
+/**
+ * The floor as a grid, where the scene has one.
+ * @param {Film} film
+ */
 function drawGround(pen, film, view, truth) {
-  const floor = film.acts.find((act) => act.kind === "floor");
+  const floor = film.loads.find((act) => act.kind === "floor");
   if (!floor) return;
   const normal = [floor.u, floor.v, floor.w];
   const [side, other] = planeAxes(normal);
@@ -187,7 +221,10 @@ function planeAxes(normal) {
   return [side, cross(normal, side)];
 }
 
-/** The way of the true centre. */
+/**
+ * The way of the true centre.
+ * @param {Film} film
+ */
 function drawPath(pen, film, view) {
   pen.strokeStyle = styleOf("--soft");
   pen.globalAlpha = 0.45;
@@ -220,12 +257,12 @@ function drawTether(pen, film, view, act, truth) {
 
 /** An impulse: an arrow to where it lands, for a while after it did. */
 function drawArrow(pen, film, view, act, time) {
-  const since = (time - act.t_s) / (film.t.at(-1) || 1);
-  if (since < 0 || since > ARROW_LASTS) return;
+  const since = (time - act.t_s) / (film.end || 1);
+  if (since < 0 || since > ARROW_SHARE) return;
   const direction = unit([act.u, act.v, act.w]);
   const tip = view([act.x_m, act.y_m, act.z_m]);
   const tail = view([act.x_m, act.y_m, act.z_m].map((value, i) => value - 1.1 * film.size * direction[i]));
-  pen.globalAlpha = 1 - since / ARROW_LASTS;
+  pen.globalAlpha = 1 - since / ARROW_SHARE;
   pen.strokeStyle = styleOf("--warn");
   pen.fillStyle = styleOf("--warn");
   pen.lineWidth = 3;

@@ -1,17 +1,25 @@
 // What the reader has chosen, in the address: every view can be copied, and going back goes back.
 
+import { make } from "./dom.js";
+
+/** @typedef {{ tol: number, show: string, scene: string, t: Record<string, number>, mag: number, open: string[], at: string }} State */
+
+/** @type {State} */
 const DEFAULTS = { tol: 1e-3, show: "best", scene: "", t: {}, mag: 1, open: [], at: "" };
-const state = { ...DEFAULTS, ...readAddress() };
+
+/** @type {State} */
+export const state = { ...DEFAULTS, ...readAddress() };
+
 const listeners = [];
 
 /** Call act now and whenever one of these parts of the state changes. */
-function follow(parts, act) {
+export function follow(parts, act) {
   listeners.push([parts, act]);
   act();
 }
 
 /** Change the state, the address, and whatever shows it. */
-function choose(change) {
+export function choose(change) {
   const changed = Object.keys(change).filter((part) => JSON.stringify(state[part]) !== JSON.stringify(change[part]));
   if (!changed.length) return;
   Object.assign(state, change);
@@ -19,43 +27,46 @@ function choose(change) {
   for (const [parts, act] of listeners) if (parts.some((part) => changed.includes(part))) act();
 }
 
+/** @returns {Partial<State>} */
 function readAddress() {
-  const found = {};
-  const said = new URLSearchParams(location.hash.slice(1));
-  const tolerance = Number(said.get("tol"));
+  /** @type {Partial<State> & { t: Record<string, number> }} */
+  const found = { t: {} };
+  const parameters = new URLSearchParams(location.hash.slice(1));
+  const text = (name) => parameters.get(name) ?? "";
+  const tolerance = Number(text("tol"));
   if (tolerance > 0 && Number.isFinite(tolerance)) found.tol = tolerance;
-  const magnified = Number(said.get("mag"));
+  const magnified = Number(text("mag"));
   if ([1, 10, 100, 1000].includes(magnified)) found.mag = magnified;
-  if (said.get("show")) found.show = said.get("show");
-  if (said.get("scene")) found.scene = said.get("scene");
-  if (said.get("open")) found.open = said.get("open").split(",");
-  if (said.get("at")) found.at = said.get("at");
-  found.t = {};
-  for (const pair of said.getAll("t")) {
+  if (text("show")) found.show = text("show");
+  if (text("scene")) found.scene = text("scene");
+  if (text("open")) found.open = text("open").split(",");
+  if (text("at")) found.at = text("at");
+  for (const pair of parameters.getAll("t")) {
     const cut = pair.lastIndexOf("~");
     const time = Number(pair.slice(cut + 1));
     if (cut > 0 && Number.isFinite(time)) found.t[pair.slice(0, cut)] = time;
   }
   // An address without a = is a place on the page: #cost, #scene-die-vertex.
   const bare = location.hash.slice(1);
-  if (bare && !bare.includes("=")) found.at = [...said.keys()][0] ?? "";
+  if (bare && !bare.includes("=")) found.at = [...parameters.keys()][0] ?? "";
   return found;
 }
 
 /** The state as an address; only what differs from a fresh page is in it. */
 function address(at = "") {
-  const said = new URLSearchParams();
-  if (state.tol !== DEFAULTS.tol) said.set("tol", state.tol);
-  if (state.show !== DEFAULTS.show) said.set("show", state.show);
-  if (state.scene) said.set("scene", state.scene);
-  if (state.mag !== 1) said.set("mag", state.mag);
-  if (state.open.length) said.set("open", state.open.join(","));
-  for (const [scene, time] of Object.entries(state.t)) said.append("t", `${scene}~${Number(time.toPrecision(6))}`);
-  if (at) said.set("at", at);
-  return `#${said}`;
+  const parameters = new URLSearchParams();
+  if (state.tol !== DEFAULTS.tol) parameters.set("tol", String(state.tol));
+  if (state.show !== DEFAULTS.show) parameters.set("show", state.show);
+  if (state.scene) parameters.set("scene", state.scene);
+  if (state.mag !== 1) parameters.set("mag", String(state.mag));
+  if (state.open.length) parameters.set("open", state.open.join(","));
+  for (const [scene, time] of Object.entries(state.t)) parameters.append("t", `${scene}~${Number(time.toPrecision(6))}`);
+  if (at) parameters.set("at", at);
+  return `#${parameters}`;
 }
 
 let addressDue = 0;
+
 /** Browsers refuse too many changes a second: a dragged slider is written when it rests. */
 function writeAddress() {
   clearTimeout(addressDue);
@@ -65,15 +76,14 @@ function writeAddress() {
 window.addEventListener("hashchange", () => {
   const found = { ...DEFAULTS, ...readAddress() };
   choose(found);
-  arrive();
+  showPlace();
 });
 
 /** Bring what the address points at into view, unfolded and marked. */
-function arrive() {
+export function showPlace() {
   const target = state.at && document.getElementById(state.at);
   if (!target) return;
-  for (let fold = target.closest("details"); fold; fold = fold.parentElement.closest("details")) fold.open = true;
-  if (target.tagName === "DETAILS") target.open = true;
+  for (let fold = target.closest("details"); fold; fold = fold.parentElement?.closest("details") ?? null) fold.open = true;
   target.classList.add("arrived");
   target.scrollIntoView({ block: "start" });
   // What is above draws itself as it is passed, and pushes: look again once it has.
@@ -81,29 +91,29 @@ function arrive() {
 }
 
 /** Go to a place on the page, all else as the reader has it. */
-function visit(event, id) {
+export function goTo(event, id) {
   event.preventDefault();
-  if (location.hash === address(id)) arrive();
+  if (location.hash === address(id)) showPlace();
   else location.hash = address(id);
 }
 
-function placeLink(id, words) {
-  return make("a", { href: `#${id}`, click: (event) => visit(event, id) }, words);
+export function linkToPlace(id, words) {
+  return make("a", { href: `#${id}`, click: (event) => goTo(event, id) }, words);
 }
 
 /** A button that copies the address of a place in this view. */
-function linkTo(id) {
+export function copyLinkButton(id) {
   const copy = async (button) => {
     const copied = await copyText(button, location.href.split("#")[0] + address(id));
     if (copied) return;
     location.hash = address(id); // without a clipboard the address bar has it
-    say(button, "in the address bar");
+    flash(button, "in the address bar");
   };
   return make("button", { type: "button", class: "link", title: "Copy a link to this view", "aria-label": `Copy a link to this view of ${id}`, click: (event) => copy(event.currentTarget) }, "⚓︎");
 }
 
 /** A button that copies a text; nothing where the browser has no clipboard. */
-function copies(text) {
+export function copyTextButton(text) {
   if (!navigator.clipboard) return "";
   return make("button", { type: "button", class: "link copy", "aria-label": `Copy ${text}`, click: (event) => copyText(event.currentTarget, text) }, "copy");
 }
@@ -111,7 +121,7 @@ function copies(text) {
 async function copyText(button, text) {
   try {
     await navigator.clipboard.writeText(text);
-    say(button, "copied");
+    flash(button, "copied");
     return true;
   } catch {
     return false;
@@ -119,7 +129,7 @@ async function copyText(button, text) {
 }
 
 /** Let a button say something for a moment. */
-function say(button, words) {
+function flash(button, words) {
   button.dataset.said = words;
   setTimeout(() => delete button.dataset.said, 1500);
 }

@@ -1,12 +1,19 @@
 // A table that sorts, filters and saves; each row has an address.
 
+import { make } from "./dom.js";
+import { counted, figure } from "./numbers.js";
+import { csvOf, saveAs } from "./save.js";
+import { copyLinkButton, state } from "./state.js";
+
 /**
- * Put a table into host.
- * columns: {key, label, unit, show(row) -> text or element, sort(row) -> value, words: whether it is text}
- * list: rows as their file has them, which is what is saved; id: of the table and, with key(row), of each row.
+ * Put a table into host; what it saves is its rows as their file has them.
+ * @template Row
+ * @param {Element} host
+ * @param {ShownTable<Row>} options id: of the table and, with key(row), of each row
  */
 function dataTable(host, { id, caption, columns, list, key, file = id }) {
   if (!list.length) return;
+  /** @type {{ column: ShownColumn<Row> | null, down: boolean }} */
   let sorted = { column: null, down: false };
   let words = "";
   const body = make("tbody");
@@ -35,8 +42,9 @@ function dataTable(host, { id, caption, columns, list, key, file = id }) {
   }
   function current() {
     const kept = words ? list.filter((row) => textOf(row).includes(words)) : [...list];
-    if (sorted.column) {
-      const value = sorted.column.sort ?? ((row) => row[sorted.column.key]);
+    const { column } = sorted;
+    if (column) {
+      const value = column.sort ?? ((row) => row[column.key]);
       const way = sorted.down ? -1 : 1;
       kept.sort((a, b) => {
         const [x, y] = [value(a), value(b)];
@@ -58,7 +66,7 @@ function dataTable(host, { id, caption, columns, list, key, file = id }) {
           columns.map((column, at) => {
             const shownCell = column.show ? column.show(row) : row[column.key];
             const content = typeof shownCell === "number" ? figure(shownCell) : (shownCell ?? "");
-            const parts = at === 0 ? [content, linkTo(`${id}-${key(row)}`)] : [content];
+            const parts = at === 0 ? [content, copyLinkButton(`${id}-${key(row)}`)] : [content];
             return make(at === 0 ? "th" : "td", { scope: at === 0 ? "row" : null, class: column.words ? "words" : "" }, parts);
           }),
         ),
@@ -77,7 +85,7 @@ function dataTable(host, { id, caption, columns, list, key, file = id }) {
 
   fill();
   host.append(
-    make("div", { class: "tools table-tools" }, list.length > 6 ? find : "", count, linkTo(id), save),
+    make("div", { class: "tools table-tools" }, list.length > 6 ? find : "", count, copyLinkButton(id), save),
     make(
       "div",
       { class: "wide", tabindex: "0", role: "region", "aria-label": caption },
@@ -86,8 +94,13 @@ function dataTable(host, { id, caption, columns, list, key, file = id }) {
   );
 }
 
-/** A folded table: made when it is opened. */
-function foldedTable(host, options) {
+/**
+ * A folded table: made when it is opened.
+ * @template Row
+ * @param {Element} host
+ * @param {ShownTable<Row>} options
+ */
+export function foldedTable(host, options) {
   if (!options.list.length) return;
   const fold = make("details", { class: "fold", id: `fold-${options.id}` }, make("summary", {}, options.caption));
   let made = false;

@@ -10,7 +10,6 @@ import shlex
 import shutil
 import subprocess
 import sys
-from argparse import Namespace
 from dataclasses import fields, replace
 from pathlib import Path
 from xml.etree import ElementTree
@@ -20,17 +19,19 @@ import pandas as pd
 import pytest
 from patience import PATIENCE_S, without_progress
 
-from tumble.commands import check as check_command
+from tumble.compare.check import study
 from tumble.compare.check.changes import Outcome, hold_against, within
 from tumble.compare.check.junit import junit
 from tumble.compare.check.markdown import MOST_CHARACTERS, summary
 from tumble.compare.check.record import FORMAT, BadRecord, Record, read_record, texts
 from tumble.compare.check.schemas import CELLS, QUESTIONS, TIMES, CellRow, QuestionRow, TimeRow
+from tumble.compare.check.study import Measuring
 from tumble.compare.check.times import nearer
 from tumble.compare.check.tolerances import BadTolerance, Tolerances, read_tolerances
 from tumble.compare.check.words import behaviours
 from tumble.compare.judge.ladder import one_order
 from tumble.compare.judge.trend import trend
+from tumble.compare.run.progress import no_display
 from tumble.compare.tables.files import write_folder
 from tumble.compare.tables.frames import frame
 from tumble.compare.tables.frames import rows as rows_of
@@ -291,18 +292,19 @@ def test_a_changed_time_is_told_only_if_it_is_found_twice(monkeypatch, again, to
 
     asked = []
 
-    def flown(options: Namespace, old: Record) -> Record:
-        asked.append(options.scene)
-        return timed(again)
+    def measured(how: Measuring, baseline: Record, display: object) -> Record:
+        asked.append([*how.scenes])
+        return timed(first if len(asked) == 1 else again)
 
-    monkeypatch.setattr(check_command, "fly", flown)
-    old, options = replace(timed(2.0), scenes=("dir/s.toml", "t")), Namespace(scene=[])
-    new = check_command.timed_again(options, old, timed(4.0), Tolerances())
-    assert asked == [["dir/s.toml"]], "the other scene's times have not changed"
-    assert [change.verdict for change in told(old, new).changes if change.column == "time_ratio"] == told_of
-    steady = timed(2.2)
-    assert check_command.timed_again(options, old, steady, Tolerances()) is steady
-    assert len(asked) == 1
+    monkeypatch.setattr(study, "measure_record", measured)
+    baseline, first = replace(timed(2.0), scenes=("dir/s.toml", "t")), 4.0
+    new = study.measured_twice(baseline, Tolerances(), Measuring(), no_display)
+    assert asked == [[], ["dir/s.toml"]], "the other scene's times have not changed"
+    assert [change.verdict for change in told(baseline, new).changes if change.column == "time_ratio"] == told_of
+    first = 2.2
+    asked.clear()
+    study.measured_twice(baseline, Tolerances(), Measuring(), no_display)
+    assert asked == [[]], "nothing changed, so nothing is measured again"
 
 
 # What is measured.
@@ -363,7 +365,8 @@ def test_an_engine_file_that_a_record_names_runs_only_when_it_is_named_again(rec
     for words in (("--baseline", "base"), ("--accept", "--baseline", "base")):
         done = check(folder, *words)
         assert done.returncode == 2
-        assert "the record asks for ./mine.py" in done.stderr
+        assert "./mine.py" in done.stderr
+        assert "--trust" in done.stderr
         assert "-e ./mine.py" in done.stderr
         assert done.stderr.count("\n") == 1
         assert not (folder / "PWNED").exists()

@@ -5,6 +5,7 @@ import pytest
 from tumble.compare.comparison.against_truth import compare
 from tumble.compare.comparison.results import comparison_tables
 from tumble.compare.run.running_engines import launched
+from tumble.compare.tables.engines import engine_row
 from tumble.reports.comparison_text import comparison_text
 from tumble.scenarios.read import read_scene
 
@@ -13,7 +14,7 @@ def test_every_throw_is_written_and_told_of():
     scenes = [read_scene(name) for name in ("many-throws", "die-straight")]
     with launched(["tumble:rk4"]) as running_engines:
         comparisons = compare(running_engines, scenes)
-        tables = comparison_tables(comparisons, running_engines, "")
+        tables = comparison_tables(comparisons, list(map(engine_row, running_engines)), "")
     every, runs = tables["members.csv"], tables["runs.csv"].set_index("scene")
     assert every["scene"].unique().tolist() == ["many-throws"]
     assert every["member"].tolist() == list(range(24))

@@ -1,7 +1,6 @@
 """What a comparison found, from planted rows."""
 
-from tumble.compare.comparison.findings import agreement_findings, column_findings, error_findings
-from tumble.compare.comparison.table_4_1 import BudgetRow
+from tumble.compare.comparison.findings import agreement_findings, error_findings
 from tumble.compare.judge.agreement import AgreementRow
 from tumble.compare.tables.shared import RunRow
 
@@ -68,12 +67,3 @@ def test_of_agreeing_engines_the_most_misleading_pair_is_told():
     ]
     told = found(agreement_findings(pairs))
     assert told == {"apart": ("one:a", 1e-9, None), "both off": ("one:a", 0.7, None)}
-
-
-def test_a_printed_column_is_right_only_where_it_is_nearer_by_far():
-    told = list(column_findings([BudgetRow("s", "exact", "", 2.8, 0.011), BudgetRow("s", "other", "x", 0.0, 5.0)]))
-    assert [(row.finding, row.other, row.value) for row in told] == [
-        ("right column", "application", 0.011),
-        ("wrong column", "calculated", 2.8),
-    ]
-    assert not list(column_findings([BudgetRow("s", "exact", "", 0.09, 0.011)]))

@@ -1,4 +1,4 @@
-"""How engines take the gyroscopic torque, found blind from flights, is what their sources say; docs/families.md."""
+"""How engines take the gyroscopic torque, found blind from flights, is what their sources say; docs/gyroscopic.md."""
 
 import re
 from dataclasses import replace
@@ -71,7 +71,7 @@ def test_found_blind_it_is_what_the_source_says(contestant, running_engines):
 @pytest.mark.parametrize(("which", "towards"), [("least", -1), ("largest", 1)])
 def test_who_rescales_the_angular_momentum_drifts_to_the_middle_axis(contestant, which, towards, running_engines):
     """2 T B / L^2 is B/A = 2 about the least axis, 2/3 about the largest, 1 at the separatrix of the middle one."""
-    question = read_scene(str(DOCS / "families" / f"near-the-{which}.toml"))
+    question = read_scene(str(DOCS / "gyroscopic" / f"near-the-{which}.toml"))
     ours, method = running_engines[contestant], contestant.partition(":")[2]
     states = ours.fly(question, method, question.step).states[:, 0]
     length = np.linalg.norm(mechanics.angular_momentum(states, question.body), axis=-1)
@@ -79,7 +79,7 @@ def test_who_rescales_the_angular_momentum_drifts_to_the_middle_axis(contestant,
     assert (middle[0] - 1) * towards < 0, "it begins on the other side"
     assert (middle[-1] - middle[0]) * towards > 0.1
     assert abs(middle[-1] - 1) < 0.5 * abs(middle[0] - 1)
-    page = (DOCS / "families.md").read_text(encoding="utf-8")
+    page = (DOCS / "gyroscopic.md").read_text(encoding="utf-8")
     row = re.search(rf"\| {re.escape(contestant)} \| {which} \| ([\d.]+) \| ([\d.]+) \|", page)
     assert row, "the page has its figures"
     assert [float(each) for each in row.groups()] == pytest.approx([middle[0], middle[-1]], abs=0.02)

@@ -6,8 +6,8 @@ import pytest
 
 from tumble.compare.grade.hypotheses.explanation import Mistake, value_of
 from tumble.compare.grade.hypotheses.hypothesis import Hypothesis
+from tumble.compare.grade.search.evaluator import Flights
 from tumble.compare.grade.search.fitting import Fitter
-from tumble.compare.grade.search.flights import Flights
 
 
 def hypothesis(name, values=(), **said):

@@ -15,9 +15,9 @@ from patience import PATIENCE_S
 from scipy.spatial.transform import Rotation
 
 from tumble.__main__ import main
-from tumble.compare.grade.measure.residual import measure
+from tumble.compare.grade.measure.errors import measure
 from tumble.compare.grade.read.cells import LOOKED_AT
-from tumble.compare.grade.read.foreign import Trajectory
+from tumble.compare.grade.read.trajectory import Trajectory
 from tumble.scenarios.read import read_scene
 
 SCENE = "two-hits"

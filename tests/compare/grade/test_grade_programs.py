@@ -102,7 +102,7 @@ SINGLE = {
     ),
     "fast clock": (smooth("two-hits", rate=1.05, form=FOUR), "times as fast as the clock", (1.0499, 1.0501)),
     "coarse physics": (
-        smooth("two-hits", dt=0.002, on_progress=10, every=7, form=FOUR),
+        smooth("two-hits", dt=0.002, tick=10, every=7, form=FOUR),
         "physics moves in whole steps",
         (0.0199, 0.0201),
     ),
@@ -217,7 +217,7 @@ PAIRS = {
         ("angular damping", "explicit Euler with a step of 0.01 s"),
     ),
     "force and tick": (
-        smooth("two-hits", dt=0.002, lasts=0.3, on_progress=10, every=7, form=FOUR),
+        smooth("two-hits", dt=0.002, lasts=0.3, tick=10, every=7, form=FOUR),
         ("impulse used as a constant force over 0.3 s", "whole steps of 0.02 s"),
     ),
     "xyzw without gyroscopic term": (

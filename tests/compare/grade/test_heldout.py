@@ -46,7 +46,7 @@ def test_what_was_told_firmly_of_what_is_held_out_was_right_as_the_pages_say(sho
     right = sum(not row["judged"].startswith("wrong") for row in firm)
     for page, said in {
         DOCS / "confusion.md": f"of {len(held_out)} files",
-        DOCS.parent / "README.md": f"{right} of the {len(firm)} that it explained firmly",
+        DOCS.parent / "README.md": f"{right} of {len(firm)} confident answers",
     }.items():
         assert said in page.read_text(encoding="utf-8"), page
 

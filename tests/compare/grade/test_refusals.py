@@ -10,7 +10,7 @@ from engine_logs import log, read
 from scipy.spatial.transform import Rotation
 
 from tumble.__main__ import main
-from tumble.compare.grade.read import header, offers
+from tumble.compare.grade.read import header, suggestions
 
 SCENE = "two-hits"
 
@@ -150,7 +150,7 @@ def test_a_question_of_a_wide_file_is_asked_only_where_there_is_one(tmp_path, ro
     def never(*_):
         raise AssertionError("nothing is to be asked")
 
-    for module, name in ((header, "likely_meant"), (header, "angles_of"), (offers, "_likely")):
+    for module, name in ((header, "likely_meant"), (header, "angles_of"), (suggestions, "_likely")):
         monkeypatch.setattr(module, name, never)
     names = ["t_s", "x_m", "y_m", "z_m", "qw", "qx", "qy", "qz", *(f"c{n}" for n in range(20_000))]
     q = [Rotation.from_matrix(r).as_quat() for _, _, r, _, _ in rows]
@@ -172,11 +172,11 @@ def test_names_of_columns_are_read_in_no_time_however_they_are_made():
     for word in ("time", "obj", "body", "rot", "global", "e", "position", "x"):
         for count in range(1, 60):
             name = word * count + "!"
-            offers.likely_meant([name, f"{name} (m)", f"{name}_x"], {}, ())
-            offers.angles_of([f"{name} x", name])
+            suggestions.likely_meant([name, f"{name} (m)", f"{name}_x"], {}, ())
+            suggestions.angles_of([f"{name} x", name])
     few = process_time() - begin
     begin = process_time()
     for _ in range(1000):
-        offers.likely_meant(["time", "position.x (m)", "body_x"], {}, ())
-        offers.angles_of(["rotation x", "roll"])
+        suggestions.likely_meant(["time", "position.x (m)", "body_x"], {}, ())
+        suggestions.angles_of(["rotation x", "roll"])
     assert few < 100 * (process_time() - begin)

@@ -462,13 +462,13 @@ def test_other_work_on_the_machine_is_seen(monkeypatch):
     monkeypatch.setattr(others, "share_of_frequency", lambda: 1.0)
     monkeypatch.setattr(others.os, "cpu_count", lambda: 4)
     assert other_work(*looks(0.1, 0.01)) == ""
-    assert other_work(*looks(1.5)) == "other work had 1.5 of 4 cores"
+    assert other_work(*looks(1.5)) == "other processes used 1.5 of 4 cores"
     assert other_work(*looks(0.0, 0.4)) == "the host took 10% of the time"
     monkeypatch.setattr(others, "share_of_frequency", lambda: 0.5)
     assert other_work(*looks(0.0)) == "the processors ran at 50% of their frequency"
 
 
-def test_other_work_is_said_once_and_stands_in_the_conditions(monkeypatch, capsys):
+def test_other_work_is_logged_once_and_stands_in_the_conditions(monkeypatch, caplog):
     """Beside processes of the test's own that burn two cores; the clock's own work is no other work's."""
     monkeypatch.setattr(others, "seen", [])
     burners = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(2)]
@@ -487,8 +487,6 @@ def test_other_work_is_said_once_and_stands_in_the_conditions(monkeypatch, capsy
         for burner in burners:
             burner.kill()
             burner.wait()
-    said = capsys.readouterr().err
-    assert said.startswith("tumble: while times were taken ")
-    assert "other work had" in said
-    assert len(said.splitlines()) == 1, "twice sampled, once said"
+    assert len(caplog.messages) == 1, "twice sampled, once logged"
+    assert "other processes used" in caplog.messages[0]
     assert [row.value for row in conditions("x") if row.what == "other work"] == others.seen

@@ -94,7 +94,7 @@ def test_what_proc_tells_is_done_without(monkeypatch):
     assert timer.queued_ns() == 0
     assert others.machine() is None
     monkeypatch.setattr(os, "getloadavg", lambda: (3.0, 3.0, 3.0))
-    assert others.other_work(None, None).startswith("other work had about 2.0 of ")
+    assert others.other_work(None, None).startswith("other processes used about 2.0 of ")
     assert processor()
 
 

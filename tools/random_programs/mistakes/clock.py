@@ -32,7 +32,7 @@ def _(sim: Simulation, time: float) -> None:
 
 @mistake("clock", "clock rate", _unstruck_later, rate=one_of(0.5, 2.0, 1.2, 5 / 6, 1.01, 0.97, 1.1, 0.6))
 def _(sim: Simulation, rate: float) -> None:
-    """Steps are so many times as long as the time that the file says."""
+    """Steps are longer than the file's times by this factor."""
     sim.scheme = replace(sim.scheme, dt=sim.scheme.dt * rate, spacing=sim.scheme.spacing * rate)
     sim.dt *= rate
     sim.scene = replace(sim.scene, duration=sim.scene.duration * rate)
@@ -80,7 +80,7 @@ def _(sim: Simulation, n: int) -> None:
     sim.rewrites.append(rewrite)
 
 
-@mistake("clock", "starts anew", time=instant(0.4, 0.8))
+@mistake("clock", "restarts", time=instant(0.4, 0.8))
 def _(sim: Simulation, time: float) -> None:
     """The body is put back to where it began."""
     first = (sim.x, sim.q, sim.v, sim.w)

@@ -37,12 +37,12 @@ def _which(random: np.random.Generator, scene: Scene, scheme: Scheme) -> int:
 
 
 def _ticks(*counts: int) -> Draw:
-    """Return a draw of a time of so many ticks [s]."""
+    """Return a draw of a time of this many ticks [s]."""
     return lambda random, scene, scheme: int(random.choice(counts)) * scheme.dt
 
 
 def _sized(sim: Simulation, size: Callable[[Impulse], float]) -> None:
-    """Make impulses so many times what they are."""
+    """Multiply impulses by a factor."""
     right = sim.value
     sim.value = lambda impulse: scale(sim.number(size(impulse)), right(impulse))
 
@@ -263,7 +263,7 @@ def _push(sim: Simulation, J: Vector, spin: Vector) -> None:
 
 
 def _force(sim: Simulation, over: float, lasts: float) -> None:
-    """Apply J / over [N] for so many s at the point of the body that the impulse meets."""
+    """Apply J / over [N] for this time [s] at the point of the body that the impulse hits."""
 
     def strike(impulse: Impulse) -> None:
         force = scale(1 / sim.number(over), sim.value(impulse))

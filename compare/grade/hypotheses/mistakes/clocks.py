@@ -8,7 +8,7 @@ from itertools import product
 import numpy as np
 
 from tumble.compare.grade.hypotheses.hypothesis import Hypothesis, Question, grid
-from tumble.compare.grade.model.account import ALONG_ARCS, STRAIGHT, Account, in_ticks
+from tumble.compare.grade.model.program_model import ALONG_ARCS, STRAIGHT, Account, in_ticks
 from tumble.scenarios.frames import Array
 
 # An offset of up to this share of the duration, a rate of up to this ratio.

@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 
 from tumble.compare.grade.hypotheses.hypothesis import STEPS, Hypothesis, Question, choice, grid
-from tumble.compare.grade.model.account import Account, without_strength
-from tumble.compare.grade.model.kernel.laws import AFTER_FORCES, AS_FORCE, LAST
+from tumble.compare.grade.model.kernel.dynamics import AFTER_FORCES, AS_FORCE, LAST
+from tumble.compare.grade.model.program_model import Account, without_strength
 from tumble.scenarios.forces import GRAVITY, acting
 
 STANDARD = 9.81  # m/s2

@@ -7,8 +7,7 @@ import numpy as np
 
 from tumble.compare.grade.hypotheses.hypothesis import STEPS, Hypothesis, Question, choice, grid
 from tumble.compare.grade.hypotheses.mistakes.one_impulse import MOST_VERTICES, one_impulse
-from tumble.compare.grade.model.account import Account
-from tumble.compare.grade.model.kernel.laws import (
+from tumble.compare.grade.model.kernel.dynamics import (
     AS_AT_THE_START,
     NOT_TURNED,
     POINT_MOVES,
@@ -16,6 +15,7 @@ from tumble.compare.grade.model.kernel.laws import (
     TORQUE_STAYS,
     TORQUE_UNTURNED,
 )
+from tumble.compare.grade.model.program_model import Account
 from tumble.scenarios.frames import Array
 from tumble.scenarios.scene import Impulse
 

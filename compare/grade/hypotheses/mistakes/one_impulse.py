@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from tumble.compare.grade.hypotheses.hypothesis import STEPS, Hypothesis, Question, choice, grid
-from tumble.compare.grade.model.account import FINE, Account
+from tumble.compare.grade.model.program_model import FINE, Account
 from tumble.scenarios.frames import Array, rotation_matrix
 from tumble.scenarios.scene import Impulse
 

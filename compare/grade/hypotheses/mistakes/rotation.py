@@ -7,8 +7,7 @@ from itertools import permutations
 import numpy as np
 
 from tumble.compare.grade.hypotheses.hypothesis import Hypothesis, Question, choice, grid
-from tumble.compare.grade.model.account import Account
-from tumble.compare.grade.model.kernel.laws import (
+from tumble.compare.grade.model.kernel.dynamics import (
     FROZEN,
     MIXED_BODY,
     MIXED_MOMENTUM,
@@ -16,6 +15,7 @@ from tumble.compare.grade.model.kernel.laws import (
     NEVER_TURNED,
     TURNED_BACK,
 )
+from tumble.compare.grade.model.program_model import Account
 from tumble.scenarios.frames import rotation_matrix
 
 DEGREE = np.pi / 180

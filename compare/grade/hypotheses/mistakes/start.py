@@ -7,7 +7,7 @@ import numpy as np
 
 from tumble.compare.grade.hypotheses.hypothesis import Hypothesis, Question, choice
 from tumble.compare.grade.hypotheses.mistakes.axes import axis_names, signed_permutations
-from tumble.compare.grade.model.account import Account
+from tumble.compare.grade.model.program_model import Account
 from tumble.scenarios.frames import Array, rotation_matrix
 
 POSITION, ATTITUDE, VELOCITY, SPIN = slice(0, 3), slice(3, 7), slice(7, 10), slice(10, 13)

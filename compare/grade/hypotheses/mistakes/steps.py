@@ -6,8 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from tumble.compare.grade.hypotheses.hypothesis import Hypothesis, Question, choice, grid
-from tumble.compare.grade.model.account import Account
-from tumble.compare.grade.model.kernel.laws import (
+from tumble.compare.grade.model.kernel.dynamics import (
     EXPLICIT,
     EXPONENTIAL,
     HEUN,
@@ -25,6 +24,7 @@ from tumble.compare.grade.model.kernel.laws import (
     WORLD,
     Scheme,
 )
+from tumble.compare.grade.model.program_model import Account
 
 # A flight of more steps than this takes longer than it is worth, and of more than this where its step has a name.
 MOST_STEPS, MOST_KNOWN_STEPS = 5_000, 10_000

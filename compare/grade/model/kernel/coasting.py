@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from tumble.compare.grade.model.kernel.laws import Array
+from tumble.compare.grade.model.kernel.dynamics import Array
 from tumble.solver.compilation import kernel_with
 from tumble.solver.integrators.exact import exact
 from tumble.solver.vectors import Vector

@@ -4,8 +4,7 @@ import math
 
 import numpy as np
 
-from tumble.compare.grade.model.kernel.gyroscopic import carried, spun
-from tumble.compare.grade.model.kernel.laws import (
+from tumble.compare.grade.model.kernel.dynamics import (
     AFTER_FORCES,
     AS_FORCE,
     BEFORE_FORCES,
@@ -21,6 +20,7 @@ from tumble.compare.grade.model.kernel.laws import (
     Push,
     Scheme,
 )
+from tumble.compare.grade.model.kernel.gyroscopic import carried, spun
 from tumble.compare.grade.model.kernel.rates import accelerations, damped, decayed, turning
 from tumble.solver.compilation import inner
 from tumble.solver.quaternion import (

@@ -1,6 +1,6 @@
 """What impulses, and forces that last, do to a motion as they begin and end."""
 
-from tumble.compare.grade.model.kernel.laws import (
+from tumble.compare.grade.model.kernel.dynamics import (
     AS_AT_THE_START,
     AS_THE_BODY,
     END,

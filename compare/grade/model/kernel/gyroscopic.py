@@ -2,7 +2,7 @@
 
 import math
 
-from tumble.compare.grade.model.kernel.laws import (
+from tumble.compare.grade.model.kernel.dynamics import (
     BACKWARD,
     EXPLICIT,
     IMPLICIT,

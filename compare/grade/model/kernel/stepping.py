@@ -9,9 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tumble.compare.grade.model.kernel.euler import capped, euler_step, kept_in_single, matrix_step
-from tumble.compare.grade.model.kernel.events import happen
-from tumble.compare.grade.model.kernel.laws import (
+from tumble.compare.grade.model.kernel.dynamics import (
     AS_IT_IS,
     MATRIX,
     ORDER_4,
@@ -23,6 +21,8 @@ from tumble.compare.grade.model.kernel.laws import (
     Push,
     Scheme,
 )
+from tumble.compare.grade.model.kernel.euler import capped, euler_step, kept_in_single, matrix_step
+from tumble.compare.grade.model.kernel.events import happen
 from tumble.compare.grade.model.kernel.rates import twist
 from tumble.compare.grade.model.kernel.runge_kutta import runge_kutta_step, smooth_count
 from tumble.solver.compilation import inner, kernel_with

@@ -1,0 +1,167 @@
+"""The study of `tumble check`: measure a record, compare it with a baseline, accept it."""
+
+import logging
+import shlex
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from tumble.compare.check.changes import Outcome, failures, hold_against, time_changes, within
+from tumble.compare.check.measure import measure
+from tumble.compare.check.record import BadRecord, Record, texts
+from tumble.compare.check.schemas import TIMES
+from tumble.compare.check.times import nearer
+from tumble.compare.check.tolerances import Tolerances
+from tumble.compare.run.engines.registry import is_file
+from tumble.compare.run.process.kept import Kept
+from tumble.compare.run.progress import Display, no_display
+from tumble.compare.run.running_engines import TIME_LIMIT_S, flights, split, wanted
+from tumble.compare.run.starting import started
+from tumble.compare.run.worker import MEMORY_LIMIT
+from tumble.compare.tables.circumstances import binding, circumstances
+from tumble.compare.tables.files import write_folder
+from tumble.scenarios.read import catalogue, read_scenes
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class Measuring:
+    """How a record is measured.
+
+    scenes, contestants: words as on the command line, which the record keeps so that it can be repeated; empty: those
+    of the baseline, or all; trust: run the engine files that the baseline names; timed: measure run times;
+    folder: where finished cells are saved, so that the same call continues from there;
+    time_limit: for each run [s]; memory_limit: for each engine's process [B]; command: repeats the study.
+    """
+
+    scenes: Sequence[str] = ()
+    contestants: Sequence[str] = ()
+    trust: bool = False
+    timed: bool = True
+    folder: Path | None = None
+    time_limit: float = TIME_LIMIT_S
+    memory_limit: int = MEMORY_LIMIT
+    command: str = ""
+
+
+def measure_record(how: Measuring, baseline: Record | None = None, display: Display = no_display) -> Record:
+    """Run every scene with every contestant, and return the record.
+
+    Parameters
+    ----------
+    how : what is measured
+    baseline : gives the scenes and contestants that `how` leaves empty
+    display : shows progress
+
+    Returns
+    -------
+    the record, without run times if the baseline has none
+
+    Raises
+    ------
+    BadRecord : the baseline names engine files, and `how` does not trust them
+    BadScene : a scene cannot be read
+    BadEngine : an engine or a method is unknown
+    """
+    asked_scenes = how.scenes or (baseline.scenes if baseline else ())
+    contestants = how.contestants or (baseline.contestants if baseline else ())
+    if not how.contestants and not how.trust and (files := [word for word in contestants if is_file(split(word)[0])]):
+        named = shlex.join(part for word in files for part in ("-e", word))
+        raise BadRecord(
+            f"the baseline names the engine files {', '.join(files)}, which are not run without your consent: "
+            f"give them again ({named}), or --trust"
+        )
+    scenes = read_scenes(asked_scenes or catalogue())
+    timed = how.timed and (baseline is None or baseline.times is not None)
+    if how.folder:
+        how.folder.mkdir(parents=True, exist_ok=True)
+    beside = baseline.contestants if baseline else ()
+    with started(contestants, how.time_limit, how.memory_limit, display, beside=beside) as running_engines:
+        cache = None
+        if how.folder:
+            asked = {"time limit [s]": f"{how.time_limit:g}"}
+            cache = Kept(how.folder, binding(circumstances(running_engines, scenes, asked, how.command)))
+        try:
+            with display(flights(running_engines, scenes) + len(scenes) * (1 + timed)) as on_progress:
+                record = measure(
+                    running_engines, scenes, (asked_scenes, contestants), how.command, timed, on_progress, cache
+                )
+        except KeyboardInterrupt:
+            saved = f"finished runs are saved in {how.folder}; run the same command again to continue"
+            raise KeyboardInterrupt(f"interrupted; {saved if cache else 'nothing was written'}") from None
+        if cache:
+            cache.forget()
+        return record
+
+
+def check_scenes(
+    baseline: Record,
+    tolerances: Tolerances,
+    how: Measuring,
+    candidate: Record | None = None,
+    display: Display = no_display,
+) -> tuple[Record, Outcome]:
+    """Measure what a baseline has, and find what changed beyond the tolerances.
+
+    Parameters
+    ----------
+    baseline : the record to compare with
+    tolerances : how much each column may change
+    how : what is measured; its scenes and contestants limit the comparison, too
+    candidate : a record to compare instead of measuring one
+    display : shows progress
+
+    Returns
+    -------
+    the record that was measured, or the candidate
+    what changed
+
+    Raises
+    ------
+    as `measure_record`
+    """
+    measured = candidate or measured_twice(baseline, tolerances, how, display)
+    engines = wanted(how.contestants) if how.contestants else {}
+    old, new = (within(record, how.scenes, engines, baseline.contestants) for record in (baseline, measured))
+    return new, hold_against(old, new, tolerances)
+
+
+def measured_twice(baseline: Record, tolerances: Tolerances, how: Measuring, display: Display) -> Record:
+    """Return a record whose changed run times were measured again, in new processes.
+
+    The time of a loop depends on where its process lies in memory, and so does the reference's: a change that is not
+    found twice is not reported.
+    """
+    new = measure_record(how, baseline, display)
+    changed = {change.scene for change in time_changes(baseline, new, tolerances)}
+    if not changed or baseline.times is None or new.times is None:
+        return new
+    log.info(f"run times changed on {', '.join(sorted(changed))}: measuring them again")
+    words = [word for word in how.scenes or baseline.scenes or sorted(changed) if Path(word).stem in changed]
+    again = measure_record(replace(how, scenes=words), baseline, display)
+    assert again.times is not None  # the baseline has them
+    return replace(new, times=nearer(baseline.times, new.times, again.times))
+
+
+def accept_record(folder: Path, record: Record, with_failures: bool = False) -> dict[str, str]:
+    """Write a record, unless it has failures.
+
+    Parameters
+    ----------
+    folder : where it is written
+    record : the record
+    with_failures : write it even if contestants crashed, hung or are missing
+
+    Returns
+    -------
+    the status of each failed contestant that kept the record from being written; empty if it was written
+
+    Raises
+    ------
+    OSError : the folder cannot be written to
+    """
+    if (failed := failures(record)) and not with_failures:
+        return failed
+    write_folder(folder, texts(record), without=(TIMES.file,) if record.times is None else ())
+    return {}

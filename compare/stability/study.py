@@ -1,0 +1,93 @@
+"""The study of `tumble stability`: scenes and contestants in, stability maps and extreme cases out."""
+
+import logging
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+
+import pandas as pd
+
+from tumble.compare.run.progress import Display, no_display
+from tumble.compare.run.starting import started
+from tumble.compare.run.worker import MEMORY_LIMIT
+from tumble.compare.stability.findings import extreme_findings, limit_findings
+from tumble.compare.stability.schemas import EXTREMES, LIMITS
+from tumble.compare.stability.store import store, tables_of
+from tumble.compare.stability.tasks import keys, stability
+from tumble.compare.tables.circumstances import circumstances
+from tumble.compare.tables.files import write_whole
+from tumble.compare.tables.frames import csv_text, frame, rows
+from tumble.compare.tables.shared import FINDINGS
+from tumble.scenarios.scene import Scene
+
+log = logging.getLogger(__name__)
+
+RUN_LIMIT_S = 20.0
+
+
+def map_scenes(
+    scenes: Sequence[Scene],
+    cases: Sequence[Scene] = (),
+    contestants: Sequence[str] = (),
+    *,
+    folder: Path | None = None,
+    time_limit: float = RUN_LIMIT_S,
+    memory_limit: int = MEMORY_LIMIT,
+    command: str = "",
+    display: Display = no_display,
+    ended: Callable[[Mapping[str, pd.DataFrame]], object] = lambda tables: None,
+) -> dict[str, pd.DataFrame]:
+    """Map the stability of every contestant in every scene, and run the extreme cases.
+
+    Parameters
+    ----------
+    scenes : mapped over the step and over the number that makes each stiff
+    cases : extreme cases, run as they are
+    contestants : ENGINE[@RELEASE][:METHOD] or FILE[:METHOD] of each; empty: every installed engine
+    folder : where the tables are written; a later call continues from there
+    time_limit : for each run [s]
+    memory_limit : for each engine's process [B]
+    command : the command line that repeats the study, for conditions.csv
+    display : shows progress
+    ended : called with the tables when the study ends, also when it fails or is interrupted
+
+    Returns
+    -------
+    table by file name
+
+    Raises
+    ------
+    BadEngine : an engine or a method is unknown
+    BadScene : nothing in a scene limits the step
+    NoTruth : an extreme case has no reference solution
+    """
+    with started(contestants, time_limit, memory_limit, display) as running_engines:
+        limit = {"time limit [s]": f"{time_limit:g}"}
+        order = keys(running_engines, scenes, cases)
+        pieces = store(folder, order, circumstances(running_engines, [*scenes, *cases], limit, command))
+        if resumed := pieces.resume():
+            log.info(resumed)
+        try:
+            with display(len(order) - len(pieces.done)) as on_progress:
+                stability(
+                    running_engines,
+                    scenes,
+                    cases,
+                    lambda piece: pieces.keep(piece.key, tables_of(piece)),
+                    on_progress,
+                    pieces.done,
+                )
+        except KeyboardInterrupt:
+            left = f"finished results are saved in {folder}; run the same command again to continue"
+            raise KeyboardInterrupt(f"interrupted; {left if folder else 'results so far:'}") from None
+        finally:
+            pieces.write()
+            ended(pieces.tables)
+    tables = pieces.tables
+    found = [
+        *limit_findings(rows(LIMITS, tables[LIMITS.file])),
+        *extreme_findings(rows(EXTREMES, tables[EXTREMES.file])),
+    ]
+    tables[FINDINGS.file] = frame(FINDINGS, found)
+    if folder:
+        write_whole(folder / FINDINGS.file, csv_text(tables[FINDINGS.file]))
+    return tables

@@ -1,0 +1,95 @@
+// Which contestants every figure shows, and which one the pointer highlights.
+
+import { namedInAnswer } from "./cheapest.js";
+import { CONTESTANTS, bestOf, defaultOf, markOf } from "./contestants.js";
+import { groupBy } from "./data.js";
+import { make } from "./dom.js";
+import { choose, follow, state } from "./state.js";
+
+/** Engines' defaults and bests: who is shown unless the reader asks for others. */
+function leading(tolerance = state.tol) {
+  const names = [];
+  for (const engine of new Set([...CONTESTANTS.values()].filter((one) => !one.byHand).map((one) => one.engine))) {
+    names.push(defaultOf(engine), bestOf(engine, tolerance));
+  }
+  names.push(...namedInAnswer(tolerance).map(({ name }) => name)); // who is named in the answer has a row
+  const found = [...new Set(names.filter(Boolean))];
+  return found.length ? found : [...CONTESTANTS.keys()]; // tables of a sweep or of maps alone know no defaults
+}
+
+/** @type {Record<string, [string, () => string[]]>} */
+const PRESETS = {
+  best: ["defaults and bests", () => leading()],
+  engines: ["engines", () => namesWhere((one) => !one.ours && !one.byHand)],
+  ours: ["ours", () => namesWhere((one) => one.ours)],
+  tuned: ["tuned", () => namesWhere((one) => one.manner === "tuned")],
+  defaults: ["as shipped", () => namesWhere((one) => one.manner === "defaults")],
+  held: ["force held", () => namesWhere((one) => one.manner === "held")],
+  all: ["all", () => namesWhere(() => true)],
+  none: ["none", () => []],
+};
+
+function namesWhere(wanted) {
+  return [...CONTESTANTS.values()].filter(wanted).map((one) => one.name);
+}
+
+/** The names that are shown now, on every figure. */
+export function shown() {
+  const named = state.show.split(",").filter((name) => CONTESTANTS.has(name));
+  if (named.length && !PRESETS[state.show]) return new Set(named);
+  return new Set((PRESETS[state.show] ?? PRESETS.best)[1]());
+}
+
+/** Show these alone. */
+export function show(names) {
+  choose({ show: [...names].join(",") || "none" });
+}
+
+/** The chips that say who is shown; each filters every figure. */
+export function chips(host) {
+  const buttons = Object.entries(PRESETS)
+    .filter(([key, [, names]]) => key === "none" || names().length)
+    .map(([key, [label]]) => make("button", { type: "button", class: "chip", "data-show": key, click: () => choose({ show: key }) }, label));
+  host.append(make("span", { class: "chips-title" }, "shown in every figure:"), ...buttons);
+  follow(["show"], () => buttons.forEach((button) => button.setAttribute("aria-pressed", button.dataset.show === state.show)));
+}
+
+let highlighted = "";
+const highlightable = [];
+
+/** Highlight a contestant in every figure; "" highlights none. */
+export function highlight(name) {
+  if (name === highlighted) return;
+  highlighted = name;
+  highlightable.forEach(fadeOthers);
+}
+
+/** Let a figure follow the highlight; call the returned function after it is drawn again. */
+export function followHighlight(svg) {
+  highlightable.push(svg);
+  return () => fadeOthers(svg);
+}
+
+function fadeOthers(svg) {
+  for (const part of svg.querySelectorAll("[data-name]")) part.setAttribute("opacity", highlighted && highlighted !== part.dataset.name ? 0.15 : 1);
+}
+
+/** Everybody by name, to be shown or not. */
+export function chooser(host) {
+  const boxes = new Map();
+  const list = make("div", { class: "chooser-list" });
+  for (const [engine, own] of groupBy(CONTESTANTS.values(), (one) => one.engine)) {
+    const field = make("fieldset", {}, make("legend", {}, engine));
+    for (const { name, method } of own) {
+      const box = make("input", { type: "checkbox", change: () => show([...boxes].filter(([, each]) => each.checked).map(([other]) => other)) });
+      boxes.set(name, box);
+      field.append(make("label", {}, box, markOf(name), ` ${method}`));
+    }
+    list.append(field);
+  }
+  host.append(make("details", { class: "chooser" }, make("summary", {}, "choose"), list));
+  follow(["show", "tol"], () => {
+    const names = shown();
+    for (const [name, box] of boxes) box.checked = names.has(name);
+  });
+}

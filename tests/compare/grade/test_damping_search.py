@@ -1,0 +1,94 @@
+"""Damping of any rate in schemes of engines, forces, damping, move; and that no explanation enlarges an error."""
+
+import re
+from itertools import pairwise
+from math import exp
+from pathlib import Path
+
+import pytest
+from programs import Program, fly, read, write
+
+from tumble.compare.grade.grade import EXPLAINED_WHOLLY, grade
+from tumble.compare.grade.model.kernel.dynamics import EXPONENTIALLY, IMPLICITLY, LINEARLY
+from tumble.compare.grade.search.damping_search import as_rate
+from tumble.reports.grade import evidence
+from tumble.scenarios.read import read_scene, scene_path
+
+FORMS = {"factor": LINEARLY, "exp": EXPONENTIALLY, "implicit": IMPLICITLY}
+METRES = {"m": 1.0, "mm": 1e-3, "µm": 1e-6, "nm": 1e-9, "pm": 1e-12, "fm": 1e-15}
+GAME = {"method": "symplectic", "axes": "world", "turn": "quaternion", "until": 2.0}
+
+
+def graded(folder, scene, **program):
+    """Return the grade of a file of seven decimals, its clock of five."""
+    path = scene_path(scene)
+    rows = [(float(f"{t:.5f}"), *rest) for t, *rest in fly(path, Program(**GAME | program))]
+    file = write(folder / "game.csv", rows, read(path).vertices, form=lambda number: f"{number:.7f}")
+    return grade(Path(file), read_scene(scene), {})
+
+
+CASES = {
+    "forces, damping, move": ("brick-tumble", "before it moves", "factor", 0.3, 0.3),
+    "forces, damping, move, exp": ("two-hits", "before it moves", "exp", 0.137, 0.5),
+    "forces, move, damping": ("two-hits", "last", "exp", 0.3, 0.3),
+    "velocity only": ("brick-tumble", "before it moves", "implicit", 0.2, 0.0),
+}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_a_game_loop_with_damping_of_its_own_is_named_with_its_order_and_rates(tmp_path, name):
+    scene, damps, damped, linear, angular = CASES[name]
+    steps = {"brick-tumble": {"dt": 1 / 60, "every": 1}, "two-hits": {"dt": 1 / 240, "every": 4}}[scene]
+    gyroscopic = "still in world" if angular else "right"
+    how = {"damps": damps, "damped": damped, "linear": linear, "angular": angular, "gyroscopic": gyroscopic}
+    found = graded(tmp_path, scene, **steps, **how)
+    best = found.diagnosis.best
+    assert found.verdict == EXPLAINED_WHOLLY
+    assert best.max_m < 1e-6
+    rates = {m.hypothesis.name: (m.value, dict(m.hypothesis.details)) for m in best.mistakes}
+    where = "after the forces of a step" if damps == "before it moves" else "after a step has moved the body"
+    form = {LINEARLY: "by c dt", EXPONENTIALLY: "by exp(-c dt)", IMPLICITLY: "by 1/(1 + c dt)"}[FORMS[damped]]
+    for damping, rate in (("linear damping", linear), ("angular damping", angular)):
+        assert (damping in rates) == bool(rate)
+        if rate:
+            assert rates[damping] == (pytest.approx(rate, rel=1e-9), {"damping law": form, "damps": where})
+    assert ("gyroscopic term missing" in rates) == (gyroscopic != "right")
+
+
+@pytest.mark.parametrize(("linear", "angular"), [(0.3, 0.05), (0.27, 0.48)])
+def test_rates_are_found_over_a_long_flight(tmp_path, linear, angular):
+    """Over 10 s a rate that is a little off leaves as much as any: it is found from the first rows on."""
+    how = {"dt": 1 / 60, "every": 1, "until": 10.0, "damps": "before it moves", "damped": "factor"}
+    found = graded(tmp_path, "brick-tumble", linear=linear, angular=angular, **how)
+    values = {mistake.hypothesis.name: mistake.value for mistake in found.diagnosis.best.mistakes}
+    assert found.verdict == EXPLAINED_WHOLLY
+    assert values["linear damping"] == pytest.approx(linear, rel=1e-9)
+    assert values["angular damping"] == pytest.approx(angular, rel=1e-9)
+
+
+@pytest.mark.parametrize("decays", FORMS.values())
+def test_a_rate_in_another_form_takes_as_much(decays):
+    rate, step = 0.3, 1 / 60
+    other = as_rate(rate, step, decays)
+    left = {LINEARLY: 1 - other * step, EXPONENTIALLY: exp(-other * step), IMPLICITLY: 1 / (1 + other * step)}[decays]
+    assert left == pytest.approx(1 - rate * step, rel=1e-14)
+
+
+def test_smooth_damping_is_not_put_into_steps(tmp_path):
+    """Steps that are too fine to be seen are none: damping alone explains it."""
+    found = graded(tmp_path, "brick-tumble", method="rk4", dt=0.0005, every=50, linear=0.05, damped="exp", damps="last")
+    assert [mistake.hypothesis.name for mistake in found.diagnosis.best.mistakes] == ["linear damping"]
+
+
+def test_no_step_of_an_explanation_makes_the_error_larger(tmp_path):
+    """Without its gyroscopic term alone this flight is further off than with all that is wrong with it."""
+    how = {"linear": 0.05, "angular": 0.5, "damps": "before it moves", "damped": "exp", "gyroscopic": "still in world"}
+    found = graded(tmp_path, "two-hits", dt=1 / 240, every=4, **how)
+    steps = found.diagnosis.steps
+    assert len(steps) > 2
+    assert all(one.max_m > other.max_m for one, other in pairwise(steps))
+    told = [re.search(r": (\S+) (\S+) -> (\S+) (\S+)", line) for line in evidence(found.diagnosis)]
+    figures = [[float(one[k]) * METRES[one[k + 1]] for k in (1, 3)] for one in told if one]
+    assert all(before > after for before, after in figures)
+    numbers = [int(line.strip().partition(".")[0]) for line in evidence(found.diagnosis)]
+    assert numbers == list(range(1, len(found.diagnosis.best.mistakes) + 1))

@@ -1,0 +1,159 @@
+"""All tables of the report: several studies of the same scenes and engines, side by side where no clock is read."""
+
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
+from pathlib import Path
+
+import pandas as pd
+
+from tumble.compare.ablation.findings import ablation_findings
+from tumble.compare.ablation.optional_features import QUICK, ablate
+from tumble.compare.ablation.schemas import ABLATION
+from tumble.compare.comparison.against_truth import Comparison, compare
+from tumble.compare.comparison.results import comparison_tables
+from tumble.compare.coursework.results import coursework_tables
+from tumble.compare.judge.cost import REFERENCE
+from tumble.compare.judge.errors import Run
+from tumble.compare.motion.film import Film, film, filmed
+from tumble.compare.motion.findings import film_findings
+from tumble.compare.motion.results import film_tables
+from tumble.compare.releases.schemas import TABLES as RELEASES
+from tumble.compare.run.flight import check_step
+from tumble.compare.run.progress import Display, ProgressCallback, no_display
+from tumble.compare.run.running_engines import TIME_LIMIT_S, RunningEngine, flights
+from tumble.compare.run.starting import started
+from tumble.compare.run.truths import Truths
+from tumble.compare.run.worker import MEMORY_LIMIT
+from tumble.compare.stability.extremes import OF_A_PAGE
+from tumble.compare.stability.findings import extreme_findings, limit_findings
+from tumble.compare.stability.schemas import EXTREMES, LIMITS
+from tumble.compare.stability.schemas import TABLES as STABILITY
+from tumble.compare.stability.store import quick_tables
+from tumble.compare.stability.tasks import STIFF
+from tumble.compare.sweep.results import measured
+from tumble.compare.sweep.work_precision import BRIEF, YARDSTICK, against_the_clock, ladders
+from tumble.compare.tables.engines import engine_row
+from tumble.compare.tables.frames import frame, kept_tables, merged, rows
+from tumble.compare.tables.known import SWEEP
+from tumble.compare.tables.shared import FINDINGS
+from tumble.scenarios.needs import needs
+from tumble.scenarios.read import read_scene
+from tumble.scenarios.scene import Scene
+from tumble.scenarios.truth import NoTruth
+
+Tables = dict[str, pd.DataFrame]
+
+
+def report_tables(
+    scenes: Sequence[Scene],
+    contestants: Sequence[str] = (),
+    *,
+    dt: float | None = None,
+    every_method: bool = False,
+    whole_catalogue: bool = False,
+    folder: Path | None = None,
+    time_limit: float = TIME_LIMIT_S,
+    memory_limit: int = MEMORY_LIMIT,
+    command: str = "",
+    display: Display = no_display,
+) -> Tables:
+    """Run all studies that the report shows.
+
+    Parameters
+    ----------
+    scenes : the scenes
+    contestants : ENGINE[@RELEASE][:METHOD] or FILE[:METHOD] of each; empty: every installed engine
+    dt : step [s]; None: each scene's own
+    every_method : every method of every engine, not only each engine's defaults and best
+    whole_catalogue : the scenes are the catalogue: sweep its benchmark scene only, and add extreme cases
+    folder : may have tables of `stability -o` and `releases -o` in folders of these names, which are used
+    time_limit : for each run [s]
+    memory_limit : for each engine's process [B]
+    command : the command line that repeats the report, for conditions.csv
+    display : shows progress
+
+    Returns
+    -------
+    table by file name
+
+    Raises
+    ------
+    BadEngine : an engine or a method is unknown
+    BadStep : the step does not suit a scene
+    BadTable : a table in the folder cannot be read
+    """
+    for scene in scenes:
+        check_step(scene, dt)
+    # A sweep takes seconds a scene.
+    swept = [scene for scene in scenes if not whole_catalogue or scene.name == YARDSTICK]
+    # All maps take a minute or two: without saved ones, the page has one row of each.
+    maps = kept_tables(folder / "stability", STABILITY) if folder else {}
+    stiff = [] if maps else [scene for scene in scenes if scene.name in STIFF or not scene.is_free]
+    cases = [read_scene(name) for name in OF_A_PAGE] if whole_catalogue and not maps else []
+    runs = (*scenes, *scenes, *swept, *stiff, *cases)
+    with (
+        started(contestants, time_limit, memory_limit, display, few=not every_method) as running_engines,
+        display(flights(running_engines, runs) + 2 * len(scenes) + len(swept) + len(stiff) + len(cases)) as on_progress,
+    ):
+        # Studies that read no clock run side by side, so that no core waits for another's longest task.
+        with ThreadPoolExecutor(2) as beside:
+            try:
+                # A film's instants include the scene's own, so one reference serves both; a film has one throw.
+                watched = [filmed(scene, dt or scene.step) for scene in scenes]
+                several = [scene for scene in scenes if len(scene.start) > 1]
+                with Truths([*watched, *several], on_progress, limit_s=time_limit) as truths:
+                    mapping = beside.submit(quick_tables, running_engines, stiff, cases, on_progress, truths)
+                    climbing = beside.submit(all_ladders, running_engines, swept, on_progress, truths)
+                    comparisons = compare(running_engines, scenes, dt, on_progress, truths)
+                    films = film(running_engines, scenes, dt, on_progress, truths)
+                    compared = compared_tables(comparisons, films, running_engines, command)
+                    sequences, maps = climbing.result(), maps or mapping.result()
+            except BaseException:
+                for running_engine in running_engines:
+                    running_engine.halt(for_good=True)  # also a study that begins only now
+                raise
+        sweeps = [against_the_clock(running_engines, scene, runs, on_progress, BRIEF) for scene, runs in sequences]
+        plainest = min(scenes, key=lambda scene: len(needs(scene)))
+        ablation = ablate(running_engines, plainest, on_progress, QUICK, most_methods=1)
+    swept_tables = measured(sweeps, REFERENCE)
+    return merged(
+        compared,
+        maps,
+        kept_tables(folder / "releases", RELEASES) if folder else {},
+        {ABLATION.file: frame(ABLATION, ablation.rows)},
+        {(SWEEP if name != FINDINGS.file else "") + name: table for name, table in swept_tables.items()},
+        findings([*film_findings(films), *ablation_findings(ablation.rows), *map_findings(maps)]),
+    )
+
+
+def compared_tables(
+    comparisons: Sequence[Comparison], films: Sequence[Film], running_engines: Sequence[RunningEngine], command: str
+) -> Tables:
+    """Return the tables of what is run at the scenes' own steps."""
+    engines = list(map(engine_row, running_engines))
+    return merged(comparison_tables(comparisons, engines, command), coursework_tables(comparisons), film_tables(films))
+
+
+def map_findings(maps: Mapping[str, pd.DataFrame]) -> list:
+    """Return what stability maps and extreme cases found."""
+    return [
+        *limit_findings(rows(LIMITS, maps[LIMITS.file])),
+        *extreme_findings(rows(EXTREMES, maps[EXTREMES.file])),
+    ]
+
+
+def findings(found: Sequence) -> Tables:
+    """Return findings as a table."""
+    return {FINDINGS.file: frame(FINDINGS, found)}
+
+
+def all_ladders(
+    running_engines: Sequence[RunningEngine], scenes: Sequence[Scene], on_progress: ProgressCallback, truths: Truths
+) -> list[tuple[Scene, list[Run]]]:
+    """Return the step-size sequences of the scenes that have a reference solution."""
+    found = []
+    for scene in scenes:
+        with suppress(NoTruth):
+            found.append((scene, ladders(running_engines, scene, on_progress, BRIEF, truths=truths)))
+    return found
