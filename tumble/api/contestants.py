@@ -2,51 +2,45 @@
 
 from collections.abc import Iterable
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
-from tumble.api.engines import Function, engine
+from tumble.api.engines import Engine, Step, engine
+from tumble.compare.run.local import LocalEngine
 from tumble.scenarios.refusal import UserError
 
-ContestantLike = str | Path | Any
+ContestantLike = str | Path | Engine | ModuleType | Step
+Contestants = ContestantLike | Iterable[ContestantLike]
 
 
-def contestant_list(contestants: ContestantLike | Iterable[ContestantLike]) -> list[Any]:
+def contestant_list(contestants: Contestants) -> list[str | LocalEngine]:
     """Return contestants as studies take them.
 
     Parameters
     ----------
-    contestants : one or several: a name, a path, a function or an engine object.
+    contestants : one or several: ENGINE[@RELEASE][:METHOD], FILE[:METHOD], a path, a function as `tumble.engine` takes
+        it, or an object with METHODS, FEATURES, ABOUT, build, write, advance and read, as an engine file has them.
 
     Returns
     -------
-    list of str or Function
+    list of str or LocalEngine
 
     Raises
     ------
     UserError
         For what is none of these.
     """
-    one = isinstance(contestants, str | Path | Function) or callable(contestants) or hasattr(contestants, "METHODS")
-    return [contestant(each) for each in ([contestants] if one else contestants)]
+    one = isinstance(contestants, str | Path) or callable(contestants) or hasattr(contestants, "METHODS")
+    return [_contestant(each) for each in ([contestants] if one else contestants)]  # type: ignore[union-attr, list-item]
 
 
-def contestant(value: ContestantLike) -> Any:
-    """Return one contestant as studies take it.
-
-    Parameters
-    ----------
-    value : a name, a path, a function or an engine object.
-
-    Returns
-    -------
-    str or Function
-    """
-    if isinstance(value, Function):
-        return value
-    if isinstance(value, str):
+def _contestant(value: Any) -> str | LocalEngine:
+    if isinstance(value, LocalEngine | str):
         return value
     if isinstance(value, Path):
         return str(value)
-    if callable(value) or hasattr(value, "METHODS"):
+    if hasattr(value, "METHODS"):
+        return LocalEngine(getattr(value, "__name__", type(value).__name__), value)
+    if callable(value):
         return engine(value)
-    raise UserError(f"{value!r}: must be ENGINE[:METHOD], a path, or a function step(state, dt, body)")
+    raise UserError(f"{value!r}: must be ENGINE[:METHOD], a path, a function step(state, dt, body), or an engine object")

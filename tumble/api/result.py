@@ -46,8 +46,8 @@ class Result:
 
     @property
     def answer(self) -> str:
-        """The answer in one sentence; empty for tables that were read from files."""
-        return next((line for line in self._text.splitlines() if line.strip()), "")
+        """The answer in a sentence or two; empty for tables that were read from files."""
+        return " ".join(self._text.strip().partition("\n\n")[0].split())
 
     @property
     def conditions(self) -> pd.DataFrame:

@@ -1,21 +1,21 @@
 """Engine processes that outlive one call."""
 
 from collections.abc import Iterator
-from contextlib import contextmanager
-from contextvars import ContextVar
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 
+from tumble.compare.run.engines.registry import is_file
+from tumble.compare.run.local import LocalWorker
+from tumble.compare.run.running_engines import POOL, Pool
 from tumble.compare.run.worker import Worker
 
-_current: ContextVar["Session | None"] = ContextVar("tumble session", default=None)
 
-
-class Session:
+class Session(Pool):
     """Engine processes that stay ready between calls, one for each engine and memory limit."""
 
     def __init__(self) -> None:
-        self._workers: dict[tuple[str, int], Worker] = {}
+        self._ready: dict[tuple[str, int], Worker] = {}
 
-    def start(self, engine: str, time_limit: float, memory_limit: int) -> Worker:
+    def worker(self, engine: str, time_limit: float, memory_limit: int) -> Worker:
         """Return a process that has the engine loaded, or begins to load it.
 
         Parameters
@@ -28,18 +28,37 @@ class Session:
         -------
         Worker
         """
-        key = engine, memory_limit
-        worker = self._workers.get(key)
-        if worker is None or not worker.alive:
-            worker = self._workers[key] = Worker(engine, time_limit, memory_limit)
-        worker.time_limit = time_limit
-        return worker
+        found = self._ready.pop((engine, memory_limit), None)
+        if found is None or not found.alive:
+            return super().worker(engine, time_limit, memory_limit)
+        found.time_limit = time_limit
+        return found
+
+    def release(self, worker: Worker | LocalWorker) -> None:
+        """Keep a process for the next call; end it where one of its kind waits already, or its file may change.
+
+        Parameters
+        ----------
+        worker : a process that a call has done with.
+        """
+        if (
+            isinstance(worker, LocalWorker)
+            or is_file(worker.engine)
+            or not worker.alive
+            or self._key(worker) in self._ready
+        ):
+            worker.close()
+        else:
+            self._ready[self._key(worker)] = worker
 
     def close(self) -> None:
         """End every process."""
-        for worker in self._workers.values():
-            worker.close()
-        self._workers.clear()
+        while self._ready:
+            self._ready.popitem()[1].close()
+
+    @staticmethod
+    def _key(worker: Worker) -> tuple[str, int]:
+        return worker.engine, worker.memory_limit
 
 
 @contextmanager
@@ -53,25 +72,25 @@ def session() -> Iterator[Session]:
     --------
     >>> import tumble
     >>> with tumble.session():
-    ...     slow = tumble.run("two-hits", "tumble:rk4", dt=0.004)
+    ...     coarse = tumble.run("two-hits", "tumble:rk4", dt=0.004)
     ...     fine = tumble.run("two-hits", "tumble:rk4", dt=0.002)
-    >>> len(slow) == len(fine)
+    >>> len(coarse) == len(fine)
     True
     """
     opened = Session()
-    before = _current.set(opened)
+    before = POOL.set(opened)
     try:
         yield opened
     finally:
-        _current.reset(before)
+        POOL.reset(before)
         opened.close()
 
 
-def current() -> Session | None:
-    """Return the session that is open here, or None.
+def kept_ready() -> AbstractContextManager[object]:
+    """Return a context in which engines stay ready: the session that is open, or one for this call alone.
 
     Returns
     -------
-    Session or None
+    contextlib.AbstractContextManager
     """
-    return _current.get()
+    return nullcontext() if isinstance(POOL.get(), Session) else session()
