@@ -7,6 +7,7 @@ import pandas as pd
 from tumble.compare.motion.film import film
 from tumble.compare.motion.findings import film_findings
 from tumble.compare.motion.results import film_tables
+from tumble.compare.run.local import Asked
 from tumble.compare.run.progress import Display, no_display
 from tumble.compare.run.running_engines import TIME_LIMIT_S, flights
 from tumble.compare.run.starting import started
@@ -18,7 +19,7 @@ from tumble.scenarios.scene import Scene
 
 def film_scenes(
     scenes: Sequence[Scene],
-    contestants: Sequence[str] = (),
+    contestants: Sequence[Asked] = (),
     *,
     dt: float | None = None,
     time_limit: float = TIME_LIMIT_S,

@@ -31,6 +31,10 @@ class LocalEngine:
         return cls(name, StepEngine(SimpleNamespace(__name__=name, step=step, ABOUT=about, **stated)))  # type: ignore[arg-type]
 
 
+# How a contestant is named to a study: by words as on the command line, or as it is.
+Asked = str | LocalEngine
+
+
 class LocalWorker:
     """Answers as a Worker does, in this process and without its limits; who interrupts it interrupts the caller."""
 

@@ -13,7 +13,7 @@ from tumble.compare.run.engines import registry
 from tumble.compare.run.engines.environments import split_release
 from tumble.compare.run.engines.registry import BadEngine, EngineInfo
 from tumble.compare.run.flight import Trajectory
-from tumble.compare.run.local import LocalEngine, LocalWorker
+from tumble.compare.run.local import Asked, LocalEngine, LocalWorker
 from tumble.compare.run.precision import DOUBLE, rounding
 from tumble.compare.run.timing.timer import Pace, Ready, Sample
 from tumble.compare.run.worker import MEMORY_LIMIT, Failure, Worker
@@ -249,7 +249,7 @@ def truth_limit(running_engines: Sequence[RunningEngine]) -> float:
 
 @contextmanager
 def launched(
-    asked: Iterable[str | LocalEngine],
+    asked: Iterable[Asked],
     time_limit: float = TIME_LIMIT_S,
     memory_limit: int = MEMORY_LIMIT,
     few: bool = False,

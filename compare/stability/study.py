@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pandas as pd
 
+from tumble.compare.run.local import Asked
 from tumble.compare.run.progress import Display, no_display
 from tumble.compare.run.starting import started
 from tumble.compare.run.worker import MEMORY_LIMIT
@@ -27,7 +28,7 @@ RUN_LIMIT_S = 20.0
 def map_scenes(
     scenes: Sequence[Scene],
     cases: Sequence[Scene] = (),
-    contestants: Sequence[str] = (),
+    contestants: Sequence[Asked] = (),
     *,
     folder: Path | None = None,
     time_limit: float = RUN_LIMIT_S,

@@ -7,6 +7,7 @@ from pathlib import Path
 import pandas as pd
 
 from tumble.compare.judge.cost import REFERENCE
+from tumble.compare.run.local import Asked
 from tumble.compare.run.process.kept import Kept
 from tumble.compare.run.progress import Display, no_display
 from tumble.compare.run.running_engines import TIME_LIMIT_S, flights
@@ -32,7 +33,7 @@ SEQUENCE, TIMING_S = 5.0, 5.0
 
 def sweep_scenes(
     scenes: Sequence[Scene],
-    contestants: Sequence[str] = (),
+    contestants: Sequence[Asked] = (),
     *,
     reference: str = REFERENCE,
     folder: Path | None = None,
@@ -99,7 +100,7 @@ def sweep_scenes(
 def advise_scenes(
     scenes: Sequence[Scene],
     tolerance_m: float,
-    contestants: Sequence[str] = (),
+    contestants: Sequence[Asked] = (),
     *,
     beyond_samples: bool = False,
     time_limit: float = TIME_LIMIT_S,

@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 
 import numpy as np
+import pandas as pd
 
 from tumble.compare.run.flight import Trajectory
 from tumble.compare.tables.cells import float_cells, lines_text
@@ -32,6 +33,14 @@ def trajectory_text(flight: Trajectory, body: Body, first: int = 0, of: int | No
     numbers = [[str(first + throw) for throw in range(throws) for _ in range(samples)]] * (header[0] == "member")
     text = lines_text(header, numbers + [float_cells(each, "nan") for each in trajectory_columns(flight, body)])
     return text[text.index("\n") + 1 :] if first else text
+
+
+def trajectory_frame(flight: Trajectory | Truth, body: Body) -> pd.DataFrame:
+    """Return a trajectory as a table, member after member; the quaternion is that of the scene file's axes."""
+    samples, members = flight.states.shape[:2]
+    header = trajectory_header(len(body.points), members)
+    which = [np.repeat(np.arange(members), samples)] if members > 1 else []
+    return pd.DataFrame(dict(zip(header, [*which, *trajectory_columns(flight, body)], strict=True)))
 
 
 def trajectory_columns(flight: Trajectory | Truth, body: Body) -> Iterator[Array]:

@@ -6,14 +6,14 @@ from types import ModuleType
 from typing import Any
 
 from tumble.api.engines import Engine, Step, engine
-from tumble.compare.run.local import LocalEngine
+from tumble.compare.run.local import Asked, LocalEngine
 from tumble.scenarios.refusal import UserError
 
 ContestantLike = str | Path | Engine | ModuleType | Step
 Contestants = ContestantLike | Iterable[ContestantLike]
 
 
-def contestant_list(contestants: Contestants) -> list[str | LocalEngine]:
+def contestant_list(contestants: Contestants) -> list[Asked]:
     """Return contestants as studies take them.
 
     Parameters
@@ -23,7 +23,7 @@ def contestant_list(contestants: Contestants) -> list[str | LocalEngine]:
 
     Returns
     -------
-    list of str or LocalEngine
+    list of Asked
 
     Raises
     ------
@@ -34,7 +34,7 @@ def contestant_list(contestants: Contestants) -> list[str | LocalEngine]:
     return [_contestant(each) for each in ([contestants] if one else contestants)]  # type: ignore[union-attr, list-item]
 
 
-def _contestant(value: Any) -> str | LocalEngine:
+def _contestant(value: Any) -> Asked:
     if isinstance(value, LocalEngine | str):
         return value
     if isinstance(value, Path):
@@ -43,4 +43,6 @@ def _contestant(value: Any) -> str | LocalEngine:
         return LocalEngine(getattr(value, "__name__", type(value).__name__), value)
     if callable(value):
         return engine(value)
-    raise UserError(f"{value!r}: must be ENGINE[:METHOD], a path, a function step(state, dt, body), or an engine object")
+    raise UserError(
+        f"{value!r}: must be ENGINE[:METHOD], a path, a function step(state, dt, body), or an engine object"
+    )

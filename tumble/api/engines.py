@@ -69,8 +69,8 @@ def engine(
     Parameters
     ----------
     function : takes the state (13,): x [m], q (w x y z, body to world), v [m/s], w [rad/s], world axes; the step dt
-        [s]; and the body with `mass` [kg], `moments` [kg m2] about its axes, `points` [m], (n, 3), and `gravity` [m/s2].
-        It returns the state dt later, or changes the one it is given.
+        [s]; and the body with `mass` [kg], `moments` [kg m2] about its axes, `points` [m], (n, 3), and `gravity`
+        [m/s2].  It returns the state dt later, or changes the one it is given.
     name : in tables; None: the function's name.
     features : force laws it has: `"gravity"`.
     precision : "double" or "single".

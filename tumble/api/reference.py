@@ -2,12 +2,11 @@
 
 from collections.abc import Sequence
 
-import numpy as np
 import pandas as pd
 
 from tumble.api.result import with_units
 from tumble.api.scene import Scene, SceneLike
-from tumble.compare.tables.trajectory import trajectory_columns, trajectory_header
+from tumble.compare.tables.trajectory import trajectory_frame
 from tumble.scenarios.truth import truth
 
 
@@ -43,10 +42,7 @@ def reference(scene: SceneLike, times: Sequence[float] | None = None) -> pd.Data
         given = given.replace(times=list(times), duration=max(given.document["duration"], last))
     asked = given.question
     true = truth(asked)
-    rows, members = true.states.shape[:2]
-    columns = dict(zip(trajectory_header(len(asked.body.points), 1), trajectory_columns(true, asked.body), strict=True))
-    columns |= {"bound_m": true.bound.T.ravel(), "input_error_m": true.floor.T.ravel()}
-    member = {"member": np.repeat(np.arange(members), rows)} if members > 1 else {}
-    found = with_units(pd.DataFrame(member | columns))
+    errors = {"bound_m": true.bound.T.ravel(), "input_error_m": true.floor.T.ravel()}
+    found = with_units(trajectory_frame(true, asked.body).assign(**errors))
     found.attrs |= {"how": true.how, "horizon_s": true.horizon}
     return found

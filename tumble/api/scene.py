@@ -7,10 +7,12 @@ from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
+import pandas as pd
 import tomli_w
 
 from tumble.scenarios.format import BoxTable, MeshTable, RigidTable, SphereTable
-from tumble.scenarios.read import BadScene, read_document, scene_of_document, scene_path
+from tumble.scenarios.needs import needs
+from tumble.scenarios.read import BadScene, catalogue, read_document, scene_of_document, scene_path
 from tumble.scenarios.scene import Scene as Question
 
 # The keys of [body] that some shape has: `replace` puts them there, and every other key at the top.
@@ -349,3 +351,24 @@ def plain(value: Any) -> Any:
     if isinstance(value, list | tuple):
         return [plain(item) for item in value]
     return value
+
+
+def scenes() -> pd.DataFrame:
+    """Return the catalogue.
+
+    Returns
+    -------
+    pandas.DataFrame
+        One row a scene: `scene`, `title`, `needs` (what an engine must have for it), `duration_s`, `step_s`.
+
+    Examples
+    --------
+    >>> "brick-tumble" in set(scenes().scene)
+    True
+    """
+    rows = [
+        (name, one.title, ", ".join(needs(one)), one.duration, one.step)
+        for name in catalogue()
+        for one in (Scene.read(name).question,)
+    ]
+    return pd.DataFrame(rows, columns=["scene", "title", "needs", "duration_s", "step_s"])
