@@ -3,13 +3,18 @@
 PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
 
-.PHONY: report docs lab test test-rest test-all attack check bench truth-check requirements venv venv-lab venv-test
+.PHONY: report docs pictures lab test test-rest test-all attack check bench truth-check requirements venv venv-lab venv-test venv-docs
 
 report: venv
 	$(BIN)/tumble report -o report/tumble.html
 
+# The documentation site, built offline from docs/: open report/site/index.html.
+docs: venv-docs
+	$(BIN)/python -m sphinx -b html -W --keep-going -q -c tools/site -d report/site-doctrees docs report/site
+	@echo "site written to report/site/index.html"
+
 # The README's pictures of the page and of the lab.
-docs: venv-test report
+pictures: venv-test report
 	$(BIN)/python -m tools.page_picture
 	$(BIN)/python -m tools.lab_picture
 
@@ -67,6 +72,8 @@ requirements: venv
 	$(COMPILE) -o requirements-lab.txt --extra lab -c .venv/requirements/core.txt pyproject.toml requirements.in
 	$(COMPILE) -o requirements-test.txt --extra lab -c requirements-lab.txt \
 	  pyproject.toml requirements.in requirements-test.in
+	$(COMPILE) -o requirements-docs.txt --extra lab -c requirements-test.txt \
+	  pyproject.toml requirements.in requirements-test.in requirements-docs.in
 
 # dist/: the source distribution and the wheel made from it, with the checks of the package index.
 RELEASE := .venv/release/bin
@@ -110,3 +117,8 @@ venv-test: venv-lab
 	@cmp -s requirements-test.txt .venv/requirements-test.txt || { \
 	  $(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements-test.txt && \
 	  cp requirements-test.txt .venv/requirements-test.txt; }
+
+venv-docs: venv-test
+	@cmp -s requirements-docs.txt .venv/requirements-docs.txt || { \
+	  $(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements-docs.txt && \
+	  cp requirements-docs.txt .venv/requirements-docs.txt; }

@@ -1,1 +1,1 @@
-"""FLOOR 2: tables -> pages and pictures; draws, never computes."""
+"""Tables to pages, pictures and terminal text; draws, never computes."""

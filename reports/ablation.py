@@ -1,54 +1,51 @@
-"""What leaving out pays, as text."""
+"""What `tumble ablate` prints: the cost of features that a scene does not need."""
 
 import math
 from collections.abc import Iterator, Sequence
 
-from rich.table import Table
+from rich.console import RenderableType
+from rich.constrain import Constrain
 from rich.text import Text
 
 from tumble.compare.ablation.optional_features import EVERYTHING, Ablation, AblationRow
 from tumble.reports.rows import contestant
-from tumble.reports.terminal import columns, plain
+from tumble.reports.terminal import columns, plain, reasons_text
 
 
-def others(rows: Sequence[AblationRow]) -> list[str]:
-    """Return who has no figures, by reason."""
-    reasons: dict[str, list[str]] = {}
+def others(rows: Sequence[AblationRow]) -> Iterator[Constrain]:
+    """Yield the contestants without figures, with the features and the reason."""
+    features: dict[tuple[str, str], list[str]] = {}
     for row in rows:
         if row.ratio is None:
-            reasons.setdefault(": ".join(filter(None, (row.feature, row.why))), []).append(contestant(row))
-    return [f"{', '.join(names)}: {why}" for why, names in reasons.items()]
+            features.setdefault((contestant(row), row.why), []).extend(filter(None, [row.feature]))
+    return reasons_text((name, f"{', '.join(own)}: {why}" if own else why) for (name, why), own in features.items())
 
 
 def motion(row: AblationRow) -> str:
-    """Return how far the two motions are apart."""
+    """Return the difference of the two motions."""
     if row.max_difference_m is None:
         return ""
-    return f"{row.max_difference_m:.1e} m apart" if row.max_difference_m else "same bits"
+    return f"{row.max_difference_m:.1e} m apart" if row.max_difference_m else "identical"
 
 
 def times(ratio: float | None) -> str:
-    """Return a ratio as people say it."""
+    """Return a ratio in few digits."""
     if ratio is None:
         return ""
     return f"{ratio:.0f}" if ratio >= 100 else f"{ratio:.2f}"
 
 
 def band(row: AblationRow) -> str:
-    """Return the spread of a ratio."""
+    """Return the confidence interval of a ratio."""
     return "" if row.ratio is None else f"{times(row.ratio_low)}-{times(row.ratio_high)}"
 
 
-def ablation_text(ablation: Ablation) -> Iterator[Table | Text]:
+def ablation_text(ablation: Ablation) -> Iterator[RenderableType]:
     """Yield what `tumble ablate` prints of one scene."""
     yield plain(f"{ablation.scene.name}: {ablation.scene.title}")
-    limit = (
-        "the scene has no truth"
-        if ablation.resolution_m is None
-        else f"the truth's limit is {ablation.resolution_m:.1e} m"
-    )
-    yield plain(f"time of a step with what the scene has no use for, and without; {limit}")
-    table = columns("contestant", "with [ns]", "without", "ratio", "95 in 100", "motion", right=range(1, 4))
+    limit = "no reference solution" if ablation.resolution_m is None else f"resolution {ablation.resolution_m:.1e} m"
+    yield plain(f"time per step with and without features the scene does not need; {limit}")
+    table = columns("contestant", "with [ns]", "without", "ratio", "95 % interval", "motion", right=range(1, 4))
     for row in ablation.rows:
         if row.max_difference_m is not None:
             table.add_row(
@@ -61,10 +58,10 @@ def ablation_text(ablation: Ablation) -> Iterator[Table | Text]:
             )
     if table.row_count:
         yield table
-    yield from map(plain, others(ablation.rows))
+    yield from others(ablation.rows)
     if ablation.inexact:
         names = ", ".join(dict.fromkeys(map(contestant, ablation.inexact)))
-        yield plain(f"further apart than that, but no further from the truth: {names}")
+        yield plain(f"motions differ by more than the resolution, with equal errors: {names}")
     yield Text()
 
 

@@ -1,4 +1,4 @@
-"""The catalogue as text: what there is to fly, and what it needs."""
+"""The catalogue as text: every scene, and what it needs."""
 
 import shutil
 import sys
@@ -14,9 +14,9 @@ from tumble.scenarios.scene import Scene
 
 
 def body_lines(scene: Scene) -> Iterator[str]:
-    """Yield what follows from a scene's body, as comments of TOML: its mass, volume, centre, moments and their axes."""
+    """Yield mass, volume, centre, moments and axes of a scene's body, as comments of TOML."""
     body = scene.body
-    yield "# What follows from [body]:"
+    yield "# Computed from [body]:"
     yield f"# mass     {body.mass:.9g} kg"
     if len(body.faces):
         given = body.points if scene.written is None or scene.written.points is None else scene.written.points

@@ -1,4 +1,4 @@
-"""Small charts for a terminal, one line a contestant on a logarithmic scale; a pipe never gets one."""
+"""Small charts for a terminal, one line a contestant on a logarithmic scale; never in a pipe."""
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -15,7 +15,7 @@ from tumble.compare.tables.shared import RunRow
 from tumble.reports.rows import contestant
 from tumble.reports.terminal import LIST_WIDTH, columns, length, plain
 
-# Of a status or a verdict that is no plain result; all others stay as they are.
+# Colour of a status or a verdict; the others have none.
 COLOURS = {
     "flagged": "yellow", "clamped": "yellow", "frozen": "yellow", "reset": "yellow", "under-rotated": "yellow",
     "lost-torque": "yellow", "drifting": "yellow", "diverged": "red", "crashed": "red", "timeout": "red",
@@ -37,7 +37,7 @@ class Ruler:
     width: int
 
     def column(self, value: float) -> int:
-        """Return where a value stands, at an end where it lies beyond it."""
+        """Return the column of a value, the first or the last if it is off the scale."""
         share = math.log(value / self.low) / math.log(self.high / self.low) if value > 0 else 0.0
         return min(self.width - 1, max(0, round(share * (self.width - 1)))) if math.isfinite(share) else self.width - 1
 
@@ -52,7 +52,7 @@ class Ruler:
 
 
 def ruler(values: Sequence[float], names: Iterable[str], beside: int) -> Ruler:
-    """Return a scale for these values in what is left of a line beside names and so many other columns."""
+    """Return a scale for these values, as wide as a line less the names and `beside` other columns."""
     width = max(16, LIST_WIDTH - max(map(len, (HEAD, *names))) - beside)
     low, high = min(values), max(values)
     return Ruler(low / 2, max(high, 10 * low) * 1.05, width)
@@ -69,59 +69,59 @@ def coloured(word: str) -> Text:
 
 
 def error_chart(runs: Sequence[RunRow]) -> Iterator[Table | Text]:
-    """Yield how far off each is, the nearest first, of each engine its first method and its nearest."""
-    flown = sorted((run for run in runs if math.isfinite(error_m(run)) and error_m(run) > 0), key=error_m)
+    """Yield the error of each engine's first and most accurate method, the most accurate first."""
+    finished = sorted((run for run in runs if math.isfinite(error_m(run)) and error_m(run) > 0), key=error_m)
     first = {engine: next(run for run in runs if run.engine == engine) for engine in {run.engine for run in runs}}
-    nearest = {engine: next((run for run in flown if run.engine == engine), None) for engine in first}
-    told = [run for run in flown if run in (first[run.engine], nearest[run.engine])][-MOST_LINES:]
-    if len(told) < 2:
+    best = {engine: next((run for run in finished if run.engine == engine), None) for engine in first}
+    shown = [run for run in finished if run in (first[run.engine], best[run.engine])][-MOST_LINES:]
+    if len(shown) < 2:
         return
-    scale = ruler([error_m(run) for run in told], map(contestant, told), 12)
+    scale = ruler([error_m(run) for run in shown], map(contestant, shown), 12)
     table = columns(HEAD, "largest error", "", right=(2,))
-    for run in told:
+    for run in shown:
         exact = (run.max_error_m or 0.0) <= (run.resolution_m or 0.0)
         colour = word_colour(run.status) or (GOOD if exact else PLAIN)
-        said = f"≤{length(error_m(run))}" if exact else length(error_m(run))
-        table.add_row(plain(contestant(run)), scale.line(error_m(run), {}, colour), Text(said, style=colour))
+        text = f"≤{length(error_m(run))}" if exact else length(error_m(run))
+        table.add_row(plain(contestant(run)), scale.line(error_m(run), {}, colour), Text(text, style=colour))
     yield table
     yield Text()
 
 
 def cost_chart(digits: Sequence[AccuracyCostRow]) -> Iterator[Table | Text]:
-    """Yield where on the scale of time each reaches 1 mm, 1 µm, 1 nm and 1 pm."""
+    """Yield the time in which each reaches 1 mm, 1 µm, 1 nm and 1 pm."""
     reached: dict[str, dict[float, str]] = {}
     for row in sorted(digits, key=lambda row: row.run_us or math.inf):
         if row.run_us is not None and row.target_m in TARGET_SIGNS:
-            # A coarser error reached in the same time as a finer one is said by the finer.
+            # Of errors reached in the same time the smallest is shown.
             reached.setdefault(contestant(row), {})[row.run_us] = TARGET_SIGNS[row.target_m]
     if not reached:
         return
     times = [time for marks in reached.values() for time in marks]
     scale = ruler(times, reached, 2)
-    table = columns(HEAD, f"{micro(scale.low)} to {micro(scale.high)} a flight")
+    table = columns(HEAD, f"{micro(scale.low)} to {micro(scale.high)} a run")
     for name, marks in reached.items():
         table.add_row(plain(name), scale.line(None, marks, GOOD if name.startswith(f"{OWN}:") else PLAIN))
     yield table
-    yield plain("m, µ, n, p: where 1 mm, 1 µm, 1 nm, 1 pm are reached, the faster the further left")
+    yield plain("m, µ, n, p: time to reach 1 mm, 1 µm, 1 nm, 1 pm; further left is faster")
     yield Text()
 
 
 def limit_chart(limits: Sequence[LimitRow]) -> Iterator[Table | Text]:
-    """Yield how long a step each bears, and where theory puts it."""
-    told = [row for row in limits if row.w_dt_limit]
-    finite = [row.w_dt_limit for row in told if row.w_dt_limit and math.isfinite(row.w_dt_limit)]
+    """Yield the largest stable step of each, beside theory."""
+    known = [row for row in limits if row.w_dt_limit]
+    finite = [row.w_dt_limit for row in known if row.w_dt_limit and math.isfinite(row.w_dt_limit)]
     if not finite:
         return
-    known = [row.theory_w_dt for row in told if row.theory_w_dt and math.isfinite(row.theory_w_dt)]
-    scale = ruler([*finite, *known], map(contestant, told), 10)
-    table = columns(HEAD, "largest w dt, | where theory has it", "", right=(2,))
-    for row in sorted(told, key=lambda row: -(row.w_dt_limit or 0.0)):
+    theories = [row.theory_w_dt for row in known if row.theory_w_dt and math.isfinite(row.theory_w_dt)]
+    scale = ruler([*finite, *theories], map(contestant, known), 10)
+    table = columns(HEAD, "largest stable w dt, | by theory", "", right=(2,))
+    for row in sorted(known, key=lambda row: -(row.w_dt_limit or 0.0)):
         assert row.w_dt_limit is not None
         endless = math.isinf(row.w_dt_limit)
         theory = {row.theory_w_dt: "|"} if row.theory_w_dt and math.isfinite(row.theory_w_dt) else {}
         colour = GOOD if endless else word_colour(row.beyond) or PLAIN
-        said = "no limit" if endless else f"{row.w_dt_limit:.3g}"
-        table.add_row(plain(contestant(row)), scale.line(row.w_dt_limit, theory, colour), Text(said, style=colour))
+        text = "no limit" if endless else f"{row.w_dt_limit:.3g}"
+        table.add_row(plain(contestant(row)), scale.line(row.w_dt_limit, theory, colour), Text(text, style=colour))
     yield table
     yield Text()
 

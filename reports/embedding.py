@@ -1,4 +1,4 @@
-"""What the page carries of the tables: each table column by column, films as numbers in single precision."""
+"""The data of the page: each table column by column, films as numbers in single precision."""
 
 import base64
 import json
@@ -23,29 +23,37 @@ Q = ["qw", "qx", "qy", "qz"]
 MOMENTUM = [f"l{axis}_kg_m2_s" for axis in (1, 2, 3)]
 FIGURES = ["error_m", "energy_drift", "angular_momentum_drift"]
 OF_RUNS = ("runs.csv", "sweep-runs.csv", "limits.csv", "extremes.csv")
-# A number of many digits that stands there as often, or oftener, is shorter to point at.
+# A number that is repeated this often is shorter as a reference.
 OFTEN = 3
 TRUE = [*X, *Q, *V, *W, *MOMENTUM]
 CONTESTANT = ["engine", "method"]
 
 
 def data_of(tables: Mapping[str, pd.DataFrame]) -> str:
-    """Return the page's data as JSON that may stand in a script element.
+    """Return the data of the page.
 
-    tables: file name -> table.
+    Parameters
+    ----------
+    tables
+        File name -> table.
+
+    Returns
+    -------
+    str
+        JSON that can stand in a script element.
     """
     read = dict(tables)
     films = dict(films_of(read))
     read["vertex-errors.csv"] = at_the_end(read.get("vertex-errors.csv", pd.DataFrame()))
     read[PUBLISHED.file] = page_rows(read.get(PUBLISHED.file, pd.DataFrame()))
     read["error-over-time.csv"] = unfilmed(read.get("error-over-time.csv", pd.DataFrame()), films)
-    kept = {name: table for name, table in read.items() if len(table) and name not in PACKED[:2]}
+    whole_tables = {name: table for name, table in read.items() if len(table) and name not in PACKED[:2]}
     whole = {
         "ours": OWN,
         "byHand": BY_HAND,
         "places": places(taking_part(read)),
         "files": [name for name, table in read.items() if len(table)],
-        "tables": {name: embedded(table) for name, table in kept.items()},
+        "tables": {name: embedded(table) for name, table in whole_tables.items()},
         "films": films,
     }
     # In a script element nothing may look like its end.
@@ -53,7 +61,7 @@ def data_of(tables: Mapping[str, pd.DataFrame]) -> str:
 
 
 def taking_part(read: Mapping[str, pd.DataFrame]) -> list[str]:
-    """Return the engines of all tables of runs, in the order in which they stand there."""
+    """Return the engines of all tables of runs, in their order there."""
     columns = [read[name]["engine"] for name in OF_RUNS if len(read.get(name, ()))]
     return list(dict.fromkeys(str(engine) for column in columns for engine in column))
 
@@ -68,20 +76,20 @@ def embedded(table: pd.DataFrame) -> dict:
 
 
 def values(column: Any) -> list | dict:
-    """Return a column's values: words, and numbers that stand there often, once each and where they stand."""
+    """Return a column's values; words, and numbers that are repeated often, once each with their positions."""
     if isinstance(column.dtype, pd.StringDtype):
         codes, words = pd.factorize(column)
         return {"words": list(words), "at": codes.tolist()}
-    told = [number(value) for value in column.tolist()]
-    once = {str(value): value for value in told}  # -0.0 is not 0.0
-    if len(once) > len(told) / OFTEN:
-        return told
+    cells = [number(value) for value in column.tolist()]
+    once = {str(value): value for value in cells}  # -0.0 is not 0.0
+    if len(once) > len(cells) / OFTEN:
+        return cells
     places = {name: place for place, name in enumerate(once)}
-    return {"numbers": list(once.values()), "at": [places[str(value)] for value in told]}
+    return {"numbers": list(once.values()), "at": [places[str(value)] for value in cells]}
 
 
 def number(value: object) -> object:
-    """Return a value as JSON has it, which knows no infinity: what is not there is null."""
+    """Return a value for JSON, which has no infinity; an empty cell is null."""
     if value is pd.NA or (isinstance(value, float) and math.isnan(value)):
         return None
     if isinstance(value, float) and math.isinf(value):
@@ -90,7 +98,7 @@ def number(value: object) -> object:
 
 
 def at_the_end(errors: pd.DataFrame) -> pd.DataFrame:
-    """Return of the vertex errors those at each scene's last sample."""
+    """Return the vertex errors at each scene's last sample."""
     if errors.empty:
         return errors
     last = where(errors, errors["t_s"] == errors.groupby("scene")["t_s"].transform("max"))
@@ -103,16 +111,16 @@ def unfilmed(errors: pd.DataFrame, films: Mapping[str, object]) -> pd.DataFrame:
 
 
 def films_of(read: Mapping[str, pd.DataFrame]) -> Iterator[tuple[str, dict]]:
-    """Yield scene and film: the truth as it is, contestants as what they deviate from it."""
+    """Yield scene and film: the truth, and the contestants' deviations from it."""
     motion, deformed = (read.get(f"{name}.csv", pd.DataFrame()) for name in ("motion", "deformed"))
     if motion.empty:
         return
     scenes = read["scenes.csv"]
     needs = dict(zip(scenes["scene"], scenes["needs"], strict=True))
-    bent = parts(deformed, ["scene", *CONTESTANT])
+    deformed_runs = parts(deformed, ["scene", *CONTESTANT])
     for (scene,), rows in parts(motion, ["scene"]).items():
-        flown = parts(rows, CONTESTANT)
-        true = flown.pop((TRUTH, ""))
+        runs = parts(rows, CONTESTANT)
+        true = runs.pop((TRUTH, ""))
         yield (
             scene,
             {
@@ -120,10 +128,10 @@ def films_of(read: Mapping[str, pd.DataFrame]) -> Iterator[tuple[str, dict]]:
                 "truth": packed(numbers(true, TRUE)),
                 "limit": limits(read, scene, numbers(true, ["t_s"])[:, 0]),
                 "runs": {
-                    ":".join(filter(None, key)): flight(
-                        own, true, "gyroscopic" in needs[scene], bent.get((scene, *key))
+                    ":".join(filter(None, key)): run_frames(
+                        own, true, "gyroscopic" in needs[scene], deformed_runs.get((scene, *key))
                     )
-                    for key, own in flown.items()
+                    for key, own in runs.items()
                 },
             },
         )
@@ -136,9 +144,9 @@ def parts(table: pd.DataFrame, keys: list[str]) -> dict[tuple[str, ...], pd.Data
     return {tuple(map(str, key)): own for key, own in table.groupby(keys, sort=False)}  # type: ignore[call-overload]
 
 
-def where(table: pd.DataFrame, kept: Any) -> pd.DataFrame:
+def where(table: pd.DataFrame, wanted: Any) -> pd.DataFrame:
     """Return the rows of a table for which it is true."""
-    return table.loc[kept.to_numpy(dtype=bool)]
+    return table.loc[wanted.to_numpy(dtype=bool)]
 
 
 def numbers(table: pd.DataFrame, columns: list[str]) -> np.ndarray:
@@ -147,27 +155,27 @@ def numbers(table: pd.DataFrame, columns: list[str]) -> np.ndarray:
 
 
 def limits(read: Mapping[str, pd.DataFrame], scene: str, times: np.ndarray) -> list[float]:
-    """Return the truth's limit at each time [m]: that of the next sample it was judged at."""
+    """Return the resolution of the truth at each time [m]: that of the next sample at which errors were measured."""
     errors = read.get("error-over-time.csv", pd.DataFrame(columns=["scene", "t_s", "resolution_m"]))
-    told = numbers(
+    known = numbers(
         where(errors, errors["scene"] == scene).drop_duplicates("t_s").sort_values("t_s"), ["t_s", "resolution_m"]
     )
-    if not len(told):
+    if not len(known):
         return [0.0] * len(times)
-    at = np.minimum(np.searchsorted(told[:, 0], times), len(told) - 1)
-    return [float(f"{limit:.3g}") for limit in told[at, 1]]
+    at = np.minimum(np.searchsorted(known[:, 0], times), len(known) - 1)
+    return [float(f"{limit:.3g}") for limit in known[at, 1]]
 
 
-def flight(own: pd.DataFrame, true: pd.DataFrame, turns: bool, bent: pd.DataFrame | None) -> dict[str, str]:
-    """Return one contestant's frames: x - x_true, q q_true^-1, and its figures."""
+def run_frames(own: pd.DataFrame, true: pd.DataFrame, turns: bool, deformed: pd.DataFrame | None) -> dict[str, str]:
+    """Return one contestant's frames: x - x_true, q q_true^-1, error and drifts."""
     beside = true.head(len(own))
     away = numbers(own, X) - numbers(beside, X)
     turned = quaternion_product(numbers(own, Q), numbers(beside, Q) * (1.0, -1.0, -1.0, -1.0))
     found = {"frames": packed(np.concatenate([away, turned, numbers(own, FIGURES)], axis=1))}
     if turns:
         found["momentum"] = packed(numbers(own, MOMENTUM))
-    if bent is not None:
-        found["vertices"] = packed(numbers(bent, X))
+    if deformed is not None:
+        found["vertices"] = packed(numbers(deformed, X))
     return found
 
 

@@ -1,4 +1,4 @@
-"""Who makes the same mistake: contestants that agree with each other better than either is right."""
+"""Groups of contestants that agree."""
 
 from collections.abc import Iterable
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
+from tumble.compare.run.contestant import Contestant
 from tumble.compare.tables.files import write_whole
 from tumble.scenarios.refusal import UserError
 
@@ -20,18 +21,18 @@ WIDTH = 560
 
 
 class NoFigures(UserError):
-    """The libraries that draw figures are not there; the message is the one line for the user."""
+    """The libraries that draw figures are missing; the message is the one line for the user."""
 
 
 def check_figures(*files: str | None) -> None:
-    """Raise NoFigures where a figure is asked for and what draws it is not installed; before anything is flown."""
+    """Raise NoFigures if a figure is asked for and what draws it is not installed; before anything is run."""
     missing = [name.replace("_", "-") for name in LIBRARIES if find_spec(name) is None]
     if any(files) and missing:
         raise NoFigures(f"--svg and --png need {' and '.join(missing)}: in Tumble's checkout, pip install '.[figures]'")
 
 
 def save_figures(svg: str | None, png: str | None, figure: Callable[[pd.DataFrame], Any], table: pd.DataFrame) -> None:
-    """Save the figure of a table where it is asked for.  Raises OSError."""
+    """Save the figure of a table if it is asked for.  Raises OSError."""
     if not (svg or png):
         return
     import vl_convert
@@ -48,10 +49,10 @@ def error_figure(runs: pd.DataFrame) -> "altair.TopLevelMixin":
     import altair
 
     shown = named(runs.loc[finite(runs, "max_error_m")])
-    shown = shown.assign(told_m=shown[["max_error_m", "resolution_m"]].max(axis=1))
+    shown = shown.assign(shown_m=shown[["max_error_m", "resolution_m"]].max(axis=1))
     chart = altair.Chart(records(shown)).encode(
-        y=altair.Y("contestant:N", sort=altair.EncodingSortField("told_m", op="min"), title=None),
-        x=altair.X("told_m:Q", scale=altair.Scale(type="log"), title="largest vertex error [m]", axis=powers()),
+        y=altair.Y("contestant:N", sort=altair.EncodingSortField("shown_m", op="min"), title=None),
+        x=altair.X("shown_m:Q", scale=altair.Scale(type="log"), title="largest vertex error [m]", axis=powers()),
         color=altair.Color("engine:N", title=None),
         shape=altair.Shape("status:N", title=None),
     )
@@ -65,7 +66,7 @@ def cost_figure(measured: pd.DataFrame) -> "altair.TopLevelMixin":
 
     shown = named(measured.loc[finite(measured, "error_m") & (measured["status"] == "ok").to_numpy()])
     chart = altair.Chart(records(shown)).encode(
-        x=altair.X("run_us:Q", scale=altair.Scale(type="log"), title="native time of a flight [us]", axis=powers()),
+        x=altair.X("run_us:Q", scale=altair.Scale(type="log"), title="run time [us]", axis=powers()),
         y=altair.Y("error_m:Q", scale=altair.Scale(type="log"), title="largest vertex error [m]", axis=powers()),
         color=altair.Color("engine:N", title=None),
         detail="contestant:N",
@@ -79,17 +80,17 @@ def cost_figure(measured: pd.DataFrame) -> "altair.TopLevelMixin":
 
 
 def limit_figure(limits: pd.DataFrame) -> "altair.TopLevelMixin":
-    """Return the longest step each contestant bears, and theory's as a line; limits: as in limits.csv."""
+    """Return the largest stable step of each contestant, and theory's as a line; limits: as in limits.csv."""
     import altair
 
     shown = named(limits.loc[finite(limits, "w_dt_limit") & (limits["w_dt_limit"] > 0).to_numpy()])
     chart = altair.Chart(records(shown)).encode(
         y=altair.Y("contestant:N", sort=altair.EncodingSortField("w_dt_limit", order="descending"), title=None),
-        color=altair.Color("beyond:N", title="beyond it"),
+        color=altair.Color("beyond:N", title="behaviour beyond it"),
     )
     scale = altair.Scale(type="log")
     measured = chart.mark_point(filled=True, size=70).encode(
-        x=altair.X("w_dt_limit:Q", scale=scale, title="largest stable step, w dt [rad]; a line where theory has it")
+        x=altair.X("w_dt_limit:Q", scale=scale, title="largest stable step, w dt [rad]; line: theory")
     )
     theory = chart.mark_tick(thickness=2, size=16, color="black").encode(x=altair.X("theory_w_dt:Q", scale=scale))
     drawn = (measured + theory).properties(width=WIDTH)
@@ -98,7 +99,12 @@ def limit_figure(limits: pd.DataFrame) -> "altair.TopLevelMixin":
 
 def named(table: pd.DataFrame) -> pd.DataFrame:
     """Return a table with a column ENGINE:METHOD, the tolerances of an adaptive method together."""
-    return table.assign(contestant=table["engine"] + ":" + table["method"].str.partition("@")[0])
+    return table.assign(
+        contestant=[
+            str(Contestant.of(engine, method).without_tolerance)
+            for engine, method in zip(table["engine"], table["method"], strict=True)
+        ]
+    )
 
 
 def finite(table: pd.DataFrame, column: str) -> np.ndarray:
@@ -107,7 +113,7 @@ def finite(table: pd.DataFrame, column: str) -> np.ndarray:
 
 
 def records(table: pd.DataFrame) -> "altair.Data":
-    """Return a table as data of a figure, without what JSON has no number for."""
+    """Return a table as data of a figure, with null for numbers that JSON has not."""
     import altair
 
     plain = table.astype(object).where(table.notna(), None).replace([float("inf"), -float("inf")], None)

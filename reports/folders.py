@@ -1,4 +1,4 @@
-"""Folders of tables that some command left, as the tables of a page; and what changed from one folder to another."""
+"""Folders of tables that a command wrote, as the tables of a page; and what changed from one folder to another."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -16,25 +16,25 @@ from tumble.compare.tables.schema import BadTable
 from tumble.compare.tables.shared import FINDINGS, RUNS
 
 CONTESTANT = ["scene", "engine", "method"]
-# What only a sweep leaves; its runs are many to a contestant, and stand apart from those at the scenes' own steps.
+# Tables of a sweep, which has many runs of a contestant: its runs are kept apart from those at the scenes' own steps.
 SWEPT = ("work-precision.csv", "accuracy-cost.csv", "orders.csv", "ensembles.csv", "equivalent.csv", "timing.csv")
 ERRORS = ["max_error_m", "resolution_m", "status"]
 
 
 def gathered(folder: Path) -> dict[str, pd.DataFrame]:
-    """Return the tables in a folder, whichever command left them.  Raises BadTable, OSError."""
+    """Return the tables in a folder, whichever command wrote them.  Raises BadTable, OSError."""
     if not folder.is_dir():
-        raise BadTable(f"{folder}: no such folder; --from takes one that `-o` made")
+        raise BadTable(f"{folder}: no such folder; give --from a folder that -o wrote")
     found = read_tables(folder)
     if "accuracy-cost.csv" in found:
         return {(SWEEP if name in (*SWEPT, "runs.csv") else "") + name: table for name, table in found.items()}
     if "cells.csv" in found:
         found |= of_record(found["cells.csv"], found["questions.csv"])
-    if FINDINGS.file not in found:  # a record of check, maps that are not done yet, or what an older release left
-        said = list(error_findings(rows(RUNS, found["runs.csv"]))) if RUNS.file in found else []
-        said += limit_findings(rows(LIMITS, found[LIMITS.file])) if LIMITS.file in found else []
-        said += extreme_findings(rows(EXTREMES, found[EXTREMES.file])) if EXTREMES.file in found else []
-        found[FINDINGS.file] = frame(FINDINGS, said)
+    if FINDINGS.file not in found:  # a record of check, unfinished maps, or tables of an older release
+        findings = list(error_findings(rows(RUNS, found["runs.csv"]))) if RUNS.file in found else []
+        findings += limit_findings(rows(LIMITS, found[LIMITS.file])) if LIMITS.file in found else []
+        findings += extreme_findings(rows(EXTREMES, found[EXTREMES.file])) if EXTREMES.file in found else []
+        found[FINDINGS.file] = frame(FINDINGS, findings)
     if not found.keys() & {"runs.csv", "limits.csv", RELEASES.file}:
         raise BadTable(f"{folder}: has no tables of report, compare, sweep, stability, releases or check")
     return found
@@ -52,16 +52,14 @@ def of_record(cells: pd.DataFrame, questions: pd.DataFrame) -> dict[str, pd.Data
         input_error_m=questions["resolution_m"],
         horizon_s=np.nan,
     )
-    runs = cells.merge(steps, on="scene").reindex(columns=RUNS.names)  # a record keeps no tolerance and no wall time
+    runs = cells.merge(steps, on="scene").reindex(columns=RUNS.names)  # a record has no tolerance and no wall time
     return {"runs.csv": runs, "scenes.csv": scenes}
 
 
 def changes(before: Mapping[str, pd.DataFrame], after: Mapping[str, pd.DataFrame]) -> dict[str, pd.DataFrame]:
-    """Return what changed: runs whose status or error is another, and conditions that are.  Raises BadTable."""
+    """Return the runs whose status or error changed, and the conditions that changed.  Raises BadTable."""
     if not all("runs.csv" in tables for tables in (before, after)):
-        raise BadTable(
-            "two folders can be compared where both have runs.csv, as `tumble report` and `compare` leave it"
-        )
+        raise BadTable("both folders must have runs.csv, as `tumble report` and `tumble compare -o` write it")
     runs = pd.merge(
         before["runs.csv"].filter([*CONTESTANT, *ERRORS]),
         after["runs.csv"].filter([*CONTESTANT, *ERRORS]),

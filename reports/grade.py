@@ -1,4 +1,4 @@
-"""What `tumble grade` prints: how far off a trajectory is, and what is most likely wrong, with the evidence."""
+"""What `tumble grade` prints: the error of a trajectory, and its most likely cause with the evidence."""
 
 from collections.abc import Iterator, Sequence
 
@@ -10,8 +10,8 @@ from rich.text import Text
 
 from tumble.compare.grade.grade import (
     CORRECT_TO_DIGITS,
-    CORRECT_TO_LIMIT,
     CORRECT_TO_NOISE,
+    CORRECT_TO_RESOLUTION,
     CORRECT_TO_SINGLE,
     EXPLAINED_PARTLY,
     EXPLAINED_WHOLLY,
@@ -32,15 +32,25 @@ READ_AS = {
     "matrix": "centre and matrix",
     "vertices": "vertices",
 }
+SHOWN_ALIKE, SHOWN_ENGINES = 5, 4
 
 
 def grade_text(grade: Grade) -> Iterator[RenderableType]:
-    """Yield the answer, the header, the vertex table, error over time, what should be kept, and the diagnosis."""
+    """Yield what `tumble grade` prints.
+
+    Parameters
+    ----------
+    grade : the grade of a file
+
+    Returns
+    -------
+    the headline, the vertex table, the error over time, conserved quantities, and the diagnosis
+    """
     m = grade.measured
-    yield Constrain(plain(answer(grade)), LIST_WIDTH)
+    yield Constrain(plain(headline(grade)), LIST_WIDTH)
     yield Text()
     throws = f" of {m.throws} throws" if m.throws > 1 else ""
-    yield plain(f"{grade.file} held against {grade.scene.name}: {grade.scene.title}")
+    yield plain(f"{grade.file} compared with {grade.scene.name}: {grade.scene.title}")
     rows = "1 row" if m.rows == 1 else f"{m.rows} rows"
     yield plain(f"{rows}{throws}, read as {read_as(m)}; {resolution(m)}")
     yield Text()
@@ -50,87 +60,117 @@ def grade_text(grade: Grade) -> Iterator[RenderableType]:
     where = f"t = {m.worst_t_s:g} s, vertex {m.worst_vertex}" + (f", throw {m.worst_throw}" if m.throws > 1 else "")
     yield plain(f"error: largest {length(m.worst_m)} at {where}; rms {length(m.rms_m)}; at the end {length(m.final_m)}")
     yield from over_time(m)
-    yield from kept_quantities(grade)
+    yield from conserved_quantities(grade)
     yield Text()
     yield from map(plain, verdict_lines(grade))
 
 
-def answer(grade: Grade) -> str:
-    """Return whether it is right, how far off it is, and what is most likely wrong, in a person's words."""
+def headline(grade: Grade) -> str:
+    """Return in a sentence whether the file is right, how large its error is, and the most likely cause.
+
+    Parameters
+    ----------
+    grade : the grade of a file
+
+    Returns
+    -------
+    one line of text
+    """
     m, diagnosis = grade.measured, grade.diagnosis
-    at_most = f"{length(m.worst_m)} off at most"
+    largest = f"the largest error is {length(m.worst_m)}"
     right = {
-        CORRECT_TO_LIMIT: "as far as the truth can tell",
-        CORRECT_TO_DIGITS: f"to its printed digits: {at_most}, they leave {length(m.half_m)} open",
-        CORRECT_TO_SINGLE: f"to single precision: {at_most}, as its numbers are",
-        CORRECT_TO_NOISE: f"to its noise of {length(m.rms_m)}: {at_most}",
+        CORRECT_TO_RESOLUTION: "within the resolution of the reference",
+        CORRECT_TO_DIGITS: f"to its printed digits: {largest}, and they allow {length(m.half_m)}",
+        CORRECT_TO_SINGLE: f"to single precision: {largest}",
+        CORRECT_TO_NOISE: f"to its noise of {length(m.rms_m)}: {largest}",
     }
     if grade.verdict in right:
         return f"{grade.file} is right, {right[grade.verdict]}."
     if grade.verdict == TOO_COARSE:
-        return f"{grade.file} is too coarse to judge: {coarse(grade)}. Print more digits."
-    wrong = f"{grade.file} is wrong: up to {length(m.worst_m)} off."
-    if grade.verdict == TOO_LITTLE and diagnosis is not None and diagnosis.nothing.nothing:
-        return f"{wrong} That is about what its printed digits allow, {length(m.half_m)}, and too little to say why."
+        return f"{grade.file} is too coarse to grade: {coarse(grade)}. Print more digits."
+    wrong = f"{grade.file} is wrong: {largest}."
+    if grade.verdict == TOO_LITTLE and diagnosis is not None and diagnosis.null.within_floor:
+        return f"{wrong} Its printed digits allow about as much, {length(m.half_m)}: too little to find the cause."
     if diagnosis is None or grade.verdict == TOO_LITTLE:
-        return f"{wrong} That is too little to say why."
-    best = said(diagnosis.best)
+        return f"{wrong} That is too little to find the cause."
+    best = mistakes_text(diagnosis.best)
     if grade.verdict == UNEXPLAINED or not diagnosis.best.mistakes:
-        return f"{wrong} Nothing that was tried explains it."
+        return f"{wrong} No known mistake explains it."
     if grade.verdict == EXPLAINED_PARTLY:
-        return f"{wrong} Nearest, but not all: {best}."
+        return f"{wrong} Best partial explanation: {best}."
     if diagnosis.engines:
-        return f"{wrong} This is what {listed(diagnosis.engines)} at its defaults."
-    return f"{wrong} {'One of several that fit alike' if diagnosis.alike else 'Most likely'}: {best}."
+        return f"{wrong} It is {defaults_of(diagnosis.engines)}."
+    return f"{wrong} {'One of several equally good explanations' if diagnosis.alike else 'Most likely cause'}: {best}."
 
 
 def coarse(grade: Grade) -> str:
-    """Return what the printed digits leave open, beside the error and the body."""
+    """Return the largest error, the error that the printed digits allow, and the body's size, in words."""
     m = grade.measured
     return (
-        f"up to {length(m.worst_m)} off, but its printed digits allow {length(m.half_m)}, and the body is "
+        f"the largest error is {length(m.worst_m)}, but its printed digits allow {length(m.half_m)}, and the body is "
         f"{length(grade.scale.size_m)} long"
     )
 
 
 def read_as(m: Measured) -> str:
-    """Return what was graded, in words."""
-    return READ_AS[m.shown.kind] if m.shown.centred else f"{READ_AS[m.shown.kind].partition(' and ')[2]}, attitude only"
+    """Return the description of the pose that was graded, in words."""
+    kind = READ_AS[m.description.kind]
+    return kind if m.description.has_centre else f"{kind.partition(' and ')[2]}, attitude only"
 
 
-def off_by(file: str, m: Measured, seen: Sequence[str] = ()) -> Iterator[str]:
-    """Yield what is known before a search, a line each."""
-    yield f"{file}: off by up to {length(m.worst_m)}, at t = {m.worst_t_s:g} s; looking for what explains it"
-    yield from (f"seen at once: {sentence}" for sentence in seen)
+def first_lines(file: str, m: Measured, observed: Sequence[str] = ()) -> Iterator[str]:
+    """Yield what is known before a search, a line each.
+
+    Parameters
+    ----------
+    file : name of the file
+    m : its errors
+    observed : observations, sentences
+
+    Returns
+    -------
+    lines of text
+    """
+    yield f"{file}: largest error {length(m.worst_m)} at t = {m.worst_t_s:g} s; searching for its cause"
+    yield from (f"observed: {sentence}" for sentence in observed)
 
 
-def so_far(nearest: Explanation) -> str:
-    """Return which engine's law comes nearest, where none is enough."""
-    return f"no engine's defaults are enough; nearest so far, {length(nearest.max_m)} left: {said(nearest)}; searching"
+def nearest_line(nearest: Explanation) -> str:
+    """Return the nearest engine scheme, if none explains the file.
+
+    Parameters
+    ----------
+    nearest : the explanation by that scheme
+
+    Returns
+    -------
+    one line of text
+    """
+    left = length(nearest.max_m)
+    return f"no engine's default explains it; closest so far ({left} left): {mistakes_text(nearest)}; searching"
 
 
 def resolution(m: Measured) -> str:
-    """Return in words what cannot be told from nothing."""
-    digits = (
-        f"printed digits leave {length(m.half_m)} open" if m.half_m > m.resolution_m else "printed to the last digit"
-    )
-    return f"{digits}; the right motion is known to {length(m.resolution_m)}"
+    """Return in words which errors cannot be distinguished from zero."""
+    rounding = f"the file's rounding allows {length(m.half_m)}"
+    digits = rounding if m.half_m > m.resolution_m else "full precision in the file"
+    return f"{digits}; reference solution accurate to {length(m.resolution_m)}"
 
 
 def vertex_table(m: Measured) -> Table:
-    """Return one vertex over time: where it should be, where the file has it, the error vector, its length."""
-    kept = m.kept
-    number = m.shown.vertices.index(m.worst_vertex)
-    true, seen = kept.true[:, number], kept.vertices[:, number]
+    """Return one vertex over time: reference, file, error vector and distance."""
+    sample = m.sample
+    number = m.description.vertices.index(m.worst_vertex)
+    true, seen = sample.true[:, number], sample.vertices[:, number]
     unit, size, places = ruler(true)
     off = np.linalg.norm(seen - true, axis=1) / size
     small, part = unit_of(float(off.max()) * size) if off.max() > 0.0 else (unit, size)
-    heads = f"right [{unit}]", f"file [{unit}]", f"error [{small}]", f"off [{unit}]"
+    heads = f"true [{unit}]", f"file [{unit}]", f"error [{small}]", f"distance [{unit}]"
     table = columns("t [s]", *heads, right=range(5))
-    for row in thinned(len(kept)):
+    for row in thinned(len(sample)):
         error = seen[row] - true[row]
         table.add_row(
-            f"{kept.times[row]:g}",
+            f"{sample.times[row]:g}",
             vector(true[row] / size, places),
             vector(seen[row] / size, places),
             vector(error / part, 2),
@@ -140,11 +180,12 @@ def vertex_table(m: Measured) -> Table:
 
 
 def over_time(m: Measured) -> Iterator[Text]:
-    """Yield the error over time in one line of bars, by its logarithm; one between two rows is as the row before."""
+    """Yield the error over time as a line of bars, on a log scale; a part without rows is as the part before."""
     errors = np.maximum(m.over_time_m, m.resolution_m)
-    bare = int(np.ceil(len(errors) * m.throws / m.rows))
+    most_empty = int(np.ceil(len(errors) * m.throws / m.rows))
     for place in np.flatnonzero(np.isnan(errors)):
-        errors[place] = next(iter(e for e in errors[max(place - bare, 0) : place][::-1] if np.isfinite(e)), np.nan)
+        before = errors[max(place - most_empty, 0) : place][::-1]
+        errors[place] = next(iter(e for e in before if np.isfinite(e)), np.nan)
     low, high = np.log10(np.nanmin(errors)), np.log10(np.nanmax(errors))
     if low == high:
         return
@@ -153,47 +194,56 @@ def over_time(m: Measured) -> Iterator[Text]:
     yield plain(f"over time {line} (log scale, {figure(10**low)} to {figure(10**high)} m)")
 
 
-def kept_quantities(grade: Grade) -> Iterator[Text]:
-    """Yield the drifts; of a spin that is written otherwise they would say nothing."""
+def conserved_quantities(grade: Grade) -> Iterator[Text]:
+    """Yield the drifts of conserved quantities; none if the angular velocity in the file is wrong."""
     m = grade.measured
     if m.drifts is not None and not grade.spin:
         energy, momentum, angular = m.drifts
-        how = "by differences of the poses, so noise adds to it" if m.by_differences else "from its velocities"
+        how = "from differences of poses, which amplify noise" if m.by_differences else "from its velocities"
         yield plain(
-            f"off by at most: energy {energy:+.1e}, momentum {momentum:.1e}, angular momentum {angular:.1e} of their "
-            f"size ({how})"
+            f"largest relative errors: energy {energy:+.1e}, momentum {momentum:.1e}, angular momentum {angular:.1e} "
+            f"({how})"
         )
 
 
 def verdict_lines(grade: Grade) -> Iterator[str]:
-    """Yield the verdict, the evidence for it, what else fits alike, and what else was seen."""
+    """Yield the verdict, its evidence, equally good explanations, and other observations.
+
+    Parameters
+    ----------
+    grade : the grade of a file
+
+    Returns
+    -------
+    lines of text
+    """
     m, diagnosis = grade.measured, grade.diagnosis
     match grade.verdict:
-        case verdict if verdict == CORRECT_TO_LIMIT:
-            yield f"Correct: no error that could be told from none ({length(m.resolution_m)})."
+        case verdict if verdict == CORRECT_TO_RESOLUTION:
+            yield f"Correct: every error is within the resolution of the reference ({length(m.resolution_m)})."
         case verdict if verdict == CORRECT_TO_DIGITS:
-            yield f"Correct to the printed digits: every error is within the {length(m.half_m)} that they leave open."
+            yield f"Correct to the printed digits: every error is within the {length(m.half_m)} that they allow."
         case verdict if verdict == CORRECT_TO_SINGLE:
             yield (
-                f"Correct to single precision: every number in the file is one, and {length(m.worst_m)} is what that "
-                "leaves."
+                f"Correct to single precision: every number in the file is of single precision, which explains errors "
+                f"of {length(m.worst_m)}."
             )
         case verdict if verdict == CORRECT_TO_NOISE:
             yield (
-                f"Correct to its noise: errors of {length(m.rms_m)} rms, those of neighbouring rows unrelated, and no "
-                "mistake that was tried explains them."
+                f"Correct to its noise: the errors are {length(m.rms_m)} rms, uncorrelated between rows, and no known "
+                "mistake explains them."
             )
         case verdict if verdict == TOO_LITTLE:
             yield (
-                f"Off by {length(m.worst_m)}, {figure(m.worst_m / grade.scale.size_m)} of the body's size: too little "
-                "to tell one mistake from another."
+                f"The largest error is {length(m.worst_m)}, {figure(m.worst_m / grade.scale.size_m)} of the body's "
+                "size: too little to distinguish mistakes."
             )
         case verdict if verdict == TOO_COARSE:
-            yield f"Too coarse to judge: {coarse(grade)}."
+            yield f"Too coarse to grade: {coarse(grade)}."
         case verdict if verdict == TOO_FEW:
-            yield f"Off by {length(m.worst_m)}: one row is too few to say why."
+            yield f"The largest error is {length(m.worst_m)}; one row is too few to find the cause."
         case _ if diagnosis is not None:
-            yield from (f"Seen at once: {sentence}" for sentence in grade.seen)
+            yield from (f"Observed: {sentence}" for sentence in grade.observations)
             yield from diagnosis_lines(grade, diagnosis)
     yield from other_findings(grade)
 
@@ -201,83 +251,80 @@ def verdict_lines(grade: Grade) -> Iterator[str]:
 def diagnosis_lines(grade: Grade, diagnosis: Diagnosis) -> Iterator[str]:
     """Yield the best explanation step by step, or that there is none."""
     best = diagnosis.best
-    tried = f"{diagnosis.tried} flights with mistakes were tried, alone and together"
     if grade.verdict == UNEXPLAINED:
-        yield f"Not explained: {tried}, and none explains most of the error."
+        yield (
+            f"Not explained: {diagnosis.trials} programs with mistakes were simulated, and none explains most of the "
+            "error."
+        )
         if not best.mistakes:
             return
-        yield "The best of them, not to be believed:"
+        yield "The best of them, which is not reliable:"
     elif grade.verdict == EXPLAINED_PARTLY:
-        yield "What comes nearest, though it does not explain all:"
+        yield "The best partial explanation:"
     elif diagnosis.engines:
-        yield f"This is what {listed(diagnosis.engines)} at its defaults:"
+        yield f"This is {defaults_of(diagnosis.engines)}:"
     elif diagnosis.alike:
-        yield "What is wrong is one of several things that fit alike.  The first of them:"
+        yield "The first of several equally good explanations:"
     else:
-        yield "What is most likely wrong:"
+        yield "The most likely cause:"
     yield from evidence(diagnosis)
     left = length(best.max_m)
     if grade.verdict == EXPLAINED_WHOLLY:
         floor = (
-            "about what single precision leaves"
-            if grade.measured.single
-            else "about what the printed digits leave open"
+            "within the effect of single precision" if grade.measured.single else "within the file's print precision"
         )
-        yield f"The {left} that are left are {floor if best.nothing else 'noise'}."
+        yield f"The remaining {left} is {floor if best.within_floor else 'noise'}."
         if diagnosis.engines and not any(mistake.hypothesis.part == "steps" for mistake in best.mistakes):
-            yield "How long its step is cannot be told: any leaves as little here."
+            yield "The file does not determine the length of the step."
     else:
-        yield f"The {left} that are left are neither noise nor rounding: something else is wrong as well."
-    for number, other in enumerate(diagnosis.alike[:SHOWN_ALIKE]):
-        yield f"{'Fits alike' if not number else 'and'}: {said(other)}: {length(other.max_m)} left."
+        yield f"The remaining {left} is neither noise nor rounding: something else is wrong as well."
+    for other in diagnosis.alike[:SHOWN_ALIKE]:
+        yield f"Equally good: {mistakes_text(other)} ({length(other.max_m)} left)"
 
 
-SHOWN_ALIKE, SHOWN_ENGINES = 5, 4
-
-
-def listed(engines: Sequence[str]) -> str:
-    """Return the names of engines that do one thing, with the verb; of many some, and how many more."""
+def defaults_of(engines: Sequence[str]) -> str:
+    """Return in words that a file is of engines with one scheme; of many engines, the first and how many more."""
     if len(engines) == 1:
-        return f"{engines[0]} does"
+        return f"the default of {engines[0]}"
     shown, more = engines[:SHOWN_ENGINES], len(engines) - SHOWN_ENGINES
     *first, last = [*shown, f"{more} more engines"] if more > 0 else shown
-    return f"{', '.join(first)} and {last} do, which are one scheme here, each"
+    return f"the default of {', '.join(first)} and {last}, which have the same scheme here"
 
 
 def evidence(diagnosis: Diagnosis) -> Iterator[str]:
-    """Yield one line for each mistake of the best explanation: what it is, and from how much to how much it helps.
+    """Yield a line for each mistake of the best explanation: its text, and the error before and after it.
 
-    Of mistakes that help only together the last one says so.
+    Of mistakes that help only together, the last one says so.
     """
     before, number = diagnosis.steps[0], 0
     for step in diagnosis.steps[1:]:
         new = step.names - before.names
-        *first, last = (each.said for each in diagnosis.best.mistakes if each.hypothesis.name in new)
-        for said in first:
+        *first, last = (each.text for each in diagnosis.best.mistakes if each.hypothesis.name in new)
+        for text in first:
             number += 1
-            yield f"  {number}. {said}"
+            yield f"  {number}. {text}"
         number += 1
         others = f" (with {' and '.join(map(str, range(number - len(first), number)))})" if first else ""
         yield f"  {number}. {last}: {length(before.max_m)} -> {length(step.max_m)}{others}"
         before = step
 
 
-def said(explanation: Explanation) -> str:
-    """Return what an explanation says, in one line."""
-    return "; and ".join(mistake.said for mistake in explanation.mistakes) or "nothing wrong"
+def mistakes_text(explanation: Explanation) -> str:
+    """Return the mistakes of an explanation in one line."""
+    return "; and ".join(mistake.text for mistake in explanation.mistakes) or "nothing wrong"
 
 
 def other_findings(grade: Grade) -> Iterator[str]:
-    """Yield what else the file shows: quaternions of a wrong length, a shape that changes, a spin written otherwise."""
+    """Yield other findings: quaternions of a wrong length, a shape that changes, a wrong angular velocity."""
     m = grade.measured
     if m.throws > 1 and grade.diagnosis is not None:
-        yield f"Of {m.throws} throws only throw {m.throw} was looked into, the one that is furthest off."
+        yield f"Of {m.throws} throws, only throw {m.throw} was diagnosed, which has the largest error."
     if m.lengths is not None and max(abs(length - 1) for length in m.lengths) > 1e-3:
         least, most = m.lengths
-        yield f"Seen beside: the quaternion is {least:.4g} to {most:.4g} long, not 1."
-    if m.shown.kind != "pose" and grade.strain > 0:
-        yield f"Seen beside: the shape is not rigid: distances between vertices change by up to {grade.strain:.2g}."
+        yield f"Also: the length of the quaternion is {least:.4g} to {most:.4g}, not 1."
+    if m.description.kind != "pose" and grade.strain > 0:
+        yield f"Also: the shape is not rigid; distances between vertices change by up to {grade.strain:.2g}."
     if grade.spin:
-        yield f"Seen beside: the angular velocity that is written down {grade.spin}."
+        yield f"Also: the angular velocity in the file {grade.spin}."
     if m.single and grade.verdict != CORRECT_TO_SINGLE:
-        yield "Seen beside: every number is one of single precision."
+        yield "Also: every number in the file is of single precision."

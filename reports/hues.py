@@ -3,11 +3,12 @@
 from collections.abc import Iterable
 
 from tumble.compare.engines import BY_HAND
+from tumble.compare.run.contestant import Contestant
 
 # Okabe and Ito (2008), darkened so that a line or a name in them is read on light paper; the page's --hue-1 to --hue-6.
 LIGHT = ("#0072b2", "#a63d7c", "#c25100", "#007a5a", "#7a5b00", "#4f4fb5")
-# The place of an engine: its colour is that number modulo the colours, and those that share one are filled otherwise.
-# The first six are those that most pages have side by side.
+# The place of an engine: its colour is that number modulo the colours; engines that share one have another fill.
+# The first six are those that most pages show together.
 PLACES = (
     "tumble", "heyoka", "mujoco", "pybullet", "scipy", "drake",
     "physx", "rapier", "jolt", "ode", "dart", "newton",
@@ -18,19 +19,19 @@ PLACES = (
 def places(engines: Iterable[str]) -> dict[str, int]:
     """Return the place of each engine, ENGINE or ENGINE@RELEASE.
 
-    An engine that is not ours takes, in the order given, the first place whose colour none of the others has, and when
-    there is none left the places after ours.  What was calculated by hand has no colour and no place.
+    An engine without a place in PLACES takes, in the order given, the first place whose colour is free, and if none is
+    left the places after those.  The hand calculation has no place.
     """
-    asked = [engine for engine in dict.fromkeys(engines) if engine != BY_HAND]
-    found = {engine: PLACES.index(name) for engine in asked if (name := engine.partition("@")[0]) in PLACES}
+    named = [engine for engine in dict.fromkeys(engines) if engine != BY_HAND]
+    found = {engine: PLACES.index(name) for engine in named if (name := Contestant.of(engine).engine) in PLACES}
     taken = {place % len(LIGHT) for place in found.values()}
     free = [place for place in range(len(LIGHT)) if place not in taken]
     later = len(PLACES)
-    for engine in asked:
+    for engine in named:
         if engine not in found:
             found[engine] = free.pop(0) if free else later
             later += not free
-    return {engine: found[engine] for engine in asked}
+    return {engine: found[engine] for engine in named}
 
 
 def rgb(place: int) -> tuple[int, int, int]:

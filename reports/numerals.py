@@ -9,7 +9,7 @@ SUPERSCRIPTS = dict(zip("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹", strict=
 
 
 def figure(value: float, digits: int = 3) -> str:
-    """Return a number in so many significant digits; plain from a thousandth to ten thousand, else a power of ten."""
+    """Return a number in `digits` significant digits; plain from 0.001 to 10,000, else with a power of ten."""
     if math.isnan(value):
         return "NaN"
     if math.isinf(value):
@@ -26,27 +26,27 @@ def figure(value: float, digits: int = 3) -> str:
 
 
 def superscript(power: int) -> str:
-    """Return an exponent as it is set."""
+    """Return an exponent in superscript digits."""
     return "".join(SUPERSCRIPTS[sign] for sign in str(power))
 
 
 def at_most(limit: float, digits: int = 3) -> str:
-    """Return what is shown for a number that says no more than its limit does."""
+    """Return the text for a number below its resolution."""
     return f"≤\N{NO-BREAK SPACE}{figure(limit, digits)}"
 
 
 def fixed(value: float, decimals: int) -> str:
-    """Return a number with so many decimals; what they leave nothing of has no sign."""
+    """Return a number with this many decimals, without a minus sign before zero."""
     return f"{value:z.{decimals}f}".replace("-", MINUS)
 
 
 def given(value: float) -> str:
-    """Return a number that a person chose, such as a time or a step, as it was written."""
+    """Return a number that a person chose, such as a time or a step, in full."""
     return f"{value:.12g}".replace("-", MINUS)
 
 
 def listed(names: list[str]) -> str:
-    """Return names as a sentence has them: a, b and c."""
+    """Return names as a list in a sentence: a, b and c."""
     return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
 
 

@@ -1,4 +1,4 @@
-"""What changed between an engine's releases, as text and as Markdown."""
+"""What `tumble releases` prints and writes: the changes of each release, as text and as Markdown."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -10,27 +10,28 @@ from tumble.compare.releases.ledger import Ledger
 from tumble.compare.releases.schemas import ReleaseChangeRow, ReleaseRow
 from tumble.reports.terminal import LIST_WIDTH, columns, figure, plain
 
-# What a change is called, by its column; of those of physics first.
+# Names of changes by column, those of physics first.
 KINDS = {
-    "attitude_order": "order of the attitude",
-    "translation_order": "order of the fall",
-    "spin_energy": "energy of the spin",
+    "attitude_order": "attitude order",
+    "translation_order": "translation order",
+    "spin_energy": "spin energy",
     "max_error_m": "largest error",
     "status": "status",
-    "method": "the method",
-    "time": "time of a step",
+    "method": "method",
+    "time": "time per step",
 }
 OF_SPEED = ("time",)
 
 
 def answer(ledger: Ledger, changes: Sequence[ReleaseChangeRow]) -> str:
-    """Return what there is to be said, in a sentence."""
+    """Return the answer in a sentence."""
     span = f"{ledger.engine}, {len(ledger.releases)} releases from {ledger.releases[0]} to {ledger.releases[-1]}"
     physics = dict.fromkeys(row.release for row in changes if row.what not in OF_SPEED)
     if not physics:
-        return f"{span}: none flies otherwise than the one before it."
+        return f"{span}: none behaves differently from the previous one."
     rest = "" if len(physics) == len(ledger.releases) - 1 else "; the others do not"
-    return f"{span}: {', '.join(physics)} fl{'y' if len(physics) > 1 else 'ies'} otherwise than the one before{rest}."
+    verb = "each behave" if len(physics) > 1 else "behaves"
+    return f"{span}: {', '.join(physics)} {verb} differently from the previous release{rest}."
 
 
 def sentence(change: ReleaseChangeRow) -> str:
@@ -39,14 +40,14 @@ def sentence(change: ReleaseChangeRow) -> str:
         return "is new" if change.new.startswith("there") else "is gone"
     scenes = change.scenes.split(", ")
     pairs = zip(change.old.split("; "), change.new.split("; "), strict=False)
-    told = dict.fromkeys(f"{old} -> {new}" for old, new in pairs)
+    values = dict.fromkeys(f"{old} -> {new}" for old, new in pairs)
     where = f" ({', '.join(scenes)})" if change.what not in OF_SPEED else ""
-    return f"{KINDS[change.what]}: {'; '.join(told)}{where}"
+    return f"{KINDS[change.what]}: {'; '.join(values)}{where}"
 
 
 @dataclass(frozen=True)
 class Entry:
-    """What the same changes of one release or more methods are: sentences, and the first of the notes about them."""
+    """The changes of one release that several methods share: sentences, and the first release note about them."""
 
     release: str
     methods: tuple[str, ...]
@@ -61,11 +62,11 @@ def entries(changes: Sequence[ReleaseChangeRow]) -> list[Entry]:
         found.setdefault((change.release, change.method), []).append(change)
     alike: dict[tuple[str, tuple[str, ...]], list[ReleaseChangeRow]] = {}
     for (release, _), own in found.items():
-        told = tuple(map(sentence, sorted(own, key=lambda change: [*KINDS].index(change.what))))
-        alike.setdefault((release, told), []).append(own[0])
+        changed = tuple(map(sentence, sorted(own, key=lambda change: [*KINDS].index(change.what))))
+        alike.setdefault((release, changed), []).append(own[0])
     return [
-        Entry(release, tuple(row.method for row in rows), told, rows[0].notes)
-        for (release, told), rows in alike.items()
+        Entry(release=release, methods=tuple(row.method for row in rows), sentences=changed, notes=rows[0].notes)
+        for (release, changed), rows in alike.items()
     ]
 
 
@@ -76,12 +77,12 @@ def ledger_text(ledger: Ledger, changes: Sequence[ReleaseChangeRow]) -> Iterator
     for entry in entries(changes):
         yield plain("")
         yield plain(f"{entry.release} {', '.join(entry.methods)}")
-        for told in entry.sentences:
-            yield Constrain(plain(f"  {told}"), LIST_WIDTH)
+        for line in entry.sentences:
+            yield Constrain(plain(f"  {line}"), LIST_WIDTH)
         if entry.notes and entry.notes not in quoted:
-            yield Constrain(plain(f'  its notes: "{entry.notes}"'), LIST_WIDTH)
+            yield Constrain(plain(f'  release notes: "{entry.notes}"'), LIST_WIDTH)
             quoted.add(entry.notes)
-    table = columns("release", "method", "order", "max [m]", "spin", "step [ns]", "of the newest", right=(2, 3, 5, 6))
+    table = columns("release", "method", "order", "max [m]", "spin", "step [ns]", "time ratio", right=(2, 3, 5, 6))
     scene = ledger.rows[0].scene
     shown = {ledger.releases[0], ledger.releases[-1], *(change.release for change in changes)}
     for row in ledger.rows:
@@ -93,7 +94,7 @@ def ledger_text(ledger: Ledger, changes: Sequence[ReleaseChangeRow]) -> Iterator
 
 
 def cells(row: ReleaseRow) -> tuple[str, ...]:
-    """Return one row's cells as they are shown; a status that is not ok stands in place of the error."""
+    """Return one row's cells; a status that is not ok replaces the error."""
     order = "" if row.attitude_order is None else f"{row.attitude_order:.1f}"
     error = figure(row.max_error_m) if row.status == "ok" and row.max_error_m is not None else row.status
     step = "" if row.step_ns is None else f"{row.step_ns:.0f}"
@@ -105,15 +106,15 @@ def cells(row: ReleaseRow) -> tuple[str, ...]:
 
 def ledger_markdown(ledger: Ledger, changes: Sequence[ReleaseChangeRow], command: str) -> str:
     """Return the ledger as Markdown; command made it."""
-    lines = [f"# {ledger.engine}: what changed at which release", "", answer(ledger, changes), "", f"    {command}", ""]
-    lines += ["| release | method | what changed, by the numbers | the release's own notes |", "|---|---|---|---|"]
+    lines = [f"# {ledger.engine}: changes by release", "", answer(ledger, changes), "", f"    {command}", ""]
+    lines += ["| release | method | measured changes | release notes |", "|---|---|---|---|"]
     for entry in entries(changes):
-        told = "<br>".join(map(cell, entry.sentences))
-        lines.append(f"| {entry.release} | {', '.join(entry.methods)} | {told} | {cell(entry.notes)} |")
+        changed = "<br>".join(map(cell, entry.sentences))
+        lines.append(f"| {entry.release} | {', '.join(entry.methods)} | {changed} | {cell(entry.notes)} |")
     for scene in dict.fromkeys(row.scene for row in ledger.rows):
         lines += ["", f"## {scene}", ""]
         lines += [
-            "| release | method | order | max [m] | spin | step [ns] | of the newest |",
+            "| release | method | order | max [m] | spin | step [ns] | time ratio to newest |",
             "|---|---|--:|--:|---|--:|--:|",
         ]
         lines += [f"| {' | '.join(map(cell, cells(row)))} |" for row in ledger.rows if row.scene == scene]
@@ -121,5 +122,5 @@ def ledger_markdown(ledger: Ledger, changes: Sequence[ReleaseChangeRow], command
 
 
 def cell(text: str) -> str:
-    """Return foreign words as a cell, in which they do nothing."""
+    """Return text as a cell of a Markdown table, with its markup escaped."""
     return text.replace("|", "\\|").replace("<", "&lt;").replace("\n", " ")

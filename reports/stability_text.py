@@ -1,4 +1,4 @@
-"""What `tumble stability` prints: limits beside theory for every scene, and what became of the extreme cases."""
+"""What `tumble stability` prints: the stability limits of every scene beside theory, and the extreme cases."""
 
 import math
 from collections import Counter
@@ -14,13 +14,13 @@ from tumble.reports.charts import coloured, limit_chart
 from tumble.reports.rows import contestant
 from tumble.reports.terminal import columns, figure, plain, reasons_text
 
-FULL = 6  # so many contestants of an extreme case are told one by one
+FULL = 6  # contestants up to which each has a line in an extreme case
 
 
 def stability_text(
     pieces: Sequence[Piece], extremes: Sequence[ExtremeRow], charts: bool = False
 ) -> Iterator[RenderableType]:
-    """Yield the text of all scenes, with a chart of each where they are wanted, then that of the extreme cases."""
+    """Yield the text of all scenes, with a chart of each if wanted, then that of the extreme cases."""
     scenes: dict[str, list[Piece]] = {}
     for piece in pieces:
         scenes.setdefault(piece.limit.scene, []).append(piece)
@@ -34,30 +34,30 @@ def stability_text(
 def scene_text(name: str, pieces: Sequence[Piece], charts: bool) -> Iterator[RenderableType]:
     """Yield one scene's limits, and why a contestant has none."""
     first = pieces[0].limit
-    yield plain(f"{name}: the stiffest mode turns at w = {first.w_rad_s:.4g} rad/s")
+    yield plain(f"{name}: stiffest mode w = {first.w_rad_s:.4g} rad/s")
     if charts:
         yield from limit_chart([piece.limit for piece in pieces])
-    yield plain(f"steps [s] at {first.parameter} = {first.value:g}")
-    flown = [piece for piece in pieces if len(piece.rows) > 1]
-    table = columns("contestant", "w dt", "theory", "then", "bounded", "1 %", "1 mm", right=(1, 2, 4, 5, 6))
-    for piece in flown:
+    yield plain(f"largest steps [s] at {first.parameter} = {first.value:g}")
+    finished = [piece for piece in pieces if len(piece.rows) > 1]
+    table = columns("contestant", "w dt", "theory", "beyond", "stable", "err 1 %", "err 1 mm", right=(1, 2, 4, 5, 6))
+    for piece in finished:
         limit = piece.limit
         own_steps = limit.w_dt_limit is None
         worst = Counter(row.verdict for row in piece.rows).most_common(1)[0][0]
         table.add_row(
             plain(contestant(limit)),
-            "its own" if own_steps else bound(limit.w_dt_limit),
+            "own steps" if own_steps else bound(limit.w_dt_limit),
             "" if own_steps else bound(limit.theory_w_dt),
             coloured(worst if own_steps else limit.beyond),
             *("" if dt is None else figure(dt) for dt in (limit.dt_stable_s, limit.dt_1pct_s, limit.dt_1mm_s)),
         )
-    if flown:
+    if finished:
         yield table
-    yield from notes(pieces, flown)
+    yield from notes(pieces, finished)
 
 
 def bound(w_dt: float | None) -> str:
-    """Return a limit: grows at every step, at none that was tried, or the number."""
+    """Return a limit: a number, none (no step is stable) or no limit (every step tried is)."""
     if w_dt is None:
         return "?"
     if math.isinf(w_dt):
@@ -65,28 +65,28 @@ def bound(w_dt: float | None) -> str:
     return f"{w_dt:.3g}" if w_dt else "none"
 
 
-def notes(pieces: Sequence[Piece], flown: Sequence[Piece]) -> Iterator[RenderableType]:
-    """Yield what needs saying once: what no number says, where theory is from, and who did not fly."""
-    limits = [piece.limit for piece in flown]
+def notes(pieces: Sequence[Piece], finished: Sequence[Piece]) -> Iterator[RenderableType]:
+    """Yield the legend, and why contestants have no limits."""
+    limits = [piece.limit for piece in finished]
     if any(limit.w_dt_limit == 0.0 for limit in limits):
-        yield plain(f"none: grows at every step, seen down to w dt = {smallest(flown):.2g}")
+        yield plain(f"none: unstable at every step tried, down to w dt = {smallest(finished):.2g}")
     if any(limit.w_dt_limit == math.inf for limit in limits):
-        yield plain(f"no limit: at no step that was tried, up to w dt = {largest(flown):.2g}")
+        yield plain(f"no limit: stable at every step tried, up to w dt = {largest(finished):.2g}")
     if any(limit.theory_w_dt is None and limit.w_dt_limit is not None for limit in limits):
-        yield plain("?: no theory that we know of")
-    if any("no truth" in limit.note for limit in limits):
-        yield plain("no truth for this scene: verdicts rest on the balance of energy alone, errors are not known")
-    yield from reasons_text((contestant(piece.limit), piece.limit.note) for piece in pieces if piece not in flown)
+        yield plain("?: no theoretical limit known")
+    if any("no reference solution" in limit.note for limit in limits):
+        yield plain("no reference solution: verdicts rest on the energy balance alone, and errors are unknown")
+    yield from reasons_text((contestant(piece.limit), piece.limit.note) for piece in pieces if piece not in finished)
 
 
-def smallest(flown: Sequence[Piece]) -> float:
-    """Return the least w dt that was flown."""
-    return min(row.dt_s * piece.limit.w_rad_s for piece in flown for row in own_cells(piece))
+def smallest(finished: Sequence[Piece]) -> float:
+    """Return the smallest w dt that was run."""
+    return min(row.dt_s * piece.limit.w_rad_s for piece in finished for row in own_cells(piece))
 
 
-def largest(flown: Sequence[Piece]) -> float:
-    """Return the largest w dt that was flown."""
-    return max(row.dt_s * piece.limit.w_rad_s for piece in flown for row in own_cells(piece))
+def largest(finished: Sequence[Piece]) -> float:
+    """Return the largest w dt that was run."""
+    return max(row.dt_s * piece.limit.w_rad_s for piece in finished for row in own_cells(piece))
 
 
 def own_cells(piece: Piece) -> list:
@@ -95,38 +95,39 @@ def own_cells(piece: Piece) -> list:
 
 
 def extremes_text(rows: Sequence[ExtremeRow]) -> Iterator[RenderableType]:
-    """Yield one line an extreme case, or one a contestant where they are few; then how our best method did."""
+    """Yield one line per extreme case, or per contestant if those are few; then the result of our best method."""
     cases: dict[str, list[ExtremeRow]] = {}
     for row in rows:
         cases.setdefault(row.scene, []).append(row)
     if max(map(len, cases.values())) <= FULL:
-        table = columns("case", "contestant", "verdict", "error [m]", "limits", "why", right=(3, 4))
+        table = columns("case", "contestant", "verdict", "error [m]", "x resolution", "why", right=(3, 4))
         for row in rows:
             error = "" if row.max_error_m is None else figure(row.max_error_m)
             limits = "" if row.error_over_resolution is None else figure(row.error_over_resolution)
             table.add_row(plain(row.scene), plain(contestant(row)), row.verdict, error, limits, plain(row.why))
     else:
-        table = columns("extreme case", "limit [m]", BEST, "verdicts", right=(1, 2))
+        table = columns("extreme case", "resolution [m]", BEST, "verdicts", right=(1, 2))
         for name, own in cases.items():
             limit = next((row.resolution_m for row in own if row.resolution_m is not None), None)
             best = next((row.error_over_resolution for row in own if contestant(row) == BEST), None)
             words = Counter(row.verdict for row in own)
-            said = ", ".join(f"{words[word]} {word}" for word in reversed(WORDS) if words[word])
+            verdicts = ", ".join(f"{words[word]} {word}" for word in reversed(WORDS) if words[word])
             table.add_row(
-                plain(name), "" if limit is None else figure(limit), "" if best is None else f"{best:.2g} x", said
+                plain(name), "" if limit is None else figure(limit), "" if best is None else f"{best:.2g} x", verdicts
             )
     yield table
     yield from best_text(rows, len(cases))
 
 
 def best_text(rows: Sequence[ExtremeRow], cases: int) -> Iterator[Text]:
-    """Yield whether our best method is where it must be."""
+    """Yield whether our best method is as accurate as it must be."""
     if not any(contestant(row) == BEST for row in rows):
         return
     failed = missed(rows)
     if not failed:
-        yield plain(f"{BEST} is within {FLOORS:g} limits of the truth in all {cases} cases")
+        yield plain(f"{BEST} is within {FLOORS:g} times the resolution in all {cases} cases")
     for row in failed:
         yield plain(
-            f"{BEST} misses {FLOORS:g} limits in {row.scene}: {row.verdict}, {row.error_over_resolution} limits off"
+            f"{BEST} is not within {FLOORS:g} times the resolution in {row.scene}: {row.verdict}, "
+            f"{row.error_over_resolution} times"
         )

@@ -1,4 +1,4 @@
-"""What `tumble sweep` and `tumble advise` print: what each digit costs, and the cheapest way to an error."""
+"""What `tumble sweep` and `tumble advise` print: the cost of accuracy, and the fastest way to an error."""
 
 import math
 from collections.abc import Collection, Iterator, Sequence
@@ -7,6 +7,7 @@ from rich.console import RenderableType
 from rich.constrain import Constrain
 
 from tumble.compare.engines import BY_HAND, OWN
+from tumble.compare.run.contestant import Contestant
 from tumble.compare.sweep.longer_steps import longer_steps
 from tumble.compare.sweep.pareto_front import (
     TARGETS_M,
@@ -24,20 +25,20 @@ from tumble.reports.families import joined
 from tumble.reports.numerals import listed
 from tumble.reports.terminal import LIST_WIDTH, columns, figure, length, plain, reasons_text
 
-MOST_ALIKE = 3  # contestants that one error is said to be cheapest with
-# An interval wider than this, from end to end, is quoted itself, and not its middle.
+MOST_ALIKE = 3  # contestants named as fastest to one error
+# A confidence interval whose ends differ by more than this factor is printed instead of the ratio.
 WIDE = 2.0
 
 
 def sweep_text(sweep: Sweep, reference: str, charts: bool = False) -> Iterator[RenderableType]:
-    """Yield what `tumble sweep` prints: what each digit costs, who is cheapest, and who is the same integrator.
+    """Yield what `tumble sweep` prints: the cost of each error, the fastest contestants, and equal integrators.
 
-    charts: whether a chart stands before them.
+    charts: whether to draw a chart.
     """
     yield plain(f"{sweep.scene.name}: {sweep.scene.title}")
     if charts:
         yield from cost_chart(list(accuracy_cost_rows(sweep, reference)))
-    yield plain("native time of a flight [us] to reach an error; in brackets the ratio to " + reference)
+    yield plain("run time [us] to reach an error; in brackets the ratio to " + reference)
     orders = {(row.engine, row.method): row for row in order_rows(sweep)}
     costs: dict[tuple[str, str], list[AccuracyCostRow]] = {}
     for row in accuracy_cost_rows(sweep, reference):
@@ -54,32 +55,32 @@ def sweep_text(sweep: Sweep, reference: str, charts: bool = False) -> Iterator[R
     same = list(equivalent_rows(sweep))
     for members in joined((row.contestant_a, row.contestant_b) for row in same):
         apart = max(row.max_distance_m for row in same if row.contestant_a in members)
-        yield plain(f"{', '.join(members)} are one integrator: at most {figure(apart)} m apart at any step")
+        yield plain(f"{', '.join(members)} are the same integrator: at most {figure(apart)} m apart at any step")
     yield from precision_text(orders.values())
     yield from clock_text(sweep, [row for digits in costs.values() for row in digits])
-    yield from reasons_text((run.name, run.status) for run in sweep.untimed if run.status != "ok")
+    yield from reasons_text((run.name, run.outcome) for run in sweep.untimed if run.status != "ok")
 
 
 def precision_text(orders: Collection[OrderRow]) -> Iterator[RenderableType]:
-    """Yield who gets worse below a step, and by how much, and the least that single precision can hold here."""
+    """Yield who loses accuracy below a step, and the accuracy that single precision limits vertices to."""
     for row in orders:
         if row.worsens:
             worse = f"{figure(row.finest_error_m)} m at {row.finest_dt_s:.2g} s"
             yield plain(
-                f"{row.engine}:{row.method} gets worse below a step of {row.best_dt_s:.2g} s: "
+                f"{row.engine}:{row.method} loses accuracy below a step of {row.best_dt_s:.2g} s: "
                 f"{figure(row.best_error_m)} m there, {worse}"
             )
     single = {row.engine: row.rounding_m for row in orders if row.precision == "single"}
     if single:
         least = figure(max(single.values()))
-        yield plain(f"single precision ({', '.join(single)}) can hold no corner here to less than {least} m")
+        yield plain(f"single precision ({', '.join(single)}) cannot represent a vertex here to better than {least} m")
 
 
 def clock_text(sweep: Sweep, digits: Sequence[AccuracyCostRow]) -> Iterator[RenderableType]:
-    """Yield how certain the ratios are, why there are none, and what the clock found odd."""
+    """Yield the confidence intervals of the ratios, why there are none, and what disturbed the timing."""
     widths = [math.sqrt(row.ratio_high / row.ratio_low) - 1 for row in digits if row.ratio_high and row.ratio_low]
     if widths:
-        yield plain(f"ratios hold to {min(widths):.0%} to {max(widths):.0%}, in 95 of 100 runs")
+        yield plain(f"95 % confidence intervals of the ratios: within {min(widths):.0%} to {max(widths):.0%}")
     yield from reasons_text(
         {(f"{row.engine}:{row.method}", row.no_ratio) for row in digits if row.no_ratio and row.run_us}
     )
@@ -89,7 +90,7 @@ def clock_text(sweep: Sweep, digits: Sequence[AccuracyCostRow]) -> Iterator[Rend
 
 
 def cost(row: AccuracyCostRow) -> str:
-    """Return what one digit costs, with its ratio where there is one."""
+    """Return the cost of one error, with its ratio if there is one."""
     if row.run_us is None:
         return row.verdict
     sign = "<=" if row.verdict == "at most" else ""
@@ -97,7 +98,7 @@ def cost(row: AccuracyCostRow) -> str:
 
 
 def quoted(row: AccuracyCostRow) -> str:
-    """Return the ratio in brackets; one that is hardly known is quoted as the interval it lies in."""
+    """Return the ratio in brackets, or its confidence interval if that is wide."""
     if row.ratio is None or row.ratio_low is None or row.ratio_high is None:
         return " (?)" if row.no_ratio else ""
     if row.ratio_high > WIDE * row.ratio_low:
@@ -106,15 +107,15 @@ def quoted(row: AccuracyCostRow) -> str:
 
 
 def few(number: float) -> str:
-    """Return a number as a ratio is quoted."""
+    """Return a ratio in two or three digits."""
     return f"{number:.{2 if number < 100 else 3}g}"
 
 
 def cheapest_text(digits: Sequence[AccuracyCostRow]) -> Iterator[RenderableType]:
-    """Yield who reaches each error of the table in the least time, of all and of the engines that are not ours."""
+    """Yield who reaches each error of the table fastest, of all and of the engines other than our solver."""
     others = [row for row in digits if row.engine not in (OWN, BY_HAND)]
-    asked = [("cheapest", digits), ("cheapest of engines that are not ours", others)]
-    for head, rows in asked[: 1 + (len(others) < len(digits))]:
+    groups = [("fastest", digits), ("fastest other than Tumble's own solver", others)]
+    for head, rows in groups[: 1 + (len(others) < len(digits))]:
         errors: dict[str, list[str]] = {}
         for target in TARGETS_M:
             if names := cheapest([row for row in rows if row.target_m == target]):
@@ -124,7 +125,7 @@ def cheapest_text(digits: Sequence[AccuracyCostRow]) -> Iterator[RenderableType]
 
 
 def cheapest(rows: Sequence[AccuracyCostRow]) -> list[str]:
-    """Return who reaches an error in the least time, and those whose intervals do not tell them from that."""
+    """Return who reaches an error fastest, and those whose confidence intervals overlap with that."""
     reached = sorted((row for row in rows if row.run_us is not None), key=lambda row: row.run_us or 0.0)
     if not reached:
         return []
@@ -134,16 +135,16 @@ def cheapest(rows: Sequence[AccuracyCostRow]) -> list[str]:
 
 
 def advice_text(sweep: Sweep, tolerance_m: float, named: Collection[str] = ()) -> Iterator[RenderableType]:
-    """Yield what `tumble advise` prints: what to use, ours or not; the cheapest of each engine, or how close it came.
+    """Yield what `tumble advise` prints: what to use, and of each engine its fastest run or its smallest error.
 
-    named: ENGINE:METHOD of contestants that were asked for by name, each of which has its line.
+    named: ENGINE:METHOD of contestants given with a method, each of which has a line.
     """
     reached, missed = answers(sweep, tolerance_m)
     yield Constrain(plain(advice(sweep, tolerance_m, reached, missed)), LIST_WIDTH)
     shown = [(run, "") for run in first_of_engines(reached, named, ())]
     shown += [(run, "not reached") for run in first_of_engines(missed, named, {run.run.engine for run in reached})]
     cut = any(run.run.dt_taken not in (None, run.run.dt) for run, _ in shown if run.per_step)
-    heads = ["engine", "method", "step [s]", *["taken [s]"] * cut, "flight [us]", "error [m]", ""]
+    heads = ["engine", "method", "step [s]", *["taken [s]"] * cut, "run [us]", "error [m]", ""]
     table = columns(*heads, right=range(2, len(heads) - 1))
     for run, reason in shown:
         taken = [f"{run.run.dt_taken:.3g}" if run.per_step and run.run.dt_taken else ""] * cut
@@ -155,13 +156,13 @@ def advice_text(sweep: Sweep, tolerance_m: float, named: Collection[str] = ()) -
     found = {run.run.engine for run in (*reached, *missed)}
     for engine in dict.fromkeys(each.run.engine for each in sweep.timed):
         if engine not in found:
-            yield plain(f"{engine}: no step or tolerance that was measured gave a plain result")
-    yield from reasons_text((run.name, run.status) for run in sweep.untimed if run.status != "ok")
+            yield plain(f"{engine}: no step or tolerance that was tried gave a run with status ok")
+    yield from reasons_text((run.name, run.outcome) for run in sweep.untimed if run.status != "ok")
     yield from reasons_text(sweep.why_untimed.items())
 
 
 def answers(sweep: Sweep, tolerance_m: float) -> tuple[list[Timed], list[Timed]]:
-    """Return each contestant's cheapest run within the error, or, of those without one, its nearest; both in order."""
+    """Return each contestant's fastest run within the error, or else its most accurate one; both in order."""
     reached, missed = [], []
     for timed in by_contestant(sweep.timed).values():
         _, _, run = reach(timed, tolerance_m)
@@ -173,55 +174,58 @@ def answers(sweep: Sweep, tolerance_m: float) -> tuple[list[Timed], list[Timed]]
 
 
 def first_of_engines(runs: Sequence[Timed], named: Collection[str], done: Collection[str]) -> list[Timed]:
-    """Return of the runs the first of each engine that is not done, and all of contestants that were named."""
+    """Return the first run of each engine that is not done, and all runs of named contestants."""
     seen, found = set(done), []
     for run in runs:
-        if run.run.engine not in seen or run.run.name in named or run.run.name.partition("@")[0] in named:
+        one = Contestant.of(run.run.engine, run.run.method)
+        if run.run.engine not in seen or str(one) in named or str(one.without_tolerance) in named:
             found.append(run)
         seen.add(run.run.engine)
     return found
 
 
 def advice(sweep: Sweep, tolerance_m: float, reached: Sequence[Timed], missed: Sequence[Timed]) -> str:
-    """Return what to use, in a person's words, and the best of the engines that are not ours."""
+    """Return what to use, and the best engine other than our solver."""
     choices = [run for run in reached if run.run.engine != BY_HAND] or reached
     others = [run for run in choices if is_other(run)]
-    nothing = f"nothing that was measured stays within {length(tolerance_m)}; the table has how close each came."
+    nothing = f"no contestant stays within {length(tolerance_m)}; the table shows the smallest error of each."
     parts = [f"{sweep.scene.name}: {nothing}"]
     if choices:
         parts = [f"{sweep.scene.name}: use {in_words(choices[0], tolerance_m)}."]
         if not is_other(choices[0]) and others:
-            parts.append(f"Of the engines that are not ours, {in_words(others[0], tolerance_m)}.")
+            parts.append(f"Best other engine: {in_words(others[0], tolerance_m)}.")
     if not others:
-        near = [f"{run.run.name} is nearest, {length(run.error_m)} off" for run in missed if is_other(run)][:1]
-        parts.append(f"No engine that is not ours stays within it: {''.join(near) or 'none was measured'}.")
+        near = [
+            f"{run.run.name} comes closest, with an error of {length(run.error_m)}" for run in missed if is_other(run)
+        ][:1]
+        parts.append(f"No other engine stays within it: {''.join(near) or 'none was measured'}.")
     if choices and (bound := bounded_by_samples(sweep, choices[0])):
         parts.append(bound)
     return " ".join(parts)
 
 
 def is_other(run: Timed) -> bool:
-    """Whether this is an engine that is not ours."""
+    """Whether this is an engine other than our solver."""
     return run.run.engine not in (OWN, BY_HAND)
 
 
 def in_words(run: Timed, tolerance_m: float) -> str:
     """Return a run with its step, its error and its cost."""
-    at = f"at {step(run)} s" if run.per_step else "with steps of its own"
-    margin = f"a margin of {tolerance_m / run.error_m:.2g}" if run.error_m > 0.0 else "no error that can be seen"
-    return f"{run.run.name} {at} ({length(run.error_m)} off, {margin}; {run.run_ns / 1e3:.3g} us a flight)"
+    at = f"with a step of {step(run)} s" if run.per_step else "with its own steps"
+    margin = f"margin {tolerance_m / run.error_m:.2g}" if run.error_m > 0.0 else "no visible error"
+    return f"{run.run.name} {at} (error {length(run.error_m)}, {margin}; {run.run_ns / 1e3:.3g} us a run)"
 
 
 def bounded_by_samples(sweep: Sweep, run: Timed) -> str:
-    """Return a sentence where it is the samples of the scene that no longer step was tried for, and not its error."""
+    """Return a sentence if the samples of the scene, and not its error, kept longer steps from being tried."""
     longer = longer_steps(sweep.scene)
     if not run.per_step or not longer or run.run.dt in longer:
         return ""
     if run.run.dt < max(each.run.dt for each in sweep.timed if each.run.name == run.run.name):
         return ""
-    return "The samples of the scene, not accuracy, bound this step: --beyond-samples tries longer ones, too."
+    return "The scene's samples, not accuracy, limit this step: --beyond-samples also tries longer ones."
 
 
 def step(run: Timed) -> str:
     """Return the step of a run, three digits [s]."""
-    return f"{run.run.dt:.3g}" if run.per_step else "its own"
+    return f"{run.run.dt:.3g}" if run.per_step else "own"

@@ -1,4 +1,4 @@
-"""What a command prints: lists and error tables as text, 80 columns wide where they can be."""
+"""Lists and tables as text, 80 columns wide if possible."""
 
 import math
 import re
@@ -10,31 +10,32 @@ from rich.constrain import Constrain
 from rich.table import Table
 from rich.text import Text
 
+from tumble.compare.run.contestant import Contestant
 from tumble.compare.tables.shared import EngineRow
 from tumble.reports.numerals import superscript
 from tumble.reports.output import drop_output
 from tumble.scenarios.format import visible
 from tumble.scenarios.frames import Array
 
-# Tables need not wrap into a pipe; lists do, for they are read and not cut into columns.
+# In a pipe tables are not wrapped, because programs cut them into columns; lists are.
 PIPE_WIDTH, LIST_WIDTH = 160, 80
 SHOWN_SAMPLES = 10
 LENGTHS = (("km", 1e3), ("m", 1.0), ("mm", 1e-3), ("µm", 1e-6), ("nm", 1e-9), ("pm", 1e-12), ("fm", 1e-15))
-# So many of the largest unit, or of the smallest so small a part, are no number that people read.
+# Beyond this many of the largest unit, and below this part of the smallest, a power of ten is printed.
 BEYOND = 1e4
-RULERS = LENGTHS[:5]  # of positions, whose digits below say nothing
+RULERS = LENGTHS[:5]  # of positions
 
 
 class Results(Console):
-    """A console whose reader may leave before the end, as head does: the command goes on, and has its own exit code."""
+    """A console whose reader may stop early, as `head` does: the command continues and has its own exit code."""
 
     def on_broken_pipe(self) -> None:
-        """Let whatever is still said go nowhere."""
+        """Discard further output."""
         drop_output()
 
 
 def console(**settings: object) -> Console:
-    """Return a console for results: as wide as the terminal, or wide enough not to wrap into a pipe."""
+    """Return a console for results: as wide as the terminal, or in a pipe wide enough not to wrap."""
     found = Results(highlight=False, markup=False, emoji=False, **settings)  # type: ignore[arg-type]
     if not found.is_terminal:
         found.width = PIPE_WIDTH
@@ -42,7 +43,7 @@ def console(**settings: object) -> Console:
 
 
 def plain(text: str) -> Text:
-    """Return text of a scene's or an engine's as data: control characters made visible."""
+    """Return text with control characters made visible and no markup."""
     return Text(visible(text))
 
 
@@ -54,25 +55,25 @@ def columns(*heads: str, right: Sequence[int] = ()) -> Table:
     return table
 
 
-def reasons_text(told: Iterable[tuple[str, str]]) -> Iterator[Constrain]:
-    """Yield every reason once, after all contestants that it is told of; told: contestant and reason."""
+def reasons_text(reasons: Iterable[tuple[str, str]]) -> Iterator[Constrain]:
+    """Yield every reason once, after its contestants; reasons: contestant and reason."""
     names: dict[str, dict[str, None]] = {}
-    for contestant, reason in told:
-        _, _, method = contestant.partition(":")
-        # What differs only in the name of its own method is one reason.
+    for contestant, reason in reasons:
+        method = str(Contestant.of_name(contestant).method)
+        # Reasons that differ only in the name of the method are one.
         names.setdefault(re.sub(f"(^|: ){re.escape(method)} ", r"\1", reason), {})[contestant] = None
     for reason, own in names.items():
         yield Constrain(plain(f"{', '.join(own)}: {reason}"), LIST_WIDTH)
 
 
 def engine_list(rows: Sequence[EngineRow]) -> Table:
-    """Return the engines: version, precision, methods, what was switched off; or why one is missing."""
-    table = columns("engine", "version", "precision", "methods", "switched off to be fair")
+    """Return the engines: version, precision, methods and features switched off, or why one is missing."""
+    table = columns("engine", "version", "precision", "methods", "switched off")
     for row in rows:
         if row.status == "ok":
             table.add_row(*map(plain, (row.engine, row.version, row.precision, row.methods, row.switched_off)))
         else:
-            table.add_row(plain(row.engine), "", "", plain(row.methods), plain(row.told))
+            table.add_row(plain(row.engine), "", "", plain(row.methods), plain(row.outcome))
     return table
 
 
@@ -82,7 +83,7 @@ def figure(value: float) -> str:
 
 
 def length(metres: float) -> str:
-    """Return a length in two digits and the unit that suits it, as a person says it."""
+    """Return a length in two digits and a suitable unit."""
     if metres == 0.0 or not math.isfinite(metres):
         return f"{metres:g} m"
     unit, size = unit_of(metres)
@@ -90,7 +91,7 @@ def length(metres: float) -> str:
 
 
 def unit_of(metres: float) -> tuple[str, float]:
-    """Return the unit that suits a length, and its own [m]: a power of ten where people have no name for it."""
+    """Return a suitable unit for a length, and its size [m]; a power of ten beyond the named units."""
     if abs(metres) >= BEYOND * LENGTHS[0][1] or abs(metres) < LENGTHS[-1][1] / BEYOND:
         power = math.floor(math.log10(abs(metres)))
         return f"10{superscript(power)} m", 10.0**power

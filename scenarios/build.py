@@ -33,7 +33,7 @@ from tumble.scenarios.scene import (
     Scene,
     Tether,
     Written,
-    WrittenBlow,
+    WrittenImpulse,
     frozen_array,
 )
 from tumble.scenarios.surface import read_surface
@@ -48,9 +48,9 @@ LANDINGS = ("point", "vertex", "point_body", "ray")
 BLOW_SPREADS = ("magnitude", "cone", "point")
 
 
-def scene_from(file: File, path: Path, flown: bool) -> Scene:
+def scene_from(file: File, path: Path, to_run: bool) -> Scene:
     """Return the scene; raises Refused for what the types alone could not see."""
-    if file.step is None and flown:
+    if file.step is None and to_run:
         raise Refused(("step",), "missing; must be a number > 0", False)
     step = file.duration if file.step is None else file.step
     if not file.title.isprintable():
@@ -67,7 +67,7 @@ def scene_from(file: File, path: Path, flown: bool) -> Scene:
         points=file_points,
         start=start[0],
         orientation=frozen_array(file.body.orientation),
-        blows=tuple(map(_written_blow, impulses, file.impulse)),
+        impulses=tuple(map(_written_impulse, impulses, file.impulse)),
         normal=pulls["floor"].normal if pulls["floor"] else None,
         file_normal=None if file.floor is None else frozen_array(file.floor.normal),
         plane_normal=pulls["plane"].normal if pulls["plane"] else None,
@@ -83,7 +83,7 @@ def scene_from(file: File, path: Path, flown: bool) -> Scene:
         title=file.title,
         source=file.source,
         duration=file.duration,
-        times=_times(file, flown),
+        times=_times(file, to_run),
         step=step,
         body=body,
         start=start,
@@ -93,7 +93,7 @@ def scene_from(file: File, path: Path, flown: bool) -> Scene:
     )
 
 
-def _times(file: File, flown: bool) -> Array:
+def _times(file: File, to_run: bool) -> Array:
     """Return the sample instants [s], (S,): the end alone where nothing is flown and none are given."""
     if file.times is not None and file.samples is not None:
         raise Refused(("samples",), "must be left out where times are given")
@@ -101,7 +101,7 @@ def _times(file: File, flown: bool) -> Array:
         times, keys = np.array(file.times), ("times",)
     elif file.samples is not None:
         times, keys = np.linspace(0, file.duration, file.samples + 1)[1:], ("samples",)
-    elif not flown:
+    elif not to_run:
         times, keys = np.array([file.duration]), ("duration",)
     else:
         raise Refused(("times",), "missing; must be a list of instants, or samples a number of them", False)
@@ -211,10 +211,10 @@ def _vertex(vertex: int, keys: Keys, body: Body) -> Array:
     return body.points[vertex]
 
 
-def _written_blow(impulse: Impulse, table: ImpulseTable) -> WrittenBlow:
+def _written_impulse(impulse: Impulse, table: ImpulseTable) -> WrittenImpulse:
     """Return an impulse as its table gives it."""
     aim = None if table.ray is None else frozen_array(table.ray.direction)
-    return WrittenBlow(
+    return WrittenImpulse(
         made=impulse,
         magnitude=table.magnitude,
         direction=aim if table.direction is None else frozen_array(table.direction),
@@ -226,20 +226,20 @@ def _written_blow(impulse: Impulse, table: ImpulseTable) -> WrittenBlow:
 def _impulse(table: ImpulseTable, keys: Keys, duration: float, body: Body, start: Array) -> Impulse:
     if table.time > duration:
         raise Refused((*keys, "time"), f"must be within the duration, 0 to {duration!r}")
-    impulse = Impulse(table.time, _blow(table, keys), **_landing(table, keys, body))
+    impulse = Impulse(table.time, _impulse_value(table, keys), **_landing(table, keys, body))
     if impulse.ray and table.time > 0:
         return impulse  # whether it meets the body, only the flight can tell
     try:
         # Blows of one instant do not move the body, so each meets it as it starts; a later one is tried for size.
-        struck = jump(impulse, start, body)
+        after = jump(impulse, start, body)
     except RayMissed as error:
         raise Refused((*keys, "ray"), f"must meet the body's surface from outside: {error}") from None
-    if not np.isfinite(struck).all():
+    if not np.isfinite(after).all():
         raise Refused(keys, "must leave the body with a finite velocity")
     return impulse
 
 
-def _blow(table: ImpulseTable, keys: Keys) -> Array:
+def _impulse_value(table: ImpulseTable, keys: Keys) -> Array:
     """Return the impulse itself [N s], (3,)."""
     if table.value is not None and table.magnitude is None:
         if table.direction is not None:

@@ -49,15 +49,15 @@ def throws(
         states[1:, 3:7] = quaternion_product(_turns(_stream(seed, 0), n - 1, orientation), states[1:, 3:7])
     for number, impulse in enumerate(impulses):
         streams = [_stream(seed, 1 + number, spread) for spread in range(3)]
-        blows = np.repeat(impulse.value[None], n, axis=0)
+        values = np.repeat(impulse.value[None], n, axis=0)
         if cone:
-            blows[1:] = _tilted(streams[0], impulse.value, n - 1, cone)
+            values[1:] = _tilted(streams[0], impulse.value, n - 1, cone)
         if magnitude:
-            blows[1:] *= streams[1].uniform(1 - magnitude, 1 + magnitude, (n - 1, 1))
+            values[1:] *= streams[1].uniform(1 - magnitude, 1 + magnitude, (n - 1, 1))
         spots = _spots(impulse, states, body)
         if point:
             spots[1:] = _moved(streams[2], spots[1:], body, point)
-        states = _struck(states, blows, spots, body)
+        states = _applied(states, values, spots, body)
     return states
 
 
@@ -85,10 +85,10 @@ def _turns(stream: np.random.Generator, n: int, largest: float) -> Array:
     return np.hstack((np.cos(half), np.sin(half) * axes))
 
 
-def _tilted(stream: np.random.Generator, blow: Array, n: int, cone: float) -> Array:
+def _tilted(stream: np.random.Generator, impulse: Array, n: int, cone: float) -> Array:
     """Return n vectors, (n, 3), of the length of one that is not zero, (3,), uniform on the cap about it."""
-    size = float(np.linalg.norm(blow))
-    pole = blow / size
+    size = float(np.linalg.norm(impulse))
+    pole = impulse / size
     side = np.cross(pole, np.eye(3)[np.argmin(np.abs(pole))])
     side /= np.linalg.norm(side)
     axes: Array = np.array((side, np.cross(pole, side), pole), dtype=float)
@@ -156,23 +156,23 @@ def _on_surface(stream: np.random.Generator, spots: Array, corners: Array, reach
         across = np.einsum("ni,ni->n", np.cross(edges[face], offset), normals[face])
         inside = (along >= 0) & (across >= 0) & (along + across <= areas[face])
         within = np.linalg.norm(point - spots[waiting], axis=1) <= reach
-        kept = inside & within
-        drawn[waiting[kept]] = point[kept]
-        waiting = waiting[~kept]
+        accepted = inside & within
+        drawn[waiting[accepted]] = point[accepted]
+        waiting = waiting[~accepted]
         if not len(waiting):
             return drawn
     throw = first + int(waiting[0])
     raise OutOfReach(f"throw {throw}: no surface within {reach:g} m of where the impulse lands")
 
 
-def _struck(states: Array, blows: Array, spots: Array, body: Body) -> Array:
+def _applied(states: Array, values: Array, spots: Array, body: Body) -> Array:
     """Return the states after each throw's own impulse: as `tumble.scenarios.impulse.jump`, in body axes.
 
-    blows: (N, 3), world axes [N s]; spots: (N, 3), body axes [m].
+    values: impulses, (N, 3), world axes [N s]; spots: (N, 3), body axes [m].
     """
     axes = rotation_matrix(states[:, 3:7])
-    blows_body = np.einsum("nji,nj->ni", axes, blows)
+    impulses_body = np.einsum("nji,nj->ni", axes, values)
     after = states.copy()
-    after[:, 7:10] += blows / body.mass
-    after[:, 10:13] += np.einsum("nij,nj->ni", axes, np.cross(spots, blows_body) / body.moments)
+    after[:, 7:10] += values / body.mass
+    after[:, 10:13] += np.einsum("nij,nj->ni", axes, np.cross(spots, impulses_body) / body.moments)
     return after

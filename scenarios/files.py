@@ -7,7 +7,21 @@ LARGEST_FILE = 100_000_000  # bytes
 
 
 def plain_bytes(path: Path) -> bytes:
-    """Return what is in a plain file of sensible length; raises OSError."""
+    """Return the content of a regular file.
+
+    Parameters
+    ----------
+    path
+
+    Returns
+    -------
+    content
+
+    Raises
+    ------
+    OSError
+        The file cannot be read, is not a regular file or is larger than 100 MB.
+    """
     try:
         status = path.stat()
     except ValueError as error:  # a null character in the path
@@ -20,5 +34,14 @@ def plain_bytes(path: Path) -> bytes:
 
 
 def why_unread(error: OSError) -> str:
-    """Return in words why a file could not be read."""
+    """Return the reason why a file could not be read, for a message.
+
+    Parameters
+    ----------
+    error
+
+    Returns
+    -------
+    reason
+    """
     return "no such file" if isinstance(error, FileNotFoundError) else f"cannot be read: {error.strerror}"

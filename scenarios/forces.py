@@ -15,12 +15,24 @@ from tumble.scenarios.frames import Array, vertices
 
 @dataclass(frozen=True, eq=False)
 class Law:
-    """One law of force.
+    """A force law.
 
-    name: what a scene needs and an engine has among its FEATURES; part: the scene's field that has its numbers, or
-    several of it; stored: the energy [J] that one of them holds in states (..., 13), None where it holds none; takes:
-    whether one of them takes energy; turns: whether one can start a spin, or move its axis; stiffness: that of one of
-    them at most [N/m]; numbers: label with unit -> which of its numbers that is, each of them a strength.
+    Parameters
+    ----------
+    name
+        what a scene needs and an engine lists in its FEATURES
+    part
+        the field of Scene that has its numbers, or a tuple of them
+    stored
+        energy [J] that one of them stores in states (..., 13); None if it stores none
+    takes
+        whether one of them dissipates energy
+    turns
+        whether one of them can start a rotation, or move its axis
+    stiffness
+        largest stiffness of one of them [N/m]
+    numbers
+        label with unit -> field, for each of its strengths
     """
 
     name: str
@@ -98,27 +110,75 @@ LAWS = (GRAVITY, TETHER, DRAG, FLOOR, PLANE)
 
 
 def acting(scene: Any) -> tuple[Law, ...]:
-    """Return the laws that act in a scene."""
+    """Return the laws that act in a scene.
+
+    Parameters
+    ----------
+    scene
+
+    Returns
+    -------
+    laws
+    """
     return tuple(law for law in LAWS if law.all_of(scene))
 
 
 def takes_energy(scene: Any) -> bool:
-    """Return whether anything that acts takes energy."""
+    """Return whether any force in a scene dissipates energy.
+
+    Parameters
+    ----------
+    scene
+
+    Returns
+    -------
+    answer
+    """
     return any(law.takes(one) for law in LAWS for one in law.all_of(scene))
 
 
 def can_turn(scene: Any) -> bool:
-    """Return whether anything that acts can start a spin, or move its axis."""
+    """Return whether any force in a scene can start a rotation, or move its axis.
+
+    Parameters
+    ----------
+    scene
+
+    Returns
+    -------
+    answer
+    """
     return any(law.turns(one) for law in LAWS for one in law.all_of(scene))
 
 
 def stiffness(scene: Any) -> float:
-    """Return the stiffness of all springs at once [N/m]."""
+    """Return the stiffness of all springs of a scene together.
+
+    Parameters
+    ----------
+    scene
+
+    Returns
+    -------
+    stiffness : N/m
+    """
     return sum(law.stiffness(one, scene) for law in LAWS for one in law.all_of(scene))
 
 
 def stored(scene: Any, states: Array, but: Law | None = None) -> Array:
-    """Return what all laws, but one, hold in states (..., 13) [J], (...)."""
+    """Return the potential energy that the forces of a scene store.
+
+    Parameters
+    ----------
+    scene
+    states : (..., 13)
+    but
+        a law to leave out
+
+    Returns
+    -------
+    energy : (...), J
+    """
     held = np.zeros(states.shape[:-1])
     for law in LAWS:
         if law.stored and law is not but:

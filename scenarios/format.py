@@ -100,7 +100,7 @@ class RayTable(_Table):
 
 
 class ImpulseTable(_Table):
-    """A blow: v += J/m, w += I^-1 (r - x) x J.  One of value, magnitude; one of point, vertex, point_body, ray."""
+    """An impulse: v += J/m, w += I^-1 (r - x) x J.  One of value, magnitude; one of point, vertex, point_body, ray."""
 
     time: Annotated[NotNegative, _key("s", "when")] = 0.0
     value: Annotated[Vector, _key("N s", "J, world axes")] | None = None
@@ -153,11 +153,11 @@ class PlaneTable(_Table, kw_only=True):
 class EnsembleTable(_Table):
     """Many throws of the one body around the one that is written, which is throw 0."""
 
-    throws: Annotated[Throws, _key("", "how many")]
+    throws: Annotated[Throws, _key("", "number of throws")]
     seed: Annotated[Index, _key("", "the same seed draws the same throws")] = 0
     magnitude: Annotated[Share, _key("", "share by which |J| varies, evenly")] = 0.0
     cone: Annotated[HalfTurn, _key("rad", "half angle of the cone around the direction of J")] = 0.0
-    point: Annotated[NotNegative, _key("m", "radius around the point that is struck")] = 0.0
+    point: Annotated[NotNegative, _key("m", "radius around the point where the impulse acts")] = 0.0
     orientation: Annotated[HalfTurn, _key("rad", "largest turn of the start's attitude")] = 0.0
 
 
@@ -165,13 +165,13 @@ class File(_Table, kw_only=True):
     """The whole file."""
 
     title: Annotated[Text, _key("", "one line")]
-    duration: Annotated[Positive, _key("s", "of the flight")]
-    step: Annotated[Positive, _key("s", "flown where no other is asked for; only grading needs none")] | None = None
+    duration: Annotated[Positive, _key("s", "duration of the simulation")]
+    step: Annotated[Positive, _key("s", "default time step; grading alone does not need one")] | None = None
     body: BoxTable | MeshTable | RigidTable | SphereTable
     source: Annotated[Text, _key("", "where the case comes from")] = ""
-    times: Annotated[Times, _key("s", "when the flight is looked at; or samples")] | None = None
-    samples: Annotated[Count, _key("", "so many equal intervals instead of times")] | None = None
-    gravity: Annotated[Vector, _key("m/s2", "world axes; none where it is left out")] = ORIGIN
+    times: Annotated[Times, _key("s", "sample times; or give samples")] | None = None
+    samples: Annotated[Count, _key("", "number of equal intervals, instead of times")] | None = None
+    gravity: Annotated[Vector, _key("m/s2", "world axes; no gravity if left out")] = ORIGIN
     impulse: Annotated[list[ImpulseTable], Meta(description="tables headed [[impulse]]")] = []
     tether: Annotated[list[TetherTable], Meta(description="tables headed [[tether]]")] = []
     drag: DragTable | None = None
@@ -280,7 +280,16 @@ def _shown_key(key: str) -> str:
 
 
 def short(value: object) -> str:
-    """Return a value on one line of at most 60 characters."""
+    """Return a value on one line of at most 60 characters.
+
+    Parameters
+    ----------
+    value
+
+    Returns
+    -------
+    text
+    """
     try:
         text = _SHORT.repr(value)
     except ValueError:  # Python does not write out an integer of thousands of digits
@@ -289,10 +298,29 @@ def short(value: object) -> str:
 
 
 def printable(text: str) -> str:
-    """Return a text as it is, or with its control characters written out."""
+    """Return a text, with control characters escaped if it has any.
+
+    Parameters
+    ----------
+    text
+
+    Returns
+    -------
+    text
+        a Python literal if anything was escaped
+    """
     return text if text.isprintable() else repr(text)
 
 
 def visible(text: str) -> str:
-    """Return a text on one line, control characters written out: what a terminal, a page or an XML file may show."""
+    """Return a text on one line, with control characters escaped, for a terminal, a page or an XML file.
+
+    Parameters
+    ----------
+    text
+
+    Returns
+    -------
+    text
+    """
     return "".join(char if char.isprintable() else repr(char)[1:-1] for char in text)

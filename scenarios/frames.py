@@ -22,7 +22,17 @@ SIGNS = np.array([[float(f"{element[2]}1")] for element in ELEMENTS])
 def rotation_matrix(q: Array) -> Array:
     """Return the matrix that turns body axes into world axes.
 
-    q: unit quaternions w x y z, body to world, (..., 4).  Returns (..., 3, 3).
+    Parameters
+    ----------
+    q : (..., 4)
+        unit quaternions w x y z, body to world
+
+    Returns
+    -------
+    matrices : (..., 3, 3)
+
+    Notes
+    -----
     Source: Shoemake, "Animating rotation with quaternion curves" (1985), eq. in the appendix.
     """
     q = np.asarray(q, dtype=float)
@@ -33,7 +43,17 @@ def rotation_matrix(q: Array) -> Array:
 
 
 def quaternion_product(p: Array, q: Array) -> Array:
-    """Return the Hamilton product p q of quaternions w x y z, (..., 4)."""
+    """Return the Hamilton product p q.
+
+    Parameters
+    ----------
+    p, q : (..., 4)
+        quaternions w x y z
+
+    Returns
+    -------
+    product : (..., 4)
+    """
     pw, px, py, pz = np.moveaxis(np.asarray(p, dtype=float), -1, 0)
     qw, qx, qy, qz = np.moveaxis(np.asarray(q, dtype=float), -1, 0)
     return np.stack(
@@ -48,7 +68,18 @@ def quaternion_product(p: Array, q: Array) -> Array:
 
 
 def turned_by(p: Array, q: Array) -> Array:
-    """Return by which turn, about its axis in the world's axes [rad], (..., 3), unit quaternions p become q."""
+    """Return the rotation that takes one attitude to another.
+
+    Parameters
+    ----------
+    p, q : (..., 4)
+        unit quaternions w x y z, body to world
+
+    Returns
+    -------
+    rotation vector : (..., 3), rad
+        from p to q, the shorter way, world axes
+    """
     away = quaternion_product(q, p * (1.0, -1.0, -1.0, -1.0))
     away = np.where(away[..., :1] < 0, -away, away)  # the shorter way round
     sine = np.linalg.norm(away[..., 1:], axis=-1, keepdims=True)
@@ -57,9 +88,22 @@ def turned_by(p: Array, q: Array) -> Array:
 
 
 def vertices(states: Array, points: Array) -> Array:
-    """Return where the body's points are in the world, p = x + R p0 (CE1051A report, eq. 2.12) [m].
+    """Return the body's points in the world, p = x + R p0.
 
-    states: (..., 13).  points: [m], body axes, (n, 3).  Returns (..., n, 3).
+    Parameters
+    ----------
+    states : (..., 13)
+    points : (n, 3), m
+        body axes
+
+    Returns
+    -------
+    positions : (..., n, 3), m
+        world axes
+
+    Notes
+    -----
+    Source: CE1051A report, eq. 2.12.
     """
     turned = np.einsum("...ij,nj->...ni", rotation_matrix(states[..., 3:7]), points)
     return states[..., None, 0:3] + turned

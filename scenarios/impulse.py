@@ -13,9 +13,24 @@ class RayMissed(UserError):
 
 
 def strike_point(impulse: Impulse, state: Array, body: Body) -> Array:
-    """Return where the impulse lands on one body [m], (3,), world axes.
+    """Return the point at which an impulse acts.
 
-    state: (13,).  Raises RayMissed.
+    Parameters
+    ----------
+    impulse
+    state : (13,)
+        of one throw
+    body
+
+    Returns
+    -------
+    point : (3,), m
+        world axes
+
+    Raises
+    ------
+    RayMissed
+        The impulse's ray does not hit the body from outside.
     """
     if impulse.point_world is not None:
         return impulse.point_world
@@ -35,9 +50,27 @@ def strike_point(impulse: Impulse, state: Array, body: Body) -> Array:
 
 
 def jump(impulse: Impulse, states: Array, body: Body) -> Array:
-    """Return the states just after the impulse, (N, 13), from those just before it, (N, 13).
+    """Return the states just after an impulse.
 
-    Source: CE1051A report, section 3.1; Goldstein, "Classical Mechanics" (1980), section 1-2.  Raises RayMissed.
+    Parameters
+    ----------
+    impulse
+    states : (N, 13)
+        just before it
+    body
+
+    Returns
+    -------
+    states : (N, 13)
+
+    Raises
+    ------
+    RayMissed
+        The impulse's ray does not hit the body from outside.
+
+    Notes
+    -----
+    Source: CE1051A report, section 3.1; Goldstein, "Classical Mechanics" (1980), section 1-2.
     """
     after = states.copy()
     for state in after:

@@ -39,13 +39,36 @@ class Solid(NamedTuple):
 def box(mass: float, size: Array) -> Solid:
     """Return the mass properties of a uniform box about its middle.
 
-    mass [kg]; size: full edges [m], (3,).  Source: IGR202 report, section 2.1.
+    Parameters
+    ----------
+    mass : kg
+    size : (3,), m
+        full edges
+
+    Returns
+    -------
+    solid
+
+    Notes
+    -----
+    Source: IGR202 report, section 2.1.
     """
     return Solid(float(np.prod(size)), np.zeros(3), mass * _tensor(np.diag(np.asarray(size, dtype=float) ** 2 / 12)))
 
 
 def box_corners(size: Array) -> Array:
-    """Return the eight corners of a box [m], (8, 3): 0 is (-, -, -), 1 is (-, -, +), 7 is (+, +, +)."""
+    """Return the corners of a box.
+
+    Parameters
+    ----------
+    size : (3,), m
+        full edges
+
+    Returns
+    -------
+    corners : (8, 3), m
+        0 is (-, -, -), 1 is (-, -, +), 7 is (+, +, +)
+    """
     return np.array(list(product((-1, 1), repeat=3))) * (np.asarray(size, dtype=float) / 2)
 
 
@@ -63,8 +86,25 @@ def sphere_points(radius: float) -> Array:
 def mesh(mass: float, points: Array, faces: np.ndarray) -> Solid:
     """Return the mass properties of the uniform solid inside a closed surface of triangles.
 
-    mass [kg]; points [m], (n, 3); faces: indices into points, all turning the same way, (m, 3).  The volume is negative
-    where the faces turn clockwise seen from outside.  Raises ValueError where the surface encloses no volume.
+    Parameters
+    ----------
+    mass : kg
+    points : (n, 3), m
+    faces : (m, 3)
+        indices into points, all with the same orientation
+
+    Returns
+    -------
+    solid
+        with a negative volume if the faces are clockwise seen from outside
+
+    Raises
+    ------
+    ValueError
+        The surface encloses no volume.
+
+    Notes
+    -----
     Source: the integrals of CE1051A report, eqs. 2.1-2.11, as a sum of signed tetrahedra: Tonon, "Explicit exact
     formulas for the 3-D tetrahedron inertia tensor in terms of its vertex coordinates" (2004).
     """

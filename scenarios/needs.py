@@ -15,10 +15,17 @@ FORCES = tuple(law.name for law in LAWS)
 
 
 def needs(scene: Scene) -> tuple[str, ...]:
-    """Return what the scene has, in this order: the FORCES, rotation, gyroscopic, later impulses, throws.
+    """Return the features that an engine needs to simulate a scene.
 
-    rotation: the body ever turns; gyroscopic: it turns about another axis than a principal one, or may come to;
-    throws: more than one.
+    Parameters
+    ----------
+    scene
+
+    Returns
+    -------
+    features
+        in this order: the FORCES; rotation, if the body ever rotates; gyroscopic, if it ever rotates about an axis
+        that is not principal, or may; later impulses; throws, if there is more than one
     """
     with np.errstate(all="ignore"):  # what overflows is not zero, and so it is needed
         spins = _spins(scene)

@@ -34,7 +34,12 @@ class Table41:
 
 @cache
 def table_4_1() -> Table41:
-    """Return the published table."""
+    """Return Table 4.1 as published.
+
+    Returns
+    -------
+    table
+    """
     text = Path(__file__).with_name("table_4_1.csv").read_text(encoding="utf-8")
     rows = list(csv.DictReader(text.splitlines()))
 

@@ -28,33 +28,83 @@ class BadScene(UserError):
 
 
 def catalogue() -> list[str]:
-    """Return the names of the scenes that come with Tumble."""
+    """Return the names of the scenes in the catalogue.
+
+    Returns
+    -------
+    names
+        sorted
+    """
     return sorted(path.stem for path in CATALOGUE.glob("*.toml"))
 
 
 def contact_catalogue() -> list[str]:
-    """Return the names of the scenes above a rigid plane that come with Tumble."""
+    """Return the names of the catalogue's scenes above a rigid plane.
+
+    Returns
+    -------
+    names
+        sorted
+    """
     return sorted(path.stem for path in CONTACT.glob("*.toml"))
 
 
 def extremes() -> list[str]:
-    """Return the names of the extreme cases: scenes at the ends of what numbers can be, all with an exact truth."""
+    """Return the names of the extreme cases: scenes with numbers near the limits, all with an exact truth.
+
+    Returns
+    -------
+    names
+        sorted
+    """
     return sorted(path.stem for path in EXTREMES.glob("*.toml"))
 
 
-def read_scene(name_or_path: str, flown: bool = True) -> Scene:
-    """Return the scene of that name, of the catalogue or an extreme case, or in that file (.toml, or with a separator).
+def read_scene(name_or_path: str, to_run: bool = True) -> Scene:
+    """Read a scene.
 
-    flown: whether it is to be flown, which takes a step and sample instants.  Raises BadScene.
+    Parameters
+    ----------
+    name_or_path
+        name of a scene of the catalogue or of an extreme case, or the path of a TOML file (.toml, or with a
+        separator)
+    to_run
+        whether the scene will be run, which needs a step and sample times
+
+    Returns
+    -------
+    scene
+
+    Raises
+    ------
+    BadScene
+        The scene cannot be read; the message is one line with file, key, value and what is allowed.
     """
     path, shown = scene_path(name_or_path), printable(name_or_path)
-    return scene_of(scene_text(path, shown), path, shown, flown)
+    return scene_of(scene_text(path, shown), path, shown, to_run)
 
 
-def scene_of(text: str, path: Path, shown: str, flown: bool = True) -> Scene:
-    """Return the scene that is written in a text, its name and where its mesh lies told by the path.
+def scene_of(text: str, path: Path, shown: str, to_run: bool = True) -> Scene:
+    """Read a scene from a text.
 
-    shown: how refusals name the file; flown: as read_scene has it.  Raises BadScene.
+    Parameters
+    ----------
+    text
+        TOML
+    path
+        names the scene, and its folder is where its mesh is
+    shown
+        name of the file in error messages
+    to_run
+        as in `read_scene`
+
+    Returns
+    -------
+    scene
+
+    Raises
+    ------
+    BadScene
     """
     return scene_of_document(_document(text, shown), path, shown, flown)
 
@@ -64,14 +114,28 @@ def scene_of_document(document: dict, path: Path, shown: str, flown: bool = True
     try:
         # What overflows is refused by its result, not by a warning on the way.
         with np.errstate(all="ignore"):
-            return scene_from(tables(document), path, flown)
+            return scene_from(tables(document), path, to_run)
     except Refused as refused:
         value = f" = {short(value_at(document, refused.keys))}" if refused.show_value else ""
         raise BadScene(f"{shown}: {dotted(refused.keys)}{value}: {refused.why}") from None
 
 
 def read_scenes(names_or_paths: Iterable[str]) -> list[Scene]:
-    """Return scenes, each asked for once.  Raises BadScene, also where two files have one name."""
+    """Read scenes, each once.
+
+    Parameters
+    ----------
+    names_or_paths
+
+    Returns
+    -------
+    scenes
+
+    Raises
+    ------
+    BadScene
+        A scene cannot be read, or two files have the same name.
+    """
     scenes = [read_scene(name) for name in dict.fromkeys(names_or_paths)]
     for number, scene in enumerate(scenes):
         if any(scene.name == other.name for other in scenes[:number]):
@@ -80,7 +144,22 @@ def read_scenes(names_or_paths: Iterable[str]) -> list[Scene]:
 
 
 def scene_path(name_or_path: str) -> Path:
-    """Return the file of a scene of the catalogue or of an extreme case, or that path.  Raises BadScene for no name."""
+    """Return the file of a scene.
+
+    Parameters
+    ----------
+    name_or_path
+        as in `read_scene`
+
+    Returns
+    -------
+    path
+
+    Raises
+    ------
+    BadScene
+        No scene has that name.
+    """
     if name_or_path.endswith(".toml") or any(sep in name_or_path for sep in (os.sep, os.altsep) if sep):
         return Path(name_or_path)
     folders = {CATALOGUE: catalogue(), CONTACT: contact_catalogue(), EXTREMES: extremes()}
@@ -92,7 +171,23 @@ def scene_path(name_or_path: str) -> Path:
 
 
 def scene_text(path: Path, shown: str) -> str:
-    """Return what is written in a scene file; refusals name it as shown.  Raises BadScene."""
+    """Return the text of a scene file.
+
+    Parameters
+    ----------
+    path
+    shown
+        name of the file in error messages
+
+    Returns
+    -------
+    text
+
+    Raises
+    ------
+    BadScene
+        The file cannot be read or is not UTF-8.
+    """
     try:
         return plain_bytes(path).decode("utf-8-sig")
     except OSError as error:

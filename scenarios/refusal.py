@@ -8,7 +8,17 @@ class UserError(ValueError):
 
 
 def nearest(name: str, known: Sequence[str]) -> str:
-    """Return the words that offer the nearest of the known names, or all of them where none is near."""
+    """Return a suggestion for a misspelt name: the nearest of the known names, or all of them.
+
+    Parameters
+    ----------
+    name
+    known
+
+    Returns
+    -------
+    suggestion
+    """
     import difflib  # only a mistake pays for it
 
     near = difflib.get_close_matches(name, known, n=1)

@@ -14,7 +14,17 @@ from tumble.scenarios.frames import Array
 
 
 def frozen_array(values: object, dtype: type = float) -> np.ndarray:
-    """Return a read-only C-ordered copy."""
+    """Return a read-only, C-ordered copy.
+
+    Parameters
+    ----------
+    values
+    dtype
+
+    Returns
+    -------
+    array
+    """
     array = np.array(values, dtype=dtype, order="C")
     array.flags.writeable = False
     return array
@@ -38,11 +48,23 @@ class _Frozen:
 class Body(_Frozen):
     """A rigid body in its principal axes, the origin at its centre of mass.
 
-    mass [kg]; moments: principal moments of inertia [kg m2], (3,); points: vertices [m], (n, 3), body axes;
-    faces: triangles as indices into points, counter-clockwise from outside, (m, 3), empty where there is no surface;
-    size: full edges of a box [m], (3,), else None; radius: of a sphere [m], else None; file_axes: the axes the scene
-    file speaks in, as a quaternion file axes -> principal axes, (4,): the identity for a box, or where the file's axes
-    are principal already.
+    Parameters
+    ----------
+    shape
+        as in the scene file
+    mass : kg
+    moments : (3,), kg m2
+        principal moments of inertia
+    points : (n, 3), m
+        vertices, body axes
+    faces : (m, 3)
+        triangles as indices into points, counter-clockwise from outside; empty for a body without surface
+    size : (3,), m
+        full edges of a box, else None
+    file_axes : (4,)
+        quaternion, scene file's axes -> principal axes; the identity for a box
+    radius : m
+        of a sphere, else None
     """
 
     shape: str
@@ -62,7 +84,15 @@ class Body(_Frozen):
 
 @dataclass(frozen=True, eq=False)
 class Ray(_Frozen):
-    """A click: origin [m], (3,), and unit direction, (3,), world axes."""
+    """A ray, such as a click.
+
+    Parameters
+    ----------
+    origin : (3,), m
+        world axes
+    direction : (3,)
+        unit vector, world axes
+    """
 
     origin: Array
     direction: Array
@@ -70,9 +100,18 @@ class Ray(_Frozen):
 
 @dataclass(frozen=True, eq=False)
 class Impulse(_Frozen):
-    """A blow at one instant: time [s], value [N s], (3,), world axes, and where it lands, one of
+    """An impulse at one instant, and where it acts: exactly one of the last three is set.
 
-    point_world [m], (3,), point_body [m], (3,), principal axes from the centre of mass, or ray (the first surface hit).
+    Parameters
+    ----------
+    time : s
+    value : (3,), N s
+        world axes
+    point_world : (3,), m
+    point_body : (3,), m
+        principal axes, from the centre of mass
+    ray
+        the first surface that it hits
     """
 
     time: float
@@ -132,7 +171,7 @@ class Plane(_Frozen):
 
 
 @dataclass(frozen=True, eq=False)
-class WrittenBlow(_Frozen):
+class WrittenImpulse(_Frozen):
     """An impulse as the file gives it, and what was made of it; None is what the file does not give.
 
     magnitude [N s] along a direction of any length, (3,), and that of the ray, (3,); point_body [m], (3,), along the
@@ -161,7 +200,7 @@ class Written(_Frozen):
     points: Array | None
     start: Array
     orientation: Array
-    blows: tuple[WrittenBlow, ...]
+    impulses: tuple[WrittenImpulse, ...]
     normal: Array | None
     file_normal: Array | None
     plane_normal: Array | None = None
@@ -170,12 +209,34 @@ class Written(_Frozen):
 
 @dataclass(frozen=True, eq=False)
 class Scene(_Frozen):
-    """One question, put to every engine.
+    """A benchmark problem, the same for every engine.
 
-    times: sample instants [s], increasing, (S,); step: the step a plain run uses [s]; gravity [m/s2], (3,), None where
-    there is none; start: states before any impulse, (N, 13), one row a throw; impulses in the order they act.
-    What a scene has not got is None or empty: a force of zero strength is not here at all.
-    written: what the file says where the numbers here are roundings of what follows from it, for the truth alone.
+    What a scene does not have is None or empty: a force of zero strength is not stored.
+
+    Parameters
+    ----------
+    name
+    title
+    source
+        where the case comes from
+    duration : s
+    times : (S,), s
+        sample times, increasing
+    step : s
+        time step that a plain run uses
+    body
+    start : (N, 13)
+        states before any impulse, one row a throw
+    gravity : (3,), m/s2
+        None if there is none
+    written
+        numbers of the file that the fields here round, for the truth alone
+    impulses
+        in the order they act
+    tethers
+    drag
+    floor
+    plane
     """
 
     name: str

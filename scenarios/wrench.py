@@ -35,10 +35,16 @@ Wrench = Callable[[Array], Array]
 
 
 def wrench(scene: Scene) -> Wrench:
-    """Return what gives the wrench of the scene's tethers, drag and floor, compiled already.
+    """Return a compiled function that gives the wrench of a scene's tethers, drag and floor; gravity is left out.
 
-    It takes states, (N, 13), and returns (N, 6): force [N] and torque about the centre of mass [N m], in world axes.
-    Gravity is not in it: every engine has that.
+    Parameters
+    ----------
+    scene
+
+    Returns
+    -------
+    function
+        states (N, 13) -> (N, 6): force [N] and torque about the centre of mass [N m], world axes
     """
     laws = numbers(scene)
 
@@ -50,7 +56,19 @@ def wrench(scene: Scene) -> Wrench:
 
 
 def numbers(scene: Scene) -> tuple[Array, Array, Array, Array]:
-    """Return the numbers of the scene's laws, as net_wrenches takes them."""
+    """Return the numbers of a scene's force laws, as `net_wrenches` takes them.
+
+    Parameters
+    ----------
+    scene
+
+    Returns
+    -------
+    tethers : (T, 9)
+    drag : (2,)
+    floor : (6,)
+    feet : (n, 3)
+    """
     tethers = [
         (*each.point_body, *each.anchor, each.stiffness, each.damping, each.rest_length) for each in scene.tethers
     ]
@@ -65,10 +83,24 @@ def numbers(scene: Scene) -> tuple[Array, Array, Array, Array]:
 @partial(keep, source=Path(__file__).parent)
 @njit(error_model="numpy")
 def net_wrenches(states: Array, tethers: Array, drag: Array, floor: Array, feet: Array) -> Array:
-    """Return the sum of all laws for each state, (N, 6).
+    """Return the sum of all force laws for each state.
 
-    tethers, (T, 9): point in body axes, anchor, stiffness, damping, rest length; drag, (2,): linear, angular;
-    floor, (6,): unit normal, height, stiffness, damping; feet, (n, 3): the points it can touch, body axes; SI.
+    Parameters
+    ----------
+    states : (N, 13)
+    tethers : (T, 9), SI
+        point in body axes, anchor, stiffness, damping, rest length
+    drag : (2,), SI
+        linear, angular
+    floor : (6,), SI
+        unit normal, height, stiffness, damping
+    feet : (n, 3), m
+        points that the floor can touch, body axes
+
+    Returns
+    -------
+    wrenches : (N, 6)
+        force [N] and torque [N m], world axes
     """
     wrenches = np.empty((len(states), 6))
     for i in range(len(states)):
@@ -138,7 +170,19 @@ def add(total: Array, lever: Vector, force: Vector) -> None:
 
 @njit(error_model="numpy")
 def turned(state: Array, vector: Vector) -> Vector:
-    """Return a vector in body axes in world axes: v + 2 (w n + n x n) x v, n = (x, y, z), of q = (w, x, y, z)."""
+    """Return a vector of body axes in world axes: v + 2 (w n + n x n) x v for q = (w, n).
+
+    Parameters
+    ----------
+    state : (13,)
+    vector : (3,)
+        body axes
+
+    Returns
+    -------
+    vector : (3,)
+        world axes
+    """
     n = (state[4], state[5], state[6])
     once = cross(n, vector)
     twice = cross(n, once)

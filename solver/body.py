@@ -11,7 +11,16 @@ from tumble.solver.vectors import Vector, add, cross, times
 class Body:
     """A rigid body in its principal axes, the origin at its centre of mass.
 
-    mass [kg]; moments: principal moments of inertia [kg m2].  Raises ValueError where one of them is not positive.
+    Parameters
+    ----------
+    mass : kg
+    moments : (3,), kg m2
+        principal moments of inertia
+
+    Raises
+    ------
+    ValueError
+        The mass or a moment is not positive.
     """
 
     mass: float

@@ -38,7 +38,18 @@ def scalar(function: F) -> F:
 
 
 def inner(function: F) -> F:
-    """Compile a part of a kernel that Python never calls: without the wrapper for it, a fifth of a cold start."""
+    """Compile a part of a kernel that Python never calls.
+
+    Parameters
+    ----------
+    function
+        on numbers and tuples of numbers
+
+    Returns
+    -------
+    compiled function
+        without the wrapper for Python, which is a fifth of a cold start
+    """
     return cast(F, njit(**INNER_OPTIONS)(function))
 
 
@@ -53,16 +64,34 @@ def kernel(function: F) -> F:
 
 
 def kernel_with(*folders: Path) -> Callable[[F], F]:
-    """Return the same for a loop whose parts lie in other folders as well."""
+    """Return a decorator that compiles a loop and caches it on disk, for a loop with parts in other folders.
+
+    Parameters
+    ----------
+    *folders
+        folders of source, beside the solver's, that the loop is made of
+
+    Returns
+    -------
+    decorator
+    """
     return lambda function: cast(F, keep(njit(**OPTIONS)(function), SOURCE, folders))
 
 
 @contextmanager
 def without_blas() -> Iterator[None]:
-    """Let numba, while it makes itself ready, not look for scipy's BLAS: a seventh of a start, and no kernel calls it.
+    """Keep numba from looking for scipy's BLAS while it is loaded, which takes a seventh of a start.
 
-    It looks once, to know whether its np.convolve may; whatever else of it needs BLAS looks again by itself.  Not for
-    a process in which another thread may import scipy meanwhile.  Source: numba 0.68, numba/np/arraymath.py.
+    No kernel here calls BLAS. numba looks once, to decide whether its np.convolve may use it; everything else that
+    needs BLAS looks again. Do not use it where another thread may import scipy meanwhile.
+
+    Yields
+    ------
+    None
+
+    Notes
+    -----
+    Source: numba 0.68, numba/np/arraymath.py.
     """
     blas, modules = "scipy.linalg.cython_blas", cast(dict[str, Any], sys.modules)
     if blas in modules:

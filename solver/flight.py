@@ -28,21 +28,36 @@ def _parts(throws: int) -> list[slice]:
 class Flight:
     """N throws of one body by one method.
 
-    method: a name of `tumble.solver.registry`, or NAME@TOLERANCE.  forces: what acts, None for nothing.  kept: what is
-    computed although it changes nothing, to be timed: of "gyroscopic", "rotation", and "translation", which is then
-    stepped and not taken in closed form.
-    Raises ValueError for a method that does not exist, NotImplementedError for one that cannot carry what acts.
-    Its attributes: method, the registry's line, and dt [s], the step of the last advance, 0 before the first.
+    Attributes: `method`, the method's registry entry, and `dt` [s], the step of the last advance, 0 before the
+    first.
+
+    Parameters
+    ----------
+    body
+    method
+        a name of `tumble.solver.registry`, or NAME@TOLERANCE
+    forces
+        what acts; None for nothing
+    keep
+        terms to compute although they change nothing, so that they can be timed: any of "gyroscopic", "rotation"
+        and "translation", which is then stepped instead of taken in closed form
+
+    Raises
+    ------
+    ValueError
+        The method does not exist.
+    NotImplementedError
+        The method cannot include the forces.
     """
 
     def __init__(
-        self, body: Body, method: str, forces: Forces | None = None, kept: Collection[str] = frozenset()
+        self, body: Body, method: str, forces: Forces | None = None, keep: Collection[str] = frozenset()
     ) -> None:
         self.method = find(method)
         forces = forces or Forces(body.mass)
-        self._rotation = Rotation(body, self.method, kept)
+        self._rotation = Rotation(body, self.method, keep)
         self._translation: FreeFall | Stepped
-        if only_gravity(forces) and "translation" not in kept:
+        if only_gravity(forces) and "translation" not in keep:
             gravity = None if forces.gravity is None else np.array(forces.gravity, dtype=float)
             self._translation = FreeFall(self.method, gravity)
         else:

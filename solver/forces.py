@@ -25,12 +25,21 @@ NOTHING = (-0.0, -0.0, -0.0)
 
 
 class Forces(NamedTuple):
-    """What acts on a body of a mass [kg], each None where there is none of it.
+    """The forces that act on a body; None for a force that is absent.
 
-    gravity [m/s2], world axes; tethers, (k, 9): point [m], body axes, anchor [m], world axes, stiffness [N/m], damping
-    [N s/m], rest length [m]; drag: linear [N s/m] and angular [N m s/rad], either of them None where there is none;
-    floor: height [m], unit normal (3 numbers), world axes, stiffness [N/m], damping [N s/m];
-    points: what the floor can touch [m], (n, 3), body axes, None without a floor.
+    Parameters
+    ----------
+    mass : kg
+    gravity : (3,), m/s2
+        world axes
+    tethers : (k, 9)
+        a row each: point [m], body axes; anchor [m], world axes; stiffness [N/m]; damping [N s/m]; rest length [m]
+    drag
+        linear [N s/m] and angular [N m s/rad], each None where absent
+    floor
+        height [m]; unit normal (3 numbers), world axes; stiffness [N/m]; damping [N s/m]
+    points : (n, 3), m
+        points that the floor can touch, body axes; None without a floor
     """
 
     mass: float
@@ -45,7 +54,17 @@ LAWS = tuple(name for name in Forces._fields if name not in ("mass", "points"))
 
 
 def only_gravity(forces: Forces) -> bool:
-    """Return whether nothing acts but gravity, if that."""
+    """Return whether no force acts except gravity.
+
+    Parameters
+    ----------
+    forces
+
+    Returns
+    -------
+    answer
+        true also where nothing acts at all
+    """
     return all(getattr(forces, law) is None for law in LAWS if law != "gravity")
 
 
@@ -63,9 +82,26 @@ def gives_torque(forces: Forces, turning: bool) -> bool:
 
 @scalar
 def wrench(x: Vector, q: Quaternion | None, v: Vector, w_body: Vector | None, forces: Forces) -> tuple[Vector, Vector]:
-    """Return the force [N], world axes, and the torque about the centre of mass [N m], body axes.
+    """Return force and torque at one instant.
 
-    x [m], v [m/s], world axes; q: of any length; w_body [rad/s].  Where nothing gives a torque both may be None.
+    Parameters
+    ----------
+    x : (3,), m
+        centre of mass, world axes
+    q : (4,)
+        attitude, of any length; None if no force gives a torque
+    v : (3,), m/s
+        world axes
+    w_body : (3,), rad/s
+        body axes; None if no force gives a torque
+    forces
+
+    Returns
+    -------
+    force : (3,), N
+        world axes
+    torque : (3,), N m
+        about the centre of mass, body axes
     """
     pull, twist = _tethers(x, q, v, w_body, forces.tethers)
     push, tip = _floor(x, q, v, w_body, forces.floor, forces.points)

@@ -21,7 +21,16 @@ SERIES_LIMIT = 2.0**-7
 
 @scalar
 def product(p: Quaternion, q: Quaternion) -> Quaternion:
-    """Return the Hamilton product p q: first the rotation q, then p."""
+    """Return the Hamilton product p q: first the rotation q, then p.
+
+    Parameters
+    ----------
+    p, q : (4,)
+
+    Returns
+    -------
+    product : (4,)
+    """
     pw, px, py, pz = p
     qw, qx, qy, qz = q
     return (
@@ -34,7 +43,17 @@ def product(p: Quaternion, q: Quaternion) -> Quaternion:
 
 @scalar
 def product_vector(q: Quaternion, a: Vector) -> Quaternion:
-    """Return q a~, the product with the pure quaternion a~ = (0, a)."""
+    """Return q a~, the product with the pure quaternion a~ = (0, a).
+
+    Parameters
+    ----------
+    q : (4,)
+    a : (3,)
+
+    Returns
+    -------
+    product : (4,)
+    """
     w, x, y, z = q
     return (
         -x * a[0] - y * a[1] - z * a[2],
@@ -58,37 +77,96 @@ def vector_product(a: Vector, q: Quaternion) -> Quaternion:
 
 @scalar
 def plus(p: Quaternion, q: Quaternion) -> Quaternion:
-    """Return p + q."""
+    """Return p + q.
+
+    Parameters
+    ----------
+    p, q : (4,)
+
+    Returns
+    -------
+    sum : (4,)
+    """
     return (p[0] + q[0], p[1] + q[1], p[2] + q[2], p[3] + q[3])
 
 
 @scalar
 def stretch(factor: float, q: Quaternion) -> Quaternion:
-    """Return factor q."""
+    """Return factor q.
+
+    Parameters
+    ----------
+    factor
+    q : (4,)
+
+    Returns
+    -------
+    product : (4,)
+    """
     return (factor * q[0], factor * q[1], factor * q[2], factor * q[3])
 
 
 @scalar
 def conjugate(q: Quaternion) -> Quaternion:
-    """Return q*, the inverse of a unit quaternion."""
+    """Return q*, the inverse of a unit quaternion.
+
+    Parameters
+    ----------
+    q : (4,)
+
+    Returns
+    -------
+    conjugate : (4,)
+    """
     return (q[0], -q[1], -q[2], -q[3])
 
 
 @scalar
 def norm_squared(q: Quaternion) -> float:
-    """Return |q|^2."""
+    """Return |q|^2.
+
+    Parameters
+    ----------
+    q : (4,)
+
+    Returns
+    -------
+    norm squared
+    """
     return q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]
 
 
 @scalar
 def normalise(q: Quaternion) -> Quaternion:
-    """Return q / |q|."""
+    """Return q / |q|.
+
+    Parameters
+    ----------
+    q : (4,)
+
+    Returns
+    -------
+    unit quaternion : (4,)
+    """
     return stretch(1.0 / math.sqrt(norm_squared(q)), q)
 
 
 @scalar
 def rotate(q: Quaternion, a: Vector) -> Vector:
-    """Return q a q*, the vector turned from body to world axes; q a unit quaternion."""
+    """Return q a q*, a vector turned from body to world axes.
+
+    Parameters
+    ----------
+    q : (4,)
+        unit quaternion, body to world
+    a : (3,)
+        body axes
+
+    Returns
+    -------
+    vector : (3,)
+        world axes
+    """
     axis = (q[1], q[2], q[3])
     # Twice the vector, not twice the product: many a loop turns the same vector.
     twice = cross(axis, scale(2.0, a))
@@ -97,7 +175,20 @@ def rotate(q: Quaternion, a: Vector) -> Vector:
 
 @scalar
 def rotate_back(q: Quaternion, a: Vector) -> Vector:
-    """Return q* a q, the vector turned from world to body axes; q a unit quaternion."""
+    """Return q* a q, a vector turned from world to body axes.
+
+    Parameters
+    ----------
+    q : (4,)
+        unit quaternion, body to world
+    a : (3,)
+        world axes
+
+    Returns
+    -------
+    vector : (3,)
+        body axes
+    """
     return rotate(conjugate(q), a)
 
 
@@ -117,8 +208,19 @@ def cosine_and_sine_ratio(square: float) -> tuple[float, float]:
 
 @scalar
 def exponential(u: Vector) -> Quaternion:
-    """Return exp(u~) = (cos |u|, u sin |u| / |u|), the rotation by the angle 2 |u| [rad] about u.
+    """Return exp(u~) = (cos |u|, u sin |u| / |u|), the rotation by the angle 2 |u| about u.
 
+    Parameters
+    ----------
+    u : (3,), rad
+        half the rotation vector
+
+    Returns
+    -------
+    unit quaternion : (4,)
+
+    Notes
+    -----
     Source: Sola (2017), section 1.3.4.
     """
     cosine, sine_ratio = cosine_and_sine_ratio(dot(u, u))
@@ -152,12 +254,24 @@ def to_matrix(q: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def from_matrix(matrices: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the unit quaternion of the rotation nearest to each matrix, (..., 4), of matrices, (..., 3, 3).
+    """Return the unit quaternion of the rotation nearest to each matrix.
 
-    Nearest in the sense of Frobenius: for a rotation itself, and for any other matrix of positive determinant its polar
-    factor.  A matrix that is not finite gives nan.  The sign of q is arbitrary.
-    Source: Davenport's q-method, in Markley & Crassidis, "Fundamentals of Spacecraft Attitude Determination" (2014),
-    section 5.3.1: q is the eigenvector of the largest eigenvalue of a symmetric matrix made of the entries.
+    Nearest in the Frobenius norm: a rotation's own quaternion, and for any other matrix of positive determinant
+    that of its polar factor.
+
+    Parameters
+    ----------
+    matrices : (..., 3, 3)
+
+    Returns
+    -------
+    quaternions : (..., 4)
+        of arbitrary sign; nan for a matrix that is not finite
+
+    Notes
+    -----
+    Source: Davenport's q-method, in Markley & Crassidis, "Fundamentals of Spacecraft Attitude Determination"
+    (2014), section 5.3.1: q is the eigenvector of the largest eigenvalue of a symmetric matrix made of the entries.
     """
     finite = np.isfinite(matrices).all(axis=(-2, -1))
     m = np.moveaxis(np.where(np.expand_dims(finite, (-2, -1)), matrices, 0.0), (-2, -1), (0, 1))

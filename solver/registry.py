@@ -151,9 +151,20 @@ METHODS = {
 
 
 def find(name: str) -> Method:
-    """Return the method of a name, or of NAME@TOLERANCE for one that takes a tolerance.
+    """Return the method of a name, or of NAME@TOLERANCE for an adaptive one.
 
-    Raises ValueError where there is none of that name, or no such tolerance.
+    Parameters
+    ----------
+    name
+
+    Returns
+    -------
+    method
+
+    Raises
+    ------
+    ValueError
+        No method has that name, or it takes no such tolerance.
     """
     plain, at, asked = name.partition("@")
     if plain not in METHODS:

@@ -20,14 +20,14 @@ class Rotation:
     nothing depends on how often it was asked for.
     """
 
-    def __init__(self, body: Body, method: Method, kept: Collection[str]) -> None:
+    def __init__(self, body: Body, method: Method, keep: Collection[str]) -> None:
         self._method = method
         self._tolerance = () if method.tolerance is None else (method.tolerance,)
         self._moments, self._inverse_moments = np.array(body.moments), body.inverse_moments
         self._gyroscopic = body.gyroscopic
-        if "gyroscopic" in kept and self._gyroscopic is None:
+        if "gyroscopic" in keep and self._gyroscopic is None:
             self._gyroscopic = (0.0, 0.0, 0.0)
-        self._always_turning = "rotation" in kept
+        self._always_turning = "rotation" in keep
 
     def write(self, states: Array, parts: list[slice]) -> None:
         """Start from these states, (N, 13); parts: the rows, some at a time."""

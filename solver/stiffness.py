@@ -19,10 +19,24 @@ class Rates(NamedTuple):
 
 
 def fastest(body: Body, forces: Forces) -> Rates:
-    """Return the rates of M u'' + C u' + K u = 0, u the motion of the centre and the small turn of the body.
+    """Return the rates of the stiffest mode of M u'' + C u' + K u = 0, linearised about the body's position.
 
-    A tether pulls back in all directions, as it does with a rest length of 0, and one corner touches the floor, the
-    most mobile: of both a bound that is reached or nearly so.
+    u is the displacement of the centre of mass and the small rotation of the body. A tether is taken to pull back
+    in all directions, as with a rest length of 0, and one vertex, the most mobile, to touch the floor: an upper
+    bound that is reached or nearly so.
+
+    Parameters
+    ----------
+    body
+    forces
+
+    Returns
+    -------
+    rates : 1/s
+        frequency by springs, decay by dampers
+
+    Notes
+    -----
     Source: Goldstein, "Classical Mechanics" (1980), section 6-2.
     """
     springs, dampers = np.zeros((6, 6)), np.zeros((6, 6))

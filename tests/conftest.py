@@ -8,6 +8,7 @@ import sys
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
+import in_process
 import pytest
 from patience import PATIENCE_S, without_progress
 from tiers import (  # noqa: F401, the hooks of the two tiers
@@ -43,9 +44,11 @@ def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo):
 
 @pytest.fixture
 def tumble(tmp_path) -> Tumble:
-    """Run `tumble WORDS` in an empty folder."""
+    """Run `tumble WORDS` in an empty folder: in a process of its own where anything is asked of that process."""
 
     def run(*words: str, **settings) -> subprocess.CompletedProcess[str]:
+        if not settings:
+            return in_process.tumble(tmp_path, *words)
         settings = {"cwd": tmp_path, "capture_output": True, "text": True, "timeout": PATIENCE_S, **settings}
         done = subprocess.run([sys.executable, "-P", "-m", "tumble", *words], **settings)
         if isinstance(done.stderr, str):

@@ -1,7 +1,7 @@
 """Makes docs/confusion.md, .csv and .png: which mistake was planted, and which one `tumble grade` named.
 
-Random boxes are thrown with random impulses, flown with one mistake or two, and written down with noise of 1e-4 of the
-body's size.  `.venv/bin/python -m tools.confusion` takes a quarter of an hour on two cores; a number after it says how
+Random boxes with random impulses are simulated with one or two mistakes, and written with noise of 1e-4 of the body's
+size.  `.venv/bin/python -m tools.confusion` takes a quarter of an hour on two cores; a number after it says how
 many of the 200 scenes, evenly spread, so that all mistakes have their turn.
 """
 
@@ -18,12 +18,13 @@ import vl_convert
 
 from tools.palette import reduced
 from tumble.compare.grade.grade import diagnose, scale_of
-from tumble.compare.grade.hypotheses.hypothesis import Hypothesis, Question
+from tumble.compare.grade.hypotheses.hypothesis import Context, Hypothesis
 from tumble.compare.grade.hypotheses.mistakes import hypotheses
-from tumble.compare.grade.measure.errors import Kept
+from tumble.compare.grade.hypotheses.names import CLOCK_OFFSET, LOG_LAG, RENAMED_MISTAKES
+from tumble.compare.grade.measure.errors import SampledRows
 from tumble.compare.grade.measure.significance import root_mean_square
-from tumble.compare.grade.model.program_model import FINE, Account, truthful
-from tumble.compare.grade.read.columns import Shown
+from tumble.compare.grade.model.program_model import FINE, ProgramModel, correct_program
+from tumble.compare.grade.read.columns import Description
 from tumble.compare.tables.files import write_whole
 from tumble.compare.tables.frames import csv_text, frame
 from tumble.compare.tables.schema import Table
@@ -37,18 +38,20 @@ SCENES = 200
 NOISE = 1e-4
 ROWS = 60
 SEED = 7
-# A mistake whose effect is less than so many times the noise is not there to be seen.
+# A mistake is visible if its effect is at least this many times the noise.
 SEEN = 3.0
 PROCESSES = 2
-# One mistake by two names: rows that are late by whole steps, and by any time.
-SAME = {"log lag": "clock offset"}
-# Of the body's size: a flight that goes further has left the numbers that anybody would write down.
+# One mistake with two names: rows late by whole steps, and by any time.
+SAME = {LOG_LAG: CLOCK_OFFSET}
+# Name in format 3 -> name in format 2, whose order decides which mistake is planted in a scene.
+FORMAT_2 = {new: old for old, new in RENAMED_MISTAKES.items()}
+# Larger positions, over the body's size, are of runs that diverged.
 BLOWN_UP = 1e4
 
 
 @dataclass(frozen=True)
 class ConfusionRow:
-    """One planted trajectory: what was planted, whether it can be seen, what was named and said, what fits alike."""
+    """One planted trajectory: what was planted, whether it is visible, what was named, and what fits as well."""
 
     mistakes: int
     scene: int
@@ -58,7 +61,7 @@ class ConfusionRow:
     noise_m: float
     seen: bool
     named: str
-    said: str
+    answer: str
     alike: str
     residual_m: float
     right: bool
@@ -66,7 +69,7 @@ class ConfusionRow:
 
 
 def random_scene(random: np.random.Generator) -> Scene:
-    """Return a box thrown at random, struck once or twice."""
+    """Return a box thrown at random, with one or two impulses."""
     size = frozen_array(0.1 + 0.9 * random.random(3))
     mass = float(np.exp(random.uniform(-0.7, 1.6)))
     moments = frozen_array(np.diag(box(mass, size).tensor))
@@ -94,26 +97,26 @@ def _spin(random: np.random.Generator) -> Array:
 
 
 def _impulse(random: np.random.Generator, body: Body, time: float) -> Impulse:
-    """Return a blow at a point of the body that changes its velocity by some m/s."""
+    """Return an impulse at a point of the body that changes its velocity by some m/s."""
     point = frozen_array((2 * random.random(3) - 1) * body.points[7])
     value = frozen_array(random.normal(size=3) * body.mass * random.uniform(0.3, 1.0))
     return Impulse(time, value, point_body=point)
 
 
-def shown_kind(random: np.random.Generator, body: Body) -> Shown:
-    """Return a way to write a trajectory down."""
+def shown_kind(random: np.random.Generator, body: Body) -> Description:
+    """Return a random description of the pose."""
     kind = ("pose", "matrix", "vertices")[random.integers(3)]
-    return Shown(kind, tuple(range(len(body.points))), False, False)
+    return Description(kind, tuple(range(len(body.points))), False, False)
 
 
 def planted_value(random: np.random.Generator, hypothesis: Hypothesis) -> float:
-    """Return a value between those that are tried first, or, of those with a name, one of them every other time."""
+    """Return a value between the first values of a hypothesis, or every other time one with a name."""
     values = hypothesis.values
     if not values:
         return 0.0
     if hypothesis.choices:
         return float(values[random.integers(len(values))])
-    known = [value for value in hypothesis.known if min(values) < value < max(values)]
+    known = [value for value in hypothesis.named_values if min(values) < value < max(values)]
     if known and random.random() < 0.5:
         return float(known[random.integers(len(known))])
     low, high = sorted(values)[1], sorted(values)[-2]
@@ -122,14 +125,14 @@ def planted_value(random: np.random.Generator, hypothesis: Hypothesis) -> float:
     return float(random.uniform(low, high))
 
 
-def written(account: Account, times: Array, points: Array) -> Array:
-    """Return the vertices that a program writes down [m], (T, K, 3)."""
-    pose = account.written(times, FINE)
+def written(program: ProgramModel, times: Array, points: Array) -> Array:
+    """Return the vertices in the output of a program [m], (T, K, 3)."""
+    pose = program.output(times, FINE)
     return pose.x[:, None] + np.einsum("tij,kj->tki", pose.axes, points)
 
 
 def noisy(random: np.random.Generator, seen: Array, kind: str, points: Array, sigma: float) -> Array:
-    """Return vertices with noise [m]: of each vertex by itself, or of a pose that moves them all."""
+    """Return vertices with noise [m]: of each vertex independently, or of the pose."""
     if kind == "vertices":
         return seen + random.normal(size=seen.shape) * sigma
     shift = random.normal(size=(len(seen), 1, 3)) * sigma
@@ -138,23 +141,23 @@ def noisy(random: np.random.Generator, seen: Array, kind: str, points: Array, si
 
 
 def confused(job: tuple[int, int]) -> ConfusionRow:
-    """Plant mistakes in one random scene and see what is named.  job: how many mistakes, and in which scene."""
+    """Plant mistakes in one random scene and see what is named.  job: number of mistakes, number of the scene."""
     count, number = job
     random = np.random.default_rng((SEED, count, number))
     scene = random_scene(random)
-    shown = shown_kind(random, scene.body)
-    account = truthful(scene, 0)
+    description = shown_kind(random, scene.body)
+    program = correct_program(scene, 0)
     times = np.array(scene.rows)
-    true = written(account, times, scene.body.points)
-    rates = np.linalg.norm(account.flown(times)[:, 15:18], axis=1)
+    true = written(program, times, scene.body.points)
+    rates = np.linalg.norm(program.simulate(times)[:, 15:18], axis=1)
     spacing = scene.duration / ROWS
-    question = Question(scene, account, shown.kind, len(times), scene.duration, float(1 / rates.max()), spacing)
-    known = hypotheses(question)
-    names = sorted({hypothesis.name for hypothesis in known})
+    context = Context(scene, program, description.kind, len(times), scene.duration, float(1 / rates.max()), spacing)
+    known = hypotheses(context)
+    names = _names(known)
     size = float(np.ptp(scene.body.points, axis=0).max())
 
     def with_mistakes(some: Sequence[int], values: Sequence[float]) -> Array:
-        changed = account
+        changed = program
         for place in some:
             changed = picked[place].change(changed, values[place])
         return written(changed, times, scene.body.points)
@@ -162,17 +165,17 @@ def confused(job: tuple[int, int]) -> ConfusionRow:
     picked: list[Hypothesis] = []
     values: list[float] = []
     planted = np.full(1, np.inf)
-    while not np.abs(planted).max() < BLOWN_UP * size:  # it would have been noticed
+    while not np.abs(planted).max() < BLOWN_UP * size:  # a diverged run would have been noticed
         picked = picks(random, known, names[number % len(names)], count)
         values = [planted_value(random, hypothesis) for hypothesis in picked]
         planted = with_mistakes(range(count), values)
     without = [with_mistakes([place for place in range(count) if place != left], values) for left in range(count)]
     effect_m = min(root_mean_square(planted - other) for other in without)
     sigma = NOISE * size
-    seen = noisy(random, planted, shown.kind, scene.body.points, sigma)
+    seen = noisy(random, planted, description.kind, scene.body.points, sigma)
     noise_m = root_mean_square(seen - planted)
-    kept = Kept(times, seen, true, np.zeros((len(times), 3)), None)
-    diagnosis = diagnose(question, shown, kept, scale_of(kept, scene, 0.0))
+    sample = SampledRows(times, seen, true, np.zeros((len(times), 3)), None)
+    diagnosis = diagnose(context, description, sample, scale_of(sample, scene, 0.0))
     named = [frozenset(SAME.get(name, name) for name in each.names) for each in (diagnosis.best, *diagnosis.alike)]
     right = frozenset(hypothesis.name for hypothesis in picked)
     return ConfusionRow(
@@ -184,7 +187,7 @@ def confused(job: tuple[int, int]) -> ConfusionRow:
         noise_m,
         effect_m > SEEN * noise_m,
         " + ".join(sorted(named[0])) or "nothing",
-        "; ".join(mistake.said for mistake in diagnosis.best.mistakes),
+        "; ".join(mistake.text for mistake in diagnosis.best.mistakes),
         " | ".join(" + ".join(sorted(each)) for each in named[1:]),
         diagnosis.best.rms_m,
         named[0] == right,
@@ -194,13 +197,17 @@ def confused(job: tuple[int, int]) -> ConfusionRow:
 
 def picks(random: np.random.Generator, known: Sequence[Hypothesis], first: str, count: int) -> list[Hypothesis]:
     """Return as many mistakes of different parts, one of them by name, in the order in which a program makes them."""
-    names = sorted({hypothesis.name for hypothesis in known})
+    names = _names(known)
     picked = [_one_of(random, known, first)]
     while len(picked) < count:
         other = _one_of(random, known, names[int(random.integers(len(names)))])
         if other.part != picked[0].part:
             picked.append(other)
     return sorted(picked, key=known.index)
+
+
+def _names(hypotheses: Sequence[Hypothesis]) -> list[str]:
+    return sorted({hypothesis.name for hypothesis in hypotheses}, key=lambda name: FORMAT_2.get(name, name))
 
 
 def _one_of(random: np.random.Generator, known: Sequence[Hypothesis], name: str) -> Hypothesis:
@@ -228,15 +235,15 @@ def page(rows: Sequence[ConfusionRow]) -> str:
     lines = [
         "# Which mistake was planted, and which was named",
         "",
-        "Made by `tools/confusion.py`: random boxes, struck once or twice, flown by a program with one mistake or two,",
-        "and written down as poses, matrices or vertices with noise of 1e-4 of the body's size; every row is in",
-        f"`confusion.csv`: {len(rows) // 2} of the {SCENES} scenes, evenly spread.",
+        "Made by `tools/confusion.py`: random boxes with one or two impulses, simulated by a program with one or two",
+        "mistakes, and written as poses, matrices or vertices with noise of 1e-4 of the body's size.",
+        f"`confusion.csv` has every row: {len(rows) // 2} of the {SCENES} scenes, evenly spread.",
         "",
-        "The planted trajectories are flown by the same models that recognise them.  So this says how well mistakes",
-        "can be told from one another and from noise, and not that a program's mistake is one of these; one that is",
-        "none of these is said to be not explained.",
+        "The models that recognise mistakes also simulate the planted trajectories. So the table shows how well",
+        "mistakes can be distinguished from one another and from noise, not that a program's mistake is one of these;",
+        "a mistake that is none of these is reported as not explained.",
         "",
-        "| mistakes | planted | not to be seen | named | named, or said to fit alike |",
+        "| mistakes | planted | not visible | named | named, or reported as equally good |",
         "|---|---|---|---|---|",
     ]
     for count in (1, 2):
@@ -250,15 +257,15 @@ def page(rows: Sequence[ConfusionRow]) -> str:
     )
     lines += [
         "",
-        f"A mistake is not to be seen where it moves the vertices by less than {SEEN:g} times the noise (rms), or of",
-        f"two mistakes one does.  Of these {len(hidden)}, {silent} were called correct to their noise, or only the",
-        "other mistake was named.",
+        f"A file's mistakes are not visible if one of them moves the vertices by less than {SEEN:g} times the noise",
+        f"(rms). Of these {len(hidden)} files, {silent} were reported as correct to their noise, or only the other",
+        "mistake was named.",
         "",
-        "![Planted against named, of single mistakes](confusion.png)",
+        "![Planted and named mistakes, for single mistakes](confusion.png)",
         "",
-        "## Those that were not named first",
+        "## Mistakes that were not named first",
         "",
-        "| planted | named | fit alike |",
+        "| planted | named | equally good |",
         "|---|---|---|",
     ]
     lines += [
@@ -270,7 +277,7 @@ def page(rows: Sequence[ConfusionRow]) -> str:
 
 
 def picture(rows: Sequence[ConfusionRow]) -> bytes:
-    """Return docs/confusion.png: single mistakes, planted against named."""
+    """Return docs/confusion.png: single mistakes, planted and named."""
     cells = Counter((row.planted, row.named) for row in rows if row.seen and row.mistakes == 1)
     planted = sorted({pair[0] for pair in cells})
     named = planted + sorted({pair[1] for pair in cells} - set(planted))

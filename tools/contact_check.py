@@ -16,6 +16,7 @@ sys.path[:0] = [str(ROOT / "tests/support")]
 from random_contact import FAMILIES, drawn  # noqa: E402
 from second_contact import worst  # noqa: E402
 
+from tools.generated import between  # noqa: E402
 from tumble.scenarios.read import read_scene  # noqa: E402
 from tumble.scenarios.truth import NoTruth, truth  # noqa: E402
 
@@ -24,10 +25,10 @@ BEGIN, END = "<!-- contact-check begins -->\n", "<!-- contact-check ends -->\n"
 MOST_BOUND = 1e-12
 
 
-def tried(family: str, seed: int) -> tuple[float, float, float, int, str]:
+def compared(family: str, seed: int) -> tuple[float, float, float, int, str]:
     """Return error over bound and error [m] at the worst sample, the bound over the body's size, impacts, and
 
-    what has no truth.
+    why there is no truth.
     """
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "drawn.toml"
@@ -40,7 +41,7 @@ def tried(family: str, seed: int) -> tuple[float, float, float, int, str]:
             return 0.0, 0.0, 0.0, 0, f"{family} {seed}: {why}"
         except Exception as why:
             return 9e9, 0.0, 0.0, 0, f"{family} {seed}: {type(why).__name__}: {why}"
-        # What writing a number down in doubles costs belongs to its distance from the origin.
+        # The rounding of coordinates to doubles is in proportion to the distance from the origin.
         size = scene.body.reach + abs(true.vertices[: true.known]).max()
         impacts = sum(event.kind == "impact" for event in true.contacts[0].events)
         note = f"{family} {seed}: {ratio:.3g}" if ratio > 1 else ""
@@ -48,19 +49,19 @@ def tried(family: str, seed: int) -> tuple[float, float, float, int, str]:
 
 
 def main() -> int:
-    """Print the table; exit 1 where a bound is broken or wide."""
+    """Print the table; exit 1 if a bound is broken or too wide."""
     parser = argparse.ArgumentParser()
     parser.add_argument("--scenes", type=int, default=40, help="scenes of each family (default 40)")
     parser.add_argument("--seed", type=int, default=0, help="number of the first scene of each family (default 0)")
-    parser.add_argument("--family", help="this family alone")
-    parser.add_argument("--write", action="store_true", help="put the table into docs/contact.md")
+    parser.add_argument("--family", help="run this family only (default: all)")
+    parser.add_argument("--write", action="store_true", help="write the table into docs/contact.md")
     options = parser.parse_args()
     head = "| scenes | how many | impacts | error / bound, worst | error, worst [m] | bound / size, worst | beyond |"
     rows, broken = [f"{head}\n|---|---|---|---|---|---|---|"], 0
     with ProcessPoolExecutor(os.cpu_count()) as pool:
         for family in [options.family] if options.family else FAMILIES:
             seeds = range(options.seed, options.seed + options.scenes)
-            found = list(pool.map(tried, [family] * len(seeds), seeds))
+            found = list(pool.map(compared, [family] * len(seeds), seeds))
             known = [one for one in found if one[2] or one[0] > 1]
             over = sum(one[0] > 1 or one[2] > MOST_BOUND for one in known)
             ratio, off, share = (max((one[column] for one in known), default=0.0) for column in range(3))
@@ -71,8 +72,7 @@ def main() -> int:
     table = "\n".join(rows) + "\n"
     sys.stdout.write(table)
     if options.write:
-        before, rest = PAGE.read_text(encoding="utf-8").split(BEGIN)
-        PAGE.write_text(before + BEGIN + table + END + rest.split(END)[1], encoding="utf-8")
+        PAGE.write_text(between(PAGE.read_text(encoding="utf-8"), BEGIN, END, table), encoding="utf-8")
     return 1 if broken else 0
 
 

@@ -1,10 +1,10 @@
-"""Makes the second half of docs/confusion.md, and heldout.csv: mistakes and engines' files the search was not tuned on.
+"""Makes the second half of docs/confusion.md, and heldout.csv: mistakes and engines that the search was not tuned on.
 
     .venv/bin/python -m tools.heldout [FOLDER ...]
 
-Mistakes without a name (tests/support/unnamed.py) and with one (planted.py) are flown by tests/support/programs.py,
-which shares nothing with the models that recognise mistakes.  Then the files of real engines that the tests have, and
-those in each FOLDER, which is as tools/foreign.py reads it, are judged, some of them also without their engine's law.
+Mistakes without a name (tests/support/unnamed.py) and with one (planted.py) are simulated by tests/support/programs.py,
+which shares no code with the models that recognise mistakes.  Then the tests' files of real engines, and those in each
+FOLDER, laid out as tools/foreign.py reads it, are graded, some also without their engine's line in the table.
 It takes ten minutes on two cores.
 """
 
@@ -41,14 +41,14 @@ SCENES = {
     "struck": FOREIGN / "scenes" / "struck.toml",
 }
 PROCESSES = 2
-HEADING = "## Held out: what the search was not tuned on"
+HEADING = "## Held out: files that the search was not tuned on"
 WRONG, NEAREST, UNEXPLAINED, CORRECT = "wrong, firmly", "nearest, but not all", "not explained", "false correct"
 RIGHT, NEAR, OTHER = "right", "near", "nearest, another"
 UNNAMED, NAMED, ENGINE, LEFT_OUT = "planted", "named", "engine", "left out"
-# What is true of the program that is spoilt, where its steps can be seen.
-PROGRAM = {"Runge-Kutta of order 4"}
-# What is taken out of the table of laws for files of a program: the laws of engines that begin so.
-LAWS = {
+# Also true of the program with planted mistakes, if its steps have an effect.
+PROGRAM = {"runge-kutta-4"}
+# For files of a program, the engines that are removed from the table: those whose names begin so.
+SCHEMES = {
     "ammo": "ammo.js", "cannon-es": "cannon-es", "dart": "DART", "drake": "Drake", "havok": "Havok", "jolt": "Jolt",
     "newton": "Newton", "oimo": "oimo", "panda_bullet": "Bullet", "panda_ode": "ODE", "pybullet": "PyBullet",
     "rapierjs": "Rapier", "sapien": "PhysX",
@@ -58,20 +58,20 @@ LEFT_OUT_FILES = "*.brick.60.csv"
 
 @dataclass(frozen=True)
 class HeldOutRow:
-    """One file: who wrote it, what is true of it, what was said, and how that is judged."""
+    """One file: its source, what is true of it, the answer, and its outcome."""
 
     source: str
     case: str
     scene: str
-    judged: str
+    outcome: str
     verdict: str
-    said: str
+    answer: str
     max_error_m: float
     residual_m: float | None
 
 
-def judged(graded: Grade, right: set[str]) -> str:
-    """Return how an answer is judged by the names that are right; none are where the mistake has no name."""
+def outcome(graded: Grade, right: set[str]) -> str:
+    """Return the outcome of an answer; right: the right names, none if the mistake has no name."""
     diagnosis = graded.diagnosis
     names = {mistake.hypothesis.name for mistake in diagnosis.best.mistakes} if diagnosis else set()
     if graded.verdict.startswith("correct"):
@@ -84,7 +84,7 @@ def judged(graded: Grade, right: set[str]) -> str:
 
 
 def planted(job: tuple[str, str, str]) -> HeldOutRow:
-    """Fly a mistake, with a name or without, on a scene, grade the file and judge what was said."""
+    """Simulate a mistake, with a name or without, on a scene, grade the file and score the answer."""
     source, mistake, scene = job
     throw = read(SCENES[scene])
     right = CASES[mistake].names if source == NAMED else set()
@@ -98,26 +98,26 @@ def planted(job: tuple[str, str, str]) -> HeldOutRow:
         source,
         mistake,
         scene,
-        judged(graded, right),
+        outcome(graded, right),
         graded.verdict,
-        "; ".join(one.said for one in diagnosis.best.mistakes) if diagnosis else "",
+        "; ".join(one.text for one in diagnosis.best.mistakes) if diagnosis else "",
         graded.measured.worst_m,
         diagnosis.best.max_m if diagnosis else None,
     )
 
 
 def of_engine(job: tuple[str, Job]) -> HeldOutRow:
-    """Return what tools/foreign.py finds of a file, with its engine's laws in the table or without."""
+    """Return the result of tools/foreign.py for a file, with its engine in the table or without."""
     source, foreign = job
     program, scene, rate, _ = foreign[0].name.rsplit(".", 3)
-    own = LAWS[program.partition("+")[0]] if source == LEFT_OUT else None
+    own = SCHEMES[program.partition("+")[0]] if source == LEFT_OUT else None
     one: ForeignRow = foreign_row(foreign, [law for law in ENGINES if own is None or not law.engine.startswith(own)])
-    case, said = f"{program} at {rate} Hz", one.engines or one.said
-    return HeldOutRow(source, case, scene, one.judged, one.verdict, said, one.max_error_m, one.residual_m)
+    case, answer = f"{program} at {rate} Hz", one.engines or one.answer
+    return HeldOutRow(source, case, scene, one.outcome, one.verdict, answer, one.max_error_m, one.residual_m)
 
 
 def files(folders: Sequence[Path], pattern: str) -> list[Job]:
-    """Return the files of folders in which nobody planted a mistake, each once."""
+    """Return the files of folders without planted mistakes, each once."""
     found = {job[0].name: job for folder in folders for job in jobs_of(folder, pattern)}
     return [job for name, job in sorted(found.items()) if not name.startswith(("plant-", "digits-"))]
 
@@ -127,7 +127,9 @@ def all_rows(folders: Sequence[Path]) -> Iterator[HeldOutRow]:
     mistakes = [(UNNAMED, mistake, scene) for mistake in MISTAKES for scene in SCENES]
     mistakes += [(NAMED, mistake, case.scene) for mistake, case in CASES.items()]
     engines = [(ENGINE, job) for job in files(folders, "*.csv")]
-    known = [job for job in files(folders, LEFT_OUT_FILES) if job[0].name.partition(".")[0].partition("+")[0] in LAWS]
+    known = [
+        job for job in files(folders, LEFT_OUT_FILES) if job[0].name.partition(".")[0].partition("+")[0] in SCHEMES
+    ]
     engines += [(LEFT_OUT, job) for job in known if job[2]["gyroscopic"] or job[2]["step_s"]]
     with ProcessPoolExecutor(PROCESSES) as pool, progress(len(mistakes) + len(engines)) as on_progress:
         for work, jobs in ((planted, mistakes), (of_engine, engines)):
@@ -137,20 +139,20 @@ def all_rows(folders: Sequence[Path]) -> Iterator[HeldOutRow]:
 
 
 def counted(rows: Sequence[HeldOutRow]) -> str:
-    """Return how many rows are judged what."""
-    return ", ".join(f"{count} {judged}" for judged, count in Counter(row.judged for row in rows).most_common())
+    """Return the number of each outcome, in words."""
+    return ", ".join(f"{count} {outcome}" for outcome, count in Counter(row.outcome for row in rows).most_common())
 
 
 def errors(row: HeldOutRow) -> str:
-    """Return how far off a file is, and what the answer leaves of it."""
+    """Return the error of a file, and the residual of the answer."""
     return f"{row.max_error_m:.2g}" + ("" if row.residual_m is None else f", {row.residual_m:.2g}")
 
 
 def listed(rows: Sequence[HeldOutRow], first: str) -> Iterator[str]:
     """Yield a table of rows."""
-    yield from ("", f"| {first} | scene | error, left [m] | judged | said |", "|---|---|---|---|---|")
+    yield from ("", f"| {first} | scene | error, left [m] | outcome | answer |", "|---|---|---|---|---|")
     for row in rows:
-        yield f"| {row.case} | {row.scene} | {errors(row)} | {row.judged} | {row.said} |"
+        yield f"| {row.case} | `{row.scene}` | {errors(row)} | {row.outcome} | {row.answer} |"
     yield ""
 
 
@@ -159,38 +161,37 @@ def half(rows: Sequence[HeldOutRow]) -> str:
     unnamed, named, engines, left_out = (
         [row for row in rows if row.source == source] for source in (UNNAMED, NAMED, ENGINE, LEFT_OUT)
     )
-    honest = sum(row.judged in (NEAREST, UNEXPLAINED) for row in unnamed)
+    honest = sum(row.outcome in (NEAREST, UNEXPLAINED) for row in unnamed)
     firm = [row for row in (*unnamed, *named, *left_out) if row.verdict == EXPLAINED_WHOLLY]
-    false = [row for row in firm if row.judged.startswith("wrong")]
+    false = [row for row in firm if row.outcome.startswith("wrong")]
     lines = [
         HEADING,
         "",
-        "Made by `tools/heldout.py`; every row is in `heldout.csv`. `tests/support/programs.py`, which flies what is",
-        "planted, shares nothing with the models that recognise it.",
+        "Made by `tools/heldout.py`; `heldout.csv` has every row. `tests/support/programs.py`, which simulates the",
+        "planted mistakes, shares no code with the models that recognise them. Answers are in the words of the release",
+        "that made the table.",
         "",
-        f"**What is told firmly**: of {len(unnamed) + len(named) + len(left_out)} files of planted mistakes and of",
-        f"engines without their line in the table, {len(firm)} were explained firmly,",
-        f"{len(firm) - len(false)} of them by what is there.",
-        "Too few to know odds better than that: an answer that is not firm is told as the nearest, or not at all.",
+        f"**Confident answers**: of {len(unnamed) + len(named) + len(left_out)} files of planted mistakes and of",
+        f"engines without their line in the table, {len(firm)} were explained, {len(firm) - len(false)} of them",
+        "correctly. There are too few for a better estimate of the odds.",
         "",
-        f"**Mistakes that `tumble grade` has no name for**: {len(MISTAKES)}, on {len(SCENES)} scenes each,",
-        "written in six figures. The right answer is that they are not explained, or that what is named is the nearest",
-        "and not all.",
-        f"So it was with **{honest} of {len(unnamed)}** ({counted(unnamed)}).",
+        f"**Mistakes without a name in `tumble grade`**: {len(MISTAKES)}, on {len(SCENES)} scenes each, written with",
+        "six significant digits. The right answer is that they are not explained, or explained in part.",
+        f"That was the answer for **{honest} of {len(unnamed)}** ({counted(unnamed)}).",
         *listed(unnamed, "mistake"),
         f"**Mistakes with a name**, one for each that the program can make: of {len(named)}, {counted(named)}.",
         "Those that were not right:",
-        *listed([row for row in named if row.judged != RIGHT], "mistake"),
-        "**Engines that are not in the table**: files whose engine's laws were taken out of it,",
+        *listed([row for row in named if row.outcome != RIGHT], "mistake"),
+        "**Engines that are not in the table**: files of engines whose line was removed from it,",
         f"{len(left_out)}: {counted(left_out)}.",
-        "What is right is each part of the law; a scheme that another engine has as well is named by that engine.",
+        "An answer is right if it has every part of the scheme; a scheme that another engine shares is named after it.",
         *listed(left_out, "file"),
         f"**Engines at their defaults**: of {len(engines)} files that real engines wrote, {counted(engines)}.",
         "These are not fully held out: the scheme of each engine in `compare/grade/hypotheses/engine_schemes.py`",
         "was known before its files were graded; the lines of Havok, PhysX's damping and Panda3D's Bullet were",
         "corrected from their own files; and the files in `tests/compare/grade/foreign` must be right for the tests",
         "to pass. Files that were not right:",
-        *listed([row for row in engines if row.judged != "right"], "file"),
+        *listed([row for row in engines if row.outcome != "right"], "file"),
     ]
     return "\n".join(lines).rstrip() + "\n"
 

@@ -26,7 +26,7 @@ SETTLED_MS = 6_000
 
 def throw(page: Page) -> None:
     """Throw the body, wait for all contestants, and show their errors at one time."""
-    said, errors = page.locator("[data-lab=said]"), page.locator("[data-lab=errors]")
+    said, errors = page.locator("[data-lab=message]"), page.locator("[data-lab=errors]")
     expect(said).to_contain_text("Click the body", timeout=PATIENCE_MS)
     page.wait_for_timeout(SETTLED_MS)
     for close in page.locator(".mantine-Notification-closeButton").all():  # viser's note that there is no GPU

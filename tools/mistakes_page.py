@@ -1,9 +1,9 @@
-"""Makes docs/mistakes.md: every stable name that `diagnosis.csv` and `--json` may say.
+"""Makes docs/mistakes.md: every name of a mistake in `diagnosis.csv` and `--json`.
 
     .venv/bin/python -m tools.mistakes_page
 
-What is tried depends on the scene and the file, so the names are those of scenes that leave room for everything; a
-test compares them with the names in the code.
+The mistakes that are tried depend on the scene and the file, so the names are collected from scenes in which everything
+is possible; a test compares them with the names in the code.
 """
 
 from argparse import ArgumentParser
@@ -13,12 +13,13 @@ from pathlib import Path
 
 import numpy as np
 
-from tumble.compare.grade.hypotheses.engine_schemes import combinations, table
-from tumble.compare.grade.hypotheses.hypothesis import Hypothesis, Question
+from tumble.compare.grade.hypotheses.engine_schemes import engine_runs, scheme_combinations
+from tumble.compare.grade.hypotheses.hypothesis import Context, Hypothesis
 from tumble.compare.grade.hypotheses.mistakes import hypotheses
-from tumble.compare.grade.hypotheses.scheme_hypotheses import Laws
-from tumble.compare.grade.model.program_model import truthful
-from tumble.compare.grade.results import parameters, stable_name
+from tumble.compare.grade.hypotheses.names import RENAMED_MISTAKES, RENAMED_PARAMETERS
+from tumble.compare.grade.hypotheses.scheme_hypotheses import SchemeHypotheses
+from tumble.compare.grade.model.program_model import correct_program
+from tumble.compare.grade.results import parameters
 from tumble.compare.tables.files import write_whole
 from tumble.scenarios.read import scene_of
 
@@ -57,42 +58,42 @@ KINDS = ("pose", "matrix", "vertices")
 ROWS, SPACING_S = 40, 0.05
 
 
-def questions() -> Iterator[Question]:
-    """Yield what is asked of each kind of file of each scene, of files with and without the centre."""
-    for text, kind, centred in product(SCENES, KINDS, (True, False)):
+def contexts() -> Iterator[Context]:
+    """Yield the context of each kind of file of each scene, with and without the position."""
+    for text, kind, has_centre in product(SCENES, KINDS, (True, False)):
         scene = scene_of(text, Path("room.toml"), "room.toml")
-        account = truthful(scene, 0)
+        program = correct_program(scene, 0)
         first = np.array((0.1, 0.2, 0.3, 0.8, 0.6, 0.0, 0.0))
         offset = np.array((0.3, 0.15, 0.05))
-        yield Question(
+        yield Context(
             scene,
-            account,
+            program,
             kind,
             ROWS,
             scene.duration,
             0.3,
             SPACING_S,
             first,
-            centred,
+            has_centre,
             offset,
             drift=np.ones((2, 3)),
         )
 
 
 def tried() -> Iterator[Hypothesis]:
-    """Yield every mistake that is tried, and every one that laws of engines and their combinations are said by."""
-    for question in questions():
-        yield from hypotheses(question)
-        laws = Laws(question)
-        for flown in (*table(question), *combinations(question)):
-            yield from (mistake.hypothesis for mistake in laws.mistakes(flown))
+    """Yield every mistake that is tried, and every one that engines' schemes and their combinations consist of."""
+    for context in contexts():
+        yield from hypotheses(context)
+        schemes = SchemeHypotheses(context)
+        for stepped in (*engine_runs(context), *scheme_combinations(context)):
+            yield from (mistake.hypothesis for mistake in schemes.mistakes(stepped))
 
 
 def names() -> dict[str, dict[str, str]]:
-    """Return the unit of each parameter of each mistake, by stable names in order."""
+    """Return the unit of each parameter of each mistake, sorted by name."""
     found: dict[str, dict[str, str]] = {}
     for hypothesis in set(tried()):
-        found.setdefault(stable_name(hypothesis), {}).update(parameters(hypothesis))
+        found.setdefault(hypothesis.name, {}).update(parameters(hypothesis))
     return {name: dict(sorted(found[name].items())) for name in sorted(found, key=str.lower)}
 
 
@@ -102,18 +103,21 @@ def page() -> str:
     lines = [
         "# The names of mistakes",
         "",
-        "What stands under `mistake`, `parameter` and `unit` in `diagnosis.csv` and in `tumble grade --json`:",
-        f"{len(known)} names, made by `tools/mistakes_page.py` from the mistakes that are tried.",
-        "They stay as they are ([compatibility.md](compatibility.md)).",
-        "A mistake has one row for each parameter that can be told in the scene, and one row without a parameter",
-        "where it has no number. A `choice` is a word.",
+        "The identifiers in the columns `mistake`, `parameter` and `unit` of `diagnosis.csv`, and in",
+        f"`tumble grade --json`: {len(known)} names, collected by `tools/mistakes_page.py` from the mistakes that are",
+        "tried. They change only with the format of the tables ([compatibility.md](compatibility.md)).",
+        "A mistake has one row for each parameter that has an effect in the scene, and one row without a parameter",
+        "if it has no value. A `choice` is a word.",
         "",
         "| mistake | parameters, and units |",
         "|---|---|",
     ]
     for name, own in known.items():
-        said = [f"`{parameter}`" + (f" [{unit}]" if unit else "") for parameter, unit in own.items() if parameter]
-        lines.append(f"| `{name}` | {', '.join(said)} |")
+        listed = [f"`{parameter}`" + (f" [{unit}]" if unit else "") for parameter, unit in own.items() if parameter]
+        lines.append(f"| `{name}` | {', '.join(listed)} |")
+    lines += ["", "## Names in format 2", "", "Format 3 renamed these mistakes and parameters.", ""]
+    lines += ["| format 2 | format 3 |", "|---|---|"]
+    lines += [f"| `{old}` | `{new}` |" for old, new in (RENAMED_MISTAKES | RENAMED_PARAMETERS).items()]
     return "\n".join(lines) + "\n"
 
 

@@ -14,7 +14,7 @@ from pathlib import Path
 from tumble.compare.tables.frames import frame
 from tumble.compare.tables.known import SWEEP, tables
 from tumble.compare.tables.schema import Column
-from tumble.compare.tables.shared import CONDITIONS, RUNS
+from tumble.compare.tables.shared import CONDITIONS, FINDING_WORDS, RUNS
 from tumble.reports.folders import SWEPT, changes
 from tumble.reports.modules import JAVASCRIPT
 
@@ -22,7 +22,10 @@ TYPESCRIPT = "5.9.3"
 HERE = Path(sys.prefix) / "typescript"  # in the environment: it goes where the environment goes
 COMPILER = HERE / "node_modules" / "typescript"
 FILE = JAVASCRIPT / "tables.d.ts"
-HEAD = "// The rows of every table that a page can carry.  Written by tools/page_types.py: do not edit.\n"
+HEAD = (
+    "// The rows of every table that a page can carry, and the names of findings.\n"
+    "// Written by tools/page_types.py: do not edit.\n"
+)
 KINDS = {str: "string", int: "number", float: "number", bool: "boolean"}
 
 
@@ -33,7 +36,8 @@ def declarations() -> str:
     rows[f"{SWEEP}{RUNS.file}"] = stated[RUNS.file]
     rows |= {name: changed_properties(columns) for name, columns in changed_columns().items()}
     lines = (line for name in sorted(rows) for line in one_table(name, rows[name]))
-    return "\n".join([HEAD, "interface Tables {", *lines, "}\n"])
+    findings = " | ".join(f'"{name}"' for name in FINDING_WORDS)
+    return "\n".join([HEAD, "interface Tables {", *lines, "}\n", f"type FindingName = {findings};\n"])
 
 
 def properties(columns: Iterable[Column]) -> Iterator[tuple[str, str]]:

@@ -7,6 +7,7 @@ import json
 from argparse import ArgumentParser
 from pathlib import Path
 
+from tools.generated import between
 from tumble.scenarios.schema import TABLES, json_schema, keys, title
 
 DOCS = Path(__file__).parents[1] / "docs"
@@ -31,9 +32,7 @@ def key_tables() -> str:
 
 def page(text: str) -> str:
     """Return the page with new tables of keys."""
-    before, _, rest = text.partition(BEGIN)
-    _, _, after = rest.partition(END)
-    return f"{before}{BEGIN}\n{key_tables()}\n{END}{after}"
+    return between(text, BEGIN, END, f"\n{key_tables()}\n")
 
 
 def schema_text() -> str:

@@ -1,4 +1,4 @@
-"""Makes the table of docs/truth.md: the truth of random scenes against a second formulation, at 60 digits.
+"""Makes the table of docs/truth.md: the truth of random scenes against a second formulation with 60 digits.
 
 make truth-check  (or: python -m tools.truth_check --scenes 30 --write)
 """
@@ -16,6 +16,7 @@ sys.path[:0] = [str(ROOT / "tests/support")]
 from random_scenes import COSTLY, FAMILIES, REACHED, drawn  # noqa: E402
 from second_truth import worst  # noqa: E402
 
+from tools.generated import between  # noqa: E402
 from tumble.scenarios.read import read_scene  # noqa: E402
 from tumble.scenarios.truth import NoTruth, truth  # noqa: E402
 
@@ -23,8 +24,8 @@ PAGE = ROOT / "docs" / "truth.md"
 BEGIN, END = "<!-- truth-check begins -->\n", "<!-- truth-check ends -->\n"
 
 
-def tried(family: str, seed: int) -> tuple[float, float, str]:
-    """Return error over bound and error [m] at the worst of a scene's samples, and what has no truth."""
+def compared(family: str, seed: int) -> tuple[float, float, str]:
+    """Return error over bound and error [m] at the worst of a scene's samples, and why there is no truth."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "drawn.toml"
         path.write_text(drawn(family, seed), encoding="utf-8")
@@ -35,15 +36,15 @@ def tried(family: str, seed: int) -> tuple[float, float, str]:
 
 
 def main() -> int:
-    """Print the table; exit 1 where a bound is broken."""
+    """Print the table; exit 1 if a bound is broken."""
     parser = argparse.ArgumentParser()
     parser.add_argument(
         "--scenes",
         type=int,
         default=30,
-        help="scenes of each family, of the costly ones two fifths as many (default 30)",
+        help="scenes of each family; costly families get two fifths of it (default 30)",
     )
-    parser.add_argument("--write", action="store_true", help="put the table into docs/truth.md")
+    parser.add_argument("--write", action="store_true", help="write the table into docs/truth.md")
     options = parser.parse_args()
     rows, broken = (
         ["| scenes | how many | error / bound, worst | error, worst [m] | beyond the bound |\n|---|---|---|---|---|"],
@@ -52,7 +53,7 @@ def main() -> int:
     with ProcessPoolExecutor(os.cpu_count()) as pool:
         for family in FAMILIES:
             count = options.scenes * 2 // 5 if family in COSTLY else options.scenes
-            found = list(pool.map(tried, [family] * count, range(count)))
+            found = list(pool.map(compared, [family] * count, range(count)))
             over = sum(ratio > 1 for ratio, _, _ in found)
             known = [one for one in found if not one[2]]
             ratio, off = (max((one[column] for one in known), default=0.0) for column in (0, 1))
@@ -62,8 +63,7 @@ def main() -> int:
     table = "\n".join(rows) + "\n"
     sys.stdout.write(table)
     if options.write:
-        before, rest = PAGE.read_text(encoding="utf-8").split(BEGIN)
-        PAGE.write_text(before + BEGIN + table + END + rest.split(END)[1], encoding="utf-8")
+        PAGE.write_text(between(PAGE.read_text(encoding="utf-8"), BEGIN, END, table), encoding="utf-8")
     return 1 if broken else 0
 
 

@@ -22,6 +22,7 @@ from pygments.token import String
 ROOT = Path(__file__).parents[1]
 GLOSSARY = ROOT / "docs/glossary.md"
 HEADING = "## Refused words"
+MADE = "generated"  # the folder in docs/ with the pages that `make docs` makes from the code
 SEARCHED = ("README.md", "CONTRIBUTING.md", "SECURITY.md", "CHANGELOG.md", "changes", "docs", "tumble", "solver",
             "scenarios", "compare", "reports", "tools")  # fmt: skip
 STARTERS = ROOT / "tumble/starters"
@@ -131,7 +132,8 @@ def files(paths: Iterable[Path]) -> Iterator[Path]:
     for path in paths:
         if path.is_file():
             yield path
-        for folder, _, names in os.walk(path):
+        for folder, inside, names in os.walk(path):
+            inside[:] = [name for name in inside if name != MADE]
             yield from (Path(folder, name) for name in sorted(names) if reader(Path(folder, name)))
 
 

@@ -4,17 +4,16 @@ import os
 import sys
 from os.path import dirname, realpath
 
-# `python -m tumble` puts the working directory first: what lies there is the user's, and none of our modules.
+# `python -m tumble` puts the working directory first on the path: its files are the user's, not our modules.
 if __name__ == "__main__" and not sys.flags.safe_path and sys.path[0] != dirname(dirname(realpath(__file__))):
     del sys.path[0]
 
-# Until there is somebody to say so in one line, an interrupt ends the process and says nothing.  `signal` would take a
-# millisecond to be read.
+# Until main() can print one line, an interrupt ends the process silently.  Importing `signal` would take a millisecond.
 import _signal  # type: ignore
 
 try:
     before = _signal.signal(_signal.SIGINT, _signal.SIG_DFL)
-except ValueError:  # another thread of somebody else's program
+except ValueError:  # another thread, of a program that imported this
     before = None
 
 import argparse
@@ -33,13 +32,13 @@ if before is not None:
 
 EXIT_DONE, EXIT_BUG, EXIT_INTERRUPTED = 0, 3, 130
 INTERRUPTED = "interrupted; nothing was written"
-# The signals that have asked this process to end.
+# Signals received that end this process.
 interrupts: list[int] = []
 
 
 def main(words: list[str] | None = None) -> int:
-    """Run one command and return its exit code: 0 done, 1 a check failed, 2 the user's mistake, 3 a bug of ours."""
-    # The matrices here are 3 x 3: waking a BLAS's threads would take longer than all that it does.
+    """Run one command and return its exit code: 0 done, 1 a check failed, 2 the user's mistake, 3 a bug in Tumble."""
+    # The matrices here are 3 x 3: starting BLAS threads would take longer than the work.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     interrupts.clear()
     try:
@@ -58,7 +57,7 @@ def main(words: list[str] | None = None) -> int:
         return refuse(str(stop) or INTERRUPTED, EXIT_INTERRUPTED)
     except BrokenPipeError:
         drop_output()
-        return EXIT_DONE  # the reader has had all it wanted
+        return EXIT_DONE  # the reader has read all it wanted
     except OSError as error:
         drop_output()
         place = f"{error.filename}: " if error.filename else ""
@@ -69,71 +68,78 @@ def main(words: list[str] | None = None) -> int:
         if interrupts:
             return refuse(INTERRUPTED, EXIT_INTERRUPTED)
         sys.excepthook(type(error), error, error.__traceback__)
-        return refuse(f"a bug of ours: {type(error).__name__}: {error}", EXIT_BUG)
+        return refuse(f"a bug in Tumble: {type(error).__name__}: {error}", EXIT_BUG)
     return code
 
 
 def answer(top: Parser, options: argparse.Namespace) -> int:
-    """Run the command, or answer what is asked of the program itself; return the exit code."""
+    """Run the command, or print version, completion script or help; return the exit code."""
     if options.version:
         print(importlib.import_module("importlib.metadata").version("tumble"))  # noqa: T201
     elif options.completion:
-        # A few lines by which the shell asks tumble itself for the words that fit.
+        # A script by which the shell asks tumble for completions.
         print(importlib.import_module("argcomplete").shellcode(["tumble"], shell=options.completion))  # noqa: T201
     elif options.command is None:
         top.print_help()
     else:
         command = importlib.import_module(f"tumble.commands.{options.command}")
         importlib.import_module("tumble.notes").show_log()
-        return command.main(options)
+        if not getattr(options, "parquet", False):
+            return command.main(options)
+        tables = importlib.import_module("tumble.compare.tables.parquet")
+        tables.check_parquet(options.output)
+        code = command.main(options)
+        tables.write_parquet(options.output)
+        return code
     return EXIT_DONE
 
 
 def numba_refused(environment: Mapping[str, str]) -> str:
-    """Return why kernels cannot be compiled under these environment variables, '' where they can.
+    """Return why these environment variables keep kernels from being compiled, '' if they do not.
 
-    numba takes no notice of what is no whole number.
+    numba ignores values that are not integers.
     """
-    asked = {}
+    values = {}
     for name in ("NUMBA_DISABLE_JIT", "NUMBA_NUM_THREADS"):
         with suppress(ValueError):
-            asked[name] = int(environment.get(name, ""))
-    if asked.get("NUMBA_DISABLE_JIT"):
+            values[name] = int(environment.get(name, ""))
+    if values.get("NUMBA_DISABLE_JIT"):
         own = "an engine file of your own can say numba.config.DISABLE_JIT = 1"
-        return f"NUMBA_DISABLE_JIT is set, and Tumble's kernels must be compiled: unset it ({own})"
-    if (threads := asked.get("NUMBA_NUM_THREADS", 1)) < 1:
+        return f"NUMBA_DISABLE_JIT is set, but Tumble must compile its kernels: unset it ({own})"
+    if (threads := values.get("NUMBA_NUM_THREADS", 1)) < 1:
         return f"NUMBA_NUM_THREADS = {threads}: must be at least 1, or unset"
     return ""
 
 
 def open_streams() -> None:
-    """Open closed standard streams, so that no file takes their numbers: results are refused, notes are dropped."""
+    """Open closed standard streams, so that no file takes their numbers: writing results fails, notes are discarded."""
     for descriptor, name in enumerate(("stdin", "stdout", "stderr")):
         if getattr(sys, name) is None:
-            # The lowest number that is free is this one.  What is open to be read refuses to be written.
+            # The lowest free number is this one.  A stream open for reading refuses to be written.
             os.open(os.devnull, os.O_WRONLY if name == "stderr" else os.O_RDONLY)
             os.set_inheritable(descriptor, True)
             setattr(sys, name, os.fdopen(descriptor, "r" if name == "stdin" else "w", closefd=False))
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
-            # What its encoding has no letters for, or is no text at all, is written out.
+            # Characters that its encoding lacks are written as escapes.
             stream.reconfigure(errors="backslashreplace")
 
 
 def set_signals() -> None:
-    """Let the signals that ask to end do what Ctrl-C does, but for those that somebody has set, `nohup` for one."""
+    """Let signals that end a process do what Ctrl-C does, except those already handled or ignored (`nohup`)."""
     if threading.current_thread() is not threading.main_thread():
         return
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+    asking = (getattr(signal, name, None) for name in ("SIGINT", "SIGTERM", "SIGHUP"))  # Windows has no SIGHUP
+    for number in filter(None, asking):
         if signal.getsignal(number) in (signal.SIG_DFL, signal.default_int_handler):
             signal.signal(number, interrupt)
-    # Children that end are waited for, also where whoever started this process waits for none of his.
-    if signal.getsignal(signal.SIGCHLD) == signal.SIG_IGN:
+    # Children are waited for, even if the parent process ignores its own.
+    if hasattr(signal, "SIGCHLD") and signal.getsignal(signal.SIGCHLD) == signal.SIG_IGN:
         signal.signal(signal.SIGCHLD, signal.SIG_DFL)
 
 
 def interrupt(number: int, frame: object) -> None:
-    """Raise KeyboardInterrupt, and remember: a library that is just being imported may make something else of it."""
+    """Raise KeyboardInterrupt, and record it: a library being imported may turn it into another error."""
     interrupts.append(number)
     raise KeyboardInterrupt
 
@@ -146,7 +152,7 @@ def is_users(error: Exception) -> bool:
 
 
 def refuse(line: str, code: int) -> int:
-    """Say why in one line and return the exit code."""
+    """Print the reason in one line and return the exit code."""
     one_line = "".join(char if char.isprintable() else repr(char)[1:-1] for char in line)
     print(f"tumble: {one_line}", file=sys.stderr)  # noqa: T201
     return code

@@ -1,4 +1,4 @@
-"""What `--help` of each command ends with: commands to copy, and the units that go in and come out."""
+"""The end of each command's `--help`: examples to copy, and the units."""
 
 EXAMPLES: dict[str, tuple[str, ...]] = {
     "scenes": ("tumble scenes", "tumble scenes brick-tumble > mine.toml"),
@@ -40,7 +40,7 @@ notes and progress to standard error."""
 
 
 def epilog(command: str) -> str:
-    """Return what stands under a command's options."""
+    """Return the text below a command's options."""
     examples = EXAMPLES.get(command, ())
     head = [f"example{'s' * (len(examples) > 1)}:"] if examples else []
     return "\n".join((*head, *(f"  {line}" for line in examples), *[""] * bool(examples), UNITS))

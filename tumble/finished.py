@@ -1,16 +1,16 @@
-"""The exit code of a study: a run in which no contestant finished is a failed one."""
+"""The exit code of a study, which fails if no contestant finished."""
 
 from collections.abc import Iterable
 
+from tumble.compare.run.status import FINISHED
 from tumble.notes import note
 
 DONE, FAILED = 0, 1
-FINISHED = ("ok", "flagged")
 
 
 def exit_code(statuses: Iterable[str]) -> int:
-    """Return 0 where any run finished, by the first word of its status, else 1, and say so on standard error."""
-    if any(status.partition(":")[0] in FINISHED for status in statuses):
+    """Return 0 if any run finished, else 1, with a note."""
+    if any(status in FINISHED for status in statuses):
         return DONE
-    note("no contestant finished a run: exit code 1; the reasons stand with the results")
+    note("exit code 1: no contestant finished a run; the reasons are in the results")
     return FAILED

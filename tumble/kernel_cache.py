@@ -1,10 +1,9 @@
-"""Where compiled kernels are kept, nowhere if that cannot be; what cannot be read is compiled anew.
+"""Saves compiled kernels on disk if possible; a damaged one is compiled again.
 
 Below `solver` and `scenarios`, which do not know each other; it imports nothing of Tumble.
 """
 
 import contextlib
-import fcntl
 import hashlib
 import logging
 import os
@@ -18,21 +17,21 @@ from typing import Any
 import numba
 from numba.core.caching import FunctionCache
 
-# No kernel takes longer to compile, and so often one looks whether another process has [s].
+# Longest time to compile a kernel, and how often a process checks whether another has compiled it [s].
 LONGEST_WAIT_S, LOOK_AGAIN_S = 60.0, 0.02
 
 log = logging.getLogger(__name__)
 
 
 class KernelCache(FunctionCache):
-    """numba's own, for which a damaged file or a full disk is no reason to fail, and which compiles nothing twice."""
+    """numba's cache, which tolerates damaged files and full disks and compiles nothing twice."""
 
     def __init__(self, py_func: Any) -> None:
         super().__init__(py_func)
         self._turns: dict[str, int] = {}
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """Return what was compiled before, or what another process is compiling just now, or None."""
+        """Return the kernel compiled before, or by another process just now, or None."""
         found = self._loaded(sig, target_context)
         if found is not None or not self._wait_for_turn(sig):
             return found
@@ -42,27 +41,27 @@ class KernelCache(FunctionCache):
         return found
 
     def _wait_for_turn(self, sig: Any) -> bool:
-        """Wait while another process compiles the same; return whether it is this one's turn now.
+        """Wait while another process compiles the same kernel; return whether it is this process's turn.
 
-        It ends when that is saved, or this process ends; who waits too long compiles it himself.
+        The turn ends when the kernel is saved, or the process ends; after a long wait this process compiles it itself.
         """
+        from filelock import lock_descriptor  # 40 ms, and most kernels are compiled already
+
         name = f"{self._impl.filename_base}-{hashlib.sha256(str(sig).encode()).hexdigest()[:16]}.lock"
         try:
             self._impl.locator.ensure_cache_path()
-            turn = os.open(Path(self.cache_path) / name, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
+            turn = os.open(Path(self.cache_path) / name, os.O_RDWR | os.O_CREAT, 0o600)
         except OSError:
             return False
         until = time.monotonic() + LONGEST_WAIT_S
         while str(sig) not in self._turns and time.monotonic() < until:
             try:
-                fcntl.flock(turn, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except BlockingIOError:
-                time.sleep(LOOK_AGAIN_S)
-                continue
+                if lock_descriptor(turn, blocking=False):
+                    self._turns[str(sig)] = turn
+                    return True
             except OSError:  # a file system without locks
                 break
-            self._turns[str(sig)] = turn
-            return True
+            time.sleep(LOOK_AGAIN_S)
         os.close(turn)
         return False
 
@@ -83,7 +82,7 @@ class KernelCache(FunctionCache):
             return None
 
     def save_overload(self, sig: Any, data: Any) -> None:
-        """Keep what was compiled, if there is room."""
+        """Save a compiled kernel, if there is room."""
         try:
             super().save_overload(sig, data)
         except Exception as error:
@@ -94,16 +93,16 @@ class KernelCache(FunctionCache):
 
 
 def keep(dispatcher: Any, source: Path, others: tuple[Path, ...] = ()) -> Any:
-    """Return a compiled function that is kept on disk, if there is a folder for it.
+    """Return a compiled function that is saved on disk, if there is a folder for it.
 
-    source, others: the folders of all that it is made of; each state of their source has a folder of its own.
+    source, others: the folders of its source code; each state of that has its own folder of kernels.
     """
     name = f"kernels-{state(source, *others)}"
     before = numba.config.CACHE_DIR  # type: ignore[attr-defined]
     try:
         for folder in folders(source):
             numba.config.CACHE_DIR = str(folder / name)  # type: ignore[attr-defined]
-            with contextlib.suppress(OSError, RuntimeError):  # numba's way to say that nothing can be written there
+            with contextlib.suppress(OSError, RuntimeError):  # numba raises it if nothing can be written there
                 (folder / name).mkdir(parents=True, exist_ok=True)
                 dispatcher._cache = KernelCache(dispatcher.py_func)
                 return dispatcher
@@ -115,22 +114,26 @@ def keep(dispatcher: Any, source: Path, others: tuple[Path, ...] = ()) -> Any:
 
 @cache
 def state(*sources: Path) -> str:
-    """Return sixteen digits that are others for another state of the source in these folders."""
+    """Return a hash of sixteen digits of the source in these folders."""
     text = b"".join(path.read_bytes() for source in sources for path in sorted(source.rglob("*.py")))
     return hashlib.sha256(text).hexdigest()[:16]
 
 
 def folders(source: Path) -> Iterator[Path]:
-    """Yield where kernels may be kept: where the user said, beside the source, in his own folders."""
+    """Yield folders for kernels: the user's choice, beside the source, in the user's own folders."""
     if chosen := os.environ.get("NUMBA_CACHE_DIR"):
         yield Path(chosen)
     yield source / "__pycache__"
-    with contextlib.suppress(RuntimeError):  # there is no home
-        yield Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "tumble"
+    from platformdirs import user_cache_path  # 20 ms, and seldom needed
+
+    if (own := user_cache_path("tumble", appauthor=False)).is_absolute():  # and no ~ of a user without a home
+        yield own
+    if not hasattr(os, "getuid"):  # Windows has no folder for temporary files that users share
+        return
     with contextlib.suppress(OSError):
         shared = Path(tempfile.gettempdir()) / f"tumble-{os.getuid()}"
         shared.mkdir(mode=0o700, exist_ok=True)
-        # What lies there is run: it must be nobody else's.
+        # Code in it is run: it must belong to this user.
         if shared.lstat().st_uid == os.getuid() and not shared.lstat().st_mode & 0o077 and not shared.is_symlink():
             yield shared
 

@@ -1,4 +1,4 @@
-"""The words of the command line: every command, its options, what they allow, and the nearest word to a wrong one."""
+"""The parser of the command line: every command and its options, and the nearest word to a wrong one."""
 
 import argparse
 import math
@@ -11,16 +11,18 @@ from tumble.examples import epilog
 from tumble.starters import STARTERS
 
 EXIT_USER = 2  # the user's mistake
-AT_ONCE = ("scenes", "columns")  # commands that have no progress to report
+AT_ONCE = ("scenes", "columns")  # commands without progress
 SHELLS = ("bash", "zsh", "fish")
-SCENE_HELP = "a scene of the catalogue (see `tumble scenes`) or the path of a TOML file"
+SCENE_HELP = "a scene of the catalogue (see `tumble scenes`) or the path of a scene file (TOML)"
 ENGINE_HELP = (
-    "ENGINE[@RELEASE][:METHOD] or your own engine, ./mine.py[:METHOD] or ./mine.toml[:METHOD]; may be repeated"
+    "engine and method to run: ENGINE[@RELEASE][:METHOD] (see `tumble engines`) or an engine file of your own, "
+    "./mine.py[:METHOD] or ./mine.toml[:METHOD]; repeat for several"
 )
-MEMORY_HELP = "for each engine's process [GiB]; default 4"
+TABLES_HELP = "also write the tables as CSV files into folder DIR"
+RESUME_HELP = "write the tables as CSV files into folder DIR; the same command continues an interrupted run there"
 
 
-# A number and what may stand behind it for its unit; a bare one is in metres.
+# A number with an optional unit; without one it is in metres.
 LENGTH = re.compile(r"(.*?[\d.])\s*([a-zµμ]*)", re.IGNORECASE)
 METRES = {
     "": 1.0, "m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "μm": 1e-6, "nm": 1e-9, "pm": 1e-12,
@@ -29,10 +31,10 @@ METRES = {
 
 
 class Parser(argparse.ArgumentParser):
-    """Refuses in one line."""
+    """An argument parser whose errors are one line."""
 
     def _check_value(self, action: argparse.Action, value: object) -> None:
-        """Refuse a word that is none of those there are, and offer the nearest."""
+        """Refuse an unknown word and suggest the nearest."""
         if action.choices is not None and value not in action.choices:
             from tumble.scenarios.format import nearest
 
@@ -51,12 +53,12 @@ def positive(text: str, unit: str) -> float:
     except ValueError:
         value = math.nan
     if not (math.isfinite(value) and value > 0):
-        raise argparse.ArgumentTypeError(f"{text!r} is not a number of {unit} > 0")
+        raise argparse.ArgumentTypeError(f"{text!r} is not a positive number of {unit}")
     return value
 
 
 def instant(text: str) -> float:
-    """Return a time [s], before zero or after it."""
+    """Return a time [s] of either sign."""
     try:
         value = float(text)
     except ValueError:
@@ -79,7 +81,7 @@ def gibibytes(text: str) -> int:
 def port(text: str) -> int:
     """Return the number of a port."""
     if not (text.isdecimal() and int(text) < 2**16):
-        raise argparse.ArgumentTypeError(f"{text!r} is not the number of a port, 0 to 65535")
+        raise argparse.ArgumentTypeError(f"{text!r} is not a port number, 0 to 65535")
     return int(text)
 
 
@@ -88,13 +90,13 @@ def metres(text: str) -> float:
     match = LENGTH.fullmatch(text.strip())
     unit = match[2] if match else ""
     if match is None or unit not in METRES:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a length > 0, such as 0.001, 1mm or 50um")
+        raise argparse.ArgumentTypeError(f"{text!r} is not a positive length, such as 0.001, 1mm or 50um")
     try:
         value = float(match[1]) * METRES[unit]
     except ValueError:
         value = math.nan
     if not (math.isfinite(value) and value > 0):
-        raise argparse.ArgumentTypeError(f"{text!r} is not a length > 0, such as 0.001, 1mm or 50um")
+        raise argparse.ArgumentTypeError(f"{text!r} is not a positive length, such as 0.001, 1mm or 50um")
     return value
 
 
@@ -102,196 +104,281 @@ def parser() -> Parser:
     """Return the parser of all commands."""
     top = Parser(
         prog="tumble",
-        description="Throw the same die in every engine; know which one is wrong, by how much, and why.",
+        description="Run the same throw of a rigid body in several physics engines, compare each with an exact "
+        "reference solution, and find which one is wrong, by how much, and why.",
     )
-    top.add_argument("--version", action="store_true", help="print the version and end")
-    top.add_argument("--completion", choices=SHELLS, help="print what makes this shell complete tumble's words")
+    top.add_argument("--version", action="store_true", help="print the version and exit")
+    top.add_argument("--completion", choices=SHELLS, help="print the completion script for this shell and exit")
     commands = top.add_subparsers(dest="command", metavar="COMMAND", parser_class=Parser)
 
     def command(name: str, what: str) -> argparse.ArgumentParser:
         made = commands.add_parser(
             name,
             help=what,
-            description=textwrap.fill(what, 80),
+            description=textwrap.fill(f"{what[0].upper()}{what[1:]}.", 80),
             epilog=epilog(name),
             formatter_class=argparse.RawDescriptionHelpFormatter,
         )
         if name not in AT_ONCE:
-            made.add_argument("-q", "--quiet", action="store_true", help="report no progress on standard error")
+            made.add_argument("-q", "--quiet", action="store_true", help="show no progress on standard error")
         return made
 
-    def contest_options(to: argparse.ArgumentParser) -> None:
-        to.add_argument("-e", "--engine", action="append", default=[], metavar="ENGINE[:METHOD]", help=ENGINE_HELP)
-        to.add_argument("--dt", type=seconds, metavar="S", help="step [s]; default: the scene's own")
-        to.add_argument("--time-limit", type=seconds, default=60.0, metavar="S", help="for each flight [s]; default 60")
-        to.add_argument("--memory-limit", type=gibibytes, default=4 << 30, metavar="GIB", help=MEMORY_HELP)
+    def engine_option(to: argparse.ArgumentParser, default: str = "the engines installed with Tumble") -> None:
+        meaning = f"{ENGINE_HELP}; default: {default}"
+        to.add_argument("-e", "--engine", action="append", default=[], metavar="ENGINE[:METHOD]", help=meaning)
+
+    def time_option(to: argparse.ArgumentParser, what: str = "each run", default: float = 60.0) -> None:
+        meaning = f"time limit for {what} [s] (default: {default:g})"
+        to.add_argument("--time-limit", type=seconds, default=default, metavar="S", help=meaning)
+
+    def limit_options(to: argparse.ArgumentParser, default: float = 60.0) -> None:
+        time_option(to, default=default)
+        meaning = "memory limit for each engine process [GiB] (default: 4)"
+        to.add_argument("--memory-limit", type=gibibytes, default=4 << 30, metavar="GIB", help=meaning)
+
+    def step_option(to: argparse.ArgumentParser) -> None:
+        to.add_argument("--dt", type=seconds, metavar="S", help="time step [s] (default: the scene's own)")
 
     def figure_options(to: argparse.ArgumentParser) -> None:
-        to.add_argument("--svg", metavar="FILE", help="also save the figure; needs `pip install '.[figures]'`")
-        to.add_argument("--png", metavar="FILE", help="the same, as PNG")
+        to.add_argument("--svg", metavar="FILE", help="also save the figure as SVG; needs `pip install '.[figures]'`")
+        to.add_argument("--png", metavar="FILE", help="also save the figure as PNG; needs `pip install '.[figures]'`")
 
-    scenes = command("scenes", "list the catalogue with what each scene needs, or print a scene of it")
+    def parquet_option(to: argparse.ArgumentParser) -> None:
+        meaning = "with -o: also write the tables as Parquet; needs `pip install pyarrow`"
+        to.add_argument("--parquet", action="store_true", help=meaning)
+
+    scenes = command("scenes", "list the scenes of the catalogue and what each needs, or print one as TOML")
     scenes.add_argument(
         "scene",
         nargs="?",
         metavar="NAME",
-        help="print this scene's TOML, to copy and change; of your own file also mass, volume, centre and moments",
+        help="scene to print as TOML, to copy and change; for the path of your own scene file also its mass, volume, "
+        "centre of mass and moments of inertia",
     )
-    engines = command("engines", "list the engines: versions, methods, precision, what is missing and why")
-    engines.add_argument("-e", "--engine", action="append", default=[], metavar="ENGINE", help=ENGINE_HELP)
-    engines.add_argument("--install", nargs="+", default=[], metavar="ENGINE[@RELEASE]", help="in an environment each")
-    engines.add_argument("--remove", nargs="+", default=[], metavar="ENGINE[@RELEASE]", help="such environments")
-    engines.add_argument("--check", nargs="+", metavar="ENGINE", help="put every law of engines to these")
-    engines.add_argument("--time-limit", type=seconds, default=60.0, metavar="S", help="for each law [s]; default 60")
+    engines = command("engines", "list the engines: version, methods, precision, and why one is missing")
+    engines.add_argument(
+        "-e",
+        "--engine",
+        action="append",
+        default=[],
+        metavar="ENGINE",
+        help="engine to list: ENGINE[@RELEASE] or an engine file of your own; repeat for several; default: all",
+    )
+    engines.add_argument(
+        "--install",
+        nargs="+",
+        default=[],
+        metavar="ENGINE[@RELEASE]",
+        help="install each engine into its own environment (downloads packages)",
+    )
+    engines.add_argument(
+        "--remove", nargs="+", default=[], metavar="ENGINE[@RELEASE]", help="remove these engine environments"
+    )
+    engines.add_argument(
+        "--check", nargs="+", metavar="ENGINE", help="check that these engines satisfy the engine contract"
+    )
+    time_option(engines, "each check of --check")
     engines.add_argument(
         "--template",
         choices=(*STARTERS,),
         metavar="LANGUAGE",
-        help="write an engine to begin with, in this language, into the current folder: cpp, js, rust, csharp, python",
+        help="write an example engine into the current folder; LANGUAGE: cpp, js, rust, csharp or python",
     )
 
-    run = command("run", "fly one scene in one engine and give its trajectory as CSV")
+    run = command("run", "run one scene in one engine and write the trajectory as CSV")
     run.add_argument("scene", metavar="SCENE", help=SCENE_HELP)
-    contest_options(run)
-    run.add_argument("-o", "--output", metavar="FILE", help="default: standard output")
+    engine_option(run, "tumble")
+    step_option(run)
+    limit_options(run)
+    run.add_argument("-o", "--output", metavar="FILE", help="CSV file to write (default: standard output)")
 
-    compare = command("compare", "hold every engine against the truth: an error table for each, as in Table 4.1")
+    compare = command("compare", "compare every engine with the reference solution: ranking and error tables")
     compare.add_argument("scene", nargs="+", metavar="SCENE", help=SCENE_HELP)
-    contest_options(compare)
-    compare.add_argument("--all", action="store_true", help="tables of every method, not of each engine's first alone")
+    engine_option(compare)
+    step_option(compare)
+    limit_options(compare)
     compare.add_argument(
-        "--vertex", type=int, metavar="K", help="vertex to print; default: where the engines stray most"
+        "--all", action="store_true", help="print the error table of every method (default: each engine's first)"
     )
-    compare.add_argument("-o", "--output", metavar="DIR", help="also write all tables, every vertex, as CSV into DIR")
+    compare.add_argument(
+        "--vertex", type=int, metavar="K", help="vertex in the error tables (default: the one with the largest error)"
+    )
+    compare.add_argument("-o", "--output", metavar="DIR", help=f"{TABLES_HELP}, with every vertex")
+    parquet_option(compare)
     figure_options(compare)
 
-    sweep = command("sweep", "error against run time: every contestant over a ladder of steps or tolerances")
+    sweep = command("sweep", "measure error against run time over a sequence of time steps or tolerances")
     sweep.add_argument("scene", nargs="*", metavar="SCENE", help=SCENE_HELP + "; default: yardstick")
-    sweep.add_argument("-e", "--engine", action="append", default=[], metavar="ENGINE[:METHOD]", help=ENGINE_HELP)
-    sweep.add_argument("--reference", default="tumble:rk4", metavar="ENGINE:METHOD", help="of ratios; %(default)s")
-    sweep.add_argument("--time-limit", type=seconds, default=60.0, metavar="S", help="for each flight [s]; default 60")
-    sweep.add_argument("--memory-limit", type=gibibytes, default=4 << 30, metavar="GIB", help=MEMORY_HELP)
-    sweep.add_argument("-o", "--output", metavar="DIR", help="also write the tables as CSV into DIR")
+    engine_option(sweep)
+    sweep.add_argument(
+        "--reference",
+        default="tumble:rk4",
+        metavar="ENGINE:METHOD",
+        help="contestant that run times are divided by (default: %(default)s)",
+    )
+    limit_options(sweep)
+    sweep.add_argument("-o", "--output", metavar="DIR", help=RESUME_HELP)
+    parquet_option(sweep)
     figure_options(sweep)
 
-    advise = command("advise", "the cheapest engine, method and step that stays within an error")
+    advise = command("advise", "find the fastest engine, method and time step within a given error")
     advise.add_argument("scene", nargs="+", metavar="SCENE", help=SCENE_HELP)
     advise.add_argument(
-        "--tolerance", type=metres, required=True, metavar="M", help="largest vertex error: 1mm, or 0.001 for metres"
+        "--tolerance",
+        type=metres,
+        required=True,
+        metavar="M",
+        help="largest acceptable vertex error: a length such as 1mm, or a number in metres",
     )
     advise.add_argument(
         "--beyond-samples",
         action="store_true",
-        help="also try fixed steps longer than the samples are apart, and judge them where they end; methods that "
-        "choose their own steps stop at every sample all the same",
+        help="also try fixed time steps longer than the sampling interval, with errors measured where they end; "
+        "adaptive methods stop at every sample all the same",
     )
-    advise.add_argument("-e", "--engine", action="append", default=[], metavar="ENGINE[:METHOD]", help=ENGINE_HELP)
-    advise.add_argument("--time-limit", type=seconds, default=60.0, metavar="S", help="for each flight [s]; default 60")
-    advise.add_argument("--memory-limit", type=gibibytes, default=4 << 30, metavar="GIB", help=MEMORY_HELP)
+    engine_option(advise)
+    limit_options(advise)
 
-    stability = command("stability", "who is stable where, how long a step each bears, and what extreme cases do")
-    extreme = ", or an extreme case (spin-1e4, far-1e7, denormal ...); default: stiff scenes and all extreme cases"
+    stability = command("stability", "stability maps, the largest stable step of each method, and extreme cases")
+    extreme = ", or an extreme case (spin-1e4, far-1e7, denormal ...); default: the stiff scenes and all extreme cases"
     stability.add_argument("scene", nargs="*", metavar="SCENE", help=SCENE_HELP + extreme)
-    stability.add_argument("-e", "--engine", action="append", default=[], metavar="ENGINE[:METHOD]", help=ENGINE_HELP)
-    stability.add_argument(
-        "--time-limit", type=seconds, default=20.0, metavar="S", help="for each flight [s]; default 20"
-    )
-    stability.add_argument("--memory-limit", type=gibibytes, default=4 << 30, metavar="GIB", help=MEMORY_HELP)
-    stability.add_argument("-o", "--output", metavar="DIR", help="keep the tables in DIR as CSV, and go on from there")
+    engine_option(stability)
+    limit_options(stability, 20.0)
+    stability.add_argument("-o", "--output", metavar="DIR", help=RESUME_HELP)
+    parquet_option(stability)
     figure_options(stability)
 
-    grade = command("grade", "judge a trajectory that some other program wrote, and say what is most likely wrong")
+    grade = command("grade", "find the error of a trajectory that another program wrote, and its most likely cause")
     grade.add_argument(
         "file",
         metavar="FILE",
-        help="the trajectory, one row an instant: CSV, JSON lines or Parquet; - is standard input",
+        help="trajectory with one row a time: CSV, JSON lines or Parquet; - is standard input",
     )
-    grade.add_argument("--scene", required=True, metavar="SCENE", help=SCENE_HELP)
+    grade.add_argument("--scene", required=True, metavar="SCENE", help=f"the scene of the trajectory: {SCENE_HELP}")
     grade.add_argument(
         "--map",
         action="append",
         default=[],
         metavar="COLUMN=NAME",
-        help="what a column is, with its unit: t_s, t_ms, x_cm, qw, r11, vx_m_s, wx_deg_s, v0x_m, ..., or ignore",
+        help="name of a column, with its unit: t_s, t_ms, x_cm, qw, r11, vx_m_s, wx_deg_s, v0x_m, ..., or ignore",
     )
-    grade.add_argument("--map-file", metavar="TOML", help="the same in a table [columns]; default: FILE.csv.toml")
+    grade.add_argument(
+        "--map-file", metavar="TOML", help="names of columns, in a table [columns] (default: FILE.toml, if it exists)"
+    )
     grade.add_argument(
         "--like",
         choices=("unity", "unreal", "blender", "godot", "ros", "mujoco"),
-        help="read the file as one of this program: sets columns, units, axes, angles, start and decimal sign, and "
-        "prints the options that do so",
+        help="read the file as this program writes it: sets columns, units, axes, angles, start and decimal sign, "
+        "and prints the options that do so",
     )
-    grade.add_argument("--by", choices=("pose", "matrix", "vertices"), help="what to grade where a file has several")
-    grade.add_argument("--columns", metavar="NAME,...", help="names of the columns of a file that has no header")
-    grade.add_argument("--start", type=instant, metavar="S", help="what the file's clock shows at the start [s]")
+    grade.add_argument(
+        "--by", choices=("pose", "matrix", "vertices"), help="description of the pose to grade, if the file has several"
+    )
+    grade.add_argument("--columns", metavar="NAME,...", help="names of the columns of a file without a header")
+    grade.add_argument(
+        "--start", type=instant, metavar="S", help="what the file's clock shows at the scene's start [s] (default: 0)"
+    )
     grade.add_argument(
         "--euler",
         metavar="ORDER",
-        help="what angles rx, ry, rz are: unity, unreal, blender, godot, ros, mujoco, or the order of the turns: zxy "
-        "about fixed axes, ZXY about the body's",
+        help="convention of the angles rx, ry, rz: unity, unreal, blender, godot, ros, mujoco, or the order of "
+        "rotations: zxy about fixed axes, ZXY about the body's",
     )
     grade.add_argument(
         "--axes",
         metavar="NAME",
-        help="its axes: unity, unreal, blender, godot, ros, mujoco, or what our x, y, z are: x,y,-z",
+        help="axes of the file: unity, unreal, blender, godot, ros, mujoco, or those that are our x, y, z: x,y,-z",
     )
     grade.add_argument(
-        "--spin", choices=("world", "body"), default="world", help="axes of the angular velocity (default: world)"
+        "--spin",
+        choices=("world", "body"),
+        default="world",
+        help="axes of the angular velocity in the file (default: %(default)s)",
     )
-    grade.add_argument("--decimal", choices=(".", ","), default=".", help="decimal sign; default: a point")
+    grade.add_argument("--decimal", choices=(".", ","), default=".", help="decimal sign of the file (default: a point)")
     grade.add_argument(
-        "--tolerance", type=metres, metavar="M", help="exit 1 where a vertex is further off: 1mm, or 0.001 for metres"
+        "--tolerance", type=metres, metavar="M", help="exit 1 if a vertex error is larger: 1mm, or 0.001 for metres"
     )
-    grade.add_argument("--json", action="store_true", help="print the answer as JSON, with stable names of mistakes")
-    grade.add_argument("-o", "--output", metavar="DIR", help="also write the tables as CSV into DIR")
+    grade.add_argument("--json", action="store_true", help="print the grade as JSON")
+    grade.add_argument("-o", "--output", metavar="DIR", help=TABLES_HELP)
+    parquet_option(grade)
 
-    check = command("check", "hold errors, orders, energy and run times against a record: exit 1 if any is worse")
-    check.add_argument("scene", nargs="*", metavar="SCENE", help=SCENE_HELP + "; default: the record's, or all")
-    check.add_argument("-e", "--engine", action="append", default=[], metavar="ENGINE[:METHOD]", help=ENGINE_HELP)
-    check.add_argument("--accept", action="store_true", help="record into -o DIR; exit 1 where that changes a record")
-    check.add_argument("--accept-failures", action="store_true", help="record what crashed, hung or is missing, too")
-    check.add_argument("--baseline", metavar="DIR", help="the record to compare with")
-    check.add_argument("--trust", action="store_true", help="run the engine files that the record names, too")
-    check.add_argument("--candidate", metavar="DIR", help="another record to hold against it; nothing is flown")
-    check.add_argument("-o", "--output", metavar="DIR", help="write the new record, summary.md and junit.xml into DIR")
-    check.add_argument("--tolerances", metavar="FILE.toml", help="what each column may change by")
-    check.add_argument("--no-times", action="store_true", help="record no run times; for machines that share nothing")
-    check.add_argument("--time-limit", type=seconds, default=60.0, metavar="S", help="for each flight [s]; default 60")
-    check.add_argument("--memory-limit", type=gibibytes, default=4 << 30, metavar="GIB", help=MEMORY_HELP)
+    check = command("check", "compare errors, orders, energy and run times with a baseline; exit 1 if any is worse")
+    check.add_argument("scene", nargs="*", metavar="SCENE", help=SCENE_HELP + "; default: the baseline's, or all")
+    engine_option(check, "those of the baseline, or the engines installed with Tumble")
+    check.add_argument(
+        "--accept", action="store_true", help="write the new record as the baseline; exit code 1 if that changes one"
+    )
+    check.add_argument(
+        "--accept-failures",
+        action="store_true",
+        help="with --accept: record contestants that crashed, timed out or are missing, too",
+    )
+    check.add_argument("--baseline", metavar="DIR", help="folder of the record to compare with")
+    check.add_argument("--trust", action="store_true", help="run the engine files that the baseline names")
+    check.add_argument(
+        "--candidate", metavar="DIR", help="folder of a record to compare with the baseline, instead of running"
+    )
+    check.add_argument(
+        "-o", "--output", metavar="DIR", help="write the new record, summary.md and junit.xml into folder DIR"
+    )
+    parquet_option(check)
+    check.add_argument(
+        "--tolerances", metavar="FILE.toml", help="how much each column may change (default: see docs/check.md)"
+    )
+    check.add_argument(
+        "--no-times",
+        action="store_true",
+        help="do not record run times (use this when baseline and check run on different machines)",
+    )
+    limit_options(check)
 
-    ablate = command("ablate", "what leaving out pays: every contestant with and without what a scene has no use for")
+    ablate = command("ablate", "measure the time saved by switching off features a scene does not need")
     ablate.add_argument("scene", nargs="*", metavar="SCENE", help=SCENE_HELP + "; default: three that need little")
-    ablate.add_argument("-e", "--engine", action="append", default=[], metavar="ENGINE[:METHOD]", help=ENGINE_HELP)
-    ablate.add_argument("--time-limit", type=seconds, default=60.0, metavar="S", help="for each flight [s]; default 60")
-    ablate.add_argument("--memory-limit", type=gibibytes, default=4 << 30, metavar="GIB", help=MEMORY_HELP)
-    ablate.add_argument("-o", "--output", metavar="DIR", help="also write the tables as CSV into DIR")
+    engine_option(ablate)
+    limit_options(ablate)
+    ablate.add_argument("-o", "--output", metavar="DIR", help=TABLES_HELP)
+    parquet_option(ablate)
 
-    releases = command("releases", "what changed between an engine's releases, found from the numbers")
-    releases.add_argument("engine", metavar="ENGINE", help="an engine with releases of its own (see `tumble engines`)")
-    releases.add_argument("scene", nargs="*", metavar="SCENE", help=SCENE_HELP + "; default: three that tell most")
-    releases.add_argument("--from", dest="first", metavar="RELEASE", help="leave out those before this one")
-    releases.add_argument("--to", dest="last", metavar="RELEASE", help="leave out those after this one")
+    releases = command("releases", "find what changed between the releases of an engine, from the numbers")
+    releases.add_argument("engine", metavar="ENGINE", help="an engine that has releases (see `tumble engines`)")
     releases.add_argument(
-        "--install", action="store_true", help="first install, in an environment each, what the package index has"
+        "scene", nargs="*", metavar="SCENE", help=SCENE_HELP + "; default: three that show most differences"
     )
+    releases.add_argument("--from", dest="first", metavar="RELEASE", help="leave out the releases before this one")
+    releases.add_argument("--to", dest="last", metavar="RELEASE", help="leave out the releases after this one")
     releases.add_argument(
-        "--time-limit", type=seconds, default=60.0, metavar="S", help="for each flight [s]; default 60"
+        "--install",
+        action="store_true",
+        help="first install every release of the package index, each into its own environment",
     )
-    releases.add_argument("--memory-limit", type=gibibytes, default=4 << 30, metavar="GIB", help=MEMORY_HELP)
-    releases.add_argument("-o", "--output", metavar="DIR", help="keep CSV and Markdown in DIR, and go on from there")
+    limit_options(releases)
+    releases.add_argument(
+        "-o",
+        "--output",
+        metavar="DIR",
+        help="write CSV tables and releases.md into folder DIR; the same command continues an interrupted run there",
+    )
+    parquet_option(releases)
 
-    lab = command("lab", "click the die in a browser, and watch all engines fly against the truth")
+    lab = command("lab", "throw the die in a browser and watch every engine beside the reference solution")
     lab.add_argument("scene", nargs="?", default="die-ray", metavar="SCENE", help=SCENE_HELP + "; default: %(default)s")
-    lab.add_argument("-e", "--engine", action="append", default=[], metavar="ENGINE[:METHOD]", help=ENGINE_HELP)
-    lab.add_argument("--port", type=port, default=8080, metavar="N", help="another is taken where it is; default 8080")
-    lab.add_argument("--no-open", dest="open", action="store_false", help="do not open the browser")
-    lab.add_argument("--time-limit", type=seconds, default=60.0, metavar="S", help="for each flight [s]; default 60")
+    engine_option(lab, "tumble, pybullet, mujoco:euler and mujoco:rk4")
+    lab.add_argument(
+        "--port", type=port, default=8080, metavar="N", help="port (default: %(default)s; the next free one if in use)"
+    )
+    lab.add_argument("--no-open", dest="open", action="store_false", help="do not open a browser")
+    time_option(lab)
 
-    report = command("report", "make one self-contained HTML page of it all")
+    report = command("report", "write one self-contained HTML page with all results")
     report.add_argument("scene", nargs="*", metavar="SCENE", help=SCENE_HELP + "; default: the whole catalogue")
-    contest_options(report)
+    engine_option(report)
+    step_option(report)
+    limit_options(report)
     report.add_argument(
-        "--all", action="store_true", help="every method of every engine; default: each engine's defaults and best"
+        "--all",
+        action="store_true",
+        help="run every method of every engine (default: each engine's default and best methods)",
     )
     report.add_argument(
         "--from",
@@ -299,18 +386,19 @@ def parser() -> Parser:
         action="append",
         default=[],
         metavar="DIR",
-        help="tables that -o left, to draw without flying; given twice, the earlier first, also what changed",
+        help="build the page from saved tables instead of running; give it twice (old, new) to add a section on "
+        "changes",
     )
     report.add_argument(
-        "-o", "--output", default="tumble-report.html", metavar="FILE.html", help="default: %(default)s"
+        "-o", "--output", default="tumble-report.html", metavar="FILE.html", help="page to write (default: %(default)s)"
     )
-    columns = command("columns", "the tables there are, and what every column of each means, with its unit")
-    columns.add_argument("table", nargs="?", metavar="TABLE", help="a table's file, with or without .csv")
+    columns = command("columns", "list all tables, or the columns of one with units and meanings")
+    columns.add_argument("table", nargs="?", metavar="TABLE", help="name of a table file, with or without .csv")
     return top
 
 
 def complete(top: Parser) -> None:
-    """Answer a shell that asks for the words that fit, and end."""
+    """Print the completions that a shell asks for, and exit."""
     import argcomplete
     from argcomplete.completers import FilesCompleter
 

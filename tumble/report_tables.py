@@ -64,7 +64,7 @@ def report_tables(
     Parameters
     ----------
     scenes : the scenes
-    contestants : ENGINE[@RELEASE][:METHOD] or FILE[:METHOD] of each; empty: every installed engine
+    contestants : ENGINE[@RELEASE][:METHOD] or FILE[:METHOD] of each; empty: the engines installed with Tumble
     dt : step [s]; None: each scene's own
     every_method : every method of every engine, not only each engine's defaults and best
     whole_catalogue : the scenes are the catalogue: sweep its benchmark scene only, and add extreme cases

@@ -1,8 +1,8 @@
-"""What leaving out pays: every contestant with all that it could leave out, and with only what the scene needs.
+"""Every contestant with its optional features on, and with only those that the scene needs.
 
-A contestant is built lean, as it always is, then with one of its OPTIONAL kept after the other, and with all of them:
-`build(scene, method, keep)` of `tumble.compare.engines`.  The motion must stay the same, and one clock reads them all
-in the same rounds.
+A contestant is built lean, as always, then with each of its OPTIONAL features on, and with all of them:
+`build(scene, method, keep)` of `tumble.compare.engines`.  The motion must stay the same, and the times of all are
+sampled in the same rounds.
 """
 
 import math
@@ -17,31 +17,31 @@ from tumble.compare.judge.errors import quietly
 from tumble.compare.run.flight import Trajectory, legs
 from tumble.compare.run.progress import ProgressCallback, no_progress
 from tumble.compare.run.running_engines import RunningEngine, truth_limit
+from tumble.compare.run.status import Failure
 from tumble.compare.run.tasks import Task, run
 from tumble.compare.run.timing.readings import USUAL, Reading, Sampling, ratio
 from tumble.compare.run.timing.timing import Cost, Load, costs
 from tumble.compare.run.truths import true_answer
-from tumble.compare.run.worker import Failure
 from tumble.scenarios.needs import needs
 from tumble.scenarios.scene import Scene
 from tumble.scenarios.truth import Truth
 
-# A free cube, a body that never turns, and the throw on which times are compared, which has most use for it all.
+# A free cube, a body that never rotates, and the benchmark scene, which needs most features.
 SCENES = ("table-4-1", "die-straight", "yardstick")
 # Of a page.
 QUICK = Sampling(span_s=0.0, rounds=12, budget_s=1.0)
-# Of an engine that has no optional features, or none that a scene leaves out.
-NOTHING = "nothing to leave out"
-# Errors of one size: rounding or another choice of steps doubles an error by chance, a lost term does far worse.
+# Reason of an engine without optional features, or without any that the scene does not need.
+NOTHING = "no unneeded features"
+# Errors of one size: rounding or another choice of steps may double an error, a lost term does far worse.
 ALIKE = 2.0
 
 
 @dataclass(frozen=True)
 class Ablation:
-    """All rows of one scene; resolution_m: of the scene's reference [m], None where it has none.
+    """All rows of one scene; resolution_m: of its reference solution [m], None if it has none.
 
-    Of the rows whose motions are further apart than that: inexact, where a method's own error explains it, as where
-    fewer terms allow for other steps; altered, where the lean flight is off by more than that.
+    Rows whose motions differ by more than that are `inexact` if the method's own error explains it, for example by
+    other steps, and `altered` if the lean run is worse.
     """
 
     scene: Scene
@@ -53,51 +53,58 @@ class Ablation:
 
 @dataclass(frozen=True, eq=False)
 class Build:
-    """One contestant built for a scene with some of its OPTIONAL kept, under their name; the lean one has none."""
+    """One contestant built for a scene with some of its OPTIONAL features on; the lean one has none."""
 
     running_engine: RunningEngine
     scene: Scene
     method: str
-    kept: str = ""
+    feature: str = ""
     keep: frozenset[str] = frozenset()
 
     @property
     def key(self) -> str:
-        """What its timer is called."""
-        return f"{self.running_engine.title}:{self.method} {self.kept}"
+        """Name of its timer."""
+        return f"{self.running_engine.title}:{self.method} {self.feature}"
 
     @property
     def load(self) -> Load:
-        """What the clock reads."""
+        """What is timed."""
         return Load(self.running_engine, self.scene, self.method, self.keep)
 
-    def flight(self) -> Trajectory | Failure:
-        """Return its flight."""
+    def trajectory(self) -> Trajectory | Failure:
+        """Return its run."""
         return self.running_engine.fly(self.scene, self.method, self.scene.step, self.keep)
 
     def ns_per_step(self, reading: Reading) -> float:
-        """Return the time of a step by what its timer said [ns]."""
+        """Return the time per step by its reading [ns]."""
         return reading.ns / (1 if self.load.by_step else sum(leg.n for leg in legs(self.scene, self.scene.duration)))
 
     def row(self, why: str = "", **figures: float) -> AblationRow:
-        """Return its row; why: its figures are not all there."""
-        return AblationRow(self.scene.name, self.running_engine.title, self.method, self.kept, why, **figures)
+        """Return its row; why: figures are missing."""
+        return AblationRow(
+            scene=self.scene.name,
+            engine=self.running_engine.title,
+            method=self.method,
+            feature=self.feature,
+            why=why,
+            **figures,
+        )
 
 
 @dataclass(frozen=True, eq=False)
 class Pair:
-    """A build with something kept beside the lean one; how far apart their flights are, and each off the truth [m]."""
+    """A build with features on beside the lean one, the distance of their motions, and the errors of both [m]."""
 
-    kept: Build
+    full: Build
     lean: Build
     apart_m: float
-    kept_error_m: float
+    full_error_m: float
     lean_error_m: float
 
     @property
     def harmless(self) -> bool:
-        """Whether the lean flight is about as near to the truth as the other, or nearer."""
-        return self.lean_error_m <= ALIKE * self.kept_error_m
+        """Whether the lean run is about as accurate as the other, or more."""
+        return self.lean_error_m <= ALIKE * self.full_error_m
 
 
 def ablate(
@@ -107,38 +114,48 @@ def ablate(
     sampling: Sampling = USUAL,
     most_methods: int | None = None,
 ) -> Ablation:
-    """Return what each feature that the scene has no use for would cost every contestant.
+    """Return the cost of each feature that a scene does not need, for every contestant.
 
-    sampling: of the times; most_methods: of each engine, None for all.
+    Parameters
+    ----------
+    running_engines : with their methods
+    scene : the scene
+    on_progress : called for every contestant, and when all are timed
+    sampling : of the times
+    most_methods : of each engine; None: all
+
+    Returns
+    -------
+    all rows of the scene
     """
     true, _ = true_answer(scene, limit_s=truth_limit(running_engines))
-    asked = [ask for each in running_engines for ask in questions(each, scene, true, most_methods)]
-    answers = iter(run([one for one in asked if isinstance(one, Task)], on_progress=on_progress))
-    found = [one for ask in asked for one in (next(answers) if isinstance(ask, Task) else [ask])]
-    clocked = against_the_clock([one for one in found if isinstance(one, Pair)], sampling)
+    entries = [ask for each in running_engines for ask in questions(each, scene, true, most_methods)]
+    answers = iter(run([one for one in entries if isinstance(one, Task)], on_progress=on_progress))
+    found = [one for ask in entries for one in (next(answers) if isinstance(ask, Task) else [ask])]
+    clocked = clock([one for one in found if isinstance(one, Pair)], sampling)
     on_progress(f"{scene.name} timed")
     rows = [(one, measured(one, clocked) if isinstance(one, Pair) else one) for one in found]
-    resolution_m = None if true is None else float(true.limit.max())
+    resolution_m = None if true is None else float(true.resolution.max())
     apart = [(one, row) for one, row in rows if isinstance(one, Pair) and one.apart_m > (resolution_m or 0.0)]
     return Ablation(
-        scene,
-        tuple(row for _, row in rows),
-        resolution_m,
-        tuple(row for pair, row in apart if pair.harmless),
-        tuple(row for pair, row in apart if not pair.harmless),
+        scene=scene,
+        rows=tuple(row for _, row in rows),
+        resolution_m=resolution_m,
+        inexact=tuple(row for pair, row in apart if pair.harmless),
+        altered=tuple(row for pair, row in apart if not pair.harmless),
     )
 
 
 def questions(
     running_engine: RunningEngine, scene: Scene, true: Truth | None, most_methods: int | None
 ) -> list[Task[list[Pair | AblationRow]] | AblationRow]:
-    """Return a task a method of one participant, or a row with the reason why there is none."""
+    """Return a task per method of one engine, or a row with the reason why there is none."""
     optional = [] if isinstance(running_engine.info, Failure) else running_engine.info.optional
     optional = [each for each in optional if each not in needs(scene)]
     unsupported = running_engine.unsupported(scene)
-    why = unsupported.status if unsupported else NOTHING if not optional else ""
+    why = str(unsupported) if unsupported else NOTHING if not optional else ""
     if why:
-        return [AblationRow(scene.name, running_engine.title, "", "", why)]
+        return [AblationRow(scene=scene.name, engine=running_engine.title, method="", feature="", why=why)]
 
     def task(method: str) -> Task[list[Pair | AblationRow]]:
         key = scene.name, running_engine.title, method
@@ -150,59 +167,59 @@ def questions(
 def pairs(
     running_engine: RunningEngine, scene: Scene, true: Truth | None, method: str, optional: Sequence[str]
 ) -> Iterator[Pair | AblationRow]:
-    """Yield one method with everything kept that it can keep, and with one after the other."""
+    """Yield one method with all its optional features on, and with each alone."""
     lean = Build(running_engine, scene, method)
-    straight = lean.flight()
-    if isinstance(straight, Failure):
-        yield lean.row(straight.status)
+    plain = lean.trajectory()
+    if isinstance(plain, Failure):
+        yield lean.row(str(plain))
         return
-    flown = [
-        (build, build.flight())
+    runs = [
+        (build, build.trajectory())
         for build in (Build(running_engine, scene, method, it, frozenset({it})) for it in optional)
     ]
-    able = frozenset(build.kept for build, flight in flown if isinstance(flight, Trajectory))
+    able = frozenset(build.feature for build, trajectory in runs if isinstance(trajectory, Trajectory))
     if able:
         everything = Build(running_engine, scene, method, EVERYTHING, able)
-        flown.insert(0, (everything, everything.flight()))
+        runs.insert(0, (everything, everything.trajectory()))
     refused: dict[str, list[str]] = {}
-    for build, flight in flown:
-        if isinstance(flight, Failure):
-            refused.setdefault(flight.status, []).append(build.kept)
+    for build, trajectory in runs:
+        if isinstance(trajectory, Failure):
+            refused.setdefault(str(trajectory), []).append(build.feature)
         else:
-            errors = (0.0, 0.0) if true is None else (apart_m(flight, true), apart_m(straight, true))
-            yield Pair(build, lean, apart_m(straight, flight), *errors)
-    for why, kept in refused.items():
-        yield replace(lean, kept=", ".join(kept)).row(why)
+            errors = (0.0, 0.0) if true is None else (apart_m(trajectory, true), apart_m(plain, true))
+            yield Pair(build, lean, apart_m(plain, trajectory), *errors)
+    for why, features in refused.items():
+        yield replace(lean, feature=", ".join(features)).row(why)
 
 
 def apart_m(a: Trajectory, b: Trajectory | Truth) -> float:
-    """Return how far apart the vertices of two flights are at most [m]; inf where one of them alone is lost."""
-    lost_a, lost_b = (~np.isfinite(flight.vertices).all(axis=-1) for flight in (a, b))
+    """Return the largest distance between the vertices of two runs [m]; inf if only one of them is not finite."""
+    lost_a, lost_b = (~np.isfinite(trajectory.vertices).all(axis=-1) for trajectory in (a, b))
     if (lost_a != lost_b).any():
         return math.inf
     with quietly():
         return float(np.linalg.norm(a.vertices[~lost_a] - b.vertices[~lost_a], axis=-1).max(initial=0.0))
 
 
-def against_the_clock(pairs: Sequence[Pair], sampling: Sampling) -> dict[str, Cost | Failure]:
-    """Return what the timers of all builds said in the same rounds, or why they cannot be timed, by their keys."""
-    loads = {build.key: build.load for pair in pairs for build in (pair.lean, pair.kept)}
+def clock(pairs: Sequence[Pair], sampling: Sampling) -> dict[str, Cost | Failure]:
+    """Return the times of all builds, sampled in the same rounds, or why one cannot be timed, by their keys."""
+    loads = {build.key: build.load for pair in pairs for build in (pair.lean, pair.full)}
     return costs(loads, sampling)
 
 
 def measured(pair: Pair, clocked: dict[str, Cost | Failure]) -> AblationRow:
-    """Return the row of a pair; how far apart its flights are is known where their times are not."""
-    row = partial(pair.kept.row, max_difference_m=pair.apart_m)
-    with_it, without = clocked[pair.kept.key], clocked[pair.lean.key]
+    """Return the row of a pair, with the distance of its motions even if its times are unknown."""
+    row = partial(pair.full.row, max_difference_m=pair.apart_m)
+    with_it, without = clocked[pair.full.key], clocked[pair.lean.key]
     if isinstance(with_it, Failure):
-        return row(with_it.status)
+        return row(str(with_it))
     if isinstance(without, Failure):
-        return row(f"without it {without.status}")
+        return row(f"with the feature off: {without}")
     found = ratio(with_it.reading, without.reading)
     if found.refusal:
         return row(f"no ratio: {found.refusal}")
     return row(
-        cpu_ns_per_step_with=pair.kept.ns_per_step(with_it.reading),
+        cpu_ns_per_step_with=pair.full.ns_per_step(with_it.reading),
         cpu_ns_per_step_without=pair.lean.ns_per_step(without.reading),
         ratio=found.value,
         ratio_low=found.low,

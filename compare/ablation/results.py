@@ -15,7 +15,18 @@ from tumble.compare.tables.shared import CONDITIONS, ENGINES, FINDINGS, EngineRo
 def ablation_tables(
     ablations: Sequence[Ablation], engines: Sequence[EngineRow], command: str
 ) -> dict[str, pd.DataFrame]:
-    """Return every table by file name; command reruns them."""
+    """Return all tables of ablations.
+
+    Parameters
+    ----------
+    ablations : of the scenes
+    engines : that took part
+    command : the command line that repeats the study, for conditions.csv
+
+    Returns
+    -------
+    table by file name
+    """
     rows = [row for ablation in ablations for row in ablation.rows]
     return {
         "ablation.csv": frame(ABLATION, rows),

@@ -9,21 +9,23 @@ from tumble.compare.tables.shared import CONTESTANT, Engine, Method, SceneName
 EVERYTHING = "everything"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class AblationRow:
-    """What a feature costs a contestant in a scene that has no use for it."""
+    """The cost of a feature for a contestant, in a scene that does not need it."""
 
     scene: SceneName
     engine: Engine
     method: Method
-    feature: Annotated[str, "one that was kept, or `everything` at once; empty where there is none"]
-    why: Annotated[str, "why figures are missing"] = ""
-    cpu_ns_per_step_with: Annotated[float | None, "time of a step with it"] = None
-    cpu_ns_per_step_without: Annotated[float | None, "and of one without"] = None
-    ratio: Annotated[float | None, "with over without, of the same rounds"] = None
+    feature: Annotated[str, "feature that was left on, or `everything`; empty if the engine has none"]
+    why: Annotated[str, "why figures are missing; empty if they are there"] = ""
+    cpu_ns_per_step_with: Annotated[float | None, "CPU time per step with the feature on"] = None
+    cpu_ns_per_step_without: Annotated[float | None, "CPU time per step with every unneeded feature off"] = None
+    ratio: Annotated[float | None, "time with over time without, sampled in the same rounds"] = None
     ratio_low: Annotated[float | None, "lower end of the 95 % confidence interval of the ratio"] = None
     ratio_high: Annotated[float | None, "upper end of the 95 % confidence interval of the ratio"] = None
-    max_difference_m: Annotated[float | None, "between the vertices of both flights, 0 where no bit differs"] = None
+    max_difference_m: Annotated[
+        float | None, "largest distance between the vertices of both runs; 0 if they are identical"
+    ] = None
 
 
 ABLATION = Table("ablation.csv", AblationRow, (*CONTESTANT, "feature"))

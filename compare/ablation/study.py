@@ -35,7 +35,7 @@ def ablate_scenes(
     Parameters
     ----------
     scenes : the scenes
-    contestants : ENGINE[@RELEASE][:METHOD] or FILE[:METHOD] of each; empty: every installed engine
+    contestants : ENGINE[@RELEASE][:METHOD] or FILE[:METHOD] of each; empty: the engines installed with Tumble
     time_limit : for each run [s]
     memory_limit : for each engine's process [B]
     display : shows progress

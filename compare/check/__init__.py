@@ -1,5 +1,5 @@
-"""Regression checks: what was measured once is kept as a record, and what is measured now is held against it.
+"""Regression checks: a record of accepted results, compared with what is measured now.
 
-`record` is what is kept and its format; `measure`, `order`, `energy` and `times` make one; `tolerances` say how much
-may differ; `changes` holds two records against each other; `words`, `markdown` and `junit` say what was found.
+`study` is the way in; `record` has the record and its format; `measure` and `times` make one; `tolerances` say how
+much may differ; `changes` compares two records; `words`, `markdown` and `junit` report what was found.
 """

@@ -1,4 +1,4 @@
-"""Two records joined by the keys of their tables: what is worse, better, changed, new or gone beyond the tolerances."""
+"""Two records joined by the keys of their tables: what is worse, better, changed, new or gone beyond tolerance."""
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
@@ -15,8 +15,9 @@ from tumble.compare.check.tolerances import Tolerances
 from tumble.compare.judge.trend import TRENDS
 from tumble.compare.run.precision import DOUBLE, rounding
 from tumble.compare.run.running_engines import engine_files, titles
+from tumble.compare.run.status import described
 from tumble.compare.tables.schema import Table
-from tumble.compare.tables.shared import CONTESTANT, told
+from tumble.compare.tables.shared import CONTESTANT
 
 Verdict = Literal["incomparable", "worse", "gone", "better", "changed", "new"]
 VERDICTS: tuple[Verdict, ...] = ("incomparable", "worse", "gone", "better", "changed", "new")
@@ -26,20 +27,20 @@ ORDERS = ("attitude_order", "translation_order")
 NO_ANSWER = 4
 # What the rounding of one step may add to a drift, in roundings of a number.
 ROUNDINGS = 2.0
-# A true answer that moved by more than this share of the body, beyond the truth's limit, is that to another question.
+# A reference solution that moved by more than this share of the body, beyond its resolution, is of another scene.
 SAME_ANSWER = 1e-9
 ANSWER = ["x_m", "y_m", "z_m"]
 
-# A DataFrame and a Series: what pandas says of their types no checker can follow.
+# A DataFrame and a Series, whose types pandas states too loosely for a checker.
 Frame = Any
 Column = Any
 
 
 @dataclass(frozen=True)
 class Change:
-    """One column of one cell that differs: its values in both records, None where it has none.
+    """One column of one cell that differs, with its values in both records or None.
 
-    A change of a whole scene has neither engine nor method.  reference: the contestant that a ratio of times is over.
+    A change of a whole scene has neither engine nor method.  reference: contestant that run times are divided by.
     """
 
     verdict: Verdict
@@ -64,7 +65,7 @@ class Change:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a candidate held against a baseline shows: all changes, the bad ones first, and how many cells have none."""
+    """The comparison of two records: all changes, the bad ones first, and the number of unchanged cells."""
 
     baseline: Record
     candidate: Record
@@ -73,17 +74,17 @@ class Outcome:
 
     @property
     def failed(self) -> bool:
-        """Whether anything is worse, gone, or not the same question any more."""
+        """Whether anything is worse or gone, or a scene changed."""
         return any(change.verdict in FAILING for change in self.changes)
 
 
 def within(
     record: Record, scenes: Sequence[str], engines: Mapping[str, Sequence[str]], beside: Sequence[str] = ()
 ) -> Record:
-    """Return what a record says of these scenes (names or files) and these engines; empty means all.
+    """Return the part of a record on these scenes (names or files) and engines; empty: all.
 
-    engines: the methods of each, '' for all of them; beside: words for contestants from which the titles in the record
-    tell its engines.
+    engines: the methods of each, '' for all of them; beside: contestants from which the titles in the record
+    distinguish its engines.
     """
     names = {Path(scene).stem for scene in scenes}
     named_as = titles((*engines, *engine_files(beside)))
@@ -92,7 +93,7 @@ def within(
     def of_scenes(table: Frame) -> Frame:
         return table[table.scene.isin(names)] if names else table
 
-    def asked(table: Frame) -> Frame:
+    def selected(table: Frame) -> Frame:
         if not methods:
             return of_scenes(table)
         wanted = [
@@ -101,40 +102,51 @@ def within(
         ]
         return of_scenes(table[np.array(wanted, dtype=bool)])
 
-    times = None if record.times is None else asked(record.times)
-    return replace(record, questions=of_scenes(record.questions), cells=asked(record.cells), times=times)
+    times = None if record.times is None else selected(record.times)
+    return replace(record, questions=of_scenes(record.questions), cells=selected(record.cells), times=times)
 
 
-def hold_against(baseline: Record, candidate: Record, tolerances: Tolerances) -> Outcome:
-    """Return what changed from the baseline to the candidate."""
+def compare_records(baseline: Record, candidate: Record, tolerances: Tolerances) -> Outcome:
+    """Return what changed from one record to another.
+
+    Parameters
+    ----------
+    baseline : the accepted record
+    candidate : the new record
+    tolerances : how much each column may change
+
+    Returns
+    -------
+    the changes beyond the tolerances, the worst first, and the number of unchanged cells
+    """
     questions = joined(QUESTIONS, baseline.questions, candidate.questions)
     cells = joined(CELLS, baseline.cells, each_method(candidate.cells, baseline.cells))
     cells = cells.merge(baseline.questions[["scene", "size_m"]], how="left", on="scene")
     engines = pd.concat([baseline.engines, candidate.engines]).drop_duplicates("engine", keep="last")
     share = dict(zip(engines.engine, engines.precision.map(rounding), strict=True))
     cells["rounding"] = cells.engine.map(share).fillna(DOUBLE)
-    asked = question_changes(questions[questions.side == "both"])
-    others = cells.scene.isin([change.scene for change in asked if change.verdict == "incomparable"])
-    # An engine that was missing had one row, for all of its methods that are there now.
+    of_scenes = scene_changes(questions[questions.side == "both"])
+    others = cells.scene.isin([change.scene for change in of_scenes if change.verdict == "incomparable"])
+    # An engine that was missing had one row for all methods that it has now.
     found_again = (cells.method == "") & cells.duplicated(["scene", "engine"], keep=False)
     found = [
-        *asked,
+        *of_scenes,
         *presence(cells[(cells.side == "left_only") & ~found_again], "gone"),
         *cell_changes(cells[(cells.side == "both") & ~others], tolerances),
         *presence(cells[cells.side == "right_only"], "new"),
         *(each for each in time_changes(baseline, candidate, tolerances) if each.scene not in set(cells.scene[others])),
     ]
     touched = {change.key for change in found}
-    held = cells.loc[(cells.side != "right_only") & ~others, list(CONTESTANT)]
-    unchanged = sum(key not in touched for key in held.itertuples(index=False, name=None))
+    compared = cells.loc[(cells.side != "right_only") & ~others, list(CONTESTANT)]
+    unchanged = sum(key not in touched for key in compared.itertuples(index=False, name=None))
     worst_first = sorted(found, key=lambda change: VERDICTS.index(change.verdict))
-    return Outcome(baseline, candidate, tuple(worst_first), unchanged)
+    return Outcome(baseline=baseline, candidate=candidate, changes=tuple(worst_first), unchanged=unchanged)
 
 
 def joined(table: Table, old: Frame, new: Frame) -> Frame:
     """Return the rows of both by the table's key, those of the old first, with columns X_old and X_new.
 
-    side: both, left_only of what is gone, right_only of what is new.
+    side: both, left_only (gone) or right_only (new).
     """
     old, new = (each.assign(place=np.arange(len(each))) for each in (old, new))
     pairs = old.merge(new, how="outer", on=list(table.key), suffixes=("_old", "_new"), indicator="side")
@@ -142,7 +154,7 @@ def joined(table: Table, old: Frame, new: Frame) -> Frame:
 
 
 def each_method(cells: Frame, other: Frame) -> Frame:
-    """Return cells with the one of a missing engine in place of each of its methods that the other record has."""
+    """Return cells with the row of a missing engine repeated for each method that the other record has."""
     engine = ["scene", "engine"]
     missing = cells[cells.method == ""]
     missing = missing[pd.MultiIndex.from_frame(missing[engine]).isin(pd.MultiIndex.from_frame(other[engine]))]
@@ -151,23 +163,32 @@ def each_method(cells: Frame, other: Frame) -> Frame:
 
 
 def changed(pairs: Frame, column: str, verdicts: Column, old: Column, new: Column) -> list[Change]:
-    """Return the changes of one column, where there is a verdict; old, new: its values, or None for none at all."""
+    """Return the changes of one column with a verdict; old, new: its values, or None if it has none."""
     rows = np.flatnonzero(np.asarray(verdicts, dtype=object) != "")
     keys = pairs.reindex(columns=[*CONTESTANT, "reference"], fill_value="").to_numpy(dtype=object)[rows]
     before, now = (np.broadcast_to(np.asarray(each, dtype=object), len(pairs))[rows] for each in (old, new))
     return [
-        Change(verdicts[row], scene, engine, method, column, known(was), known(is_), reference)
+        Change(
+            verdict=verdicts[row],
+            scene=scene,
+            engine=engine,
+            method=method,
+            column=column,
+            old=known(was),
+            new=known(is_),
+            reference=reference,
+        )
         for row, (scene, engine, method, reference), was, is_ in zip(rows, keys, before, now, strict=True)
     ]
 
 
 def known(value: Any) -> Any:
-    """Return a cell's value, None where there is none."""
+    """Return a cell's value, None if it is empty."""
     return None if pd.isna(value) else value
 
 
 def in_order(pairs: Frame, changes: Iterable[Change]) -> list[Change]:
-    """Return changes row by row as the pairs are."""
+    """Return changes in the order of the pairs."""
     keys = pairs.reindex(columns=list(CONTESTANT), fill_value="").itertuples(index=False, name=None)
     rows = {key: row for row, key in enumerate(keys)}
     return sorted(changes, key=lambda change: rows[change.key])
@@ -181,20 +202,20 @@ def presence(pairs: Frame, verdict: Verdict) -> list[Change]:
 
 def statuses(pairs: Frame, which: str) -> list[str]:
     """Return the statuses with their reasons."""
-    return [told(*each) for each in zip(pairs[f"status_{which}"], pairs[f"why_{which}"], strict=True)]
+    return [described(*each) for each in zip(pairs[f"status_{which}"], pairs[f"why_{which}"], strict=True)]
 
 
 def failures(record: Record) -> dict[str, str]:
-    """Return the status of each contestant that crashed, hung or is missing, by its name and its scenes."""
+    """Return the status of each contestant that crashed, timed out or is missing, by its name and scenes."""
     failed: Frame = record.cells[rank(record.cells.status) == NO_ANSWER]
     return {
-        f"{engine}:{method}".strip(":") + f" on {', '.join(own.scene)}": told(status, why)
+        f"{engine}:{method}".strip(":") + f" on {', '.join(own.scene)}": described(status, why)
         for (engine, method, status, why), own in failed.groupby(["engine", "method", "status", "why"], sort=False)
     }
 
 
-def question_changes(pairs: Frame) -> list[Change]:
-    """Return where a scene does not ask any more what it asked."""
+def scene_changes(pairs: Frame) -> list[Change]:
+    """Return the scenes that changed, or gained or lost their reference solution."""
     made: list[Change] = []
     for column in ("step_s", "samples"):
         old, new = both(pairs, column)
@@ -203,7 +224,7 @@ def question_changes(pairs: Frame) -> list[Change]:
     had, has = (~np.isnan(each).any(axis=1) for each in (before, now))
     lost = np.select([had & ~has, has & ~had], ["worse", "better"], "")
     made += changed(pairs, "truth", lost, *both(pairs, "truth"))
-    with np.errstate(over="ignore"):  # of a record that tells of another world
+    with np.errstate(over="ignore"):  # of a record with absurd numbers
         moved = np.linalg.norm(now - before, axis=1)
     known = SAME_ANSWER * pairs.size_m_old + pairs.resolution_m_old.fillna(0.0) + pairs.resolution_m_new.fillna(0.0)
     other = np.where(had & has & ~(moved <= known), "incomparable", "")
@@ -213,22 +234,22 @@ def question_changes(pairs: Frame) -> list[Change]:
 def cell_changes(pairs: Frame, tolerances: Tolerances) -> list[Change]:
     """Return what differs beyond the tolerances between two cells.
 
-    pairs: with size_m, the body's, and rounding, what one moves a number of size 1 in the engine's precision.
+    pairs: with size_m of the body, and rounding, the relative rounding error of the engine's precision.
     """
     made = changed(pairs, "status", status_verdicts(pairs), statuses(pairs, "old"), statuses(pairs, "new"))
-    judged = pairs[pairs.max_error_m_old.notna() & pairs.max_error_m_new.notna()]
-    rounding_m, resolution_m, steps = (larger(judged, column) for column in ("rounding_m", "resolution_m", "steps"))
-    drift = ROUNDINGS * judged.rounding * steps + (rounding_m / judged.size_m).where(judged.size_m > 0, 0.0)
+    comparable = pairs[pairs.max_error_m_old.notna() & pairs.max_error_m_new.notna()]
+    rounding_m, resolution_m, steps = (larger(comparable, column) for column in ("rounding_m", "resolution_m", "steps"))
+    drift = ROUNDINGS * comparable.rounding * steps + (rounding_m / comparable.size_m).where(comparable.size_m > 0, 0.0)
     for columns, least, slack in ((ERRORS, resolution_m, rounding_m), (DRIFTS, 0.0, drift)):
         for column in columns:
-            old, new = (each.abs().clip(lower=least) for each in both(judged, column))
-            made += changed(judged, column, growth(old, new, getattr(tolerances, column), slack), old, new)
+            old, new = (each.abs().clip(lower=least) for each in both(comparable, column))
+            made += changed(comparable, column, growth(old, new, getattr(tolerances, column), slack), old, new)
     for column in ORDERS:
-        old, new = both(judged, column)
-        made += changed(judged, column, order_verdicts(old, new, getattr(tolerances, column)), old, new)
-    old, new = both(judged, "spin_energy")
+        old, new = both(comparable, column)
+        made += changed(comparable, column, order_verdicts(old, new, getattr(tolerances, column)), old, new)
+    old, new = both(comparable, "spin_energy")
     kinds = np.where((old != "") & (new != "") & (old != new), ranked(old.map(TRENDS), new.map(TRENDS)), "")
-    return in_order(pairs, [*made, *changed(judged, "spin_energy", kinds, old, new)])
+    return in_order(pairs, [*made, *changed(comparable, "spin_energy", kinds, old, new)])
 
 
 def both(pairs: Frame, column: str) -> tuple[Column, Column]:
@@ -237,12 +258,12 @@ def both(pairs: Frame, column: str) -> tuple[Column, Column]:
 
 
 def larger(pairs: Frame, column: str) -> Column:
-    """Return the larger of the old and the new value, 0 for one that is not there."""
+    """Return the larger of the old and the new value, 0 for a missing one."""
     return pairs[[f"{column}_old", f"{column}_new"]].astype(float).fillna(0.0).max(axis=1)
 
 
 def status_verdicts(pairs: Frame) -> np.ndarray:
-    """Return how statuses changed in kind, or in the reasons they were flagged for; their numbers do not count."""
+    """Return the verdicts on changes of status, or of the reasons for a flag; numbers in those are ignored."""
     old, new = both(pairs, "status")
     verdicts = np.where(old != new, ranked(rank(old), rank(new)), "").astype(object)
     for row in np.flatnonzero((old == new) & (new == "flagged")):
@@ -252,12 +273,12 @@ def status_verdicts(pairs: Frame) -> np.ndarray:
 
 
 def rank(statuses: Column) -> Column:
-    """Return the places of statuses from good to bad."""
+    """Return the ranks of statuses from good to bad."""
     return statuses.map(STATUSES)
 
 
 def reasons(why: str) -> set[str]:
-    """Return what a flight was flagged for, without the numbers."""
+    """Return the reasons for which a run was flagged, without numbers."""
     return set(re.sub(r"[-+]?\d[\d.e+-]*", "#", why).split("; "))
 
 
@@ -267,19 +288,19 @@ def ranked(old: Column, new: Column) -> np.ndarray:
 
 
 def growth(old: Column, new: Column, share: float, slack: Column | float = 0.0) -> np.ndarray:
-    """Return where sizes grew or shrank by more than a share and what rounding explains."""
+    """Return the verdicts on sizes that grew or shrank by more than a share and beyond rounding."""
     grew, shrank = new > old * (1 + share) + slack, old > new * (1 + share) + slack
     return np.select([old == new, grew, shrank], ["", "worse", "better"], "")
 
 
 def order_verdicts(old: Column, new: Column, tolerance: float) -> np.ndarray:
-    """Return where orders fell or rose; one that cannot be read any more, or now can, is neither good nor bad."""
-    read, moved = old.isna() != new.isna(), (new - old).abs() > tolerance
-    return np.select([read, ~moved, new < old], ["changed", "", "worse"], "better")
+    """Return the verdicts on orders; one that becomes undeterminable, or determinable, is `changed`."""
+    lost, moved = old.isna() != new.isna(), (new - old).abs() > tolerance
+    return np.select([lost, ~moved, new < old], ["changed", "", "worse"], "better")
 
 
 def time_changes(baseline: Record, candidate: Record, tolerances: Tolerances) -> list[Change]:
-    """Return the ratios of run time that changed: their intervals are further apart than the tolerance."""
+    """Return the run time ratios whose confidence intervals are further apart than the tolerance."""
     if baseline.times is None or candidate.times is None:
         return []
     pairs = candidate.times.merge(baseline.times, on=list(TIMES.key), suffixes=("_new", "_old"))

@@ -1,4 +1,4 @@
-"""The summary as Markdown, fit for a pull-request comment; foreign words stand in code spans, where they do nothing."""
+"""The summary as Markdown for a pull-request comment; text from engines and scenes is in code spans, unparsed."""
 
 import re
 from collections.abc import Iterator, Sequence
@@ -9,14 +9,14 @@ from tumble.compare.check.words import behaviours, by_cell, rerun, sentence, sen
 from tumble.scenarios.format import visible
 
 HEADINGS = {
-    "incomparable": "Another question",
+    "incomparable": "Scene changed",
     "worse": "Worse",
-    "gone": "Gone",
+    "gone": "No longer measured",
     "changed": "Changed",
     "better": "Better",
     "new": "New",
 }
-# Columns whose values are not our own words.
+# Columns whose values have text of engines or scenes.
 FOREIGN = ("status", "truth", "time_ratio")
 # Verdicts on a cell that only one of the two records has.
 PRESENCE = ("gone", "new")
@@ -25,14 +25,24 @@ MOST_CHARACTERS = 60_000
 
 
 def summary(outcome: Outcome, against: Sequence[str]) -> str:
-    """Return the summary; against: the words that name baseline and tolerances in the command that reruns a cell."""
+    """Return the summary of a check as Markdown.
+
+    Parameters
+    ----------
+    outcome : what changed
+    against : the options that name baseline and tolerances in the command that reruns a cell
+
+    Returns
+    -------
+    at most MOST_CHARACTERS characters
+    """
     lines: list[str] = []
     left = MOST_CHARACTERS
     pieces = list(paragraphs(outcome, against))
     for number, piece in enumerate(pieces):
         left -= len(piece) + 1
         if left < 0:
-            lines.append(f"\nand {len(pieces) - number} lines more: name scenes and contestants to see them.")
+            lines.append(f"\n{len(pieces) - number} more lines: give scenes and contestants to see them.")
             break
         lines.append(piece)
     return "\n".join(lines) + "\n"
@@ -48,7 +58,8 @@ def paragraphs(outcome: Outcome, against: Sequence[str]) -> Iterator[str]:
     if found := list(behaviours([change for change in outcome.changes if change.verdict not in PRESENCE])):
         yield "\n### Behaviour\n"
         for each in found:
-            yield f"- {code(each.contestant)} {told(each.column, each.words)} ({each.verdict}) on {listed(each.scenes)}"
+            words = formatted(each.column, each.words)
+            yield f"- {code(each.contestant)} {words} ({each.verdict}) on {listed(each.scenes)}"
     for kind, cells in groupby(by_cell(outcome.changes).values(), key=lambda changes: changes[0].verdict):
         yield f"\n### {HEADINGS[kind]}\n"
         if kind in PRESENCE:
@@ -58,12 +69,12 @@ def paragraphs(outcome: Outcome, against: Sequence[str]) -> Iterator[str]:
             for changes in cells:
                 first = changes[0]
                 who = f"{code(first.contestant)} on {code(first.scene)}" if first.engine else code(first.scene)
-                yield f"- {who}: {'; '.join(told(each.column, sentence(each)) for each in sentences(changes))}"
+                yield f"- {who}: {'; '.join(formatted(each.column, sentence(each)) for each in sentences(changes))}"
                 yield f"  {code(rerun(outcome.candidate, first, against))}"
 
 
 def verdict(outcome: Outcome) -> str:
-    """Return the whole in one word or two."""
+    """Return the overall verdict."""
     found = {change.verdict for change in outcome.changes}
     return next((HEADINGS[each].lower() for each in VERDICTS if each in found), "nothing changed")
 
@@ -71,8 +82,8 @@ def verdict(outcome: Outcome) -> str:
 def counts(outcome: Outcome) -> str:
     """Return how many cells there are of each verdict; a cell counts by its worst change."""
     firsts = [changes[0].verdict for changes in by_cell(outcome.changes).values()]
-    told = [f"{firsts.count(each)} {HEADINGS[each].lower()}" for each in VERDICTS if each in firsts]
-    return ", ".join([*told, f"{outcome.unchanged} unchanged"]) + "."
+    counted = [f"{firsts.count(each)} {HEADINGS[each].lower()}" for each in VERDICTS if each in firsts]
+    return ", ".join([*counted, f"{outcome.unchanged} unchanged"]) + "."
 
 
 def code(text: str) -> str:
@@ -88,6 +99,6 @@ def listed(names: Sequence[str]) -> str:
     return ", ".join(map(code, names))
 
 
-def told(column: str, sentence: str) -> str:
-    """Return a sentence: as a code span where words of an engine or a scene may be in it, else as it is."""
+def formatted(column: str, sentence: str) -> str:
+    """Return a sentence, in a code span if it may have text of an engine or a scene."""
     return code(sentence) if column in FOREIGN else sentence

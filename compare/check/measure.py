@@ -1,4 +1,4 @@
-"""Makes a record: every contestant on every scene, at the scene's own step and down a short ladder around it."""
+"""Makes a record: every contestant on every scene, at the scene's own step and at a short sequence around it."""
 
 import math
 from collections.abc import Sequence
@@ -18,26 +18,26 @@ from tumble.compare.run.flight import Trajectory, legs
 from tumble.compare.run.process.kept import Kept
 from tumble.compare.run.progress import ProgressCallback, no_progress
 from tumble.compare.run.running_engines import RunningEngine, truth_limit
+from tumble.compare.run.status import Failure
 from tumble.compare.run.tasks import Task, run
 from tumble.compare.run.truths import Answer, Truths
-from tumble.compare.run.worker import Failure
 from tumble.compare.tables.engines import engine_row
 from tumble.compare.tables.frames import frame
-from tumble.compare.tables.runs import run_row
+from tumble.compare.tables.runs import run_row, vector_columns
 from tumble.compare.tables.shared import ENGINES
 from tumble.scenarios.frames import Array
 from tumble.scenarios.scene import Scene, frozen_array
 from tumble.scenarios.truth import Truth
 
-# One rounding of a number of size 1, up and down by turns.
+# Signs of the roundings of a state, up and down in turn.
 NUDGE = np.resize((1.0, -1.0, -1.0, 1.0, 1.0), 13)
 
 
 @dataclass(frozen=True, eq=False)
 class Cell:
-    """One contestant on one scene: its flight, the ladder around it, and what its roundings may come to [m].
+    """One contestant on one scene: its run, the step-size sequence around it, and its rounding error [m].
 
-    rounding_m: None where a run next to it failed, so that there is nothing to tell it by.
+    rounding_m: None if a perturbed run failed, so that it is unknown.
     """
 
     own: Flown
@@ -48,18 +48,18 @@ class Cell:
 def measure(
     running_engines: Sequence[RunningEngine],
     scenes: Sequence[Scene],
-    asked: tuple[Sequence[str], Sequence[str]],
+    words: tuple[Sequence[str], Sequence[str]],
     command: str,
     timed: bool,
     on_progress: ProgressCallback = no_progress,
     kept: Kept | None = None,
 ) -> Record:
-    """Return the record of all participants on all scenes.
+    """Return the record of all contestants on all scenes.
 
-    asked: the words that scenes and contestants were asked for with; timed: whether run times are measured too, when
-    all flights are over; on_progress: called for every truth, cell and timed scene;
-    kept: cells that are done already, and where those are kept that get done.
-    Raises RayMissed where the true body is not in the way of a later ray.
+    words: for scenes and contestants on the command line; timed: whether run times are measured, after all other
+    runs; on_progress: called for every reference solution, cell and timed scene; kept: finished cells are found and
+    saved there.
+    Raises RayMissed if the ray of a later impulse misses the true body.
     """
     with Truths(scenes, on_progress, limit_s=truth_limit(running_engines)) as truths:
         tasks = [
@@ -76,13 +76,15 @@ def measure(
             runs = [cell.own.run(scene, title, answer.truth) for title, cell in cells]
             times += time_rows(running_engines, scene, runs, on_progress)
     return Record(
-        tuple(asked[0]),
-        tuple(asked[1]),
-        command,
-        frame(QUESTIONS, (question_row(scene, *answer) for scene, answer in zip(scenes, answers, strict=True))),
-        frame(ENGINES, map(engine_row, running_engines)),
-        frame(CELLS, rows),
-        frame(TIMES, times) if timed else None,
+        scenes=tuple(words[0]),
+        contestants=tuple(words[1]),
+        command=command,
+        questions=frame(
+            QUESTIONS, (question_row(scene, *answer) for scene, answer in zip(scenes, answers, strict=True))
+        ),
+        engines=frame(ENGINES, map(engine_row, running_engines)),
+        cells=frame(CELLS, rows),
+        times=frame(TIMES, times) if timed else None,
     )
 
 
@@ -93,51 +95,58 @@ def task(scene: Scene, true: Future[Answer], running_engine: RunningEngine, meth
 
 
 def cell(running_engine: RunningEngine, scene: Scene, method: str, true: Truth | None) -> Cell:
-    """Return one contestant's run, and a ladder around it where the method has an order to be read."""
+    """Return one contestant's run, and a step-size sequence around it if the method has an order to determine."""
 
-    def judged(dt: float, answer: Trajectory | Failure) -> Run:
+    def evaluated(dt: float, answer: Trajectory | Failure) -> Run:
         return Flown.of(running_engine, method, dt, answer).run(scene, running_engine.title, true)
 
     def at(dt: float) -> Run:
-        return judged(dt, running_engine.fly(scene, method, dt, no_progress=True))
+        return evaluated(dt, running_engine.fly(scene, method, dt, no_progress=True))
 
     own = at(scene.step)
     if not order.readable(own):
         return Cell(plain(own), [], None)
     other = running_engine.fly(replace(scene, start=nudged(scene.start, running_engine.rounding)), method, scene.step)
     own_steps = running_engine.takes_own_steps(method)
-    # Every step rounds once, this way or that: n of them come to the square root of n of one.
+    # Rounding errors of n steps add up as a random walk: sqrt(n) times that of one.
     rounded = len(legs(scene, scene.step)) if own_steps else own.flight.steps
     ladder = () if own_steps else order.ladder(own, at)
-    apart_m = apart_m_of(own, judged(scene.step, other))
+    apart_m = apart_m_of(own, evaluated(scene.step, other))
     return Cell(plain(own), [plain(each) for each in ladder], apart_m and math.sqrt(rounded) * apart_m)
 
 
 def plain(run: Run) -> Flown:
     """Return a run without its scene and truth."""
-    return Flown(run.method, run.dt, run.answer, run.tolerance, run.rounding)
+    return Flown(method=run.method, dt=run.dt, answer=run.answer, tolerance=run.tolerance, rounding=run.rounding)
 
 
 def nudged(start: Array, rounding: float) -> Array:
-    """Return states, (N, 13), moved by one rounding, a share, of the vector that each number belongs to."""
+    """Return states, (N, 13), moved by one relative rounding of the vector that each number belongs to."""
     parts = np.split(start, (3, 7, 10), axis=1)
     scales = [np.repeat(np.linalg.norm(part, axis=1, keepdims=True), part.shape[1], axis=1) for part in parts]
     return frozen_array(start + np.hstack(scales) * rounding * NUDGE)
 
 
 def apart_m_of(one: Run, other: Run) -> float | None:
-    """Return how far two runs are apart at most [m], None where the other did not reach its end."""
+    """Return the largest distance between two runs [m], None if the other did not finish."""
     if isinstance(other.answer, Failure) or other.answer.diverged_at is not None:
         return None
     return float(np.linalg.norm(one.flight.vertices - other.flight.vertices, axis=-1).max())
 
 
 def question_row(scene: Scene, true: Truth | None, why_no_truth: str) -> QuestionRow:
-    """Return the row of one scene; of a truth with a horizon what is known before it."""
+    """Return the row of one scene; of a reference solution with a horizon, its part before that."""
     known = None if true is None else true.until_horizon()
-    limit = None if known is None else float(known.limit.max())
-    last = (None,) * 3 if known is None else known.vertices[-1, 0, -1].tolist()
-    return QuestionRow(scene.name, scene.step, len(scene.times), why_no_truth or EXACT, limit, scene.body.reach, *last)
+    resolution = None if known is None else float(known.resolution.max())
+    row = QuestionRow(
+        scene=scene.name,
+        step_s=scene.step,
+        samples=len(scene.times),
+        truth=why_no_truth or EXACT,
+        resolution_m=resolution,
+        size_m=scene.body.reach,
+    )
+    return row if known is None else replace(row, **vector_columns(known.vertices[-1, 0, -1], "x_m", "y_m", "z_m"))
 
 
 def cell_row(scene: Scene, true: Truth | None, engine: str, cell: Cell) -> CellRow:

@@ -1,8 +1,11 @@
-"""What a check keeps: a folder of CSV tables that carries a format version, read whole or refused in one line."""
+"""A record: a folder of CSV tables with a format version, read whole or refused in one line."""
 
+import logging
 import shlex
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 import pandas as pd
@@ -18,25 +21,31 @@ from tumble.scenarios.files import why_unread
 from tumble.scenarios.format import printable, short
 from tumble.scenarios.refusal import UserError
 
+log = logging.getLogger(__name__)
+
 FORMAT = "tumble check 3"
-# Figures that are infinite of a run that diverged, and those that may be below zero.
+# Format 2 differs in one name and two words.
+FORMAT_2 = "tumble check 2"
+COLUMNS_OF_2 = {"limit_m": "resolution_m"}
+SPIN_ENERGY_OF_2 = {"kept": "conserved", "wavers": "oscillates"}
+# Figures that are infinite if a run diverged, and those that may be negative.
 BOUNDLESS = (*ERRORS, *DRIFTS)
 SIGNED = ("energy_drift", "attitude_order", "translation_order", "x_m", "y_m", "z_m")
-FINISHED = ("ok", "flagged", "diverged")  # of a run that has figures where its scene has a truth
+FINISHED = ("ok", "flagged", "diverged")  # of a run with figures, if its scene has a reference solution
 LARGEST_COUNT = 10**18
 
 
 class BadRecord(UserError):
-    """A folder that is no record, or none that can be read; the message is the one line for the user."""
+    """A folder that is not a record, or cannot be read; the message is the one line for the user."""
 
 
 @dataclass(frozen=True, eq=False)
 class Record:
     """Everything one check measured.
 
-    scenes, contestants: the words it was asked for with, so that it can be asked again; empty means all there are.
+    scenes, contestants: words of the command line, so that it can be repeated; empty: all.
     questions, engines, cells, times: the tables of `tumble.compare.check.schemas` and `tumble.compare.tables.shared`;
-    times is None where run times were not measured.
+    times: None if run times were not measured.
     """
 
     scenes: tuple[str, ...]
@@ -49,8 +58,17 @@ class Record:
 
 
 def texts(record: Record) -> dict[str, str]:
-    """Return file name -> CSV text of a record; conditions.csv, which makes the folder a record, comes last."""
-    said = (
+    """Return a record as files.
+
+    Parameters
+    ----------
+    record : the record
+
+    Returns
+    -------
+    CSV text by file name; conditions.csv, which makes the folder a record, is the last
+    """
+    conditions = (
         ConditionRow("format", FORMAT),
         ConditionRow("command", record.command),
         ConditionRow("scenes", shlex.join(record.scenes)),
@@ -59,46 +77,69 @@ def texts(record: Record) -> dict[str, str]:
     )
     tables = {QUESTIONS: record.questions, ENGINES: record.engines, CELLS: record.cells}
     tables |= {} if record.times is None else {TIMES: record.times}
-    return {table.file: csv_text(own) for table, own in {**tables, CONDITIONS: frame(CONDITIONS, said)}.items()}
+    return {table.file: csv_text(own) for table, own in {**tables, CONDITIONS: frame(CONDITIONS, conditions)}.items()}
 
 
 def is_record(folder: Path) -> bool:
-    """Whether there is something in the folder that may be a record."""
+    """Whether the folder has something that may be a record."""
     return place(folder, CONDITIONS.file).exists()
 
 
 def read_record(folder: Path) -> Record:
-    """Return the record in a folder.  Raises BadRecord."""
+    """Return the record in a folder, also one in format 2.
+
+    Parameters
+    ----------
+    folder : of the record
+
+    Returns
+    -------
+    the record
+
+    Raises
+    ------
+    BadRecord : the folder has no record, or one that cannot be read
+    """
     shown = printable(str(folder))
     if not is_record(folder):
-        why = "is no record of `tumble check`: it has no conditions.csv" if folder.is_dir() else "no such folder"
+        why = "not a record of `tumble check`: it has no conditions.csv" if folder.is_dir() else "no such folder"
         raise BadRecord(f"{shown}: {why}")
     conditions = read(folder, CONDITIONS)
-    said = dict(zip(conditions.what, conditions.value, strict=True))
-    if said.get("format") != FORMAT:
-        found = f"is in format {short(said['format'])}" if "format" in said else "names no format"
-        raise BadRecord(f"{shown}: {found}; this Tumble reads {FORMAT!r}: move it away, and record again with --accept")
+    stated = dict(zip(conditions.what, conditions.value, strict=True))
+    old = stated.get("format") == FORMAT_2
+    if not old and stated.get("format") != FORMAT:
+        found = f"is in format {short(stated['format'])}" if "format" in stated else "states no format"
+        raise BadRecord(
+            f"{shown}: {found}; this Tumble reads {FORMAT!r} and {FORMAT_2!r}: move it away, and record again with "
+            "--accept"
+        )
+    if old:
+        log.info(f"{shown} is in format 2; --accept rewrites it in format 3")
+    renamed = COLUMNS_OF_2 if old else {}
+    cells = read(folder, CELLS, renamed)
+    if old:
+        cells["spin_energy"] = cells["spin_energy"].replace(SPIN_ENERGY_OF_2)
     record = Record(
-        words(folder, said, "scenes"),
-        words(folder, said, "contestants"),
-        said.get("command", ""),
-        read(folder, QUESTIONS),
-        read(folder, ENGINES),
-        read(folder, CELLS),
-        read(folder, TIMES) if place(folder, TIMES.file).exists() else None,
+        scenes=words(folder, stated, "scenes"),
+        contestants=words(folder, stated, "contestants"),
+        command=stated.get("command", ""),
+        questions=read(folder, QUESTIONS, renamed),
+        engines=read(folder, ENGINES),
+        cells=cells,
+        times=read(folder, TIMES) if place(folder, TIMES.file).exists() else None,
     )
     for column, known in (("status", STATUSES), ("spin_energy", {**TRENDS, "": 0})):
         if odd := set(record.cells[column]) - {*known}:
             words_known = ", ".join(filter(None, known))
             raise BadRecord(f"{shown}: cells.csv: {column} = {short(min(odd))}: must be one of {words_known}")
     if stray := set(record.cells.scene) - set(record.questions.scene):
-        raise BadRecord(f"{shown}: cells.csv has scene {short(min(stray))}, and questions.csv has not")
+        raise BadRecord(f"{shown}: cells.csv has scene {short(min(stray))}, which questions.csv does not have")
     refuse_unmeasured(shown, record)
     return record
 
 
 def refuse_unmeasured(shown: str, record: Record) -> None:
-    """Raise BadRecord where a figure is missing that every record has: nothing could be held against it."""
+    """Raise BadRecord if a figure is missing that every record has."""
     questions: list[QuestionRow] = [row for row in rows(QUESTIONS, record.questions) if row.truth == EXACT]
     exact = {row.scene for row in questions}
     cells: list[CellRow] = [row for row in rows(CELLS, record.cells) if row.status in FINISHED and row.scene in exact]
@@ -106,29 +147,29 @@ def refuse_unmeasured(shown: str, record: Record) -> None:
         for column in ("resolution_m", "x_m", "y_m", "z_m"):
             if getattr(row, column) is None:
                 raise BadRecord(
-                    f"{shown}: questions.csv: {column} of {short(row.scene)} is empty: its truth is {EXACT}"
+                    f"{shown}: questions.csv: {column} of {short(row.scene)} is empty, but its truth is {EXACT}"
                 )
     for row in cells:
         for column in (*ERRORS, "resolution_m", *DRIFTS):
             if getattr(row, column) is None:
                 cell = short(f"{row.scene} {row.engine}:{row.method}")
-                raise BadRecord(f"{shown}: cells.csv: {column} of {cell} is empty: its status is {row.status}")
+                raise BadRecord(f"{shown}: cells.csv: {column} of {cell} is empty, but its status is {row.status}")
 
 
-def words(folder: Path, said: dict[str, str], what: str) -> tuple[str, ...]:
-    """Return the words of a command line that a record keeps."""
+def words(folder: Path, stated: dict[str, str], what: str) -> tuple[str, ...]:
+    """Return words of the command line that a record has."""
     try:
-        return tuple(shlex.split(said[what]))
+        return tuple(shlex.split(stated[what]))
     except (KeyError, ValueError) as error:
         raise BadRecord(f"{printable(str(folder))}: conditions.csv: {what} cannot be read: {error}") from None
 
 
-def read(folder: Path, table: Table) -> pd.DataFrame:
-    """Return a table of a record.  Raises BadRecord where it has not what a record may hold."""
+def read(folder: Path, table: Table, renamed: Mapping[str, str] = MappingProxyType({})) -> pd.DataFrame:
+    """Return a table of a record; renamed: columns of an older format.  Raises BadRecord for a bad value."""
     path = place(folder, table.file)
     shown = printable(str(path))
     try:
-        found = read_file(path, table)
+        found = read_file(path, table, renamed)
     except OSError as error:
         raise BadRecord(f"{shown}: {why_unread(error)}") from None
     except BadTable as error:
@@ -140,14 +181,14 @@ def read(folder: Path, table: Table) -> pd.DataFrame:
 
 
 def refuse_twice(shown: str, found: pd.DataFrame, table: Table) -> None:
-    """Raise BadRecord where a row is there twice."""
+    """Raise BadRecord if a row is repeated."""
     twice = found[found.duplicated(list(table.key))]
     if len(twice):
         raise BadRecord(f"{shown}: two rows for {short(' '.join(twice.iloc[0][list(table.key)]))}")
 
 
 def refuse_beyond(shown: str, found: pd.DataFrame, table: Table) -> None:
-    """Raise BadRecord for a number that is no count, below zero, or not finite where it must be."""
+    """Raise BadRecord for a count, a sign or an infinity that the column cannot have."""
     for column in table.columns:
         if column.kind not in (int, float):
             continue

@@ -22,36 +22,42 @@ from tumble.compare.tables.shared import (
     Why,
 )
 
-EXACT = "exact"  # of a scene that has a truth
+EXACT = "exact"  # of a scene with a reference solution
 ERRORS = ("max_error_m", "rms_error_m", "final_error_m")
 DRIFTS = ("energy_drift", "momentum_drift", "angular_momentum_drift")
-# From good to bad: a run that was flagged is better than one that diverged, and that than none.
+# From good to bad.
 STATUSES = {"ok": 0, "flagged": 1, "diverged": 2, "skipped": 3, "missing": 4, "timeout": 4, "crashed": 4}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class QuestionRow:
-    """One scene as it was asked: its step and samples, and where its last vertex truly is at the last sample.
+    """One scene as it was run: step, samples, and the true position of its last vertex at the last sample.
 
-    A scene file that was changed asks another question, and its errors are not comparable: the true answer shows it.
+    The true position shows whether a scene file was changed, so that its errors cannot be compared.
     """
 
     scene: SceneName
-    step_s: Annotated[float, "the scene's own step"]
-    samples: Annotated[int, "number of instants at which errors are measured"]
-    truth: Annotated[str, f"`{EXACT}`, or why there is none"]
+    step_s: Annotated[float, "step of the scene"]
+    samples: Annotated[int, "number of samples at which errors are measured"]
+    truth: Annotated[str, f"`{EXACT}`, or why there is no reference solution"]
     resolution_m: Limit
-    size_m: Annotated[float, "how far the furthest vertex is from the centre of mass"]
-    x_m: Annotated[float | None, "true x of the last vertex at the last sample that has a truth, world axes"]
-    y_m: Annotated[float | None, "true y of the last vertex at the last sample that has a truth, world axes"]
-    z_m: Annotated[float | None, "true z of the last vertex at the last sample that has a truth, world axes"]
+    size_m: Annotated[float, "largest distance of a vertex from the centre of mass"]
+    x_m: Annotated[
+        float | None, "true x of the last vertex at the last sample with a reference solution, world axes"
+    ] = None
+    y_m: Annotated[
+        float | None, "true y of the last vertex at the last sample with a reference solution, world axes"
+    ] = None
+    z_m: Annotated[
+        float | None, "true z of the last vertex at the last sample with a reference solution, world axes"
+    ] = None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class CellRow:
-    """One contestant on one scene at the scene's own step: errors, drifts from the truth, orders, energy of the spin.
+    """One contestant on one scene at the scene's own step: errors, drifts, orders, behaviour of the spin energy.
 
-    Columns of runs.csv have the meanings that they have there.
+    Columns of runs.csv have the same meaning there.
     """
 
     scene: SceneName
@@ -65,25 +71,31 @@ class CellRow:
     final_error_m: FinalError = None
     resolution_m: Limit = None
     rounding_m: Annotated[
-        float | None, "what the roundings of all steps may come to on another processor; empty where unknown"
+        float | None, "vertex error that rounding in all steps may cause on another processor; empty if unknown"
     ] = None
     energy_drift: EnergyDrift = None
     momentum_drift: MomentumDrift = None
     angular_momentum_drift: AngularMomentumDrift = None
-    attitude_order: Annotated[float | None, "order of the attitude's error; empty where it cannot be read"] = None
-    translation_order: Annotated[float | None, "order of the centre of mass's error; likewise"] = None
-    spin_energy: Annotated[str, f"{', '.join(TRENDS)}: the energy of the spin; empty where nothing turns freely"] = ""
+    attitude_order: Annotated[
+        float | None, "order of convergence of the attitude; empty if it cannot be determined"
+    ] = None
+    translation_order: Annotated[
+        float | None, "order of convergence of the centre of mass; empty if it cannot be determined"
+    ] = None
+    spin_energy: Annotated[
+        str, f"behaviour of the spin energy: {', '.join(TRENDS)}; empty if nothing rotates freely"
+    ] = ""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class TimeRow:
-    """The run time of one contestant's flight over the reference contestant's, with its interval."""
+    """The run time of one contestant over the reference contestant's, with its confidence interval."""
 
     scene: SceneName
     engine: Engine
     method: Method
-    reference: Annotated[str, "ENGINE:METHOD that the ratio is over"]
-    time_ratio: Annotated[float | None, "ratio of times; empty where it would say nothing"]
+    reference: Annotated[str, "ENGINE:METHOD that run times are divided by"]
+    time_ratio: Annotated[float | None, "run time over the reference's; empty if it is not significant"] = None
     time_ratio_low: Annotated[float | None, "lower end of the 95 % confidence interval of time_ratio"] = None
     time_ratio_high: Annotated[float | None, "upper end of the 95 % confidence interval of time_ratio"] = None
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from tumble.compare.check.changes import Outcome, failures, hold_against, time_changes, within
+from tumble.compare.check.changes import Outcome, compare_records, failures, time_changes, within
 from tumble.compare.check.measure import measure
 from tumble.compare.check.record import BadRecord, Record, texts
 from tumble.compare.check.schemas import TIMES
@@ -16,7 +16,7 @@ from tumble.compare.run.engines.registry import is_file
 from tumble.compare.run.local import Asked, LocalEngine
 from tumble.compare.run.process.kept import Kept
 from tumble.compare.run.progress import Display, no_display
-from tumble.compare.run.running_engines import TIME_LIMIT_S, flights, split, wanted
+from tumble.compare.run.running_engines import TIME_LIMIT_S, flights, known_contestant, wanted
 from tumble.compare.run.starting import started
 from tumble.compare.run.worker import MEMORY_LIMIT
 from tumble.compare.tables.circumstances import binding, circumstances
@@ -69,7 +69,7 @@ def measure_record(how: Measuring, baseline: Record | None = None, display: Disp
     """
     asked_scenes = how.scenes or (baseline.scenes if baseline else ())
     contestants = how.contestants or (baseline.contestants if baseline else ())
-    files = [word for word in contestants if isinstance(word, str) and is_file(split(word)[0])]
+    files = [word for word in contestants if isinstance(word, str) and is_file(known_contestant(word).engine)]
     if not how.contestants and not how.trust and files:
         named = shlex.join(part for word in files for part in ("-e", word))
         raise BadRecord(
@@ -130,7 +130,7 @@ def check_scenes(
     engines |= {one.name: [""] for one in how.contestants if isinstance(one, LocalEngine)}
     scenes = names(how.scenes)
     old, new = (within(record, scenes, engines, baseline.contestants) for record in (baseline, measured))
-    return new, hold_against(old, new, tolerances)
+    return new, compare_records(old, new, tolerances)
 
 
 def measured_twice(baseline: Record, tolerances: Tolerances, how: Measuring, display: Display) -> Record:

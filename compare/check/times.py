@@ -1,7 +1,8 @@
-"""Run times as ratios to one reference contestant, sampled in the same rounds: all that two machines have in common."""
+"""Run times as ratios to one reference contestant, sampled in the same rounds, which two machines can compare."""
 
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -20,38 +21,45 @@ from tumble.scenarios.scene import Scene
 def time_rows(
     running_engines: Sequence[RunningEngine], scene: Scene, runs: Sequence[Run], on_progress: ProgressCallback
 ) -> Iterator[TimeRow]:
-    """Yield the time of every flight of one scene over the reference contestant's, which joins where it was not asked.
+    """Yield the time of every run of one scene over the reference contestant's, which joins if it was not asked for.
 
-    A run that is untimed has no row; without a time of the reference all are empty.
+    An untimed run has no row; without a time of the reference all are empty.
     """
-    flown = [run for run in runs if isinstance(run.answer, Trajectory)]
+    finished = [run for run in runs if isinstance(run.answer, Trajectory)]
     with ExitStack() as guests:
         present = list(running_engines)
-        if not any(run.name == REFERENCE for run in flown):
+        if not any(run.name == REFERENCE for run in finished):
             (guest,) = guests.enter_context(launched([REFERENCE]))
             answer = guest.fly(scene, guest.methods[0], scene.step)
-            flown.append(Run(scene, guest.title, guest.methods[0], scene.step, answer, None))
+            finished.append(
+                Run(scene=scene, engine=guest.title, method=guest.methods[0], dt=scene.step, answer=answer, truth=None)
+            )
             present = [each for each in present if each.title != guest.title] + [guest]
-        found, _ = time_runs(present, scene, flown)
+        found, _ = time_runs(present, scene, finished)
     on_progress("timed")
     timed = {each.run.name: each for each in found}
     unit = timed.get(REFERENCE)
     for run in runs:
         if each := timed.get(run.name):
-            figures: tuple[float | None, ...] = (None, None, None)
+            row = TimeRow(scene=scene.name, engine=run.engine, method=run.method, reference=REFERENCE)
             if unit is not None:
                 found_ratio = ratio(each.reading, unit.reading)
                 if not found_ratio.refusal:
-                    # Both flights are so many times what their readings are of.
+                    # From the times of the readings to those of the whole runs.
                     found_ratio *= each.run_ns / each.reading.ns * unit.reading.ns / unit.run_ns
-                    figures = found_ratio.value, found_ratio.low, found_ratio.high
-            yield TimeRow(scene.name, run.engine, run.method, REFERENCE, *figures)
+                    row = replace(
+                        row,
+                        time_ratio=found_ratio.value,
+                        time_ratio_low=found_ratio.low,
+                        time_ratio_high=found_ratio.high,
+                    )
+            yield row
 
 
 def nearer(before: pd.DataFrame, found: pd.DataFrame, again: pd.DataFrame) -> pd.DataFrame:
-    """Return the times found, each as what is nearer to the one before: itself, or what was found of it again.
+    """Return the times found, each as measured once or again, whichever is nearer to the one before.
 
-    One that could not be told both times is left empty.
+    A time that was not measured both times is left empty.
     """
     key, figures = list(TIMES.key), ["time_ratio", "time_ratio_low", "time_ratio_high"]
     old, first, second = (each.set_index(key)[figures] for each in (before, found, again))

@@ -1,4 +1,4 @@
-"""How much a column may change before it is worse or better: one number a column, overridable in a TOML file."""
+"""How much a column may change before it is worse or better: one number per column, set in a TOML file."""
 
 import math
 import tomllib
@@ -16,10 +16,10 @@ class BadTolerance(UserError):
 
 @dataclass(frozen=True)
 class Tolerances:
-    """What each column may change by.
+    """How much each column may change.
 
-    Errors and drifts: by this share, beyond what rounding explains; orders: by this much; time_ratio: by this share,
-    which is generous, because two processors differ.
+    Errors and drifts: relative, beyond what rounding explains; orders: absolute; time_ratio: relative, and large,
+    because processors differ.
     """
 
     max_error_m: float = 0.05
@@ -34,7 +34,20 @@ class Tolerances:
 
 
 def read_tolerances(file: str | None) -> Tolerances:
-    """Return the tolerances of a TOML file, the usual ones where it names none.  Raises BadTolerance."""
+    """Return the tolerances of a TOML file.
+
+    Parameters
+    ----------
+    file : its path; None: the defaults
+
+    Returns
+    -------
+    the tolerances, with defaults for those that the file does not set
+
+    Raises
+    ------
+    BadTolerance : the file cannot be read, or has a bad key or value
+    """
     if file is None:
         return Tolerances()
     shown = printable(file)
@@ -50,7 +63,7 @@ def read_tolerances(file: str | None) -> Tolerances:
     for key, value in document.items():
         if key not in known:
             raise BadTolerance(f"{shown}: {short(key)}: unknown key; {nearest(key, known)}")
-        # A whole number of thousands of digits is no float: compared, not converted.
+        # An integer of thousands of digits overflows a float: it is compared, not converted.
         if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value < math.inf:
             raise BadTolerance(f"{shown}: {key} = {short(value)}: must be a finite number >= 0")
     return Tolerances(**document)

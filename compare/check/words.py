@@ -1,4 +1,4 @@
-"""What changed, in words: a sentence a change, which of them are of kind, and the command that flies one cell."""
+"""Changes in words: a sentence for each, the changes of behaviour, and the command that reruns one cell."""
 
 import math
 import shlex
@@ -10,7 +10,7 @@ from tumble.compare.check.changes import Change, Outcome, Verdict
 from tumble.compare.check.record import Record
 from tumble.compare.check.schemas import ERRORS
 from tumble.compare.run.running_engines import engine_files, titles
-from tumble.compare.tables.shared import told
+from tumble.compare.run.status import described
 
 FIGURES = {
     "max_error_m": ("largest error", " m"),
@@ -21,19 +21,19 @@ FIGURES = {
     "angular_momentum_drift": ("angular momentum drift", ""),
 }
 KINDS = {
-    "attitude_order": "attitude: order",
-    "translation_order": "translation: order",
+    "attitude_order": "attitude order",
+    "translation_order": "translation order",
     "spin_energy": "spin energy:",
     "status": "status:",
 }
-ASKED = {"step_s": "step [s]", "samples": "samples"}
-# An order this near to a whole number is called by it.
+SETTINGS = {"step_s": "step [s]", "samples": "samples"}
+# An order this near to a whole number is shown as that number.
 WHOLE = 1 / 3
 
 
 @dataclass(frozen=True)
 class Behaviour:
-    """What one contestant shows on these scenes alike: a change of order, of energy or of status; new or gone."""
+    """A change of order, energy or status that one contestant has on these scenes; or it is new or gone."""
 
     verdict: Verdict
     contestant: str
@@ -43,22 +43,22 @@ class Behaviour:
 
 
 def sentence(change: Change) -> str:
-    """Return what changed, with old and new."""
+    """Return one change in words, with old and new."""
     if change.verdict == "gone":
-        return f"gone; its status was {change.old}"
+        return f"no longer measured; its status was {change.old}"
     if change.verdict == "new":
         return f"new; its status is {change.new}"
     if change.column == "answer":
-        return f"asks another question: its true answer moved by {figure(change.new)} m; nothing was compared"
-    if change.column in ASKED:
-        return f"asks another question: {ASKED[change.column]} {change.old} -> {change.new}; nothing was compared"
+        return f"the scene changed: its reference solution moved by {figure(change.new)} m; not compared"
+    if change.column in SETTINGS:
+        return f"the scene changed: {SETTINGS[change.column]} {change.old} -> {change.new}; not compared"
     if change.column == "truth":
-        return f"truth: {change.old} -> {change.new}"
+        return f"reference solution: {change.old} -> {change.new}"
     if change.column == "time_ratio":
         return f"run time {figure(change.old)} -> {figure(change.new)} times that of {change.reference}"
     if change.column in KINDS:
         old, new = kind(change.old), kind(change.new)
-        if old == new:  # two orders that are called by one number, and are not one
+        if old == new:  # two orders that round to one number
             old, new = figure(change.old), figure(change.new)
         return f"{KINDS[change.column]} {old} -> {new}"
     name, unit = FIGURES[change.column]
@@ -66,20 +66,20 @@ def sentence(change: Change) -> str:
 
 
 def sentences(changes: Sequence[Change]) -> Iterator[Change]:
-    """Yield the changes of one cell worth a sentence: of three errors that tell the same, the largest speaks."""
-    said = {(change.column, change.verdict) for change in changes}
+    """Yield the changes of one cell worth a sentence: of three errors with one verdict only the largest."""
+    seen = {(change.column, change.verdict) for change in changes}
     for change in changes:
-        if change.column not in ERRORS[1:] or (ERRORS[0], change.verdict) not in said:
+        if change.column not in ERRORS[1:] or (ERRORS[0], change.verdict) not in seen:
             yield change
 
 
 def figure(value: object) -> str:
-    """Return a number in two digits, as short as it goes."""
+    """Return a number in two digits."""
     return f"{value:.2g}" if isinstance(value, float) else str(value)
 
 
 def factor(change: Change) -> str:
-    """Return how many times a figure grew or shrank, where both are numbers that can be divided."""
+    """Return the factor by which a figure grew or shrank, if both values are positive and finite."""
     old, new = change.old, change.new
     if not (isinstance(old, float) and isinstance(new, float) and 0 < old < math.inf and 0 < new < math.inf):
         return ""
@@ -91,14 +91,14 @@ def factor(change: Change) -> str:
 def kind(value: float | str | None) -> str:
     """Return an order, a trend or a status as a word."""
     if value is None:
-        return "not to be read"
+        return "cannot be determined"
     if isinstance(value, str):
         return value
     return f"{value:.0f}" if abs(value - round(value)) <= WHOLE else f"{value:.1f}"
 
 
 def behaviours(changes: Sequence[Change]) -> Iterator[Behaviour]:
-    """Yield the changes of kind, each once with the scenes that show it."""
+    """Yield the changes of behaviour, each once with its scenes."""
     scenes: dict[tuple[Verdict, str, str, str], list[str]] = {}
     for change in changes:
         if change.column in KINDS:
@@ -117,9 +117,12 @@ def by_cell(changes: Sequence[Change]) -> dict[tuple[str, str, str], list[Change
 
 
 def versions(outcome: Outcome) -> Iterator[str]:
-    """Yield the engines whose version is another one, or that are not installed in one of the two."""
+    """Yield the engines whose version changed, or that are missing from one of the records."""
     old, new = (
-        {row["engine"]: row["version"] or told(row["status"], row["why"]) for row in record.engines.to_dict("records")}
+        {
+            row["engine"]: row["version"] or described(row["status"], row["why"])
+            for row in record.engines.to_dict("records")
+        }
         for record in (outcome.baseline, outcome.candidate)
     )
     for engine, version in new.items():
@@ -128,17 +131,17 @@ def versions(outcome: Outcome) -> Iterator[str]:
 
 
 def rerun(record: Record, change: Change, against: Sequence[str]) -> str:
-    """Return the command that flies one cell again; against: the words that name baseline and tolerances."""
+    """Return the command that reruns one cell; against: the options that name baseline and tolerances."""
     return shlex.join(["tumble", "check", scene_word(record, change.scene), *engine_words(record, change), *against])
 
 
 def scene_word(record: Record, name: str) -> str:
-    """Return what a scene was asked for by: its name or its file."""
+    """Return the word for a scene on the command line: its name or its file."""
     return next((word for word in record.scenes if Path(word).stem == name), name)
 
 
 def engine_words(record: Record, change: Change) -> list[str]:
-    """Return what a contestant is asked for by, an engine of the user's own by its file; a whole scene has none."""
+    """Return the options for a contestant, a user's own engine by its file; none for a whole scene."""
     if not change.engine:
         return []
     named = titles(engine_files(record.contestants))

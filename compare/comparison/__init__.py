@@ -1,1 +1,1 @@
-"""Who is wrong on a throw, and by how much."""
+"""The error of every contestant on a scene."""

@@ -1,4 +1,4 @@
-"""Every contestant on every scene, held against the truth."""
+"""Every contestant on every scene, compared with the reference solution."""
 
 from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
@@ -8,20 +8,20 @@ from tumble.compare.judge.errors import Flown, Run
 from tumble.compare.run.flight import Trajectory
 from tumble.compare.run.progress import ProgressCallback, no_progress
 from tumble.compare.run.running_engines import AS_ASKED, DEFAULT, RunningEngine, truth_limit
+from tumble.compare.run.status import Failure
 from tumble.compare.run.tasks import Task, run
 from tumble.compare.run.truths import Truths
-from tumble.compare.run.worker import Failure
 from tumble.scenarios.scene import Scene
 from tumble.scenarios.truth import Truth
-from tumble.scenarios.truth.handed import cost_of_doubles
+from tumble.scenarios.truth.rounded_inputs import input_rounding_error
 
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """A scene, its truth or why it has none, and what every contestant made of it.
+    """A scene, its reference solution or why it has none, and the runs of all contestants.
 
-    lost_m: how far what engines are handed, in doubles, is from the scene as it is written, at most [m]; 0 untold;
-    roles: what contestants are to their engines (`Participant.role`), by ENGINE:METHOD.
+    lost_m: how far a vertex moves if the inputs are rounded to double precision, at most [m]; 0 if unknown;
+    roles: of contestants for their engines (`RunningEngine.role`), by ENGINE:METHOD.
     """
 
     scene: Scene
@@ -33,12 +33,12 @@ class Comparison:
 
     @property
     def defaults(self) -> frozenset[str]:
-        """The contestants that do what their engines do where nobody sets anything."""
+        """The contestants that are their engine's default."""
         return frozenset(name for name, role in self.roles.items() if role == DEFAULT)
 
     @property
-    def asked(self) -> frozenset[str]:
-        """The contestants that take part because the user named them."""
+    def named(self) -> frozenset[str]:
+        """The contestants that the user named."""
         return frozenset(name for name, role in self.roles.items() if role == AS_ASKED)
 
 
@@ -49,11 +49,23 @@ def compare(
     on_progress: ProgressCallback = no_progress,
     truths: Truths | None = None,
 ) -> list[Comparison]:
-    """Put every scene to every participant and hold the answers against the truth.
+    """Run every scene with every contestant and compare the trajectories with the reference.
 
-    dt: step [s], by default each scene's own; on_progress: called for every run and truth; truths: where those of the
-    scenes are asked for already.
-    Raises RayMissed where the true body is not in the way of a later ray.
+    Parameters
+    ----------
+    running_engines : with their methods
+    scenes : the scenes
+    dt : step [s]; None: each scene's own
+    on_progress : called for every run and reference solution
+    truths : has the scenes' reference solutions already; None: they are computed
+
+    Returns
+    -------
+    the comparisons, in the order of the scenes
+
+    Raises
+    ------
+    RayMissed : the ray of a later impulse misses the true body
     """
 
     def task(scene: Scene, running_engine: RunningEngine, method: str) -> Task[Trajectory | Failure]:
@@ -68,27 +80,42 @@ def compare(
         ]
         for scene in scenes
     ]
-    with nullcontext(truths) if truths else Truths(scenes, on_progress, limit_s=truth_limit(running_engines)) as asked:
-        answers = iter(run([one for own in tasks for one in own], asked, on_progress=on_progress))
-        true = [asked.answer(scene) for scene in scenes]
-        lost = asked.each(lost_m, scenes, [answer.truth for answer in true])
+    with (
+        nullcontext(truths)
+        if truths
+        else Truths(scenes, on_progress, limit_s=truth_limit(running_engines)) as references
+    ):
+        answers = iter(run([one for own in tasks for one in own], references, on_progress=on_progress))
+        true = [references.answer(scene) for scene in scenes]
+        lost = references.each(lost_m, scenes, [answer.truth for answer in true])
     return [
         Comparison(
-            scene,
-            *answer,
-            tuple(
+            scene=scene,
+            truth=answer.truth,
+            why_no_truth=answer.why,
+            runs=tuple(
                 Flown.of(one.running_engine, one.key[-1], dt or scene.step, next(answers)).run(
                     scene, one.running_engine.title, answer.truth
                 )
                 for one in own
             ),
-            lost,
-            {f"{one.running_engine.title}:{one.key[-1]}": one.running_engine.role(one.key[-1]) for one in own},
+            lost_m=lost,
+            roles={f"{one.running_engine.title}:{one.key[-1]}": one.running_engine.role(one.key[-1]) for one in own},
         )
         for scene, answer, own, lost in zip(scenes, true, tasks, lost, strict=True)
     ]
 
 
 def lost_m(scene: Scene, truth: Truth | None) -> float:
-    """Return what being handed doubles costs at most [m], 0 where there is no truth to tell it by."""
-    return 0.0 if truth is None else cost_of_doubles(scene, truth)
+    """Return the largest error from rounding the inputs to double precision.
+
+    Parameters
+    ----------
+    scene : the scene
+    truth : its reference solution
+
+    Returns
+    -------
+    the error [m], 0 without a reference solution
+    """
+    return 0.0 if truth is None else input_rounding_error(scene, truth)

@@ -1,4 +1,4 @@
-"""All tables of a comparison, by file name: what the page is made from, and what others script against."""
+"""All tables of a comparison, by file name."""
 
 from collections.abc import Sequence
 
@@ -21,33 +21,44 @@ def scene_row(comparison: Comparison) -> SceneRow:
     scene, whole = comparison.scene, comparison.truth
     truth = None if whole is None else whole.until_horizon()
     return SceneRow(
-        scene.name,
-        scene.title,
-        scene.source,
-        ", ".join(needs(scene)),
-        scene.body.shape,
-        len(scene.body.points),
-        scene.duration,
-        scene.step,
-        len(scene.times),
-        comparison.why_no_truth or (f"{truth.how}{truth.ends}" if truth else ""),
-        None if truth is None else float(truth.bound.max()),
-        None if truth is None else float(truth.floor.max()),
-        whole.horizon if whole and whole.known < len(whole.times) else None,
-        None if truth is None else comparison.lost_m,
+        scene=scene.name,
+        title=scene.title,
+        source=scene.source,
+        needs=", ".join(needs(scene)),
+        shape=scene.body.shape,
+        vertices=len(scene.body.points),
+        duration_s=scene.duration,
+        step_s=scene.step,
+        samples=len(scene.times),
+        truth=comparison.why_no_truth or (f"{truth.how}{truth.ends}" if truth else ""),
+        bound_m=None if truth is None else float(truth.bound.max()),
+        input_error_m=None if truth is None else float(truth.input_error.max()),
+        horizon_s=whole.horizon if whole and whole.known < len(whole.times) else None,
+        rounding_inputs_m=None if truth is None else comparison.lost_m,
     )
 
 
 def comparison_tables(
     comparisons: Sequence[Comparison], engines: Sequence[EngineRow], command: str
 ) -> dict[str, pd.DataFrame]:
-    """Return every table by file name; command reruns them."""
+    """Return all tables of a comparison.
+
+    Parameters
+    ----------
+    comparisons : of the scenes
+    engines : that took part
+    command : the command line that repeats the study, for conditions.csv
+
+    Returns
+    -------
+    table by file name
+    """
     runs = [run for comparison in comparisons for run in comparison.runs]
     rows = [run_row(run) for run in runs]
     pairs = [row for each in comparisons for row in agreements(each.runs)]
     defaults = frozenset().union(*(each.defaults for each in comparisons))
-    asked = frozenset().union(*(each.asked for each in comparisons))
-    findings = [*error_findings(rows, defaults, asked), *agreement_findings(pairs)]
+    named = frozenset().union(*(each.named for each in comparisons))
+    findings = [*error_findings(rows, defaults, named), *agreement_findings(pairs)]
     return {
         "scenes.csv": frame(SCENES, map(scene_row, comparisons)),
         "engines.csv": frame(ENGINES, engines),

@@ -37,7 +37,7 @@ def compare_scenes(
     Parameters
     ----------
     scenes : the scenes
-    contestants : ENGINE[@RELEASE][:METHOD] or FILE[:METHOD] of each; empty: every installed engine
+    contestants : ENGINE[@RELEASE][:METHOD] or FILE[:METHOD] of each; empty: the engines installed with Tumble
     dt : step [s]; None: each scene's own
     time_limit : for each run [s]
     memory_limit : for each engine's process [B]

@@ -20,4 +20,12 @@ def column_findings(budget: Iterable[BudgetRow]) -> Iterator[FindingRow]:
         )
         if NEARER * near[1] < far[1]:
             for finding, (column, distance) in zip(("right column", "wrong column"), (near, far), strict=True):
-                yield FindingRow(finding, row.scene, row.engine, row.method, column, distance, "m")
+                yield FindingRow(
+                    finding=finding,
+                    scene=row.scene,
+                    engine=row.engine,
+                    method=row.method,
+                    other=column,
+                    value=distance,
+                    unit="m",
+                )

@@ -7,7 +7,7 @@ from tumble.compare.tables.schema import Table
 from tumble.compare.tables.shared import CONTESTANT, Engine, Method, SceneName
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class PublishedRow:
     """One contestant at one row of Table 4.1: its vertex, the printed positions, and the distances to them."""
 
@@ -29,7 +29,7 @@ class PublishedRow:
     to_application_m: Annotated[float, "distance of the vertex from the printed column `application`"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class BudgetRow:
     """The largest distance of one contestant from each printed column, over the five rows of Table 4.1."""
 

@@ -6,76 +6,80 @@ from typing import Annotated
 from tumble.compare.tables.schema import Table
 from tumble.compare.tables.shared import SceneName
 
-File = Annotated[str, "the file that was graded"]
+File = Annotated[str, "the graded file"]
+Verdict = Annotated[str, "verdict; docs/grade.md lists them"]
 
 
 @dataclass(frozen=True)
 class GradeRow:
-    """One file: errors over all rows and vertices, what they are held against, drifts where known, and the verdict."""
+    """One file: its vertex errors over all rows and vertices, their resolution, drifts where known, and the verdict."""
 
     file: File
     scene: SceneName
-    read_as: Annotated[str, "what was graded: pose, matrix or vertices"]
-    rows: Annotated[int, "rows that were graded"]
+    read_as: Annotated[str, "description of the pose that was graded: pose, matrix or vertices"]
+    rows: Annotated[int, "number of graded rows"]
     members: Annotated[int, "number of ensemble members (throws)"]
-    verdict: Annotated[str, "what was found"]
-    max_error_m: Annotated[float, "largest vertex error"]
-    at_t_s: Annotated[float, "when that is"]
-    at_vertex: Annotated[int, "at which vertex"]
-    rms_error_m: Annotated[float, "root mean square over all rows and vertices"]
-    final_error_m: Annotated[float, "largest vertex error of the last row"]
-    resolution_m: Annotated[float, "what the truth can tell"]
-    print_precision_m: Annotated[float, "what the digits of the file can tell"]
-    energy_drift: Annotated[float | None, "largest difference from the true energy, over the largest kinetic"]
-    momentum_drift: Annotated[float | None, "largest difference from the true momentum, over the largest"]
-    angular_momentum_drift: Annotated[
-        float | None, "largest difference from the true angular momentum, over the largest"
+    verdict: Verdict
+    max_error_m: Annotated[float, "largest vertex error, over rows and vertices"]
+    at_t_s: Annotated[float, "time of the largest vertex error"]
+    at_vertex: Annotated[int, "vertex with the largest error"]
+    rms_error_m: Annotated[float, "root mean square vertex error, over rows and vertices"]
+    final_error_m: Annotated[float, "largest vertex error in a member's last row"]
+    resolution_m: Annotated[float, "resolution of the reference: smaller errors are indistinguishable from zero"]
+    print_precision_m: Annotated[float, "largest position uncertainty from the file's printed digits"]
+    energy_drift: Annotated[
+        float | None, "largest difference from the true energy, over the largest kinetic energy; empty if unknown"
     ]
-    by_differences: Annotated[bool, "whether velocities were taken from differences of positions"]
+    momentum_drift: Annotated[
+        float | None, "largest difference from the true momentum, over the largest true one; empty if unknown"
+    ]
+    angular_momentum_drift: Annotated[
+        float | None, "largest difference from the true angular momentum, over the largest true one; empty if unknown"
+    ]
+    by_differences: Annotated[bool, "whether velocities are differences of positions, since the file has none"]
 
 
 @dataclass(frozen=True)
 class ExplanationRow:
-    """One explanation: `best` by so many of its mistakes, or one that fits alike; what it leaves of the rows kept."""
+    """One explanation and its residual: the best one with more and more of its mistakes, or one that fits as well."""
 
     file: File
-    explanation: Annotated[str, "best or alike"]
+    explanation: Annotated[str, "best, or alike if it fits as well as the best"]
     mistakes: Annotated[int, "number of mistakes in it"]
-    what: Annotated[str, "what they are"]
-    max_residual_m: Annotated[float, "largest vertex error that it leaves"]
-    rms_residual_m: Annotated[float, "root mean square of what it leaves"]
-    weight: Annotated[float, "how much it is worth beside the others"]
+    what: Annotated[str, "the mistakes, in words"]
+    max_residual_m: Annotated[float, "largest vertex error that it leaves, over the sampled rows"]
+    rms_residual_m: Annotated[float, "root mean square vertex error that it leaves, over the sampled rows"]
+    weight: Annotated[float, "information criterion (BIC): smaller is better, a difference of 10 is odds of 150 to 1"]
 
 
 @dataclass(frozen=True)
 class DiagnosisRow:
-    """One number, or word, of one mistake: rank 1 is the best explanation, and those of one group fit alike."""
+    """One parameter of one mistake; explanations of rank 2 and more fit as well as the one of rank 1."""
 
     file: File
-    verdict: Annotated[str, "what was found"]
+    verdict: Verdict
     rank: Annotated[int, "1 for the best explanation"]
-    group: Annotated[int, "explanations that cannot be told from one another share it"]
-    engines: Annotated[str, "engines that do the same at their defaults, of the best explanation"]
-    mistake: Annotated[str, "stable name of a mistake, docs/mistakes.md lists them"]
-    parameter: Annotated[str, "what the value is: step, time, rate, factor, choice, or a detail"]
+    engines: Annotated[str, "engines whose defaults are the best explanation, separated by |; empty if none"]
+    mistake: Annotated[str, "name of the mistake; docs/mistakes.md lists them"]
+    parameter: Annotated[str, "what the value is: step, time, rate, factor, choice, or a detail; empty if none"]
     value: Annotated[str, "a number, or a word"]
-    unit: Annotated[str, "of the number"]
-    residual_m: Annotated[float, "largest vertex error that the explanation leaves"]
+    unit: Annotated[str, "unit of the value; empty for a ratio or a word"]
+    residual_m: Annotated[float, "largest vertex error that the explanation leaves, over the sampled rows"]
 
 
 @dataclass(frozen=True)
 class PartRow:
-    """The largest error in one of equal parts of the duration, over all rows, throws and vertices."""
+    """The largest error in one of 60 equal parts of the duration, over rows, members and vertices."""
 
     file: File
-    from_s: Annotated[float, "begin of the part"]
+    from_s: Annotated[float, "start of the part"]
     to_s: Annotated[float, "end of the part"]
-    max_error_m: Annotated[float, "largest vertex error in it"]
+    max_error_m: Annotated[float, "largest vertex error in the part"]
 
 
 @dataclass(frozen=True)
-class KeptRow:
-    """One vertex at one of the rows kept of the throw that is diagnosed."""
+class SampleRow:
+    """One vertex in one of the sampled rows of the member that is diagnosed."""
 
     file: File
     scene: SceneName
@@ -88,15 +92,15 @@ class KeptRow:
     x_m: Annotated[float, "x of the vertex in the file, world axes"]
     y_m: Annotated[float, "y of the vertex in the file, world axes"]
     z_m: Annotated[float, "z of the vertex in the file, world axes"]
-    error_x_m: Annotated[float, "x in the file less the true x"]
-    error_y_m: Annotated[float, "y in the file less the true y"]
-    error_z_m: Annotated[float, "z in the file less the true z"]
-    error_m: Annotated[float, "distance of the vertex in the file from the true one"]
+    error_x_m: Annotated[float, "x in the file minus the true x"]
+    error_y_m: Annotated[float, "y in the file minus the true y"]
+    error_z_m: Annotated[float, "z in the file minus the true z"]
+    error_m: Annotated[float, "distance between the vertex in the file and the true one"]
 
 
 GRADE = Table("grade.csv", GradeRow, ("file",))
 EXPLANATIONS = Table("explanations.csv", ExplanationRow)
 DIAGNOSIS = Table("diagnosis.csv", DiagnosisRow)
 PARTS = Table("grade-parts.csv", PartRow, ("file", "from_s"))
-VERTICES = Table("grade-vertices.csv", KeptRow, ("file", "member", "t_s", "vertex"))
+VERTICES = Table("grade-vertices.csv", SampleRow, ("file", "member", "t_s", "vertex"))
 TABLES = (GRADE, DIAGNOSIS, EXPLANATIONS, PARTS, VERTICES)

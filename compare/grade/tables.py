@@ -1,4 +1,4 @@
-"""The tables of a grade: what `tumble grade -o` writes."""
+"""The tables that `tumble grade -o` writes."""
 
 from collections.abc import Iterator
 
@@ -16,45 +16,55 @@ from tumble.compare.grade.schemas import (
     VERTICES,
     ExplanationRow,
     GradeRow,
-    KeptRow,
     PartRow,
+    SampleRow,
 )
 from tumble.compare.run.provenance import conditions
 from tumble.compare.tables.frames import frame
-from tumble.compare.tables.runs import xyz
+from tumble.compare.tables.runs import vector_columns
 from tumble.compare.tables.shared import CONDITIONS
 
 
 def grade_row(grade: Grade) -> GradeRow:
     """Return the row of one file."""
     m = grade.measured
+    energy, momentum, angular_momentum = m.drifts or (None, None, None)
     return GradeRow(
-        grade.file,
-        grade.scene.name,
-        m.shown.kind,
-        m.rows,
-        m.throws,
-        grade.verdict,
-        m.worst_m,
-        m.worst_t_s,
-        m.worst_vertex,
-        m.rms_m,
-        m.final_m,
-        m.resolution_m,
-        m.half_m,
-        *(m.drifts or (None, None, None)),
-        m.by_differences,
+        file=grade.file,
+        scene=grade.scene.name,
+        read_as=m.description.kind,
+        rows=m.rows,
+        members=m.throws,
+        verdict=grade.verdict,
+        max_error_m=m.worst_m,
+        at_t_s=m.worst_t_s,
+        at_vertex=m.worst_vertex,
+        rms_error_m=m.rms_m,
+        final_error_m=m.final_m,
+        resolution_m=m.resolution_m,
+        print_precision_m=m.half_m,
+        energy_drift=energy,
+        momentum_drift=momentum,
+        angular_momentum_drift=angular_momentum,
+        by_differences=m.by_differences,
     )
 
 
 def explanation_rows(grade: Grade) -> Iterator[ExplanationRow]:
-    """Yield how the best explanation comes about, and then those that fit alike."""
+    """Yield the best explanation with more and more of its mistakes, and then those that fit equally well."""
     if grade.diagnosis is None:
         return
     named = [("best", each) for each in grade.diagnosis.steps] + [("alike", each) for each in grade.diagnosis.alike]
     for name, each in named:
-        what = "; ".join(mistake.said for mistake in each.mistakes) or "nothing wrong"
-        yield ExplanationRow(grade.file, name, len(each.mistakes), what, each.max_m, each.rms_m, each.weight)
+        yield ExplanationRow(
+            file=grade.file,
+            explanation=name,
+            mistakes=len(each.mistakes),
+            what="; ".join(mistake.text for mistake in each.mistakes) or "nothing wrong",
+            max_residual_m=each.max_m,
+            rms_residual_m=each.rms_m,
+            weight=each.weight,
+        )
 
 
 def part_rows(grade: Grade) -> Iterator[PartRow]:
@@ -62,25 +72,44 @@ def part_rows(grade: Grade) -> Iterator[PartRow]:
     edges = np.linspace(0, grade.scene.duration, BINS + 1)
     for begin, end, error_m in zip(edges, edges[1:], grade.measured.over_time_m, strict=False):
         if np.isfinite(error_m):
-            yield PartRow(grade.file, float(begin), float(end), float(error_m))
+            yield PartRow(file=grade.file, from_s=float(begin), to_s=float(end), max_error_m=float(error_m))
 
 
-def kept_rows(grade: Grade) -> Iterator[KeptRow]:
-    """Yield the rows kept, by instant and vertex."""
-    kept, vertices = grade.measured.kept, grade.measured.shown.vertices
-    for (row, number), distance in np.ndenumerate(np.linalg.norm(kept.vertices - kept.true, axis=-1)):
-        true, seen = kept.true[row, number], kept.vertices[row, number]
-        key = grade.file, grade.scene.name, grade.measured.throw, float(kept.times[row]), vertices[number]
-        yield KeptRow(*key, *xyz(true), *xyz(seen), *xyz(seen - true), float(distance))
+def sample_rows(grade: Grade) -> Iterator[SampleRow]:
+    """Yield the sampled rows, by time and vertex."""
+    sample, vertices = grade.measured.sample, grade.measured.description.vertices
+    for (row, number), distance in np.ndenumerate(np.linalg.norm(sample.vertices - sample.true, axis=-1)):
+        true, seen = sample.true[row, number], sample.vertices[row, number]
+        yield SampleRow(
+            file=grade.file,
+            scene=grade.scene.name,
+            member=grade.measured.throw,
+            t_s=float(sample.times[row]),
+            vertex=vertices[number],
+            **vector_columns(true, "true_x_m", "true_y_m", "true_z_m"),
+            **vector_columns(seen, "x_m", "y_m", "z_m"),
+            **vector_columns(seen - true, "error_x_m", "error_y_m", "error_z_m"),
+            error_m=float(distance),
+        )
 
 
 def grade_tables(grade: Grade, command: str) -> dict[str, pd.DataFrame]:
-    """Return every table of a grade by file name."""
+    """Return every table of a grade.
+
+    Parameters
+    ----------
+    grade : the grade of a file
+    command : the command line, for `conditions.csv`
+
+    Returns
+    -------
+    file name -> table
+    """
     return {
         "grade.csv": frame(GRADE, [grade_row(grade)]),
         "diagnosis.csv": frame(DIAGNOSIS, diagnosis_rows(grade)),
         "explanations.csv": frame(EXPLANATIONS, explanation_rows(grade)),
         "grade-parts.csv": frame(PARTS, part_rows(grade)),
-        "grade-vertices.csv": frame(VERTICES, kept_rows(grade)),
+        "grade-vertices.csv": frame(VERTICES, sample_rows(grade)),
         "conditions.csv": frame(CONDITIONS, conditions(command)),
     }

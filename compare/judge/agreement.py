@@ -13,7 +13,7 @@ from tumble.compare.judge.errors import Run
 SHARED = 1e-3
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class AgreementRow:
     """Two contestants that agree with each other far better than with the truth."""
 
@@ -45,4 +45,13 @@ def agreements(runs: Sequence[Run]) -> Iterator[AgreementRow]:
         apart = float(np.linalg.norm(a.errors - b.errors, axis=-1).max())
         # Below the truth's limit a distance tells nothing, so errors must stand that much above it.
         if SHARED * min(errors) > a.limits.max() and apart < SHARED * min(errors):
-            yield AgreementRow(a.scene.name, a.engine, a.method, b.engine, b.method, apart, *errors)
+            yield AgreementRow(
+                scene=a.scene.name,
+                engine_a=a.engine,
+                method_a=a.method,
+                engine_b=b.engine,
+                method_b=b.method,
+                apart_m=apart,
+                error_a_m=errors[0],
+                error_b_m=errors[1],
+            )

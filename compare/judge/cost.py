@@ -9,10 +9,10 @@ import numpy as np
 from tumble.compare.judge.errors import Run
 from tumble.compare.run.flight import Trajectory
 from tumble.compare.run.running_engines import RunningEngine
+from tumble.compare.run.status import Failure
 from tumble.compare.run.timing.readings import USUAL, Reading, Sampling
 from tumble.compare.run.timing.timer import Ready
 from tumble.compare.run.timing.timing import Cost, Load, costs
-from tumble.compare.run.worker import Failure
 from tumble.scenarios.scene import Scene
 
 # Whose times others are told as multiples of, unless another is asked for.
@@ -49,11 +49,13 @@ def time_runs(
     known = {name: cost for name, cost in found.items() if isinstance(cost, Cost)}
     return (
         [timed(run, loads[run.name], known[run.name]) for run in flown if run.name in known],
-        {name: cost.status for name, cost in found.items() if isinstance(cost, Failure)},
+        {name: str(cost) for name, cost in found.items() if isinstance(cost, Failure)},
     )
 
 
 def timed(run: Run, load: Load, cost: Cost) -> Timed:
     """Return a run with its time: its steps times the cost of one, or of a flight as it is."""
     run_ns = cost.reading.ns * (run.flight.steps if load.by_step else 1)
-    return Timed(run, run_ns / len(load.scene.start), cost.reading, load.by_step, cost.ready)
+    return Timed(
+        run=run, run_ns=run_ns / len(load.scene.start), reading=cost.reading, per_step=load.by_step, ready=cost.ready
+    )

@@ -10,7 +10,7 @@ from tumble.compare.judge.lookup import looked_up
 from tumble.compare.run.flight import Trajectory, mean_step
 from tumble.compare.run.precision import DOUBLE
 from tumble.compare.run.running_engines import RunningEngine
-from tumble.compare.run.worker import Failure
+from tumble.compare.run.status import Failure, Status, described
 from tumble.scenarios.frames import Array
 from tumble.scenarios.needs import needs
 from tumble.scenarios.scene import Scene
@@ -45,7 +45,16 @@ class Flown:
 
     def run(self, scene: Scene, engine: str, truth: Truth | None) -> "Run":
         """Return it beside the truth."""
-        return Run(scene, engine, self.method, self.dt, self.answer, truth, self.tolerance, self.rounding)
+        return Run(
+            scene=scene,
+            engine=engine,
+            method=self.method,
+            dt=self.dt,
+            answer=self.answer,
+            truth=truth,
+            tolerance=self.tolerance,
+            rounding=self.rounding,
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,13 +115,27 @@ class Run:
         return isinstance(self.answer, Trajectory) and self.truth is not None
 
     @cached_property
-    def status(self) -> str:
-        """ok, flagged: why, diverged at T s, skipped: why, missing: why, crashed: why, or timeout."""
+    def status(self) -> Status:
+        """What became of the run."""
         if isinstance(self.answer, Failure):
             return self.answer.status
         if self.answer.diverged_at is not None:
-            return f"diverged at {self.answer.diverged_at:.6g} s"
-        return f"flagged: {'; '.join(self.notes)}" if self.notes else "ok"
+            return Status.DIVERGED
+        return Status.FLAGGED if self.notes else Status.OK
+
+    @cached_property
+    def reason(self) -> str:
+        """The reason of a status that is not ok, else empty."""
+        if isinstance(self.answer, Failure):
+            return self.answer.reason
+        if self.answer.diverged_at is not None:
+            return f"at {self.answer.diverged_at:.6g} s"
+        return "; ".join(self.notes)
+
+    @property
+    def outcome(self) -> str:
+        """Status and reason as text for a person."""
+        return described(self.status, self.reason)
 
     @cached_property
     def notes(self) -> tuple[str, ...]:
@@ -139,7 +162,7 @@ class Run:
     def limits(self) -> Array:
         """max(bound, floor) of the truth at the samples [m], (S, N): an error below it says nothing more."""
         assert self.truth is not None
-        return self.truth.limit[-len(self.scene.times) :]
+        return self.truth.resolution[-len(self.scene.times) :]
 
     @cached_property
     def throws_errors(self) -> Array:
@@ -176,7 +199,7 @@ def largest(vectors: Array) -> float:
 def audit(scene: Scene, flight: Trajectory, truth: Truth, rounding: float) -> list[str]:
     """Return what went wrong silently, seen from outside: a frozen body, hidden damping or a clamp, a lost torque."""
     moved = np.abs(truth.vertices - truth.vertices[0]).max()
-    if moved > truth.limit.max() and (flight.vertices == flight.vertices[0]).all():
+    if moved > truth.resolution.max() and (flight.vertices == flight.vertices[0]).all():
         return ["frozen: the body never moved"]
     notes = [found] if (found := looked_up(scene, flight, truth)) else []
     if scene.is_free:

@@ -9,6 +9,7 @@ import numpy as np
 from tumble.compare.judge.errors import Run
 from tumble.compare.judge.orders import ASYMPTOTIC, FLOOR, LAST, Rung, local_orders, parts
 from tumble.compare.run.flight import legs
+from tumble.compare.run.status import Status
 
 PAIRS = 3
 MOST_STEPS, FINEST = 1 << 16, 16
@@ -41,7 +42,7 @@ def ladder(own: Run, fly: Callable[[float], Run]) -> list[Run]:
 
 def readable(run: Run) -> bool:
     """Whether the run's error is a plain result."""
-    return run.status == "ok" and run.has_errors and bool(np.isfinite(run.distances).all())
+    return run.status is Status.OK and run.has_errors and bool(np.isfinite(run.distances).all())
 
 
 def worst(run: Run) -> float:

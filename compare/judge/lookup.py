@@ -69,4 +69,4 @@ def after(scene: Scene, starts: bytes, time: float) -> Array:
     """Return where two starts, the bytes of (2, 13), truly lead in that time [s], (2, 13).  Raises NoTruth."""
     start, times = frozen_array(np.frombuffer(starts).reshape(2, 13)), frozen_array([time])
     short = replace(scene, start=start, impulses=(), times=times, duration=time, written=None)
-    return truth(short, floor=False).states[-1]
+    return truth(short, with_input_error=False).states[-1]

@@ -26,7 +26,7 @@ import numpy as np
 from tumble.compare.judge import mechanics
 from tumble.compare.judge.balance import BAND, Balance, energies
 from tumble.compare.judge.errors import Run, largest, lost_torque, quietly
-from tumble.compare.run.worker import Failure
+from tumble.compare.run.status import Failure, Status
 from tumble.scenarios.forces import acting, can_turn
 from tumble.scenarios.frames import Array, rotation_matrix, vertices
 from tumble.scenarios.needs import needs
@@ -64,9 +64,8 @@ class Verdict:
 def verdict(run: Run) -> Verdict:
     """Return the verdict on one run; its truth may be None."""
     if isinstance(run.answer, Failure):
-        kind, _, why = run.answer.status.partition(": ")
-        gone = kind == "timeout" or "its process" in why
-        return Verdict("no-return" if gone else "refused", why or "no answer within the time limit")
+        no_return = run.answer.status is Status.TIMEOUT or run.answer.process_died
+        return Verdict("no-return" if no_return else "refused", run.answer.reason)
     if run.answer.diverged_at is not None:
         return Verdict("diverged", f"not finite from {run.answer.diverged_at:.4g} s on", np.inf)
     balances = list(energies(run))
@@ -102,7 +101,7 @@ def was_reset(run: Run, balances: list[Balance]) -> str:
     had_moved = np.logical_or.accumulate(~(blank | first), axis=0)
     back = (blank | first) & had_moved
     if truth is not None:
-        back &= np.abs(truth.vertices - run.flight.vertices).max(axis=(-1, -2)) > truth.limit
+        back &= np.abs(truth.vertices - run.flight.vertices).max(axis=(-1, -2)) > truth.resolution
     return f"back at a start at {run.flight.times[np.argmax(back.any(axis=1))]:.4g} s" if back.any() else ""
 
 
@@ -145,7 +144,7 @@ def is_frozen(run: Run, balances: list[Balance]) -> str:
     if not (flight.vertices == flight.vertices[0]).all():
         return ""
     if run.truth is not None:
-        moved = np.abs(run.truth.vertices - run.truth.vertices[0]).max() > run.truth.limit.max()
+        moved = np.abs(run.truth.vertices - run.truth.vertices[0]).max() > run.truth.resolution.max()
     else:
         moved = bool(flight.states[0, :, 7:13].any())
     return "the body never moved" if moved else ""

@@ -1,6 +1,6 @@
-"""Films a scene: the truth and every contestant at some sixty instants between and at the scene's own.
+"""Films of a scene: the reference and every contestant at about sixty instants, the scene's own among them.
 
-The instants lie on the steps that a flight takes anyway, so that who is watched flies as it does unwatched.
+The instants lie on steps that a run takes anyway, so that filming does not change it.
 """
 
 from collections.abc import Sequence
@@ -10,9 +10,9 @@ from dataclasses import dataclass, replace
 from tumble.compare.run.flight import Trajectory, legs
 from tumble.compare.run.progress import ProgressCallback, no_progress
 from tumble.compare.run.running_engines import RunningEngine, truth_limit
+from tumble.compare.run.status import Failure
 from tumble.compare.run.tasks import Task, run
 from tumble.compare.run.truths import Truths
-from tumble.compare.run.worker import Failure
 from tumble.scenarios.scene import Scene, frozen_array
 from tumble.scenarios.truth import Truth
 
@@ -21,12 +21,12 @@ FRAMES = 64
 
 @dataclass(frozen=True, eq=False)
 class Film:
-    """One scene with its instants, its step [s], its truth up to the horizon, and the flights by engine and method."""
+    """One scene with its instants, step [s], reference solution up to the horizon, and runs by engine and method."""
 
     scene: Scene
     dt: float
     truth: Truth
-    flights: dict[tuple[str, str], Trajectory]
+    trajectories: dict[tuple[str, str], Trajectory]
 
 
 def film(
@@ -36,9 +36,19 @@ def film(
     on_progress: ProgressCallback = no_progress,
     truths: Truths | None = None,
 ) -> list[Film]:
-    """Return the films of all scenes that have a truth; dt [s], by default each scene's own step.
+    """Return the films of all scenes with a reference solution.
 
-    truths: where those of the films' scenes (`filmed`) are asked for already.
+    Parameters
+    ----------
+    running_engines : with their methods
+    scenes : the scenes
+    dt : step [s]; None: each scene's own
+    on_progress : called for every run and reference solution
+    truths : has the reference solutions of the films' scenes (`filmed`) already; None: they are computed
+
+    Returns
+    -------
+    the films, in the order of the scenes
     """
 
     def task(scene: Scene, running_engine: RunningEngine, method: str) -> Task[Trajectory | Failure]:
@@ -52,18 +62,22 @@ def film(
         for running_engine in running_engines
         for method in running_engine.methods_for(scene)
     ]
-    with nullcontext(truths) if truths else Truths(watched, on_progress, limit_s=truth_limit(running_engines)) as asked:
-        answers = dict(zip((one.key for one in tasks), run(tasks, asked, on_progress=on_progress), strict=True))
-        true = [asked.answer(scene).truth for scene in watched]
+    with (
+        nullcontext(truths)
+        if truths
+        else Truths(watched, on_progress, limit_s=truth_limit(running_engines)) as references
+    ):
+        answers = dict(zip((one.key for one in tasks), run(tasks, references, on_progress=on_progress), strict=True))
+        true = [references.answer(scene).truth for scene in watched]
     return [
         Film(
-            scene,
-            dt or scene.step,
-            answer.until_horizon(),
-            {
-                (engine, method): flight
-                for (name, engine, method), flight in answers.items()
-                if name == scene.name and isinstance(flight, Trajectory)
+            scene=scene,
+            dt=dt or scene.step,
+            truth=answer.until_horizon(),
+            trajectories={
+                (engine, method): trajectory
+                for (name, engine, method), trajectory in answers.items()
+                if name == scene.name and isinstance(trajectory, Trajectory)
             },
         )
         for scene, answer in zip(watched, true, strict=True)
@@ -72,12 +86,22 @@ def film(
 
 
 def filmed(scene: Scene, dt: float) -> Scene:
-    """Return the scene's first throw, looked at some FRAMES times, where steps of dt [s] end."""
+    """Return a scene's first throw, sampled about FRAMES times where steps end.
+
+    Parameters
+    ----------
+    scene : the scene
+    dt : step [s]
+
+    Returns
+    -------
+    the scene; its samples include the original ones
+    """
     return replace(scene, start=frozen_array(scene.start[:1]), times=frozen_array(instants(scene, dt)))
 
 
 def instants(scene: Scene, dt: float) -> list[float]:
-    """Return some FRAMES instants [s] where steps of dt [s] end, the scene's own among them."""
+    """Return about FRAMES instants [s] where steps of dt [s] end, the scene's own among them."""
     found: list[float] = [0.0] if scene.times[0] == 0.0 else []
     begin = 0.0
     for leg in legs(scene, dt):

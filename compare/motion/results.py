@@ -1,4 +1,4 @@
-"""All tables of films, by file name: how bodies look, what acts on them, and where they are."""
+"""All tables of films, by file name: bodies, loads and motions."""
 
 from collections.abc import Iterator, Sequence
 
@@ -23,19 +23,31 @@ from tumble.compare.motion.schemas import (
 )
 from tumble.compare.run.flight import Trajectory
 from tumble.compare.tables.frames import frame
+from tumble.compare.tables.runs import vector_columns
+from tumble.compare.tables.trajectory import STATE_COLUMNS
 from tumble.scenarios.frames import Array, vertices
 from tumble.scenarios.impulse import RayMissed, strike_point
 from tumble.scenarios.scene import Body, Scene
 
 TRUTH = "truth"
-# Vertices further than this part of the body from where a rigid body has them are no rigid body's.
+PLACE = ("x_m", "y_m", "z_m")
+# A body is deformed if a vertex is further than this share of its size from where a rigid body has it.
 RIGID = 1e-9
 # The corners of each face of a box in order round it; opposite faces come in pairs.
 BOX_FACES = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
 
 
 def film_tables(films: Sequence[Film]) -> dict[str, pd.DataFrame]:
-    """Return every table of films by file name."""
+    """Return all tables of films.
+
+    Parameters
+    ----------
+    films : of the scenes
+
+    Returns
+    -------
+    table by file name
+    """
     return {
         BODIES.file: frame(BODIES, (body_row(film.scene) for film in films)),
         POINTS.file: frame(POINTS, (row for film in films for row in point_rows(film.scene))),
@@ -48,19 +60,24 @@ def film_tables(films: Sequence[Film]) -> dict[str, pd.DataFrame]:
 
 def body_row(scene: Scene) -> BodyRow:
     """Return the row of a scene's body."""
-    return BodyRow(scene.name, scene.body.shape, scene.body.mass, *scene.body.moments.tolist())
+    return BodyRow(
+        scene=scene.name,
+        shape=scene.body.shape,
+        mass_kg=scene.body.mass,
+        **vector_columns(scene.body.moments, "i1_kg_m2", "i2_kg_m2", "i3_kg_m2"),
+    )
 
 
 def point_rows(scene: Scene) -> Iterator[PointRow]:
     """Yield the vertices."""
-    for vertex, point in enumerate(scene.body.points.tolist()):
-        yield PointRow(scene.name, vertex, *point)
+    for vertex, point in enumerate(scene.body.points):
+        yield PointRow(scene=scene.name, vertex=vertex, **vector_columns(point, *PLACE))
 
 
 def face_rows(scene: Scene) -> Iterator[FaceRow]:
     """Yield the faces: those of the box or the mesh, or the convex hull of a body that has only points."""
     for face, corners in enumerate(faces(scene.body)):
-        yield FaceRow(scene.name, face, " ".join(map(str, corners)))
+        yield FaceRow(scene=scene.name, face=face, vertices=" ".join(map(str, corners)))
 
 
 def faces(body: Body) -> Sequence[Sequence[int]]:
@@ -71,8 +88,8 @@ def faces(body: Body) -> Sequence[Sequence[int]]:
 
 
 def hull(points: Array) -> list[list[int]]:
-    """Return the triangles of the convex hull; nothing where the points lie in a plane."""
-    from scipy.spatial import ConvexHull, QhullError  # only bodies without faces pay for it
+    """Return the triangles of the convex hull; nothing if the points lie in a plane."""
+    from scipy.spatial import ConvexHull, QhullError  # slow to load, and only for bodies without faces
 
     try:
         found = ConvexHull(points)
@@ -91,7 +108,7 @@ def hull(points: Array) -> list[list[int]]:
 
 
 def act_rows(film: Film) -> Iterator[LoadRow]:
-    """Yield what acts: impulses land where the true body is."""
+    """Yield the loads: impulses are applied where the true body is."""
     scene = film.scene
     for impulse in scene.impulses:
         row = int(np.searchsorted(film.truth.times, impulse.time))
@@ -99,31 +116,38 @@ def act_rows(film: Film) -> Iterator[LoadRow]:
             continue  # beyond the horizon
         state = film.truth.states[row, 0]
         try:
-            point = strike_point(impulse, state, scene.body).tolist()
+            point = strike_point(impulse, state, scene.body)
         except RayMissed:
             continue
-        yield LoadRow(scene.name, "impulse", impulse.time, *point, *impulse.value.tolist())
+        yield load_row(scene, "impulse", impulse.time, point, impulse.value)
     for tether in scene.tethers:
-        yield LoadRow(scene.name, "tether", 0.0, *tether.anchor.tolist(), *tether.point_body.tolist())
+        yield load_row(scene, "tether", 0.0, tether.anchor, tether.point_body)
     if scene.floor is not None:
         normal = scene.floor.normal
-        yield LoadRow(scene.name, "floor", 0.0, *(scene.floor.height * normal).tolist(), *normal.tolist())
+        yield load_row(scene, "floor", 0.0, scene.floor.height * normal, normal)
     if scene.gravity is not None:
-        yield LoadRow(scene.name, "gravity", 0.0, 0.0, 0.0, 0.0, *scene.gravity.tolist())
+        yield load_row(scene, "gravity", 0.0, np.zeros(3), scene.gravity)
+
+
+def load_row(scene: Scene, kind: str, time: float, place: Array, vector: Array) -> LoadRow:
+    """Return the row of one load: at a time [s] and a place [m], (3,), with its vector, (3,)."""
+    vectors = {**vector_columns(place, *PLACE), **vector_columns(vector, "u", "v", "w")}
+    return LoadRow(scene=scene.name, kind=kind, t_s=time, **vectors)
 
 
 def motion_rows(film: Film) -> Iterator[MotionRow]:
-    """Yield the rows of the truth, then those of every contestant as far as it is finite."""
+    """Yield the rows of the reference, then those of every contestant as far as it is finite."""
     yield from rows_of(film, (TRUTH, ""), 0.0, film.truth.states[:, 0], film.truth.vertices[:, 0])
     known = len(film.truth.times)
-    for contestant, flight in film.flights.items():
-        yield from rows_of(film, contestant, film.dt, flight.states[:known, 0], flight.vertices[:known, 0])
+    for contestant, trajectory in film.trajectories.items():
+        yield from rows_of(film, contestant, film.dt, trajectory.states[:known, 0], trajectory.vertices[:known, 0])
 
 
 def rows_of(film: Film, contestant: tuple[str, str], dt_s: float, states: Array, points: Array) -> Iterator[MotionRow]:
     """Yield the rows of one: states (R, 13), vertices (R, n, 3) [m]."""
     body, true = film.scene.body, film.truth.states[:, 0]
-    with np.errstate(all="ignore"):  # a flight that blew up has no figures
+    engine, method = contestant
+    with np.errstate(all="ignore"):  # a run that diverged has no figures
         errors = np.linalg.norm(points - film.truth.vertices[:, 0], axis=-1).max(axis=-1)
         energy, energy_true = (mechanics.energy(each, body, film.scene.gravity) for each in (states, true))
         l_world, l_true = (mechanics.angular_momentum(each, body) for each in (states, true))
@@ -133,29 +157,44 @@ def rows_of(film: Film, contestant: tuple[str, str], dt_s: float, states: Array,
     for row, time in enumerate(film.truth.times.tolist()):
         if not (np.isfinite(states[row]).all() and np.isfinite(points[row]).all()):
             return
-        figures = errors[row], energy_drifts[row], l_drifts[row]
         yield MotionRow(
-            film.scene.name, *contestant, dt_s, time, *states[row].tolist(), *l_body[row].tolist(), *map(float, figures)
+            scene=film.scene.name,
+            engine=engine,
+            method=method,
+            dt_s=dt_s,
+            t_s=time,
+            **vector_columns(states[row], *STATE_COLUMNS[1:]),
+            **vector_columns(l_body[row], "l1_kg_m2_s", "l2_kg_m2_s", "l3_kg_m2_s"),
+            error_m=float(errors[row]),
+            energy_drift=float(energy_drifts[row]),
+            angular_momentum_drift=float(l_drifts[row]),
         )
 
 
-def bent(film: Film) -> dict[tuple[str, str], Trajectory]:
-    """Return the flights, by engine and method, of those whose body is no longer rigid."""
+def deformed(film: Film) -> dict[tuple[str, str], Trajectory]:
+    """Return the runs, by engine and method, whose body is no longer rigid."""
     body = film.scene.body
     size = body.reach
     found = {}
-    for contestant, flight in film.flights.items():
+    for contestant, trajectory in film.trajectories.items():
         with np.errstate(all="ignore"):
-            apart = np.abs(flight.vertices - vertices(flight.states, body.points))
+            apart = np.abs(trajectory.vertices - vertices(trajectory.states, body.points))
         if np.nanmax(apart, initial=0.0) > RIGID * size:
-            found[contestant] = flight
+            found[contestant] = trajectory
     return found
 
 
 def deformed_rows(film: Film) -> Iterator[DeformedRow]:
-    """Yield where the vertices are of those whose body is no longer rigid."""
-    for contestant, flight in bent(film).items():
-        for time, points in zip(film.truth.times.tolist(), flight.vertices[:, 0], strict=False):
-            for vertex, point in enumerate(points.tolist()):
+    """Yield the vertices of the runs whose body is no longer rigid."""
+    for (engine, method), trajectory in deformed(film).items():
+        for time, points in zip(film.truth.times.tolist(), trajectory.vertices[:, 0], strict=False):
+            for vertex, point in enumerate(points):
                 if np.isfinite(point).all():
-                    yield DeformedRow(film.scene.name, *contestant, time, vertex, *point)
+                    yield DeformedRow(
+                        scene=film.scene.name,
+                        engine=engine,
+                        method=method,
+                        t_s=time,
+                        vertex=vertex,
+                        **vector_columns(point, *PLACE),
+                    )

@@ -6,19 +6,19 @@ from typing import Annotated
 from tumble.compare.tables.schema import Table
 from tumble.compare.tables.shared import CONTESTANT, Engine, Method, SceneName
 
-PLACE = "where it acts: where an impulse is applied, a tether's anchor, a point of the floor"
-VECTOR = "the impulse [N s], the tether's end in principal axes [m], the floor's normal or gravity [m/s2]"
+PLACE = "the load: point of application of an impulse, anchor of a tether, point of the floor"
+VECTOR = "the load: impulse [N s], end of a tether in principal axes [m], normal of the floor, or gravity [m/s2]"
 Instant = Annotated[float, "time of the frame"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class MotionRow:
-    """Where the truth (engine `truth`) or a contestant is at one instant, and what a free body would keep."""
+    """The state of the reference (engine `truth`) or of a contestant at one instant, and its drifts."""
 
     scene: SceneName
     engine: Engine
     method: Method
-    dt_s: Annotated[float, "step that was asked for; 0 for the truth"]
+    dt_s: Annotated[float, "step asked for; 0 for the reference"]
     t_s: Instant
     x_m: Annotated[float, "x of the centre of mass, world axes"]
     y_m: Annotated[float, "y of the centre of mass, world axes"]
@@ -37,13 +37,13 @@ class MotionRow:
     l2_kg_m2_s: Annotated[float, "second component of the angular momentum about the centre of mass, principal axes"]
     l3_kg_m2_s: Annotated[float, "third component of the angular momentum about the centre of mass, principal axes"]
     error_m: Annotated[float, "largest vertex error"]
-    energy_drift: Annotated[float, "difference from the true energy, over the largest kinetic"]
-    angular_momentum_drift: Annotated[float, "difference from the true angular momentum, over the largest"]
+    energy_drift: Annotated[float, "difference from the true energy, over the largest true kinetic energy"]
+    angular_momentum_drift: Annotated[float, "difference from the true angular momentum, over its largest true value"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class DeformedRow:
-    """Where a vertex is of a body that is no longer rigid, at one instant."""
+    """One vertex of a body that is no longer rigid, at one instant."""
 
     scene: SceneName
     engine: Engine
@@ -55,7 +55,7 @@ class DeformedRow:
     z_m: Annotated[float, "z of the vertex, world axes"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class BodyRow:
     """One body: its shape, mass and principal moments."""
 
@@ -67,7 +67,7 @@ class BodyRow:
     i3_kg_m2: Annotated[float, "moment of inertia about the third principal axis"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class PointRow:
     """One vertex of a body."""
 
@@ -78,18 +78,18 @@ class PointRow:
     z_m: Annotated[float, "z of the vertex from the centre of mass, principal axes"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class FaceRow:
-    """One face of a body; of one that has only points, of their convex hull."""
+    """One face of a body; for a body with points only, of their convex hull."""
 
     scene: SceneName
     face: Annotated[int, "number of the face"]
-    vertices: Annotated[str, "its vertices, counter-clockwise from outside"]
+    vertices: Annotated[str, "numbers of its vertices, counter-clockwise from outside, separated by blanks"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class LoadRow:
-    """What acts on a body: an impulse, a tether, a floor, gravity."""
+    """One load on a body: an impulse, a tether, a floor or gravity."""
 
     scene: SceneName
     kind: Annotated[str, "impulse, tether, floor or gravity"]

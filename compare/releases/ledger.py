@@ -1,6 +1,6 @@
-"""The same questions to every release of an engine, each in its environment; what neighbours answer is held together.
+"""The same scenes with every release of an engine, each in its own environment.
 
-All speeds are those of one scene, sampled in the same rounds, so that releases are compared and not hours of the day.
+All run times are of one scene, sampled in the same rounds, so that they can be compared.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -13,24 +13,24 @@ from tumble.compare.run.engines.environments import split_release
 from tumble.compare.run.process.kept import Kept
 from tumble.compare.run.progress import ProgressCallback, no_progress
 from tumble.compare.run.running_engines import RunningEngine, truth_limit
+from tumble.compare.run.status import Failure
 from tumble.compare.run.tasks import Task, run
 from tumble.compare.run.timing.readings import USUAL, Reading, Sampling, ratio
 from tumble.compare.run.timing.timing import Cost, Load, costs
 from tumble.compare.run.truths import Truths
-from tumble.compare.run.worker import Failure
 from tumble.compare.tables.runs import run_row
 from tumble.scenarios.scene import Scene
 from tumble.scenarios.truth import Truth
 
-# A brick that tumbles and falls, two blows, and a force that is no gravity.
+# A brick that tumbles and falls, two impulses, and a force other than gravity.
 SCENES = ("brick-tumble", "two-hits", "tether-undamped")
 
 Named = tuple[str, str]  # release and method
 
 
 @dataclass(frozen=True)
-class Asked:
-    """What one method of one release answered: at the scene's own step, and on the ladder around it."""
+class Runs:
+    """The runs of one method of one release: at the scene's own step, and the step-size sequence around it."""
 
     own: Flown
     ladder: list[Flown]
@@ -38,7 +38,7 @@ class Asked:
 
 @dataclass(frozen=True, eq=False)
 class Ledger:
-    """The releases of an engine, the oldest first; a row a method, release and scene; the speeds of the first scene."""
+    """The releases of an engine, the oldest first; a row per method, release and scene; times of the first scene."""
 
     engine: str
     releases: tuple[str, ...]
@@ -47,7 +47,7 @@ class Ledger:
 
 
 def release_of(running_engine: RunningEngine) -> str:
-    """Return the release that a participant is."""
+    """Return the release of a running engine."""
     _, release = split_release(running_engine.engine)
     return release or ("" if isinstance(running_engine.info, Failure) else running_engine.info.version)
 
@@ -61,13 +61,13 @@ def ledger(
 ) -> Ledger:
     """Return the ledger of one engine's releases, the oldest first.
 
-    kept: flights that are done already, and where those are kept that get done; times are always taken anew.
+    kept: finished runs are found and saved there; times are always measured anew.
     Raises RayMissed as compare does.
     """
 
-    def task(scene: Scene, true: Callable[[], Truth | None], running_engine: RunningEngine, method: str) -> Task[Asked]:
+    def task(scene: Scene, true: Callable[[], Truth | None], running_engine: RunningEngine, method: str) -> Task[Runs]:
         key = scene.name, running_engine.title, method
-        return Task(key, running_engine, lambda able: asked(able, scene, method, true()), Asked)
+        return Task(key, running_engine, lambda able: runs_of(able, scene, method, true()), Runs)
 
     with Truths(scenes, on_progress, limit_s=truth_limit(running_engines)) as truths:
         tasks = [
@@ -85,15 +85,15 @@ def ledger(
     on_progress("timed")
     newest = release_of(running_engines[-1])
     return Ledger(
-        split_release(running_engines[0].engine)[0],
-        tuple(map(release_of, running_engines)),
-        tuple(with_speed(each, speeds, newest) if each.scene == scenes[0].name else each for each in rows),
-        speeds,
+        engine=split_release(running_engines[0].engine)[0],
+        releases=tuple(map(release_of, running_engines)),
+        rows=tuple(with_speed(each, speeds, newest) if each.scene == scenes[0].name else each for each in rows),
+        speeds=speeds,
     )
 
 
-def asked(running_engine: RunningEngine, scene: Scene, method: str, true: Truth | None) -> Asked:
-    """Return one method's flight, and a ladder around it where it has an order to be read."""
+def runs_of(running_engine: RunningEngine, scene: Scene, method: str, true: Truth | None) -> Runs:
+    """Return one method's run, and a step-size sequence around it if it has an order to determine."""
 
     def at(dt: float) -> Run:
         return Flown.of(running_engine, method, dt, running_engine.fly(scene, method, dt)).run(
@@ -102,33 +102,40 @@ def asked(running_engine: RunningEngine, scene: Scene, method: str, true: Truth 
 
     own = at(scene.step)
     around = ladder.ladder(own, at) if ladder.readable(own) and not running_engine.takes_own_steps(method) else []
-    plain = [Flown(each.method, each.dt, each.answer, each.tolerance, each.rounding) for each in (own, *around)]
-    return Asked(plain[0], plain[1:])
+    plain = [
+        Flown(method=each.method, dt=each.dt, answer=each.answer, tolerance=each.tolerance, rounding=each.rounding)
+        for each in (own, *around)
+    ]
+    return Runs(plain[0], plain[1:])
 
 
-def row(scene: Scene, running_engine: RunningEngine, answer: Asked, true: Truth | None) -> ReleaseRow:
+def row(scene: Scene, running_engine: RunningEngine, answer: Runs, true: Truth | None) -> ReleaseRow:
     """Return the row of one answer."""
     own = answer.own.run(scene, running_engine.title, true)
-    said = run_row(own)
+    found = run_row(own)
+    attitude_order, translation_order = ladder.orders(
+        [each.run(scene, running_engine.title, true) for each in answer.ladder]
+    )
     return ReleaseRow(
-        split_release(running_engine.engine)[0],
-        release_of(running_engine),
-        scene.name,
-        answer.own.method,
-        said.dt_s,
-        said.status,
-        said.why,
-        said.max_error_m,
-        said.resolution_m,
-        said.energy_drift,
-        said.angular_momentum_drift,
-        *ladder.orders([each.run(scene, running_engine.title, true) for each in answer.ladder]),
-        trend.spin_energy(own),
+        engine=split_release(running_engine.engine)[0],
+        release=release_of(running_engine),
+        scene=scene.name,
+        method=answer.own.method,
+        dt_s=found.dt_s,
+        status=found.status,
+        why=found.why,
+        max_error_m=found.max_error_m,
+        resolution_m=found.resolution_m,
+        energy_drift=found.energy_drift,
+        angular_momentum_drift=found.angular_momentum_drift,
+        attitude_order=attitude_order,
+        translation_order=translation_order,
+        spin_energy=trend.spin_energy(own),
     )
 
 
 def speeds_on(scene: Scene, running_engines: Sequence[RunningEngine], sampling: Sampling) -> dict[Named, Reading]:
-    """Return what every method of every release takes on one scene, all in the same rounds."""
+    """Return the time per step of every method of every release on one scene, sampled in the same rounds."""
     loads = {
         (release_of(each), method): Load(each, scene, method)
         for each in running_engines
@@ -141,15 +148,15 @@ def speeds_on(scene: Scene, running_engines: Sequence[RunningEngine], sampling: 
 
 
 def with_speed(row: ReleaseRow, speeds: dict[Named, Reading], newest: str) -> ReleaseRow:
-    """Return the row with its method's speed, beside the newest release's where that has the method."""
+    """Return the row with its time per step, and its ratio to the newest release's if that has the method."""
     own, last = (speeds.get((release, row.method)) for release in (row.release, newest))
     if own is None:
         return row
-    told = replace(row, step_ns=own.ns)
+    timed = replace(row, step_ns=own.ns)
     found = ratio(own, last) if last else None
     if found is None or found.refusal:
-        return told
-    return replace(told, time_ratio=found.value, time_ratio_low=found.low, time_ratio_high=found.high)
+        return timed
+    return replace(timed, time_ratio=found.value, time_ratio_low=found.low, time_ratio_high=found.high)
 
 
 def neighbours(ledger: Ledger) -> Iterator[tuple[str, str]]:

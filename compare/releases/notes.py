@@ -1,9 +1,10 @@
-"""What an engine's own release notes say, where its package ships them: they are quoted, never judged by."""
+"""An engine's own release notes, if its package ships them: they are quoted, and never decide."""
 
 import re
 from importlib.metadata import PackageNotFoundError, distribution, distributions
 from pathlib import Path
 
+from tumble.compare.run.contestant import MethodName
 from tumble.compare.run.engines import registry
 from tumble.compare.run.engines.environments import environments, folder
 
@@ -15,7 +16,7 @@ LONGEST = 400
 
 
 class Notes:
-    """The sections of release notes by release; none where nothing is shipped."""
+    """The sections of release notes by release; none if no notes are shipped."""
 
     def __init__(self, text: str) -> None:
         self._sections: dict[str, list[str]] = {}
@@ -30,7 +31,7 @@ class Notes:
 
     def about(self, release: str, method: str) -> str:
         """Return the first item of a release's section that names the method as a word, in plain text."""
-        name = method.partition("+")[0].partition("@")[0]
+        name = MethodName.parse(method).name
         for item in items(self._sections.get(release, [])):
             if re.search(rf"(?<![\w-]){re.escape(name)}(?![\w-])", item, re.IGNORECASE):
                 return item if len(item) <= LONGEST else f"{item[:LONGEST].rpartition(' ')[0]} ..."
@@ -49,7 +50,7 @@ def items(lines: list[str]) -> list[str]:
 
 
 def shipped_notes(engine: str) -> Notes:
-    """Return the notes of the newest package of an engine that is here, beside Tumble or in an environment."""
+    """Return the notes of the newest installed package of an engine, beside Tumble or in an environment."""
     packages = registry.package(engine).packages
     for package in packages:
         try:
@@ -62,7 +63,7 @@ def shipped_notes(engine: str) -> Notes:
 
 
 def sites(environment: Path) -> list[Path]:
-    """Return where an environment of Python has its packages."""
+    """Return the site-packages folders of a Python environment."""
     return list(environment.glob("lib/python*/site-packages"))
 
 

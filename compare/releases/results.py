@@ -14,7 +14,19 @@ from tumble.compare.tables.shared import CONDITIONS, ENGINES, EngineRow
 def ledger_tables(
     ledger: Ledger, changes: Sequence[ReleaseChangeRow], engines: Sequence[EngineRow], command: str
 ) -> dict[str, pd.DataFrame]:
-    """Return every table by file name; command reruns them."""
+    """Return all tables of a ledger.
+
+    Parameters
+    ----------
+    ledger : of one engine
+    changes : what changed at each release
+    engines : the releases, as engines
+    command : the command line that repeats the study, for conditions.csv
+
+    Returns
+    -------
+    table by file name
+    """
     return {
         RELEASES.file: frame(RELEASES, ledger.rows),
         CHANGES.file: frame(CHANGES, changes),

@@ -10,9 +10,9 @@ from tumble.compare.tables.shared import Engine, Limit, Method, SceneName, Statu
 Release = Annotated[str, "release of the engine"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class ReleaseRow:
-    """One method of one release on one scene: errors, orders, what becomes of the energy, and its speed."""
+    """One method of one release on one scene: errors, orders, behaviour of the spin energy, and run time."""
 
     engine: Engine
     release: Release
@@ -21,38 +21,40 @@ class ReleaseRow:
     dt_s: Step
     status: Status
     why: Why
-    max_error_m: Annotated[float | None, "largest error of any vertex and sample"]
+    max_error_m: Annotated[float | None, "largest error over vertices and samples"]
     resolution_m: Limit
-    energy_drift: Annotated[float | None, "largest drift of the energy from the truth, over its scale"]
+    energy_drift: Annotated[
+        float | None, "largest difference from the true energy, over the largest true kinetic energy"
+    ]
     angular_momentum_drift: Annotated[
-        float | None, "largest drift of the angular momentum from the truth, over its scale"
+        float | None, "largest difference from the true angular momentum, over its largest true value"
     ]
-    attitude_order: Annotated[float | None, "order of convergence of the attitude; empty where none can be read"]
+    attitude_order: Annotated[float | None, "order of convergence of the attitude; empty if it cannot be determined"]
     translation_order: Annotated[
-        float | None, "order of convergence of the centre of mass; empty where none can be read"
+        float | None, "order of convergence of the centre of mass; empty if it cannot be determined"
     ]
-    spin_energy: Annotated[
-        str, f"what becomes of the energy of the spin: {', '.join(TRENDS)}; empty where none is kept"
-    ]
-    step_ns: Annotated[float | None, "time of a step, on the first scene alone; empty where it was not timed"] = None
-    time_ratio: Annotated[float | None, "time of a step over the newest release's, in the same rounds"] = None
+    spin_energy: Annotated[str, f"behaviour of the spin energy: {', '.join(TRENDS)}; empty if nothing rotates freely"]
+    step_ns: Annotated[float | None, "time per step, on the first scene only; empty if it was not timed"] = None
+    time_ratio: Annotated[float | None, "time per step over the newest release's, sampled in the same rounds"] = None
     time_ratio_low: Annotated[float | None, "lower end of the 95 % confidence interval of time_ratio"] = None
     time_ratio_high: Annotated[float | None, "upper end of the 95 % confidence interval of time_ratio"] = None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class ReleaseChangeRow:
-    """What one release does otherwise than the one before it, over all scenes on which it shows."""
+    """One change of a release from the one before it, with all scenes that show it."""
 
     engine: Engine
     release: Release
-    before: Annotated[str, "the release before it"]
+    before: Annotated[str, "previous release"]
     method: Method
-    what: Annotated[str, "method, status, attitude_order, translation_order, spin_energy, max_error_m or time"]
-    old: Annotated[str, "what it was, scene by scene"]
-    new: Annotated[str, "what it is"]
-    scenes: Annotated[str, "where it shows"]
-    notes: Annotated[str, "what the release notes say of the method, where they are shipped"] = ""
+    what: Annotated[
+        str, "what changed: method, status, attitude_order, translation_order, spin_energy, max_error_m or time"
+    ]
+    old: Annotated[str, "values of the previous release, one per scene, separated by `; `"]
+    new: Annotated[str, "values of this release, one per scene, separated by `; `"]
+    scenes: Annotated[str, "scenes that show the change, separated by commas"]
+    notes: Annotated[str, "the release notes on the method; empty if none are shipped"] = ""
 
 
 RELEASES = Table("releases.csv", ReleaseRow, ("engine", "release", "scene", "method"))

@@ -165,15 +165,15 @@ def fly(
     # All rows at once: for one body the calls would take longer than most engines' steps.
     points = np.array([own.get(time, nowhere) for time in scene.rows]) if where else vertices(seen, scene.body.points)
     return Trajectory(
-        scene.rows,
-        seen,
-        points,
-        steps,
-        wall_s,
-        tuple(dict.fromkeys(found)),
-        engine.remark(world) if hasattr(engine, "remark") else "",
-        probe(engine, scene, method, dt, keep) if no_progress else None,
-        cpu_ns / 1e9,
+        times=scene.rows,
+        states=seen,
+        vertices=points,
+        steps=steps,
+        wall_s=wall_s,
+        findings=tuple(dict.fromkeys(found)),
+        remark=engine.remark(world) if hasattr(engine, "remark") else "",
+        probe=probe(engine, scene, method, dt, keep) if no_progress else None,
+        cpu_s=cpu_ns / 1e9,
     )
 
 

@@ -13,16 +13,10 @@ from tumble.compare.run.engines.program import ProgramFailed
 from tumble.compare.run.engines.registry import BadEngine, EngineInfo, Missing, engine_info, in_one_line, load
 from tumble.compare.run.flight import Trajectory, fly, struck
 from tumble.compare.run.process.message import PREFIX, Malformed, frame, lengths, unpacked
+from tumble.compare.run.status import Failure, Status
 from tumble.compare.run.timing.timer import NoTime, Pace, Ready, Sample, Timer
 from tumble.scenarios.frames import Array
 from tumble.scenarios.scene import Scene
-
-
-@dataclass(frozen=True)
-class Failure:
-    """Why there is no trajectory, as a run's status: `missing: why`, `skipped: why`, `crashed: why` or `timeout`."""
-
-    status: str
 
 
 @dataclass(frozen=True)
@@ -34,9 +28,9 @@ class Refusal:
 
 @dataclass(frozen=True)
 class Ended:
-    """Why there is no trajectory where what the engine consists of is gone: this process is of no use any more."""
+    """The failure of an engine whose program or interpreter has ended: its process is of no further use."""
 
-    why: str
+    failure: Failure
 
 
 class Loaded:
@@ -123,7 +117,7 @@ Question = Fly | PrepareTimer | TakeSample | StepMatrices | PutLaw
 
 def answer_all(line: socket.socket, engine: str, memory_limit: int) -> None:
     """Load the engine and say what it is, then answer until nobody asks any more."""
-    too_much = Failure(f"crashed: {more_than(memory_limit)}")
+    too_much = Failure(Status.CRASHED, more_than(memory_limit))
     try:
         if not (loaded := introduce(line, engine)):
             return
@@ -131,25 +125,26 @@ def answer_all(line: socket.socket, engine: str, memory_limit: int) -> None:
             try:
                 send(line, question.answer(loaded))
             except NoTime as error:
-                send(line, Failure(f"untimed: {error}"))
+                send(line, Failure(Status.UNTIMED, str(error)))
             except NotImplementedError as error:
-                send(line, Failure(f"skipped: {error}"))
+                send(line, Failure(Status.SKIPPED, str(error)))
             except ProgramFailed as error:
-                send(line, Ended(f"crashed: {error}"))
+                send(line, Ended(Failure(Status.CRASHED, str(error))))
             except MemoryError:
                 send(line, too_much)
             except Exception as error:
-                send(line, Failure(f"crashed: {in_one_line(error)}"))
+                send(line, Failure(Status.CRASHED, in_one_line(error)))
     except MemoryError:
         send(line, too_much)
     except Malformed as error:
-        send(line, Ended(f"crashed: it could not read what it was asked: {error}"))
+        send(line, Ended(Failure(Status.CRASHED, f"it could not read what it was asked: {error}")))
     except ConnectionError:  # nobody is there any more
         return
     except SystemExit as error:
         if isinstance(error.code, str):  # otherwise the code says it
-            send(line, Ended(f"crashed: its process ended: {' '.join(error.code.split())}"))
-            raise SystemExit(1) from None  # it is told once, and not on standard error as well
+            reason = f"its process ended: {' '.join(error.code.split())}"
+            send(line, Ended(Failure(Status.CRASHED, reason, process_died=True)))
+            raise SystemExit(1) from None  # reported once, and not on standard error as well
         raise
 
 
@@ -164,7 +159,7 @@ def introduce(line: socket.socket, engine: str) -> Loaded | None:
         send(line, Refusal(str(error)))
         return None
     except Missing as error:
-        send(line, Failure(f"missing: {error}"))
+        send(line, Failure(Status.MISSING, str(error)))
         return None
     return Loaded(module)
 

@@ -3,20 +3,22 @@
 import os
 import threading
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from dataclasses import dataclass, field
 from itertools import combinations, count
 from pathlib import Path
 
+from tumble.compare.run.contestant import Contestant, MethodName
 from tumble.compare.run.engines import registry
 from tumble.compare.run.engines.environments import split_release
 from tumble.compare.run.engines.registry import BadEngine, EngineInfo
 from tumble.compare.run.flight import Trajectory
 from tumble.compare.run.local import Asked, LocalEngine, LocalWorker
 from tumble.compare.run.precision import DOUBLE, rounding
+from tumble.compare.run.status import Failure, Status
 from tumble.compare.run.timing.timer import Pace, Ready, Sample
-from tumble.compare.run.worker import MEMORY_LIMIT, Failure, Worker
+from tumble.compare.run.worker import MEMORY_LIMIT, Worker
 from tumble.scenarios.format import nearest
 from tumble.scenarios.needs import FORCES, needs
 from tumble.scenarios.scene import Scene
@@ -94,7 +96,7 @@ class RunningEngine:
         if isinstance(self.info, Failure):
             return self.info
         lacking = [need for need in needs(scene) if need in FORCES and need not in self.info.features]
-        return Failure(f"skipped: {self.title} has no {' or '.join(lacking)}") if lacking else None
+        return Failure(Status.SKIPPED, f"{self.title} has no {' or '.join(lacking)}") if lacking else None
 
     @property
     def rounding(self) -> float:
@@ -103,8 +105,9 @@ class RunningEngine:
 
     def takes_own_steps(self, method: str) -> bool:
         """Whether the method's steps are its own, so that a flight is the unit of its time."""
-        info = self.info
-        return not isinstance(info, Failure) and method.partition("@")[0] in {*info.adaptive, *info.whole}
+        if isinstance(self.info, Failure):
+            return False
+        return str(MethodName.parse(method).without_tolerance) in {*self.info.adaptive, *self.info.whole}
 
     def tolerance(self, method: str) -> float | None:
         """Return the tolerance under which the method chooses its steps, None of one that does not."""
@@ -170,21 +173,17 @@ def flights(running_engines: Iterable[RunningEngine], scenes: Iterable[Scene]) -
     return sum(len(running_engine.methods_for(scene)) for scene in scenes for running_engine in running_engines)
 
 
-def split(item: str) -> tuple[str, str]:
-    """Return ENGINE[@RELEASE] and method, '' for all of them.  Raises BadEngine for an unknown engine."""
-    for ending in registry.FILES:
-        head, found, tail = item.rpartition(ending)
-        if found and tail[:1] in ("", ":"):
-            engine, method = head + found, tail[1:]
-            if not Path(engine).is_file():
-                raise BadEngine(f"{engine}: no such engine file")
-            return engine, method
-    engine, _, method = item.partition(":")
-    name = engine.partition("@")[0]
-    if name not in registry.names():
-        raise BadEngine(f"unknown engine {name!r}: {nearest(name, registry.names())}")
-    split_release(engine)
-    return engine, method
+def known_contestant(item: str) -> Contestant:
+    """Return the contestant that a text names.  Raises BadEngine for an unknown engine or a file that is not there."""
+    asked = Contestant.parse(item)
+    if registry.is_file(asked.engine):
+        if not Path(asked.engine).is_file():
+            raise BadEngine(f"{asked.engine}: no such engine file")
+    elif asked.engine not in registry.names():
+        raise BadEngine(f"unknown engine {asked.engine!r}: {nearest(asked.engine, registry.names())}")
+    else:
+        split_release(asked.engine_release)
+    return asked
 
 
 def wanted(asked: Iterable[str]) -> dict[str, list[str]]:
@@ -193,15 +192,17 @@ def wanted(asked: Iterable[str]) -> dict[str, list[str]]:
     Nothing asked means the usual engines of ours.
     """
     engines: dict[str, dict[str, None]] = {}
-    for engine, method in map(split, asked):
-        engines.setdefault(engine, {})[method] = None
+    for one in map(known_contestant, asked):
+        engines.setdefault(one.engine_release, {})[str(one.method)] = None
     return {engine: [*methods] for engine, methods in engines.items()} or {engine: [""] for engine in registry.usual()}
 
 
 def engine_files(asked: Iterable[str]) -> Iterator[str]:
     """Yield the user's engine files among FILE.py[:METHOD], FILE.toml[:METHOD], ENGINE[:METHOD] ..."""
-    for ending in registry.FILES:
-        yield from (head + found for head, found, _ in (item.rpartition(ending) for item in asked) if found)
+    for item in asked:
+        with suppress(BadEngine):
+            if registry.is_file(engine := Contestant.parse(item).engine):
+                yield engine
 
 
 def titles(engines: Iterable[str]) -> dict[str, str]:
@@ -235,9 +236,9 @@ def chosen(engine: str, asked: list[str], info: EngineInfo | Failure, few: bool 
 
 def is_tolerance(method: str, info: EngineInfo) -> bool:
     """Whether this is METHOD@TOLERANCE of an adaptive method."""
-    name, at, tolerance = method.partition("@")
+    asked = MethodName.parse(method)
     try:
-        return bool(at) and name in info.adaptive and 0 < float(tolerance) < 1
+        return str(asked.without_tolerance) in info.adaptive and 0 < float(asked.tolerance) < 1
     except ValueError:
         return False
 

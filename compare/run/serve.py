@@ -7,10 +7,7 @@ is no place to import from, and of ours it finds the package tumble alone, where
 import importlib.util
 import logging
 import os
-import resource
-import socket
 import sys
-from contextlib import suppress
 from pathlib import Path
 
 # As it was asked for: in a checkout there is a link on the way, and what it leads to is not in the package.
@@ -20,18 +17,19 @@ TUMBLE = Path(__file__).absolute().parents[2]
 def main(engine: str, memory_limit: str, line: str, lifeline: str) -> None:
     """Serve one engine."""
     load_tumble()
-    from tumble.compare.run.process.process import end_with_parent
+    from tumble.compare.run.process.process import end_with_parent, open_line
+    from tumble.compare.run.process.usage import limit_memory
 
-    end_with_parent(int(lifeline))
+    connection = open_line(line)
+    end_with_parent(lifeline)
     os.dup2(2, 1)  # whatever an engine prints goes to standard error: standard output is for results
     sys.stdout = sys.stderr  # where it is not kept back in a buffer that dies with the process
     logging.basicConfig(format="tumble: %(message)s")
     limit_memory(int(memory_limit))
-    os.set_inheritable(int(line), False)
 
     from tumble.compare.run.questions import answer_all
 
-    with socket.socket(fileno=int(line)) as connection:
+    with connection:
         answer_all(connection, engine, int(memory_limit))
 
 
@@ -47,14 +45,6 @@ def load_tumble() -> None:
     # A checkout is on the path for the sake of the package; whatever else lies in it is not for engines to import.
     if (TUMBLE / "compare").is_symlink():
         sys.path[:] = [place for place in sys.path if place != str(TUMBLE.parent)]
-
-
-def limit_memory(most: int) -> None:
-    """Let this process, and each that it starts, have so much memory of its own [B]; macOS takes no notice."""
-    _, hard = resource.getrlimit(resource.RLIMIT_DATA)
-    most = most if hard == resource.RLIM_INFINITY else min(most, hard)
-    with suppress(ValueError, OSError):  # of macOS, where more than that may be taken already
-        resource.setrlimit(resource.RLIMIT_DATA, (most, most))
 
 
 if __name__ == "__main__":

@@ -22,7 +22,7 @@ def started(
 
     Parameters
     ----------
-    contestants : ENGINE[@RELEASE][:METHOD] or FILE[:METHOD] of each; empty: every installed engine
+    contestants : ENGINE[@RELEASE][:METHOD] or FILE[:METHOD] of each; empty: the engines installed with Tumble
     time_limit : for each answer of an engine [s]
     memory_limit : for each engine's process [B]
     display : shows that engines are starting

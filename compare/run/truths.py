@@ -19,7 +19,7 @@ from tumble.scenarios.impulse import RayMissed
 from tumble.scenarios.scene import Scene
 from tumble.scenarios.truth import NoTruth, Truth, truth
 
-BY_ROW = ("times", "states", "vertices", "bound", "floor")
+BY_ROW = ("times", "states", "vertices", "bound", "input_error")
 
 
 class Answer(NamedTuple):
@@ -35,7 +35,7 @@ class Answer(NamedTuple):
             return self
         known = scene.rows[scene.rows <= whole.horizon]
         if known[-1] < scene.times[0]:
-            return Answer(None, f"the true flight cannot be told at its first sample: {whole.why}")
+            return Answer(None, f"there is no truth at the first sample: {whole.why}")
         rows = np.searchsorted(whole.times, scene.rows)
         parts: dict[str, Any] = {name: getattr(whole, name)[rows] for name in BY_ROW}
         # A scene's horizon is the last of its own rows that is known.
@@ -46,18 +46,18 @@ class Answer(NamedTuple):
 
 def true_answer(
     scene: Scene,
-    floor: bool = True,
+    with_input_error: bool = True,
     tell: Callable[[float], object] = lambda share: None,
     limit_s: float = float("inf"),
 ) -> Answer:
-    """Return the truth, with its floor or without, or why there is none.
+    """Return the truth, with its input error or without, or why there is none.
 
     tell: is told what share of it is done; limit_s: wall time that each of its parts may take [s]
     (`tumble.scenarios.truth.deadline`).
     Raises RayMissed where the true body is not in the way of a later ray.
     """
     try:
-        return Answer(truth(scene, floor, tell, limit_s), "")
+        return Answer(truth(scene, with_input_error, tell, limit_s), "")
     except NoTruth as reason:
         return Answer(None, str(reason))
     except RayMissed as missed:
@@ -93,7 +93,7 @@ class Truths:
         After `stop` they are cancelled.
         """
         told = [Progress(f"{scene.name} truth", self._tick) for scene in scenes]
-        of = partial(true_answer, floor=self._floor, limit_s=self._limit_s)
+        of = partial(true_answer, with_input_error=self._floor, limit_s=self._limit_s)
         if len(scenes) > 1 or self._callers:
             futures = self._share_out(
                 scenes, [Call(of, (scene,), tell) for scene, tell in zip(scenes, told, strict=True)]

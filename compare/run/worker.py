@@ -1,7 +1,6 @@
 """One engine in a process of its own: a crash or a hang there is an answer here, and what it answers is data."""
 
 import math
-import signal
 import threading
 from dataclasses import replace
 from pathlib import Path
@@ -17,7 +16,6 @@ from tumble.compare.run.process.message import Malformed
 from tumble.compare.run.process.process import Died, Process, signal_name
 from tumble.compare.run.questions import (
     Ended,
-    Failure,
     Fly,
     PrepareTimer,
     PutLaw,
@@ -27,6 +25,7 @@ from tumble.compare.run.questions import (
     TakeSample,
     more_than,
 )
+from tumble.compare.run.status import Failure, Status
 from tumble.compare.run.timing.timer import Pace, Ready, Sample
 from tumble.scenarios.frames import Array
 from tumble.scenarios.scene import Scene
@@ -37,7 +36,7 @@ TO_END_S = 5.0
 # What a process may write to and never has: nearer its limit than this [B], it ended for want of memory.
 UNTOUCHED = 128 << 20
 # How native code ends that is given no memory.
-BROKEN_OFF = (signal.SIGABRT, signal.SIGSEGV, signal.SIGBUS, signal.SIGKILL)
+BROKEN_OFF = ("SIGABRT", "SIGSEGV", "SIGBUS", "SIGKILL")
 FLOAT = np.dtype(float)
 
 
@@ -55,19 +54,20 @@ class Worker:
         self._turn = threading.Lock()
         self._process: Process | None = None
         self._info: EngineInfo | None = None  # which it says once
-        self._why_gone = "crashed: its process was ended"
+        self._why_gone = Failure(Status.CRASHED, "its process was ended", process_died=True)
         name, why = engine, ""
         if place is None:
             name, place, why = (engine, HERE, "") if is_file(engine) else located(engine)
         if place is None:
-            self._why_gone = f"missing: {why}"
+            self._why_gone = Failure(Status.MISSING, why)
             return
         serve = str(Path(__file__).with_name("serve.py"))
         try:
             # Files in the working directory are the user's, and run only when he names one.
             self._process = Process([place.python, "-P", serve, name, str(memory_limit)], place.told)
         except OSError as error:
-            self._why_gone = f"crashed: its process cannot be started: {error.strerror or error}"
+            reason = f"its process cannot be started: {error.strerror or error}"
+            self._why_gone = Failure(Status.CRASHED, reason, process_died=True)
 
     def __enter__(self) -> Self:
         return self
@@ -87,7 +87,7 @@ class Worker:
         if isinstance(answer, Refusal):
             raise BadEngine(answer.line)
         if isinstance(answer, Failure) and is_file(self.engine):
-            raise BadEngine(f"{self.engine}: cannot be loaded: {answer.status}")
+            raise BadEngine(f"{self.engine}: cannot be loaded: {answer}")
         if isinstance(answer, EngineInfo):
             self._info = answer
         return answer
@@ -101,7 +101,7 @@ class Worker:
             Fly(told(scene), method, dt, keep, no_progress), Trajectory | Failure, numbers * FLOAT.itemsize
         )
         if isinstance(answer, Trajectory) and not is_flight_of(answer, scene):
-            return self._gone("crashed: what it sent is no flight of this scene")
+            return self._gone(Status.CRASHED, "what it sent is no trajectory of this scene")
         return answer
 
     def prepare_timer(
@@ -143,34 +143,37 @@ class Worker:
         with self._turn:
             by = monotonic() + self.time_limit  # what others have asked before is no time of this answer
             if self._process is None:
-                return Failure(self._why_gone)
+                return self._why_gone
             try:
                 if question is not None:
                     self._process.send(question, by)
                 answer = self._process.receive(Ended | hint, most_bytes, by)
-                return self._gone(answer.why) if isinstance(answer, Ended) else answer
+                return self._lost(answer.failure) if isinstance(answer, Ended) else answer
             except TimeoutError:
-                return self._gone(f"timeout: no answer within {self.time_limit:g} s (--time-limit)")
+                return self._gone(Status.TIMEOUT, f"no answer within {self.time_limit:g} s (--time-limit)")
             except Malformed as error:
-                return self._gone(f"crashed: {error}")
+                return self._gone(Status.CRASHED, str(error))
             except Died:
                 return self._died(self._process)
 
     def _died(self, process: Process) -> Failure:
         code = self._end(TO_END_S)
-        broken_off = code is not None and -code in BROKEN_OFF
+        broken_off = code is not None and signal_name(-code) in BROKEN_OFF
         if process.peak_bytes > self.memory_limit - UNTOUCHED and (process.peak_is_its_own or broken_off):
-            return self._gone(f"crashed: {more_than(self.memory_limit)}")
+            return self._gone(Status.CRASHED, more_than(self.memory_limit))
         if code is None:
-            return self._gone("crashed: its process closed its line")
+            return self._gone(Status.CRASHED, "its process closed its line", process_died=True)
         if code >= 0:
-            return self._gone(f"crashed: its process ended with code {code}")
-        return self._gone(f"crashed: its process was killed by {signal_name(-code)}")
+            return self._gone(Status.CRASHED, f"its process ended with code {code}", process_died=True)
+        return self._gone(Status.CRASHED, f"its process was killed by {signal_name(-code)}", process_died=True)
 
-    def _gone(self, why: str) -> Failure:
+    def _gone(self, status: Status, reason: str, process_died: bool = False) -> Failure:
+        return self._lost(Failure(status, reason, process_died))
+
+    def _lost(self, failure: Failure) -> Failure:
         self._end()
-        self._why_gone = why
-        return Failure(why)
+        self._why_gone = failure
+        return failure
 
     def _end(self, patience: float = 0.0) -> int | None:
         process, self._process = self._process, None

@@ -1,1 +1,1 @@
-"""Who is stable where, and what each does with extreme cases."""
+"""Stability maps, largest stable steps, and extreme cases."""

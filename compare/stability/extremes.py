@@ -1,6 +1,6 @@
-"""What a contestant makes of an extreme case: a scene at the ends of what numbers can be (`tumble.scenarios.extremes`).
+"""Contestants in extreme cases: scenes with extreme numbers (`tumble.scenarios.extremes`).
 
-Every one is a free flight with an exact truth; no contestant is held to more than its limit.
+Each is free motion with an exact reference solution.
 """
 
 import math
@@ -14,21 +14,20 @@ from tumble.compare.judge.errors import Flown
 from tumble.compare.judge.verdict import verdict
 from tumble.compare.run.flight import Trajectory, legs
 from tumble.compare.run.running_engines import RunningEngine
-from tumble.compare.run.worker import Failure
+from tumble.compare.run.status import Failure, Status
 from tumble.compare.stability.schemas import ExtremeRow
 from tumble.compare.tables.runs import boundless
-from tumble.compare.tables.shared import worded
 from tumble.scenarios.scene import Scene
 from tumble.scenarios.truth import Truth
 
 BEST, FLOORS = f"{OWN}:exact", 10.0
-BUDGET_S = 6.0  # of native loop in a flight
-# Of an adaptive method such a share of the flight is flown to see whether all of it fits into the budget.
-# The first time it may compile what it takes.
+BUDGET_S = 6.0  # run time of one run
+# Of an adaptive method this share of the run is tried, to see whether all of it fits into the budget.
+# The first try may include compilation.
 SHARE, LOOKS = 1 / 256, 2
 
 
-# The cases that a page is made of: short flights, each of which shows something that no other does.
+# The cases on the page: short runs, each of which shows something that no other does.
 OF_A_PAGE = (
     "spin-1e2",
     "spin-1e3",
@@ -53,35 +52,41 @@ PAGE_BUDGET_S = 0.25
 def extreme(
     running_engine: RunningEngine, method: str, scene: Scene, true: Truth, budget_s: float = BUDGET_S
 ) -> ExtremeRow:
-    """Return what one contestant makes of one case, in a native loop of at most budget_s [s]."""
+    """Return the result of one contestant in one case, in a run time of at most budget_s [s]."""
     answer = too_long(running_engine, method, scene, budget_s) or running_engine.fly(scene, method, scene.step)
     run = Flown.of(running_engine, method, scene.step, answer).run(scene, running_engine.title, true)
-    said = verdict(run)
-    key = scene.name, scene.title, running_engine.title, method, scene.step
+    found = verdict(run)
+    row = ExtremeRow(
+        scene=scene.name,
+        title=scene.title,
+        engine=running_engine.title,
+        method=method,
+        dt_s=scene.step,
+        status=run.status.value,
+        verdict=found.word,
+        why=found.why,
+        size_m=scene.body.reach,
+    )
     if isinstance(answer, Failure):
-        word = worded(run.status)[0]
-        return ExtremeRow(*key, None, word, said.word, None, None, None, None, said.why, scene.body.reach)
+        return row
     worst = run.distances.max(axis=(1, 2))
     ratio = float(np.max(worst / run.limits.max(axis=1))) if np.isfinite(worst).all() else math.inf
-    return ExtremeRow(
-        *key,
-        answer.steps,
-        worded(run.status)[0],
-        said.word,
-        boundless(worst.max()),
-        float(run.limits.max()),
-        ratio,
-        said.energy_ratio,
-        "; ".join(dict.fromkeys(filter(None, (said.why, *run.notes)))),
-        scene.body.reach,
+    return replace(
+        row,
+        steps=answer.steps,
+        max_error_m=boundless(worst.max()),
+        resolution_m=float(run.limits.max()),
+        error_over_resolution=ratio,
+        energy_ratio=found.energy_ratio,
+        why="; ".join(dict.fromkeys(filter(None, (found.why, *run.notes)))),
     )
 
 
 def too_long(running_engine: RunningEngine, method: str, scene: Scene, budget_s: float) -> Failure | None:
-    """Return that a flight would not fit into the budget, or None.
+    """Return that a run would not fit into the budget, or None.
 
-    Told from its steps and what its engine says that one takes; of an adaptive method, whose steps nobody counts, from
-    the CPU time of a small share of it: no wall clock is asked, so that a busy machine has the same rows.
+    By its steps and the engine's stated cost of one; for an adaptive method, whose steps are unknown, by the CPU time
+    of a small share of the run: no wall clock is read, so that a busy machine has the same rows.
     """
     info = running_engine.info
     if isinstance(info, Failure) or method in info.whole:
@@ -89,7 +94,7 @@ def too_long(running_engine: RunningEngine, method: str, scene: Scene, budget_s:
     if running_engine.takes_own_steps(method):
         seconds = SHARE * scene.duration
         share = replace(scene, duration=seconds, times=np.array([seconds]))
-        asked, needed = f"{scene.duration:g} s of flight", math.inf
+        work, needed = f"{scene.duration:g} s of motion", math.inf
         for _ in range(LOOKS):
             if needed <= budget_s:
                 break
@@ -99,11 +104,22 @@ def too_long(running_engine: RunningEngine, method: str, scene: Scene, budget_s:
             needed = min(needed, first.cpu_s / SHARE)
     else:
         steps = sum(leg.n for leg in legs(scene, scene.step))
-        asked, needed = f"{steps:.0e} steps", steps * info.step_of(method) / 1e9
-    return Failure(f"timeout: {asked} would take {needed:.2g} s of {budget_s:g}") if needed > budget_s else None
+        work, needed = f"{steps:.0e} steps", steps * info.step_of(method) / 1e9
+    if needed <= budget_s:
+        return None
+    return Failure(Status.TIMEOUT, f"{work} would take {needed:.2g} s, the limit is {budget_s:g} s")
 
 
 def missed(rows: Sequence[ExtremeRow]) -> list[ExtremeRow]:
-    """Return the rows in which our own best method is further off than FLOORS limits."""
+    """Return the extreme cases in which our best method is not accurate enough.
+
+    Parameters
+    ----------
+    rows : rows of extremes.csv
+
+    Returns
+    -------
+    its rows with errors above FLOORS times the resolution
+    """
     best = [row for row in rows if f"{row.engine}:{row.method}" == BEST]
     return [row for row in best if row.error_over_resolution is None or not row.error_over_resolution <= FLOORS]

@@ -1,4 +1,4 @@
-"""The stiffest mode of a scene: the one that limits how long a step may be.
+"""The stiffest mode of a scene: the one that limits the step.
 
 A scene is linearised about a state: twelve numbers, the shift x [m] and velocity v [m/s] in world axes, the small turn
 phi [rad] and the angular velocity w [rad/s] in body axes,
@@ -29,7 +29,7 @@ class Mode:
     stiffness: float = 0.0
 
 
-def struck_start(scene: Scene) -> Array:
+def start_after_impulses(scene: Scene) -> Array:
     """Return the state of the first throw after the impulses of t = 0, (1, 13)."""
     states = scene.start[:1]
     for impulse in scene.impulses:
@@ -40,7 +40,7 @@ def struck_start(scene: Scene) -> Array:
 
 def stiffest_mode(scene: Scene) -> Mode:
     """Return the mode of the largest |eigenvalue| at the start of the first throw, of rate 0 where there is none."""
-    matrix = linearised(scene, struck_start(scene)[0])
+    matrix = linearised(scene, start_after_impulses(scene)[0])
     eigenvalues, vectors = np.linalg.eig(matrix)
     largest = int(np.argmax(np.abs(eigenvalues)))
     if scene.is_free:
@@ -66,13 +66,13 @@ def linearised(scene: Scene, state: Array) -> Array:
 
 def pulled(scene: Scene, state: Array, axes: Array) -> Array:
     """Return the derivatives of the accelerations that forces give, (6, 12), by central differences."""
-    from tumble.scenarios.wrench import wrench  # it brings a compiler, which a free scene has no use for
+    from tumble.scenarios.wrench import wrench  # it loads a compiler, which a free scene does not need
 
     size = scene.body.reach
     steps = DIFFERENCE * np.repeat((size, 1.0, size, 1.0), 3)
     sides = [np.array([moved(state, axes, sign * change) for change in np.diag(steps)]) for sign in (1.0, -1.0)]
     ahead, behind = map(wrench(scene), sides)
-    # A body turned by phi has the axes R exp(phi~), and the torque is wanted in those.
+    # The torque is needed in the axes of the rotated body, R exp(phi~).
     for wrenches, states in zip((ahead, behind), sides, strict=True):
         wrenches[:, 3:6] = np.einsum("nji,nj->ni", rotation_matrix(states[:, 3:7]), wrenches[:, 3:6])
     inertia = np.repeat((scene.body.mass, *scene.body.moments), (3, 1, 1, 1))

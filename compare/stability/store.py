@@ -1,4 +1,4 @@
-"""The tables of pieces that are done: one contestant in one scene or extreme case."""
+"""The tables of finished pieces: one contestant in one scene or extreme case."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -21,7 +21,7 @@ from tumble.scenarios.scene import Scene
 
 
 def store(folder: Path | None, order: Sequence[Key], under: Sequence[ConditionRow] = ()) -> Store:
-    """Return what keeps pieces; order: their keys; under: the circumstances."""
+    """Return the store of pieces; order: their keys; under: the conditions."""
     return Store(folder, TABLES, CONTESTANT, order, under)
 
 
@@ -33,7 +33,16 @@ def tables_of(piece: Done) -> dict[str, pd.DataFrame]:
 
 
 def pieces(tables: Mapping[str, pd.DataFrame]) -> list[Piece]:
-    """Return the scenes' pieces of tables."""
+    """Return the maps and limits of contestants, from tables.
+
+    Parameters
+    ----------
+    tables : of `tumble stability`, by file name
+
+    Returns
+    -------
+    one piece per contestant and mapped scene
+    """
     maps: dict[Key, list] = {}
     for row in rows(CELLS, tables[CELLS.file]):
         maps.setdefault((row.scene, row.engine, row.method), []).append(row)
@@ -50,10 +59,19 @@ def quick_tables(
     on_progress: ProgressCallback = no_progress,
     truths: Truths | None = None,
 ) -> dict[str, pd.DataFrame]:
-    """Return the tables of a page: of scenes at their own values only, without contestants that are there on request.
+    """Return the tables for a page: scenes at their own parameter values, with usual contestants only.
 
-    They have the limits and one row of each map of the scenes that have a limit, and what contestants make of extreme
-    cases in little time.
+    Parameters
+    ----------
+    running_engines : with their methods
+    scenes : mapped, those whose step is limited
+    cases : extreme cases
+    on_progress : called for every piece
+    truths : computes the reference solutions; None: new ones
+
+    Returns
+    -------
+    table by file name
     """
     scenes = [scene for scene in scenes if limits_steps(scene)]
     found = store(None, keys(running_engines, scenes, cases, few=True))

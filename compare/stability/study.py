@@ -15,7 +15,7 @@ from tumble.compare.stability.schemas import EXTREMES, LIMITS
 from tumble.compare.stability.store import store, tables_of
 from tumble.compare.stability.tasks import keys, stability
 from tumble.compare.tables.circumstances import circumstances
-from tumble.compare.tables.files import write_whole
+from tumble.compare.tables.files import write_folder
 from tumble.compare.tables.frames import csv_text, frame, rows
 from tumble.compare.tables.shared import FINDINGS
 from tumble.scenarios.scene import Scene
@@ -43,7 +43,7 @@ def map_scenes(
     ----------
     scenes : mapped over the step and over the number that makes each stiff
     cases : extreme cases, run as they are
-    contestants : ENGINE[@RELEASE][:METHOD] or FILE[:METHOD] of each; empty: every installed engine
+    contestants : ENGINE[@RELEASE][:METHOD] or FILE[:METHOD] of each; empty: the engines installed with Tumble
     folder : where the tables are written; a later call continues from there
     time_limit : for each run [s]
     memory_limit : for each engine's process [B]
@@ -79,7 +79,7 @@ def map_scenes(
                 )
         except KeyboardInterrupt:
             left = f"finished results are saved in {folder}; run the same command again to continue"
-            raise KeyboardInterrupt(f"interrupted; {left if folder else 'results so far:'}") from None
+            raise KeyboardInterrupt(f"interrupted; {left if folder else 'the results so far are above'}") from None
         finally:
             pieces.write()
             ended(pieces.tables)
@@ -90,5 +90,5 @@ def map_scenes(
     ]
     tables[FINDINGS.file] = frame(FINDINGS, found)
     if folder:
-        write_whole(folder / FINDINGS.file, csv_text(tables[FINDINGS.file]))
+        write_folder(folder, {FINDINGS.file: csv_text(tables[FINDINGS.file])})
     return tables

@@ -1,6 +1,6 @@
-"""All of `tumble stability`: every scene and every extreme case to every contestant, engines side by side.
+"""Every scene and every extreme case with every contestant, engines side by side.
 
-What one contestant makes of one scene is a piece, done whole or not at all, and handed over as soon as it is done.
+One contestant in one scene is a piece, done whole or not at all, and passed on as soon as it is done.
 """
 
 from collections.abc import Callable, Collection, Sequence
@@ -10,9 +10,9 @@ from functools import partial
 
 from tumble.compare.run.progress import ProgressCallback, no_progress
 from tumble.compare.run.running_engines import RunningEngine, truth_limit
+from tumble.compare.run.status import Failure
 from tumble.compare.run.tasks import Task, run
 from tumble.compare.run.truths import Answer, Truths
-from tumble.compare.run.worker import Failure
 from tumble.compare.stability.columns import FACTORS, ROWS, Question, columns
 from tumble.compare.stability.extremes import BUDGET_S, ExtremeRow, extreme
 from tumble.compare.stability.trials import FULL, Effort, Piece, Trials
@@ -20,7 +20,7 @@ from tumble.compare.tables.store import Key
 from tumble.scenarios.scene import Scene
 from tumble.scenarios.truth import NoTruth
 
-# Mapped where no scene is named.
+# Mapped if no scene is named.
 STIFF = (
     "tether-undamped",
     "tether-critical",
@@ -34,7 +34,7 @@ Done = Piece | ExtremeRow
 
 
 def contestants(running_engine: RunningEngine, scene: Scene, few: bool = False) -> tuple[str, ...]:
-    """Return the methods that are asked: those of the scene and, unless some were named, those on request too.
+    """Return the methods to run: those of the scene and, unless some were named, those on request.
 
     few: none on request.
     """
@@ -47,7 +47,7 @@ def contestants(running_engine: RunningEngine, scene: Scene, few: bool = False) 
 def keys(
     running_engines: Sequence[RunningEngine], scenes: Sequence[Scene], cases: Sequence[Scene], few: bool = False
 ) -> list[Key]:
-    """Return scene, engine and method of every piece there will be, in the order of the tables."""
+    """Return scene, engine and method of every piece, in the order of the tables."""
     return [
         (scene.name, running_engine.title, method)
         for scene in (*scenes, *cases)
@@ -69,19 +69,20 @@ def stability(
     budget_s: float = BUDGET_S,
     truths: Truths | None = None,
 ) -> None:
-    """Hand over every piece as it is done, but for those that are done already.
+    """Pass every piece to `keep` as it is done, except those done already.
 
     keep: called from several threads, one at a time; on_progress: called for every piece;
-    factors: of the scenes' own values; few: no contestant that takes part only on request; effort: for each scene;
-    budget_s: for each extreme case [s];
-    truths: whose processes work out the true answers, by default new ones.
-    Raises BadScene for a scene in which nothing can be stiff, RayMissed as truth does.
+    factors: of the scenes' own parameter values; few: no method that runs only on request; effort: for each scene;
+    budget_s: for each extreme case [s]; truths: computes the reference solutions; None: new ones.
+    Raises BadScene for a scene in which nothing limits the step, RayMissed as compare does.
     """
-    told = [columns(scene, factors) for scene in scenes]
-    flown = [column.flight(ROWS) for own in told for column in own]
+    own_columns = [columns(scene, factors) for scene in scenes]
+    runs = [column.scene_of(ROWS) for own in own_columns for column in own]
     with nullcontext(truths) if truths else Truths([], limit_s=truth_limit(running_engines)) as working:
-        true = iter(working.more([*flown, *cases]))
-        questions = [Question(scene, own, [next(true) for _ in own]) for scene, own in zip(scenes, told, strict=True)]
+        true = iter(working.more([*runs, *cases]))
+        questions = [
+            Question(scene, own, [next(true) for _ in own]) for scene, own in zip(scenes, own_columns, strict=True)
+        ]
         tasks = [
             Task((question.scene.name, each.title, method), each, partial(piece, method, question, effort))
             for question in questions
@@ -98,15 +99,15 @@ def stability(
 
 
 def piece(method: str, question: Question, effort: Effort, running_engine: RunningEngine) -> Piece:
-    """Return what one contestant makes of one scene."""
+    """Return the map and limits of one contestant in one scene."""
     return Trials(running_engine, method, question, effort).piece()
 
 
 def extreme_row(
     method: str, case: Scene, true: Future[Answer], budget_s: float, running_engine: RunningEngine
 ) -> ExtremeRow:
-    """Return what one contestant makes of one extreme case."""
+    """Return the result of one contestant in one extreme case."""
     found = true.result()
     if found.truth is None:
-        raise NoTruth(f"{case.name} has no truth to be held against: {found.why}")
+        raise NoTruth(f"{case.name} has no reference solution: {found.why}")
     return extreme(running_engine, method, case, found.truth, budget_s)

@@ -1,4 +1,4 @@
-"""What theory says of how long a step a contestant bears, from the schemes that its engine states.
+"""The largest stable step by theory, from the schemes that an engine states.
 
 Where forces act, one step on the stiffest mode u'' + c u' + s u = 0 is a matrix on (u, u'), and a step is too long
 where that has a spectral radius above one.  A free body is limited by how its engine takes the gyroscopic torque.
@@ -10,9 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tumble.compare.run.contestant import MethodName
 from tumble.compare.run.engines.registry import OWN_SCHEME
 from tumble.compare.run.running_engines import RunningEngine
-from tumble.compare.run.worker import Failure
+from tumble.compare.run.status import Failure
 from tumble.compare.stability.modes import Mode
 from tumble.scenarios.forces import stiffness
 from tumble.scenarios.frames import Array
@@ -20,7 +21,7 @@ from tumble.scenarios.scene import Scene
 
 UNLIMITED = math.inf
 SCANNED = np.geomspace(1e-3, 1e3, 2000)  # of rate times step
-ON_THE_CIRCLE = 1e-9  # how far rounding may put an eigenvalue of modulus one, which may be a double one, off it
+ON_THE_CIRCLE = 1e-9  # how far rounding may move an eigenvalue of modulus one, which may be double
 
 # One step of a scheme on u'' + c u' + s u = 0 as a matrix on (u, u'), for steps h, (n,) -> (n, 2, 2).
 Scheme = Callable[[float, float, Array], Array]
@@ -53,7 +54,7 @@ def matrices(a: Array, b: Array, c: Array, d: Array) -> Array:
     return np.stack(np.broadcast_arrays(a, b, c, d), axis=-1).reshape(-1, 2, 2)
 
 
-# By the names of tumble.compare.engines.SCHEME_NAMES, but for those that `theory` reads itself.
+# By the names of tumble.compare.engines.SCHEME_NAMES, except those that `theory` reads itself.
 SCHEMES: dict[str, tuple[str, Scheme]] = {
     "semi-implicit-euler": ("semi-implicit Euler", semi_implicit_euler),
     "damping-implicit-euler": ("semi-implicit Euler, damping implicit", damping_implicit_euler),
@@ -64,7 +65,7 @@ SCHEMES: dict[str, tuple[str, Scheme]] = {
 
 @dataclass(frozen=True)
 class Theory:
-    """The limit of rate * dt: 0 where every step grows, infinite where none does; and where that is from."""
+    """The limit of rate * dt, 0 if every step is unstable, infinite if none is, and its source."""
 
     w_dt: float
     source: str
@@ -86,13 +87,14 @@ NO_TORQUE = Theory(UNLIMITED, "equal moments: there is no gyroscopic torque")
 
 
 def theory(running_engine: RunningEngine, method: str, scene: Scene, mode: Mode) -> Theory | None:
-    """Return what theory says of a method on this scene, None where its engine states nothing that tells."""
+    """Return the limit of a method on this scene, None if its engine does not state a scheme."""
     if isinstance(running_engine.info, Failure):
         return None
     if scene.is_free:
         gyroscopic, largest_turn = running_engine.info.gyroscopic, running_engine.info.largest_turn
         return free_theory(stated(gyroscopic, method), largest_turn, scene)
-    name = running_engine.info.schemes.get(method) or running_engine.info.schemes.get(method.partition("@")[0])
+    schemes = running_engine.info.schemes
+    name = schemes.get(method) or schemes.get(str(MethodName.parse(method).without_tolerance))
     if name is None:
         return None
     if name == "a-stable":
@@ -111,7 +113,7 @@ def own_theory(running_engine: RunningEngine, method: str, mode: Mode) -> Theory
     def scheme(s: float, c: float, h: Array) -> Array:
         answer = running_engine.worker.step_matrices(method, s, c, h)
         if isinstance(answer, Failure):
-            raise SchemeFailed(answer.status)
+            raise SchemeFailed(str(answer))
         return answer
 
     try:
@@ -125,13 +127,13 @@ class SchemeFailed(Exception):
 
 
 def stated(of: dict[str, str], method: str) -> str | None:
-    """Return what an engine states of METHOD[+MANNER][@TOLERANCE], or else of METHOD."""
-    plain = method.partition("@")[0]
-    return of.get(plain) or of.get(plain.partition("+")[0])
+    """Return what an engine states of METHOD[+VARIANT...][@TOLERANCE], or else of METHOD."""
+    asked = MethodName.parse(method)
+    return of.get(str(asked.without_tolerance)) or of.get(asked.name)
 
 
 def free_theory(gyroscopic: str | None, largest_turn: float | None, scene: Scene) -> Theory | None:
-    """Return what is known of |w| dt for a body that turns freely: the smaller of two limits."""
+    """Return the limit of |w| dt for a body that rotates freely: the smaller of two limits."""
     if gyroscopic is None:
         return None
     of_torque = FREE[gyroscopic]
@@ -139,7 +141,7 @@ def free_theory(gyroscopic: str | None, largest_turn: float | None, scene: Scene
         of_torque = NO_TORQUE
     if largest_turn is None or of_torque.w_dt <= largest_turn:
         return of_torque
-    return Theory(largest_turn, f"no step turns a body further than {largest_turn:.4g} rad, its source says")
+    return Theory(largest_turn, f"no step rotates a body by more than {largest_turn:.4g} rad, according to its source")
 
 
 def limit_of(scheme: Scheme, mode: Mode) -> float:
@@ -159,6 +161,6 @@ def limit_of(scheme: Scheme, mode: Mode) -> float:
 
 
 def growths(steps: Array) -> Array:
-    """Return by how much 2x2 matrices, (n, 2, 2), fail Jury's conditions for eigenvalues within the unit circle."""
+    """Return by how much 2x2 matrices, (n, 2, 2), violate Jury's conditions for eigenvalues within the unit circle."""
     trace, det = np.trace(steps, axis1=-2, axis2=-1), np.linalg.det(steps)
     return np.maximum(det - 1.0, abs(trace) - 1.0 - det)

@@ -1,9 +1,9 @@
-"""Where a contestant is stable: a map over one number of the scene and the step, and how long a step it bears.
+"""Stability of a contestant: a map over one parameter of the scene and the step, and the largest stable step.
 
-A scene is asked at several values of the number that makes it stiff (`natural_parameter`), each for the same number of
-radians of its stiffest mode, so that a step is a number w dt on one scale for all.  Every cell of the map is a flight
-held against the truth.  The limit is then found at the scene's own value by bisection, by flights of PROBED steps of
-exactly one length, which no truth is needed for: up to there the energy does not grow without end (`verdict.bounded`).
+A scene is run at several values of the parameter that makes it stiff (`natural_parameter`), each for the same number of
+radians of its stiffest mode, so that the step is w dt on one scale for all.  Every cell of the map is a run compared
+with the reference.  The limit is then found at the scene's own value by bisection, with runs of PROBED steps of exactly
+one length, which need no reference: up to the limit the energy stays bounded (`verdict.bounded`).
 """
 
 import math
@@ -19,37 +19,36 @@ from tumble.compare.run.running_engines import RunningEngine
 from tumble.compare.stability.columns import PROBED, ROWS, Column, Question, truth_of
 from tumble.compare.stability.schemas import LimitRow, StabilityRow
 from tumble.compare.stability.theory import theory
-from tumble.compare.tables.runs import boundless
-from tumble.compare.tables.shared import worded
+from tumble.compare.tables.runs import boundless, contestant_columns, status_columns
 from tumble.scenarios.scene import Scene
 from tumble.scenarios.truth import Truth
 
-# Steps of a flight, which put w dt at 57, 28, 14, ..., 0.06.  At other values than the scene's own it is at first every
-# fourth of that down to 0.22, and what lies between where the verdicts differ.
+# Steps of a run, for w dt of 57, 28, 14, ..., 0.06.  At other values than the scene's own: every other of these down to
+# 0.22, and those between two different verdicts.
 STEPS = tuple(2**k for k in range(2, 13))
 COARSE_STEPS = STEPS[:9:2]
 
 
 @dataclass(frozen=True)
 class Effort:
-    """The steps of the flights at a scene's own value, and the relative precision of limits."""
+    """The steps of the runs at a scene's own value, and the relative precision of limits."""
 
     steps: tuple[int, ...] = STEPS
     precision: float = 0.005
 
 
 FULL = Effort()
-# Of a page: no steps finer than maps have at other values, for those take longest.
+# For the page: no steps finer than those at other values, which take longest.
 BRIEF = Effort(STEPS[:9], 0.02)
-# A limit that is one holds at half the step for four times as many steps; a growth per step as (w dt)^2, which needs
-# only time to be seen at any step, does not.
+# A true limit is also stable at half the step for four times as many steps; growth per step like (w dt)^2, which only
+# needs time to show at any step, is not.
 HALF, LONGER = 0.5, 4
 ONE_PERCENT, ONE_MM = 0.01, 1e-3
 
 
 @dataclass(frozen=True)
 class Piece:
-    """All that is said of one contestant in one scene: what is done whole or not at all."""
+    """The results of one contestant in one scene, which are complete or absent."""
 
     rows: tuple[StabilityRow, ...]
     limit: LimitRow
@@ -62,7 +61,7 @@ class Piece:
 
 @dataclass(frozen=True, eq=False)
 class Cell:
-    """One flight, the step it was flown with [s], and its verdict."""
+    """One run, its step [s], and its verdict."""
 
     column: Column
     dt: float
@@ -76,32 +75,30 @@ class Cell:
 
     @property
     def bounded(self) -> bool:
-        """Whether nothing grows without end."""
+        """Whether the energy stays bounded."""
         return bounded(self.run, self.verdict)
 
     @property
     def error(self) -> float:
-        """The largest vertex error, not below what the truth can tell [m]; infinite where there is none to tell."""
+        """The largest vertex error [m], at least the resolution of the reference; infinite if there is none."""
         if not self.run.has_errors or not np.isfinite(self.run.distances).all():
             return math.inf
         return max(float(self.run.distances.max()), float(self.run.limits.max()))
 
     @property
     def row(self) -> StabilityRow:
-        """What is written of it."""
+        """Its row."""
         errors = self.run.has_errors
         return StabilityRow(
-            self.run.scene.name,
-            self.run.engine,
-            self.run.method,
-            self.dt,
-            self.column.parameter.name,
-            self.column.value,
-            *worded(self.run.status),
-            self.verdict.word,
-            boundless(self.run.distances.max()) if errors else None,
-            self.verdict.energy_ratio,
-            float(self.run.limits.max()) if errors else None,
+            **contestant_columns(self.run),
+            dt_s=self.dt,
+            parameter=self.column.parameter.name,
+            value=self.column.value,
+            **status_columns(self.run),
+            verdict=self.verdict.word,
+            max_error_m=boundless(self.run.distances.max()) if errors else None,
+            energy_ratio=self.verdict.energy_ratio,
+            resolution_m=float(self.run.limits.max()) if errors else None,
         )
 
 
@@ -119,19 +116,19 @@ class Trials:
         """Return one cell of the map, which is run once."""
         if (place, steps) not in self._cells:
             column = self.question.columns[place]
-            flown = column.flight(steps)
-            true = truth_of(flown, self.question.truths[place].result().truth)
-            self._cells[place, steps] = self._judged(column, flown, column.seconds / steps, true)
+            scene = column.scene_of(steps)
+            true = truth_of(scene, self.question.truths[place].result().truth)
+            self._cells[place, steps] = self._evaluated(column, scene, column.seconds / steps, true)
         return self._cells[place, steps]
 
     def probe(self, dt: float, steps: int = PROBED) -> Cell:
-        """Return a long flight of steps of exactly dt [s], judged by its energy alone."""
+        """Return a long run of steps of exactly dt [s], evaluated by its energy alone."""
         column = self.question.columns[self.question.own]
-        return self._judged(column, column.probe(dt, steps), dt, None)
+        return self._evaluated(column, column.probe(dt, steps), dt, None)
 
-    def _judged(self, column: Column, flown: Scene, dt: float, true: Truth | None) -> Cell:
-        answer = self.running_engine.fly(flown, self.method, dt)
-        run = Flown.of(self.running_engine, self.method, dt, answer).run(flown, self.running_engine.title, true)
+    def _evaluated(self, column: Column, scene: Scene, dt: float, true: Truth | None) -> Cell:
+        answer = self.running_engine.fly(scene, self.method, dt)
+        run = Flown.of(self.running_engine, self.method, dt, answer).run(scene, self.running_engine.title, true)
         return Cell(column, dt, run, verdict(run))
 
     def piece(self) -> Piece:
@@ -143,7 +140,7 @@ class Trials:
         places = range(len(self.question.columns))
         if self.running_engine.takes_own_steps(self.method):
             cells = [self.cell(place, ROWS) for place in places]
-            return Piece(tuple(cell.row for cell in cells), self.limit_row(note="takes steps of its own"))
+            return Piece(tuple(cell.row for cell in cells), self.limit_row(note="chooses its own steps"))
         maps = [
             [self.cell(place, steps) for steps in self.effort.steps] if place == own else self.coarse_to_fine(place)
             for place in places
@@ -152,7 +149,7 @@ class Trials:
         return Piece(rows, self.limits(maps[own][::-1]))
 
     def coarse_to_fine(self, place: int) -> list[Cell]:
-        """Return the cells of one value, the longest step first: some, and those between two verdicts."""
+        """Return the cells of one value, the longest step first: a coarse set, and those between two verdicts."""
         coarse = {steps: self.cell(place, steps) for steps in COARSE_STEPS}
         between = [
             2 * few for few, many in pairwise(COARSE_STEPS) if coarse[few].verdict.word != coarse[many].verdict.word
@@ -173,17 +170,17 @@ class Trials:
             dt_stable,
             None if no_truth else self.largest_within(ladder, ONE_PERCENT * farthest),
             None if no_truth else self.largest_within(ladder, ONE_MM),
-            "no truth: by the balance of energy alone" if no_truth else "",
+            "no reference solution: by the energy balance alone" if no_truth else "",
         )
 
     def stable_limit(self, ladder: list[Cell]) -> tuple[float, str]:
-        """Return w dt up to which nothing grows without end, and the verdict that comes then.
+        """Return the w dt up to which the energy stays bounded, and the verdict beyond.
 
-        A bisection may step over a narrow resonance below the limit it finds; a map has no finer cells either.
+        A bisection may miss a narrow resonance below the limit it finds; a map has no finer cells either.
         """
         bad = next((place for place, cell in enumerate(ladder) if not cell.bounded), len(ladder))
         beyond = ladder[bad].verdict.word if bad < len(ladder) else ""
-        # A flight of RADIANS can be too short to tell what one of PROBED steps does.
+        # A run of RADIANS can be too short to show what one of PROBED steps does.
         while bad > 0 and not (found := self.probe(ladder[bad - 1].dt)).bounded:
             bad, beyond = bad - 1, found.verdict.word
         if 0 < bad < len(ladder):
@@ -195,14 +192,14 @@ class Trials:
 
     @staticmethod
     def farthest(cell: Cell) -> float:
-        """Return how far a vertex truly gets from where it started [m]."""
+        """Return the largest true displacement of a vertex [m]."""
         true = cell.run.truth
         return 0.0 if true is None else float(np.linalg.norm(true.vertices - true.vertices[0], axis=-1).max())
 
     def largest_within(self, ladder: list[Cell], target_m: float) -> float | None:
-        """Return the largest step up to which all errors are within a target [s], or None where the smallest's is not.
+        """Return the largest step up to which all errors are within a target [s], None if the smallest step's is not.
 
-        Between two steps of the ladder those are tried that divide the distance of two rows.
+        Between two steps of the sequence those are tried that divide the interval of two samples.
         """
         bad = next((place for place, cell in enumerate(ladder) if cell.error > target_m), len(ladder))
         if bad == 0:
@@ -232,25 +229,25 @@ class Trials:
         column = self.question.columns[self.question.own]
         known = theory(self.running_engine, self.method, column.scene, column.mode)
         return LimitRow(
-            column.scene.name,
-            self.running_engine.title,
-            self.method,
-            column.parameter.name,
-            column.value,
-            column.mode.rate,
-            w_dt,
-            beyond,
-            None if known is None else known.w_dt,
-            "" if known is None else known.source,
-            dt_stable,
-            dt_1pct,
-            dt_1mm,
-            note,
+            scene=column.scene.name,
+            engine=self.running_engine.title,
+            method=self.method,
+            parameter=column.parameter.name,
+            value=column.value,
+            w_rad_s=column.mode.rate,
+            w_dt_limit=w_dt,
+            beyond=beyond,
+            theory_w_dt=None if known is None else known.w_dt,
+            theory="" if known is None else known.source,
+            dt_stable_s=dt_stable,
+            dt_1pct_s=dt_1pct,
+            dt_1mm_s=dt_1mm,
+            note=note,
         )
 
 
 def edge(low: float, high: float, holds: Callable[[float], bool], within: float) -> float:
-    """Return the last number at which something holds that does at low and not at high, to a relative precision."""
+    """Return the largest number at which `holds`, true at low and false at high, is true, to a relative precision."""
     while high > (1 + within) * low:
         middle = math.sqrt(low * high)
         low, high = (middle, high) if holds(middle) else (low, middle)

@@ -1,4 +1,4 @@
-"""What a sweep found: the numbers of its sentences that no row of its tables has."""
+"""The findings of a sweep that no row of its tables has."""
 
 from collections.abc import Iterator
 
@@ -10,12 +10,24 @@ from tumble.compare.tables.shared import FindingRow
 
 
 def sweep_findings(sweep: Sweep) -> Iterator[FindingRow]:
-    """Yield what single precision rounds the furthest coordinate to, half a unit of its last place; who gets worse."""
+    """Yield the single-precision rounding of the largest coordinate, and the optimal steps of contestants."""
     true = next((run.truth for run in sweep.runs if run.truth is not None), None)
     if true is not None:
         reach = float(np.abs(true.vertices).max())
         rounding = float(np.spacing(np.float32(reach))) / 2
-        yield FindingRow("coordinate rounding", sweep.scene.name, "", "", "", rounding, "m")
+        yield FindingRow(
+            finding="coordinate rounding",
+            scene=sweep.scene.name,
+            value=rounding,
+            unit="m",
+        )
     for row in order_rows(sweep):
         if row.worsens:
-            yield FindingRow("worse below", row.scene, row.engine, row.method, "", row.best_dt_s, "s")
+            yield FindingRow(
+                finding="optimal step",
+                scene=row.scene,
+                engine=row.engine,
+                method=row.method,
+                value=row.best_dt_s,
+                unit="s",
+            )

@@ -23,7 +23,17 @@ MEASURED = (RUNS, WORK_PRECISION, DIGITS, ORDERS, ENSEMBLES, SAME, CLOCK, FINDIN
 
 
 def measured(sweeps: Sequence[Sweep], reference: str) -> dict[str, pd.DataFrame]:
-    """Return what was measured; ratios are over the reference contestant's times."""
+    """Return all tables of sweeps.
+
+    Parameters
+    ----------
+    sweeps : of the scenes
+    reference : ENGINE:METHOD that run times are divided by
+
+    Returns
+    -------
+    table by file name
+    """
     return {
         "runs.csv": frame(RUNS, (run_row(run) for sweep in sweeps for run in sweep.runs)),
         "work-precision.csv": frame(WORK_PRECISION, (row for sweep in sweeps for row in work_precision_rows(sweep))),

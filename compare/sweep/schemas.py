@@ -20,123 +20,132 @@ from tumble.compare.tables.shared import (
 WORSE = 2.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class WorkPrecisionRow:
-    """Error and time of one run: the time is that of its native loop, by the clock that is right for it."""
+    """Error and run time of one run, the time of its native loop by the clock that suits it."""
 
     scene: SceneName
     engine: Engine
     method: Method
     dt_s: Step
     tolerance: Tolerance
-    steps: Annotated[int | None, "steps of the whole flight; empty where a flight is what was timed"]
+    steps: Annotated[int | None, "steps of the whole run; empty if whole runs were timed"]
     status: Status
     why: Why
     error_m: Annotated[
         float,
-        "largest error of any vertex and sample, the median over the throws where there are many; empty of one that "
-        "diverged",
+        "largest error over vertices and samples, of many throws the median; empty if the run diverged",
         EMPTY,
     ]
     resolution_m: Limit
-    run_us: Annotated[float, "time of one throw's flight: lower decile of the rounds"]
-    p90_run_us: Annotated[float, "time of one throw's flight: upper decile of the rounds"]
-    step_ns: Annotated[float | None, "time of one step of one throw; empty where a flight is what was timed"]
-    clock: Annotated[str, "thread CPU, process CPU or wall: the one that is right for it"]
+    run_us: Annotated[float, "run time of one throw, 10th percentile over the rounds"]
+    p90_run_us: Annotated[float, "run time of one throw, 90th percentile over the rounds"]
+    step_ns: Annotated[float | None, "time per step of one throw; empty if whole runs were timed"]
+    clock: Annotated[str, "clock that was read: thread CPU, process CPU or wall"]
     pareto_front: Annotated[bool, "on the Pareto front: no run is both faster and as accurate"]
     dt_taken_s: StepTaken = None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class AccuracyCostRow:
-    """What it takes one contestant to reach one error.
+    """The run time one contestant needs to reach one error.
 
-    The time is interpolated between two measured runs of its own frontier, never beyond them; the step and what follows
-    are those of the nearest finer run.
+    The time is interpolated between two measured runs of its own Pareto front, never extrapolated; the step and the
+    columns after it are those of the next more accurate run.
     """
 
     scene: SceneName
     engine: Engine
-    method: Annotated[str, "method; the tolerances of an adaptive one together"]
+    method: Annotated[str, "method; all tolerances of an adaptive one together"]
     target_m: Annotated[float, "largest vertex error to reach"]
-    verdict: Annotated[str, "reached, not reached, at most (the coarsest run is as good already), or untimed"]
-    run_us: Annotated[float | None, "time of the native loop of one throw's flight"]
-    dt_s: Annotated[float | None, "step; empty where the method chose its own, or nothing was reached"]
-    tolerance: Tolerance
-    steps_per_s: Annotated[float | None, "steps in one second of CPU time; empty where a flight is the unit"]
-    reference: Annotated[str, "ENGINE:METHOD that the ratio is over"]
-    ratio: Annotated[float | None, "time over the reference's; empty where either did not reach the error, or why"]
+    verdict: Annotated[str, "reached, not reached, at most (the fastest run is already more accurate), or untimed"]
+    run_us: Annotated[float | None, "run time of one throw: its native loop"] = None
+    dt_s: Annotated[float | None, "step; empty if the method chose its own, or the error was not reached"] = None
+    tolerance: Tolerance = None
+    steps_per_s: Annotated[float | None, "steps per second of CPU time; empty if whole runs were timed"] = None
+    reference: Annotated[str, "ENGINE:METHOD that run times are divided by"]
+    ratio: Annotated[
+        float | None, "run time over the reference's; empty if either did not reach the error, or as no_ratio says"
+    ] = None
     ratio_low: Annotated[float | None, "lower end of the 95 % confidence interval of the ratio"] = None
     ratio_high: Annotated[float | None, "upper end of the 95 % confidence interval of the ratio"] = None
-    no_ratio: Annotated[str, "why the contestant has no time, and so no ratio"] = ""
+    no_ratio: Annotated[str, "why there is no time or no ratio; empty if there is one"] = ""
     dt_taken_s: StepTaken = None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class OrderRow:
-    """One fixed-step contestant: the order its errors show by the steps taken, its floor and the step it bends at.
+    """One fixed-step contestant: its measured order of convergence, its smallest error, and the parts of the error.
 
-    The parts of the error are read at the run nearest to one thousandth of the body.
+    The parts are those of the run whose error is nearest to one thousandth of the body.
     """
 
     scene: SceneName
     engine: Engine
     method: Method
-    order: Annotated[float | None, "median of the orders between neighbouring steps; empty where none can be read"]
-    order_low: Annotated[float | None, "the least of them"]
-    order_high: Annotated[float | None, "the largest of them"]
-    best_error_m: Annotated[float, "least error of all runs"]
-    best_dt_s: Annotated[float, "its step"]
-    bends: Annotated[bool, "whether smaller steps were worse"]
-    finest_dt_s: Annotated[float, "the smallest step of all runs"]
-    finest_error_m: Annotated[float, "its error"]
-    precision: Annotated[str, "single or double"]
-    rounding_m: Annotated[float, "half an ulp, in that precision, of the furthest coordinate of a corner"]
-    dt_s: Annotated[float, "step at which the parts are read"]
+    order: Annotated[
+        float | None, "order of convergence: median over pairs of neighbouring steps; empty if it cannot be determined"
+    ]
+    order_low: Annotated[float | None, "smallest order over these pairs"]
+    order_high: Annotated[float | None, "largest order over these pairs"]
+    best_error_m: Annotated[float, "smallest error of all runs"]
+    best_dt_s: Annotated[float, "step of the run with the smallest error"]
+    bends: Annotated[bool, "True if smaller steps have larger errors"]
+    finest_dt_s: Annotated[float, "smallest step of all runs"]
+    finest_error_m: Annotated[float, "error of the run with the smallest step"]
+    precision: Annotated[str, "precision of the engine: single or double"]
+    rounding_m: Annotated[
+        float, "half a unit in the last place, in that precision, of the largest coordinate of a vertex"
+    ]
+    dt_s: Annotated[float, "step of the run whose error is split"]
     attitude_m: Annotated[float, "largest vertex error from the attitude alone"]
     translation_m: Annotated[float, "largest error of the centre of mass"]
 
     @property
     def worsens(self) -> bool:
-        """Whether steps below the best one are so much worse that it is no accident."""
+        """Whether the smallest step is significantly worse than the best one."""
         return self.finest_error_m > WORSE * self.best_error_m
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class TimingRow:
-    """What the clock said of one contestant: time of its native loop, its spread, which clock, and what it took before.
+    """The run time of one contestant's native loop, its spread, and the cost of building, compiling and calling.
 
-    None of build_s, compile_s and call_ns is in any other figure.
+    build_s, compile_s and call_ns are not part of any other column.
     """
 
     scene: SceneName
     engine: Engine
     method: Method
     tolerance: Tolerance
-    unit: Annotated[str, "what the times are of: a step, or a flight of a method that takes its own steps"]
-    ns: Annotated[float, "lower decile of the rounds"]
-    median_ns: Annotated[float, "median of the rounds"]
-    p90_ns: Annotated[float, "upper decile of the rounds"]
-    clock: Annotated[str, "thread CPU, process CPU or wall: the one that is right for it"]
-    finding: Annotated[str, "how the clocks disagree, or work was left to be done when it is read"]
-    call_ns: Annotated[float, "what a call from Python costs beyond that"]
-    build_s: Annotated[float, "building the world"]
-    compile_s: Annotated[float, "what the first steps took beyond those after them"]
-    peak_bytes: Annotated[int, "the most memory that its engine's process had held by then [B]"]
-    rounds: Annotated[int, "number of rounds"]
+    unit: Annotated[str, "unit that was timed: step, or flight (a whole run) of a method that takes its own steps"]
+    ns: Annotated[float, "time per unit, 10th percentile over the rounds"]
+    median_ns: Annotated[float, "time per unit, median over the rounds"]
+    p90_ns: Annotated[float, "time per unit, 90th percentile over the rounds"]
+    clock: Annotated[str, "clock that was read: thread CPU, process CPU or wall"]
+    finding: Annotated[
+        str, "why the time may be wrong: clocks disagree, or work continues after the call; empty if neither"
+    ]
+    call_ns: Annotated[float, "cost of a call from Python"]
+    build_s: Annotated[float, "time to build the world"]
+    compile_s: Annotated[float, "extra time of the first steps, for compiling"]
+    peak_bytes: Annotated[int, "peak memory of the engine process so far [B]"]
+    rounds: Annotated[int, "number of sampling rounds"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class EquivalentRow:
-    """Two contestants that are one integrator: at every step, far closer to each other than to the truth."""
+    """Two contestants with the same integrator: at every step far closer to each other than to the reference."""
 
     scene: SceneName
     engine_a: Annotated[str, "engine of the one contestant"]
     method_a: Annotated[str, "method of the one contestant"]
     engine_b: Annotated[str, "engine of the other contestant"]
     method_b: Annotated[str, "method of the other contestant"]
-    steps_compared: Annotated[int, "number of steps at which both errors stand clear of the truth's limit"]
-    max_distance_m: Annotated[float, "largest distance between their vertices at any step"]
+    steps_compared: Annotated[
+        int, "number of step sizes at which both errors are well above the resolution of the reference"
+    ]
+    max_distance_m: Annotated[float, "largest distance between their vertices over these step sizes"]
 
     @property
     def contestant_a(self) -> str:
@@ -149,7 +158,7 @@ class EquivalentRow:
         return f"{self.engine_b}:{self.method_b}"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class EnsembleRow:
     """One run of many throws: quantiles over the throws of the largest vertex error."""
 
@@ -159,9 +168,9 @@ class EnsembleRow:
     dt_s: Step
     tolerance: Tolerance
     members: Annotated[int, "number of throws"]
-    p5_error_m: Annotated[float, "5 % quantile"]
-    median_error_m: Annotated[float, "median"]
-    p95_error_m: Annotated[float, "95 % quantile"]
+    p5_error_m: Annotated[float, "5 % quantile over the throws of the largest vertex error"]
+    median_error_m: Annotated[float, "median over the throws of the largest vertex error"]
+    p95_error_m: Annotated[float, "95 % quantile over the throws of the largest vertex error"]
 
 
 WORK_PRECISION = Table("work-precision.csv", WorkPrecisionRow, (*CONTESTANT, "dt_s"))

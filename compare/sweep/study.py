@@ -17,7 +17,7 @@ from tumble.compare.sweep.results import MEASURED, measured
 from tumble.compare.sweep.work_precision import Effort, Sweep, sweep
 from tumble.compare.tables.circumstances import binding, circumstances
 from tumble.compare.tables.engines import engine_row
-from tumble.compare.tables.files import write_whole
+from tumble.compare.tables.files import write_folder
 from tumble.compare.tables.frames import csv_text, frame
 from tumble.compare.tables.shared import ENGINES
 from tumble.compare.tables.store import Store
@@ -48,7 +48,7 @@ def sweep_scenes(
     Parameters
     ----------
     scenes : the scenes
-    contestants : ENGINE[@RELEASE][:METHOD] or FILE[:METHOD] of each; empty: every installed engine
+    contestants : ENGINE[@RELEASE][:METHOD] or FILE[:METHOD] of each; empty: the engines installed with Tumble
     reference : ENGINE:METHOD that run times are divided by
     folder : where the tables are written, scene by scene; a later call continues from there
     time_limit : for each run [s]
@@ -93,7 +93,7 @@ def sweep_scenes(
             store.write()
         if folder and cache:
             cache.forget()
-            write_whole(folder / ENGINES.file, csv_text(frame(ENGINES, map(engine_row, running_engines))))
+            write_folder(folder, {ENGINES.file: csv_text(frame(ENGINES, map(engine_row, running_engines)))})
         return store.tables
 
 
@@ -113,7 +113,7 @@ def advise_scenes(
     ----------
     scenes : the scenes
     tolerance_m : largest acceptable vertex error [m]
-    contestants : ENGINE[@RELEASE][:METHOD] or FILE[:METHOD] of each; empty: every installed engine
+    contestants : ENGINE[@RELEASE][:METHOD] or FILE[:METHOD] of each; empty: the engines installed with Tumble
     beyond_samples : also try fixed steps longer than the sampling interval, with errors measured where they end
     time_limit : for each run [s]
     memory_limit : for each engine's process [B]

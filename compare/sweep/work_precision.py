@@ -1,7 +1,7 @@
-"""Error against run time: every contestant down a ladder of steps or tolerances, then all of them against one clock.
+"""Error against run time: every contestant over a sequence of steps or tolerances, then all timed together.
 
-Errors and times come from separate runs.  A fixed-step method's time is its steps times the cost of one; an adaptive
-method, and one that takes a flight in one step, is timed by whole flights.
+Errors and times come from separate runs.  The time of a fixed-step method is its number of steps times the cost of one;
+adaptive methods, and those that take a whole run in one step, are timed by whole runs.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -13,29 +13,29 @@ from tumble.compare.run.flight import legs
 from tumble.compare.run.process.kept import Kept
 from tumble.compare.run.progress import ProgressCallback, no_progress
 from tumble.compare.run.running_engines import RunningEngine, truth_limit
+from tumble.compare.run.status import Failure, Status
 from tumble.compare.run.tasks import Task, run
 from tumble.compare.run.timing.readings import USUAL, Sampling
 from tumble.compare.run.truths import Truths, true_answer
-from tumble.compare.run.worker import Failure
-from tumble.compare.sweep.longer_steps import COUNTS, at_all, longer_steps
+from tumble.compare.sweep.longer_steps import COUNTS, longer_steps, with_all_samples
 from tumble.scenarios.scene import Scene
 from tumble.scenarios.truth import NoTruth, Truth
 
 YARDSTICK = "yardstick"
 TOLERANCES = tuple(10.0 ** (-half / 2) for half in range(4, 29))
-# A rung that gains less than this over three of its predecessors, which shrink the step by 2.8, is at its floor.
+# A level whose error is above this share of that three levels before, with steps 2.8 times as long, is at the floor.
 GAIN, OVER = 0.7, 3
-# A scene and its truth by the step that it is judged for, None for that at its samples.
-Judged = Mapping[float | None, tuple[Scene, Truth]]
-ASYMPTOTIC = 1e-3  # of the body's size: an error above it may rise and fall before it is one of a small step
+# A scene and its reference solution by longer step [s]; None: at the scene's own samples.
+References = Mapping[float | None, tuple[Scene, Truth]]
+ASYMPTOTIC = 1e-3  # of the body's size: larger errors need not fall with the step
 
 
 @dataclass(frozen=True)
 class Effort:
     """How far a sweep goes.
 
-    budget_s: native loop that one flight may take [s], by what its engine says that a step takes and not by a clock, so
-    that the rungs are the same on a busy machine; tolerances: those of adaptive methods; sampling: of the times.
+    budget_s: run time of one run [s], by the engine's stated cost per step and not by a clock, so that the levels are
+    the same on a busy machine; tolerances: of adaptive methods; sampling: of the times.
     """
 
     budget_s: float = 1.25
@@ -44,15 +44,15 @@ class Effort:
 
 
 FULL = Effort()
-# Of a page: a third of the tolerances, ladders a twenty-fifth as long.
+# For the page: a third of the tolerances, sequences a twenty-fifth as long.
 BRIEF = Effort(0.05, TOLERANCES[::3], Sampling(span_s=0.0, rounds=12, budget_s=2.0))
 
 
 @dataclass(frozen=True, eq=False)
 class Sweep:
-    """All runs of one scene; those without a flight keep their reason and have no time.
+    """All runs of one scene; those without a trajectory have a reason and no time.
 
-    why_untimed: why contestants that flew could not be timed, by their names.
+    why_untimed: why contestants that ran could not be timed, by name.
     """
 
     scene: Scene
@@ -76,13 +76,27 @@ def sweep(
     enough_m: float = 0.0,
     beyond_samples: bool = False,
 ) -> Sweep:
-    """Return one scene's error and time for every contestant and every rung of its ladder.
+    """Return one scene's error and run time for every contestant and every level of its sequence.
 
-    kept: ladders that are done already, and where those are kept that get done.  Times are always taken anew: they are
-    worth something only beside each other.
-    enough_m: the error [m] that is asked for: a ladder ends where it is reached; beyond_samples: whether ladders of
-    fixed steps begin above the distance of two samples; such steps are judged where they end.
-    Raises NoTruth where there is nothing to measure errors against, RayMissed as compare does.
+    Parameters
+    ----------
+    running_engines : with their methods
+    scene : the scene
+    on_progress : called for every contestant, and when all are timed
+    effort : how far the sequences go, and how times are sampled
+    kept : finished sequences are found and saved there; times are always measured anew, because they can be compared
+        only within the same rounds
+    enough_m : a sequence ends when it reaches this error [m]
+    beyond_samples : fixed steps start above the sampling interval, with errors measured where they end
+
+    Returns
+    -------
+    all runs, timed if possible
+
+    Raises
+    ------
+    NoTruth : there is no reference solution
+    RayMissed : the ray of a later impulse misses the true body
     """
     return against_the_clock(
         running_engines,
@@ -103,25 +117,38 @@ def ladders(
     truths: Truths | None = None,
     beyond_samples: bool = False,
 ) -> list[Run]:
-    """Return every rung of every contestant's ladder, which no clock reads.
+    """Return every level of every contestant's sequence, untimed.
 
-    truths: where that of the scene is asked for already; the other arguments, and what is raised: as of `sweep`.
+    Parameters
+    ----------
+    truths : has the scene's reference solution already; None: it is computed
+    running_engines, scene, on_progress, effort, kept, enough_m, beyond_samples : as of `sweep`
+
+    Returns
+    -------
+    the runs, contestant by contestant
+
+    Raises
+    ------
+    as `sweep`
     """
     longer = longer_steps(scene) if beyond_samples else {}
     answer = (
-        truths.answer(scene) if truths else true_answer(at_all(scene, longer), limit_s=truth_limit(running_engines))
+        truths.answer(scene)
+        if truths
+        else true_answer(with_all_samples(scene, longer), limit_s=truth_limit(running_engines))
     )
     if answer.truth is None:
-        raise NoTruth(f"{scene.name} has no truth to be held against: {answer.why}")
-    asked = ((dt, seen, answer.at(seen).truth) for dt, seen in [(None, scene), *longer.items()])
-    judged = {dt: (seen, true) for dt, seen, true in asked if true is not None}
+        raise NoTruth(f"{scene.name} has no reference solution: {answer.why}")
+    found_references = ((dt, seen, answer.at(seen).truth) for dt, seen in [(None, scene), *longer.items()])
+    references = {dt: (seen, true) for dt, seen, true in found_references if true is not None}
 
     def task(running_engine: RunningEngine, method: str) -> Task[list[Flown]]:
         key = scene.name, running_engine.title, method
-        return Task(key, running_engine, lambda able: climb(able, judged, method, effort, enough_m), list[Flown])
+        return Task(key, running_engine, lambda able: climb(able, references, method, effort, enough_m), list[Flown])
 
     def run_of(running_engine: RunningEngine, flown: Flown) -> Run:
-        seen, true = where_judged(judged, running_engine, flown.method, flown.dt)
+        seen, true = reference_for(references, running_engine, flown.method, flown.dt)
         return flown.run(seen, running_engine.title, true)
 
     tasks = [task(each, method) for each in running_engines for method in each.methods_for(scene)]
@@ -129,9 +156,9 @@ def ladders(
     return [run_of(one.running_engine, flown) for one, ladder in zip(tasks, found, strict=True) for flown in ladder]
 
 
-def where_judged(judged: Judged, running_engine: RunningEngine, method: str, dt: float) -> tuple[Scene, Truth]:
-    """Return the scene as one rung is run on it, and its truth: by its samples, or by the ends of longer steps."""
-    return judged[None if running_engine.takes_own_steps(method) or dt not in judged else dt]
+def reference_for(references: References, running_engine: RunningEngine, method: str, dt: float) -> tuple[Scene, Truth]:
+    """Return the scene of one level and its reference solution: at its samples, or at the ends of longer steps."""
+    return references[None if running_engine.takes_own_steps(method) or dt not in references else dt]
 
 
 def against_the_clock(
@@ -141,41 +168,61 @@ def against_the_clock(
     on_progress: ProgressCallback = no_progress,
     effort: Effort = FULL,
 ) -> Sweep:
-    """Return the sweep of one scene's ladders, all their times taken in the same rounds."""
+    """Return the sweep of one scene's sequences, all times sampled in the same rounds.
+
+    Parameters
+    ----------
+    running_engines : of the runs
+    scene : the scene
+    runs : as of `ladders`
+    on_progress : called when all are timed
+    effort : how times are sampled
+
+    Returns
+    -------
+    all runs, timed if possible
+    """
     timed, why_untimed = time_runs(running_engines, scene, runs, effort.sampling)
     on_progress("timed")
     clocked = {id(each.run) for each in timed}
-    return Sweep(scene, tuple(timed), tuple(one for one in runs if id(one) not in clocked), why_untimed)
+    return Sweep(
+        scene=scene,
+        timed=tuple(timed),
+        untimed=tuple(one for one in runs if id(one) not in clocked),
+        why_untimed=why_untimed,
+    )
 
 
-def climb(running_engine: RunningEngine, judged: Judged, method: str, effort: Effort, enough_m: float) -> list[Flown]:
-    """Return the ladder of one method from its longest step to its floor, to what is enough, or the budget's end.
+def climb(
+    running_engine: RunningEngine, references: References, method: str, effort: Effort, enough_m: float
+) -> list[Flown]:
+    """Return the sequence of one method from its longest step to its floor, the error asked for, or the budget.
 
-    judged: the scene by its samples, and by longer steps, each with its truth.
+    references: the scene at its samples, and at longer steps, each with its reference solution.
     """
-    scene, _ = judged[None]
-    longer = [] if running_engine.takes_own_steps(method) else [(method, dt) for dt in judged if dt is not None]
+    scene, _ = references[None]
+    longer = [] if running_engine.takes_own_steps(method) else [(method, dt) for dt in references if dt is not None]
     ladder: list[Flown] = []
     runs: list[Run] = []
-    for name, dt in (*longer, *rungs(running_engine, scene, method, effort.tolerances)):
-        seen, true = where_judged(judged, running_engine, name, dt)
+    for name, dt in (*longer, *levels(running_engine, scene, method, effort.tolerances)):
+        seen, true = reference_for(references, running_engine, name, dt)
         answer = running_engine.fly(seen, name, dt, no_progress=True)
         ladder.append(Flown.of(running_engine, name, dt, answer))
         runs.append(ladder[-1].run(seen, running_engine.title, true))
-        # An adaptive method's error falls by fits and starts, and its tolerances are few: they are all tried.
+        # The error of an adaptive method falls irregularly, and its tolerances are few: all are tried.
         if isinstance(answer, Failure) or (name == method and at_floor(runs)):
             break
         if over_budget(running_engine, name, answer.steps * len(scene.start), effort.budget_s):
             break
-        if runs[-1].status == "ok" and float(runs[-1].distances.max()) <= enough_m:
+        if runs[-1].status is Status.OK and float(runs[-1].distances.max()) <= enough_m:
             break
     return ladder
 
 
-def rungs(
+def levels(
     running_engine: RunningEngine, scene: Scene, method: str, tolerances: Sequence[float] = TOLERANCES
 ) -> Iterator[tuple[str, float]]:
-    """Yield (method, dt [s]): tolerances of an adaptive method, one step for a whole one, else 2^k and 3 2^k steps."""
+    """Yield (method, dt [s]): tolerances of an adaptive method, one step of a whole one, else 2^k and 3 2^k steps."""
     bare = not isinstance(running_engine.info, Failure) and method in running_engine.info.adaptive
     if bare:
         yield from ((f"{method}@{tolerance:.3g}", scene.duration) for tolerance in tolerances)
@@ -187,13 +234,13 @@ def rungs(
 
 
 def over_budget(running_engine: RunningEngine, method: str, steps: int, budget_s: float) -> bool:
-    """Whether the next rung would take longer than a flight may; steps: those of all throws in this one."""
+    """Whether the next level would exceed the budget; steps: those of all throws at this level."""
     info = running_engine.info
     return not isinstance(info, Failure) and 1.5 * steps * info.step_of(method) > 1e9 * budget_s
 
 
 def at_floor(runs: Sequence[Run]) -> bool:
-    """Whether smaller steps have stopped paying: the error is the truth's limit, or no longer falls."""
+    """Whether smaller steps no longer help: the error is within the resolution of the reference, or no longer falls."""
     errors = [float(run.distances.max()) for run in runs]
     limit = float(runs[-1].limits.max())
     if len(errors) > 1 and max(errors[-2:]) <= limit:

@@ -1,22 +1,22 @@
 """What is written of the engines that took part."""
 
 from tumble.compare.run.running_engines import RunningEngine
-from tumble.compare.run.worker import Failure
-from tumble.compare.tables.shared import EngineRow, worded
+from tumble.compare.run.status import Failure
+from tumble.compare.tables.shared import EngineRow
 
 
 def engine_row(running_engine: RunningEngine) -> EngineRow:
     """Return the row of one engine."""
     info = running_engine.info
     if isinstance(info, Failure):
-        return EngineRow(running_engine.title, *worded(info.status), "", "", ", ".join(running_engine.methods), "", "")
+        methods = ", ".join(running_engine.methods)
+        return EngineRow(engine=running_engine.title, status=info.status.value, why=info.reason, methods=methods)
     return EngineRow(
-        running_engine.title,
-        "ok",
-        "",
-        info.version,
-        info.precision,
-        ", ".join((*info.methods, *info.forced, *info.on_request)),
-        ", ".join(sorted(info.features)),
-        "; ".join(info.switched_off),
+        engine=running_engine.title,
+        status="ok",
+        version=info.version,
+        precision=info.precision,
+        methods=", ".join((*info.methods, *info.forced, *info.on_request)),
+        features=", ".join(sorted(info.features)),
+        switched_off="; ".join(info.switched_off),
     )

@@ -15,6 +15,8 @@ from contextlib import suppress
 from glob import escape
 from pathlib import Path
 
+from tumble.compare.tables.data_package import with_package
+
 # What is written: at once, or piece by piece.
 Text = str | bytes | Iterable[str]
 
@@ -62,13 +64,16 @@ def write_together(texts: Mapping[Path, Text]) -> None:
         raise
 
 
-def write_folder(folder: Path, texts: Mapping[str, str], without: Collection[str] = ()) -> None:
+def write_folder(folder: Path, texts: Mapping[str, str | bytes], without: Collection[str] = ()) -> None:
     """Write files, by name, into a folder so that it has all of them or none, whenever it is stopped.  Raises OSError.
+
+    Beside tables it writes the datapackage.json that describes all tables of the folder.
 
     without: files of an earlier run that these do not stand beside.
     """
     folder.mkdir(parents=True, exist_ok=True)
     settle(folder)
+    texts = with_package(folder, texts, without)
     for name in texts:
         if (found := existing(folder / name)) and stat.S_ISDIR(found.st_mode):
             raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(folder / name))
@@ -112,16 +117,15 @@ def left_behind(folder: Path, prefix: str) -> Iterator[Path]:
 
 def lives(pid: int) -> bool:
     """Whether there is a process of that number."""
+    import psutil  # 20 ms, and there is seldom anything left to ask about
+
     try:
-        os.kill(pid, 0)
-    except (ProcessLookupError, OverflowError):
+        return psutil.pid_exists(pid)
+    except OverflowError:
         return False
-    except PermissionError:
-        return True
-    return True
 
 
-def fill(path: Path, text: str) -> None:
+def fill(path: Path, text: str | bytes) -> None:
     """Write a draft of a file that is not there yet."""
     write(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL), text)
     os.chmod(path, 0o666 & ~umask())
@@ -130,7 +134,7 @@ def fill(path: Path, text: str) -> None:
 def put(draft: Path, path: Path) -> None:
     """Give a draft its name, or where that is a link, a pipe or a device, write it there."""
     if path.is_symlink() or (path.exists() and not path.is_file()):
-        write_whole(path, draft.read_text(encoding="utf-8"))
+        write_whole(path, draft.read_bytes())
         draft.unlink()
         return
     if path.exists():
@@ -172,7 +176,7 @@ def write(descriptor: int, text: Text) -> None:
 def take_after(before: os.stat_result, draft: str) -> None:
     """Give a draft the owner, as far as we may, and the mode of the file that it replaces."""
     for owner, group in ((before.st_uid, -1), (-1, before.st_gid)):
-        with suppress(PermissionError):
+        with suppress(PermissionError, AttributeError):  # Windows has no chown
             os.chown(draft, owner, group)
     os.chmod(draft, stat.S_IMODE(before.st_mode))
 

@@ -4,9 +4,9 @@ import csv
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from io import StringIO
-from itertools import starmap
 from operator import attrgetter
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -19,6 +19,9 @@ from tumble.compare.tables.schema import BadTable, Column, Table
 from tumble.scenarios.files import plain_bytes
 from tumble.scenarios.format import short
 
+# The dtype `str` where pyarrow is not installed.  With pyarrow it refuses names of files that are not UTF-8.
+TEXT = pd.StringDtype("python", na_value=np.nan)
+
 
 def frame(table: Table, rows: Iterable[Any]) -> pd.DataFrame:
     """Return rows of a table's class, in order, as a DataFrame."""
@@ -28,7 +31,10 @@ def frame(table: Table, rows: Iterable[Any]) -> pd.DataFrame:
 def rows(table: Table, frame: pd.DataFrame) -> list[Any]:
     """Return the rows of a DataFrame as a table's class states them, None for what is not there."""
     found = frame[table.names].astype(object)
-    return list(starmap(table.row, found.where(found.notna(), None).itertuples(index=False, name=None)))
+    return [
+        table.row(**dict(zip(table.names, row, strict=True)))
+        for row in found.where(found.notna(), None).itertuples(index=False, name=None)
+    ]
 
 
 def merged(*sources: Mapping[str, pd.DataFrame]) -> dict[str, pd.DataFrame]:
@@ -43,7 +49,10 @@ def merged(*sources: Mapping[str, pd.DataFrame]) -> dict[str, pd.DataFrame]:
 def typed(table: Table, columns: Mapping[str, Any]) -> pd.DataFrame:
     """Return columns, by name, as a DataFrame with the table's dtypes; those that are not given are empty."""
     return pd.DataFrame(
-        {each.name: pd.Series(columns.get(each.name, ()), dtype=each.dtype) for each in table.columns}  # type: ignore
+        {
+            each.name: pd.Series(columns.get(each.name, ()), dtype=TEXT if each.kind is str else each.dtype)  # type: ignore
+            for each in table.columns
+        }
     )
 
 
@@ -96,23 +105,24 @@ def kept_tables(folder: Path, tables: Iterable[Table]) -> dict[str, pd.DataFrame
     return {table.file: read_file(path, table) for table, path in places.items()}
 
 
-def read_file(path: Path, table: Table) -> pd.DataFrame:
-    """Return the table in a file.  Raises BadTable, OSError."""
+def read_file(path: Path, table: Table, renamed: Mapping[str, str] = MappingProxyType({})) -> pd.DataFrame:
+    """Return the table in a file; renamed: columns that it may have under older names.  Raises BadTable, OSError."""
     try:
         text = plain_bytes(path).decode("utf-8")
     except UnicodeDecodeError as error:
         raise BadTable(f"{path}: not CSV: {error}") from None
-    return read_text(str(path), text, table)
+    return read_text(str(path), text, table, renamed)
 
 
-def read_text(name: str, text: str, table: Table) -> pd.DataFrame:
+def read_text(name: str, text: str, table: Table, renamed: Mapping[str, str] = MappingProxyType({})) -> pd.DataFrame:
     """Return the table in a CSV text.  Raises BadTable unless it has the table's columns, each of its kind.
 
+    renamed: columns that it may have under older names, old -> new.
     pandas.read_csv is not used: it fills up short lines, drops blank ones and cannot name the line of a bad cell.
     """
     lines = csv.reader(StringIO(text, newline=""), strict=True)
     try:
-        header = next(lines, [])
+        header = [renamed.get(column, column) for column in next(lines, [])]
         if header != table.names:
             raise BadTable(f"{name}: columns {short(','.join(header))}: must be {','.join(table.names)}")
         numbers, rows = [], []

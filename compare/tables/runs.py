@@ -1,49 +1,63 @@
 """What is written of a run."""
 
 import math
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from tumble.compare.judge.errors import Run, quietly
 from tumble.compare.run.flight import Trajectory
-from tumble.compare.tables.shared import RunRow, worded
+from tumble.compare.tables.shared import RunRow
 from tumble.scenarios.frames import Array
 
 
-def step_of(run: Run) -> tuple[float, float | None]:
+def contestant_columns(run: Run) -> dict[str, Any]:
+    """Return the columns that name a run's scene and contestant."""
+    return {"scene": run.scene.name, "engine": run.engine, "method": run.method}
+
+
+def step_columns(run: Run) -> dict[str, Any]:
     """Return dt_s and tolerance of a run: it has the one or the other."""
-    return (run.dt, None) if run.tolerance is None else (math.nan, run.tolerance)
+    has_step = run.tolerance is None
+    return {"dt_s": run.dt if has_step else math.nan, "tolerance": run.tolerance}
+
+
+def status_columns(run: Run) -> dict[str, Any]:
+    """Return the columns of a run's status and its reason."""
+    return {"status": run.status.value, "why": run.reason}
 
 
 def run_row(run: Run) -> RunRow:
     """Return the row of one run."""
-    step = step_of(run)
-    key = run.scene.name, run.engine, run.method, *step
-    status = worded(run.status)
+    row = RunRow(**contestant_columns(run), **step_columns(run), **status_columns(run))
     if not isinstance(run.answer, Trajectory):
-        return RunRow(*key, None, *status)
+        return row
     wall_s = run.flight.wall_s
     steps = run.flight.steps if run.tolerance is None else None
-    wall = wall_s, None if steps is None else wall_s / steps * 1e9, wall_s / run.scene.duration
+    row = replace(
+        row,
+        steps=steps,
+        wall_s=wall_s,
+        wall_ns_per_step=None if steps is None else wall_s / steps * 1e9,
+        wall_per_sim_s=wall_s / run.scene.duration,
+        dt_taken_s=run.dt_taken,
+    )
     if not run.has_errors:
-        return RunRow(*key, steps, *status, None, None, None, None, None, None, None, *wall, run.dt_taken)
+        return row
     distances = run.distances
     with quietly():
         rms_m = np.sqrt((distances**2).mean())
     energy, momentum, angular = run.drifts
-    return RunRow(
-        *key,
-        steps,
-        *status,
-        boundless(distances.max()),
-        boundless(rms_m),
-        boundless(distances[-1].max()),
-        float(run.limits.max()),
-        boundless(energy),
-        boundless(momentum),
-        boundless(angular),
-        *wall,
-        run.dt_taken,
+    return replace(
+        row,
+        max_error_m=boundless(distances.max()),
+        rms_error_m=boundless(rms_m),
+        final_error_m=boundless(distances[-1].max()),
+        resolution_m=float(run.limits.max()),
+        energy_drift=boundless(energy),
+        momentum_drift=boundless(momentum),
+        angular_momentum_drift=boundless(angular),
     )
 
 
@@ -52,7 +66,6 @@ def boundless(figure: float) -> float:
     return math.inf if math.isnan(figure) else float(figure)
 
 
-def xyz(vector: Array) -> tuple[float, float, float]:
-    """Return a vector, (3,), as three cells."""
-    x, y, z = vector.tolist()
-    return x, y, z
+def vector_columns(vector: Array, *names: str) -> dict[str, Any]:
+    """Return the components of a vector by the names of their columns."""
+    return dict(zip(names, vector.tolist(), strict=True))

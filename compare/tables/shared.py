@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from tumble.compare.run.provenance import ConditionRow
+from tumble.compare.run.status import described
 from tumble.compare.tables.schema import EMPTY, Table
 
 SceneName = Annotated[str, "name of the scene"]
@@ -30,7 +31,7 @@ AngularMomentumDrift = Annotated[float | None, "largest difference from the true
 Limit = Annotated[float | None, "what the truth can tell: an error below it says nothing more"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class VertexErrorRow:
     """One vertex of one run at one sample; of many throws the first, which is the scene as written."""
 
@@ -53,7 +54,7 @@ class VertexErrorRow:
     error_m: Annotated[float, "distance of the vertex from the true one; empty once the run diverged", EMPTY]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class ErrorOverTimeRow:
     """The largest vertex error of one run at one sample, over all throws, and the truth's limit there."""
 
@@ -67,7 +68,7 @@ class ErrorOverTimeRow:
     resolution_m: Annotated[float, "what the truth can tell: an error below it says nothing more"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class MemberRow:
     """One throw of a scene of many, in one run: its largest vertex error, and the truth's limit."""
 
@@ -81,7 +82,7 @@ class MemberRow:
     resolution_m: Annotated[float, "what the truth can tell of this throw: an error below it says nothing more"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class RunRow:
     """One run: errors over all vertices and samples, drifts from the truth, and what its native loop took.
 
@@ -93,7 +94,7 @@ class RunRow:
     method: Method
     dt_s: Step
     tolerance: Tolerance
-    steps: Steps
+    steps: Steps = None
     status: Status
     why: Why = ""
     max_error_m: MaxError = None
@@ -111,7 +112,7 @@ class RunRow:
     dt_taken_s: StepTaken = None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class SceneRow:
     """One scene: what it needs, and how exact its truth is."""
 
@@ -139,60 +140,60 @@ class SceneRow:
     ] = None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class EngineRow:
     """One engine: version, precision, methods, force laws, what was switched off to be fair; or why it is missing."""
 
     engine: Engine
     status: Annotated[str, "ok, missing or crashed"]
-    why: Why
-    version: Annotated[str, "version of the engine"]
-    precision: Annotated[str, "single or double"]
-    methods: Annotated[str, "its methods, first the one that is taken where one is enough"]
-    features: Annotated[str, "the force laws it has"]
-    switched_off: Annotated[str, "what was switched off to be fair"]
+    why: Why = ""
+    version: Annotated[str, "version of the engine; empty if it is missing"] = ""
+    precision: Annotated[str, "single or double; empty if the engine is missing"] = ""
+    methods: Annotated[str, "methods of the engine, its first choice first; of a missing one those asked for"]
+    features: Annotated[str, "force laws that the engine has"] = ""
+    switched_off: Annotated[str, "settings of the engine that were switched off to be fair"] = ""
 
     @property
-    def told(self) -> str:
-        """The status with its reason."""
-        return told(self.status, self.why)
+    def outcome(self) -> str:
+        """Status and reason as text for a person."""
+        return described(self.status, self.why)
 
 
 FINDING_WORDS = {
-    "nearest": "who is nearest to the truth, by its largest vertex error",
-    "nearest engine": "who is nearest to the truth of the engines that are not ours, by its largest vertex error",
-    "asked for": "an engine's first method, by its largest vertex error, the nearest engine first",
-    "as shipped": "an engine as it is where its user sets nothing, if that took part, by its largest vertex error",
-    "as asked": "a contestant that the user named and that is no default of its engine, by its largest vertex error",
-    "furthest": "who of those that finished is furthest off",
-    "unfinished": "how many contestants began and did not finish",
-    "unable": "how many contestants cannot fly the scene, or are not installed",
-    "apart": "two engines that agree far better than either is right: how far they are from each other",
-    "both off": "of two engines that agree far better than either is right, the larger of their errors",
-    "right column": "the printed column of Table 4.1 that the exact motion is nearer to by far, and how near",
-    "wrong column": "the other column, and how far it is",
-    "coordinate rounding": "what single precision rounds the furthest coordinate of the flight to",
-    "worse below": "who gets worse below a step, and that step; its errors are in the orders",
-    "longest step": "who bears the longest step, in radians of the stiffest mode",
-    "shortest step": "who bears the shortest step, in radians of the stiffest mode",
-    "limits with theory": "how many limits of a step have a finite one by theory, in all stiff scenes",
-    "limits as in theory": "how many of the limits with theory are within 5 % of it",
-    "extreme cases": "how many extreme cases there are",
-    "silent failures": "in how many extreme cases a contestant ended with finite numbers that physics does not allow",
-    "left out": "whose step would be longest if it left nothing out, over its own",
-    "bent edge": "of a body that lost its shape the edge furthest from its true length, over that, at the end",
+    "most accurate": "contestant with the smallest largest vertex error, and that error",
+    "most accurate engine": "the same, excluding Tumble's own solver and the hand calculation",
+    "first method": "largest vertex error of an engine's first method, the most accurate engine first",
+    "engine default": "largest vertex error of an engine with its own defaults, if that took part",
+    "named method": "largest vertex error of a contestant that the user named and that is no default of its engine",
+    "least accurate": "contestant with the largest vertex error of those that finished, and that error",
+    "unfinished": "number of contestants that started and did not finish",
+    "unsupported": "number of contestants that do not support the scene or are not installed",
+    "agreement distance": "largest distance between two engines that agree far better than either is right",
+    "agreement error": "the larger of the two errors of those engines",
+    "right column": "the printed column of Table 4.1 nearer to the exact motion, and its largest distance from it",
+    "wrong column": "the other column, and its largest distance from the exact motion",
+    "coordinate rounding": "rounding error of the largest coordinate of the scene in single precision",
+    "optimal step": "step of a contestant's smallest error, if smaller steps are worse",
+    "largest stable step": "contestant with the largest stable step, and that step in radians of the stiffest mode",
+    "smallest stable step": "contestant with the smallest stable step, and that step in radians of the stiffest mode",
+    "limits with theory": "number of stability limits for which theory gives a finite one, over all scenes",
+    "limits matching theory": "number of those limits that are within 5 % of theory",
+    "extreme cases": "number of extreme cases",
+    "silent failures": "number of extreme cases in which a contestant ended with finite but unphysical numbers",
+    "feature overhead": "contestant whose step gains most from switching off unneeded features, and the time ratio",
+    "edge stretch": "length at the end over true length of a deformed body's most distorted edge",
 }
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class FindingRow:
     """One number of a sentence that the terminal or the page says: what was found, of whom, and how much."""
 
     finding: Annotated[str, "; ".join(f"{name}: {meaning}" for name, meaning in FINDING_WORDS.items())]
-    scene: SceneName
-    engine: Annotated[str, "engine that the finding is about; empty if none"]
-    method: Annotated[str, "METHOD[@TOLERANCE] it was found of; empty where of none"]
-    other: Annotated[str, "ENGINE:METHOD of whom else, or the column of a printed table; empty where of nothing else"]
+    scene: Annotated[str, "name of the scene; empty if the finding is about all scenes"] = ""
+    engine: Annotated[str, "engine that the finding is about; empty if none"] = ""
+    method: Annotated[str, "METHOD[@TOLERANCE] that the finding is about; empty if none"] = ""
+    other: Annotated[str, "second contestant, ENGINE:METHOD, or the column of a printed table; empty if none"] = ""
     value: Annotated[float | None, "the number; empty where there is a name and no number"]
     unit: Annotated[str, "its unit; 1 of a pure number"]
     resolution: Annotated[
@@ -215,16 +216,3 @@ ENGINES = Table("engines.csv", EngineRow, ("engine",))
 CONDITIONS = Table("conditions.csv", ConditionRow, ("what",))
 FINDINGS = Table("findings.csv", FindingRow, ("finding", *CONTESTANT, "other"))
 TABLES = (RUNS, VERTEX_ERRORS, ERROR_OVER_TIME, MEMBERS, SCENES, ENGINES, CONDITIONS, FINDINGS)
-
-
-def told(status: str, why: str) -> str:
-    """Return a status with its reason."""
-    return f"{status}: {why}" if why else status
-
-
-def worded(status: str) -> tuple[str, str]:
-    """Return the word and the reason of a status: `diverged at 2 s` is `diverged`, `at 2 s`."""
-    word, colon, why = status.partition(": ")
-    if not colon:
-        word, _, why = status.partition(" ")
-    return word, why

@@ -7,7 +7,7 @@ import pandas as pd
 
 from tumble.compare.judge.errors import Run
 from tumble.compare.tables.frames import typed
-from tumble.compare.tables.runs import step_of
+from tumble.compare.tables.runs import step_columns
 from tumble.compare.tables.shared import ERROR_OVER_TIME, MEMBERS, VERTEX_ERRORS
 from tumble.scenarios.frames import Array
 
@@ -65,7 +65,7 @@ def member_table(runs: Sequence[Run]) -> pd.DataFrame:
 
 def keys(runs: Sequence[Run], counts: Sequence[int]) -> dict[str, object]:
     """Return the columns that say which run a row is of; counts: the rows of each."""
-    steps, tolerances = np.array([step_of(run) for run in runs], dtype=float).reshape(-1, 2).T
+    steps, tolerances = np.array([[*step_columns(run).values()] for run in runs], dtype=float).reshape(-1, 2).T
     return {
         "scene": np.repeat(np.array([run.scene.name for run in runs], dtype=object), counts),
         "engine": np.repeat(np.array([run.engine for run in runs], dtype=object), counts),

@@ -15,7 +15,7 @@ from tumble.scenarios.truth.deadline import current
 from tumble.scenarios.truth.inertia import Numbers, Principal, inverse
 from tumble.scenarios.truth.rational import Fraction, cross
 from tumble.scenarios.truth.rotation import Rotation, SteadySpin, free_rotation
-from tumble.scenarios.truth.throw import Blow, Throw
+from tumble.scenarios.truth.throw import ExactImpulse, Throw
 
 
 class Pose(NamedTuple):
@@ -58,18 +58,18 @@ def stretches(mp: Any, throw: Throw, own: Principal) -> list[Stretch]:
     arc = Arc(throw.x, throw.v, throw.gravity, Fraction(0))
     rotation = turning.start(throw.axes, throw.solid.tensor @ (throw.axes.T @ throw.w_world))
     found = [Stretch(arc, rotation, Fraction(0))]
-    for blow in throw.blows:
-        if blow.time > throw.times[-1]:
+    for impulse in throw.impulses:
+        if impulse.time > throw.times[-1]:
             break
         current().check()
         arc, rotation, turned = found[-1]
-        x, v = arc.at(blow.time)
-        arc = Arc(x, v + blow.value / throw.solid.mass, throw.gravity, blow.time)
-        axes, L_body = rotation.at(blow.time - turned)
-        torque = cross(lever(blow, x, axes, throw), blow.value)
+        x, v = arc.at(impulse.time)
+        arc = Arc(x, v + impulse.value / throw.solid.mass, throw.gravity, impulse.time)
+        axes, L_body = rotation.at(impulse.time - turned)
+        torque = cross(lever(impulse, x, axes, throw), impulse.value)
         # A central blow leaves the rotation on its exact curve: to start it anew would round it.
         if torque.any():
-            rotation, turned = turning.start(axes, L_body + axes.T @ torque), blow.time
+            rotation, turned = turning.start(axes, L_body + axes.T @ torque), impulse.time
         found.append(Stretch(arc, rotation, turned))
     return found
 
@@ -133,20 +133,20 @@ def quaternion(mp: Any, axes: Numbers) -> Numbers:
     return largest / mp.sqrt(largest @ largest)
 
 
-def lever(blow: Blow, x: Numbers, axes: Numbers, throw: Throw) -> Numbers:
+def lever(impulse: ExactImpulse, x: Numbers, axes: Numbers, throw: Throw) -> Numbers:
     """Return where a blow lands, from the centre of mass, world axes [m], (3,).  Raises RayMissed."""
-    if blow.point_world is not None:
-        return blow.point_world - x
-    if blow.point_body is not None:
-        return axes @ blow.point_body
-    assert blow.ray is not None
+    if impulse.point_world is not None:
+        return impulse.point_world - x
+    if impulse.point_body is not None:
+        return axes @ impulse.point_body
+    assert impulse.ray is not None
     # Seen from the body the surface stands still.
-    origin, direction = (blow.ray - (x, np.zeros(3, dtype=int))) @ axes
+    origin, direction = (impulse.ray - (x, np.zeros(3, dtype=int))) @ axes
     points = throw.points.astype(float)
     hit = first_hit(origin.astype(float), direction.astype(float), points, throw.faces)
     if hit is None or hit.from_inside:
         what = "misses the body" if hit is None else "starts inside the body"
-        raise RayMissed(f"the ray of the impulse at {float(blow.time):g} s {what}")
+        raise RayMissed(f"the ray of the impulse at {float(impulse.time):g} s {what}")
     # Doubles have said which face; where it is met is worked out again.
     corner, second, third = throw.points[throw.faces[hit.face]]
     normal = cross(second - corner, third - corner)

@@ -11,14 +11,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tumble.scenarios.scene import Impulse, Scene, Tether, Written, WrittenBlow
+from tumble.scenarios.scene import Impulse, Scene, Tether, Written, WrittenImpulse
 from tumble.scenarios.truth.inertia import Numbers, Solid, box, identity, mesh, sphere, square_root
 from tumble.scenarios.truth.rational import Fraction
 
 Read = Callable[[float], Fraction]
 
 
-class Blow(NamedTuple):
+class ExactImpulse(NamedTuple):
     """An impulse: time [s], value [N s], (3,), and where it lands, as in `tumble.scenarios.scene.Impulse`, file axes.
 
     ray: origin and direction, (2, 3); the direction counts as it is, unit or not.
@@ -64,7 +64,7 @@ class Throw(NamedTuple):
     state_axes: Numbers
     gravity: Numbers
     times: tuple[Fraction, ...]
-    blows: tuple[Blow, ...]
+    impulses: tuple[ExactImpulse, ...]
     springs: tuple[Spring, ...]
     drag: Numbers | None
     ground: Ground | None
@@ -89,7 +89,7 @@ def read_throw(scene: Scene, row: int, read: Read = Fraction) -> Throw:
         state_axes=state_axes,
         gravity=exact_numbers(np.zeros(3) if scene.gravity is None else scene.gravity, read),
         times=tuple(clock * Fraction(float(time)) for time in scene.rows),
-        blows=tuple(_blow(scene, impulse, clock, points, state_axes, read) for impulse in scene.impulses),
+        impulses=tuple(_exact_impulse(scene, impulse, clock, points, state_axes, read) for impulse in scene.impulses),
         springs=tuple(_spring(scene, tether, points, state_axes, read) for tether in scene.tethers),
         drag=exact_numbers(np.array((scene.drag.linear, scene.drag.angular)), read) if scene.drag else None,
         ground=_ground(scene, read),
@@ -173,7 +173,9 @@ def _read_axes(scene: Scene, start: np.ndarray, state_axes: Numbers, read: Read)
     return exact_axes(exact_numbers(start[3:7], read)) @ state_axes
 
 
-def _blow(scene: Scene, impulse: Impulse, clock: Fraction, points: Numbers, state_axes: Numbers, read: Read) -> Blow:
+def _exact_impulse(
+    scene: Scene, impulse: Impulse, clock: Fraction, points: Numbers, state_axes: Numbers, read: Read
+) -> ExactImpulse:
     made = _as_written(scene, impulse, "value")
     if made and made.magnitude is not None and made.direction is not None:
         value = read(made.magnitude) * _unit(exact_numbers(made.direction, read))
@@ -189,7 +191,7 @@ def _blow(scene: Scene, impulse: Impulse, clock: Fraction, points: Numbers, stat
     elif impulse.point_body is not None:
         point_body = _body_point(scene, impulse.point_body, points, state_axes, read)
     world = impulse.point_world
-    return Blow(
+    return ExactImpulse(
         time=clock * Fraction(float(impulse.time)),
         value=value,
         point_world=None if world is None else exact_numbers(world, read),
@@ -198,15 +200,16 @@ def _blow(scene: Scene, impulse: Impulse, clock: Fraction, points: Numbers, stat
     )
 
 
-def _as_written(scene: Scene, impulse: Impulse, what: str) -> WrittenBlow | None:
+def _as_written(scene: Scene, impulse: Impulse, what: str) -> WrittenImpulse | None:
     """Return the file's impulse whose value, ray or point in body axes this one still has, or None."""
     written = _written(scene)
-    for blow in () if written is None else written.blows:
-        ours, theirs = getattr(impulse, what), getattr(blow.made, what)
+    for candidate in () if written is None else written.impulses:
+        ours, theirs = getattr(impulse, what), getattr(candidate.made, what)
         if what == "ray" and ours is not None and theirs is not None:
             ours, theirs = ours.direction, theirs.direction
-        if blow.made.time == impulse.time and ours is not None and theirs is not None and np.array_equal(ours, theirs):
-            return blow
+        same_time = candidate.made.time == impulse.time
+        if same_time and ours is not None and theirs is not None and np.array_equal(ours, theirs):
+            return candidate
     return None
 
 

@@ -103,14 +103,14 @@ def shift_of(
 
 
 @lane
-def throw(q: Quaternion, momentum: Vector, inverse_middle: float, g: Vector, handed: float) -> Throw:
+def throw(q: Quaternion, momentum: Vector, inverse_middle: float, g: Vector, handedness: float) -> Throw:
     """Return what a throw keeps: q and L in the axes of the least, the middle and the greatest moment.
 
     g: the absolute differences of the inverse moments; handed: -1 where those axes are left-handed, else 1.
     """
     speed = math.sqrt(momentum[0] * momentum[0] + momentum[1] * momentum[1] + momentum[2] * momentum[2])
     direct = scale(1.0 / speed, momentum)
-    least, signs = frame_of(direct, g, handed)
+    least, signs = frame_of(direct, g, handedness)
     l1, l2, l3 = framed(least, signs, direct)
     g1, g2, g3 = (g[2] if least else g[0]), g[1], (g[0] if least else g[2])
 
@@ -181,7 +181,7 @@ def throw(q: Quaternion, momentum: Vector, inverse_middle: float, g: Vector, han
 
 
 @lane
-def flown(thrown: Throw, t: float) -> tuple[Quaternion, Vector]:
+def advanced(thrown: Throw, t: float) -> tuple[Quaternion, Vector]:
     """Return q and L after t [s], in the axes that `throw` had them in; nan beyond LARGEST_NOME."""
     angle = turned(thrown.angle, direction(thrown.rate * t))
     cosines, sines = odd_waves(angle)
@@ -223,7 +223,7 @@ def _exact(
     n: int,
     dt: float,
     axes: tuple[int, int, int],
-    handed: float,
+    handedness: float,
     g: Vector,
     inverse_moments: Vector,
     gyroscopic: Vector,
@@ -242,7 +242,7 @@ def _exact(
         for i in range(LANES):
             q = (block[i], block[LANES + i], block[2 * LANES + i], block[3 * LANES + i])
             momentum = (block[4 * LANES + i], block[5 * LANES + i], block[6 * LANES + i])
-            q, momentum = flown(throw(q, momentum, inverse_middle, g, handed), t)
+            q, momentum = advanced(throw(q, momentum, inverse_middle, g, handedness), t)
             block[i], block[LANES + i], block[2 * LANES + i], block[3 * LANES + i] = q
             block[4 * LANES + i], block[5 * LANES + i], block[6 * LANES + i] = momentum
         for i in range(min(LANES, last - begin)):
@@ -277,5 +277,5 @@ def exact(spins: NDArray[np.float64], n: int, dt: float, inverse_moments: Vector
     if gyroscopic is None or 0.0 in gyroscopic:
         share_out(_one_by_one, len(spins), FLOPS, spins, n, dt, inverse_moments, gyroscopic)
         return
-    axes, handed, g = ordered(inverse_moments, gyroscopic)
-    share_out(_exact, len(spins), FLOPS, spins, n, dt, axes, handed, g, inverse_moments, gyroscopic)
+    axes, handedness, g = ordered(inverse_moments, gyroscopic)
+    share_out(_exact, len(spins), FLOPS, spins, n, dt, axes, handedness, g, inverse_moments, gyroscopic)

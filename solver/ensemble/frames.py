@@ -7,10 +7,10 @@ from tumble.solver.vectors import Vector
 def ordered(inverse_moments: Vector, gyroscopic: Vector) -> tuple[tuple[int, int, int], float, Vector]:
     """Return the axes of the least, the middle and the greatest moment, and handed and g of `throw` in that order."""
     least, middle, greatest = sorted(range(3), key=lambda axis: -inverse_moments[axis])
-    handed = 1.0 if (middle - least) % 3 == 1 else -1.0
+    handedness = 1.0 if (middle - least) % 3 == 1 else -1.0
     return (
         (least, middle, greatest),
-        handed,
+        handedness,
         (abs(gyroscopic[least]), abs(gyroscopic[middle]), abs(gyroscopic[greatest])),
     )
 
@@ -29,7 +29,7 @@ def placed(least: bool, signs: Vector, a: Vector) -> Vector:
 
 
 @lane
-def frame_of(direct: Vector, g: Vector, handed: float) -> tuple[bool, Vector]:
+def frame_of(direct: Vector, g: Vector, handedness: float) -> tuple[bool, Vector]:
     """Return whether L runs round the axis of the least moment, and the signs of the frame's axes.
 
     direct: L/|L|; g and handed: as `throw` has them.  L runs round the axis of the greatest where 2E I2 < L^2, which is
@@ -39,4 +39,4 @@ def frame_of(direct: Vector, g: Vector, handed: float) -> tuple[bool, Vector]:
     least = direct[2] * direct[2] * g[0] < direct[0] * direct[0] * g[2]
     sense = -1.0 if least else 1.0
     side = -1.0 if (direct[0] if least else direct[2]) < 0.0 else 1.0
-    return least, (1.0, handed * sense * side, side)
+    return least, (1.0, handedness * sense * side, side)

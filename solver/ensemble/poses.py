@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tumble.solver.ensemble.blocks import LANES, share_out
-from tumble.solver.ensemble.exact import flown, throw
+from tumble.solver.ensemble.exact import advanced, throw
 from tumble.solver.ensemble.frames import ordered
 from tumble.solver.ensemble.lanes import lane, lanes_kernel, widest_vectors
 from tumble.solver.integrators.exact import exact
@@ -54,7 +54,7 @@ def _poses(
     spin: NDArray[np.float64],
     times: NDArray[np.float64],
     axes: tuple[int, int, int],
-    handed: float,
+    handedness: float,
     g: Vector,
     inverse_moments: Vector,
     gyroscopic: Vector,
@@ -62,7 +62,7 @@ def _poses(
     widest_vectors()
     x, y, z = axes
     q, momentum = (spin[0], spin[1 + x], spin[1 + y], spin[1 + z]), (spin[4 + x], spin[4 + y], spin[4 + z])
-    thrown = throw(q, momentum, inverse_moments[y], g, handed)
+    thrown = throw(q, momentum, inverse_moments[y], g, handedness)
     if thrown.steady or math.isnan(thrown.before_squared):
         _one_by_one(first, last, found, spin, times, inverse_moments, gyroscopic)
         return
@@ -71,7 +71,7 @@ def _poses(
         for i in range(LANES):
             block[7 * LANES + i] = times[min(begin + i, last - 1)]
         for i in range(LANES):
-            (qw, qx, qy, qz), momentum = flown(thrown, block[7 * LANES + i])
+            (qw, qx, qy, qz), momentum = advanced(thrown, block[7 * LANES + i])
             qx, qy, qz = in_body_axes(axes, (qx, qy, qz))
             block[i], block[LANES + i], block[2 * LANES + i], block[3 * LANES + i] = qw, qx, qy, qz
             momentum = in_body_axes(axes, momentum)
@@ -96,6 +96,6 @@ def poses(spin: ArrayLike, times: ArrayLike, inverse_moments: Vector, gyroscopic
     if gyroscopic is None or 0.0 in gyroscopic:
         share_out(_one_by_one, len(times), FLOPS, found, spin, times, inverse_moments, gyroscopic)
         return found
-    axes, handed, g = ordered(inverse_moments, gyroscopic)
-    share_out(_poses, len(times), FLOPS, found, spin, times, axes, handed, g, inverse_moments, gyroscopic)
+    axes, handedness, g = ordered(inverse_moments, gyroscopic)
+    share_out(_poses, len(times), FLOPS, found, spin, times, axes, handedness, g, inverse_moments, gyroscopic)
     return found

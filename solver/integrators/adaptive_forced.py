@@ -112,7 +112,7 @@ def _estimate(slopes: Array, dt: float, one: Fineness, inverse_moments: Vector |
 
 
 @inlined
-def _flown(
+def _advanced(
     state: State,
     time: float,
     length: float,
@@ -184,7 +184,7 @@ def adaptive_forced(
             speed = _speed(state, forces.mass * radius)
             length = FIRST_TURN * tolerance**0.125 * radius / speed if speed > 0.0 else abs(t)
         for to_the_end in (False, True):
-            state, time, length = _flown(
+            state, time, length = _advanced(
                 state, time, length, t, to_the_end, slopes, radius, inverse_moments, gyroscopic, forces, tolerance
             )
             if not to_the_end:

@@ -227,9 +227,9 @@ def _turned(
         axes, sense = (greatest, middle, least), -1.0
     speed = math.sqrt(dot(momentum, momentum))
     start = scale(1.0 / speed, _picked(axes, momentum))
-    handed = 1.0 if (middle - axes[0]) % 3 == 1 else -1.0
+    handedness = 1.0 if (middle - axes[0]) % 3 == 1 else -1.0
     first, third = math.copysign(1.0, start[0]), math.copysign(1.0, start[2])
-    signs = (first, handed * first * third, third)
+    signs = (first, handedness * first * third, third)
     start, differences = times(signs, start), _picked(axes, differences)
     if momentum_rate(start, differences) == (0.0, 0.0, 0.0):
         return product(q, exponential(scale(t / 2.0, times(inverse_moments, momentum)))), momentum
@@ -248,9 +248,18 @@ def _swept(momentum: Vector) -> Vector:
 
 @kernel
 def exact(spins: NDArray[np.float64], n: int, dt: float, inverse_moments: Vector, gyroscopic: Vector | None) -> None:
-    """Turn for n dt, at once, from where the row was when the count of n began.
+    """Advance torque-free rotations in closed form to n dt after the instant that their rows remember.
 
-    spins: q, then L in body axes, then both at the start of the count, (N, 14).
+    Parameters
+    ----------
+    spins : (N, 14)
+        changed in place: attitude q, angular momentum L in body axes [kg m2/s], and both when the count of n began
+    n
+        number of steps
+    dt : s
+    inverse_moments : (3,), 1/(kg m2)
+    gyroscopic : (3,), 1/(kg m2)
+        `Body.gyroscopic`; None for equal moments
     """
     t = n * dt
     for spin in spins:

@@ -69,14 +69,18 @@ DAMAGE: dict[str, Callable[[Path], object]] = {
 }
 
 
-def attack(folder: Path, name: str) -> None:
-    """Damage each file of a record, and of a folder of tables, and read it.  Raises AssertionError."""
+def attack(folder: Path, name: str, share: int = 1) -> None:
+    """Damage files of a record, and of a folder of tables, one at a time, and read it.  Raises AssertionError.
+
+    share: of so many files one, another with each damage.
+    """
+    first = [*DAMAGE].index(name)
     for words, reading in (
         (RECORD, ("check", "die-straight", "--baseline", "{}", "--no-times", "-e", "tumble:rk4", "-e", kills.MINE)),
         (TABLES, ("report", "--from", "{}", "-o", "{}.html")),
     ):
         whole, _ = kills.whole(words)
-        for file in sorted(whole.glob("*.csv")):
+        for file in sorted(whole.glob("*.csv"))[first % share :: share]:
             own = folder / f"{name} {words[0]} {file.stem}".replace(" ", "-")
             shutil.copytree(whole, own)
             DAMAGE[name](own / file.name)

@@ -19,7 +19,7 @@ def test_a_starved_machine_is_told_in_a_line_or_done_without(tmp_path, name):
 
 @pytest.mark.parametrize("name", damaged.DAMAGE)
 def test_a_damaged_folder_is_read_or_refused(tmp_path, name):
-    damaged.attack(tmp_path, name)
+    damaged.attack(tmp_path, name, share=3)
 
 
 @pytest.mark.parametrize("seed", range(1000, 1005))

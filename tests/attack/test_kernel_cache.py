@@ -15,9 +15,9 @@ ANEW = "each process compiles them again"
 
 
 def run(folder: Path, *, root: Path = ROOT, env=None, **settings) -> subprocess.CompletedProcess[str]:
-    """Fly a scene with a force, which takes a kernel of the solver, one of the truth and one of the wrench."""
+    """Run a free flight by two methods, which takes a kernel of each: those that are compiled soonest."""
     env = {name: value for name, value in os.environ.items() if name != "NUMBA_CACHE_DIR"} | (env or {})
-    words = ["compare", "tether-critical", "-e", "tumble:rk4", "-e", "mujoco:euler+held", "--dt", "0.01", "--quiet"]
+    words = ["compare", "two-hits", "-e", "tumble:quaternion-euler", "-e", "tumble:matrix-euler", "--quiet"]
     return subprocess.run(
         [sys.executable, "-P", "-m", "tumble", *words],
         cwd=folder,

@@ -27,7 +27,7 @@ SIZE = {"width": 1280, "height": 720}
 SCENE = "two-hits"
 # The first picture with the body in it: the first after the lab's own words are there.
 DRAWN = """() => new Promise(drawn => {
-  const look = () => document.querySelector('[data-lab=said]')?.innerText.includes('Click the body')
+  const look = () => document.querySelector('[data-lab=message]')?.innerText.includes('Click the body')
     ? requestAnimationFrame(() => requestAnimationFrame(() => drawn(performance.now()))) : requestAnimationFrame(look);
   look();
 })"""

@@ -14,8 +14,8 @@ from collections.abc import Iterator
 from figures import FigureRow, output_option, show
 
 from tumble.compare.run.running_engines import launched
+from tumble.compare.run.status import Failure
 from tumble.compare.run.timing.readings import Reading, ratio
-from tumble.compare.run.worker import Failure
 from tumble.compare.sweep.pareto_front import by_contestant, reach
 from tumble.compare.sweep.work_precision import YARDSTICK, Sweep, sweep
 from tumble.scenarios.read import read_scene

@@ -3,11 +3,13 @@
 import fcntl
 import json
 import os
+import pickle
 import re
 import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
@@ -46,9 +48,28 @@ REFERENCE, COMMAND, BUDGET_S = "tumble:rk4", "tumble report", 0.01
 Tables = Mapping[str, pd.DataFrame]
 
 
+@contextmanager
+def shared(factory: pytest.TempPathFactory, name: str) -> Iterator[Path]:
+    """Yield a file that the processes of the tests share: the first one makes it while the others wait."""
+    own = factory.getbasetemp()
+    file = (own.parent if "PYTEST_XDIST_WORKER" in os.environ else own) / "shared" / name
+    file.parent.mkdir(exist_ok=True)
+    with Path(f"{file}.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        yield file
+
+
 @pytest.fixture(scope="session")
-def real() -> dict[str, pd.DataFrame]:
+def real(tmp_path_factory) -> dict[str, pd.DataFrame]:
     """All tables of a few scenes by a few contestants."""
+    with shared(tmp_path_factory, "real.pickle") as file:
+        if not file.exists():
+            file.write_bytes(pickle.dumps(real_tables()))
+        return pickle.loads(file.read_bytes())
+
+
+def real_tables() -> dict[str, pd.DataFrame]:
+    """Run the scenes and return their tables."""
     scenes = [read_scene(name) for name in SCENES]
     swept = replace(read_scene("yardstick"), duration=1.0, times=frozen_array([1.0]))
     with launched(ENGINES) as running_engines:
@@ -73,12 +94,7 @@ def html(real) -> str:
 @pytest.fixture(scope="session")
 def whole_page(tmp_path_factory) -> Path:
     """The page of everything, as `make report` makes it: made once, by whichever process of the tests comes first."""
-    own = tmp_path_factory.getbasetemp()
-    shared = own.parent if "PYTEST_XDIST_WORKER" in os.environ else own
-    file = shared / "whole" / "tumble.html"
-    file.parent.mkdir(exist_ok=True)
-    with (file.parent / "lock").open("w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
+    with shared(tmp_path_factory, "tumble.html") as file:
         if not file.exists():  # it is written whole or not at all
             words = [sys.executable, "-P", "-m", "tumble", "report", "-o", str(file)]
             done = subprocess.run(words, cwd=file.parent, capture_output=True, text=True, timeout=2 * PATIENCE_S)

@@ -34,7 +34,23 @@ def bars(lines: list[str], sign: str = "━") -> dict[str, int]:
 
 def test_a_bar_is_as_long_as_the_error_has_digits():
     """Each bar is a decade longer than the one above it: equal steps, to the rounding of both ends to a column."""
-    rows = [RunRow("s", f"e{k}", "m", 0.1, None, 1, "ok", "", 10.0**-k, 0, 0, 1e-9) for k in range(1, 6)]
+    rows = [
+        RunRow(
+            scene="s",
+            engine=f"e{k}",
+            method="m",
+            dt_s=0.1,
+            tolerance=None,
+            steps=1,
+            status="ok",
+            why="",
+            max_error_m=10.0**-k,
+            rms_error_m=0,
+            final_error_m=0,
+            resolution_m=1e-9,
+        )
+        for k in range(1, 6)
+    ]
     lengths = list(bars(printed(error_chart(rows))).values())
     steps = [after - before for before, after in pairwise(lengths)]
     assert len(lengths) == 5
@@ -43,13 +59,41 @@ def test_a_bar_is_as_long_as_the_error_has_digits():
 
 
 def test_an_error_at_its_limit_is_said_to_be_no_more():
-    rows = [RunRow("s", f"e{k}", "m", 0.1, None, 1, "ok", "", error, 0, 0, 1e-6) for k, error in enumerate((0.1, 1e-9))]
+    rows = [
+        RunRow(
+            scene="s",
+            engine=f"e{k}",
+            method="m",
+            dt_s=0.1,
+            tolerance=None,
+            steps=1,
+            status="ok",
+            why="",
+            max_error_m=error,
+            rms_error_m=0,
+            final_error_m=0,
+            resolution_m=1e-6,
+        )
+        for k, error in enumerate((0.1, 1e-9))
+    ]
     assert any(line.startswith("e1:m") and line.endswith("≤1 µm") for line in printed(error_chart(rows)))
 
 
 def test_marks_stand_in_the_order_of_their_times():
     rows = [
-        AccuracyCostRow("s", "one", "a", target, "reached", time, 0.1, None, None, "one:a", 1.0)
+        AccuracyCostRow(
+            scene="s",
+            engine="one",
+            method="a",
+            target_m=target,
+            verdict="reached",
+            run_us=time,
+            dt_s=0.1,
+            tolerance=None,
+            steps_per_s=None,
+            reference="one:a",
+            ratio=1.0,
+        )
         for target, time in ((1e-3, 1.0), (1e-6, 10.0), (1e-9, 100.0), (1e-12, 1000.0))
     ]
     line = next(line for line in printed(cost_chart(rows)) if line.startswith("one:a"))
@@ -59,7 +103,22 @@ def test_marks_stand_in_the_order_of_their_times():
 
 def test_theory_is_marked_on_the_bar_of_the_limit():
     limits = [
-        LimitRow("s", "one", method, "k", 1.0, 1.0, limit, "diverged", 2.0, "", 1.0, None, None, "")
+        LimitRow(
+            scene="s",
+            engine="one",
+            method=method,
+            parameter="k",
+            value=1.0,
+            w_rad_s=1.0,
+            w_dt_limit=limit,
+            beyond="diverged",
+            theory_w_dt=2.0,
+            theory="",
+            dt_stable_s=1.0,
+            dt_1pct_s=None,
+            dt_1mm_s=None,
+            note="",
+        )
         for method, limit in (("longer", 4.0), ("shorter", 1.0), ("endless", math.inf))
     ]
     lines = {line.split()[0]: line for line in printed(limit_chart(limits)) if line.startswith("one:")}

@@ -89,15 +89,18 @@ def test_the_types_of_rows_are_those_of_the_tables():
 @pytest.mark.skipif(
     not (shutil.which("npm") and (COMPILER.exists() or "CI" in os.environ)), reason="TypeScript is not installed"
 )
-def test_a_misspelt_column_or_table_and_an_empty_cell_are_found(tmp_path, capfd):
+def test_misspelt_names_of_data_and_an_empty_cell_are_found(tmp_path, capfd):
     lines = {
         "rows('runs.csv').map((run) => run.max_error);": "Property 'max_error' does not exist",
         "rows('run.csv');": "'\"run.csv\"' is not assignable",
         "rows('runs.csv').map((run) => run.max_error_m.toFixed(3));": "'run.max_error_m' is possibly 'null'",
+        "findings('the nearest');": "'\"the nearest\"' is not assignable",
     }
     for name in ("data.js", "page.d.ts", "tables.d.ts", "tsconfig.json"):
         shutil.copy(JAVASCRIPT / name, tmp_path)
-    (tmp_path / "main.js").write_text("\n".join(['import { rows } from "./data.js";', *lines]), encoding="utf-8")
+    (tmp_path / "main.js").write_text(
+        "\n".join(['import { findings, rows } from "./data.js";', *lines]), encoding="utf-8"
+    )
     assert checked(tmp_path) != 0
     said = capfd.readouterr().out
     assert [message for message in lines.values() if message in said] == list(lines.values())

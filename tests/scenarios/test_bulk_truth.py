@@ -67,8 +67,8 @@ def test_many_throws_are_the_same_as_one_by_one(body, starts, end):
     assert (off == 0).mean() > 0.95
     assert abs(many.states[:, : len(starts)] - one_by_one.states).max() <= 1e-15 * abs(one_by_one.states).max()
     # Other patterns of signs: of eight, as of any eight, the largest lies between 1 and 2.7 times the root mean square.
-    assert (many.floor[:, : len(starts)] <= 2.7 * one_by_one.floor).all()
-    assert (many.floor[:, : len(starts)] >= one_by_one.floor / 2.7).all()
+    assert (many.input_error[:, : len(starts)] <= 2.7 * one_by_one.input_error).all()
+    assert (many.input_error[:, : len(starts)] >= one_by_one.input_error / 2.7).all()
 
 
 @pytest.mark.parametrize("case", ["brick", "needle", "about the middle axis", "a million radians"])
@@ -78,7 +78,7 @@ def test_errors_are_what_they_are_said_to_be(case):
     mp = MPContext()
     mp.prec = bulk.BITS
     inputs = bulk.signed(bodies(mp, readings(scene, 0), np.array((scene.rows, 0 * scene.rows))))
-    vertices, _, floor = bulk.flown(bulk.as_written(scene.start[:1]), inputs)
+    vertices, _, floor = bulk.simulate(bulk.as_written(scene.start[:1]), inputs)
     off = bulk.off_by(mp, scene, 0, vertices[:, :, 0])
     assert (off <= bulk.SHARE_OF_FLOOR * floor[:, 0]).all()
     # The second double counts: with one alone they would not be.
@@ -91,7 +91,7 @@ def test_many_throws_tell_how_many_are_done(monkeypatch):
     # The start and two rows of eight corners: sixteen throws at a time, of MANY.
     monkeypatch.setattr(bulk, "AT_A_TIME", 3 * 8 * 16)
     shares = []
-    truth(a_scene(*CASES["brick"][:2], 1.0, 10.0), tell=shares.append)
+    truth(a_scene(*CASES["brick"][:2], 1.0, 10.0), on_share=shares.append)
     assert shares == [0.25, 0.5, 0.75, 1.0]
 
 
@@ -115,9 +115,9 @@ def test_throws_too_delicate_for_32_digits_are_worked_out_one_by_one():
     scene = a_scene(body(3.0, 4.0, 6.0), starts, 0.1, 80.0)
     flights = bulk.all_flights(MPContext(), scene)
     assert flights is not None
-    assert np.flatnonzero(np.isnan(flights.floor).any(axis=0)).tolist() == [1]
+    assert np.flatnonzero(np.isnan(flights.input_error).any(axis=0)).tolist() == [1]
     answer, alone = truth(scene), truth(replace(scene, start=scene.start[1:2]))
-    assert (answer.floor[:, 1] == alone.floor[:, 0]).all()
+    assert (answer.input_error[:, 1] == alone.input_error[:, 0]).all()
     assert (answer.vertices[:, 1] == alone.vertices[:, 0]).all()
     assert answer.horizon == alone.horizon == 0.1
 
@@ -143,7 +143,7 @@ def test_many_instants_are_the_same_as_a_few(file):
     assert abs(many.states[of_few] - few.states).max() <= 1e-15 * abs(few.states).max()
     assert (many.bound[of_few] <= 1.01 * few.bound).all()
     # The same patterns of signs, so the same derivative.
-    assert many.floor[of_few] == pytest.approx(few.floor, rel=1e-3)
+    assert many.input_error[of_few] == pytest.approx(few.input_error, rel=1e-3)
 
 
 def test_instants_beyond_the_horizon_are_left_where_it_lies():

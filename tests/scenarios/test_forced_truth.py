@@ -56,7 +56,7 @@ def off(scene, states):
     """
     true = truth(replace(scene, written=None))
     points = vertices(np.asarray(states, dtype=float), scene.body.points)
-    return np.linalg.norm(points - true.vertices[:, 0], axis=-1).max(), true.limit.max()
+    return np.linalg.norm(points - true.vertices[:, 0], axis=-1).max(), true.resolution.max()
 
 
 def cross(a, b):
@@ -233,7 +233,7 @@ def test_the_floor_is_what_a_rounded_input_does(scene_of):
     changed = truth(scene_of(text.replace("stiffness = 80.0", f"stiffness = {80.0 * (1 + 2.0**-30)!r}")))
     moved = np.linalg.norm(changed.vertices - plain.vertices, axis=-1).max() * 2.0**-23
     # One of some thirty numbers: no more than all of them, and they are not a thousand times as much.
-    assert moved < 3 * plain.floor.max() < 3000 * moved
+    assert moved < 3 * plain.input_error.max() < 3000 * moved
 
 
 def test_it_says_how_it_was_made(scene_of):

@@ -78,4 +78,4 @@ def test_what_there_is_time_for_is_told(monkeypatch):
     known = truth(changed("tether-undamped", stiffness=1e8, duration=0.04, samples=2))
     assert true.times[2] == known.times[2]
     np.testing.assert_array_equal(true.vertices[:3], known.vertices)
-    assert np.median(true.floor[1:3] / known.floor[1:]) == pytest.approx(1.0, rel=0.1)
+    assert np.median(true.input_error[1:3] / known.input_error[1:]) == pytest.approx(1.0, rel=0.1)

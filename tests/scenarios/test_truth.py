@@ -18,7 +18,7 @@ from tumble.scenarios.impulse import RayMissed, jump
 from tumble.scenarios.scene import Body, Impulse, Ray, Scene, frozen_array
 from tumble.scenarios.truth import truth
 from tumble.scenarios.truth.elliptic import JacobiFunctions, third_kind_angle
-from tumble.scenarios.truth.limit import PRECISIONS, settle
+from tumble.scenarios.truth.resolution import PRECISIONS, settle
 from tumble.scenarios.truth.rotation import SteadySpin, free_rotation
 from tumble.scenarios.truth.throw import read_throw
 
@@ -438,7 +438,7 @@ def test_throws_fly_alone():
     together = truth(a_scene(start=np.stack((START, other)), times=[0.5, 2.0]))
     for row, start in enumerate((START, other)):
         alone = truth(a_scene(start=start, times=[0.5, 2.0]))
-        for name in ("states", "vertices", "bound", "floor"):
+        for name in ("states", "vertices", "bound", "input_error"):
             assert (getattr(together, name)[:, row] == getattr(alone, name)[:, 0]).all()
 
 
@@ -455,14 +455,14 @@ def test_bound_is_the_rounding_to_doubles():
     # A brick within a metre: half a unit in the last place of each of three numbers, at most 2^-54 sqrt(3) m each.
     answer = truth(a_scene(start=np.concatenate((np.zeros(3), Q, np.zeros(3), (2.0, -1.0, 4.0)))))
     assert answer.bound.max() < 2.0**-54 * np.sqrt(3) * 1.001
-    assert (answer.limit == np.maximum(answer.bound, answer.floor)).all()
+    assert (answer.resolution == np.maximum(answer.bound, answer.input_error)).all()
 
 
 @pytest.mark.parametrize("start_bits", PRECISIONS[3:4])
 def test_bound_holds_against_a_much_finer_flight(start_bits, monkeypatch):
     scene = a_scene(impulses=[blow(0.25, point_body=(0.2, 0.07, 0.05))], times=[1.0, 1e3, 1e6])
     answer = truth(scene)
-    monkeypatch.setattr("tumble.scenarios.truth.limit.PRECISIONS", (start_bits, 2 * start_bits))
+    monkeypatch.setattr("tumble.scenarios.truth.resolution.PRECISIONS", (start_bits, 2 * start_bits))
     for row, pose in enumerate(poses(scene)):
         exact = exactly(*scene.body.points.flat).reshape(-1, 3) @ pose.axes.T + pose.x
         error = np.array(exact - exactly(*answer.vertices[row, 0].flat).reshape(-1, 3), dtype=float)
@@ -557,14 +557,14 @@ def test_floor_is_how_far_neighbouring_doubles_lead(body, place, w):
     ]
     largest = np.max(moved, axis=0)
     # A neighbour is one to two 2^-53 away, and another sign pattern may go twice as far as the eight that were tried.
-    assert (largest <= 4 * answer.floor + 2 * answer.bound).all()
-    assert (largest >= answer.floor / 8)[1:].all()
+    assert (largest <= 4 * answer.input_error + 2 * answer.bound).all()
+    assert (largest >= answer.input_error / 8)[1:].all()
 
 
 def test_floor_grows_at_the_separatrix():
     def floor(w3):
         start = np.concatenate((np.zeros(3), (1, 0, 0, 0), np.zeros(3), (2.0, 0.1, w3)))
-        return truth(a_scene(body=brick(moments=(3.0, 4.0, 6.0)), start=start, times=[0.1, 80.0])).floor[-1, 0]
+        return truth(a_scene(body=brick(moments=(3.0, 4.0, 6.0)), start=start, times=[0.1, 80.0])).input_error[-1, 0]
 
     away, near, on = floor(1.5), floor(1.0 + 1e-10), floor(1.0)
     # Near it 1e-16 of 1e-10 decide when the body falls; on it, whether it falls at all.
@@ -578,8 +578,8 @@ def test_floor_of_a_still_body_is_the_rounding_of_its_place():
     answer = truth(a_scene(start=start))
     # Half the last bits of 3, 4 and 12, and of each vertex, 0.22 m off: of its coordinates and of the quaternion's.
     place = np.linalg.norm(np.spacing((3.0, 4.0, 12.0))) / 2
-    assert answer.floor.min() > place
-    assert answer.floor.max() < place + 0.5 * HALF_ULP
+    assert answer.input_error.min() > place
+    assert answer.input_error.max() < place + 0.5 * HALF_ULP
 
 
 def test_others_keep_their_precision_and_imports_stay_light():

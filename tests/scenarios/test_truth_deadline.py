@@ -18,12 +18,12 @@ def long(name, duration, samples):
 
 
 def test_a_free_flight_of_many_samples_ends():
-    with pytest.raises(NoTruth, match=r"not worked out within 0\.03 s \(--time-limit\)"):
+    with pytest.raises(NoTruth, match=r"not computed within 0\.03 s \(--time-limit\)"):
         truth(long("yardstick", 300.0, 20_000), limit_s=0.01)
 
 
 def test_many_throws_end():
-    with pytest.raises(NoTruth, match=r"not worked out within 0 s \(--time-limit\)"):
+    with pytest.raises(NoTruth, match=r"not computed within 0 s \(--time-limit\)"):
         truth(long("many-throws", 100.0, 2_000), limit_s=0.0)
 
 

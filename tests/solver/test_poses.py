@@ -125,7 +125,7 @@ def test_against_the_truth(row):
     corners = scene.body.points @ np.swapaxes(to_matrix(flown[:, :4]), 1, 2)
     off = np.linalg.norm(corners - answer.vertices[:, 0], axis=-1).max(axis=-1)
     # The truth's limit is half an ulp of every input; ten numbers, each rounded once, count as much.
-    assert (off <= 10 * answer.limit[:, 0]).all(), off / answer.limit[:, 0]
+    assert (off <= 10 * answer.resolution[:, 0]).all(), off / answer.resolution[:, 0]
     # L in world axes stays what it was: a rounding of q and of L each, and of the start, in a sum of three.
     world = np.einsum("tij,tj->ti", to_matrix(flown[:, :4]), flown[:, 4:])
     before = rotation_matrix(start[0, 3:7]) @ spin[4:]

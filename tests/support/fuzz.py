@@ -26,7 +26,7 @@ import trimesh
 from scipy.spatial.transform import Rotation
 
 from tumble.__main__ import main as tumble
-from tumble.compare.check.changes import hold_against
+from tumble.compare.check.changes import compare_records
 from tumble.compare.check.junit import junit
 from tumble.compare.check.markdown import summary
 from tumble.compare.check.record import BadRecord, Record, read_record, texts
@@ -35,8 +35,8 @@ from tumble.compare.check.tolerances import BadTolerance, Tolerances, read_toler
 from tumble.compare.grade.measure.errors import measure
 from tumble.compare.grade.model.reference import Reference
 from tumble.compare.grade.read.columns import BadTrajectory
-from tumble.compare.grade.read.conventions import Reading
-from tumble.compare.grade.read.formats import plain
+from tumble.compare.grade.read.conventions import Conventions
+from tumble.compare.grade.read.formats import as_csv
 from tumble.compare.grade.read.mapping import mapping_file, mapping_of
 from tumble.compare.grade.read.trajectory import Trajectory
 from tumble.compare.run.engines.registry import BadEngine, Finding, engine_info, load
@@ -44,7 +44,7 @@ from tumble.compare.run.flight import Probe
 from tumble.compare.run.flight import Trajectory as Flight
 from tumble.compare.run.process import message
 from tumble.compare.run.process.message import PREFIX, Malformed, lengths, unpacked
-from tumble.compare.run.questions import Failure
+from tumble.compare.run.status import Failure, Status
 from tumble.compare.run.timing.timer import Sample
 from tumble.compare.tables.files import write_folder
 from tumble.compare.tables.frames import frame
@@ -171,21 +171,107 @@ BASE = Record(
     ("s", "./t.toml"),
     ("e", "./mine.py:m"),
     "tumble check",
-    frame(QUESTIONS, (
-        QuestionRow("s", 0.5, 5, "exact", 1e-15, 0.3, 1.0, 2.0, 3.0),
-        QuestionRow("t", 0.5, 5, "none", None, 1.0, None, None, None),
-    )),
-    frame(ENGINES, (
-        EngineRow("e", "ok", "", "1", "double", "m", "", "nothing"),
-        EngineRow("mine", "ok", "", "1", "double", "m", "", ""),
-    )),
-    frame(CELLS, (
-        CellRow("s", "e", "m", 99, "ok", "", 1e-3, 5e-4, 9e-4, 1e-15, 1e-13, -1e-3, 1e-14, 2e-3, 2.0, 1.0, "decays"),
-        CellRow("s", "mine", "m", 99, "flagged", "off by 3 m", 1e-3, 5e-4, 9e-4, 1e-15, 1e-13, 0.0, 0.0, 0.0),
-        CellRow("t", "e", "m", None, "skipped", "has no floor"),
-    )),
-    frame(TIMES, (TimeRow("s", "e", "m", "tumble:rk4", 1.5), TimeRow("s", "mine", "m", "tumble:rk4", None))),
-)  # fmt: skip
+    frame(
+        QUESTIONS,
+        (
+            QuestionRow(
+                scene="s",
+                step_s=0.5,
+                samples=5,
+                truth="exact",
+                resolution_m=1e-15,
+                size_m=0.3,
+                x_m=1.0,
+                y_m=2.0,
+                z_m=3.0,
+            ),
+            QuestionRow(
+                scene="t",
+                step_s=0.5,
+                samples=5,
+                truth="none",
+                resolution_m=None,
+                size_m=1.0,
+                x_m=None,
+                y_m=None,
+                z_m=None,
+            ),
+        ),
+    ),
+    frame(
+        ENGINES,
+        (
+            EngineRow(
+                engine="e",
+                status="ok",
+                why="",
+                version="1",
+                precision="double",
+                methods="m",
+                features="",
+                switched_off="nothing",
+            ),
+            EngineRow(
+                engine="mine",
+                status="ok",
+                why="",
+                version="1",
+                precision="double",
+                methods="m",
+                features="",
+                switched_off="",
+            ),
+        ),
+    ),
+    frame(
+        CELLS,
+        (
+            CellRow(
+                scene="s",
+                engine="e",
+                method="m",
+                steps=99,
+                status="ok",
+                why="",
+                max_error_m=1e-3,
+                rms_error_m=5e-4,
+                final_error_m=9e-4,
+                resolution_m=1e-15,
+                rounding_m=1e-13,
+                energy_drift=-1e-3,
+                momentum_drift=1e-14,
+                angular_momentum_drift=2e-3,
+                attitude_order=2.0,
+                translation_order=1.0,
+                spin_energy="decays",
+            ),
+            CellRow(
+                scene="s",
+                engine="mine",
+                method="m",
+                steps=99,
+                status="flagged",
+                why="off by 3 m",
+                max_error_m=1e-3,
+                rms_error_m=5e-4,
+                final_error_m=9e-4,
+                resolution_m=1e-15,
+                rounding_m=1e-13,
+                energy_drift=0.0,
+                momentum_drift=0.0,
+                angular_momentum_drift=0.0,
+            ),
+            CellRow(scene="t", engine="e", method="m", steps=None, status="skipped", why="has no floor"),
+        ),
+    ),
+    frame(
+        TIMES,
+        (
+            TimeRow(scene="s", engine="e", method="m", reference="tumble:rk4", time_ratio=1.5),
+            TimeRow(scene="s", engine="mine", method="m", reference="tumble:rk4", time_ratio=None),
+        ),
+    ),
+)
 
 
 # Of the records that are read one in so many is held against the undamaged one too, which takes ten times as long.
@@ -206,7 +292,7 @@ def records(folder: Path, numbers: range) -> Outcome:
             (folder / name).write_bytes(whole[name])
         if rng.randrange(HELD):
             return
-        outcome = hold_against(*rng.sample((BASE, record), 2), Tolerances())  # pyright: ignore[reportCallIssue]
+        outcome = compare_records(*rng.sample((BASE, record), 2), Tolerances())  # pyright: ignore[reportCallIssue]
         assert summary(outcome, ("--baseline", "b")).startswith("## tumble check: ")
         ElementTree.fromstring(junit(outcome, ("--baseline", "b")))
         # What was read is what is written: no cell is taken for something else.
@@ -250,10 +336,10 @@ def foreign() -> list[Foreign]:
     def rows(*columns: np.ndarray, form: str = ".9g") -> list[list[str]]:
         return [[f"{value:{form}}" for value in row] for row in np.column_stack((times, *columns))]
 
-    posed = rows(x, q)
-    comma = [[cell.replace(".", ",") for cell in row] for row in posed]
-    spoken = [[row[0], '"a, ""b"""', *row[1:], "text"] for row in posed]
-    throws = [[throw, *row] for throw in "01" for row in posed]
+    fitted_pose = rows(x, q)
+    comma = [[cell.replace(".", ",") for cell in row] for row in fitted_pose]
+    spoken = [[row[0], '"a, ""b"""', *row[1:], "text"] for row in fitted_pose]
+    throws = [[throw, *row] for throw in "01" for row in fitted_pose]
     named = ["Time (ms)", "Pos X", "Pos Y", "Pos Z", "q0", "q1", "q2", "q3"]
     names = ["t_ms", "x_cm", "y_cm", "z_cm", "qx", "qy", "qz", "qw"]
     said = dict(zip(named, names, strict=True))
@@ -263,18 +349,19 @@ def foreign() -> list[Foreign]:
     other = [[f"{float(row[0]) * 1000:g}", *row[1:]] for row in other]
     angles = Rotation.from_quat(q[:, [1, 2, 3, 0]]).as_euler("YXZ", degrees=True)[:, [1, 0, 2]]
     turned = [*pose[:4], "rx_deg", "ry_deg", "rz_deg"]
-    spoken_json = [[json.dumps(dict(zip(pose, map(float, row), strict=True)))] for row in posed]
+    spoken_json = [[json.dumps(dict(zip(pose, map(float, row), strict=True)))] for row in fitted_pose]
     nested = [
-        [json.dumps({"t_s": float(row[0]), "p": [float(cell) for cell in row[1:4]], "q": row[4:]})] for row in posed
+        [json.dumps({"t_s": float(row[0]), "p": [float(cell) for cell in row[1:4]], "q": row[4:]})]
+        for row in fitted_pose
     ]
     return [
-        Foreign("two-hits", [], posed, options=("--columns", ",".join(pose))),
-        Foreign("two-hits", [], posed, "  ", options=("--columns", ",".join(pose), "--start", "0.0")),
-        Foreign("two-hits", pose, posed, " ", mark=b"# made by hand\n", options=("--axes", "x,y,z")),
+        Foreign("two-hits", [], fitted_pose, options=("--columns", ",".join(pose))),
+        Foreign("two-hits", [], fitted_pose, "  ", options=("--columns", ",".join(pose), "--start", "0.0")),
+        Foreign("two-hits", pose, fitted_pose, " ", mark=b"# made by hand\n", options=("--axes", "x,y,z")),
         Foreign("two-hits", turned, rows(x, angles), options=("--euler", "unity")),
         Foreign("two-hits", [], spoken_json),
         Foreign("two-hits", [], nested, options=("--map", "p_x=x_m")),
-        Foreign("two-hits", pose, posed),
+        Foreign("two-hits", pose, fitted_pose),
         Foreign("two-hits", swift, rows(x, q, states[:, 7:13], form=".17g")),
         Foreign("two-hits", matrix, rows(x, rotation_matrix(q).reshape(-1, 9))),
         Foreign("two-hits", corners, rows(points)),
@@ -393,8 +480,8 @@ def trajectories(folder: Path, numbers: range) -> Outcome:
         scene = scenes[each.scene]
         # The truth takes 0.2 s and knows nothing of a file but its times: it is left to the whole command.
         with patch.object(Reference, "limit", lambda *_: 1e-12), ExitStack() as drafts:
-            path, name, first_line = plain(str(file), columns, decimal, drafts)
-            reading = Reading(chosen.get("--euler"), chosen.get("--axes"), start, name, first_line)
+            path, name, first_line = as_csv(str(file), columns, decimal, drafts)
+            reading = Conventions(chosen.get("--euler"), chosen.get("--axes"), start, name, first_line)
             found = measure(Trajectory(path, scene, mapping | mapping_of(pairs), by, decimal, reading), scene)
         assert np.isfinite((found.worst_m, found.rms_m, found.final_m, found.half_m)).all(), found
         if rng.randrange(WHOLLY) == 0:
@@ -451,7 +538,7 @@ def messages(folder: Path, numbers: range) -> Outcome:
     flight = Flight(scene.rows, states, points, 7, 1.0, (Finding("other", "x"),), probe=probe)
     answers = (
         (Flight | Failure, flight),
-        (Flight | Failure, Failure("timeout")),
+        (Flight | Failure, Failure(Status.TIMEOUT, "")),
         (Sample | Failure, Sample((1.0,) * 4, (0.0,) * 4)),
         (str | Failure, "how"),
     )

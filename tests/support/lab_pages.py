@@ -63,7 +63,7 @@ def opening(browser: Browser) -> Iterator[Callable[..., Page]]:
             page.on("request", lambda request: asked.append(request.url))
             page.on("websocket", lambda socket: asked.append(socket.url))
         page.goto(lab.address)
-        expect(page.locator("[data-lab=said]")).to_contain_text("Click the body", timeout=PATIENCE_MS)
+        expect(page.locator("[data-lab=message]")).to_contain_text("Click the body", timeout=PATIENCE_MS)
         for close in page.locator(".mantine-Notification-closeButton").all():
             close.click()
         return page
@@ -76,7 +76,7 @@ def opening(browser: Browser) -> Iterator[Callable[..., Page]]:
 def reset(page: Page) -> None:
     """Press Reset and wait until the die stands at its start."""
     page.get_by_role("button", name="Reset").click()
-    expect(page.locator("[data-lab=said]")).to_contain_text("Click the body", timeout=PATIENCE_MS)
+    expect(page.locator("[data-lab=message]")).to_contain_text("Click the body", timeout=PATIENCE_MS)
 
 
 class Camera:
@@ -128,7 +128,7 @@ def saved(lab: Lab, page: Page, what: str) -> Path:
     if not button.is_visible():
         page.get_by_text("Save and load", exact=True).click()
     button.click()
-    said = page.locator("[data-lab=said]")
+    said = page.locator("[data-lab=message]")
     expect(said).to_have_text(re.compile(rf"{SAVED}.*{re.escape(ENDINGS[what])}\s*"), timeout=PATIENCE_MS)
     return lab.folder / said.inner_text().removeprefix(SAVED).strip().removesuffix("/")
 

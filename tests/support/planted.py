@@ -12,6 +12,11 @@ import numpy as np
 from programs import Program, Simulation, cross, matrix, multiply
 
 NEVER, WRONG_WAY, FROZEN = "never turned", "turned the wrong way", "frozen at the start"
+INERTIA = {
+    NEVER: "inertia-never-rotated",
+    WRONG_WAY: "inertia-rotated-inversely",
+    FROZEN: "inertia-frozen-at-start",
+}
 SWAPPED, FLIPPED = np.array([[1.0, 0, 0], [0, 0, 1], [0, 1, 0]]), np.diag([1.0, 1.0, -1.0])
 
 
@@ -210,90 +215,92 @@ class Case:
 STEP = {"dt": 0.025 / 3, "every": 3, "method": "symplectic", "turn": "exponential"}
 OWN = {"dt": 0.005, "every": 5}
 CASES = {
-    "impulses 0.37 times as large": Case({"impulse of another size"}, program={"strength": 0.37}),
-    "impulses times 1/60": Case({"impulse of another size"}, program={"strength": 1 / 60}),
-    "mass of 1000 times": Case({"another mass"}, begin(mass=lambda s: 1000 * s.mass)),
-    "mass of 0.45 times": Case({"another mass"}, begin(mass=lambda s: 0.45 * s.mass)),
-    "impulse 2 missing": Case({"one impulse missing"}, one(2, lambda s, J, p: None)),
-    "impulse 1 reversed": Case({"one impulse reversed"}, one(1, lambda s, J, p: Spoilt.hit(s, -J, p))),
-    "impulse 2 0.3 times": Case({"one impulse of another size"}, one(2, lambda s, J, p: Spoilt.hit(s, 0.3 * J, p))),
-    "impulse 2 at the centre": Case({"one impulse at the centre"}, one(2, lambda s, J, p: s.push(J, 0 * J))),
+    "impulses 0.37 times as large": Case({"impulse-wrong-magnitude"}, program={"strength": 0.37}),
+    "impulses times 1/60": Case({"impulse-wrong-magnitude"}, program={"strength": 1 / 60}),
+    "mass of 1000 times": Case({"wrong-mass"}, begin(mass=lambda s: 1000 * s.mass)),
+    "mass of 0.45 times": Case({"wrong-mass"}, begin(mass=lambda s: 0.45 * s.mass)),
+    "impulse 2 missing": Case({"one-impulse-missing"}, one(2, lambda s, J, p: None)),
+    "impulse 1 reversed": Case({"one-impulse-reversed"}, one(1, lambda s, J, p: Spoilt.hit(s, -J, p))),
+    "impulse 2 0.3 times": Case({"one-impulse-wrong-magnitude"}, one(2, lambda s, J, p: Spoilt.hit(s, 0.3 * J, p))),
+    "impulse 2 at the centre": Case({"one-impulse-at-centre-of-mass"}, one(2, lambda s, J, p: s.push(J, 0 * J))),
     "impulse 2 at vertex 7": Case(
-        {"one impulse at another vertex"}, one(2, lambda s, J, p: Spoilt.hit(s, J, s.throw.vertices[7]))
+        {"one-impulse-at-wrong-vertex"}, one(2, lambda s, J, p: Spoilt.hit(s, J, s.throw.vertices[7]))
     ),
-    "impulse 2 in body axes": Case({"one impulse in body axes"}, one(2, lambda s, J, p: Spoilt.hit(s, s.R @ J, p))),
+    "impulse 2 in body axes": Case({"one-impulse-in-body-axes"}, one(2, lambda s, J, p: Spoilt.hit(s, s.R @ J, p))),
     "lever of impulse 2 not turned": Case(
-        {"one impulse lever not turned"}, one(2, lambda s, J, p: s.push(J, cross(p, J)))
+        {"one-impulse-lever-not-rotated"}, one(2, lambda s, J, p: s.push(J, cross(p, J)))
     ),
-    "impulses in body axes": Case({"impulse in body axes"}, {"hit": lambda s, J, p: Spoilt.hit(s, s.R @ J, p)}),
+    "impulses in body axes": Case({"impulse-in-body-axes"}, {"hit": lambda s, J, p: Spoilt.hit(s, s.R @ J, p)}),
     "levers as at the start": Case(
-        {"impulse lever as at the start"}, {"hit": lambda s, J, p: s.push(J, cross(s.R0 @ p, J))}
+        {"impulse-lever-from-start-attitude"}, {"hit": lambda s, J, p: s.push(J, cross(s.R0 @ p, J))}
     ),
     "torque of impulses in body axes": Case(
-        {"impulse torque in body axes"}, {"hit": lambda s, J, p: s.push(J, s.R @ cross(s.R @ p, J))}
+        {"impulse-torque-in-body-axes"}, {"hit": lambda s, J, p: s.push(J, s.R @ cross(s.R @ p, J))}
     ),
-    "impulses only turn": Case({"impulse only turns"}, {"hit": lambda s, J, p: s.push(0 * J, cross(s.R @ p, J))}),
-    "start velocity in body axes": Case({"start velocity in body axes"}, begin(v=lambda s: s.R @ s.v)),
-    "start velocity, y and z swapped": Case({"start velocity in other axes"}, begin(v=lambda s: s.v[[0, 2, 1]])),
-    "start spin missing": Case({"start spin missing"}, begin(w=lambda s: 0 * s.w)),
-    "start spin, y and z swapped": Case({"start spin in other axes"}, begin(w=lambda s: s.w[[0, 2, 1]])),
+    "impulses only turn": Case(
+        {"impulse-linear-part-missing"}, {"hit": lambda s, J, p: s.push(0 * J, cross(s.R @ p, J))}
+    ),
+    "start velocity in body axes": Case({"start-velocity-in-body-axes"}, begin(v=lambda s: s.R @ s.v)),
+    "start velocity, y and z swapped": Case({"start-velocity-in-wrong-axes"}, begin(v=lambda s: s.v[[0, 2, 1]])),
+    "start spin missing": Case({"start-spin-missing"}, begin(w=lambda s: 0 * s.w)),
+    "start spin, y and z swapped": Case({"start-spin-in-wrong-axes"}, begin(w=lambda s: s.w[[0, 2, 1]])),
     "start attitude missing": Case(
-        {"start attitude missing", "another start attitude"}, begin(q=lambda s: np.array([1.0, 0, 0, 0]))
+        {"start-attitude-missing", "wrong-start-attitude"}, begin(q=lambda s: np.array([1.0, 0, 0, 0]))
     ),
-    "start attitude inverted": Case({"start attitude inverted"}, begin(q=lambda s: s.q * (1, -1, -1, -1))),
-    "another start": Case({"another start position"}, begin(x=lambda s: s.x + np.array([0.1, 0, -0.2]))),
-    **{f"inertia {how}": Case({f"inertia {how}"}, inertia(how)) for how in (NEVER, WRONG_WAY, FROZEN)},
+    "start attitude inverted": Case({"start-attitude-inverted"}, begin(q=lambda s: s.q * (1, -1, -1, -1))),
+    "another start": Case({"wrong-start-position"}, begin(x=lambda s: s.x + np.array([0.1, 0, -0.2]))),
+    **{f"inertia {how}": Case({INERTIA[how]}, inertia(how)) for how in (NEVER, WRONG_WAY, FROZEN)},
     **{
-        f"inertia {how}, implicit step": Case({f"inertia {how}", "symplectic Euler"}, implicit(how), STEP)
+        f"inertia {how}, implicit step": Case({INERTIA[how], "symplectic-euler"}, implicit(how), STEP)
         for how in (NEVER, WRONG_WAY, FROZEN)
     },
-    "inertia frozen in the impulse": Case({"inertia frozen in the impulse"}, struck_inertia(FROZEN)),
+    "inertia frozen in the impulse": Case({"impulse-inertia-frozen-at-start"}, struck_inertia(FROZEN)),
     "inverse for inertia": Case(
-        {"inverse for inertia"}, {"begin": lambda s: s.__dict__.update(inertia=s.inverse, inverse=s.inertia)}
+        {"inertia-inverted"}, {"begin": lambda s: s.__dict__.update(inertia=s.inverse, inverse=s.inertia)}
     ),
-    "inertia of a tenth": Case({"another inertia"}, program={"inertia": 0.1, "dt": 0.0005, "every": 50}),
-    "spin cap 7": Case({"spin cap", "Runge-Kutta of order 4"}, capped("w", 7.0)),
-    "spin cap 5.3": Case({"spin cap", "Runge-Kutta of order 4"}, capped("w", 5.3)),
-    "speed cap 6": Case({"speed cap", "Runge-Kutta of order 4"}, capped("v", 6.0)),
+    "inertia of a tenth": Case({"wrong-inertia"}, program={"inertia": 0.1, "dt": 0.0005, "every": 50}),
+    "spin cap 7": Case({"spin-cap", "runge-kutta-4"}, capped("w", 7.0)),
+    "spin cap 5.3": Case({"spin-cap", "runge-kutta-4"}, capped("w", 5.3)),
+    "speed cap 6": Case({"speed-cap", "runge-kutta-4"}, capped("v", 6.0)),
     "half of q' missing": Case(
-        {"half of q' missing"},
+        {"quaternion-rate-doubled"},
         {"slope": lambda s, *state: (lambda v, q, a, b: (v, 2 * q, a, b))(*Simulation.slope(s, *state))},
     ),
     "normalised every 10th step": Case(
-        {"normalised rarely", "explicit Euler"}, rarely(10), OWN | {"method": "explicit"}
+        {"quaternion-rarely-normalised", "explicit-euler"}, rarely(10), OWN | {"method": "explicit"}
     ),
-    "only positions mirrored": Case({"only the centre in other axes"}, x=lambda x, q: FLIPPED @ x),
-    "only positions swapped": Case({"only the centre in other axes"}, x=lambda x, q: SWAPPED @ x),
-    "only the quaternion mirrored": Case({"only the attitude in other axes"}, q=lambda q: turned(FLIPPED, q)),
-    "quaternion's z reversed": Case({"quaternion's vector mirrored"}, q=lambda q: q * (1, 1, 1, -1)),
-    "another point logged": Case({"constant offset in body axes"}, x=lambda x, q: x + matrix(q) @ (0.1, 0, 0.02)),
-    "the base logged": Case({"another point logged"}, x=lambda x, q: x + matrix(q) @ (0, -0.15, 0)),
-    "positions in feet": Case({"another unit of length"}, x=lambda x, q: x / 0.3048),
+    "only positions mirrored": Case({"position-only-in-wrong-axes"}, x=lambda x, q: FLIPPED @ x),
+    "only positions swapped": Case({"position-only-in-wrong-axes"}, x=lambda x, q: SWAPPED @ x),
+    "only the quaternion mirrored": Case({"attitude-only-in-wrong-axes"}, q=lambda q: turned(FLIPPED, q)),
+    "quaternion's z reversed": Case({"quaternion-vector-mirrored"}, q=lambda q: q * (1, 1, 1, -1)),
+    "another point logged": Case({"constant-offset-in-body-axes"}, x=lambda x, q: x + matrix(q) @ (0.1, 0, 0.02)),
+    "the base logged": Case({"wrong-point-logged"}, x=lambda x, q: x + matrix(q) @ (0, -0.15, 0)),
+    "positions in feet": Case({"wrong-length-unit"}, x=lambda x, q: x / 0.3048),
     "gravity a row late": Case(
-        {"gravity late"}, pulled(lambda s, v: s.gravity * (-1 if s.count * s.program.dt < 0.025 - 1e-9 else 0))
+        {"gravity-delayed"}, pulled(lambda s, v: s.gravity * (-1 if s.count * s.program.dt < 0.025 - 1e-9 else 0))
     ),
-    "gravity of 9.8": Case({"gravity of another size"}, program={"gravity": 9.8 / 9.81}),
-    "wind along x": Case({"constant acceleration"}, pulled(lambda s, v: np.array([0.7, 0, 0]))),
-    "another start velocity": Case({"another start velocity"}, begin(v=lambda s: s.v + np.array([0.3, 0, -0.1]))),
-    "quadratic drag": Case({"quadratic drag"}, pulled(lambda s, v: -0.03 * np.sqrt(v @ v) * v)),
-    "torque damping": Case({"drag torque"}, pulled(torque=lambda R, w: -0.004 * w)),
-    "damping along x": Case({"linear damping along x"}, pulled(lambda s, v: -0.3 * v * (1, 0, 0))),
+    "gravity of 9.8": Case({"gravity-wrong-magnitude"}, program={"gravity": 9.8 / 9.81}),
+    "wind along x": Case({"constant-acceleration"}, pulled(lambda s, v: np.array([0.7, 0, 0]))),
+    "another start velocity": Case({"wrong-start-velocity"}, begin(v=lambda s: s.v + np.array([0.3, 0, -0.1]))),
+    "quadratic drag": Case({"quadratic-drag"}, pulled(lambda s, v: -0.03 * np.sqrt(v @ v) * v)),
+    "torque damping": Case({"drag-torque"}, pulled(torque=lambda R, w: -0.004 * w)),
+    "damping along x": Case({"linear-damping-along-x"}, pulled(lambda s, v: -0.3 * v * (1, 0, 0))),
     "damping of the body's z": Case(
-        {"angular damping about the body's z"},
+        {"angular-damping-about-body-z"},
         {"angular": lambda s, R, w, torque: Simulation.angular(s, R, w, torque) - R @ ((R.T @ w) * (0, 0, 0.4))},
     ),
-    "a clock 2.5 times as fast": Case({"clock rate"}, program={"rate": 2.5}),
+    "a clock 2.5 times as fast": Case({"clock-rate"}, program={"rate": 2.5}),
     **{
-        f"{name}, 1/120 s": Case({says}, stepped(method), STEP)
-        for name, says, method in (
-            ("midpoint rule", "midpoint method", "midpoint"),
-            ("Heun's method", "Heun's method", "heun"),
-            ("Runge-Kutta of order 3", "Runge-Kutta of order 3", "rk3"),
+        f"{title}, 1/120 s": Case({name}, stepped(method), STEP)
+        for title, name, method in (
+            ("midpoint rule", "midpoint", "midpoint"),
+            ("Heun's method", "heun", "heun"),
+            ("Runge-Kutta of order 3", "runge-kutta-3", "rk3"),
         )
     },
-    "edge along x of 0.6 m": Case({"another size along x"}, resized(0.6, 0.3, 0.2)),
-    "edges in another order": Case({"edges in another order"}, resized(0.3, 0.5, 0.2)),
+    "edge along x of 0.6 m": Case({"wrong-body-size-along-x"}, resized(0.6, 0.3, 0.2)),
+    "edges in another order": Case({"edges-permuted"}, resized(0.3, 0.5, 0.2)),
     "impulses at vertex 3": Case(
-        {"impulse at another vertex"}, {"hit": lambda s, J, p: Spoilt.hit(s, J, s.throw.vertices[3])}
+        {"impulse-at-wrong-vertex"}, {"hit": lambda s, J, p: Spoilt.hit(s, J, s.throw.vertices[3])}
     ),
 }

@@ -6,7 +6,7 @@ FAMILIES = (
     "box",
     "oblique tensor",
     "needle, oblique tensor",
-    "box, struck",
+    "box, impulse",
     "tether",
     "tether with a rest length",
     "stiff tether",
@@ -16,7 +16,7 @@ FAMILIES = (
     "moments 8e-15 apart",
     "tether of 1e6 to 1e9 N/m",
     "damper that holds, tether to 1e12 N/m",
-    "several forces and blows, any unit",
+    "several forces and impulses, any unit",
 )
 # Those that take the second formulation longest are drawn less often.
 COSTLY = FAMILIES[9:]
@@ -63,7 +63,7 @@ def drawn(family, seed):
         "velocity = " + numbers(normal(3, 1.0)),
         "angular_velocity = " + numbers(normal(3, 0.02 if "needle" in family else 2.0)),
     ]
-    if family == "box, struck" or "needle" in family:
+    if family == "box, impulse" or "needle" in family:
         strength, time = 3e-4 * mass if "needle" in family else mass, random.uniform(0.1, 0.6)
         lines += ["[[impulse]]", f"time = {time!r}", f"magnitude = {strength!r}"]
         lines += ["direction = " + numbers(normal(3, 1.0)), "point_body = " + numbers(normal(3, 0.02))]

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from drawn_brick import BRICK
 
 from tools.random_programs import __main__ as command
 from tools.random_programs import contact, dialect, drawn_scenes, scheme
@@ -19,26 +20,12 @@ from tools.random_programs.mistakes import KINDS
 from tools.random_programs.names import names
 from tools.random_programs.program import Case, Planted, Program, truth_of
 from tools.random_programs.reference import reference
-from tools.random_programs.scene import Impulse, Scene, Tether, box_inertia, corners, read, toml
+from tools.random_programs.scene import Impulse, Tether, box_inertia, corners, read, toml
 from tools.random_programs.scheme import SPLIT, TABLEAUS, VERLET, Damping, Reading, Scheme
 from tools.random_programs.simulation import BlownUp, Simulation
 from tools.random_programs.turning import TURNINGS
 
 FOLDER = Path(command.__file__).parent
-SIZE = np.array((0.5, 0.3, 0.2))
-BRICK = Scene(
-    "brick",
-    1.0,
-    2.0,
-    box_inertia(2.0, SIZE),
-    corners(SIZE),
-    np.array((0.4, 1.0, -0.6)),
-    np.array((0.7, 0.1, -0.5, 0.5)),
-    np.array((0.8, 5.0, -0.4)),
-    np.array((2.0, -3.0, 1.5)),
-    np.array((0.0, -9.81, 0.0)),
-    SIZE,
-)
 STRUCK = replace(
     BRICK,
     impulses=(

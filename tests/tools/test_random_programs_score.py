@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from drawn_brick import BRICK
 
 from tools.random_programs import contact, score, table
 from tools.random_programs.contact import FIRM, PARTLY, Answer, Claim
@@ -12,30 +13,18 @@ from tools.random_programs.dialect import Dialect
 from tools.random_programs.mistakes import KINDS
 from tools.random_programs.names import BACK, MISTAKES, NOT_BACK, SCHEME, STEPS, names
 from tools.random_programs.program import Case, Planted, Program, truth_of
-from tools.random_programs.scene import Impulse, Scene, box_inertia, corners
+from tools.random_programs.scene import Impulse, box_inertia, corners
 from tools.random_programs.scheme import Damping, Reading, Scheme
 
-SIZE = np.array((0.5, 0.3, 0.2))
-BRICK = Scene(
-    "brick",
-    1.0,
-    2.0,
-    box_inertia(2.0, SIZE),
-    corners(SIZE),
-    np.array((0.4, 1.0, -0.6)),
-    np.array((0.7, 0.1, -0.5, 0.5)),
-    np.array((0.8, 5.0, -0.4)),
-    np.array((2.0, -3.0, 1.5)),
-    np.array((0.0, -9.81, 0.0)),
-    SIZE,
-    (Impulse(0.4, np.array((-0.6, 0.5, 0.4)), vertex=3),),
+HIT_BRICK = replace(BRICK, impulses=(Impulse(0.4, np.array((-0.6, 0.5, 0.4)), vertex=3),))
+CUBE = replace(
+    HIT_BRICK, size=np.full(3, 0.4), inertia=box_inertia(2.0, np.full(3, 0.4)), points=corners(np.full(3, 0.4))
 )
-CUBE = replace(BRICK, size=np.full(3, 0.4), inertia=box_inertia(2.0, np.full(3, 0.4)), points=corners(np.full(3, 0.4)))
 FINE = Scheme(0.001, 0.02, "order 4")
 ENGINE = Scheme(1 / 60, 1 / 60, gyroscopic="implicit", damping=Damping(0.1, 0.05))
 GRAVITY = Claim("gravity-doubled")
-STEP = Claim("symplectic-Euler", {"step": "0.016666666", "gyroscopic": "implicit", "rotation": "exponential"})
-LINEAR = Claim("linear-damping", {"rate": "0.1", "damping law": "by c dt"})
+STEP = Claim("symplectic-euler", {"step": "0.016666666", "gyroscopic": "implicit", "rotation": "exponential"})
+LINEAR = Claim("linear-damping", {"rate": "0.1", "damping-form": "by c dt"})
 ANGULAR = Claim("angular-damping", {"rate": "0.0501"})
 
 
@@ -43,7 +32,7 @@ def said(verdict, *explanations, confidence=None, failure=""):
     return Answer(verdict, explanations, (), confidence, 1.0, 0.0, 1.0, failure)
 
 
-def assessed(program, answer, scene=BRICK, digits=9):
+def assessed(program, answer, scene=HIT_BRICK, digits=9):
     """Return what a file is, and what an answer to it is."""
     case = Case(0, 0, scene, program, Dialect(digits))
     truth = truth_of(case)
@@ -65,8 +54,8 @@ FRICTION = planted("dry friction of the spin", rate=0.3)
         (said(FIRM, [GRAVITY]), score.RIGHT),
         (said(FIRM, [GRAVITY, LINEAR]), score.EXTRAS),
         (said(FIRM, [LINEAR], [GRAVITY]), score.ALIKE),
-        (said(FIRM, [Claim("gravity-of-another-size", {"factor": "2"})]), score.SAME),
-        (said(FIRM, [Claim("gravity-of-another-size", {"factor": "1.9"})]), score.WRONG),
+        (said(FIRM, [Claim("gravity-wrong-magnitude", {"factor": "2"})]), score.SAME),
+        (said(FIRM, [Claim("gravity-wrong-magnitude", {"factor": "1.9"})]), score.WRONG),
         (said(FIRM, [Claim("constant-acceleration")]), score.SAME),
         (said(FIRM, [Claim("clock-rate", {"factor": "1.41"})]), score.WRONG),
         (said(PARTLY, [GRAVITY]), score.PARTLY),
@@ -161,8 +150,8 @@ def test_a_torque_that_damps_is_a_damping_where_moments_are_equal_only():
 def test_an_explanation_that_makes_the_same_motion_is_simulated():
     """A cube without the gyroscopic term, an inertia of a sphere: nothing else is wrong, and the file is of a step."""
     program = Program(Scheme(1 / 60, 1 / 60, gyroscopic="none"), (Planted("impulse doubled", {}),))
-    plain = Claim("symplectic-Euler", {"step": "0.0166666667"})
-    twice = Claim("impulse-of-another-size", {"factor": "2.000000"})
+    plain = Claim("symplectic-euler", {"step": "0.0166666667"})
+    twice = Claim("impulse-wrong-magnitude", {"factor": "2.000000"})
     missing = Claim("gyroscopic-term-missing")
     assert assessed(program, said(FIRM, [plain, twice, missing]))[1] == score.SAME
     assert assessed(program, said(FIRM, [plain, twice]))[1] in (score.WRONG, score.PARTLY)
@@ -170,20 +159,20 @@ def test_an_explanation_that_makes_the_same_motion_is_simulated():
 
 def test_claims_are_read_from_rows_of_json():
     rows = [
-        {"rank": 1, "mistake": "symplectic-Euler", "parameter": "step", "value": "0.01", "residual_m": 0.5},
-        {"rank": 1, "mistake": "symplectic-Euler", "parameter": "rotation", "value": "first order", "residual_m": 0.5},
+        {"rank": 1, "mistake": "symplectic-euler", "parameter": "step", "value": "0.01", "residual_m": 0.5},
+        {"rank": 1, "mistake": "symplectic-euler", "parameter": "rotation", "value": "first order", "residual_m": 0.5},
         {"rank": 1, "mistake": "linear-damping", "parameter": "rate", "value": "0.1", "residual_m": 0.5},
         {"rank": 1, "mistake": "linear-damping", "parameter": "rate", "value": "0.2", "residual_m": 0.5},
-        {"rank": 2, "mistake": "conjugate", "parameter": "", "value": "", "residual_m": 0.5},
+        {"rank": 2, "mistake": "attitude-inverted", "parameter": "", "value": "", "residual_m": 0.5},
     ]
     whole = {"verdict": FIRM, "engines": [], "diagnosis": rows, "max_error_m": 2.0, "cpu_s": 3.5}
     answer = contact.answer_of(whole)
     assert [str(claim) for claim in answer.best] == [
-        "symplectic-Euler (0.01, first order)",
+        "symplectic-euler (0.01, first order)",
         "linear-damping (0.1)",
         "linear-damping (0.2)",
     ]
-    assert [claim.name for claim in answer.explanations[1]] == ["conjugate"]
+    assert [claim.name for claim in answer.explanations[1]] == ["attitude-inverted"]
     assert (answer.confidence, answer.residual_m, answer.cpu_s) == (None, 0.5, 3.5)
     assert contact.answer_of(whole | {"confidence": 0.9}).confidence == 0.9
     assert contact.answer_of(whole | {"diagnosis": [row | {"confidence": "0.8"} for row in rows]}).confidence == 0.8
@@ -192,9 +181,9 @@ def test_claims_are_read_from_rows_of_json():
 
 def test_the_names_are_those_that_tumble_has():
     """What is renamed there is renamed in the table."""
-    page = (Path(__file__).parents[2] / "docs" / "mistakes.md").read_text(encoding="utf-8")
+    page = (Path(__file__).parents[2] / "docs" / "mistakes.md").read_text(encoding="utf-8").partition("\n## ")[0]
     used = {name.name for entries in (*MISTAKES.values(), *SCHEME.values()) for name in entries}
-    used |= {f"another-size-along-{axis}" for axis in "xyz"} | set(STEPS.values()) | set(BACK) | NOT_BACK
+    used |= {f"wrong-body-size-along-{axis}" for axis in "xyz"} | set(STEPS.values()) | set(BACK) | NOT_BACK
     used |= {name.name for how in ("held", "arcs") for name in names("rows between ticks", {"how": how, "tick": 0.01})}
     used |= {name.name for every in (0, 10) for name in names("normalised", {"every": every})}
     assert [name for name in sorted(used) if f"`{name}`" not in page] == []

@@ -90,9 +90,9 @@ REFUSED = {
     ("run", "table-4-1", "-e", "mujocco"): "unknown engine 'mujocco': did you mean 'mujoco'?",
     ("run", "table-4-1", "-e", "tumble:rk44"): "unknown method of tumble 'rk44': did you mean 'rk4'?",
     ("run", "table-4-1", "-e", "./none.py"): "./none.py: no such engine file",
-    ("run", "table-4-1", "--dt", "0"): "argument --dt: '0' is not a number of seconds > 0",
-    ("run", "table-4-1", "--dt", "nan"): "argument --dt: 'nan' is not a number of seconds > 0",
-    ("run", "table-4-1", "-e", "tumble", "-e", "mujoco"): "run flies one engine",
+    ("run", "table-4-1", "--dt", "0"): "argument --dt: '0' is not a positive number of seconds",
+    ("run", "table-4-1", "--dt", "nan"): "argument --dt: 'nan' is not a positive number of seconds",
+    ("run", "table-4-1", "-e", "tumble", "-e", "mujoco"): "run takes one engine",
     ("run", "brick-tumble", "-e", "handcalc"): "handcalc:as-printed on brick-tumble: skipped:",
     ("compare", "table-4-1", "--vertex", "8"): "--vertex = 8: table-4-1 has vertices 0 to 7",
     ("run", "table-4-1", "--dt", "1e-12"): "--dt = 1e-12: must be at least 5e-10 s for table-4-1",
@@ -367,7 +367,7 @@ def test_compare_begins_with_the_answer_and_holds_back_the_tables_of_other_metho
     short, long = tumble(*words), tumble(*words, "--all")
     first = short.stdout.splitlines()
     assert first[0].startswith("two-hits: ")
-    assert " is nearest to the truth, " in first[0]
+    assert " is most accurate, " in first[0]
     assert "mujoco:euler" in "".join(first[:4])
     heads = next(number for number, line in enumerate(first) if line.startswith("contestant"))
     ranked = [line for line in first[heads:] if line.startswith(("tumble:", "mujoco:")) and "dt =" not in line]
@@ -395,7 +395,7 @@ def test_the_step_taken_is_said_beside_the_one_asked_for(tumble, tmp_path):
     """A thirteenth of 2 s is 76.9 steps of 2 ms: 77 are taken, 1001 in all."""
     (tmp_path / "cut.toml").write_text(CUT)
     done = tumble("compare", "cut.toml", "-e", "mujoco:rk4", "-e", "tumble:adaptive", "-o", "out")
-    assert "1001 steps were taken, of 0.001998 s on average" in " ".join(done.stdout.split())
+    assert "1001 steps of 0.001998 s on average" in " ".join(done.stdout.split())
     assert "mujoco:rk4, dt = 0.002 s (0.001998 s taken), vertex" in done.stdout
     with open(tmp_path / "out/runs.csv", newline="") as file:
         runs = {row["engine"]: row for row in csv.DictReader(file)}

@@ -1,5 +1,6 @@
 """docs/compatibility.md lists what format 3 renamed: every new name exists, and no old one does."""
 
+import csv
 import re
 from pathlib import Path
 
@@ -9,7 +10,8 @@ from tumble.compare.check.record import FORMAT as BASELINE_FORMAT
 from tumble.compare.run.provenance import FORMAT
 from tumble.compare.tables.known import tables
 
-PAGE = (Path(__file__).parents[2] / "docs/compatibility.md").read_text(encoding="utf-8")
+PAGES = Path(__file__).parents[2] / "docs"
+PAGE = (PAGES / "compatibility.md").read_text(encoding="utf-8")
 
 
 def rows(heading: str) -> list[tuple[str, str, str]]:
@@ -39,3 +41,11 @@ def test_a_column_has_its_new_name_in_every_table_that_is_named(old, new, where)
     assert having
     assert set(where) <= having
     assert [name for name, table in tables().items() if old in table.names] == []
+
+
+@pytest.mark.parametrize("folder", sorted((PAGES / "releases").iterdir()), ids=lambda folder: folder.name)
+def test_the_published_tables_have_the_current_format(folder):
+    assert f"format,{FORMAT}\n" in (folder / "conditions.csv").read_text(encoding="utf-8")
+    for path in folder.glob("*.csv"):
+        with path.open(encoding="utf-8", newline="") as file:
+            assert next(csv.reader(file)) == list(tables()[path.name].names), path.name

@@ -28,7 +28,7 @@ anchor = [0.0, 1.0, 0.0]
 stiffness = 80.0
 damping = 0.6
 """
-NONE_FINISHED = "tumble: no contestant finished a run: exit code 1; the reasons stand with the results\n"
+NONE_FINISHED = "tumble: exit code 1: no contestant finished a run"
 COMMANDS = {
     "compare": (),
     "sweep": (),

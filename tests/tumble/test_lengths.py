@@ -20,5 +20,5 @@ def test_a_length_is_read_in_metres(text, value):
     "text", ["mm", "1 parsec", "0mm", "-1mm", "nan", "inf", "1mm2", "", "1e", "1,5mm", "1MM", "1M"]
 )
 def test_what_is_no_length_is_refused(text):
-    with pytest.raises(ArgumentTypeError, match=r"is not a length > 0, such as 0\.001, 1mm or 50um"):
+    with pytest.raises(ArgumentTypeError, match=r"is not a positive length, such as 0\.001, 1mm or 50um"):
         metres(text)

@@ -20,7 +20,7 @@ def test_an_ensemble_is_flown_and_written_some_throws_at_a_time(monkeypatch):
     assert len(parts) == 5
     assert "".join(parts) == whole[0]
     lines = whole[0].splitlines()
-    assert lines[0].startswith("throw,t_s,")
+    assert lines[0].startswith("member,t_s,")
     assert [int(line.split(",")[0]) for line in lines[1:]] == np.repeat(np.arange(24), len(scene.rows)).tolist()
 
 

@@ -53,62 +53,62 @@ def _behind(params: Params, scene: Scene) -> float:
     return -float(params["time"])
 
 
-STARTS = same("another-start-velocity")
-TURNED = same("another-start-attitude")
+STARTS = same("wrong-start-velocity")
+TURNED = same("wrong-start-attitude")
 ACCELERATION = same("constant-acceleration")
 
 MISTAKES: dict[str, tuple[Name, ...]] = {
     "start velocity missing": (Name("start-velocity-missing"), STARTS),
     "start velocity reversed": (Name("start-velocity-reversed"), STARTS),
     "start velocity in body axes": (Name("start-velocity-in-body-axes"), STARTS),
-    "start velocity in other axes": (Name("start-velocity-in-other-axes"), STARTS),
+    "start velocity in other axes": (Name("start-velocity-in-wrong-axes"), STARTS),
     "start spin missing": (Name("start-spin-missing"),),
     "start spin reversed": (Name("start-spin-reversed"),),
-    "start spin in body axes": (Name("starts-spin-in-body-axes"),),
-    "start spin in other axes": (Name("start-spin-in-other-axes"),),
-    "start spin taken for degrees": (Name("degrees-for-radians"),),
-    "start spin turned into degrees": (Name("radians-for-degrees"),),
+    "start spin in body axes": (Name("start-spin-in-body-axes"),),
+    "start spin in other axes": (Name("start-spin-in-wrong-axes"),),
+    "start spin taken for degrees": (Name("start-spin-read-as-degrees"),),
+    "start spin turned into degrees": (Name("start-spin-converted-to-degrees"),),
     "start attitude missing": (Name("start-attitude-missing"), TURNED),
     "start attitude inverted": (Name("start-attitude-inverted"), TURNED),
-    "start attitude read x y z w": (Name("another-start-attitude"),),
-    "start position missing": (Name("start-position-missing"), same("another-start-position")),
-    "another start position": (Name("another-start-position"),),
+    "start attitude read x y z w": (Name("wrong-start-attitude"),),
+    "start position missing": (Name("start-position-missing"), same("wrong-start-position")),
+    "another start position": (Name("wrong-start-position"),),
     "impulse missing": (Name("impulse-missing"),),
     "one impulse missing": (Name("one-impulse-missing"),),
-    "impulse doubled": (Name("impulse-doubled"), same("impulse-of-another-size", lambda p, s: 2.0)),
+    "impulse doubled": (Name("impulse-doubled"), same("impulse-wrong-magnitude", lambda p, s: 2.0)),
     "impulse reversed": (Name("impulse-reversed"),),
-    "impulse of another size": (Name("impulse-of-another-size", of("factor")),),
-    "impulse times dt": (Name("impulse-of-another-size", of("factor")),),
-    "one impulse of another size": (Name("one-impulse-of-another-size", of("factor")),),
-    "mass left out": (Name("mass-left-out"), same("another-mass", lambda p, s: 1 / s.mass)),
-    "impulse divided by another mass": (Name("another-mass", of("factor")),),
-    "impulse only turns": (Name("impulse-only-turns"),),
-    "impulse at the centre": (Name("impulse-at-the-centre"),),
+    "impulse of another size": (Name("impulse-wrong-magnitude", of("factor")),),
+    "impulse times dt": (Name("impulse-wrong-magnitude", of("factor")),),
+    "one impulse of another size": (Name("one-impulse-wrong-magnitude", of("factor")),),
+    "mass left out": (Name("mass-missing"), same("wrong-mass", lambda p, s: 1 / s.mass)),
+    "impulse divided by another mass": (Name("wrong-mass", of("factor")),),
+    "impulse only turns": (Name("impulse-linear-part-missing"),),
+    "impulse at the centre": (Name("impulse-at-centre-of-mass"),),
     "impulse lever reversed": (Name("impulse-lever-reversed"),),
-    "impulse point from the origin": (Name("impulse-point-from-the-origin"),),
-    "impulse lever not turned": (Name("impulse-lever-not-turned"), same("one-impulse-lever-not-turned")),
+    "impulse point from the origin": (Name("impulse-lever-from-origin"),),
+    "impulse lever not turned": (Name("impulse-lever-not-rotated"), same("one-impulse-lever-not-rotated")),
     "impulse lever as at the start": (
-        Name("impulse-lever-as-at-the-start"),
-        same("one-impulse-lever-as-at-the-start"),
+        Name("impulse-lever-from-start-attitude"),
+        same("one-impulse-lever-from-start-attitude"),
     ),
-    "impulse at another vertex": (Name("impulse-at-another-vertex", vertex), same("one-impulse-at-another-vertex")),
+    "impulse at another vertex": (Name("impulse-at-wrong-vertex", vertex), same("one-impulse-at-wrong-vertex")),
     "impulse in body axes": (Name("impulse-in-body-axes"), same("one-impulse-in-body-axes")),
     "impulse torque in body axes": (Name("impulse-torque-in-body-axes"),),
-    "impulse at another time": (Name("impulse-at-another-time", of("late")),),
+    "impulse at another time": (Name("impulse-at-wrong-time", of("late")),),
     "impulse as force": (
         Name("impulse-as-force", of("lasts")),
-        Name("impulse-as-force-over-a-step", of("lasts")),
+        Name("impulse-as-force-over-one-step", of("lasts")),
     ),
-    "impulse as force without end": (Name("impulse-as-force-without-end"),),
-    "impulse inertia not turned": (Name("inertia-not-turned-in-the-impulse"),),
+    "impulse as force without end": (Name("impulse-as-permanent-force"),),
+    "impulse inertia not turned": (Name("impulse-inertia-not-rotated"),),
     "gravity missing": (Name("gravity-missing"), ACCELERATION),
     "gravity doubled": (Name("gravity-doubled"), ACCELERATION),
     "gravity reversed": (Name("gravity-reversed"), ACCELERATION),
-    "gravity of another size": (Name("gravity-of-another-size", of("factor")), ACCELERATION),
-    "gravity times dt": (Name("gravity-of-another-size", of("factor")), ACCELERATION),
-    "gravity along another axis": (Name("gravity-along-another-axis"), ACCELERATION),
+    "gravity of another size": (Name("gravity-wrong-magnitude", of("factor")), ACCELERATION),
+    "gravity times dt": (Name("gravity-wrong-magnitude", of("factor")), ACCELERATION),
+    "gravity along another axis": (Name("gravity-along-wrong-axis"), ACCELERATION),
     "gravity added": (Name("gravity-added", of("along")), ACCELERATION),
-    "gravity late": (Name("gravity-late", of("time")),),
+    "gravity late": (Name("gravity-delayed", of("time")),),
     "constant acceleration": (Name("constant-acceleration"),),
     "linear damping": (Name("linear-damping", of("rate")),),
     "angular damping": (Name("angular-damping", of("rate")),),
@@ -118,42 +118,42 @@ MISTAKES: dict[str, tuple[Name, ...]] = {
     "spin cap": (Name("spin-cap", of("cap")),),
     "tether missing": (Name("tether-missing"),),
     "drag missing": (Name("drag-missing"),),
-    "inertia of a sphere": (Name("inertia-of-a-sphere"),),
-    "inertia of permuted axes": (Name("inertia-of-permuted-axes"), same("edges-in-another-order")),
-    "inverse for inertia": (Name("inverse-for-inertia"),),
-    "another inertia": (Name("another-inertia", of("factor")),),
-    "edges in another order": (Name("edges-in-another-order"), same("inertia-of-permuted-axes")),
+    "inertia of a sphere": (Name("spherical-inertia"),),
+    "inertia of permuted axes": (Name("inertia-axes-permuted"), same("edges-permuted")),
+    "inverse for inertia": (Name("inertia-inverted"),),
+    "another inertia": (Name("wrong-inertia", of("factor")),),
+    "edges in another order": (Name("edges-permuted"), same("inertia-axes-permuted")),
     "another size along an axis": (),  # below: its name has the axis in it
-    "inertia never turned": (Name("inertia-never-turned"),),
-    "inertia frozen at the start": (Name("inertia-frozen-at-the-start"),),
-    "inertia turned the wrong way": (Name("inertia-turned-the-wrong-way"),),
+    "inertia never turned": (Name("inertia-never-rotated"),),
+    "inertia frozen at the start": (Name("inertia-frozen-at-start"),),
+    "inertia turned the wrong way": (Name("inertia-rotated-inversely"),),
     "gyroscopic term missing": (Name("gyroscopic-term-missing"),),
     "gyroscopic term reversed": (Name("gyroscopic-term-reversed"),),
-    "angular velocity in the wrong frame": (Name("angular-velocity-in-the-wrong-frame"),),
-    "half of q' missing": (Name("half-of-q-missing"),),
-    "half of q' twice": (Name("half-of-q-twice"),),
+    "angular velocity in the wrong frame": (Name("angular-velocity-in-wrong-frame"),),
+    "half of q' missing": (Name("quaternion-rate-doubled"),),
+    "half of q' twice": (Name("quaternion-rate-halved"),),
     "clock offset": (Name("clock-offset", of("time")), Name("log-lag", of("time"))),
     "clock rate": (Name("clock-rate", of("rate")),),
-    "stops": (Name("stops", of("time")),),
-    "quaternion x y z w under w x y z": (Name("quaternion-order"),),
-    "quaternion w x y z under x y z w": (Name("quaternion-order-reversed"),),
-    "conjugate": (Name("conjugate"),),
+    "stops": (Name("body-stops", of("time")),),
+    "quaternion x y z w under w x y z": (Name("quaternion-xyzw-read-as-wxyz"),),
+    "quaternion w x y z under x y z w": (Name("quaternion-wxyz-read-as-xyzw"),),
+    "conjugate": (Name("attitude-inverted"),),
     "a sign of the quaternion's vector": (
-        Name("quaternions-vector-mirrored"),
-        same("only-the-attitude-in-other-axes"),
+        Name("quaternion-vector-mirrored"),
+        same("attitude-only-in-wrong-axes"),
     ),
     "whole angle for half": (Name("half-angle-missing"),),
     "a vertex logged for the centre": (
-        Name("another-point-logged", vertex),
+        Name("wrong-point-logged", vertex),
         same("constant-offset-in-body-axes"),
     ),
-    "another point logged": (Name("constant-offset-in-body-axes"), Name("another-point-logged")),
-    "another unit of length": (Name("another-unit-of-length", of("unit")),),
-    "only the centre in other axes": (Name("only-the-centre-in-other-axes"),),
-    "only the attitude in other axes": (Name("only-the-attitude-in-other-axes"), same("quaternions-vector-mirrored")),
-    "other axes": (Name("other-axes"),),
-    "turned about the origin": (Name("turned-about-the-origin"),),
-    "turning axes": (Name("turning-axes", _turning),),
+    "another point logged": (Name("constant-offset-in-body-axes"), Name("wrong-point-logged")),
+    "another unit of length": (Name("wrong-length-unit", of("unit")),),
+    "only the centre in other axes": (Name("position-only-in-wrong-axes"),),
+    "only the attitude in other axes": (Name("attitude-only-in-wrong-axes"), same("quaternion-vector-mirrored")),
+    "other axes": (Name("wrong-axes"),),
+    "turned about the origin": (Name("rotation-about-origin"),),
+    "turning axes": (Name("rotating-axes", _turning),),
 }
 
 # --- schemes --------------------------------------------------------------------------------------------------------
@@ -161,21 +161,21 @@ MISTAKES: dict[str, tuple[Name, ...]] = {
 BETWEEN = (Name("interpolated-rows", of("tick")), Name("fixed-physics-step", of("tick")))
 SCHEME: dict[str, tuple[Name, ...]] = {
     "rows late": (Name("log-lag", of("time")), Name("clock-offset", _behind), *BETWEEN),
-    "gravity idle": (Name("gravity-late", of("time")), same("another-step-of-x")),
+    "gravity idle": (Name("gravity-delayed", of("time")), same("wrong-position-update")),
     "asleep at first": (Name("log-lag", of("time")), Name("clock-offset", _behind)),
-    "another step of x": (Name("another-step-of-x"), Name("explicit-Euler"), same("gravity-late")),
+    "another step of x": (Name("wrong-position-update"), Name("explicit-euler"), same("gravity-delayed")),
 }
 STEPS = {
-    "split": "symplectic-Euler",
-    "Verlet": "velocity-Verlet",
-    "explicit Euler": "explicit-Euler",
-    "midpoint": "midpoint-method",
-    "Heun": "Heuns-method",
-    "order 3": "Runge-Kutta-of-order-3",
-    "order 4": "Runge-Kutta-of-order-4",
+    "split": "symplectic-euler",
+    "Verlet": "velocity-verlet",
+    "explicit Euler": "explicit-euler",
+    "midpoint": "midpoint",
+    "Heun": "heun",
+    "order 3": "runge-kutta-3",
+    "order 4": "runge-kutta-4",
 }
 # A step that a file without a torque cannot distinguish from one of these.
-SAME_STEPS = {"explicit-Euler": ("not-normalised", "normalised-rarely", "matrix-Euler")}
+SAME_STEPS = {"explicit-euler": ("quaternion-never-normalised", "quaternion-rarely-normalised", "matrix-euler")}
 GYROSCOPIC = {
     "none": "",
     "explicit": "explicit",
@@ -194,25 +194,25 @@ PLACES = {
 DECAYS = {"by c dt": "1 - c dt", "by exp(-c dt)": "exp", "by 1/(1 + c dt)": "1/(1 + c dt)"}
 # Parameters whose value is held against a mistake's.
 MAIN = ("step", "time", "rate", "factor", "choice")
-SIGNLESS = ("log-lag", "turning-axes")
+SIGNLESS = ("log-lag", "rotating-axes")
 
 
 def names(label: str, params: Params) -> tuple[Name, ...]:
     """Return the names of a mistake or of a part of a scheme; none where it has none."""
     match label:
         case "another size along an axis":
-            return (Name(f"another-size-along-{'xyz'[int(params['axis'])]}", of("factor")),)
+            return (Name(f"wrong-body-size-along-{'xyz'[int(params['axis'])]}", of("factor")),)
         case "rows between ticks":
             found = {"held": "fixed-physics-step", "straight": "interpolated-rows", "arcs": "interpolated-rows"}
             name = found.get(str(params["how"]))
             extra = (Name("log-lag", of("tick")),) if name == "interpolated-rows" else ()
             return (Name(name, of("tick")), *extra) if name else ()
         case "centre in substeps":
-            return (Name("symplectic-Euler", lambda params, scene: str(params["substeps"])),)
+            return (Name("symplectic-euler", lambda params, scene: str(params["substeps"])),)
         case "normalised":
             if params["every"]:
-                return (Name("normalised-rarely"),)
-            return Name("not-normalised"), Name("symplectic-Euler", lambda params, scene: "never")
+                return (Name("quaternion-rarely-normalised"),)
+            return Name("quaternion-never-normalised"), Name("symplectic-euler", lambda params, scene: "never")
         case "step":
             return _step(params)
     return MISTAKES.get(label, SCHEME.get(label, ()))
@@ -268,26 +268,26 @@ BACK: Mapping[str, tuple[str, str]] = {
     for entry in entries[:1]
     if entry.value is None and label not in ("start velocity in other axes", "start spin in other axes")
 } | {
-    "impulse-of-another-size": ("impulse of another size", "factor"),
-    "another-mass": ("impulse divided by another mass", "factor"),
-    "gravity-of-another-size": ("gravity of another size", "factor"),
-    "gravity-late": ("gravity late", "time"),
+    "impulse-wrong-magnitude": ("impulse of another size", "factor"),
+    "wrong-mass": ("impulse divided by another mass", "factor"),
+    "gravity-wrong-magnitude": ("gravity of another size", "factor"),
+    "gravity-delayed": ("gravity late", "time"),
     "linear-damping": ("linear damping", "rate"),
     "angular-damping": ("angular damping", "rate"),
     "quadratic-drag": ("quadratic drag", "rate"),
     "speed-cap": ("speed cap", "cap"),
     "spin-cap": ("spin cap", "cap"),
-    "another-inertia": ("another inertia", "factor"),
-    "stops": ("stops", "time"),
+    "wrong-inertia": ("another inertia", "factor"),
+    "body-stops": ("stops", "time"),
     "impulse-as-force": ("impulse as force", "lasts"),
-    "impulse-as-force-over-a-step": ("impulse as force", "lasts"),
+    "impulse-as-force-over-one-step": ("impulse as force", "lasts"),
 }
 # Names whose values are not numbers, or are not in the answer: they cannot be translated back.
 NOT_BACK = frozenset(
     {
-        "another-start-attitude", "another-start-position", "constant-acceleration", "inertia-of-permuted-axes",
-        "edges-in-another-order", "gravity-along-another-axis", "only-the-centre-in-other-axes",
-        "only-the-attitude-in-other-axes", "other-axes", "quaternions-vector-mirrored", "constant-offset-in-body-axes",
+        "wrong-start-attitude", "wrong-start-position", "constant-acceleration", "inertia-axes-permuted",
+        "edges-permuted", "gravity-along-wrong-axis", "position-only-in-wrong-axes",
+        "attitude-only-in-wrong-axes", "wrong-axes", "quaternion-vector-mirrored", "constant-offset-in-body-axes",
         "one-impulse-missing",
     }
 )  # fmt: skip

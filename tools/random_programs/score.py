@@ -223,8 +223,8 @@ def _claimed_scheme(own: Scheme, claims: dict[str, Claim]) -> Scheme | None:
 
 def _claimed_damping(damping: Damping, claim: Claim) -> Damping:
     rate = claim.number("rate") or 0.0
-    where = PLACES.get(claim.parameters.get("damps", ""), "before")
-    how = DECAYS.get(claim.parameters.get("damping law", ""), "1 - c dt")
+    where = PLACES.get(claim.parameters.get("damping-place", ""), "before")
+    how = DECAYS.get(claim.parameters.get("damping-form", ""), "1 - c dt")
     linear = rate if claim.name == "linear-damping" else damping.linear
     angular = rate if claim.name == "angular-damping" else damping.angular
     return Damping(linear, angular, where, how)

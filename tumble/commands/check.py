@@ -5,7 +5,7 @@ import sys
 from argparse import Namespace
 from pathlib import Path
 
-from tumble.compare.check.changes import Outcome, hold_against
+from tumble.compare.check.changes import Outcome, compare_records
 from tumble.compare.check.junit import junit
 from tumble.compare.check.markdown import summary
 from tumble.compare.check.record import BadRecord, Record, is_record, read_record, texts
@@ -35,7 +35,7 @@ def main(options: Namespace) -> int:
     )
     if options.accept:
         new = measure_record(how, old, display(options))
-        outcome = None if old is None else hold_against(old, new, tolerances)
+        outcome = None if old is None else compare_records(old, new, tolerances)
         if outcome is not None:
             sys.stdout.write(summary(outcome, against(options)))
         return accept(baseline, new, outcome, options.accept_failures)

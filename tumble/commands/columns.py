@@ -1,4 +1,4 @@
-"""`tumble columns`: what the tables are, and every column of each, from the schemas that write and read them."""
+"""`tumble columns`: the tables, and the columns of each, from the schemas that write and read them."""
 
 import sys
 from argparse import Namespace
@@ -13,7 +13,7 @@ WIDTH = 80
 
 
 def main(options: Namespace) -> int:
-    """List every table, or say what the columns of one mean."""
+    """List every table, or the columns of one."""
     known = tables()
     if options.table:
         name = options.table if options.table.endswith(".csv") else f"{options.table}.csv"
@@ -27,10 +27,10 @@ def main(options: Namespace) -> int:
 
 
 def described(table: Table) -> Iterator[str]:
-    """Yield a table's meaning and what tells its rows apart, then each column with its unit and its meaning."""
+    """Yield a table's meaning and key, then each column with its unit and its meaning."""
     yield fill(f"{table.file}: {table.meaning}", WIDTH)
     if table.key:
-        yield fill(f"one row for each {', '.join(table.key)}", WIDTH, subsequent_indent="  ")
+        yield fill(f"one row per {', '.join(table.key)}", WIDTH, subsequent_indent="  ")
     yield ""
     yield from aligned(
         [(each.name, f"[{each.unit}] {each.meaning}" if each.unit else each.meaning) for each in table.columns]
@@ -38,7 +38,7 @@ def described(table: Table) -> Iterator[str]:
 
 
 def aligned(pairs: list[tuple[str, str]]) -> Iterator[str]:
-    """Yield names, and beside them what they mean, within WIDTH."""
+    """Yield names with their meanings beside them, within WIDTH."""
     wide = max(len(name) for name, _ in pairs) + 2
     for name, meaning in pairs:
         yield fill(f"{name:{wide}}{meaning}", WIDTH, subsequent_indent=" " * wide)

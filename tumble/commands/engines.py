@@ -1,4 +1,4 @@
-"""`tumble engines`: who can take part here, their environments, laws put to an engine, and one to begin with."""
+"""`tumble engines`: list engines, install them, check one against the engine contract, write an example."""
 
 from argparse import Namespace
 from collections.abc import Iterator
@@ -8,8 +8,8 @@ from tumble.compare.engines import LAWS
 from tumble.compare.run.engines import environments, installing, registry
 from tumble.compare.run.engines.examine import Examined, examined
 from tumble.compare.run.engines.registry import BadEngine
-from tumble.compare.run.running_engines import launched, split
-from tumble.compare.run.worker import Failure
+from tumble.compare.run.running_engines import known_contestant, launched
+from tumble.compare.run.status import Failure
 from tumble.compare.tables.engines import engine_row
 from tumble.compare.tables.files import write_together
 from tumble.notes import display, note
@@ -20,7 +20,7 @@ FAILED, DONE = 1, 0
 
 
 def main(options: Namespace) -> int:
-    """List every engine with its version, methods and precision, or why it is missing; or do what is asked."""
+    """List every engine with version, methods and precision, or why it is missing; or do what is asked."""
     for engine in options.remove:
         for gone in installing.remove(known(engine)):
             print_line(f"removed {described(gone)}")
@@ -38,11 +38,11 @@ def main(options: Namespace) -> int:
     return DONE
 
 
-def listing(asked: list[str]) -> None:
-    """Print who can take part, the environments there are, and those that could be."""
-    with launched(asked or registry.names()) as running_engines:
+def listing(engines: list[str]) -> None:
+    """Print the engines, their environments, and how to install those that need one."""
+    with launched(engines or registry.names()) as running_engines:
         console().print(engine_list([engine_row(running_engine) for running_engine in running_engines]))
-    if asked:
+    if engines:
         return
     there = environments.environments()
     for environment in there:
@@ -51,16 +51,16 @@ def listing(asked: list[str]) -> None:
         package = registry.package(name)
         if package.apart and not any(environment.engine == name for environment in there):
             print_line(
-                f"{name} needs an environment of its own, {package.megabytes} MB: tumble engines --install {name}"
+                f"{name} needs its own environment ({package.megabytes} MB): type `tumble engines --install {name}`"
             )
 
 
 def begin(starter: Starter) -> None:
-    """Write a starter's files into the current folder, all or none, and say how to go on.  Raises BadEngine."""
+    """Write an example engine into the current folder, all files or none, and print what to type.  Raises BadEngine."""
     texts = starter.files
     for name in texts:
         if Path(name).exists():
-            raise BadEngine(f"{name} is here already: nothing was written")
+            raise BadEngine(f"{name} exists already: nothing was written")
     write_together({Path(name): text for name, text in texts.items()})
     print_line(f"wrote {' and '.join(texts)}; next:")
     check_it, compare_it = (
@@ -72,17 +72,18 @@ def begin(starter: Starter) -> None:
 
 
 def described(environment: environments.Environment) -> str:
-    """Return what an environment is, in one line."""
+    """Describe an environment in one line."""
     size = f"{environment.size / 1e6:.0f} MB"
     runs = f"node {environment.node}" if environment.node else f"Python {environment.python}"
     return f"{environment.name}: {runs}, {', '.join(environment.packages)}, {size}"
 
 
 def known(engine: str) -> str:
-    """Return ENGINE[@RELEASE] of ours.  Raises BadEngine for another, and for one with a method."""
-    name, method = split(engine)
+    """Return ENGINE[@RELEASE].  Raises BadEngine for an engine file, and for an engine with a method."""
+    asked = known_contestant(engine)
+    name, method = asked.engine_release, str(asked.method)
     if method or registry.is_file(name):
-        raise BadEngine(f"{engine}: what is installed is ENGINE or ENGINE@RELEASE")
+        raise BadEngine(f"{engine}: give ENGINE or ENGINE@RELEASE, without a method")
     return engine
 
 
@@ -92,12 +93,12 @@ def print_line(text: str) -> None:
 
 
 def check(engines: list[str], time_limit: float) -> int:
-    """Say in one line each which laws hold; 1 where one does not, or where an engine cannot be asked."""
+    """Print the result of every contract check; return 1 if one fails, or if an engine cannot be checked."""
     code = DONE
     with launched(engines, time_limit) as running_engines:
         for running_engine in running_engines:
             if isinstance(running_engine.info, Failure):
-                print_line(f"{running_engine.title}: {running_engine.info.status}")
+                print_line(f"{running_engine.title}: {running_engine.info}")
                 code = FAILED
                 continue
             print_line(f"{running_engine.title}: {', '.join(running_engine.methods)}")
@@ -109,12 +110,12 @@ def check(engines: list[str], time_limit: float) -> int:
 
 
 def lines(one: Examined) -> Iterator[str]:
-    """Yield what came of one law: a line where it holds, and one for each method that breaks it."""
+    """Yield the result of one check: a line if it passed, else one for each method that fails it."""
     law = f"{one.law:<17}"
     if one.holds:
-        but = f"; not asked: {', '.join(one.not_asked)}" if one.not_asked else ""
-        yield f"holds      {law} {LAWS[one.law]}{but}"
+        but = f"; skipped: {', '.join(one.not_asked)}" if one.not_asked else ""
+        yield f"passed   {law} {LAWS[one.law]}{but}"
     elif not one.broken:
-        yield f"not asked  {law} {next(iter(one.not_asked.values()))}"
+        yield f"skipped  {law} {next(iter(one.not_asked.values()))}"
     for method, how in one.broken.items():
-        yield f"BROKEN     {law} {method}: {how}"
+        yield f"FAILED   {law} {method}: {how}"

@@ -1,4 +1,4 @@
-"""`tumble grade`: how far off a trajectory is that some other program wrote, and what is most likely wrong with it."""
+"""`tumble grade`: the error of a trajectory that some other program wrote, and its most likely cause."""
 
 import json
 import os
@@ -8,77 +8,77 @@ from argparse import Namespace
 from contextlib import ExitStack
 from pathlib import Path
 
-from tumble.compare.grade.grade import PIECES, grade
-from tumble.compare.grade.read.columns import BadTrajectory, Unsaid
-from tumble.compare.grade.read.conventions import Reading
-from tumble.compare.grade.read.formats import plain
+from tumble.compare.grade.grade import TASKS, grade
+from tumble.compare.grade.read.columns import AmbiguousFile, BadTrajectory
+from tumble.compare.grade.read.conventions import Conventions
+from tumble.compare.grade.read.formats import as_csv
 from tumble.compare.grade.read.mapping import mapping_file, mapping_of
-from tumble.compare.grade.read.reading_options import Said
+from tumble.compare.grade.read.reading_options import ReadingOptions
 from tumble.compare.grade.read.refusals import refusal
-from tumble.compare.grade.results import answer
+from tumble.compare.grade.results import json_document
 from tumble.compare.tables.files import write_folder
 from tumble.notes import display, note, notes
-from tumble.reports.grade import grade_text, off_by, so_far
+from tumble.reports.grade import first_lines, grade_text, nearest_line
 from tumble.reports.terminal import console
 from tumble.scenarios.read import read_scene
 from tumble.scenarios.scene import Scene
 
 
-def _like(program: str, path: Path, scene: Scene, said: Said) -> Said:
-    """Return how a program's file is to be read, and tell the options that would say so."""
-    from tumble.compare.grade.read.programs import as_program, remark
+def _like(program: str, path: Path, scene: Scene, given: ReadingOptions) -> ReadingOptions:
+    """Return the options that read a file as a program writes it, and print them."""
+    from tumble.compare.grade.read.programs import misfit_remark, read_as_program
 
-    whole, error = as_program(path, scene, said, program)
-    note(f"--like {program} reads it with {whole.options(said) or 'no further options'}{remark(error)}")
-    return whole
+    reading, error = read_as_program(path, scene, given, program)
+    options = reading.command_line(given) or "no further options"
+    note(f"--like {program} reads the file with {options}{misfit_remark(error)}")
+    return reading
 
 
-def _named(error: BadTrajectory, named: str) -> BadTrajectory:
-    """Return a refusal, with the file that named the columns."""
-    return BadTrajectory(f"{error} ({named})") if named else error
+def _with_source(error: BadTrajectory, source: str) -> BadTrajectory:
+    """Return an error with the file that named the columns, if there is one."""
+    return BadTrajectory(f"{error} ({source})") if source else error
 
 
 def main(options: Namespace) -> int:
-    """Grade one file and print what was found; exit code 1 only where a tolerance was given and is exceeded."""
-    scene = read_scene(options.scene, flown=False)
-    beside = Path(f"{options.file}.toml")
+    """Grade one file and print the result; exit code 1 only if a tolerance is given and exceeded."""
+    scene = read_scene(options.scene, to_run=False)
+    map_file = Path(options.map_file or f"{options.file}.toml")
     mapping: dict[str, str] = {}
-    named = ""
-    if options.map_file or os.path.isfile(beside):
-        beside = Path(options.map_file or beside)
-        mapping, named = mapping_file(beside), f"columns named as {beside} says"
+    source = ""
+    if options.map_file or os.path.isfile(map_file):
+        mapping, source = mapping_file(map_file), f"columns are named by {map_file}"
     mapping |= mapping_of(options.map)
     columns = [name.strip() for name in options.columns.split(",")] if options.columns else []
     with ExitStack() as drafts:
-        path, name, first_line = plain(options.file, columns, options.decimal, drafts)
-        reading = Reading(options.euler, options.axes, options.start, options.spin, name, first_line)
-        said = Said(mapping, options.decimal, options.by, reading)
+        path, name, first_line = as_csv(options.file, columns, options.decimal, drafts)
+        conventions = Conventions(options.euler, options.axes, options.start, options.spin, name, first_line)
+        reading = ReadingOptions(mapping, options.decimal, options.by, conventions)
         try:
             if options.like:
-                said = _like(options.like, path, scene, said)
-            reading = said.reading
-            with display(options)(PIECES) as on_progress:
+                reading = _like(options.like, path, scene, reading)
+            conventions = reading.conventions
+            with display(options)(TASKS) as on_progress:
                 found = grade(
                     path,
                     scene,
-                    said.mapping,
-                    said.by,
-                    said.decimal,
-                    lambda measured, seen: notes(off_by(name, measured, seen)),
-                    reading,
-                    nearest=lambda explanation: note(so_far(explanation)),
+                    reading.mapping,
+                    reading.by,
+                    reading.decimal,
+                    lambda measured, observed: notes(first_lines(name, measured, observed)),
+                    conventions,
+                    on_nearest=lambda explanation: note(nearest_line(explanation)),
                     on_progress=on_progress,
                 )
-        except Unsaid as question:
-            raise _named(refusal(path, scene, said, question), named) from None
+        except AmbiguousFile as question:
+            raise _with_source(refusal(path, scene, reading, question), source) from None
         except BadTrajectory as error:
-            raise _named(error, named) from None
-    for line in reading.notes:
+            raise _with_source(error, source) from None
+    for line in conventions.notes:
         note(line)
-    if named:
-        note(named)
+    if source:
+        note(source)
     if options.json:
-        sys.stdout.write(json.dumps(answer(found), indent=2) + "\n")
+        sys.stdout.write(json.dumps(json_document(found), indent=2) + "\n")
     else:
         out = console()
         for piece in grade_text(found):
@@ -90,6 +90,6 @@ def main(options: Namespace) -> int:
         write_folder(Path(options.output), csv_texts(grade_tables(found, shlex.join(options.words))))
         note(f"tables written to {options.output}")
     if options.tolerance is not None and found.measured.worst_m > options.tolerance:
-        note(f"{name}: off by {found.measured.worst_m:.3g} m, more than the {options.tolerance:g} m allowed")
+        note(f"{name}: error of {found.measured.worst_m:.3g} m exceeds the tolerance of {options.tolerance:g} m")
         return 1
     return 0

@@ -1,4 +1,4 @@
-"""`tumble lab`: click the die in a browser."""
+"""`tumble lab`: throw the die in a browser."""
 
 import signal
 import sys
@@ -9,7 +9,7 @@ from pathlib import Path
 
 from tumble.notes import display, note
 
-# Whose errors are shown unless others are asked for.
+# Contestants unless others are asked for.
 USUAL = ("tumble", "pybullet", "mujoco:euler", "mujoco:rk4")
 
 
@@ -19,24 +19,24 @@ def main(options: Namespace) -> int:
         from tumble.lab.pool import Pool
     except ImportError as error:
         return lacking(error)
-    asked = options.engine or USUAL
+    names = options.engine or USUAL
     with Pool(options.time_limit) as pool:
-        engines = pool.begin(asked)
+        engines = pool.begin(names)
         with display(options)(len(engines) + 1) as on_progress:
             on_progress("starting", 0.0)
             try:
-                # Engines come up in processes of their own while the server is imported here.
+                # Engines start in processes of their own while the server is imported here.
                 from tumble.lab.draft import Draft
                 from tumble.lab.server import serving
             except ImportError as error:
                 return lacking(error)
             draft = Draft.opened(options.scene)
             on_progress("starting")
-            contestants = pool.ready(asked, on_progress)
+            contestants = pool.ready(names, on_progress)
         with serving(draft, contestants, pool, Path.cwd(), options.port) as address:
             sys.stdout.write(f"{address}\n")
             sys.stdout.flush()
-            note("Ctrl-C ends the lab")
+            note("press Ctrl-C to stop the lab")
             if options.open:
                 webbrowser.open(address)
             stop = threading.Event()
@@ -44,13 +44,13 @@ def main(options: Namespace) -> int:
             try:
                 stop.wait()
             except KeyboardInterrupt:
-                note("the lab is closed")
+                note("the lab was stopped")
     return 0
 
 
 def lacking(error: ImportError) -> int:
-    """Say what the lab needs that is not installed.  Raises the error where it is something else."""
+    """Print what the lab needs that is not installed.  Raises any other error."""
     if error.name not in ("viser", "tomlkit"):
         raise error
-    note("the lab needs viser: `make lab`, or, in Tumble's checkout, pip install '.[lab]'")
+    note("the lab needs viser: type `make lab`, or, in Tumble's checkout, `pip install '.[lab]'`")
     return 2

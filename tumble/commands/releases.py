@@ -9,7 +9,7 @@ from tumble.compare.releases.ledger import SCENES
 from tumble.compare.releases.study import Releases, compare_releases
 from tumble.compare.run.engines import registry
 from tumble.compare.run.engines.registry import BadEngine
-from tumble.compare.run.running_engines import split
+from tumble.compare.run.running_engines import known_contestant
 from tumble.compare.tables.files import write_folder
 from tumble.finished import exit_code
 from tumble.notes import display, note
@@ -56,17 +56,17 @@ def with_releases(engine: str, beside: Sequence[str]) -> str:
 
     beside: the words after it.
     """
-    name, method = split(engine)
-    if registry.is_file(name):
+    asked_for = known_contestant(engine)
+    if registry.is_file(asked_for.engine):
         raise BadEngine(f"{engine}: an engine file has no releases")
-    name, _, first = name.partition("@")
+    name, first = asked_for.engine, asked_for.release
     last = [word.removeprefix(f"{name}@") for word in beside if word.startswith(f"{name}@")][-1:]
-    if method or first or last:
-        asked = [word for word in beside if "@" not in word]
-        asked += [*(["--from", first] if first else ()), *(["--to", *last] if last else ())]
+    if str(asked_for.method) or first or last:
+        words = [word for word in beside if "@" not in word]
+        words += [*(["--from", first] if first else ()), *(["--to", *last] if last else ())]
         raise BadEngine(
             f"{' '.join([engine, *beside])}: give the engine without a method or a release: "
-            f"type `tumble {shlex.join(['releases', name, *asked])}`"
+            f"type `tumble {shlex.join(['releases', name, *words])}`"
         )
     if not registry.package(name).pins:
         raise BadEngine(f"{name} has no releases of its own")

@@ -8,14 +8,14 @@ from tumble.scenarios.read import catalogue, read_scene, scene_path, scene_text
 
 
 def main(options: Namespace) -> int:
-    """List every scene with its title and what it needs, or print one as it is written.
+    """List every scene with its title and what it needs, or print one as TOML.
 
-    Of a file of the user's also what follows from its body; a scene of the catalogue is printed to be changed.
+    For a file of the user's also the mass properties of its body; a scene of the catalogue is printed to be changed.
     """
     if options.scene:
         text, lines = scene_text(scene_path(options.scene), options.scene), []
         if options.scene not in catalogue():
-            lines = ["", *body_lines(read_scene(options.scene, flown=False))]
+            lines = ["", *body_lines(read_scene(options.scene, to_run=False))]
         sys.stdout.write(text if text.endswith("\n") else f"{text}\n")
         sys.stdout.writelines(f"{line}\n" for line in lines)
         return 0

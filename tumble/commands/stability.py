@@ -26,11 +26,11 @@ def main(options: Namespace) -> int:
     Of the scenes named, the extreme cases are run as they are and the others are mapped.
     """
     check_figures(options.svg, options.png)
-    asked = options.scene or (*STIFF, *extremes())
+    names = options.scene or (*STIFF, *extremes())
     folder = Path(options.output) if options.output else None
     tables = map_scenes(
-        read_scenes(name for name in asked if name not in extremes()),
-        read_scenes(name for name in asked if name in extremes()),
+        read_scenes(name for name in names if name not in extremes()),
+        read_scenes(name for name in names if name in extremes()),
         options.engine,
         folder=folder,
         time_limit=options.time_limit,

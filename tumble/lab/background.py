@@ -93,7 +93,7 @@ class Workers:
                 worker = self._at_work[job] = self._idle.pop() if self._idle else standing()
             try:
                 job.begin(worker, self._take_back)
-            except Died:  # it died while it was idle, of memory or by somebody's hand
+            except Died:  # it died while idle, killed or out of memory
                 worker.end()
                 with self._lock:
                     del self._at_work[job]

@@ -1,4 +1,4 @@
-"""Error over time as a small chart: lengths that people read on its axis, and the instant that is shown."""
+"""Error over time as a small chart: round lengths on its axis, and the instant that is shown."""
 
 import math
 from collections.abc import Sequence
@@ -47,7 +47,7 @@ class Frame(NamedTuple):
 
 
 def chart(times: Array, curves: Sequence[Curve], limit: Array, shown: int) -> str:
-    """Return the chart as SVG: the truth's limit [m] at its times [s], (S,), curves, and the row that is shown."""
+    """Return the chart as SVG: the resolution [m] at its times [s], (S,), curves, and the row that is shown."""
     frame = framed(times, [*(curve.errors for curve in curves), limit])
     if frame is None:
         return ""
@@ -61,8 +61,8 @@ def chart(times: Array, curves: Sequence[Curve], limit: Array, shown: int) -> st
     dots = Markup("").join(dot(at, frame, curve, now_s) for curve in curves)
     names = ", ".join(curve.name for curve in curves)
     whole = Markup(
-        '<svg viewBox="0 0 {} {}" width="100%" role="img" aria-label="Largest error over time: {}" data-lab="chart" '
-        'style="display:block;font-size:10px;fill:{}">{}{}{}{}</svg>'
+        '<svg viewBox="0 0 {0} {1}" width="100%" role="img" aria-label="Largest error over time: {2}" data-lab="chart" '
+        'style="display:block;font-size:10px;fill:{3}">{4}{5}{6}{7}</svg>'
     )
     return str(whole.format(WIDTH, HEIGHT, names, FAINT, ruled(frame), Markup("").join(lines), now, dots))
 

@@ -1,4 +1,4 @@
-"""The time shown: it runs, stands, is set, and goes slower; only instants that were flown are ever shown."""
+"""The time shown: it runs, stops, is set and slowed down; only computed instants are ever shown."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -11,7 +11,7 @@ SPEEDS = (1.0, 0.5, 0.2, 0.1, 0.05, 0.02, 0.01)
 
 
 def pace(duration: float) -> float:
-    """Return the speed at which a flight of so many seconds is shown unless another is asked for."""
+    """Return the default speed at which a flight of this duration [s] is shown."""
     return next((speed for speed in SPEEDS if duration / speed >= WATCHED_S), SPEEDS[-1])
 
 
@@ -33,7 +33,7 @@ class Clock:
         return self.since is not None
 
     def time(self, watch: float) -> float:
-        """Return the flight's time [s] when the watch [s] shows so much; it stays at the end."""
+        """Return the flight's time [s] at a time of the watch [s]; it stays at the end."""
         ran = 0.0 if self.since is None else (watch - self.since) * self.speed
         return min(self.at + ran, self.instants[-1])
 
@@ -58,8 +58,8 @@ class Clock:
         """Return the clock at another speed."""
         return replace(self, at=self.time(watch), since=None if self.since is None else watch, speed=speed)
 
-    def kept_at(self, watch: float, most: float) -> Self:
-        """Return the clock, which goes no further than that time [s] and loses the watch's time while it waits."""
+    def limited_to(self, watch: float, most: float) -> Self:
+        """Return the clock, which waits where it would pass that time [s]."""
         if self.since is None or self.time(watch) <= most:
             return self
         return replace(self, at=most, since=watch)

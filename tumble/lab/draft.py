@@ -1,6 +1,6 @@
-"""The scene as it is being asked: a scene file's tables, what was edited in them, and the scene that they make.
+"""The scene as it is being edited: a scene file's tables, the edits, and the scene that they make.
 
-A throw flies the scene that is read back from the very text that *Save scene* writes, so that both are one.
+A throw runs the scene that is read back from the text that *Save scene* writes, so the two cannot differ.
 """
 
 import copy
@@ -20,7 +20,7 @@ from tumble.scenarios.format import visible
 from tumble.scenarios.read import scene_of, scene_path, scene_text
 from tumble.scenarios.scene import Scene
 
-# Frames of a flight: so many a second of watching it at its usual pace, but at most so many in all.
+# Frames of a flight: per second of watching at its usual pace, and at most in all.
 FRAMES_A_SECOND, MOST = 24, 600
 
 
@@ -33,9 +33,17 @@ class Draft:
 
     @classmethod
     def opened(cls, name_or_path: str) -> Self:
-        """Return the scene of that name or in that file, looked at once a frame.  Raises BadScene.
+        """Return a scene of the catalogue or of a file, sampled once per frame.
 
-        Of an ensemble only the throw as written is taken.
+        Parameters
+        ----------
+        name_or_path
+            The name of a scene of the catalogue, or the path of a TOML file; of an ensemble only member 0 is taken.
+
+        Raises
+        ------
+        BadScene
+            There is no such scene, or it is not valid.
         """
         path = scene_path(name_or_path)
         text = scene_text(path, visible(name_or_path))
@@ -74,10 +82,10 @@ class Draft:
         return replace(self, document={**plain, "samples": 1})._with_frames()
 
     def without_impulses(self) -> Self:
-        """Return the draft with a body that nothing has struck yet."""
+        """Return the draft without impulses."""
         return replace(self, document={key: value for key, value in self.document.items() if key != "impulse"})
 
-    def struck(self, impulse: Mapping[str, Any]) -> Self:
+    def with_impulse(self, impulse: Mapping[str, Any]) -> Self:
         """Return the draft with one more impulse, the last to act.  Raises BadScene."""
         draft = replace(self, document={**self.document, "impulse": [*self.document.get("impulse", []), impulse]})
         _ = draft.scene
@@ -97,7 +105,7 @@ class Draft:
         return None if file is None else self.path.parent / file
 
     def _with_frames(self) -> Self:
-        """Return the draft looked at once a frame instead of at its own instants."""
+        """Return the draft sampled once per frame instead of at its own instants."""
         scene = self.scene
         later = {impulse.time for impulse in scene.impulses} - {0.0}
         document = {key: value for key, value in self.document.items() if key not in ("times", "samples")}
@@ -114,7 +122,7 @@ def frames(duration: float, step: float) -> int:
     """Return how many frames a flight is shown in: a whole number of steps [s] apart where that can be.
 
     Where no such number is near, steps are cut at the frames, as at any sample.  A flight of fewer steps is shown in
-    these: others would be another flight.
+    these: a frame between steps would change the flight.
     """
     steps = round(duration / step)
     wanted = min(FRAMES_A_SECOND * duration / pace(duration), MOST)

@@ -1,4 +1,4 @@
-"""Where the eye stands, and what it sees: directions of a scene, the first view of it, and what is outside the view."""
+"""The camera: directions of a scene, the first view of it, and what is outside the view."""
 
 from dataclasses import dataclass
 from typing import NamedTuple, Self
@@ -15,7 +15,7 @@ COVERED = 0.53  # of its height, as lab.css has it
 
 
 class Axes(NamedTuple):
-    """Unit vectors of a scene as it is seen at first, (3,) each: to the right, up, and towards the eye."""
+    """Unit vectors of a scene in its first view, (3,) each: to the right, up, and towards the camera."""
 
     right: Array
     up: Array
@@ -53,7 +53,7 @@ def first_view(scene: Scene, *, is_narrow: bool = False) -> tuple[Array, Array]:
 
 
 class Box(NamedTuple):
-    """What is written beside a place, in pixels from it: to the left, to the right, below and above."""
+    """The extent of a text beside a place, in pixels from it: to the left, to the right, below and above."""
 
     left: float
     right: float
@@ -83,11 +83,11 @@ class Eye:
 
     @property
     def lowest(self) -> float:
-        """How far above the picture's middle its lowest place is that no controls cover [pixels]."""
+        """Height of the lowest place that no controls cover, above the picture's middle [pixels]."""
         return (COVERED if self.width < NARROW * self.height else 0.0) * self.height - self.height / 2
 
     def pixels(self, places: Array) -> Array:
-        """Return how far right of the picture's middle and above it places, (n, 3), are seen, and how deep, (n, 3)."""
+        """Return where points, (n, 3), are from the picture's middle to the right and up [pixels], and their depth."""
         away = places - self.place
         depth = -away @ self.axes.towards
         scale = self.height / 2 / self.tangent / np.where(depth > 0, depth, np.nan)
@@ -99,17 +99,17 @@ class Eye:
         return bool(((across <= self.width / 2) & (over <= self.height / 2)).any())
 
     def covered(self, place: Array, box: Box) -> Array:
-        """Return what is covered of the picture by what is written beside a place, (3,): left, right, low and high."""
+        """Return the box that a text beside a place, (3,), covers in the picture: left, right, low and high."""
         across, over, _ = self.pixels(place[None])[0]
         return np.array([across - box.left, across + box.right, over - box.below, over + box.above])
 
     def upwards(self, place: Array, pixels: float) -> Array:
-        """Return which way, (3,), something at a place, (3,), is moved that goes up the picture by so many pixels."""
+        """Return the vector, (3,), by which something at a place, (3,), moves up the picture by a number of pixels."""
         depth = (self.place - place) @ self.axes.towards
         return pixels * depth * self.tangent / (self.height / 2) * self.axes.up
 
-    def kept_inside(self, place: Array, box: Box) -> Array:
-        """Return the place nearest to one, (3,), as deep, at which what is written beside it lies in the picture."""
+    def moved_inside(self, place: Array, box: Box) -> Array:
+        """Return the place nearest to one, (3,), at equal depth, whose text lies inside the picture."""
         across, over, depth = self.pixels(place[None])[0]
         if not np.isfinite(across + over):
             return place
@@ -123,7 +123,7 @@ class Eye:
 
 
 def clipped(value: float, low: float, high: float) -> float:
-    """Return the value in an interval that is nearest to one; of an empty interval its beginning."""
+    """Return the value of an interval that is nearest to one; of an empty interval its beginning."""
     return max(min(value, high), low)
 
 

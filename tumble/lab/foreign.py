@@ -1,4 +1,4 @@
-"""A trajectory of somebody's own program as one more ghost, and what `tumble grade` reports of it."""
+"""A user's own trajectory as one more ghost, and its verdict from `tumble grade`."""
 
 import tempfile
 from dataclasses import dataclass
@@ -56,21 +56,21 @@ def graded(path: Path, name: str, scene: Scene) -> Foreign:
     """Grade a file and return it under another name."""
     from tumble.compare.grade.grade import (
         CORRECT_TO_DIGITS,
-        CORRECT_TO_LIMIT,
         CORRECT_TO_NOISE,
+        CORRECT_TO_RESOLUTION,
         CORRECT_TO_SINGLE,
         grade,
     )
     from tumble.compare.grade.read.columns import BadTrajectory
-    from tumble.reports.grade import answer, verdict_lines
+    from tumble.reports.grade import headline, verdict_lines
 
     try:
         found = grade(path, scene, {})
     except BadTrajectory as error:
         raise BadTrajectory(str(error).replace(str(path), name)) from None
-    kept = found.measured.kept
-    order = np.argsort(kept.times)
-    is_right = found.verdict in (CORRECT_TO_LIMIT, CORRECT_TO_DIGITS, CORRECT_TO_SINGLE, CORRECT_TO_NOISE)
-    verdict = answer(found).replace(str(path), name).replace(path.name, name)
-    off = (kept.vertices - kept.true)[order]
-    return Foreign(name, kept.times[order], off, verdict, is_right, tuple(verdict_lines(found)))
+    sample = found.measured.sample
+    order = np.argsort(sample.times)
+    is_right = found.verdict in (CORRECT_TO_RESOLUTION, CORRECT_TO_DIGITS, CORRECT_TO_SINGLE, CORRECT_TO_NOISE)
+    verdict = headline(found).replace(str(path), name).replace(path.name, name)
+    off = (sample.vertices - sample.true)[order]
+    return Foreign(name, sample.times[order], off, verdict, is_right, tuple(verdict_lines(found)))

@@ -62,7 +62,7 @@ class Ground:
         self._at = height
 
     def show_path(self, centres: Array) -> None:
-        """Draw the way of the true centre [m], (n, 3), as far as it is known."""
+        """Draw the path of the true centre [m], (n, 3), as far as it is known."""
         if len(centres) == self._path_length:
             return
         self._path_length = len(centres)
@@ -76,11 +76,11 @@ class Ground:
             )
 
     def _drawn(self, right: float, up: float, towards: float) -> tuple[float, ...]:
-        """Return where a place is drawn that is so far along each axis [m]."""
+        """Return the drawn place of distances along each axis [m]."""
         return tuple(self._space.drawn(np.array([right, up, towards]) @ np.stack(self._axes)))
 
     def _add_floor(self, depth: float, *, is_solid: bool) -> None:
-        """Add a grid that lies so far below where the body starts [m], as a floor or for the eye alone."""
+        """Add a grid at a depth below the body's start [m], as a floor or only for orientation."""
         right, up, towards = self._axes
         self._api.add_grid(
             f"{self._space.root}/ground",
@@ -90,7 +90,7 @@ class Ground:
         )  # fmt: skip
 
     def _add_wall(self) -> None:
-        """Add a ruled wall, and labels that say how high its lines are."""
+        """Add a ruled wall, and labels with the heights of its lines."""
         # Lines, and not a grid of viser's, which is worked out for every pixel: without a GPU that takes twice as long.
         size = self._section / self._space.radius
         name = f"{self._space.root}/wall"

@@ -1,4 +1,4 @@
-"""What reaches the lab's server: this machine's own pages and well-formed messages, and nothing else.
+"""What reaches the lab's server: pages of this machine and well-formed messages, nothing else.
 
 viser checks neither who connects nor what is sent: a page of another site could reach the lab through the browser of
 whoever has it open, under another name of this machine (DNS rebinding) or in a frame, and a message of a wrong shape
@@ -73,14 +73,14 @@ def guarded() -> Iterator[None]:
 
 
 def silent() -> logging.Logger:
-    """Return a logger that says nothing: what somebody else did wrong on a connection is no news of the lab."""
+    """Return a logger that drops all messages: errors of a peer on a connection do not concern the user."""
     logger = logging.Logger("tumble.lab")
     logger.addHandler(logging.NullHandler())
     return logger
 
 
 def only_own_hosts(answer: HttpServer) -> HttpServer:
-    """Return an HTTP server that answers only who asked for this machine by its own names, and states HEADERS."""
+    """Return an HTTP server that answers only requests to this machine's own names, and sends HEADERS."""
 
     def checked(connection: ServerConnection, request: Request) -> Response | None:
         hosts = request.headers.get_all("Host")
@@ -181,8 +181,8 @@ def shape(kind: type) -> type:
 
 
 def drop_what_cannot_be_used(loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
-    """Handle an exception of the server's loop: a well-formed message that says nothing its control could be set to is
-    dropped, as one that is not well-formed."""
+    """Handle an exception of the server's loop: a well-formed message with a value that its control cannot have is
+    dropped, as a malformed one is."""
     task = context.get("future")
     if isinstance(task, asyncio.Task) and "_handle_incoming_message" in str(task.get_coro()):
         return

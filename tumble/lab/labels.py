@@ -1,4 +1,4 @@
-"""Which body is whose: names beside what is drawn, one label for those that cannot be seen apart."""
+"""Names beside the bodies: one label for those that overlap."""
 
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
@@ -51,7 +51,7 @@ def labels(bodies: Mapping[str, Array], apart: float, eye: Eye, solid: str, note
         tip = vertices[int(np.argmax(vertices @ outwards))]
         words, anchor = text(group, "" if solid in group else note), anchored(way)
         box = box_of(words, anchor)
-        place = placed(eye.kept_inside(tip + AWAY * outwards, box), box, taken, eye, up=bool(way[1] > 0))
+        place = placed(eye.moved_inside(tip + AWAY * outwards, box), box, taken, eye, up=bool(way[1] > 0))
         taken.append(eye.covered(place, box))
         found.append(Label(group, words, tip, place, anchor))
     return found
@@ -62,7 +62,7 @@ def placed(place: Array, box: Box, taken: Sequence[Array], eye: Eye, *, up: bool
     of the picture and in it; above or below first, by `up`."""
     own = eye.covered(place, box)
     found = [place + eye.upwards(place, clear_of(own, taken, up=way)) for way in (up, not up)]
-    return next((one for one in found if np.allclose(eye.kept_inside(one, box), one)), found[0])
+    return next((one for one in found if np.allclose(eye.moved_inside(one, box), one)), found[0])
 
 
 def clear_of(own: Array, taken: Sequence[Array], *, up: bool) -> float:

@@ -1,4 +1,4 @@
-"""What a contestant looks like: its engine's colour, as on the page, and a mark and a dash of its own within it."""
+"""Looks of contestants: the engine's colour, as on the page, and a mark and a dash of the contestant's own."""
 
 from typing import NamedTuple
 
@@ -25,7 +25,7 @@ class Look(NamedTuple):
 
 
 class Looks:
-    """Looks of contestants, each the same as long as the page is open."""
+    """Looks of contestants, fixed as long as the page is open."""
 
     def __init__(self) -> None:
         self._places: dict[str, int] = {}

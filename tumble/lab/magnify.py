@@ -1,4 +1,4 @@
-"""Errors made visible: every vertex drawn where it would be if its error were larger by a factor."""
+"""Magnification: each vertex drawn where it would be if its error were larger by a factor."""
 
 from collections.abc import Iterable
 
@@ -26,12 +26,11 @@ def magnified(true: Array, seen: Array, factor: float) -> Array:
 
 
 def fitting(curves: Iterable[Array], limit: Array, radius: float, others: Iterable[float] = ()) -> float:
-    """Return the factor, at most that of FACTORS' last, by which the largest error that can fit the view just does.
+    """Return the magnification, at most the last of FACTORS, at which the largest error just fits the view.
 
-    curves: largest errors over time [m], (S,) each, NaN where not known; limit: what they cannot be told from zero
-    below; radius: of the body [m]; others: more errors [m].  A curve that leaves the view without being magnified has
-    no say.  What is not known yet is taken to grow in proportion to time, so that the factor need not change while a
-    throw is watched.
+    curves: largest errors over time [m], (S,) each, NaN where not known; limit: their resolution [m]; radius: of the
+    body [m]; others: more errors [m].  A curve that leaves the view unmagnified does not count.  Unknown errors are
+    assumed to grow in proportion to time, so that the factor need not change while a throw is watched.
     """
     known = max(int(np.isfinite(limit).sum()) - 1, 1)
     growth = (len(limit) - 1) / known

@@ -20,11 +20,11 @@ GOOD, BAD = Markup("color:#0f6b3f"), Markup("color:#b3261e")
 FITTING = 8  # characters of a number of which three stand beside a name
 
 
-def said(line: str, *, is_refusal: bool = False) -> str:
-    """Return one line of the lab's own, with what it quotes as text."""
+def status_line(line: str, *, is_refusal: bool = False) -> str:
+    """Return the line above the controls; what it quotes stays text."""
     colour = BAD if is_refusal else Markup("color:inherit")
     return str(
-        Markup('<div style="{};font-size:13px;{}" data-lab="said" role="status">{}</div>').format(
+        Markup('<div style="{};font-size:13px;{}" data-lab="message" role="status">{}</div>').format(
             STYLE, colour, visible(line)
         )
     )
@@ -33,13 +33,13 @@ def said(line: str, *, is_refusal: bool = False) -> str:
 def readings_table(readings: Sequence[Reading], size: float) -> str:
     """Return the coursework's screen; size of the body [m] says how many decimals of a place are worth showing."""
     decimals = places(size)
-    told = [(one, texts(one, decimals)) for one in readings]
-    is_long = max((len(text) for _, each in told for text in each), default=0) > FITTING
+    lines = [(one, texts(one, decimals)) for one in readings]
+    is_long = max((len(text) for _, each in lines for text in each), default=0) > FITTING
     rows = Markup("").join(
         Markup('<tr><td style="{}">{}</td>{}<td style="{};padding-left:4px">{}</td></tr>').format(
             FAINT, one.name, cells(each, is_long=is_long), FAINT, one.unit
         )
-        for one, each in told
+        for one, each in lines
     )
     table = Markup(
         '<div style="{}" data-lab="readings"><table style="border-collapse:collapse;width:100%">{}</table></div>'
@@ -47,8 +47,14 @@ def readings_table(readings: Sequence[Reading], size: float) -> str:
     return str(table.format(STYLE, rows))
 
 
+def chart_box(chart: str) -> str:
+    """Return a chart, SVG, under its title; nothing where there is no chart yet."""
+    title = Markup('<div style="{};{}">largest vertex error over time</div>').format(STYLE, FAINT)
+    return f"{title}{chart}" if chart else ""
+
+
 def grade_box(foreign: Foreign) -> str:
-    """Return what `tumble grade` reports of a trajectory that was loaded: the verdict, and the evidence for it."""
+    """Return the verdict of `tumble grade` on a loaded trajectory, and its evidence."""
     rest = Markup("").join(Markup("<div>{}</div>").format(visible(line)) for line in foreign.details)
     box = Markup(
         '<div style="{};margin:0 10px 6px;padding:6px 8px;border-left:3px solid;{}" data-lab="grade">'
@@ -59,8 +65,8 @@ def grade_box(foreign: Foreign) -> str:
 
 
 def folder_line(folder: str) -> str:
-    """Return where files go."""
-    line = Markup('<div style="{};{}" data-lab="folder">Your browser downloads each file; a copy is kept in {}</div>')
+    """Return a line that names the folder of saved files."""
+    line = Markup('<div style="{};{}" data-lab="folder">Your browser downloads each file; a copy is saved in {}</div>')
     return str(line.format(STYLE, FAINT, visible(folder)))
 
 
@@ -93,7 +99,7 @@ def error_table(
 ) -> str:
     """Return the table of Table 4.1's kind at the time shown [s]: position, error and distance of each contestant."""
     decimals = places(size)
-    which = "worst vertex of each" if vertex is None else f"vertex {vertex}"
+    which = "vertex with the largest error" if vertex is None else f"vertex {vertex}"
     body = Markup("").join(error_row(row, looks[row.contestant], decimals) for row in rows)
     table = Markup(
         '<div style="{}" data-lab="errors"><div style="{}">error at t = <span data-lab="time">{}</span> s, {}</div>'
@@ -103,14 +109,14 @@ def error_table(
 
 
 def error_row(row: ErrorRow, look: Look, decimals: int) -> Markup:
-    """Return one contestant: how far off, where its vertex is and by what it is off; or why there is nothing."""
+    """Return one contestant: its error, its vertex's position and error vector; or why there is none."""
     name = Markup('<span style="color:{}">{}</span> {}').format(look.css, look.mark, visible(row.contestant.name))
     if row.position is None or row.error is None:
         return Markup(
             '<tr data-contestant="{}"><td>{}</td></tr><tr><td colspan="2" style="{}" data-lab="status">{}</td></tr>'
         ).format(row.contestant.name, name, FAINT, visible(row.status))
-    told = Markup('<div style="{}" data-lab="status">{}</div>').format(BAD, visible(row.status)) if row.status else ""
-    outside = "" if row.is_in_view else Markup('<div data-lab="outside">drawn outside the view</div>')
+    note = Markup('<div style="{}" data-lab="status">{}</div>').format(BAD, visible(row.status)) if row.status else ""
+    outside = "" if row.is_in_view else Markup('<div data-lab="outside">outside the view</div>')
     return Markup(
         '<tr data-contestant="{}"><td>{}</td>'
         '<td style="text-align:right;white-space:nowrap">'
@@ -127,12 +133,12 @@ def error_row(row: ErrorRow, look: Look, decimals: int) -> Markup:
         numbers(row.position, decimals),
         errors(row),
         outside,
-        told,
+        note,
     )
 
 
 def distance(row: ErrorRow) -> str:
-    """Return how far off, or the limit where that says nothing more."""
+    """Return the error, or the resolution where that is larger."""
     if np.isnan(row.off_m):
         return "\N{EN DASH}"
     at_most = row.off_m <= row.resolution_m
@@ -154,7 +160,7 @@ def numbers(vector: Sequence[float] | np.ndarray, decimals: int) -> str:
 
 
 def errors(row: ErrorRow) -> str:
-    """Return the error vector in a common unit, nothing where it is not known or not told from none."""
+    """Return the error vector in a common unit, nothing where it is not known or indistinguishable from zero."""
     if not row.off_m > row.resolution_m or row.error is None or not np.isfinite(row.error).all():
         return ""
     unit, size = unit_of(row.off_m)

@@ -1,4 +1,4 @@
-"""One browser: its session, and what viser shows of it, kept up by a thread of its own."""
+"""One browser: its session, and its picture in viser, updated by a thread of its own."""
 
 import threading
 import time
@@ -17,7 +17,7 @@ from tumble.lab.chart import Curve, chart
 from tumble.lab.draft import Draft, usual_magnitude
 from tumble.lab.looks import Look, Looks
 from tumble.lab.magnify import AS_IT_IS, FACTORS, FIT, fitting, magnified, times
-from tumble.lab.markup import error_table, grade_box, places, readings_table
+from tumble.lab.markup import chart_box, error_table, grade_box, places, readings_table
 from tumble.lab.panel import Actions, Panel, moves_far, show
 from tumble.lab.picture import captioned
 from tumble.lab.pool import Contestant, Pool
@@ -34,7 +34,7 @@ from tumble.scenarios.published import VERTEX
 from tumble.scenarios.read import BadScene, catalogue
 
 FRAME_S, NUMBERS_S, CHART_S, PICTURE_S = 1 / 40, 0.12, 0.3, 20.0
-TICKS_S = 2.0  # after a page is opened: its many boxes are no part of the first picture
+TICKS_S = 2.0  # after a page is opened: its many boxes can wait for the first picture
 PICTURE_WIDTH = 960
 TABLE_4_1 = "table-4-1-ray"
 FOREIGN_INK = f"rgb{FOREIGN}"
@@ -42,8 +42,8 @@ FOREIGN_INK = f"rgb{FOREIGN}"
 
 @dataclass
 class View:
-    """What a person chose to see: how errors are magnified, the vertex of the table, None for the worst of each,
-    whether the eye follows the body; and the impulse of the next click [N s]."""
+    """The user's choices: how errors are magnified, the vertex of the table, None for the one with the largest error,
+    whether the camera follows the body; and the impulse of the next click [N s]."""
 
     magnify: str = FIT
     vertex: int | None = None
@@ -53,7 +53,7 @@ class View:
 
 @dataclass(eq=False)
 class Curves:
-    """What was worked out of a throw when something last came in: errors over time [m], and what fits the view."""
+    """The errors of a throw over time [m] at its last result, and the magnification that fits the view."""
 
     times: np.ndarray
     errors: dict[Contestant, np.ndarray]
@@ -62,83 +62,83 @@ class Curves:
 
 
 class Page:
-    """What one browser sees and asks."""
+    """What one browser shows and commands."""
 
     def __init__(
         self, client: viser.ClientHandle, draft: Draft, contestants: Sequence[Contestant], pool: Pool, folder: Path
     ) -> None:
         self._client, self._pool, self._folder = client, pool, folder
         self._news = threading.Event()
-        self._asks: deque[tuple[Callable[..., object], tuple[Any, ...]]] = deque()
+        self._queue: deque[tuple[Callable[..., object], tuple[Any, ...]]] = deque()
         self._closed = self._is_table_4_1 = False
-        self._refused = self._said = ""
-        self._report = ReportAtWork(self._saved_report, self._tell)
+        self._refusal = self._notice = ""
+        self._report = ReportAtWork(self._saved_report, self._notify)
         self._looks = Looks()
         self._view = View()
         self.session = Session(draft, contestants, pool, folder, self._news.set)
         actions = Actions(
-            throwing=self._asked(self._throwing),
-            magnitude=self._asked(lambda value: setattr(self._view, "magnitude", value)),
-            play=self._asked(self._play_or_pause),
-            go_to=self._asked(self.session.go_to),
-            pace=self._asked(self.session.pace),
-            magnify=self._asked(lambda value: setattr(self._view, "magnify", value)),
-            vertex=self._asked(lambda value: setattr(self._view, "vertex", value)),
-            follow=self._asked(lambda value: setattr(self._view, "follow", value)),
-            open=self._asked(self._open),
-            edit=self._asked(self._edit),
-            defaults=self._asked(self.session.use_defaults),
-            on_progress=self._asked(self._tick),
-            save=self._asked(self._save),
-            load=self._asked(self._load),
+            throwing=self._queued(self._throwing),
+            magnitude=self._queued(lambda value: setattr(self._view, "magnitude", value)),
+            play=self._queued(self._play_or_pause),
+            go_to=self._queued(self.session.go_to),
+            pace=self._queued(self.session.pace),
+            magnify=self._queued(lambda value: setattr(self._view, "magnify", value)),
+            vertex=self._queued(lambda value: setattr(self._view, "vertex", value)),
+            follow=self._queued(lambda value: setattr(self._view, "follow", value)),
+            open=self._queued(self._open),
+            edit=self._queued(self._edit),
+            defaults=self._queued(self.session.use_defaults),
+            tick=self._queued(self._tick),
+            save=self._queued(self._save),
+            load=self._queued(self._load),
         )
         self._panel = Panel(client, actions, catalogue(), str(folder))
-        self._stage = Stage(client, self._asked(self._click))
+        self._stage = Stage(client, self._queued(self._click))
         self._drawn: Any = None
         self._curves: Curves | None = None
         self._curves_of: Any = None
         self._numbers_at = self._chart_at = 0.0
         self._opened_at = time.monotonic()
-        self._is_asked = self._is_behind = True
+        self._needs_redraw = self._is_behind = True
         self._show_opened()
-        threading.Thread(target=self._keep_up, daemon=True, name="page").start()
+        threading.Thread(target=self._update, daemon=True, name="page").start()
 
     def close(self) -> None:
-        """End what it does."""
+        """Stop all that it does."""
         self._closed = True
         self.session.close()
         self._report.close()
         self._news.set()
 
-    # What is asked: done by the page's own thread
+    # Commands: run by the page's own thread
 
-    def _asked(self, action: Callable[..., object]) -> Callable[..., None]:
-        """Return a function that asks for an action, to be done after what was asked for before.
+    def _queued(self, action: Callable[..., object]) -> Callable[..., None]:
+        """Return a function that queues an action behind those queued before.
 
-        viser calls it from threads that all pages share: one that asks for much must not keep the others waiting.
+        viser calls it from threads that all pages share: one page must not delay the others.
         """
 
-        def ask(*arguments: Any) -> None:
-            self._asks.append((action, arguments))
+        def queue(*arguments: Any) -> None:
+            self._queue.append((action, arguments))
             self._news.set()
 
-        return ask
+        return queue
 
-    def _do_what_is_asked(self) -> None:
-        """Do it one after the other, each under the lock, and say why not where it is refused."""
-        while self._asks:
-            action, arguments = self._asks.popleft()
+    def _run_queued(self) -> None:
+        """Run the queued actions in order, each under the lock; show the reason where one is refused."""
+        while self._queue:
+            action, arguments = self._queue.popleft()
             with self.session.lock:
                 if self._closed:
                     return
-                self._refused = self._said = ""
+                self._refusal = self._notice = ""
                 try:
                     action(*arguments)
                 except (Refused, BadScene, BadEngine, RayMissed, OSError) as error:
-                    self._refused = in_words(error)
+                    self._refusal = in_words(error)
                 except Exception:  # a fault of ours: it is printed, and the page goes on
                     traceback.print_exc()
-                self._is_asked = True
+                self._needs_redraw = True
 
     def _click(self, origin: Sequence[float], direction: Sequence[float]) -> None:
         self.session.click(origin, direction, self._view.magnitude)
@@ -195,97 +195,97 @@ class Page:
                 folder = files.tables(throw)
                 self._give(folder, sorted(folder.iterdir()))
             case "Report":
-                self._said = self._report.make(files, throw.contestants)
+                self._notice = self._report.make(files, throw.contestants)
             case "Screenshot":
-                self._said = "Taking the picture."
+                self._notice = "Taking the picture."
                 threading.Thread(target=self._take_picture, args=(files,), daemon=True).start()
 
     def _give(self, path: Path, files: Sequence[Path]) -> None:
-        """Let the browser download what was saved, and say where it lies.  Raises OSError."""
+        """Let the browser download what was saved, and show its name.  Raises OSError."""
         name, content = download(path, files)
         self._client.send_file_download(name, content, save_immediately=True)
-        self._tell(f"Saved and downloaded: {path.name}{'/' if path.is_dir() else ''}")
+        self._notify(f"Saved and downloaded: {path.name}{'/' if path.is_dir() else ''}")
 
     def _saved_report(self, path: Path) -> None:
         try:
             self._give(path, [path])
         except OSError as error:
-            self._tell(f"No report: {error}")
+            self._notify(f"No report: {error}")
 
     def _take_picture(self, files: Saved) -> None:
-        """Save what the browser sees, at an instant; outside the lock, for it is the browser that draws it."""
+        """Save the browser's picture at one instant; outside the lock, because the browser draws it."""
         with self.session.lock:
             self.session.pause()
             shown = self.session.shown()
             with self._client.atomic():
                 self._show_picture(shown)
-            told, size = self._readings(shown)
+            shown_readings, size = self._readings(shown)
             rows = self._rows(shown, None)
             colours = {row.contestant: self._looks.of(row.contestant).colour for row in rows}
         try:
             camera = self._client.camera
             height = round(PICTURE_WIDTH * camera.image_height / camera.image_width)
             pixels = self._client.get_render(height, PICTURE_WIDTH, transport_format="png", timeout=PICTURE_S)
-            path = files.picture(captioned(pixels, BACKGROUND, told, rows, colours, places(size)))
+            path = files.picture(captioned(pixels, BACKGROUND, shown_readings, rows, colours, places(size)))
             self._give(path, [path])
         except (RuntimeError, TimeoutError, ValueError, ArithmeticError, OSError) as error:
-            self._tell(f"No picture: {error}")
+            self._notify(f"No picture: {error}")
 
     def _load(self, name: str, content: bytes) -> None:
         self.session.load(name, content, self._loaded)
-        self._said = f"Reading and grading {name}: it can take a minute."
+        self._notice = f"Reading and grading {name}: this can take a minute."
 
     def _loaded(self, refused: str) -> None:
-        """Show what became of a trajectory: its verdict stands below the line, or the line says why there is none."""
-        self._refused, self._said = refused, ""
-        self._is_asked = True
+        """Show the result of loading a trajectory: its verdict below the line, or the reason on it."""
+        self._refusal, self._notice = refused, ""
+        self._needs_redraw = True
         self._news.set()
 
-    def _tell(self, line: str) -> None:
-        """Say something that was not asked for just now."""
-        self._said = line
-        self._is_asked = True
+    def _notify(self, line: str) -> None:
+        """Show a line of a command that ran in the background."""
+        self._notice = line
+        self._needs_redraw = True
         self._news.set()
 
     def _show_opened(self) -> None:
-        """Show a scene that is new: what was chosen for the last one does not hold for it."""
+        """Show a newly opened scene with its own default choices."""
         self._set_up(look=True)
         scene = self.session.draft.scene
         self._view = View(follow=moves_far(scene), magnitude=usual_magnitude(scene))
         self._panel.show_scene(scene, self.session.draft.path.stem, self._view.magnitude)
 
     def _set_up(self, *, look: bool) -> None:
-        """Build what is seen of the scene as it is now, its body at the start; look: at it, from the usual place."""
+        """Build the picture of the scene with its body at the start; look: from the usual place."""
         scene = (self.session.thrown or self.session.draft).scene
         self._stage.set_up(scene, look=look)
         self._is_table_4_1 = self._panel.marked.visible = False
         self._panel.show_values(scene)
-        self._is_asked = True
+        self._needs_redraw = True
 
-    # What is shown: by the page's own thread
+    # Drawing: by the page's own thread
 
-    def _keep_up(self) -> None:
+    def _update(self) -> None:
         while not self._closed:
             running = self.session.clock.is_running
             self._news.wait(FRAME_S if running else NUMBERS_S if self._is_behind else None)
             self._news.clear()
-            self._do_what_is_asked()
+            self._run_queued()
             with self.session.lock:
                 if not self._closed:
                     self._show()
         self.session.close()  # of a throw that was begun meanwhile
 
     def _show(self) -> None:
-        """Bring the browser up to what the session is; numbers and chart less often than the picture."""
+        """Update the browser to the state of the session; numbers and chart less often than the picture."""
         session, now = self.session, time.monotonic()
         shown, throw = session.shown(), session.throw
         news = None if throw is None else (throw, len(throw.answers), throw.known, throw.why_no_truth, session.foreign)
         if news != self._curves_of:
-            self._curves_of, self._curves = news, self._worked_out()
+            self._curves_of, self._curves = news, self._compute_curves()
         chosen = self._view.magnify, self._view.vertex, self._view.follow
-        view = (news, shown.frame, chosen, self._refused, self._said)
-        if view != self._drawn or self._is_asked:
-            self._is_asked = False
+        view = (news, shown.frame, chosen, self._refusal, self._notice)
+        if view != self._drawn or self._needs_redraw:
+            self._needs_redraw = False
             with self._client.atomic():
                 self._show_picture(shown)
             self._drawn, self._is_behind = view, True
@@ -297,7 +297,7 @@ class Page:
         self._show_slowly(shown, now)
 
     def _show_slowly(self, shown: Shown, now: float) -> None:
-        """Show what costs a browser more, less often, and the boxes when nothing moves."""
+        """Update what is expensive for a browser less often, and the boxes only when nothing moves."""
         is_running = self.session.clock.is_running
         if not is_running or now - self._chart_at >= CHART_S:
             self._chart_at = now
@@ -307,8 +307,8 @@ class Page:
         elif not is_running:
             self._is_behind = True  # until they are shown
 
-    def _worked_out(self) -> Curves | None:
-        """Return the errors over time of what has come in."""
+    def _compute_curves(self) -> Curves | None:
+        """Return the errors over time of the results so far."""
         throw, foreign = self.session.throw, self.session.foreign
         if throw is None:
             return None
@@ -318,7 +318,7 @@ class Page:
         return Curves(times, errors, throw.true_limit, factor)
 
     def _factor_of(self, shown: Shown) -> float:
-        """Return by how much errors are drawn larger: not at all where there is no truth to be off from."""
+        """Return the magnification of errors: 1 where there is no truth."""
         if not shown.is_true:
             return 1.0
         if self._view.magnify == FIT:
@@ -329,7 +329,7 @@ class Page:
         session, stage, throw = self.session, self._stage, self.session.throw
         stage.follow(shown.state[0:3] if self._view.follow else None)
         stage.show_body(shown.state, shown.vertices, shown.whose)
-        for one in session.running():  # looks in their order, not in that of their answers
+        for one in session.running():  # looks in their order, not in that of their results
             self._looks.of(one)
         factor = self._factor_of(shown)
         note = f"error \N{MULTIPLICATION SIGN} {times(factor)}" if factor > 1 else ""
@@ -341,10 +341,10 @@ class Page:
             stage.show_printed_vertex(shown.vertices, throw.true_vertices[known])
 
     def _ghosts(self, shown: Shown) -> dict[str, Ghost]:
-        """Return who is drawn beside the truth at a frame."""
+        """Return the bodies that are drawn beside the truth at a frame."""
         throw, foreign, factor = self.session.throw, self.session.foreign, self._factor_of(shown)
         ghosts = {}
-        for one, flight in ({} if throw is None else throw.flights()).items():
+        for one, flight in ({} if throw is None else throw.trajectories()).items():
             seen = flight.vertices[shown.frame, 0]
             if np.isfinite(seen).all():
                 look = self._looks.of(one)
@@ -358,18 +358,18 @@ class Page:
 
     def _show_numbers(self, shown: Shown) -> None:
         session, panel = self.session, self._panel
-        told, size = self._readings(shown)
-        show(panel.readings, readings_table(told, size))
+        shown_readings, size = self._readings(shown)
+        show(panel.readings, readings_table(shown_readings, size))
         vertex = self._view.vertex
         rows = self._rows(shown, vertex)
         looks: dict[Contestant, Look] = {row.contestant: self._looks.of(row.contestant) for row in rows}
         show(panel.errors, error_table(rows, looks, size, vertex, shown.time) if rows else "")
         own = sentence(session, shown, rows, self._factor_of(shown), is_table_4_1=self._is_table_4_1)
-        panel.say(self._refused or self._said or own, is_refusal=bool(self._refused))
+        panel.show_status(self._refusal or self._notice or own, is_refusal=bool(self._refusal))
         show(panel.grade, grade_box(session.foreign) if session.foreign else "")
 
     def _rows(self, shown: Shown, vertex: int | None) -> list[ErrorRow]:
-        """Return the error table at a frame, and of each contestant whether it is in the view."""
+        """Return the error table at a frame, and whether each contestant is in the view."""
         throw = self.session.throw
         if throw is None:
             return []
@@ -388,24 +388,24 @@ class Page:
             curves.append(Curve(one.name, found.times, errors, look.css, look.dash))
         if foreign := self.session.foreign:
             curves.append(Curve(foreign.name, foreign.times, foreign.errors, FOREIGN_INK, ""))
-        return chart(found.times, curves, found.limit, shown.frame)
+        return chart_box(chart(found.times, curves, found.limit, shown.frame))
 
     def _offers(self) -> list[Offer]:
         """Return every engine with the contestants that can be ticked."""
-        pool, asked = self._pool, self.session.contestants
+        pool, chosen_ones = self._pool, self.session.contestants
         scene = self.session.draft.scene
         by_engine: dict[str, list[Contestant]] = {}
         for one in pool.all_contestants():
             info = pool.engines.get(one.engine)
             is_forced = info is not None and one.method in info.forced
-            if not (is_forced and scene.is_free) or one in asked:
+            if not (is_forced and scene.is_free) or one in chosen_ones:
                 by_engine.setdefault(one.engine, []).append(one)
-        for one in asked:  # METHOD@TOLERANCE, and what is missing
+        for one in chosen_ones:  # METHOD@TOLERANCE, and what is missing
             own = by_engine.setdefault(one.engine, [])
             if one not in own:
                 own.append(one)
         return [
-            Offer(own[0].title, tuple(own), frozenset(asked) & frozenset(own), pool.why_not(engine))
+            Offer(own[0].title, tuple(own), frozenset(chosen_ones) & frozenset(own), pool.why_not(engine))
             for engine, own in by_engine.items()
         ]
 
@@ -414,5 +414,5 @@ class Page:
         scene = (self.session.thrown or self.session.draft).scene
         impulses = self.session.impulses_until(shown.time)
         impulse, hit = impulses[-1] if impulses else (None, None)
-        told = readings(scene.body.mass, shown.time, shown.state, shown.vertices, impulse, hit)
-        return told, float(np.ptp(scene.body.points, axis=0).max())
+        shown_readings = readings(scene.body.mass, shown.time, shown.state, shown.vertices, impulse, hit)
+        return shown_readings, float(np.ptp(scene.body.points, axis=0).max())

@@ -1,4 +1,4 @@
-"""The controls and numbers beside the scene; viser's side of them.  Every control calls one function of the page."""
+"""The controls and numbers beside the scene, in viser.  Every control calls one function of the page."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -13,14 +13,14 @@ import viser
 from tumble.lab.clock import SPEEDS
 from tumble.lab.guard import take_uploads_of
 from tumble.lab.magnify import MAGNIFIED
-from tumble.lab.markup import folder_line, said
+from tumble.lab.markup import folder_line, status_line
 from tumble.lab.pool import Contestant
 from tumble.lab.refusals import OWN_THROW
 from tumble.lab.ticks import Ticks
 from tumble.scenarios.published import table_4_1
 from tumble.scenarios.scene import Scene
 
-WORST = "worst of each"
+WORST = "largest error"
 PLAY, PAUSE = "Play", "Pause"
 PRINTED_S = table_4_1().physics_times.tolist()
 TYPED = 12  # decimals that can be typed
@@ -29,7 +29,7 @@ INK = (26, 90, 158)  # the page's colour of links
 
 @dataclass(frozen=True)
 class Actions:
-    """What a person can ask for: each is called with what the control holds."""
+    """The user's commands: each is called with the value of its control."""
 
     throwing: Callable[[str], object]
     magnitude: Callable[[float], object]
@@ -42,7 +42,7 @@ class Actions:
     open: Callable[[str], object]
     edit: Callable[[tuple[str, ...], Any], object]
     defaults: Callable[[bool], object]
-    on_progress: Callable[[Contestant, bool], object]
+    tick: Callable[[Contestant, bool], object]
     save: Callable[[str], object]
     load: Callable[[str, bytes], object]
 
@@ -64,7 +64,7 @@ class Panel:
         numbers.dock_left()
         numbers.set_width(300)
         gui.add_html(f"<style>{style()}</style>")
-        self.said = gui.add_html("")
+        self.status_line = gui.add_html("")
         self.grade = gui.add_html("")
         self._add_throwing(gui)
         self._add_time(gui)
@@ -73,48 +73,48 @@ class Panel:
         engines = gui.add_folder("Engines", expand_by_default=False)
         with engines:
             self.defaults = gui.add_checkbox(
-                "As shipped", initial_value=False, hint="Run engines with the settings that they ship with"
+                "Default settings", initial_value=False, hint="Run engines with their own default settings"
             )
-            self._asks(self.defaults, lambda value: self._actions.defaults(bool(value)))
-        self.ticks = Ticks(gui, engines, actions.on_progress)
+            self._connect(self.defaults, lambda value: self._actions.defaults(bool(value)))
+        self.ticks = Ticks(gui, engines, actions.tick)
         with gui.add_folder("Scene", expand_by_default=False):
             self._add_scene(gui, scenes)
         with gui.add_folder("Save and load", expand_by_default=False):
             self._add_saving(gui, folder)
 
-    def say(self, line: str, *, is_refusal: bool = False) -> None:
-        """Show one line."""
-        show(self.said, said(line, is_refusal=is_refusal))
+    def show_status(self, line: str, *, is_refusal: bool = False) -> None:
+        """Show a line above the controls."""
+        show(self.status_line, status_line(line, is_refusal=is_refusal))
 
     # The parts
 
     def _add_throwing(self, gui: viser.GuiApi) -> None:
         self.magnitude = gui.add_slider("Impulse [N s]", 0.0, 1.0, 0.01, 0.5)
-        self._asks(self.magnitude, lambda value: self._actions.magnitude(float(value)))
+        self._connect(self.magnitude, lambda value: self._actions.magnitude(float(value)))
         throwing = gui.add_button_group("Throw", ("Reset", "Again", OWN_THROW, "Table 4.1"))
-        self._asks(throwing, lambda value: self._actions.throwing(value))
+        self._connect(throwing, lambda value: self._actions.throwing(value))
 
     def _add_time(self, gui: viser.GuiApi) -> None:
         self.play = gui.add_button(PLAY, icon=viser.Icon.PLAYER_PLAY)
-        self._asks(self.play, lambda _: self._actions.play())
+        self._connect(self.play, lambda _: self._actions.play())
         self.time = gui.add_slider("Time [s]", 0.0, 1.0, 0.5, 0.0)
-        self._asks(self.time, lambda value: self._actions.go_to(float(value)))
+        self._connect(self.time, lambda value: self._actions.go_to(float(value)))
         self.marked = gui.add_button_group("Table 4.1 at", [f"{at:g}" for at in PRINTED_S], visible=False)
-        self._asks(self.marked, lambda value: self._actions.go_to(float(value)))
+        self._connect(self.marked, lambda value: self._actions.go_to(float(value)))
 
     def _add_view(self, gui: viser.GuiApi) -> None:
         self.magnified = gui.add_dropdown("Magnify errors", MAGNIFIED)
-        self._asks(self.magnified, lambda value: self._actions.magnify(str(value)))
+        self._connect(self.magnified, lambda value: self._actions.magnify(str(value)))
         self.vertex = gui.add_dropdown("Vertex", list_of(WORST))
-        self._asks(self.vertex, lambda value: self._actions.vertex(None if value == WORST else int(value)))
+        self._connect(self.vertex, lambda value: self._actions.vertex(None if value == WORST else int(value)))
         self.speed = gui.add_dropdown("Speed", tuple(speed_name(speed) for speed in SPEEDS))
-        self._asks(self.speed, lambda value: self._actions.pace(SPEEDS[list(map(speed_name, SPEEDS)).index(value)]))
+        self._connect(self.speed, lambda value: self._actions.pace(SPEEDS[list(map(speed_name, SPEEDS)).index(value)]))
         self.follow = gui.add_checkbox("Follow the body", initial_value=False)
-        self._asks(self.follow, lambda value: self._actions.follow(bool(value)))
+        self._connect(self.follow, lambda value: self._actions.follow(bool(value)))
 
     def _add_scene(self, gui: viser.GuiApi, scenes: Sequence[str]) -> None:
         self.scene = gui.add_dropdown("Scene", tuple(scenes), initial_value=scenes[0])
-        self._asks(self.scene, lambda value: self._actions.open(str(value)))
+        self._connect(self.scene, lambda value: self._actions.open(str(value)))
         self.size = gui.add_vector3("Size [m]", (1.0, 1.0, 1.0))
         self.mass = gui.add_number("Mass [kg]", 1.0, step=None)
         self.gravity = gui.add_vector3("Gravity [m/s²]", (0.0, 0.0, 0.0))
@@ -127,11 +127,11 @@ class Panel:
             (self.step, ("step",)),
             (self.duration, ("duration",)),
         ):
-            self._asks(control, lambda value, path=path: self._actions.edit(path, value))
+            self._connect(control, lambda value, path=path: self._actions.edit(path, value))
 
     def _add_saving(self, gui: viser.GuiApi, folder: str) -> None:
         saving = gui.add_button_group("Save", ("Scene", "CSV", "Report", "Screenshot"))
-        self._asks(saving, lambda value: self._actions.save(value))
+        self._connect(saving, lambda value: self._actions.save(value))
         gui.add_html(folder_line(folder))
         load = gui.add_upload_button("Load trajectory (CSV)", icon=viser.Icon.UPLOAD)
 
@@ -141,19 +141,19 @@ class Panel:
         def _(event: Any) -> None:
             self._actions.load(event.target.value.name, event.target.value.content)
 
-    def _asks(self, control: Any, action: Callable[[Any], object]) -> None:
-        """Call an action when a person, not we ourselves, changes a control."""
+    def _connect(self, control: Any, action: Callable[[Any], object]) -> None:
+        """Call an action when the user, not the lab itself, changes a control."""
 
-        def asked(event: Any) -> None:
+        def changed(event: Any) -> None:
             if event.client is not None and could_be(control, event.target.value):
                 action(event.target.value)
 
-        (control.on_click if hasattr(control, "on_click") else control.on_update)(asked)
+        (control.on_click if hasattr(control, "on_click") else control.on_update)(changed)
 
-    # What is shown in them
+    # Updates
 
     def show_scene(self, scene: Scene, name: str, magnitude: float) -> None:
-        """Set what a person chooses for a throw to what suits a scene that was opened, an impulse [N s] among it."""
+        """Set the choices for a throw to what suits a newly opened scene, with an impulse [N s]."""
         scenes = self.scene.options
         if name not in scenes:
             self.scene.options = (*scenes, name)
@@ -179,17 +179,17 @@ class Panel:
             (self.duration, (scene.duration,)),
         )
         for control, numbers in shown:
-            # With fewer decimals a browser would show, and send back, another number, or let nobody type one.
+            # With fewer decimals a browser would show, and send back, another number, or refuse a typed one.
             control.precision = max(TYPED, *map(decimals, numbers))
             control.value = numbers if len(numbers) == 3 else numbers[0]
         self.time.max, self.time.step = scene.duration, scene.duration / (len(scene.rows) - 1)
         self.time.precision = worth_showing(scene.duration)
 
     def show_time(self, time: float, is_running: bool, speed: float) -> None:
-        """Show where the time is."""
+        """Show the time."""
         label = PAUSE if is_running else PLAY
         if self.time.value == time and not is_running and self.play.label == PAUSE:
-            # Whoever put it there while it ran may have been overtaken by a later time on its way: it is sent again.
+            # A slider set while the time ran may have been overtaken by a later time on its way: send it again.
             self.time.value = 0.0 if time else self.time.max
         if self.time.value != time:
             self.time.value = time
@@ -201,7 +201,7 @@ class Panel:
 
 
 def speed_name(speed: float) -> str:
-    """Return a speed as a person says it."""
+    """Return a speed in words."""
     return "real time" if speed == 1.0 else f"{1 / speed:.0f} times slower"
 
 
@@ -211,7 +211,7 @@ def decimals(value: float) -> int:
 
 
 def worth_showing(most: float) -> int:
-    """Return how many decimals tell apart some thousandths of the largest number that is shown."""
+    """Return how many decimals resolve thousandths of the largest number that is shown."""
     return max(4, 3 - math.floor(math.log10(most)))
 
 
@@ -223,12 +223,12 @@ def moves_far(scene: Scene) -> bool:
 
 
 def list_of(*options: str) -> tuple[str, ...]:
-    """Return options of a dropdown that others will replace: to a type checker a literal tuple is for ever."""
+    """Return options of a dropdown that change later: a type checker takes a literal tuple for its only options."""
     return options
 
 
 def could_be(control: Any, value: Any) -> bool:
-    """Whether a person can have set a control to a value: it may have been sent by a program."""
+    """Whether a user can have set a control to a value: a program may have sent it."""
     if hasattr(control, "options"):
         return value in control.options
     if isinstance(control, viser.GuiSliderHandle | viser.GuiNumberHandle | viser.GuiVector3Handle):

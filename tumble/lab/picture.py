@@ -1,4 +1,4 @@
-"""The picture that is kept: what the browser sees, and below it the numbers, as on the coursework's screen."""
+"""The saved picture: the browser's view, and below it the numbers, as on the coursework's screen."""
 
 import io
 from collections.abc import Mapping, Sequence
@@ -35,11 +35,11 @@ def captioned(
     seen = Image.new("RGBA", drawn.size, background)
     seen.alpha_composite(drawn)
     font = ImageFont.load_default(13)
-    told = [Line(in_words(one, decimals)) for one in readings]
-    half = -(-len(told) // 2)
+    lines = [Line(in_words(one, decimals)) for one in readings]
+    half = -(-len(lines) // 2)
     off = [Line("largest error of a vertex")] * bool(rows)
-    off += [Line(told_off(row), colours[row.contestant]) for row in rows]
-    columns = [column for column in (told[:half], told[half:], off) if column]
+    off += [Line(error_text(row), colours[row.contestant]) for row in rows]
+    columns = [column for column in (lines[:half], lines[half:], off) if column]
     widths = [max(font.getlength(line.text) for line in column) + SQUARE + 3 * MARGIN for column in columns]
     stretch = max(seen.width / sum(widths), 1.0)
     height = seen.height + max(map(len, columns)) * LINE + 2 * MARGIN
@@ -66,8 +66,8 @@ def in_words(reading: Reading, decimals: int) -> str:
     return f"{reading.name}: {numbers or '-'} {reading.unit}".rstrip()
 
 
-def told_off(row: ErrorRow) -> str:
-    """Return who is how far off, or why that is not known, on one line."""
+def error_text(row: ErrorRow) -> str:
+    """Return a contestant's error, or why it is not known, on one line."""
     if np.isnan(row.off_m):
         return visible(f"{row.contestant.name}: {row.status or 'no truth here'}")
     how_far = f"at most {row.resolution_m:.2g}" if row.off_m <= row.resolution_m else f"{row.off_m:.3g}"

@@ -1,10 +1,9 @@
 """Engines that stand ready for every throw of every page.
 
-An engine's process is leased to one throw at a time; where none is free another is started, up to MOST of an engine,
-and after these a throw waits for the next.  A process that is still at work when its throw is over, because it hangs or
-is slow, is ended, so that it keeps no later throw waiting.  An engine that takes long to start, or hangs there, takes
-part when it is up: a contestant without a method learns by then which that is.  Of the processes that nobody uses a few
-stay, those used last, and the others are ended.
+An engine's process is leased to one throw at a time.  Where none is free another is started, up to MOST of an engine;
+then throws wait.  A process that still runs when its throw is over is ended, so that no later throw waits for it.  An
+engine that starts slowly, or hangs there, runs when it is up; a contestant without a method gets its default method
+then.  A few idle processes stay, those used last; the others are ended.
 
 The runner of studies (`tumble.compare.run.tasks`) does not fit here: it works through a list that is known when it
 begins, one process an engine, and stops all of them when one task is given up.  Here throws come while others run, each
@@ -24,7 +23,7 @@ from tumble.compare.run.engines.environments import located
 from tumble.compare.run.engines.registry import BadEngine, EngineInfo, is_file, names
 from tumble.compare.run.flight import Trajectory
 from tumble.compare.run.running_engines import AS_ASKED, DEFAULT, RunningEngine, chosen, launched, titles, wanted
-from tumble.compare.run.worker import Failure
+from tumble.compare.run.status import Failure, Status
 from tumble.lab.background import Workers
 from tumble.scenarios.scene import Scene
 
@@ -39,7 +38,7 @@ LOOK_S = 0.1  # how often a throw that waits for a process looks whether it is s
 class Contestant:
     """One method of one engine, an engine's name or file; title: the engine's name in tables.
 
-    method: '' for the default one of an engine that has not said yet which that is.
+    method: '' for the default one of an engine that is not up yet.
     """
 
     engine: str
@@ -64,7 +63,7 @@ class Lease:
         return self.running_engine.fly(scene, method, scene.step)
 
     def halt(self) -> None:
-        """Kill the process, from any thread; who waits for its answer gets a failure."""
+        """Kill the process, from any thread; pending calls return Failure."""
         self.running_engine.halt()
         self.is_over = True
 
@@ -79,11 +78,19 @@ class Lease:
 
 
 class Pool:
-    """The engines' processes.  A context: when it is left no process stands idle; one that is not up yet ends when it
-    is, or with this process.
+    """The engines' processes.  A context: at its end the idle ones end, and one that is not up yet ends when it is.
 
-    time_limit [s] for each answer of an engine; engines: those that are up and what they state of themselves;
-    background: what computes truths and grades.
+    Parameters
+    ----------
+    time_limit
+        For each answer of an engine [s].
+
+    Attributes
+    ----------
+    engines
+        The engines that are up, and what they state of themselves.
+    background
+        The processes that compute truths and grades.
     """
 
     def __init__(self, time_limit: float) -> None:
@@ -127,12 +134,24 @@ class Pool:
     def ready(
         self, asked: Iterable[str], on_progress: Callable[[str], object] = lambda engine: None
     ) -> list[Contestant]:
-        """Start the engines asked for, and return who takes part: of an engine alone, its default method.
+        """Start the requested engines.
 
-        on_progress: called with each engine that is up, or that will not be waited for.
+        Parameters
+        ----------
+        asked
+            ENGINE[:METHOD] each; an engine alone stands for its default method.
+        on_progress
+            Called with each engine that is up, or that is not waited for any longer.
 
-        An engine that is not installed, or not up yet, takes part all the same: when it is up, or with the reason
-        why it is not.  Raises BadEngine.
+        Returns
+        -------
+        list of Contestant
+            An engine that is not installed, or not up yet, is among them: it runs when it is up, or reports why not.
+
+        Raises
+        ------
+        BadEngine
+            There is no such engine or method, or a file is no engine.
         """
         asked = list(asked)
         engines = wanted(asked)
@@ -146,7 +165,7 @@ class Pool:
         return [*dict.fromkeys(map(self.resolved, found))]
 
     def all_contestants(self) -> list[Contestant]:
-        """Return who can be asked for: every method of the engines that are up, and those that are not up by name."""
+        """Return all contestants: every method of the engines that are up, and those that are not up by name."""
         found = []
         for engine in sorted(self._titles, key=lambda engine: engine not in self.engines):
             info = self.engines.get(engine)
@@ -159,20 +178,20 @@ class Pool:
         if engine in self.engines:
             return ""
         if why := self._failed.get(engine):
-            return why.status if isinstance(why, Failure) else str(why)
+            return str(why)
         if is_file(engine):
             return ""
         if engine not in self._not_installed:
             _, place, why_nowhere = located(engine)
-            self._not_installed[engine] = "" if place else f"missing: {why_nowhere}"
+            self._not_installed[engine] = "" if place else str(Failure(Status.MISSING, why_nowhere))
         return self._not_installed[engine]
 
     def contestant(self, engine: str, method: str) -> Contestant:
-        """Return a method of an engine under the name that tells it from the others."""
+        """Return a method of an engine under its unique name."""
         return Contestant(engine, method, self._titles[engine])
 
     def role(self, one: Contestant) -> str:
-        """Return what a contestant is to its engine; whoever takes part in the lab was asked for."""
+        """Return the role of a contestant for its engine; every contestant of the lab was requested."""
         info = self.engines.get(one.engine)
         return DEFAULT if info is not None and one.method in info.default else AS_ASKED
 
@@ -182,7 +201,7 @@ class Pool:
         return one if one.method or info is None else replace(one, method=info.methods[0])
 
     def held(self, one: Contestant) -> Contestant | None:
-        """Return the method beside a contestant's that is given the force of a scene's laws once a step."""
+        """Return the variant of a contestant that holds a scene's forces over a step, None where there is none."""
         info, method = self.engines.get(one.engine), f"{one.method}{HELD}"
         return replace(one, method=method) if info is not None and method in info.forced else None
 

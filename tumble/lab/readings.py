@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tumble.compare.run.worker import Failure
+from tumble.compare.run.status import Failure
 from tumble.lab.pool import Contestant
 from tumble.lab.throw import Throw
 from tumble.scenarios.frames import Array
@@ -62,15 +62,25 @@ def readings(
 
 def error_rows(throw: Throw, frame: int, vertex: int | None) -> list[ErrorRow]:
     """Return each contestant's error at a frame, at one vertex or, for None, at the one where it is largest."""
-    flights, answers = throw.flights(), dict(throw.answers)
+    trajectories, answers = throw.trajectories(), dict(throw.answers)
     rows = []
     for contestant in throw.contestants:
         answer = answers.get(contestant)
-        if contestant not in flights:
-            status = answer.status if isinstance(answer, Failure) else RUNNING
-            rows.append(ErrorRow(contestant, None, None, None, np.nan, np.nan, status))
+        if contestant not in trajectories:
+            status = str(answer) if isinstance(answer, Failure) else RUNNING
+            rows.append(
+                ErrorRow(
+                    contestant=contestant,
+                    vertex=None,
+                    position=None,
+                    error=None,
+                    off_m=np.nan,
+                    resolution_m=np.nan,
+                    status=status,
+                )
+            )
             continue
-        flight = flights[contestant]
+        flight = trajectories[contestant]
         seen, true = flight.vertices[frame, 0], throw.true_vertices[frame]
         with np.errstate(over="ignore", invalid="ignore"):
             errors = seen - true
@@ -79,7 +89,17 @@ def error_rows(throw: Throw, frame: int, vertex: int | None) -> list[ErrorRow]:
         notes = f"diverged at {lost:.6g} s" if lost is not None else "; ".join(map(str, flight.notes))
         worst = int(np.argmax(np.where(np.isnan(off), -1.0, off))) if vertex is None else vertex
         limit = float(throw.true_limit[frame])
-        rows.append(ErrorRow(contestant, worst, seen[worst], errors[worst], float(off[worst]), limit, notes))
+        rows.append(
+            ErrorRow(
+                contestant=contestant,
+                vertex=worst,
+                position=seen[worst],
+                error=errors[worst],
+                off_m=float(off[worst]),
+                resolution_m=limit,
+                status=notes,
+            )
+        )
     return rows
 
 
@@ -89,7 +109,7 @@ def errors_over_time(throw: Throw) -> tuple[Array, dict[Contestant, Array]]:
     An error below the truth's limit is shown as that limit.
     """
     curves = {}
-    for contestant, flight in throw.flights().items():
+    for contestant, flight in throw.trajectories().items():
         with np.errstate(over="ignore", invalid="ignore"):
             off = np.linalg.norm(flight.vertices[:, 0] - throw.true_vertices, axis=-1).max(axis=1)
         curves[contestant] = np.maximum(off, throw.true_limit)
@@ -97,6 +117,6 @@ def errors_over_time(throw: Throw) -> tuple[Array, dict[Contestant, Array]]:
 
 
 def wrong(rows: Sequence[ErrorRow]) -> ErrorRow | None:
-    """Return the row with the largest error, if any is larger than its limit."""
+    """Return the row with the largest error, if any exceeds the resolution."""
     off = [row for row in rows if row.off_m > row.resolution_m]
     return max(off, key=lambda row: row.off_m, default=None)

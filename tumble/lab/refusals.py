@@ -1,4 +1,4 @@
-"""What is refused, in the words of the lab's own controls: a person here has typed no key and no option."""
+"""Refusals in the words of the lab's controls: its users have typed no key and no option."""
 
 import re
 
@@ -13,7 +13,7 @@ OPTION = re.compile(r"--[a-z]")
 
 
 class Refused(ValueError):
-    """What the lab does not do; the text is the one line for the user."""
+    """A command that the lab refuses; the text is the one line for the user."""
 
 
 def in_words(error: Exception) -> str:
@@ -23,14 +23,13 @@ def in_words(error: Exception) -> str:
         found = OF_A_KEY.fullmatch(line)
         if found and found["key"] in CONTROLS:
             axis = "" if found["axis"] is None else f" {'xyz'[int(found['axis'])]}"
-            return (
-                f"{CONTROLS[found['key']]}{axis}: {found['value']} is refused, it {found['why']}. Nothing was changed."
-            )
+            control = f"{CONTROLS[found['key']]}{axis}"
+            return f"{control}: {found['value']} is not allowed, it {found['why']}. Nothing was changed."
     if isinstance(error, RayMissed) or (isinstance(error, BadScene) and line.endswith("the ray misses the body")):
-        return "With that the impulse of this throw would miss the body. Nothing was changed."
+        return "With this value the impulse would miss the body. Nothing was changed."
     if isinstance(error, BadTrajectory) and OPTION.search(line):
         return (
-            f"{line}. These are options of the command line: rename the columns in the file, or save the scene here "
-            "and run: tumble grade FILE --scene SCENE.toml with the option."
+            f"{line}. These options exist on the command line only: rename the columns in the file, or save the scene "
+            "here and run tumble grade FILE --scene SCENE.toml with the option."
         )
     return line

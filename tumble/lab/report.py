@@ -1,19 +1,18 @@
-"""The report of a throw while it is being made: one at a time for each page, and none when the page is closed."""
+"""The report of a throw while it is being made: one at a time per page, stopped when the page is closed."""
 
-import os
-import signal
 import subprocess
 import threading
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from tumble.compare.run.process.process import kill_group
 from tumble.lab.pool import Contestant
 from tumble.lab.refusals import Refused
 from tumble.lab.save import Saved
 
 
 class ReportAtWork:
-    """What *Report* makes.  made: called, from a thread, with the file; failed: with the reason why there is none."""
+    """The command of *Report*.  made: called, from a thread, with the file; failed: with the reason for none."""
 
     def __init__(self, made: Callable[[Path], object], failed: Callable[[str], object]) -> None:
         self._made, self._failed = made, failed
@@ -22,7 +21,7 @@ class ReportAtWork:
     def make(self, files: Saved, contestants: Sequence[Contestant]) -> str:
         """Begin one; return what to say meanwhile.  Raises Refused."""
         if self._is_at_work():
-            raise Refused("A report is being made already.")
+            raise Refused("A report is already being made.")
         report = self._report = files.report(contestants)
 
         def wait() -> None:
@@ -30,15 +29,15 @@ class ReportAtWork:
             if report.returncode == 0:
                 self._made(files.report_file)
             else:
-                self._failed(f"No report: {(errors.strip().splitlines() or ['it was ended'])[-1]}")
+                self._failed(f"No report: {(errors.strip().splitlines() or ['it was stopped'])[-1]}")
 
         threading.Thread(target=wait, daemon=True).start()
-        return f"Making {files.report_file.name}: it takes half a minute."
+        return f"Making {files.report_file.name}: this takes about half a minute."
 
     def close(self) -> None:
         """End the one that is being made."""
         if self._report is not None and self._is_at_work():
-            os.killpg(self._report.pid, signal.SIGKILL)
+            kill_group(self._report.pid)
 
     def _is_at_work(self) -> bool:
         return self._report is not None and self._report.poll() is None

@@ -1,4 +1,4 @@
-"""What is saved of a throw: files beside one another in the folder that the lab was started in, never over others."""
+"""The files of a throw, in the folder that the lab was started in; no file is ever overwritten."""
 
 import io
 import re
@@ -23,7 +23,7 @@ from tumble.scenarios.read import read_scene
 
 
 class Saved:
-    """The files of one throw.  Whatever is saved of it, its scene file is, too: the rest is named after that.
+    """The files of one throw.  Its scene file is always saved too; the other files are named after it.
 
     folder: where.  Its methods raise OSError.
     """
@@ -57,7 +57,7 @@ class Saved:
         comparison = throw.comparison(scene)
         texts = {
             f"trajectory-{plain_name(one)}.csv": trajectory_text(flight, scene.body)
-            for one, flight in throw.flights().items()
+            for one, flight in throw.trajectories().items()
         }
         folder = self.scene_file.with_suffix("")
         write_folder(folder, texts | error_tables(comparison))
@@ -92,7 +92,7 @@ class Saved:
 
 
 def download(path: Path, files: Sequence[Path]) -> tuple[str, bytes]:
-    """Return the name and the content under which a browser is given what was saved as a path: one file, or a ZIP
+    """Return the name and the content of the download for a saved path: one file, or a ZIP
     archive of several.  Raises OSError."""
     if list(files) == [path]:
         return path.name, path.read_bytes()

@@ -1,4 +1,4 @@
-"""The lab's server: on this machine alone, one page a browser, nothing left when it ends."""
+"""The lab's server: on this machine only, one page per browser; when it ends, no process is left."""
 
 import contextlib
 import io
@@ -27,12 +27,31 @@ class LocalServer(viser.ViserServer):
 
 @contextmanager
 def serving(draft: Draft, contestants: list[Contestant], pool: Pool, folder: Path, port: int) -> Iterator[str]:
-    """Serve the lab and give its address; another port is taken where that one is.  folder: where throws are saved."""
+    """Serve the lab while the context lasts.
+
+    Parameters
+    ----------
+    draft
+        The scene that a new page shows.
+    contestants
+        Those that are selected on a new page.
+    pool
+        The engines' processes.
+    folder
+        Where throws are saved.
+    port
+        The port, or the next free one where it is in use.
+
+    Yields
+    ------
+    str
+        The address.
+    """
     # viser greets on standard output, which is for results.
     with guarded(), contextlib.redirect_stdout(io.StringIO()):
         server = LocalServer(host=HOST, port=port, label="Tumble lab", verbose=False)
     server.get_event_loop().set_exception_handler(drop_what_cannot_be_used)
-    # What was on its way when a browser was closed is no news, nor is an upload that is not what it was said to be.
+    # A message cut off by a closing browser is not reported, nor is an upload of the wrong length.
     warnings.filterwarnings("ignore", "Queued a .* on a closed connection", UserWarning)
     warnings.filterwarnings("ignore", r"\[viser\] ", UserWarning)
     pages: dict[int, Page] = {}

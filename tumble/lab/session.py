@@ -1,4 +1,4 @@
-"""One browser's lab: what it asks, the throw that answers, and the time shown.  No browser is needed to use it."""
+"""The lab of one browser: its commands, its throw and the time shown.  It runs without a browser, too."""
 
 import threading
 import time
@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from tumble.compare.engines import SHIPPED
+from tumble.compare.run.contestant import MethodName
 from tumble.lab.background import Job
 from tumble.lab.click import hit_point, impulse_table
 from tumble.lab.clock import Clock, pace
@@ -25,14 +26,14 @@ from tumble.scenarios.impulse import RayMissed, strike_point
 from tumble.scenarios.read import BadScene
 from tumble.scenarios.scene import Impulse
 
-START = "the start"  # what is shown where nothing has come in
-PATIENCE_S, LEAD_S = 5.0, 0.25  # a throw waits for its truth, in all; it goes before it, of watching
-LATELY = 0.25  # of a throw, as on the page
+START = "the start"  # what is shown before any result
+PATIENCE_S, LEAD_S = 5.0, 0.25  # total wait of a throw for its truth; how far it may run ahead of it, of watching
+LATELY = 0.25  # share of a throw, as on the page
 
 
 @dataclass(frozen=True, eq=False)
 class Shown:
-    """What is seen at one frame: state (13,) and vertices [m], (n, 3), and whose they are, '' for the truth's."""
+    """The body at one frame: state (13,), vertices [m], (n, 3), and the contestant they belong to, '' for the truth."""
 
     frame: int
     time: float
@@ -49,8 +50,8 @@ class Shown:
 class Session:
     """The lab of one browser.
 
-    folder: where what is kept goes; changed: called, from any thread, when there is something new to show.  Its methods
-    may be called from any thread, by one that holds `lock`.
+    folder: where files are saved; changed: called, from any thread, when there is something new to show.  Its methods
+    may be called from any thread that holds `lock`.
     """
 
     def __init__(
@@ -71,13 +72,13 @@ class Session:
         self.saved: Saved | None = None
         self.foreign: Foreign | None = None
         self._pool, self._changed = pool, changed
-        self._asked = list(contestants)
+        self._requested = list(contestants)
         self._loading: Job | None = None
         self._patience_s = 0.0
         self.clock = self._stopped_clock()
 
     def close(self) -> None:
-        """End what still runs or is read."""
+        """End all that still runs."""
         if self.throw:
             self.throw.stop()
         if self._loading:
@@ -85,22 +86,22 @@ class Session:
 
     @property
     def contestants(self) -> list[Contestant]:
-        """Who is asked to take part."""
-        return [self._pool.resolved(one) for one in self._asked]
+        """The contestants that are selected."""
+        return [self._pool.resolved(one) for one in self._requested]
 
-    # What is asked
+    # Commands
 
     def open(self, name_or_path: str) -> None:
-        """Take another scene.  Raises BadScene."""
+        """Open another scene.  Raises BadScene."""
         self.draft = Draft.opened(name_or_path)
         self.reset()
 
     def edit(self, values: Mapping[tuple[str, ...], Any]) -> None:
-        """Change values of the scene; what was thrown is thrown again.  Raises BadScene, and nothing is changed."""
+        """Change values of the scene and repeat the throw.  Raises BadScene, and nothing is changed."""
         try:
             draft = self.draft.edited(values)
         except BadScene:
-            # The file's own throw may be what does not fit; without it the body can still be clicked.
+            # The file's own throw may be what no longer fits; without it the body can still be clicked.
             draft = self.draft.without_impulses().edited(values)
         if self.thrown is None:
             self.draft = draft
@@ -112,12 +113,12 @@ class Session:
         self._throw(again)
 
     def engage(self, contestants: Sequence[Contestant]) -> None:
-        """Let others take part; what was thrown is thrown again."""
-        self._asked = list(contestants)
+        """Select other contestants and repeat the throw."""
+        self._requested = list(contestants)
         self._throw_again()
 
     def use_defaults(self, at_defaults: bool) -> None:
-        """Run engines as they ship, where they have such settings, or in fair ones; thrown again."""
+        """Run engines with default settings, where they have them, or with fair ones; repeat the throw."""
         self.at_defaults = at_defaults
         self._throw_again()
 
@@ -126,29 +127,29 @@ class Session:
     def click(self, origin: Sequence[float], direction: Sequence[float], magnitude: float) -> None:
         """Apply an impulse [N s] along a ray, origin [m]: the first throws the body, the next only after `again`.
 
-        A click beside the body is refused where it would have thrown it, and ignored otherwise.
+        A click beside the body is refused before a throw, and ignored after one.
 
         Raises Refused, BadScene.
         """
         shown, body = self.shown(), self.draft.scene.body
         is_over = self.thrown is not None and not self.aiming
         if not len(body.faces):
-            raise Refused(f"This body is points without a surface to click: press {OWN_THROW}.")
+            raise Refused(f"This body has no surface to click: press {OWN_THROW}.")
         try:
             hit_point(origin, direction, shown.state, body)
         except RayMissed:
             if is_over:
                 return
-            raise Refused("That click missed the body: click the body itself.") from None
+            raise Refused("The click missed the body: click the body itself.") from None
         if is_over:
-            raise Refused("Thrown already. Press Reset for a new throw, or Again for another impulse.")
+            raise Refused("The body is already thrown. Press Reset for a new throw, or Again for another impulse.")
         table = impulse_table(origin, direction, magnitude, shown.time)
         before = self.draft.without_impulses() if self.thrown is None else self.thrown
-        struck = before.struck(table)
-        if not struck.scene.impulses or not magnitude > 0:
-            raise Refused("An impulse of 0 N s throws nothing: set Impulse first.")
+        draft = before.with_impulse(table)
+        if not draft.scene.impulses or not magnitude > 0:
+            raise Refused("An impulse of 0 N s does not move the body: set Impulse first.")
         self.aiming = False
-        self._throw(struck, shown.frame)
+        self._throw(draft, shown.frame)
 
     def throw_own(self) -> None:
         """Throw the body with the impulses of the scene's own file.  Raises Refused, BadScene."""
@@ -156,19 +157,19 @@ class Session:
         self._throw(self.draft)
 
     def again(self) -> None:
-        """Stop the time and let the next click be another impulse.  Raises Refused."""
+        """Stop the time; the next click applies another impulse.  Raises Refused."""
         if self.throw is None:
-            raise Refused("Nothing is thrown yet: click the body first.")
+            raise Refused("There is no throw yet: click the body first.")
         self.pause()
         if self.shown().frame >= len(self.throw.scene.rows) - 1:
-            raise Refused("The throw is over at this time: go back in time, or press Reset.")
+            raise Refused("The throw has ended at this time: go back in time, or press Reset.")
         if not self.shown().is_true:
-            raise Refused("The reference solution has not reached this time yet: wait a moment.")
+            raise Refused("The truth is not computed up to this time yet: wait a moment.")
         self.aiming = True
         self._changed()
 
     def reset(self) -> None:
-        """Put the body where it starts, ready for the next throw."""
+        """Put the body back to its start, ready for the next throw."""
         self.close()
         self.throw, self.thrown, self.aiming = None, None, False
         self.saved, self.foreign, self._loading = None, None, None
@@ -176,7 +177,7 @@ class Session:
         self._changed()
 
     def _check(self, draft: Draft) -> None:
-        """Raise BadScene where an impulse of the start does not land."""
+        """Raise BadScene where an impulse at t = 0 misses the body."""
         scene = draft.scene
         for impulse in scene.impulses:
             if impulse.ray is not None and impulse.time == 0.0:
@@ -200,32 +201,32 @@ class Session:
         self._changed()
 
     def running(self) -> list[Contestant]:
-        """Return who takes part: at an engine's defaults where they are asked for and it has them."""
+        """Return the contestants that run: at an engine's default settings where those are selected and it has them."""
         found = []
         for one in self.contestants:
             info = self._pool.engines.get(one.engine)
-            shipped = one.method.partition("+")[0] + SHIPPED
+            shipped = MethodName.parse(one.method).name + SHIPPED
             has = self.at_defaults and info is not None and shipped in info.on_request
             found.append(self._pool.contestant(one.engine, shipped) if has else one)
         return list(dict.fromkeys(found))
 
-    # What is kept, and what is brought along
+    # Saving and loading
 
     def files(self) -> Saved:
-        """Return where this throw is kept.  Raises Refused."""
+        """Return the files of this throw.  Raises Refused."""
         if self.thrown is None:
-            raise Refused("Nothing is thrown yet: there is nothing to save.")
+            raise Refused("There is no throw to save: click the body first.")
         if self.saved is None:
             self.saved = Saved(self.thrown, self.folder)
         return self.saved
 
     def load(self, name: str, content: bytes, done: Callable[[str], object]) -> None:
-        """Grade a trajectory that some other program made of this throw, and show it; done: called with why not, or "".
+        """Grade another program's trajectory of this throw, and show it; done: called with the reason why not, or "".
 
         Raises Refused, OSError.
         """
         if self.thrown is None or self.throw is None:
-            raise Refused("Throw first: a trajectory is compared with the throw that is shown.")
+            raise Refused("There is no throw to compare with: click the body first.")
         if self._loading:
             self._loading.stop()
         job = self._loading = loading(self._pool.background, self.folder, name, content, self.throw.scene)
@@ -251,38 +252,38 @@ class Session:
         return Clock(scene.rows.tolist(), former.speed if former is not None and same else pace(scene.duration))
 
     def play(self) -> None:
-        """Let time go on, from the start again at the end; there is nothing to play before a throw."""
+        """Let time run, from the start again at the end; before a throw nothing happens."""
         if self.throw is not None:
             self.aiming = False
             self.clock = self.clock.started(time.monotonic())
             self._changed()
 
     def pause(self) -> None:
-        """Stop the time at the instant shown."""
+        """Stop the time at the frame shown."""
         self.clock = self.clock.stopped(time.monotonic())
         self._changed()
 
     def go_to(self, at: float) -> None:
-        """Stop the time at the instant nearest to one [s]."""
+        """Stop the time at the frame nearest to a time [s]."""
         self.clock = self.clock.put(int(np.argmin(np.abs(np.array(self.clock.instants) - at))))
         self._changed()
 
     def pace(self, speed: float) -> None:
-        """Let time go at another speed."""
+        """Change the speed."""
         self.clock = self.clock.paced(time.monotonic(), speed)
 
     def shown(self) -> Shown:
-        """Return what is seen now: the truth, or, where it is not there yet, the first flight that is."""
+        """Return what to show now: the truth, or, where it is not computed yet, the first trajectory that is."""
         scene, throw = (self.thrown or self.draft).scene, self.throw
         watch = time.monotonic()
-        flights = {} if throw is None else throw.flights()
-        if throw is not None and not flights and not throw.known:
-            self.clock = self.clock.kept_at(watch, self.clock.at)  # nothing is there to be shown
-        elif throw is not None and not throw.truth_is_told and self._patience_s > 0:
-            # Errors are seen as the body moves, and so the truth goes before, unless it is a long time coming.
+        trajectories = {} if throw is None else throw.trajectories()
+        if throw is not None and not trajectories and not throw.known:
+            self.clock = self.clock.limited_to(watch, self.clock.at)  # there is nothing to show
+        elif throw is not None and not throw.truth_is_complete and self._patience_s > 0:
+            # Errors are shown as the body moves, so it waits for the truth, but not for ever.
             known = max(self.clock.instants[max(throw.known - 1, 0)], self.clock.at) + LEAD_S * self.clock.speed
             self._patience_s -= max(self.clock.time(watch) - known, 0.0) / self.clock.speed
-            self.clock = self.clock.kept_at(watch, known)
+            self.clock = self.clock.limited_to(watch, known)
         frame = self.clock.frame(watch)
         if self.clock.is_running and frame == len(self.clock.instants) - 1:
             self.clock = self.clock.stopped(watch)
@@ -291,27 +292,27 @@ class Session:
             return Shown(frame, at, scene.start[0], vertices(scene.start, scene.body.points)[0])
         if np.isfinite(throw.true_states[frame]).all():
             return Shown(frame, at, throw.true_states[frame], throw.true_vertices[frame])
-        for one, flight in flights.items():
+        for one, flight in trajectories.items():
             if np.isfinite(flight.states[frame]).all():
                 return Shown(frame, at, flight.states[frame, 0], flight.vertices[frame, 0], one.name)
         return Shown(frame, at, scene.start[0], vertices(scene.start, scene.body.points)[0], START)
 
     def impulses_lately(self, at: float) -> list[tuple[Impulse, Array]]:
-        """Return those of the impulses until a time [s] that acted a while before it at most."""
+        """Return the impulses that acted shortly before a time [s]."""
         while_s = LATELY * self.clock.instants[-1]
         return [one for one in self.impulses_until(at) if one[0].time >= at - while_s]
 
     def impulses_until(self, at: float) -> list[tuple[Impulse, Array]]:
-        """Return the impulses that acted until a time [s], each with the point of the true body that it struck [m].
+        """Return the impulses that acted until a time [s], each with its point on the true body [m].
 
-        Before a throw nothing acted; one whose point is not known yet is left out.
+        An impulse whose point is not known yet is left out.
         """
         impulses = () if self.thrown is None else self.thrown.scene.impulses
         acted = [impulse for impulse in impulses if impulse.time <= at]
-        places = [(impulse, self._struck(impulse)) for impulse in acted]
+        places = [(impulse, self._impulse_point(impulse)) for impulse in acted]
         return [(impulse, place) for impulse, place in places if place is not None]
 
-    def _struck(self, impulse: Impulse) -> Array | None:
+    def _impulse_point(self, impulse: Impulse) -> Array | None:
         scene = (self.thrown or self.draft).scene
         state = scene.start[0]
         if impulse.time > 0:

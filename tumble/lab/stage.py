@@ -1,4 +1,4 @@
-"""The scene in three dimensions, in viser: the true body solid, every contestant a ghost in its engine's colour."""
+"""The scene in three dimensions, in viser: the true body solid, each contestant a ghost in its engine's colour."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -37,7 +37,7 @@ TRUTH = "truth"
 
 
 class Ghost(NamedTuple):
-    """A contestant as it is drawn: vertices [m], (n, 3), and its name as its label has it."""
+    """A contestant as it is drawn: vertices [m], (n, 3), colour, and the name on its label."""
 
     vertices: Array
     colour: Colour
@@ -90,7 +90,7 @@ class Stage:
         )
 
     def set_up(self, scene: Scene, *, look: bool) -> None:
-        """Build the scene anew, its body at the start; look: whether at it, from where all of it is seen."""
+        """Build the scene, its body at the start; look: whether to move the camera to where all of it is in view."""
         turned = self._world is None or not np.array_equal(self._axes.up, axes(scene).up)
         with self._client.atomic():
             if self._world is not None:
@@ -118,7 +118,7 @@ class Stage:
         self._on_click(place.tolist(), event.ray_direction)
 
     def _look(self) -> None:
-        """Put the eye where the whole body is seen, with room to move."""
+        """Put the camera where the whole body is in view, with room to move."""
         camera = self._client.camera
         is_narrow = camera.image_width < NARROW * camera.image_height
         position, target = first_view(self._scene, is_narrow=is_narrow)
@@ -130,12 +130,12 @@ class Stage:
             camera.look_at = tuple(self._space.drawn(target))
 
     def follow(self, centre: Array | None) -> None:
-        """Keep a place [m] where the body started, or let the world stand."""
+        """Keep a place [m] where the body started, or let the world stand still."""
         self._offset = np.zeros(3) if centre is None else -self._space.drawn(centre)
         self._world.position = tuple(self._offset)
 
     def show_body(self, state: Array, vertices: Array, whose: str = "") -> None:
-        """Put the solid body into a state, (13,), with its vertices [m], (n, 3); whose: '' for the truth's."""
+        """Put the solid body into a state, (13,), vertices [m], (n, 3); whose: its contestant, '' for the truth."""
         self._name = f"{whose}, no reference" if whose else TRUTH
         self._body.position, self._body.wxyz = tuple(self._space.drawn(state[0:3])), tuple(state[3:7])
         self._state, self._vertices = state, vertices
@@ -147,11 +147,11 @@ class Stage:
         self._ground.follow(state[0:3])
 
     def show_path(self, centres: Array) -> None:
-        """Draw the way of the true centre [m], (n, 3), as far as it is known."""
+        """Draw the path of the true centre [m], (n, 3), as far as it is known."""
         self._ground.show_path(centres)
 
     def show_ghosts(self, ghosts: Mapping[str, Ghost], note: str = "") -> None:
-        """Draw these ghosts and no others, with their names where they are seen apart; note: below each name."""
+        """Draw these ghosts and no others, with their names where they do not overlap; note: below each name."""
         for gone in set(self._ghosts) - set(ghosts):
             self._ghosts.pop(gone).frame.remove()
         for key, ghost in ghosts.items():
@@ -173,7 +173,7 @@ class Stage:
         return self._eye().sees(self._space.drawn(vertices))
 
     def _eye(self) -> Eye:
-        """Return the browser's eye, in the coordinates of what is drawn."""
+        """Return the browser's camera, in drawn coordinates."""
         camera = self._client.camera
         place, target = camera.position - self._offset, camera.look_at - self._offset
         return Eye.of(place, target, camera.up_direction, camera.fov, camera.image_width, camera.image_height)
@@ -201,7 +201,7 @@ class Stage:
         return DrawnGhost(frame, edges, faces, shape)
 
     def _show_labels(self, ghosts: Mapping[str, Ghost], note: str) -> None:
-        """Name the bodies that are seen apart, the truth first."""
+        """Label the bodies that do not overlap, the truth first."""
         bodies = {self._name: self._vertices, **{ghost.name: ghost.vertices for ghost in ghosts.values()}}
         bodies = {name: self._space.drawn(vertices) for name, vertices in bodies.items()}
         # As ghosts are in the body's axes, labels are beside its centre: they move with it at once.

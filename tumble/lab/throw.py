@@ -1,4 +1,4 @@
-"""One throw: the truth and every contestant at once, each there as soon as it is worked out."""
+"""One throw: the truth and all contestants, computed at once, each shown as soon as it is there."""
 
 import threading
 from collections.abc import Callable, Sequence
@@ -13,20 +13,20 @@ from tumble.compare.judge.errors import Run
 from tumble.compare.run.engines.registry import BadEngine
 from tumble.compare.run.flight import Trajectory
 from tumble.compare.run.running_engines import Halted
-from tumble.compare.run.worker import Failure
+from tumble.compare.run.status import Failure, Status
 from tumble.lab.pool import Contestant, Lease, Pool
 from tumble.scenarios.frames import Array
 from tumble.scenarios.scene import Scene
 from tumble.scenarios.truth import NoTruth, Truth, truth
 
-# Instants of a free flight's truth that are asked for at once: few at first, so that the body can begin to move.
+# Instants of a free flight's truth that are computed in one call: few at first, so that the body can begin to move.
 FIRST, MOST = 5, 40
 
 
 class Throw:
-    """The answers to one scene as they come in, the first row of each at t = 0.
+    """The results of one scene as they come in, the first row of each at t = 0.
 
-    answers: contestant -> its trajectory, or why there is none; it is not there while it runs.  true_states (R, 13) and
+    answers: contestant -> its trajectory, or why there is none; no entry while it runs.  true_states (R, 13) and
     true_vertices (R, n, 3) [m] are NaN where the truth is not there yet; why_no_truth says that it will not be.
     changed: called, from any thread, when something came in.
     """
@@ -54,7 +54,7 @@ class Throw:
             future.add_done_callback(partial(self._take_truth, number))
 
     def stop(self) -> None:
-        """End what is still at work; what comes in afterwards is dropped."""
+        """Stop all that still runs; later results are dropped."""
         with self._lock:
             self._stopped = True
             for lease in self._leases:
@@ -70,38 +70,40 @@ class Throw:
     @property
     def is_complete(self) -> bool:
         """Whether nothing more will come in."""
-        return self.truth_is_told and len(self.answers) == len(self.contestants)
+        return self.truth_is_complete and len(self.answers) == len(self.contestants)
 
     @property
-    def truth_is_told(self) -> bool:
+    def truth_is_complete(self) -> bool:
         """Whether the whole truth is there, or why there is none."""
         return bool(self.why_no_truth) or len(self._pieces) == len(self._parts)
 
-    def flights(self) -> dict[Contestant, Trajectory]:
-        """Return the flights that are there."""
+    def trajectories(self) -> dict[Contestant, Trajectory]:
+        """Return the trajectories that are there."""
         answers = dict(self.answers)
         return {one: answers[one] for one in self.contestants if isinstance(answers.get(one), Trajectory)}  # type: ignore[misc]
 
     def comparison(self, scene: Scene | None = None) -> Comparison:
-        """Return what `tumble compare` makes of what is there; scene: the same under the name it was saved by."""
+        """Return the comparison of what is there, as of `tumble compare`; scene: the same under its saved name."""
         scene = scene or self.scene
-        whole = None if self.why_no_truth or not self.truth_is_told else self._whole_truth()
-        waiting = Failure("timeout: still running when this was saved")
+        whole = None if self.why_no_truth or not self.truth_is_complete else self._whole_truth()
+        waiting = Failure(Status.TIMEOUT, "still running when the file was saved")
         runs = (
             Run(
-                scene,
-                one.title,
-                one.method,
-                scene.step,
-                self.answers.get(one, waiting),
-                whole,
-                self._pool.tolerance(one),
+                scene=scene,
+                engine=one.title,
+                method=one.method,
+                dt=scene.step,
+                answer=self.answers.get(one, waiting),
+                truth=whole,
+                tolerance=self._pool.tolerance(one),
             )
             for one in self.contestants
         )
-        why = self.why_no_truth or "still being worked out"
+        why = self.why_no_truth or "still being computed"
         roles = {one.name: self._pool.role(one) for one in self.contestants}
-        return Comparison(scene, whole, why, tuple(runs), lost_m(scene, whole), roles)
+        return Comparison(
+            scene=scene, truth=whole, why_no_truth=why, runs=tuple(runs), lost_m=lost_m(scene, whole), roles=roles
+        )
 
     def _whole_truth(self) -> Truth:
         pieces = [self._pieces[number] for number in range(len(self._parts))]
@@ -112,7 +114,7 @@ class Throw:
             return np.concatenate([first, *(other[1:] for other in others)])
 
         how = " / ".join(dict.fromkeys(piece.how for piece in pieces))
-        return Truth(rows("times"), rows("states"), rows("vertices"), rows("bound"), rows("floor"), how)
+        return Truth(rows("times"), rows("states"), rows("vertices"), rows("bound"), rows("input_error"), how)
 
     def _take_truth(self, number: int, future: "Future[Truth]") -> None:
         """Take in a part of the truth; a callback of its future."""
@@ -131,7 +133,7 @@ class Throw:
                 count = rows.stop - rows.start
                 self.true_states[rows] = piece.states[-count:, 0]
                 self.true_vertices[rows] = piece.vertices[-count:, 0]
-                self.true_limit[rows] = piece.limit[-count:, 0]
+                self.true_limit[rows] = piece.resolution[-count:, 0]
         self._changed()
 
     def _run(self, engine: str) -> None:
@@ -140,7 +142,7 @@ class Throw:
         try:
             lease = self._pool.lease(engine, [one.method for one in own], lambda: not self._stopped)
         except BadEngine as error:
-            lease = Failure(f"crashed: {error}")
+            lease = Failure(Status.CRASHED, str(error))
         if lease is None:
             return
         if isinstance(lease, Failure):
@@ -162,10 +164,10 @@ class Throw:
             self._pool.take_back(lease)
 
     def _answer(self, lease: Lease, contestant: Contestant) -> tuple[Contestant, Trajectory | Failure]:
-        """Run a contestant, or, where its method has not the scene's laws itself, the one that is given their force."""
+        """Run a contestant, or its variant with held forces where the method itself does not support them."""
         answer = lease.run(self.scene, contestant.method)
         held = self._pool.held(contestant)
-        if isinstance(answer, Failure) and answer.status.startswith("skipped") and held and not self.scene.is_free:
+        if isinstance(answer, Failure) and answer.status is Status.SKIPPED and held and not self.scene.is_free:
             return self._renamed(contestant, held), lease.run(self.scene, held.method)
         return contestant, answer
 
@@ -184,7 +186,7 @@ class Throw:
 
 
 def parts(count: int) -> list[slice]:
-    """Return how the instants of a truth are asked for: few first, then more at once."""
+    """Return the instants of a truth in parts: few first, then more at once."""
     found, start, length = [], 0, FIRST
     while start < count:
         found.append(slice(start, min(start + length, count)))

@@ -9,7 +9,7 @@ from tumble.lab.pool import Contestant
 
 
 class Offer(NamedTuple):
-    """An engine, its contestants, those of them that take part, and why it cannot take part, '' where it can."""
+    """An engine, its contestants, the selected ones, and why it cannot run, '' where it can."""
 
     title: str
     contestants: tuple[Contestant, ...]
@@ -27,10 +27,10 @@ class Drawn(NamedTuple):
 
 
 class Ticks:
-    """The boxes.  asked: called with a contestant and whether it is ticked, when a person changes a box."""
+    """The boxes.  ticked: called with a contestant and whether it is ticked, when the user changes a box."""
 
-    def __init__(self, gui: viser.GuiApi, folder: Any, asked: Callable[[Contestant, bool], object]) -> None:
-        self._gui, self._folder, self._asked = gui, folder, asked
+    def __init__(self, gui: viser.GuiApi, folder: Any, ticked: Callable[[Contestant, bool], object]) -> None:
+        self._gui, self._folder, self._ticked = gui, folder, ticked
         self._drawn: dict[str, Drawn] = {}
         self._shown: tuple[Offer, ...] = ()
 
@@ -74,6 +74,6 @@ class Ticks:
         @box.on_update
         def _(event: Any) -> None:
             if event.client is not None:
-                self._asked(one, bool(event.target.value))
+                self._ticked(one, bool(event.target.value))
 
         return box

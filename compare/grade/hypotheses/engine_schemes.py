@@ -1,8 +1,7 @@
-"""What engines do in a step at their defaults: whole hypotheses, one line an engine, flown before anything is fitted.
+"""The schemes of engines at their defaults: one line an engine, each simulated as a whole before anything is fitted.
 
-Each law was established by a program of its own that reproduces what the engine writes, and is held against fresh
-trajectories by `tools/foreign.py`.  A law is data: `law_hypotheses` turns it into the mistakes that the search
-knows.
+Each scheme was established by a replica that reproduces the engine's output, and is tested on fresh trajectories by
+`tools/foreign.py`.  A scheme is data: `scheme_hypotheses` converts it to the mistakes that the search knows.
 """
 
 from collections.abc import Iterator, Sequence
@@ -11,7 +10,7 @@ from itertools import product
 
 import numpy as np
 
-from tumble.compare.grade.hypotheses.hypothesis import NEAR, Question
+from tumble.compare.grade.hypotheses.hypothesis import NEAR, Context
 from tumble.compare.grade.model.kernel.dynamics import (
     AFTER_FORCES,
     AS_FORCE,
@@ -29,47 +28,51 @@ from tumble.compare.grade.model.kernel.dynamics import (
     RESCALED,
 )
 
-# Gyroscopic schemes and rotations: what they are called in tables, and in words.
+# Gyroscopic schemes and rotations: name in tables -> constant of the kernel, and text.
 GYROSCOPIC = {
     "none": (EXPLICIT, ""),
-    "explicit": (EXPLICIT, "the gyroscopic term explicit"),
-    "implicit": (IMPLICIT, "the gyroscopic term implicit"),
-    "rescaled": (RESCALED, "the gyroscopic term explicit, the angular momentum rescaled to its length"),
-    "ode": (BACKWARD, "the gyroscopic term as in ODE, (I - dt [L]) w' = L"),
-    "midpoint": (MIDPOINT, "the gyroscopic term by the midpoint rule"),
+    "explicit": (EXPLICIT, "explicit gyroscopic term"),
+    "implicit": (IMPLICIT, "implicit gyroscopic term"),
+    "rescaled": (RESCALED, "explicit gyroscopic term with the angular momentum rescaled to its old length"),
+    "ode": (BACKWARD, "gyroscopic term as in ODE, (I - dt [L]) w' = L"),
+    "midpoint": (MIDPOINT, "gyroscopic term by the midpoint rule"),
 }
 ROTATION = {
-    "exponential": (EXPONENTIAL, "turned by rotations"),
-    "first order": (QUATERNION, "the quaternion to first order"),
+    "exponential": (EXPONENTIAL, "attitude updated by exact rotations"),
+    "first order": (QUATERNION, "quaternion updated to first order"),
 }
-PLACES = {
+DAMPING_PLACES = {
     AS_FORCE: "as a force",
     BEFORE_FORCES: "before the forces of a step",
     AFTER_FORCES: "after the forces of a step",
     LAST: "after a step has moved the body",
 }
-DECAYS = {LINEARLY: "by c dt", EXPONENTIALLY: "by exp(-c dt)", IMPLICITLY: "by 1/(1 + c dt)"}
+DAMPING_FORMS = {LINEARLY: "by c dt", EXPONENTIALLY: "by exp(-c dt)", IMPLICITLY: "by 1/(1 + c dt)"}
 
 
 @dataclass(frozen=True)
 class Damping:
-    """What v and w lose: linear, angular [1/s]; quadratic: both more by as much for each m/s and rad/s; where, how."""
+    """Damping of v and w.
+
+    linear, angular: rates [1/s]; quadratic: rate added for each m/s and each rad/s; place: in the step; form: how a
+    rate reduces a velocity; both are constants of the kernel.
+    """
 
     linear: float = 0.0
     angular: float = 0.0
     quadratic: float = 0.0
-    damps: int = AFTER_FORCES
-    decays: int = LINEARLY
+    place: int = AFTER_FORCES
+    form: int = LINEARLY
 
 
 @dataclass(frozen=True)
-class Law:
-    """One line of the table: an engine, its gyroscopic scheme and rotation; what it damps.
+class EngineScheme:
+    """One line of the table: an engine, its gyroscopic scheme, rotation and damping.
 
-    step: its own [s], 0 for one that the row spacing says; late: rows are one tick late; between: and interpolated;
-    idle: steps until gravity acts; falls: substeps in which a step moves the centre; lengthens: q is never normalised;
-    substeps: equal parts in which it takes all of a step; fastest: no spin is let past [rad/s], or past so much of a
-    turn a step [rad], 0 for any.
+    step: its own step [s], 0 if the row spacing determines it; late: rows are one tick late; interpolated: and are
+    interpolated between ticks; idle_steps: steps before gravity acts; position_substeps: substeps that move the centre;
+    unnormalised: q is never normalised; substeps: equal parts of a step; max_spin: largest |w| [rad/s]; max_turn:
+    largest rotation in a step [rad]; 0 for none.
     """
 
     engine: str
@@ -78,106 +81,118 @@ class Law:
     damping: Damping = Damping()
     step: float = 0.0
     late: bool = False
-    between: bool = False
-    idle: int = 0
-    falls: int = 1
-    lengthens: bool = False
+    interpolated: bool = False
+    idle_steps: int = 0
+    position_substeps: int = 1
+    unnormalised: bool = False
     substeps: int = 1
-    fastest: float = 0.0
-    turns: float = 0.0
+    max_spin: float = 0.0
+    max_turn: float = 0.0
 
     def cap(self, step: float) -> float:
-        """Return the spin that a step [s] does not let pass [rad/s], 0 for none."""
-        caps = self.fastest, self.turns / (step * self.substeps)
+        """Return the largest |w| with a step [s], in rad/s, 0 for none."""
+        caps = self.max_spin, self.max_turn / (step * self.substeps)
         return min(filter(None, caps), default=0.0)
 
 
-QUARTER = np.pi / 4
-# Jolt's default; PhysX's.
-JOLTS, PHYSXS = 15 * np.pi, 100.0
+QUARTER_TURN = np.pi / 4
+JOLT_MAX_SPIN, PHYSX_MAX_SPIN = 15 * np.pi, 100.0
 HUNDREDTH = -float(np.log(0.99))  # v 0.99^dt
 TENTH = -float(np.log(0.9))
-CANNON = Damping(HUNDREDTH, HUNDREDTH, damps=BEFORE_FORCES, decays=EXPONENTIALLY)
-PHYSX = Damping(0.0, 0.05, damps=BEFORE_FORCES)
-HAVOK = Damping(0.0, 0.1, damps=LAST)
+CANNON = Damping(HUNDREDTH, HUNDREDTH, place=BEFORE_FORCES, form=EXPONENTIALLY)
+PHYSX = Damping(0.0, 0.05, place=BEFORE_FORCES)
+HAVOK = Damping(0.0, 0.1, place=LAST)
 JOLT = Damping(0.05, 0.05)
-BULLET = float(np.float32(0.04))  # a number of single precision in Bullet's double build as well
+BULLET = float(np.float32(0.04))  # single precision, even in Bullet's double-precision build
 
-# Where two engines are one scheme, a file of one is a file of the other.
+# A file cannot distinguish two engines with one scheme.
 ENGINES = (
-    Law("MuJoCo (Euler)", "explicit", "exponential"),
-    Law("DART", "explicit", "exponential"),
-    Law("PyBullet (multibody) without damping", "explicit", "exponential"),
-    Law("PyBullet (multibody)", "explicit", "exponential", Damping(BULLET, BULLET, BULLET, AS_FORCE)),
-    Law("PyBullet (rigid body)", "implicit", "exponential"),
-    Law("MuJoCo (implicit)", "implicit", "exponential"),
-    Law("Bullet (rigid body, Panda3D), read through a motion state", "implicit", "exponential", late=True),
-    Law("Drake (discrete)", "explicit", "first order"),
-    Law("Drake (discrete), its raw quaternion", "explicit", "first order", lengthens=True),
-    Law("Newton (XPBD, Featherstone)", "explicit", "first order"),
-    Law("Newton (semi-implicit)", "explicit", "first order", Damping(0.0, 0.05, damps=LAST)),
-    Law("cannon-es", "none", "first order", CANNON),
-    Law("oimo", "none", "first order"),
-    Law("oimo at its own step", "none", "first order", step=0.01666),
-    Law("Jolt", "none", "exponential", JOLT, fastest=JOLTS),
-    Law("Jolt without damping", "none", "exponential", fastest=JOLTS),
-    Law("Jolt with its gyroscopic flag", "rescaled", "exponential", JOLT, fastest=JOLTS),
-    Law("Jolt with its gyroscopic flag, without damping", "rescaled", "exponential", fastest=JOLTS),
-    Law("PhysX without its gyroscopic flag", "none", "exponential", PHYSX, fastest=PHYSXS),
-    Law("PhysX", "rescaled", "exponential", PHYSX, fastest=PHYSXS),
-    Law("Unity (PhysX)", "rescaled", "exponential", PHYSX, fastest=7.0),
-    Law("PhysX without damping", "rescaled", "exponential"),
-    Law("Rapier", "rescaled", "first order", substeps=4, turns=QUARTER),
-    Law("Havok", "none", "exponential", HAVOK, falls=4),
-    Law("Havok", "none", "exponential", HAVOK),
-    Law("ammo.js, read from the body", "none", "exponential", turns=QUARTER),
-    Law("ammo.js, read through a motion state", "none", "exponential", late=True, turns=QUARTER),
-    Law("ammo.js at its own step", "none", "exponential", step=1 / 60, late=True, between=True),
-    Law("ODE", "ode", "first order"),
-    Law("Godot 3 (Bullet)", "implicit", "exponential", Damping(TENTH, TENTH, decays=EXPONENTIALLY), late=True, idle=1),
-    Law("Godot (Godot Physics)", "none", "exponential", Damping(0.1, 0.1)),
-    Law("MuJoCo 3.7 to 3.10 (implicitfast)", "midpoint", "exponential"),
-    Law("Box3D", "implicit", "first order"),
+    EngineScheme("MuJoCo (Euler)", "explicit", "exponential"),
+    EngineScheme("DART", "explicit", "exponential"),
+    EngineScheme("PyBullet (multibody) without damping", "explicit", "exponential"),
+    EngineScheme("PyBullet (multibody)", "explicit", "exponential", Damping(BULLET, BULLET, BULLET, AS_FORCE)),
+    EngineScheme("PyBullet (rigid body)", "implicit", "exponential"),
+    EngineScheme("MuJoCo (implicit)", "implicit", "exponential"),
+    EngineScheme("Bullet (rigid body, Panda3D), read through a motion state", "implicit", "exponential", late=True),
+    EngineScheme("Drake (discrete)", "explicit", "first order"),
+    EngineScheme("Drake (discrete), its raw quaternion", "explicit", "first order", unnormalised=True),
+    EngineScheme("Newton (XPBD, Featherstone)", "explicit", "first order"),
+    EngineScheme("Newton (semi-implicit)", "explicit", "first order", Damping(0.0, 0.05, place=LAST)),
+    EngineScheme("cannon-es", "none", "first order", CANNON),
+    EngineScheme("oimo", "none", "first order"),
+    EngineScheme("oimo at its own step", "none", "first order", step=0.01666),
+    EngineScheme("Jolt", "none", "exponential", JOLT, max_spin=JOLT_MAX_SPIN),
+    EngineScheme("Jolt without damping", "none", "exponential", max_spin=JOLT_MAX_SPIN),
+    EngineScheme("Jolt with its gyroscopic flag", "rescaled", "exponential", JOLT, max_spin=JOLT_MAX_SPIN),
+    EngineScheme("Jolt with its gyroscopic flag, without damping", "rescaled", "exponential", max_spin=JOLT_MAX_SPIN),
+    EngineScheme("PhysX without its gyroscopic flag", "none", "exponential", PHYSX, max_spin=PHYSX_MAX_SPIN),
+    EngineScheme("PhysX", "rescaled", "exponential", PHYSX, max_spin=PHYSX_MAX_SPIN),
+    EngineScheme("Unity (PhysX)", "rescaled", "exponential", PHYSX, max_spin=7.0),
+    EngineScheme("PhysX without damping", "rescaled", "exponential"),
+    EngineScheme("Rapier", "rescaled", "first order", substeps=4, max_turn=QUARTER_TURN),
+    EngineScheme("Havok", "none", "exponential", HAVOK, position_substeps=4),
+    EngineScheme("Havok", "none", "exponential", HAVOK),
+    EngineScheme("ammo.js, read from the body", "none", "exponential", max_turn=QUARTER_TURN),
+    EngineScheme("ammo.js, read through a motion state", "none", "exponential", late=True, max_turn=QUARTER_TURN),
+    EngineScheme("ammo.js at its own step", "none", "exponential", step=1 / 60, late=True, interpolated=True),
+    EngineScheme("ODE", "ode", "first order"),
+    EngineScheme(
+        "Godot 3 (Bullet)",
+        "implicit",
+        "exponential",
+        Damping(TENTH, TENTH, form=EXPONENTIALLY),
+        late=True,
+        idle_steps=1,
+    ),
+    EngineScheme("Godot (Godot Physics)", "none", "exponential", Damping(0.1, 0.1)),
+    EngineScheme("MuJoCo 3.7 to 3.10 (implicitfast)", "midpoint", "exponential"),
+    EngineScheme("Box3D", "implicit", "first order"),
 )
 
-# Ticks that rows are written late, beside what an engine does: logged before the step, after it, or a tick late.
-LATE = (0, 1, -1)
+# Ticks by which rows are late, in addition to what the engine does: on time, a tick late, a tick early.
+ROW_SHIFTS = (0, 1, -1)
 
 
 @dataclass(frozen=True)
-class Flown:
-    """A law at a step [s], with rows so many ticks late; forced: impulses are forces over a step."""
+class SteppedScheme:
+    """A scheme with a step [s] and rows that are `late` ticks late; impulse_as_force: impulses act over a step."""
 
-    law: Law
+    scheme: EngineScheme
     step: float
     late: int = 0
-    forced: bool = False
+    impulse_as_force: bool = False
 
 
-def is_one(one: Law, other: Law) -> bool:
+def is_same(one: EngineScheme, other: EngineScheme) -> bool:
     """Whether two engines are one scheme, whatever the scene."""
     return replace(one, engine=other.engine) == other
 
 
-def table(question: Question, laws: Sequence[Law] = ENGINES) -> Iterator[Flown]:
-    """Yield every scheme of an engine at steps that go into a row, its rows on time, a tick late and a tick early."""
-    yield from _flown(question, laws)
+def engine_runs(context: Context, schemes: Sequence[EngineScheme] = ENGINES) -> Iterator[SteppedScheme]:
+    """Yield every engine's scheme at steps that divide a row interval; rows are on time, a tick late or early."""
+    yield from _stepped_schemes(context, schemes)
 
 
-def combinations(question: Question, laws: Sequence[Law] = ENGINES) -> Iterator[Flown]:
-    """Yield what no engine of the table does: every scheme, rotation and damping of them with every other."""
-    parts = ((law.gyroscopic, law.rotation, law.damping) for law in laws)
+def scheme_combinations(context: Context, schemes: Sequence[EngineScheme] = ENGINES) -> Iterator[SteppedScheme]:
+    """Yield all combinations of the engines' gyroscopic schemes, rotations and dampings."""
+    parts = ((scheme.gyroscopic, scheme.rotation, scheme.damping) for scheme in schemes)
     kinds = product(*(dict.fromkeys(part) for part in zip(*parts, strict=True)))
-    for flown in _flown(question, [Law("", *kind) for kind in kinds]):
-        if flown.late == 0 and not flown.forced:
-            yield flown
+    for stepped in _stepped_schemes(context, [EngineScheme("", *kind) for kind in kinds]):
+        if stepped.late == 0 and not stepped.impulse_as_force:
+            yield stepped
 
 
-def _flown(question: Question, laws: Sequence[Law]) -> Iterator[Flown]:
-    laws = [law for number, law in enumerate(laws) if not any(is_one(law, other) for other in laws[:number])]
-    forced = (False, True) if question.account.impulses else (False,)
-    # Between rows that are ticks nothing is interpolated.
-    laws = [law for law in laws if not law.between or abs(law.step - question.spacing_s) > NEAR * law.step]
-    for law, late, force in product(laws, LATE, forced):
-        for step in (law.step,) if law.step else question.parts:
-            yield Flown(law, step / law.substeps, late, force)
+def _stepped_schemes(context: Context, schemes: Sequence[EngineScheme]) -> Iterator[SteppedScheme]:
+    schemes = [
+        scheme for number, scheme in enumerate(schemes) if not any(is_same(scheme, other) for other in schemes[:number])
+    ]
+    impulse_as_force = (False, True) if context.program.impulses else (False,)
+    # Rows at every tick are not interpolated.
+    schemes = [
+        scheme
+        for scheme in schemes
+        if not scheme.interpolated or abs(scheme.step - context.spacing_s) > NEAR * scheme.step
+    ]
+    for scheme, late, force in product(schemes, ROW_SHIFTS, impulse_as_force):
+        for step in (scheme.step,) if scheme.step else context.parts:
+            yield SteppedScheme(scheme, step / scheme.substeps, late, force)

@@ -1,4 +1,4 @@
-"""What is found: mistakes with their values, and what they leave of a trajectory."""
+"""An explanation: mistakes with their values, and the residual that they leave."""
 
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -13,14 +13,14 @@ class Mistake(NamedTuple):
     value: float = 0.0
 
     @property
-    def said(self) -> str:
-        """What it says."""
-        return self.hypothesis.said(self.value)
+    def text(self) -> str:
+        """Its text, with the value."""
+        return self.hypothesis.text_with(self.value)
 
     @property
-    def is_known(self) -> bool:
-        """Whether its value is one with a name."""
-        return self.value in self.hypothesis.known
+    def has_named_value(self) -> bool:
+        """Whether its value has a name."""
+        return self.value in self.hypothesis.named_values
 
 
 Mistakes = tuple[Mistake, ...]
@@ -28,19 +28,20 @@ Mistakes = tuple[Mistake, ...]
 
 @dataclass(frozen=True, eq=False)
 class Explanation:
-    """Mistakes that together make a trajectory, and what they leave of it.
+    """Mistakes that together reproduce a trajectory, and what they leave of it.
 
-    rms_m, max_m: of the vertices at the rows kept [m]; nothing, noise: whether that is at the floor, or noise; weight:
-    less is better; weighed_m: rms_m where each row counts by how well it is known.
+    rms_m, max_m: residual of the vertices at the sampled rows [m]; within_floor: the residual is within the floor;
+    is_noise: it is noise; weight: information criterion, smaller is better; weighted_rms_m: rms with each row weighted
+    by its precision.
     """
 
     mistakes: Mistakes
     rms_m: float
     max_m: float
-    nothing: bool
-    noise: bool
+    within_floor: bool
+    is_noise: bool
     weight: float
-    weighed_m: float
+    weighted_rms_m: float
 
     @property
     def names(self) -> frozenset[str]:
@@ -49,15 +50,15 @@ class Explanation:
 
     @property
     def is_whole(self) -> bool:
-        """Whether it leaves nothing but rounding or noise."""
-        return self.nothing or self.noise
+        """Whether it leaves only rounding or noise."""
+        return self.within_floor or self.is_noise
 
 
 def with_value(mistakes: Mistakes, hypothesis: Hypothesis, value: float) -> Mistakes:
-    """Return mistakes with one of them at another value."""
+    """Return mistakes with another value for one of them."""
     return tuple(Mistake(m.hypothesis, value) if m.hypothesis is hypothesis else m for m in mistakes)
 
 
 def value_of(mistakes: Mistakes, hypothesis: Hypothesis) -> float:
-    """Return the value of one of some mistakes."""
+    """Return the value of a hypothesis in some mistakes."""
     return next(mistake.value for mistake in mistakes if mistake.hypothesis is hypothesis)

@@ -1,4 +1,4 @@
-"""What a hypothesis is: a mistake, what it changes in a truthful account, what is to be fitted, how it is said."""
+"""A hypothesis: a mistake, how it changes the model of a correct program, the value that is fitted, and its text."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -7,65 +7,65 @@ from typing import Protocol
 import numpy as np
 
 from tumble.compare.grade.model.kernel.stepping import MOST_STEPS
-from tumble.compare.grade.model.program_model import Account
+from tumble.compare.grade.model.program_model import ProgramModel
 from tumble.scenarios.frames import Array
 from tumble.scenarios.scene import Scene
 
-# Steps that programs take.
+# Usual steps of programs [s].
 STEPS = {
     1 / 30: "1/30 s", 0.02: "1/50 s", 1 / 60: "1/60 s", 0.01: "1/100 s", 1 / 120: "1/120 s",
     0.005: "1/200 s", 1 / 240: "1/240 s", 0.002: "1/500 s", 0.001: "1/1000 s",
     0.0005: "1/2000 s",
 }  # fmt: skip
-# Of itself, a step that is another but for the rounding of printed instants.
+# Relative tolerance for treating two step sizes as equal.
 NEAR = 1e-4
-# Rows that a tick may last.
+# Numbers of rows that a tick may last.
 TICKS = (2, 3, 4, 5, 8, 10)
-# And parts of the time from row to row: one step a row is the commonest log there is, but a log can be sparse too.
+# Steps in a row interval: most programs log every step, but a log can be sparse.
 MOST_A_ROW = 400
 PARTS = {1: "one step a row", 2: "two steps a row", 4: "four steps a row", 10: "ten steps a row"}
 
 
 class Change(Protocol):
-    """Gives the account of a program with the mistake; value: what was fitted or chosen, 0 where nothing is."""
+    """Returns the model of a program with the mistake; value: fitted or chosen, 0 if there is none."""
 
-    def __call__(self, account: Account, value: float, /) -> Account: ...  # noqa: D102
+    def __call__(self, program: ProgramModel, value: float, /) -> ProgramModel: ...  # noqa: D102
 
 
 @dataclass(frozen=True, eq=False)
-class Question:
-    """What a hypothesis may know before it is tried.
+class Context:
+    """What hypotheses know of the scene and the file.
 
-    account: of a program without mistakes; kind: what the file shows; rows: so many; duration: to the last of them [s];
-    turn_s: the time in which the body turns by a radian [s]; spacing_s: from row to row; first: x [m] and q of the row
-    at t = 0, (7,), where there is one; centred: the file says where the body is; offset: constant, of what it says is
-    the centre, body axes [m], (3,), drift: what its velocity and acceleration [m/s, m/s2], (2, 3), are off by, where
-    there is one.
+    program: model of a correct program; kind: what the file has, pose, matrix or vertices; rows: their number;
+    duration: up to the last row [s]; turn_s: shortest time in which the body rotates by a radian [s]; spacing_s: of
+    most rows; first: x [m] and q of the row at t = 0, (7,), if there is one; has_centre: the file has the position;
+    offset: constant offset of the position, body axes [m], (3,), if there is one; drift: constant errors of its
+    velocity and acceleration [m/s, m/s2], (2, 3), if there are any.
     """
 
     scene: Scene
-    account: Account
+    program: ProgramModel
     kind: str
     rows: int
     duration: float
     turn_s: float
     spacing_s: float
     first: Array | None = None
-    centred: bool = True
+    has_centre: bool = True
     offset: Array | None = None
     drift: Array | None = None
 
     @property
     def ticks(self) -> dict[float, str]:
-        """Steps that are longer than from row to row: those that programs take, and some rows."""
+        """Steps that are longer than a row interval: usual ones, and multiples of the interval."""
         rows = {number * self.spacing_s: f"{number} rows" for number in TICKS}
         return {step: name for step, name in STEPS.items() if step > self.spacing_s * (1 + NEAR)} | rows
 
     @property
     def parts(self) -> list[float]:
-        """Steps of which a whole number goes from row to row: one, parts of it, and those that programs take [s].
+        """Steps that divide the row interval [s]: the interval, parts of it, and usual steps.
 
-        None of which a flight takes more than can be flown.
+        Steps that are too short to be simulated are left out.
         """
         steps = self.steps
         counts = {step: self.spacing_s / step for step in steps if self.duration <= MOST_STEPS * step}
@@ -77,7 +77,7 @@ class Question:
 
     @property
     def steps(self) -> dict[float, str]:
-        """Steps that programs take, those first that divide the time from row to row."""
+        """Parts of the row interval, then usual steps [s]."""
         spacing = next((step for step in STEPS if abs(step - self.spacing_s) < NEAR * step), self.spacing_s)
         parts = {spacing / part: name for part, name in PARTS.items()}
         return parts | {step: name for step, name in STEPS.items() if all(abs(step - h) > NEAR * h for h in parts)}
@@ -87,62 +87,61 @@ class Question:
 class Hypothesis:
     """A mistake.
 
-    name: for tables; variants of one mistake share it.  part: of the program, where one mistake is made at most.
-    says: in words, with a place for the value.  values: tried first, () where there is nothing to fit.
-    choices: names of the values, which then are all there are.  known: values with a name, which cost little to assume.
-    only_known: no others are believed.  sought: where the flight jumps as the value changes, the value that instants as
-    written and as the physics had reached them [s], (S,), speak for; None where it is smooth.
-    variant: differs little from the one of its name that stands before it and is none.  rare: with others it is
-    polished only where it helps.  of_scene: it may be the scene that says what was not flown.  unit: of its value.
-    details: what else it says, for tables.  taken: numbers that it takes from the file itself.
+    name: for tables; variants of a mistake share it.  part: of the program, which has at most one mistake a part.
+    text: for people, with a place for the value.  change: makes the mistake.  values: tried first; () if there is no
+    value.  choices: names of the values; no others are possible.  named_values: values with a name, which cost little.
+    only_named: no other values are possible.  estimator: if the run jumps as the value changes, returns the value from
+    logged times and from the times whose states are nearest to the rows [s], (S,), (S,); None if the run is smooth.
+    variant: differs little from the hypothesis of the same name before it.  rare: in combinations, refined only if its
+    first values help.  unit: of the value.  details: further parameters for tables.  from_data: numbers that were taken
+    from the file itself.
     """
 
     name: str
     part: str
-    says: str
+    text: str
     change: Change
     values: tuple[float, ...] = ()
     choices: tuple[str, ...] = ()
-    known: dict[float, str] = field(default_factory=dict)
-    only_known: bool = False
-    sought: Callable[[Array, Array], float] | None = None
+    named_values: dict[float, str] = field(default_factory=dict)
+    only_named: bool = False
+    estimator: Callable[[Array, Array], float] | None = None
     variant: bool = False
     rare: bool = False
-    of_scene: bool = False
     unit: str = ""
     details: tuple[tuple[str, str], ...] = ()
-    taken: int = 0
+    from_data: int = 0
 
     @property
     def fitted(self) -> bool:
-        """Whether it has a number that any value between those tried first may be."""
-        return bool(self.values) and not self.choices and not self.only_known
+        """Whether it has a value that may be any between the first ones."""
+        return bool(self.values) and not self.choices and not self.only_named
 
     @property
     def bounds(self) -> tuple[float, float]:
-        """The least and the greatest value that its number may have, but for those with a name."""
+        """The smallest and the largest value, apart from named ones."""
         return min(self.values), max(self.values)
 
-    def said(self, value: float) -> str:
-        """Return what it says with a value."""
+    def text_with(self, value: float) -> str:
+        """Return the text with a value."""
         if self.choices:
-            return self.says.format(self.choices[int(value)])
-        named = f" ({self.known[value]})" if self.known.get(value) else ""
-        return self.says.format(figures(value)) + named
+            return self.text.format(self.choices[int(value)])
+        named = f" ({self.named_values[value]})" if self.named_values.get(value) else ""
+        return self.text.format(figures(value)) + named
 
 
 def figures(value: float) -> str:
-    """Return a number in four figures, or as many as tell it from 1."""
+    """Return a number in four significant digits, or as many as distinguish it from 1."""
     from_one = abs(value - 1)
     enough = 4 if from_one == 0 or from_one > 1e-2 else 3 - int(np.floor(np.log10(from_one)))
     return f"{value:.{min(enough, 12)}g}"
 
 
 def grid(low: float, high: float, count: int) -> tuple[float, ...]:
-    """Return values that grow by one ratio, from low > 0 to high."""
+    """Return a geometric sequence from low > 0 to high."""
     return tuple(np.geomspace(low, high, count).tolist())
 
 
-def choice(of: int) -> tuple[float, ...]:
-    """Return the values of a choice of so many."""
-    return tuple(float(number) for number in range(of))
+def choice(count: int) -> tuple[float, ...]:
+    """Return the values of a choice among this many."""
+    return tuple(float(number) for number in range(count))

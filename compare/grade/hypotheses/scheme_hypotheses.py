@@ -1,105 +1,113 @@
-"""Laws of engines as mistakes: the same hypotheses that a search knows, with the numbers that the engine has."""
+"""Schemes of engines as mistakes: hypotheses that the search knows, with the engine's values."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import numpy as np
 
-from tumble.compare.grade.hypotheses.engine_schemes import DECAYS, GYROSCOPIC, PLACES, ROTATION, Damping, Flown
+from tumble.compare.grade.hypotheses.engine_schemes import (
+    DAMPING_FORMS,
+    DAMPING_PLACES,
+    GYROSCOPIC,
+    ROTATION,
+    Damping,
+    SteppedScheme,
+)
 from tumble.compare.grade.hypotheses.explanation import Mistake, Mistakes
-from tumble.compare.grade.hypotheses.hypothesis import NEAR, Hypothesis, Question
-from tumble.compare.grade.hypotheses.mistakes.forces import RATES, damping_rates
+from tumble.compare.grade.hypotheses.hypothesis import NEAR, Context, Hypothesis
+from tumble.compare.grade.hypotheses.mistakes.forces import BULLET_KINDS, RATES, damped, damping_rates
+from tumble.compare.grade.hypotheses.mistakes.rotation import gyroscopic_term_missing
+from tumble.compare.grade.hypotheses.names import (
+    CLOCK_RATE,
+    GRAVITY_DELAYED,
+    IMPULSE_OVER_ONE_STEP,
+    LOG_LAG,
+    PYBULLET_DAMPING,
+    SPIN_CAP,
+    SYMPLECTIC_EULER,
+)
 from tumble.compare.grade.model.kernel.dynamics import AS_FORCE, Scheme
-from tumble.compare.grade.model.program_model import ALONG_ARCS, Account, Clock, Stroke
+from tumble.compare.grade.model.program_model import SLERP, Clock, ImpulseApplication, ProgramModel
 
-# Powers of e that a body loses in a flight at the greatest rate that is fitted: its first eighth shows that.
+# Powers of e by which a body slows down at the largest rate that is fitted: the first eighth of the run shows it.
 MOST_DAMPED = 40.0
-STEP, LAG = "symplectic Euler", "log lag"
 
 
-class Laws:
-    """Turns laws into mistakes of one question: the same law gives the same hypotheses."""
+class SchemeHypotheses:
+    """Converts schemes to mistakes; equal parts of schemes give identical hypotheses."""
 
-    def __init__(self, question: Question) -> None:
-        self._question, self._known = question, dict[tuple, Hypothesis]()
-        self._equal = float(np.ptp(question.account.moments)) == 0.0
+    def __init__(self, context: Context) -> None:
+        self._context, self._made = context, dict[tuple, Hypothesis]()
+        self._equal = float(np.ptp(context.program.moments)) == 0.0
 
-    def mistakes(self, flown: Flown, fitted: bool = False) -> Mistakes:
-        """Return what is said of a program that does this, instead of what is right.
-
-        fitted: the rates of its damping are no engine's, but to be fitted.
-        """
-        law, found = flown.law, []
-        if flown.forced:
-            found.append(Mistake(self._of(_forced, ()), flown.step))
-        if law.idle:
-            found.append(Mistake(self._of(_idle, (law.idle,)), flown.step))
-        if (cap := law.cap(flown.step)) and cap * self._question.turn_s < 1:
+    def mistakes(self, stepped: SteppedScheme, fitted: bool = False) -> Mistakes:
+        """Return the differences of a scheme from a correct program; fitted: its damping rates are to be fitted."""
+        scheme, found = stepped.scheme, []
+        if stepped.impulse_as_force:
+            found.append(Mistake(self._of(_impulse_as_force, ()), stepped.step))
+        if scheme.idle_steps:
+            found.append(Mistake(self._of(_gravity_delayed, (scheme.idle_steps,)), stepped.step))
+        if (cap := scheme.cap(stepped.step)) and cap * self._context.turn_s < 1:
             found.append(Mistake(self._of(_spin_cap, ()), cap))
-        longest = self._question.duration if fitted else 0.0
-        found += [Mistake(self._of(_damping, (*key, longest)), rate) for key, rate in _dampings(law.damping)]
-        if law.gyroscopic == "none" and not self._equal:
-            found.append(Mistake(self._of(_no_gyroscopic, ())))
-        found.append(Mistake(self.step(law.gyroscopic, law.rotation, law.falls, 0 if law.lengthens else 1), flown.step))
-        spacing = self._question.spacing_s
-        late = flown.step if law.step else spacing
-        if law.step and not law.between and abs(law.step - spacing) > NEAR * spacing:
-            found.append(Mistake(self._of(_own_step, ()), law.step / spacing))
-        ticks = law.late + flown.late
-        if law.between:
-            found.append(Mistake(self._of(_between, (ticks,)), flown.step))
+        duration = self._context.duration if fitted else 0.0
+        found += [Mistake(self._of(_damping, (*key, duration)), rate) for key, rate in _dampings(scheme.damping)]
+        if scheme.gyroscopic == "none" and not self._equal:
+            found.append(Mistake(self._of(gyroscopic_term_missing, ())))
+        normalise_every = 0 if scheme.unnormalised else 1
+        step = self.step(scheme.gyroscopic, scheme.rotation, scheme.position_substeps, normalise_every)
+        found.append(Mistake(step, stepped.step))
+        spacing = self._context.spacing_s
+        if scheme.step and not scheme.interpolated and abs(scheme.step - spacing) > NEAR * spacing:
+            found.append(Mistake(self._of(_own_step, ()), scheme.step / spacing))
+        ticks = scheme.late + stepped.late
+        if scheme.interpolated:
+            found.append(Mistake(self._of(_interpolated, (ticks,)), stepped.step))
         elif ticks:
-            found.append(Mistake(self._of(_late, (1 if ticks > 0 else -1,)), abs(ticks * late)))
+            late = abs(ticks * (stepped.step if scheme.step else spacing))
+            found.append(Mistake(self._of(_late, (1 if ticks > 0 else -1,)), late))
         return tuple(found)
 
-    def step(self, gyroscopic: str, rotation: str, falls: int = 1, normalises: int = 1) -> Hypothesis:
-        """Return the hypothesis of a step, where "" stands for what cannot be seen."""
+    def step(self, gyroscopic: str, rotation: str, position_substeps: int = 1, normalise_every: int = 1) -> Hypothesis:
+        """Return the hypothesis of a step; "" stands for a detail that has no effect."""
         gyroscopic = "" if self._equal or gyroscopic == "none" else gyroscopic
-        return self._of(_step, (gyroscopic, rotation, falls, normalises, tuple(self._question.steps.items())))
+        steps = tuple(self._context.steps.items())
+        return self._of(_step, (gyroscopic, rotation, position_substeps, normalise_every, steps))
 
     def _of(self, make: Callable[..., Hypothesis], key: tuple) -> Hypothesis:
-        return self._known.setdefault((make, key), make(*key))
+        return self._made.setdefault((make, key), make(*key))
 
 
 def _step(
-    gyroscopic: str, rotation: str, falls: int, normalises: int, steps: tuple[tuple[float, str], ...]
+    gyroscopic: str, rotation: str, position_substeps: int, normalise_every: int, steps: tuple[tuple[float, str], ...]
 ) -> Hypothesis:
     spin, term = GYROSCOPIC[gyroscopic or "explicit"]
-    attitude, turned = ROTATION[rotation or "exponential"]
-    more = [term if gyroscopic else "", turned if rotation else "", "" if normalises else "never normalised"]
-    more.append(f"in which the centre takes {falls} substeps" if falls > 1 else "")
-    # v changes by a dt / falls in each of the substeps, after which x moves.
-    fall = (falls + 1) / (2 * falls)
+    attitude, update = ROTATION[rotation or "exponential"]
+    more = [term if gyroscopic else "", update if rotation else "", "" if normalise_every else "never normalised"]
+    more.append(f"position moved in {position_substeps} substeps" if position_substeps > 1 else "")
+    # v changes by a dt / n in each of n substeps, after which x moves.
+    position_weight = (position_substeps + 1) / (2 * position_substeps)
     return Hypothesis(
-        STEP,
+        SYMPLECTIC_EULER,
         "steps",
         ", ".join(("symplectic Euler with a step of {} s", *filter(None, more))),
-        lambda account, step: replace(
-            account, scheme=Scheme(step, attitude, spin, True, fall, normalises, account.scheme.idle)
+        lambda program, step: replace(
+            program,
+            scheme=Scheme(step, attitude, spin, True, position_weight, normalise_every, program.scheme.idle_steps),
         ),
-        known=dict(steps),
+        named_values=dict(steps),
         unit="s",
         details=(
             ("gyroscopic", gyroscopic),
             ("rotation", rotation),
-            ("substeps", str(falls) if falls > 1 else ""),
-            ("normalised", "" if normalises else "never"),
+            ("substeps", str(position_substeps) if position_substeps > 1 else ""),
+            ("normalised", "" if normalise_every else "never"),
         ),
     )
 
 
-def _no_gyroscopic() -> Hypothesis:
-    return Hypothesis(
-        "gyroscopic term missing",
-        "gyroscopic",
-        "gyroscopic term missing: the angular velocity keeps still",
-        lambda account, _: replace(account, gyroscopic=0.0),
-    )
-
-
 def _dampings(damping: Damping) -> Iterator[tuple[tuple, float]]:
-    """Yield what identifies each damping of a law, and its rate [1/s]."""
-    how = damping.damps, damping.decays
+    """Yield the key and the rate [1/s] of each damping of a scheme."""
+    how = damping.place, damping.form
     if damping.quadratic:
         yield ("PyBullet", *how), damping.linear
         return
@@ -109,80 +117,78 @@ def _dampings(damping: Damping) -> Iterator[tuple[tuple, float]]:
         yield ("angular", *how), damping.angular
 
 
-def _damping(kind: str, damps: int, decays: int, duration: float = 0.0) -> Hypothesis:
-    """Return damping as engines have it; duration: of the flight that its rate is to be fitted to [s], 0 for none."""
-    where = "" if damps == AS_FORCE else f", {DECAYS[decays]} {PLACES[damps]}"
-    details = (("damping law", DECAYS[decays]), ("damps", PLACES[damps]))
+def _damping(kind: str, place: int, form: int, duration: float = 0.0) -> Hypothesis:
+    """Return damping as in engines; duration: of the run to which its rate is fitted [s], 0 if it is not."""
+    where = "" if place == AS_FORCE else f", {DAMPING_FORMS[form]} {DAMPING_PLACES[place]}"
+    details = (("damping-form", DAMPING_FORMS[form]), ("damping-place", DAMPING_PLACES[place]))
+    kinds = {"linear": (0,), "angular": (2,), "PyBullet": BULLET_KINDS}[kind]
 
-    def damped(account: Account, rate: float) -> Account:
-        kinds = {"linear": (0,), "angular": (2,), "PyBullet": (0, 1, 2, 3)}[kind]
-        rates = tuple(rate if place in kinds else old for place, old in enumerate(account.damping))
-        return replace(account, damping=rates, damps=damps, decays=decays)
+    def change(program: ProgramModel, rate: float) -> ProgramModel:
+        return replace(damped(program, dict.fromkeys(kinds, rate), place), damping_form=form)
 
     if kind == "PyBullet":
-        says = "PyBullet's default damping: a = -{} (1 + |v|) v, and the same for w"
-        return Hypothesis("damping as PyBullet's default", "linear damping", says, damped, unit="1/s", details=details)
+        text = "PyBullet's default damping: a = -{} (1 + |v|) v, and the same for w"
+        return Hypothesis(PYBULLET_DAMPING, "linear damping", text, change, unit="1/s", details=details)
     what = "velocity" if kind == "linear" else "angular velocity"
-    name = f"{kind} damping"
-    says = f"{name}: {what} decays at {{}} /s{where}"
-    found = Hypothesis(name, name, says, damped, unit="1/s", details=details)
-    return replace(found, values=damping_rates(duration, MOST_DAMPED), known=RATES) if duration else found
+    text = f"{kind} damping: {what} decays at {{}} /s{where}"
+    found = Hypothesis(f"{kind}-damping", f"{kind} damping", text, change, unit="1/s", details=details)
+    return replace(found, values=damping_rates(duration, MOST_DAMPED), named_values=RATES) if duration else found
 
 
-def _forced() -> Hypothesis:
+def _impulse_as_force() -> Hypothesis:
     return Hypothesis(
-        "impulse as force over a step",
+        IMPULSE_OVER_ONE_STEP,
         "impulse",
-        "impulse used as a force over a first step of {} s",
-        lambda account, step: replace(account, stroke=Stroke(lasts=step)),
+        "impulse applied as a force over a first step of {} s",
+        lambda program, step: replace(program, application=ImpulseApplication(lasts=step)),
         unit="s",
     )
 
 
 def _spin_cap() -> Hypothesis:
     return Hypothesis(
+        SPIN_CAP,
         "spin cap",
-        "spin cap",
-        "angular velocity not let past {} rad/s",
-        lambda account, cap: replace(account, caps=(account.caps[0], cap)),
+        "angular velocity limited to {} rad/s",
+        lambda program, cap: replace(program, caps=(program.caps[0], cap)),
         unit="rad/s",
     )
 
 
-def _idle(steps: int) -> Hypothesis:
+def _gravity_delayed(steps: int) -> Hypothesis:
     return Hypothesis(
-        "gravity late",
+        GRAVITY_DELAYED,
         "gravity start",
         "gravity acts from the second step on, after {} s",
-        lambda account, _: replace(account, scheme=account.scheme._replace(idle=steps)),
+        lambda program, _: replace(program, scheme=program.scheme._replace(idle_steps=steps)),
         unit="s",
     )
 
 
 def _late(sign: int) -> Hypothesis:
     return Hypothesis(
-        LAG,
+        LOG_LAG,
         "clock offset",
-        f"rows written {{}} s {'late' if sign > 0 else 'early'}",
-        lambda account, late: replace(account, clock=account.clock._replace(offset=-sign * late)),
+        f"rows logged {{}} s {'late' if sign > 0 else 'early'}",
+        lambda program, late: replace(program, clock=program.clock._replace(offset=-sign * late)),
         unit="s",
     )
 
 
 def _own_step() -> Hypothesis:
     return Hypothesis(
+        CLOCK_RATE,
         "clock rate",
-        "clock rate",
-        "each row is one step of the engine's own, {} times as long as from row to row",
-        lambda account, rate: replace(account, clock=account.clock._replace(rate=rate)),
+        "each row is one step of the engine, which is {} times as long as the row interval",
+        lambda program, rate: replace(program, clock=program.clock._replace(rate=rate)),
     )
 
 
-def _between(ticks: int) -> Hypothesis:
+def _interpolated(ticks: int) -> Hypothesis:
     return Hypothesis(
-        LAG,
+        LOG_LAG,
         "clock offset",
-        "rows written {} s late, and interpolated between two steps",
-        lambda account, tick: replace(account, clock=Clock(tick=tick, lag=float(ticks), between=ALONG_ARCS)),
+        "rows logged {} s late, and interpolated between two steps",
+        lambda program, tick: replace(program, clock=Clock(tick=tick, lag=float(ticks), interpolation=SLERP)),
         unit="s",
     )

@@ -1,38 +1,38 @@
-"""What a free body keeps, of a trajectory: by its velocities where it has them, else by differences of its poses."""
+"""Conserved quantities of a trajectory: from its velocities if it has them, otherwise from differences of poses."""
 
 import numpy as np
 
 from tumble.compare.grade.read.block import Block, axes_of, principal_attitudes, vertices_of
-from tumble.compare.grade.read.columns import CENTRE, SPIN, VELOCITY, Shown
+from tumble.compare.grade.read.columns import CENTRE, SPIN, VELOCITY, Description
 from tumble.compare.judge import mechanics
 from tumble.scenarios.frames import Array, rotation_matrix, turned_by
 from tumble.scenarios.scene import Scene
 from tumble.solver.quaternion import from_matrix
 
-# Vertices that say how a body is turned: so much of their spread must be across a line.
+# Vertices that determine an attitude: this share of their spread must be across a line.
 SPREAD = 1e-6
 
 
 class Conserved:
-    """Energy, momentum and angular momentum of the throws of a file, against those of the right motion.
+    """Energy, momentum and angular momentum of a file's throws, compared with the reference.
 
-    Differences are taken of the right motion's poses as well, so that what a difference is off from a derivative is
-    not taken for a drift.
+    Differences are taken of the reference's poses as well, so that the error of a difference quotient is not reported
+    as a drift.
     """
 
-    def __init__(self, scene: Scene, shown: Shown) -> None:
-        self._scene, self._shown = scene, shown
-        points = scene.body.points[list(shown.vertices)]
+    def __init__(self, scene: Scene, description: Description) -> None:
+        self._scene, self._description = scene, description
+        points = scene.body.points[list(description.vertices)]
         spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
-        self._posed = shown.centred and (
-            shown.kind != "vertices" or (len(points) > 2 and spread[1] > SPREAD * spread[0])
+        self._posed = description.has_centre and (
+            description.kind != "vertices" or (len(points) > 2 and spread[1] > SPREAD * spread[0])
         )
-        self.by_differences = not shown.velocities
+        self.by_differences = not description.velocities
         self._scales, self._largest = np.zeros(3), np.zeros(3)
         self._energy, self._any = 0.0, False
 
     def add(self, rows: Block, true: Array) -> None:
-        """Take in one throw's rows of a block; true: the right states, (n, 13)."""
+        """Add one throw's rows of a block; true: reference states, (n, 13)."""
         if not self._posed:
             return
         states = self._poses(rows)
@@ -45,7 +45,7 @@ class Conserved:
             self._compare(states, true)
 
     def drifts(self) -> tuple[float, float, float] | None:
-        """Return the largest drift of each over its largest true value, the energy's with its sign."""
+        """Return the largest drift of each, over its largest true value; the energy's with its sign."""
         if not self._any:
             return None
         scales = np.where(self._scales > 0, self._scales, 1.0)
@@ -59,30 +59,32 @@ class Conserved:
         worst = float(apart[np.argmax(np.abs(apart))])
         if abs(worst) > self._largest[0]:
             self._energy = worst
-        kept = (mechanics.momentum, mechanics.angular_momentum)
-        values = [np.linalg.norm(of(states, body) - of(true, body), axis=-1).max() for of in kept]
-        scales = [np.linalg.norm(of(true, body), axis=-1).max() for of in kept]
+        sample = (mechanics.momentum, mechanics.angular_momentum)
+        values = [np.linalg.norm(of(states, body) - of(true, body), axis=-1).max() for of in sample]
+        scales = [np.linalg.norm(of(true, body), axis=-1).max() for of in sample]
         self._largest = np.maximum(self._largest, (abs(worst), *values))
         self._scales = np.maximum(self._scales, (mechanics.kinetic_energy(true, body).max(), *scales))
 
     def _poses(self, rows: Block) -> Array:
-        """Return x and q, (n, 7), of the rows, of vertices by the rotation that fits them best."""
-        if self._shown.kind == "pose":
+        """Return x and q of the rows, (n, 7); from vertices, by the best fit."""
+        if self._description.kind == "pose":
             return np.hstack((rows.of(CENTRE), principal_attitudes(rows, self._scene.body.file_axes)))
-        if self._shown.kind == "matrix":
-            axes = axes_of(rows, self._shown.kind, self._scene.body.file_axes)
+        if self._description.kind == "matrix":
+            axes = axes_of(rows, self._description.kind, self._scene.body.file_axes)
             return np.hstack((rows.of(CENTRE), from_matrix(axes)))
-        return posed(vertices_of(rows, self._shown, self._scene), self._scene.body.points[list(self._shown.vertices)])
+        return fitted_pose(
+            vertices_of(rows, self._description, self._scene), self._scene.body.points[list(self._description.vertices)]
+        )
 
     def _undisturbed(self, times: Array) -> np.ndarray:
-        """Return which central differences have no impulse between their ends, (n - 2,)."""
-        struck = np.array([impulse.time for impulse in self._scene.impulses])
+        """Return which central differences span no impulse, (n - 2,)."""
+        impulse_times = np.array([impulse.time for impulse in self._scene.impulses])
         begins, ends = times[:-2, None], times[2:, None]
-        return np.logical_not(np.any((begins < struck) & (struck <= ends), axis=1))
+        return np.logical_not(np.any((begins < impulse_times) & (impulse_times <= ends), axis=1))
 
 
-def posed(places: Array, points: Array) -> Array:
-    """Return x and q, (n, 7), of the rigid motion nearest to where points are.
+def fitted_pose(places: Array, points: Array) -> Array:
+    """Return x and q, (n, 7), of the rigid motion that fits points best.
 
     places: world [m], (n, K, 3); points: body axes [m], (K, 3).
     Source: Kabsch, Acta Cryst. A32 (1976) 922; the rotation by Davenport's q-method,
@@ -90,7 +92,7 @@ def posed(places: Array, points: Array) -> Array:
     """
     middle = points.mean(axis=0)
     centre = places.mean(axis=1)
-    # from_matrix asks for the rotation of largest trace with B, and B^T = sum of p y^T.
+    # from_matrix returns the rotation with the largest trace with B, and B^T = sum of p y^T.
     q = from_matrix(np.einsum("nki,kj->nij", places - centre[:, None], points - middle))
     turned = np.einsum("nij,j->ni", rotation_matrix(q), middle)
     return np.hstack((centre - turned, q))

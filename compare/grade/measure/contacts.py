@@ -1,24 +1,24 @@
-"""What a body hits that the scene has not got, by how its velocity jumps: when, along which normal, at what height."""
+"""Contacts that the scene does not have, found by jumps of the velocity: time, normal and height."""
 
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from tumble.compare.grade.measure.errors import Kept, Measured
+from tumble.compare.grade.measure.errors import Measured, SampledRows
 from tumble.scenarios.frames import Array
 from tumble.scenarios.scene import Scene
 
-# A jump of the velocity is so many times as large as velocities change from row to row otherwise.
+# A jump of the velocity is this many times the usual change from row to row.
 JUMP, MOST_JUMPS = 30.0, 3
-# A normal this near to an axis is the axis; heights this near, of the body's size, are of one floor.
+# A normal with a component above this is that axis; heights within this share of the body's size are one floor.
 ALONG, LEVEL = 0.95, 0.05
-# Rows whose velocities are needed before and after a jump.
+# Rows that are needed to find a jump.
 FEWEST = 8
 
 
-class Hit(NamedTuple):
-    """When the velocity jumps [s], by what [m/s], (3,), along which unit vector, how high its last vertex was [m]."""
+class Contact(NamedTuple):
+    """Time of a jump [s], change of the velocity [m/s], (3,), its unit vector, and height of the lowest vertex [m]."""
 
     time: float
     jump: Array
@@ -26,32 +26,32 @@ class Hit(NamedTuple):
     height_m: float
 
 
-def hits(kept: Kept, measured: Measured, scene: Scene) -> Iterator[str]:
-    """Yield where the velocity of the vertices' middle jumps and no impulse acts; rows as they are in the file only."""
-    if len(kept) < measured.rows / measured.throws or len(kept) < FEWEST:
+def contacts(sample: SampledRows, measured: Measured, scene: Scene) -> Iterator[str]:
+    """Yield a sentence for each jump of the vertices' mean velocity without an impulse; only if no row was left out."""
+    if len(sample) < measured.rows / measured.throws or len(sample) < FEWEST:
         return
-    found = list(_found(kept, measured, scene))
+    found = list(_found(sample, measured, scene))
     level = LEVEL * float(np.ptp(scene.body.points, axis=0).max())
-    same = [hit for hit in found if _is_of_one_floor(hit, found[0], level)]
+    same = [contact for contact in found if _is_of_one_floor(contact, found[0], level)]
     if len(same) > 1:
-        height = float(np.median([hit.height_m for hit in same]))
+        height = float(np.median([contact.height_m for contact in same]))
         yield (
-            f"It hits something that the scene has not got: a floor with the normal {_vector(same[0].normal)}, "
-            f"{height:.3g} m along it from the origin, first at t = {same[0].time:.4g} s, {len(same)} times in all."
+            f"It hits a floor that the scene does not have: normal {_vector(same[0].normal)}, {height:.3g} m from the "
+            f"origin along it, first at t = {same[0].time:.4g} s, {len(same)} times in total."
         )
-        found = [hit for hit in found if hit not in same]
-    for hit in found[:MOST_JUMPS]:
+        found = [contact for contact in found if contact not in same]
+    for contact in found[:MOST_JUMPS]:
         yield (
-            f"At t = {hit.time:.4g} s its velocity jumps by {np.linalg.norm(hit.jump):.3g} m/s along "
-            f"{_vector(hit.normal)}, and the scene has nothing there: an impulse at another time, or something that it "
-            f"hits with what is then {hit.height_m:.3g} m along that from the origin."
+            f"At t = {contact.time:.4g} s its velocity jumps by {np.linalg.norm(contact.jump):.3g} m/s along "
+            f"{_vector(contact.normal)}, and the scene has nothing there. It is an impulse at the wrong time, or "
+            f"a contact {contact.height_m:.3g} m from the origin along that normal."
         )
 
 
-def _found(kept: Kept, measured: Measured, scene: Scene) -> Iterator[Hit]:
-    """Yield jumps, neighbours as one: what happens between two rows changes two differences."""
-    steps = np.diff(kept.times)
-    v = np.diff(kept.vertices.mean(axis=1) - kept.true.mean(axis=1), axis=0) / steps[:, None]
+def _found(sample: SampledRows, measured: Measured, scene: Scene) -> Iterator[Contact]:
+    """Yield jumps; neighbours are one, since a jump between two rows changes two differences."""
+    steps = np.diff(sample.times)
+    v = np.diff(sample.vertices.mean(axis=1) - sample.true.mean(axis=1), axis=0) / steps[:, None]
     change = np.linalg.norm(np.diff(v, axis=0), axis=1)
     usual = float(np.median(change)) + 4 * measured.half_m / float(np.median(steps))
     rows = np.flatnonzero(change > JUMP * usual)
@@ -59,18 +59,18 @@ def _found(kept: Kept, measured: Measured, scene: Scene) -> Iterator[Hit]:
         if not len(group):
             continue
         before, after = int(group[0]), min(int(group[-1]) + 1, len(v) - 1)
-        begin, end = kept.times[before], kept.times[after + 1]
+        begin, end = sample.times[before], sample.times[after + 1]
         if not any(begin <= impulse.time <= end for impulse in scene.impulses):
-            yield _hit(kept, before, after, v[after] - v[before])
+            yield _contact(sample, before, after, v[after] - v[before])
 
 
-def _hit(kept: Kept, before: int, after: int, jump: Array) -> Hit:
-    """Return a hit between rows before + 1 and after; heights go on from both sides in straight lines, and meet."""
+def _contact(sample: SampledRows, before: int, after: int, jump: Array) -> Contact:
+    """Return the contact between rows before + 1 and after; heights are extrapolated linearly from both sides."""
     normal = jump / np.linalg.norm(jump)
     axis = int(np.argmax(np.abs(normal)))
     if abs(normal[axis]) > ALONG:
         normal = np.sign(normal[axis]) * np.eye(3)[axis]
-    times, heights = kept.times, kept.vertices @ normal
+    times, heights = sample.times, sample.vertices @ normal
     last, next_ = before + 1, max(after, before + 1)
     lowest = int(np.argmin(heights[[last, next_]].min(axis=0)))
     height = heights[:, lowest]
@@ -80,11 +80,11 @@ def _hit(kept: Kept, before: int, after: int, jump: Array) -> Hit:
     if rises - falls > 0:
         met = (height[last] - falls * times[last] - height[next_] + rises * times[next_]) / (rises - falls)
         time = float(np.clip(met, times[last], times[next_]))
-    return Hit(float(time), jump, normal, float(height[last] + falls * (time - times[last])))
+    return Contact(float(time), jump, normal, float(height[last] + falls * (time - times[last])))
 
 
-def _is_of_one_floor(hit: Hit, other: Hit, level: float) -> bool:
-    return bool(hit.normal @ other.normal > ALONG) and abs(hit.height_m - other.height_m) < level
+def _is_of_one_floor(contact: Contact, other: Contact, level: float) -> bool:
+    return bool(contact.normal @ other.normal > ALONG) and abs(contact.height_m - other.height_m) < level
 
 
 def _vector(values: Sequence[float] | Array) -> str:

@@ -1,4 +1,4 @@
-"""What is off from the right motion: over all rows, a block at a time, and a few rows kept for the diagnosis."""
+"""Errors of a trajectory against the reference: over all rows, a block at a time, and a subsample for the diagnosis."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -8,33 +8,33 @@ import numpy as np
 from tumble.compare.grade.measure.conserved import Conserved
 from tumble.compare.grade.model.reference import Reference
 from tumble.compare.grade.read.block import Block, vertices_of
-from tumble.compare.grade.read.columns import CENTRE, MATRIX, QUATERNION, SPIN, BadTrajectory, Shown
+from tumble.compare.grade.read.columns import CENTRE, MATRIX, QUATERNION, SPIN, BadTrajectory, Description
 from tumble.compare.grade.read.even_clock import EXACT, EvenClock
 from tumble.compare.grade.read.trajectory import Trajectory
 from tumble.compare.run.progress import Progress, ProgressCallback, no_progress
 from tumble.scenarios.frames import Array, vertices
 from tumble.scenarios.scene import Scene
 
-# Rows kept of the throw that is diagnosed: at least so many where there are as many, at most twice that.
-KEPT = 256
+# Sampled rows of the throw that is diagnosed: at least this many if the file has them, at most twice as many.
+SAMPLE_SIZE = 256
 GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
 BINS = 60
-# How far two descriptions of one place may differ, of the largest coordinate; of single precision, four last bits.
-# And as much for each of a quaternion's four numbers, of how far the body reaches: engines let its length slip.
+# Largest difference of two descriptions of a pose, relative to the largest coordinate; in single precision, four last
+# bits.  For each of a quaternion's four components, the same of the body's reach: engines let its length drift.
 ALIKE, SINGLES_ALIKE, TURNED = 1e-9, 4 * 2.0**-23, 4
-# First rows that say by which clock a body moves, and how much more smoothly it must by the printed one.
+# First rows that decide the clock, and how much smoother errors must be with the printed clock.
 FIRST_ROWS, SMOOTHER = 200, 0.1
-# Intervals between rows that are looked at for how far rows are apart.
+# Row intervals that determine the row spacing.
 SPACED = 10_000
 
 
 @dataclass(frozen=True, eq=False)
-class Kept:
-    """Rows of one throw, evenly spread, the first among them.
+class SampledRows:
+    """A subsample of the rows of one throw, evenly spread, with the first row.
 
-    times [s], (S,); vertices as the file has them [m], (S, K, 3), which a quaternion longer than 1 stretches;
-    true: the right ones; half: how far a vertex moves along each axis when every printed number is half a unit of its
-    last digit off [m], (S, 3); spins: w as written [rad/s], (S, 3), or None where it is not.
+    times [s], (S,); vertices: in the file [m], (S, K, 3), scaled by a quaternion that is not of unit length; true:
+    reference; half: shift of a vertex along each axis if every printed number is off by half a unit in its last digit
+    [m], (S, 3); spins: w in the file [rad/s], (S, 3), or None.
     """
 
     times: Array
@@ -46,65 +46,65 @@ class Kept:
     def __len__(self) -> int:
         return len(self.times)
 
-    def some(self, rows: np.ndarray | slice) -> "Kept":
+    def some(self, rows: np.ndarray | slice) -> "SampledRows":
         """Return some of the rows."""
         spins = None if self.spins is None else self.spins[rows]
-        return Kept(self.times[rows], self.vertices[rows], self.true[rows], self.half[rows], spins)
+        return SampledRows(self.times[rows], self.vertices[rows], self.true[rows], self.half[rows], spins)
 
-    def joined(self, other: "Kept") -> "Kept":
-        """Return these rows and then the other's."""
+    def joined(self, other: "SampledRows") -> "SampledRows":
+        """Return these rows followed by others."""
         pairs = zip(self._arrays(), other._arrays(), strict=True)
-        return Kept(*(None if a is None or b is None else np.concatenate((a, b)) for a, b in pairs))  # type: ignore[arg-type]
+        return SampledRows(*(None if a is None or b is None else np.concatenate((a, b)) for a, b in pairs))  # type: ignore[arg-type]
 
     def _arrays(self) -> tuple[Array | None, ...]:
         return self.times, self.vertices, self.true, self.half, self.spins
 
 
-class Thinned:
-    """Keeps every row of a stream until there are too many, then half of them, a quarter, ...
+class Subsampler:
+    """Samples a stream of rows: all until there are too many, then half of them, a quarter, ...
 
-    Which ones, the golden ratio says: evenly spread, and in step with nothing that a program does every so many rows.
+    The golden ratio decides which: evenly spread, and out of phase with anything periodic in a program.
     """
 
     def __init__(self) -> None:
-        self._share, self._seen, self._turns, self.kept = 1.0, 0, np.empty(0), None
+        self._share, self._seen, self._turns, self.sample = 1.0, 0, np.empty(0), None
 
-    def add(self, rows: Kept) -> None:
-        """Take in the next rows."""
+    def add(self, rows: SampledRows) -> None:
+        """Add the next rows."""
         turns = np.arange(self._seen, self._seen + len(rows)) * GOLDEN % 1.0
         self._seen += len(rows)
         self._take(rows, turns)
-        while len(self._turns) > 2 * KEPT:
+        while len(self._turns) > 2 * SAMPLE_SIZE:
             self._share /= 2
-            kept, self.kept, turns, self._turns = self.kept, None, self._turns, np.empty(0)
-            assert kept is not None
-            self._take(kept, turns)
+            sample, self.sample, turns, self._turns = self.sample, None, self._turns, np.empty(0)
+            assert sample is not None
+            self._take(sample, turns)
 
-    def _take(self, rows: Kept, turns: Array) -> None:
+    def _take(self, rows: SampledRows, turns: Array) -> None:
         chosen = np.flatnonzero(turns < self._share)
         self._turns = np.append(self._turns, turns[chosen])
-        self.kept = rows.some(chosen) if self.kept is None else self.kept.joined(rows.some(chosen))
+        self.sample = rows.some(chosen) if self.sample is None else self.sample.joined(rows.some(chosen))
 
 
-def golden(count: int, most: int) -> np.ndarray:
-    """Return which of so many rows to take, about `most` of them and the first, evenly but in step with nothing."""
+def golden_subsample(count: int, most: int) -> np.ndarray:
+    """Return the indices of about `most` of `count` rows, with the first, evenly spread but out of phase with all."""
     return np.flatnonzero(np.arange(count) * GOLDEN % 1.0 < most / count) if count > most else np.arange(count)
 
 
 @dataclass(eq=False)
 class Measured:
-    """A whole trajectory against the right motion.
+    """The errors of a whole trajectory.
 
-    spacing_s: of most rows; intervals: of the first rows [s]; rounding_s: of their instants; worst_m: the largest
-    error, with where it is; final_m: the largest at any throw's last row; half_m: the largest that printed digits leave
-    open; excess_m: the largest that they do not; over_time_m: the largest in each of equal parts of the duration, nan
-    where there are no rows; relation: of neighbouring rows' errors, 0 for noise, 1 for a drift, over so many pairs;
-    lengths: of the shortest and the longest quaternion; single: its places are of single precision; drifts: of
-    energy, momentum, angular momentum as `tumble.compare.judge.errors` has them, None where they cannot be known,
-    by_differences where they come from poses; resolution_m: of the reference; throw: the one furthest off.
+    spacing_s: of most rows; intervals: of the first rows [s]; rounding_s: of the times; worst_m: largest error, with
+    its time, throw and vertex; final_m: the largest in a throw's last row; half_m: the largest that the printed digits
+    allow; excess_m: the largest beyond that and the resolution; over_time_m: the largest in each of BINS equal parts of
+    the duration, nan without rows; autocorrelation: of neighbouring rows' errors, 0 for noise, 1 for a drift, over this
+    many pairs; lengths: of the shortest and the longest quaternion; single: the pose is of single precision; drifts:
+    of energy, momentum, angular momentum as in `tumble.compare.judge.errors`, None if unknown, by_differences if they
+    come from poses; resolution_m: of the reference; throw: the one with the largest error, of which `sample` is.
     """
 
-    shown: Shown
+    description: Description
     rows: int
     throws: int
     spacing_s: float
@@ -120,14 +120,14 @@ class Measured:
     excess_m: float
     resolution_m: float
     over_time_m: Array
-    relation: float
+    autocorrelation: float
     pairs: int
     lengths: tuple[float, float] | None
     single: bool
     drifts: tuple[float, float, float] | None
     by_differences: bool
     throw: int
-    kept: Kept
+    sample: SampledRows
 
 
 @dataclass(eq=False)
@@ -148,39 +148,51 @@ class _Sums:
 
 
 def measure(trajectory: Trajectory, scene: Scene, on_progress: ProgressCallback = no_progress) -> Measured:
-    """Hold every row against the right motion; on_progress is called with shares of the rows, and of the truth.
+    """Measure the error of every row.
 
-    Raises BadTrajectory for a bad row, NoTruth where there is no truth.
+    Parameters
+    ----------
+    trajectory, scene : the file and the scene that it is graded against
+    on_progress : called with the shares of the rows, and of the truth
+
+    Returns
+    -------
+    the errors
+
+    Raises
+    ------
+    BadTrajectory : a row cannot be read
+    NoTruth : the scene has no reference solution over the file's duration
     """
-    shown, reference = trajectory.shown[0], Reference(scene)
-    _settle_clock(trajectory, reference, scene)
+    description, reference = trajectory.descriptions[0], Reference(scene)
+    _choose_clock(trajectory, reference, scene)
     reading, working = Progress("rows", on_progress), Progress(f"{scene.name} truth", on_progress)
-    sums, conserved, single = _Sums(), Conserved(scene, shown), _single(trajectory)
+    sums, conserved, single = _Sums(), Conserved(scene, description), _single(trajectory)
     slack = SINGLES_ALIKE if single else ALIKE
-    thinned: dict[int, Thinned] = {}
+    subsamplers: dict[int, Subsampler] = {}
     for block in trajectory.blocks():
-        _see_lengths(sums, block)
+        _add_lengths(sums, block)
         for throw in np.unique(block.throws).tolist():
             rows = block.throw(throw)
             states = reference.states(throw, rows.times)
-            true = _right(states, shown, scene)
-            half = half_digits(trajectory, rows, shown, scene, states)
-            _add(sums, rows, vertices_of(rows, shown, scene, stretched=False), true, half, throw, scene.duration)
+            true = _true_vertices(states, description, scene)
+            half = half_digits(trajectory, rows, description, scene, states)
+            _add(sums, rows, vertices_of(rows, description, scene, stretched=False), true, half, throw, scene.duration)
             _check_agreement(trajectory, rows, scene, np.linalg.norm(half, axis=1), slack)
             conserved.add(rows, states)
-            if not thinned or throw in thinned:
-                thinned.setdefault(throw, Thinned()).add(_kept(rows, shown, scene, true, half))
+            if not subsamplers or throw in subsamplers:
+                subsamplers.setdefault(throw, Subsampler()).add(_sampled(rows, description, scene, true, half))
         reading(trajectory.share)
     reading.end()
     worst_m, worst_t_s, worst_throw, worst_vertex = sums.worst
-    if worst_throw not in thinned:
-        thinned = {worst_throw: _thinned(trajectory, scene, worst_throw)}
-    diagnosed, kept = worst_throw, thinned[worst_throw].kept
-    assert kept is not None
-    limit = reference.limit(diagnosed, kept.times, working)
+    if worst_throw not in subsamplers:
+        subsamplers = {worst_throw: _resampled(trajectory, scene, worst_throw)}
+    diagnosed, sample = worst_throw, subsamplers[worst_throw].sample
+    assert sample is not None
+    resolution_m = reference.resolution(diagnosed, sample.times, working)
     working.end()
     return Measured(
-        shown=shown,
+        description=description,
         rows=sums.rows,
         throws=len(sums.last),
         spacing_s=float(np.median(sums.intervals)) if sums.intervals else scene.duration,
@@ -189,28 +201,28 @@ def measure(trajectory: Trajectory, scene: Scene, on_progress: ProgressCallback 
         worst_m=worst_m,
         worst_t_s=worst_t_s,
         worst_throw=worst_throw,
-        worst_vertex=shown.vertices[worst_vertex],
-        rms_m=float(np.sqrt(sums.squares / (sums.rows * len(shown.vertices)))),
+        worst_vertex=description.vertices[worst_vertex],
+        rms_m=float(np.sqrt(sums.squares / (sums.rows * len(description.vertices)))),
         final_m=max(sums.last.values()),
         half_m=sums.half,
-        excess_m=sums.excess - limit,
-        resolution_m=limit,
+        excess_m=sums.excess - resolution_m,
+        resolution_m=resolution_m,
         over_time_m=sums.over_time,
-        relation=sums.products / float(np.sqrt(sums.neighbours.prod())) if sums.neighbours.all() else 0.0,
+        autocorrelation=sums.products / float(np.sqrt(sums.neighbours.prod())) if sums.neighbours.all() else 0.0,
         pairs=sums.pairs,
         lengths=sums.lengths,
         single=single,
         drifts=conserved.drifts(),
         by_differences=conserved.by_differences,
         throw=diagnosed,
-        kept=kept,
+        sample=sample,
     )
 
 
-def _settle_clock(trajectory: Trajectory, reference: Reference, scene: Scene) -> None:
-    """Take instants as exact where the errors of rows change far more smoothly by them than by an even clock.
+def _choose_clock(trajectory: Trajectory, reference: Reference, scene: Scene) -> None:
+    """Take times as exact if the errors of rows are far smoother with them than with an even clock.
 
-    A program that rounded its instants first has moved the body to those; most round what they print.
+    A program that rounds its times first moves the body to the rounded times; most round only what they print.
     """
     if not isinstance(trajectory.clock, EvenClock):
         return
@@ -221,43 +233,47 @@ def _settle_clock(trajectory: Trajectory, reference: Reference, scene: Scene) ->
 
 
 def _unevenness(trajectory: Trajectory, reference: Reference, scene: Scene) -> float:
-    """Return by how much the errors of the first rows change unevenly, in the middle [m]; 0 of too few."""
+    """Return the median second difference of the errors of the first rows [m]; 0 for too few rows."""
     block = next(trajectory.blocks())
     throw = int(block.throws[0])
     rows = block.throw(throw).some(slice(FIRST_ROWS))
-    errors = vertices_of(rows, trajectory.shown[0], scene) - _right(
-        reference.states(throw, rows.times), trajectory.shown[0], scene
+    errors = vertices_of(rows, trajectory.descriptions[0], scene) - _true_vertices(
+        reference.states(throw, rows.times), trajectory.descriptions[0], scene
     )
     bends = np.linalg.norm(np.diff(errors, 2, axis=0), axis=-1)
     return float(np.median(bends)) if bends.size else 0.0
 
 
-def _right(states: Array, shown: Shown, scene: Scene) -> Array:
-    """Return where the vertices that a file shows should be [m], (n, K, 3), as `vertices_of` has them."""
-    places = vertices(states, scene.body.points)[:, shown.vertices]
-    return places if shown.centred else places - states[:, None, 0:3]
+def _true_vertices(states: Array, description: Description, scene: Scene) -> Array:
+    """Return the true vertices [m], (n, K, 3), as `vertices_of` returns those in the file."""
+    places = vertices(states, scene.body.points)[:, description.vertices]
+    return places if description.has_centre else places - states[:, None, 0:3]
 
 
-def _kept(rows: Block, shown: Shown, scene: Scene, true: Array, half: Array) -> Kept:
-    spins = rows.of(SPIN) if shown.spin else None
-    return Kept(rows.times, vertices_of(rows, shown, scene), true, half, spins)
+def _sampled(rows: Block, description: Description, scene: Scene, true: Array, half: Array) -> SampledRows:
+    spins = rows.of(SPIN) if description.spin else None
+    return SampledRows(rows.times, vertices_of(rows, description, scene), true, half, spins)
 
 
-def _thinned(trajectory: Trajectory, scene: Scene, throw: int) -> Thinned:
-    """Return the rows kept of one throw, on a second way through the file."""
-    thinned, reference, shown = Thinned(), Reference(scene), trajectory.shown[0]
+def _resampled(trajectory: Trajectory, scene: Scene, throw: int) -> Subsampler:
+    """Return a subsample of one throw's rows, reading the file a second time."""
+    subsamplers, reference, description = Subsampler(), Reference(scene), trajectory.descriptions[0]
     for block in trajectory.blocks():
         rows = block.throw(throw)
         if len(rows.times):
             states = reference.states(throw, rows.times)
-            true = _right(states, shown, scene)
-            thinned.add(_kept(rows, shown, scene, true, half_digits(trajectory, rows, shown, scene, states)))
-    return thinned
+            true = _true_vertices(states, description, scene)
+            subsamplers.add(
+                _sampled(rows, description, scene, true, half_digits(trajectory, rows, description, scene, states))
+            )
+    return subsamplers
 
 
-def _add(sums: _Sums, rows: Block, seen: Array, true: Array, half: Array, throw: int, duration: float) -> None:
-    """Add one throw's rows of a block; seen, true: vertices [m], (n, K, 3)."""
-    errors = seen - true
+def _add(
+    sums: _Sums, rows: Block, vertices_in_file: Array, true: Array, half: Array, throw: int, duration: float
+) -> None:
+    """Add one throw's rows of a block; vertices_in_file, true: [m], (n, K, 3)."""
+    errors = vertices_in_file - true
     with np.errstate(over="ignore"):
         distances = np.linalg.norm(errors, axis=-1)
         largest = distances.max(axis=1)
@@ -280,34 +296,35 @@ def _add(sums: _Sums, rows: Block, seen: Array, true: Array, half: Array, throw:
     np.fmax.at(sums.over_time, bins, largest)
 
 
-def _see_lengths(sums: _Sums, block: Block) -> None:
+def _add_lengths(sums: _Sums, block: Block) -> None:
     if QUATERNION[0] in block.values:
         lengths = np.linalg.norm(block.of(QUATERNION), axis=1)
         least, most = sums.lengths or (np.inf, 0.0)
         sums.lengths = min(least, float(lengths.min())), max(most, float(lengths.max()))
 
 
-def half_digits(trajectory: Trajectory, rows: Block, shown: Shown, scene: Scene, states: Array) -> Array:
-    """Return how far a vertex moves along each axis when every number is half a last digit off [m], (n, 3)."""
+def half_digits(trajectory: Trajectory, rows: Block, description: Description, scene: Scene, states: Array) -> Array:
+    """Return the shift of a vertex along each axis if every number is off by half a last digit [m], (n, 3)."""
 
     def half(names: Sequence[str]) -> Array:
         return np.stack([trajectory.half_digits(name, rows.values[name]) for name in names], axis=1)
 
     reach, late = scene.body.reach, moved_by(rows.rounding, states, scene)[:, None]
-    if shown.kind == "vertices":
-        places = [[f"v{number}{axis}" for axis in "xyz"] for number in shown.vertices]
+    if description.kind == "vertices":
+        places = [[f"v{number}{axis}" for axis in "xyz"] for number in description.vertices]
         return late + np.max([half(place) for place in places], axis=0)
-    late = late + half(CENTRE) if shown.centred else np.broadcast_to(late, (len(late), 3))
-    if shown.kind == "matrix":
+    late = late + half(CENTRE) if description.has_centre else np.broadcast_to(late, (len(late), 3))
+    if description.kind == "matrix":
         return late + reach * np.linalg.norm(half(MATRIX), axis=1)[:, None]
-    # A change dq of a unit quaternion turns by 2 |dq|.
+    # A change dq of a unit quaternion is a rotation by 2 |dq|.
     return late + 2 * reach * np.linalg.norm(half(QUATERNION), axis=1)[:, None]
 
 
 def moved_by(late: Array, states: Array, scene: Scene) -> Array:
-    """Return how far a vertex moves at most in a short time [s], (n,), from states, (n, 13), before it or after [m].
+    """Return an upper bound of the distance that a vertex moves in a short time [s], (n,), from states, (n, 13), in m.
 
-    Its speed, and half of its acceleration: of a spin w that is |w|^2 about the axis, and as much again as w changes.
+    The speed, and half of the acceleration: for an angular velocity w that is |w|^2 about the axis, and as much again
+    for the change of w.
     """
     spin = np.linalg.norm(states[:, 10:13], axis=1)
     speed = np.linalg.norm(states[:, 7:10], axis=1) + scene.body.reach * spin
@@ -316,11 +333,11 @@ def moved_by(late: Array, states: Array, scene: Scene) -> Array:
 
 
 def _check_agreement(trajectory: Trajectory, rows: Block, scene: Scene, half: Array, slack: float) -> None:
-    """Raise BadTrajectory where a file says in two ways where the body is, and the two differ.
+    """Raise BadTrajectory if two descriptions of the pose differ.
 
-    half: what the digits leave open [m], (R,); slack: how far the two may differ, of the distances they are made of.
+    half: uncertainty from the printed digits [m], (R,); slack: allowed difference relative to the distances.
     """
-    first, *others = trajectory.shown
+    first, *others = trajectory.descriptions
     for other in others:
         at = list(other.vertices if first.kind != "vertices" else first.vertices)
         one = vertices_of(rows, first, scene, stretched=False)
@@ -332,14 +349,14 @@ def _check_agreement(trajectory: Trajectory, rows: Block, scene: Scene, half: Ar
             row = int(np.argmax(apart - room))
             raise BadTrajectory(
                 f"{trajectory.name}: line {rows.lines[row]}: its {first.kind} and its {other.kind} are "
-                f"{apart[row]:.2g} m apart: which is to be graded? --by {first.kind} or --by {other.kind}"
+                f"{apart[row]:.2g} m apart: choose one: --by {first.kind} or --by {other.kind}"
             )
 
 
 def _single(trajectory: Trajectory) -> bool:
-    """Whether the centre, the attitude or the corners are numbers of single precision, as far as figures can tell.
+    """Whether the position, the attitude or the vertices are of single precision, as far as the digits show it.
 
-    What an engine in single precision did not turn by itself, its program may have worked out in doubles as it wrote.
+    One group is enough: a program may convert the others in double precision when it writes them.
     """
     printed = [[trajectory.digits[name] for name in group] for group in trajectory.places()]
-    return any(any(one.telling for one in group) and all(one.single for one in group) for group in printed)
+    return any(any(one.is_decisive for one in group) and all(one.single for one in group) for group in printed)

@@ -1,34 +1,34 @@
-"""Whether what a file says is the centre of mass is off by constant vectors: of place, of velocity, of acceleration."""
+"""Constant errors of a file's centre of mass: an offset, a velocity, an acceleration."""
 
 from typing import NamedTuple
 
 import numpy as np
 
-from tumble.compare.grade.measure.conserved import posed
-from tumble.compare.grade.measure.errors import Kept
+from tumble.compare.grade.measure.conserved import fitted_pose
+from tumble.compare.grade.measure.errors import SampledRows
 from tumble.scenarios.frames import Array, rotation_matrix
 
-# Of the floor: what such vectors may leave, and how much larger than that they must be.
+# Largest residual, and smallest error, in floors.
 LEFT, MUCH = 4.0, 20.0
-# What the body must turn for the two to be told apart: the least of the six singular values over the largest.
+# The body must rotate enough to distinguish the two offsets: the smallest singular value over the largest.
 TURNED = 1e-2
 
 
 class Offset(NamedTuple):
-    """By what the centre is off [m], (3,): in body axes, and in world axes."""
+    """Offset of the centre of mass [m], (3,): in body axes, and in world axes."""
 
     body: Array
     world: Array
 
 
-def constant_offset(kept: Kept, points: Array, floors_m: Array) -> Offset | None:
-    """Return the two vectors that leave nothing of how far the centre is off, by the file's own attitude, if any do.
+def constant_offset(sample: SampledRows, points: Array, floors_m: Array) -> Offset | None:
+    """Return the constant offsets that explain the error of the centre, with the file's own attitude, or None.
 
-    points: the vertices seen [m], (K, 3); floors_m: of each row's axes, (S, 3).
+    points: the vertices in the file [m], (K, 3); floors_m: of each row's axes, (S, 3).
     """
-    if len(points) < 4 or len(kept) < 3:
+    if len(points) < 4 or len(sample) < 3:
         return None
-    poses, right = posed(kept.vertices, points), posed(kept.true, points)
+    poses, right = fitted_pose(sample.vertices, points), fitted_pose(sample.true, points)
     axes = rotation_matrix(poses[:, 3:7])
     off = (poses[:, 0:3] - right[:, 0:3]).ravel()
     floor = float(np.median(floors_m))
@@ -47,22 +47,22 @@ def constant_offset(kept: Kept, points: Array, floors_m: Array) -> Offset | None
 
 
 class Drift(NamedTuple):
-    """By what the velocity at the start is off [m/s], (3,), and the acceleration all the time [m/s2], (3,)."""
+    """Error of the start velocity [m/s], (3,), and of the constant acceleration [m/s2], (3,)."""
 
     velocity: Array
     acceleration: Array
 
 
-def constant_drift(kept: Kept, points: Array, floors_m: Array) -> Drift | None:
-    """Return the velocity or the acceleration, or both, that leave nothing of how far the centre is off, if any do.
+def constant_drift(sample: SampledRows, points: Array, floors_m: Array) -> Drift | None:
+    """Return the velocity and acceleration errors that explain the error of the centre, or None.
 
-    points: the vertices seen [m], (K, 3); floors_m: of each row's axes, (S, 3).
+    points: the vertices in the file [m], (K, 3); floors_m: of each row's axes, (S, 3).
     """
-    if len(points) < 4 or len(kept) < 4 or kept.times[0] > 0:
+    if len(points) < 4 or len(sample) < 4 or sample.times[0] > 0:
         return None
-    off = posed(kept.vertices, points)[:, 0:3] - posed(kept.true, points)[:, 0:3]
-    floor, t = float(np.median(floors_m)), kept.times
-    off = off - off[0]  # where it starts is another matter
+    off = fitted_pose(sample.vertices, points)[:, 0:3] - fitted_pose(sample.true, points)[:, 0:3]
+    floor, t = float(np.median(floors_m)), sample.times
+    off = off - off[0]  # a wrong start position is not counted here
     if np.abs(off).max() < MUCH * floor:
         return None
     nothing = np.zeros(3)

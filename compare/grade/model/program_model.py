@@ -1,6 +1,6 @@
-"""An account of how a trajectory came about: the scene as the program understood it, how it flew, what it wrote down.
+"""The model of a program: the scene as it understands it, how it simulates a throw, and what it writes.
 
-The account of a program without mistakes is `truthful`; a mistake replaces some of its fields.
+`correct_program` is the model of a program without mistakes; a mistake replaces some of its fields.
 """
 
 from collections.abc import Callable
@@ -24,7 +24,7 @@ from tumble.compare.grade.model.kernel.dynamics import (
     SMOOTH,
     TURNED,
     UNMIXED,
-    Laws,
+    Dynamics,
     Scheme,
 )
 from tumble.compare.grade.model.kernel.stepping import WIDTH, integrate
@@ -35,78 +35,78 @@ from tumble.scenarios.scene import Body, Impulse, Scene
 from tumble.solver.forces import Forces
 from tumble.solver.vectors import Vector
 
-# Radians a smooth step turns at most: order 4 leaves 1e-5 of a radian turned while searching, 1e-9 in the end.
+# Largest rotation in a continuous step [rad]: order 4 leaves errors of 1e-5 while searching, of 1e-9 at the end.
 SEARCHING, FINE = 0.2, 0.02
-# Of the shortest time in which a spring swings by a radian.
+# Of the shortest time in which a spring oscillates by a radian.
 SPRING_STEP = 0.1
-# Of a force's strength: no sum has a digit of it, and it is not the 0 that would leave a term out of the kernel.
+# A force's strength that has no effect, but is not the 0 that would remove a term from the kernel.
 NO_STRENGTH = 1e-200
-# Of impulses applied in some way; the same are flown again and again with other mistakes.
-EVENTS_KEPT = 1024
-NOTHING: Vector = (0.0, 0.0, 0.0)
-# Where a clock's instant divided by its tick is a whole number but for rounding, it is that number.
+# Lists of events; the same ones are simulated again and again with other mistakes.
+EVENTS_CACHED = 1024
+ZERO: Vector = (0.0, 0.0, 0.0)
+# Tolerance for the number of ticks at a time to be a whole number.
 WHOLE = 1e-6
 
 
-# Rows between two ticks: the last tick's; the centre straight and the attitude along an arc, or its q straight as well.
-HELD, ALONG_ARCS, STRAIGHT = 0, 1, 2
+# Rows between two ticks: of the last tick; interpolated, the attitude along an arc; or q linearly and normalised.
+ZERO_ORDER_HOLD, SLERP, LINEAR = 0, 1, 2
 
 
 class Clock(NamedTuple):
-    """What the program's physics had reached when it wrote t: rate t + offset [s], in whole ticks [s] unless 0.
+    """The time that the physics has reached when the program logs t: rate t + offset [s], in whole ticks [s] unless 0.
 
-    lag: by so many ticks more than the whole ones that fit; between: how rows between two
-    ticks are interpolated, of the constants above; stop: no further than this [s].
+    lag: ticks by which the physics is behind the last whole one; interpolation: of rows between two ticks, one of the
+    constants above; stop: time at which the physics stops [s].
     """
 
     rate: float = 1.0
     offset: float = 0.0
     tick: float = 0.0
     lag: float = 0.0
-    between: int = HELD
+    interpolation: int = ZERO_ORDER_HOLD
     stop: float = np.inf
 
-    def reached(self, times: Array, rounding: float = 0.0) -> Array:
-        """Return the instants of the physics [s]; before it starts they are 0.  rounding: of the times [s]."""
+    def physics_times(self, times: Array, rounding: float = 0.0) -> Array:
+        """Return the times of the physics [s], at least 0; rounding: of the logged times [s]."""
         reached = self.rate * times + self.offset
         reached = in_ticks(reached, self.tick, self.lag, rounding) if self.tick else reached
         return np.clip(reached, 0.0, self.stop)
 
-    def share(self, times: Array, rounding: float) -> Array:
-        """Return how far the physics is from the tick that it has reached to the next, from 0 to 1."""
+    def fraction(self, times: Array, rounding: float) -> Array:
+        """Return the fraction of a tick since the last one, from 0 to 1."""
         ticks = (self.rate * times + self.offset) / self.tick - self.lag
-        share = ticks - np.floor(ticks + WHOLE + rounding / self.tick)
-        return np.where((ticks > 0) & (share > WHOLE + rounding / self.tick), share, 0.0)
+        fraction = ticks - np.floor(ticks + WHOLE + rounding / self.tick)
+        return np.where((ticks > 0) & (fraction > WHOLE + rounding / self.tick), fraction, 0.0)
 
 
 def in_ticks(times: Array, tick: float | Array, lag: float, rounding: float = 0.0) -> Array:
-    """Return the last whole ticks [s] before instants [s], rounded by so much, of a clock that lags by so many more."""
+    """Return the last whole ticks [s] before times [s] with a rounding [s], minus a lag in ticks."""
     return tick * np.floor(times / tick - lag + WHOLE + rounding / tick)
 
 
-class Stroke(NamedTuple):
-    """How an impulse J is applied.
+class ImpulseApplication(NamedTuple):
+    """How a program applies an impulse J.
 
-    lasts: [s], as a constant force J/lasts, 0 for a jump; ends: the force stops then; turns: so does its torque, which
-    otherwise acts at once; arm, held, levers: of the lever, as `kernel.laws.Laws` has them; strength: of J; in_body: J
-    is meant in body axes; moves: the centre as well.
+    lasts: duration [s] of a constant force J/lasts, 0 for an instantaneous jump; ends: the force ends; turns: its
+    torque lasts as well, otherwise it acts at once; lever, lever_motion, lever_axes: as in `kernel.dynamics.Dynamics`;
+    strength: factor on J; in_body_axes: J is in body axes; moves: J changes the velocity of the centre.
     """
 
     lasts: float = 0.0
     ends: bool = True
     turns: bool = True
-    arm: tuple[float, float, float, float, float] = (1.0, 1.0, 0.0, 0.0, 0.0)
-    held: int = POINT_MOVES
+    lever: tuple[float, float, float, float, float] = (1.0, 1.0, 0.0, 0.0, 0.0)
+    lever_motion: int = POINT_MOVES
     strength: float = 1.0
-    levers: int = AS_THE_BODY
-    in_body: bool = False
+    lever_axes: int = AS_THE_BODY
+    in_body_axes: bool = False
     moves: bool = True
 
 
 class Pose(NamedTuple):
-    """What a program writes down at its instants [s], (T,).
+    """The output of a program at its times [s], (T,).
 
-    x [m], (T, 3); axes: its matrix body to world, (T, 3, 3); q as flown, (T, 4), nan where it keeps none.
+    x [m], (T, 3); axes: matrix body to world, (T, 3, 3); q: (T, 4), nan if the program has none.
     """
 
     times: Array
@@ -115,17 +115,17 @@ class Pose(NamedTuple):
     q: Array
 
 
-AT_ONCE, RIGHT, IN_NO_STEPS = Stroke(), Clock(), Scheme(0.0, SMOOTH, EXPLICIT, False, 0.0)
-Writing = Callable[[Pose], Pose]
+AT_ONCE, RIGHT_CLOCK, CONTINUOUS = ImpulseApplication(), Clock(), Scheme(0.0, SMOOTH, EXPLICIT, False, 0.0)
+OutputTransform = Callable[[Pose], Pose]
 
 
 @dataclass(frozen=True, eq=False)
-class Account:
-    """One throw as a program understood it, flew it and wrote it down.
+class ProgramModel:
+    """One throw as a program understands, simulates and writes it.
 
-    mass [kg]; moments [kg m2], (3,); start: (13,); gravity [m/s2], (3,), from an instant [s] on; forces: the scene's
-    others, and how stiff they are [N/m]; damping to caps: as `kernel.laws.Laws` has them; writings: what is done to a
-    pose, in this order; rounding: of printed instants [s].
+    mass [kg]; moments [kg m2], (3,); start: state, (13,); gravity [m/s2], (3,), from gravity_from [s] on; forces: the
+    scene's other forces; stiffness: of them [N/m]; damping to caps: as in `kernel.dynamics.Dynamics`; application: of
+    impulses; output_transforms: applied to a pose in this order; rounding: of printed times [s].
     """
 
     body: Body
@@ -137,82 +137,82 @@ class Account:
     forces: Forces
     stiffness: float
     damping: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)
-    brakes: tuple[Vector, Vector, Vector] = (NOTHING, NOTHING, NOTHING)
-    falls_from: float = 0.0
-    damps: int = AS_FORCE
-    decays: int = LINEARLY
+    axis_damping: tuple[Vector, Vector, Vector] = (ZERO, ZERO, ZERO)
+    gravity_from: float = 0.0
+    damping_place: int = AS_FORCE
+    damping_form: int = LINEARLY
     gyroscopic: float = 1.0
-    mixed: int = UNMIXED
+    frame_mixup: int = UNMIXED
     tensor: int = TURNED
-    struck: int = TURNED
-    turning: float = 1.0
+    impulse_tensor: int = TURNED
+    attitude_rate_factor: float = 1.0
     caps: tuple[float, float] = (np.inf, np.inf)
-    stroke: Stroke = AT_ONCE
-    scheme: Scheme = IN_NO_STEPS
-    clock: Clock = RIGHT
-    writings: tuple[Writing, ...] = ()
+    application: ImpulseApplication = AT_ONCE
+    scheme: Scheme = CONTINUOUS
+    clock: Clock = RIGHT_CLOCK
+    output_transforms: tuple[OutputTransform, ...] = ()
     rounding: float = 0.0
 
-    def written(self, times: Array, fineness: float = SEARCHING) -> Pose:
-        """Return what the program wrote at its instants [s], increasing, (T,)."""
-        reached = self.clock.reached(times, self.rounding)
-        if self.clock.between != HELD:
-            pose = self._between(times, reached, fineness)
+    def output(self, times: Array, fineness: float = SEARCHING) -> Pose:
+        """Return the output of the program at increasing times [s], (T,)."""
+        reached = self.clock.physics_times(times, self.rounding)
+        if self.clock.interpolation != ZERO_ORDER_HOLD:
+            pose = self._interpolated(times, reached, fineness)
         else:
-            pose = pose_of(times, self.flown(reached, fineness))
-        with np.errstate(all="ignore"):  # a flight that blew up is judged by what it leaves
-            for writing in self.writings:
+            pose = pose_of(times, self.simulate(reached, fineness))
+        with np.errstate(all="ignore"):  # a run that diverged leaves a large residual
+            for writing in self.output_transforms:
                 pose = writing(pose)
         return pose
 
-    def _between(self, times: Array, reached: Array, fineness: float) -> Pose:
-        """Return what is interpolated between the tick that the physics has reached and the next."""
+    def _interpolated(self, times: Array, reached: Array, fineness: float) -> Pose:
+        """Return the output interpolated between the last tick of the physics and the next."""
         instants, places = np.unique(np.concatenate((reached, reached + self.clock.tick)).round(9), return_inverse=True)
-        rows = self.flown(instants, fineness)
+        rows = self.simulate(instants, fineness)
         before, after = (pose_of(times, rows[part]) for part in np.split(places, 2))
-        share = self.clock.share(times, self.rounding)[:, None]
+        fraction = self.clock.fraction(times, self.rounding)[:, None]
         same = np.sign((before.q * after.q).sum(axis=1))[:, None]
-        one, other = 1 - share, share
-        if self.clock.between == ALONG_ARCS:
+        one, other = 1 - fraction, fraction
+        if self.clock.interpolation == SLERP:
             angle = np.arccos(np.clip((same * before.q * after.q).sum(axis=1), -1.0, 1.0))[:, None]
             with np.errstate(invalid="ignore", divide="ignore"):
                 one, other = (np.where(angle > 0, np.sin(part * angle) / np.sin(angle), part) for part in (one, other))
         q = one * before.q + other * same * after.q
         axes = rotation_matrix(q / np.linalg.norm(q, axis=1)[:, None])
-        return Pose(times, (1 - share) * before.x + share * after.x, axes, q)
+        return Pose(times, (1 - fraction) * before.x + fraction * after.x, axes, q)
 
-    def flown(self, times: Array, fineness: float = SEARCHING) -> Array:
-        """Return rows of `kernel.stepping` at instants [s] that do not decrease, (T, 22), each after its impulses."""
+    def simulate(self, times: Array, fineness: float = SEARCHING) -> Array:
+        """Return rows of `kernel.stepping` at times [s] that do not decrease, (T, 22), each after its impulses."""
         rows = np.empty((len(times), WIDTH))
         gravity = tuple(self.gravity.tolist())
-        late = (self.falls_from, *(self.mass * self.gravity).tolist()) if self.falls_from else None
-        forces = self.forces._replace(mass=self.mass, gravity=NOTHING if late else gravity)
-        laws = Laws(
+        delayed_gravity = (self.gravity_from, *(self.mass * self.gravity).tolist()) if self.gravity_from else None
+        forces = self.forces._replace(mass=self.mass, gravity=ZERO if delayed_gravity else gravity)
+        dynamics = Dynamics(
             moments=tuple(self.moments.tolist()),
             forces=forces,
             damping=self.damping,
-            brakes=self.brakes,
-            damps=self.damps,
-            decays=self.decays,
+            axis_damping=self.axis_damping,
+            damping_place=self.damping_place,
+            damping_form=self.damping_form,
             gyroscopic=self.gyroscopic,
-            mixed=self.mixed,
+            frame_mixup=self.frame_mixup,
             tensor=self.tensor,
-            struck=self.struck,
+            impulse_tensor=self.impulse_tensor,
             first=tuple((self.start[3:7] / np.linalg.norm(self.start[3:7])).tolist()),
-            turning=self.turning,
+            attitude_rate_factor=self.attitude_rate_factor,
             caps=self.caps,
-            arm=self.stroke.arm,
-            held=self.stroke.held,
-            levers=self.stroke.levers,
-            strikes_in_body=self.stroke.in_body,
+            lever=self.application.lever,
+            lever_motion=self.application.lever_motion,
+            lever_axes=self.application.lever_axes,
+            impulse_in_body_axes=self.application.in_body_axes,
         )
         scheme = self.scheme if self.scheme.attitude != SMOOTH else self.scheme._replace(step=fineness)
         integrate(
             self.start,
             times,
             rows,
-            laws,
-            _events(self.impulses, self.stroke, late),
+            dynamics,
+            _events(self.impulses, self.application, delayed_gravity),
             self._spring_rate() * fineness / SPRING_STEP,
             scheme,
             self.rounding,
@@ -220,69 +220,76 @@ class Account:
         return rows
 
     def _spring_rate(self) -> float:
-        """Return at most how fast a spring of the scene can make the body swing [rad/s]."""
+        """Return an upper bound of the angular frequency of the scene's springs [rad/s]."""
         reach = (self.body.points**2).sum(axis=1).max()
         return float(np.sqrt(self.stiffness * (1 / self.mass + reach / self.moments.min())))
 
 
 def pose_of(times: Array, rows: Array) -> Pose:
-    """Return the pose in rows of `flown`."""
+    """Return the pose in rows of `simulate`."""
     return Pose(times, rows[:, 0:3], rows[:, 3:12].reshape(-1, 3, 3), rows[:, 18:22])
 
 
-def truthful(scene: Scene, throw: int, rounding: float = 0.0) -> Account:
-    """Return the account of a program that makes no mistake; rounding: of its instants [s].  Raises RayMissed."""
+def correct_program(scene: Scene, throw: int, rounding: float = 0.0) -> ProgramModel:
+    """Return the model of a program without mistakes; rounding: of its times [s].  Raises RayMissed."""
     gravity = np.zeros(3) if scene.gravity is None else np.array(scene.gravity)
     start, moments = np.array(scene.start[throw]), np.array(scene.body.moments)
     forces = forces_of(scene), stiffness(scene)
-    account = Account(scene.body, scene.body.mass, moments, start, gravity, (), *forces, rounding=rounding)
+    program = ProgramModel(scene.body, scene.body.mass, moments, start, gravity, (), *forces, rounding=rounding)
     for impulse in scene.impulses:
-        account = replace(account, impulses=(*account.impulses, _landed(impulse, account)))
-    return account
+        program = replace(program, impulses=(*program.impulses, _with_fixed_point(impulse, program)))
+    return program
 
 
 def without_strength(law: Law, scene: Scene) -> Any:
-    """Return an acting law's numbers as the account's forces have them, but for its strength."""
+    """Return the parameters of a force of the scene, with no strength."""
     return getattr(forces_of(law.scaled(scene, NO_STRENGTH)), law.part)
 
 
-def _landed(impulse: Impulse, before: Account) -> Impulse:
-    """Return an impulse with the point where its ray meets the body of an account: others are told it."""
+def _with_fixed_point(impulse: Impulse, before: ProgramModel) -> Impulse:
+    """Return an impulse at the point where its ray hits the body, since programs are given that point."""
     if impulse.ray is None:
         return impulse
-    row = before.flown(np.array([impulse.time]), FINE)[0]
+    row = before.simulate(np.array([impulse.time]), FINE)[0]
     state = np.concatenate((row[0:3], row[18:22], row[12:18]))
     return replace(impulse, ray=None, point_world=strike_point(impulse, state, before.body))
 
 
-def with_writing(account: Account, writing: Writing) -> Account:
-    """Return the account of a program that does this to a pose last of all."""
-    return replace(account, writings=(*account.writings, writing))
+def with_output_transform(program: ProgramModel, writing: OutputTransform) -> ProgramModel:
+    """Return a program with one more output transform."""
+    return replace(program, output_transforms=(*program.output_transforms, writing))
 
 
-@lru_cache(maxsize=EVENTS_KEPT)
+@lru_cache(maxsize=EVENTS_CACHED)
 def _events(
-    impulses: tuple[Impulse, ...], stroke: Stroke, late: tuple[float, float, float, float] | None = None
+    impulses: tuple[Impulse, ...],
+    application: ImpulseApplication,
+    delayed_gravity: tuple[float, float, float, float] | None = None,
 ) -> Array:
-    """Return the events of `kernel.stepping`, (E, 16); late: from when on a force acts on the centre, and which."""
-    rows: list[tuple[float, ...]] = [(late[0], BEGIN, *late[1:], *NOTHING, *NOTHING, False)] if late else []
+    """Return the events of `kernel.stepping`, (E, 16); delayed_gravity: time [s] and force [N]."""
+    rows: list[tuple[float, ...]] = (
+        [(delayed_gravity[0], BEGIN, *delayed_gravity[1:], *ZERO, *ZERO, False)] if delayed_gravity else []
+    )
     for impulse in impulses:
-        value = stroke.strength * impulse.value
-        in_body = impulse.point_body is not None
-        place = (*(impulse.point_body if in_body else impulse.point_world), in_body)  # type: ignore[misc]
-        if not stroke.lasts:
-            rows.append((impulse.time, JUMP, *(value if stroke.moves else NOTHING), *value, *place))
+        value = application.strength * impulse.value
+        in_body_axes = impulse.point_body is not None
+        place = (*(impulse.point_body if in_body_axes else impulse.point_world), in_body_axes)  # type: ignore[misc]
+        if not application.lasts:
+            rows.append((impulse.time, JUMP, *(value if application.moves else ZERO), *value, *place))
             continue
-        force, turning = value / stroke.lasts, value / stroke.lasts if stroke.turns else np.zeros(3)
-        if not stroke.turns:
+        force, attitude_rate_factor = (
+            value / application.lasts,
+            value / application.lasts if application.turns else np.zeros(3),
+        )
+        if not application.turns:
             rows.append((impulse.time, JUMP, 0.0, 0.0, 0.0, *value, *place))
-        rows.append((impulse.time, BEGIN, *force, *turning, *place))
-        if stroke.ends:
-            rows.append((impulse.time + stroke.lasts, END, *force, *turning, *place))
+        rows.append((impulse.time, BEGIN, *force, *attitude_rate_factor, *place))
+        if application.ends:
+            rows.append((impulse.time + application.lasts, END, *force, *attitude_rate_factor, *place))
     events = np.zeros((len(rows), EVENT))
     order = sorted(range(len(rows)), key=lambda number: rows[number][0])
     for place, number in enumerate(order):
         events[place, :12] = rows[number]
         if rows[number][1] == END:
-            events[place, 15] = order.index(number - 1)  # a force is listed as it begins, then as it ends
+            events[place, 15] = order.index(number - 1)  # the end of a force is listed after its start
     return events

@@ -1,7 +1,7 @@
-"""The right motion at any instants, quickly: compiled, and held against the truth at a dozen of them.
+"""The reference motion at any times, quickly: compiled, and compared with the truth at a dozen of them.
 
-A truth costs milliseconds an instant, a compiled flight a microsecond.  So rows are measured from the flight, and how
-far that is from the truth where both are known is added to what can be told from nothing.
+A truth costs milliseconds a time, the compiled kernel a microsecond.  So rows are compared with the kernel's motion,
+and its distance from the truth is added to the resolution.
 """
 
 from collections.abc import Callable
@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from tumble.compare.grade.model.kernel.coasting import coast
-from tumble.compare.grade.model.program_model import FINE, truthful
+from tumble.compare.grade.model.program_model import FINE, correct_program
 from tumble.scenarios.frames import Array, rotation_matrix, vertices
 from tumble.scenarios.impulse import jump
 from tumble.scenarios.scene import Scene, frozen_array
@@ -22,68 +22,70 @@ CERTIFIED = 12
 
 
 class Reference:
-    """The right motion of every throw of a scene."""
+    """The reference motion of every throw of a scene."""
 
     def __init__(self, scene: Scene) -> None:
         self._scene = scene
         self._free = scene.is_free
         a, b, c = scene.body.moments.tolist()
         self._body = Body(scene.body.mass, (a, b, c))
-        self._legs: tuple[int, list[tuple[float, Array]]] = (-1, [])
+        self._segments: tuple[int, list[tuple[float, Array]]] = (-1, [])
 
     def states(self, throw: int, times: Array) -> Array:
-        """Return the states at instants [s], increasing, after the impulses of each, (T, 13)."""
+        """Return the states at increasing times [s], after the impulses at each, (T, 13)."""
         with without_blas():
-            return self._flown(throw, times)
+            return self._states(throw, times)
 
-    def _flown(self, throw: int, times: Array) -> Array:
+    def _states(self, throw: int, times: Array) -> Array:
         if not self._free:
-            rows = truthful(self._scene, throw).flown(times, FINE)
+            rows = correct_program(self._scene, throw).simulate(times, FINE)
             return np.hstack((rows[:, 0:3], rows[:, 18:22], rows[:, 12:18]))
-        legs = self._legs_of(throw)
+        segments = self._segments_of(throw)
         found = np.empty((len(times), 13))
-        ends = [begin for begin, _ in legs[1:]] + [np.inf]
+        ends = [begin for begin, _ in segments[1:]] + [np.inf]
         done = 0
-        for (begin, state), end in zip(legs, ends, strict=True):
+        for (begin, state), end in zip(segments, ends, strict=True):
             upto = int(np.searchsorted(times, end))
-            found[done:upto] = self._coasted(state, times[done:upto] - begin)
+            found[done:upto] = self._free_motion(state, times[done:upto] - begin)
             done = upto
         return found
 
     def vertices(self, throw: int, times: Array) -> Array:
-        """Return where the vertices are [m], (T, n, 3)."""
+        """Return the vertices [m], (T, n, 3)."""
         return vertices(self.states(throw, times), self._scene.body.points)
 
-    def limit(self, throw: int, times: Array, tell: Callable[[float], object] = lambda share: None) -> float:
-        """Return what cannot be told from nothing [m]: the truth's own limit, and what the flight is off from it.
+    def resolution(
+        self, throw: int, times: Array, on_progress: Callable[[float], object] = lambda share: None
+    ) -> float:
+        """Return the resolution of the reference [m]: that of the truth, and the kernel's distance from the truth.
 
-        times: instants [s], increasing, of which a dozen are asked of the truth; tell: is called with the share of it
-        that is done.  Raises NoTruth.
+        times: increasing [s]; the truth is computed at a dozen of them; on_progress: called with the share of it that
+        is done.  Raises NoTruth.
         """
         some = np.unique(np.linspace(0, len(times) - 1, CERTIFIED).round().astype(int))
         asked = frozen_array(times[some])
         duration = max(self._scene.duration, float(asked[-1]))
         start = frozen_array(self._scene.start[throw : throw + 1])
-        true = truth(replace(self._scene, times=asked, duration=duration, start=start), tell=tell)
+        true = truth(replace(self._scene, times=asked, duration=duration, start=start), on_share=on_progress)
         if not np.isfinite(true.vertices).all():
-            raise NoTruth(f"the true flight is known until {true.horizon:.6g} s: {true.why}")
+            raise NoTruth(f"the reference solution is known until {true.horizon:.6g} s: {true.why}")
         apart = self.vertices(throw, asked) - true.vertices[-len(asked) :, 0]
-        return float(true.limit.max()) + float(np.linalg.norm(apart, axis=-1).max())
+        return float(true.resolution.max()) + float(np.linalg.norm(apart, axis=-1).max())
 
-    def _legs_of(self, throw: int) -> list[tuple[float, Array]]:
-        """Return from when [s] and from which state, (13,), each stretch without impulses goes."""
-        if self._legs[0] != throw:
-            legs = [(0.0, np.array(self._scene.start[throw]))]
+    def _segments_of(self, throw: int) -> list[tuple[float, Array]]:
+        """Return the time [s] and the state, (13,), at the start of each segment without impulses."""
+        if self._segments[0] != throw:
+            segments = [(0.0, np.array(self._scene.start[throw]))]
             for impulse in self._scene.impulses:
-                begin, state = legs[-1]
-                before = self._coasted(state, np.array([impulse.time - begin]))
+                begin, state = segments[-1]
+                before = self._free_motion(state, np.array([impulse.time - begin]))
                 after = impulse.time, jump(impulse, before, self._scene.body)[0]
-                legs = [*legs[:-1], after] if impulse.time == begin else [*legs, after]
-            self._legs = throw, legs
-        return self._legs[1]
+                segments = [*segments[:-1], after] if impulse.time == begin else [*segments, after]
+            self._segments = throw, segments
+        return self._segments[1]
 
-    def _coasted(self, state: Array, t: Array) -> Array:
-        """Return the states after free flight for times [s], (T,), from one, (13,)."""
+    def _free_motion(self, state: Array, t: Array) -> Array:
+        """Return the states after free motion for times [s], (T,), from one state, (13,)."""
         axes = rotation_matrix(state[3:7])
         spins = np.empty((len(t), 14))
         spins[:, 7:14] = *state[3:7], *(self._scene.body.moments * (axes.T @ state[10:13]))

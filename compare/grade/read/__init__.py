@@ -1,1 +1,1 @@
-"""Reads a trajectory that any program wrote, or says in one line what it leaves unsaid."""
+"""Reads a trajectory that any program wrote, or reports in one line what is ambiguous in it."""

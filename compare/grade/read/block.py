@@ -1,11 +1,11 @@
-"""Rows of a trajectory as numbers, and where they have the body's axes and vertices."""
+"""Rows of a trajectory as numbers, and the body's axes and vertices in them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from tumble.compare.grade.read.columns import CENTRE, MATRIX, QUATERNION, Shown
+from tumble.compare.grade.read.columns import CENTRE, MATRIX, QUATERNION, Description
 from tumble.scenarios.frames import Array, quaternion_product, rotation_matrix
 from tumble.scenarios.scene import Scene
 
@@ -14,10 +14,10 @@ CONJUGATE = (1.0, -1.0, -1.0, -1.0)
 
 @dataclass(frozen=True, eq=False)
 class Block:
-    """Rows of one file, each of one throw at one instant.
+    """Rows of one file, each of one throw at one time.
 
-    lines: where in the file, (n,); throws: (n,); times [s], (n,), and how far off each may be by rounding [s], (n,);
-    values: quantity -> SI, (n,).
+    lines: their lines in the file, (n,); throws: (n,); times [s], (n,); rounding: of the times [s], (n,); values:
+    quantity -> values in SI, (n,).
     """
 
     lines: np.ndarray
@@ -43,9 +43,9 @@ class Block:
 
 
 def axes_of(block: Block, kind: str, file_axes: Array, stretched: bool = True) -> Array:
-    """Return the matrices principal axes to world as the file has them, (n, 3, 3), rotations or not.
+    """Return the matrices from principal axes to world in the file, (n, 3, 3), rotations or not.
 
-    stretched: a quaternion that is not of length 1 stretches them by its square, as it does where nobody normalises.
+    stretched: a quaternion that is not of unit length scales them by its square, as in a program without normalisation.
     """
     if kind == "matrix":
         axes = block.of(MATRIX).reshape(-1, 3, 3)
@@ -59,18 +59,18 @@ def axes_of(block: Block, kind: str, file_axes: Array, stretched: bool = True) -
 
 
 def principal_attitudes(block: Block, file_axes: Array) -> Array:
-    """Return the attitudes of the principal axes by the file's quaternions, of length 1, (n, 4)."""
+    """Return the attitudes of the principal axes from the file's quaternions, normalised, (n, 4)."""
     q = block.of(QUATERNION)
     return quaternion_product(q / np.linalg.norm(q, axis=1)[:, None], file_axes * CONJUGATE)
 
 
-def vertices_of(block: Block, what: Shown, scene: Scene, stretched: bool = True) -> Array:
-    """Return where the file has the vertices [m], (n, K, 3); from the centre of mass where it does not say that."""
-    if what.kind == "vertices":
-        names = [f"v{number}{axis}" for number in what.vertices for axis in "xyz"]
+def vertices_of(block: Block, description: Description, scene: Scene, stretched: bool = True) -> Array:
+    """Return the vertices in the file [m], (n, K, 3); relative to the centre of mass if the file has no centre."""
+    if description.kind == "vertices":
+        names = [f"v{number}{axis}" for number in description.vertices for axis in "xyz"]
         return block.of(names).reshape(len(block.times), -1, 3)
-    axes = axes_of(block, what.kind, scene.body.file_axes, stretched)
+    axes = axes_of(block, description.kind, scene.body.file_axes, stretched)
     points = scene.body.points
-    # One product of matrices: numpy's einsum takes ten times as long.
+    # One matrix product: numpy's einsum takes ten times as long.
     turned = np.swapaxes((axes.reshape(-1, 3) @ points.T).reshape(-1, 3, len(points)), 1, 2)
-    return block.of(CENTRE)[:, None] + turned if what.centred else turned
+    return block.of(CENTRE)[:, None] + turned if description.has_centre else turned

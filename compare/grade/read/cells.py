@@ -1,4 +1,4 @@
-"""The cells of a CSV file that any program wrote, a part at a time; what is bad in them is one line for the user."""
+"""The cells of a CSV file that any program wrote, a part at a time; an error is one line for the user."""
 
 import csv
 import os
@@ -12,27 +12,27 @@ from pathlib import Path
 
 import numpy as np
 
-from tumble.compare.grade.read.columns import Answer, BadTrajectory, Column, Unsaid
+from tumble.compare.grade.read.columns import AmbiguousFile, BadTrajectory, Column, Suggestion
 from tumble.scenarios.files import why_unread
 from tumble.scenarios.format import printable, short, visible
 from tumble.scenarios.frames import Array
 
 # What follows a decimal comma.
 DECIMALS = re.compile(r"\d+(?:[eE][+-]?\d+)?\s*", re.ASCII)
-# Bytes that are read at a time; a line of more bytes than this is no row of a trajectory.
+# Bytes read at a time; a longer line is not a row of a trajectory.
 LONGEST_LINE = 1_000_000
-# Rows whose text is looked at for how numbers are printed: so many first ones, and as many from so many places.
+# Rows that show how numbers are printed: this many at the beginning, and as many from this many places.
 LOOKED_AT, PLACES = 200, 20
 SEPARATORS = ",;\t"
-# Neither a place nor a time nor a part of a unit quaternion: products of squares of larger ones would overflow.
+# No position, time or quaternion is larger; products of squares of larger numbers overflow.
 LARGEST = 1e50
 
 
 class Cells:
-    """A file whose separator and header are known: header: names of its columns.
+    """A file whose separator and header are known.
 
-    first_line: of its rows, as refusals count them; share: of its bytes that have been read by now.
-    Raises BadTrajectory for what cannot be read.
+    header: names of its columns; first_line: number of the first row's line in messages; share: of its bytes that have
+    been read.  Raises BadTrajectory if it cannot be read.
     """
 
     def __init__(self, path: Path, name: str, decimal: str, first_line: int) -> None:
@@ -45,18 +45,18 @@ class Cells:
         self.header = [name.strip() for _, cells in self._rows(iter([first]), 0) for name in cells]
         self._check_header()
 
-    def looked_at(self) -> tuple[list[list[str]], list[list[str]]]:
-        """Return the first rows, and rows from all over the file: a number that grows shows its last digit there."""
+    def sampled_rows(self) -> tuple[list[list[str]], list[list[str]]]:
+        """Return the first rows, and rows from all over the file, where growing numbers show their last digits."""
         with self._open() as file:
             next(self._lines(file, 0), None)
             first = [row for _, row in islice(self._rows(self._lines(file, 1), 1), LOOKED_AT)]
             return first, list(self._here_and_there(file))
 
     def tables(self, columns: Sequence[Column], most_rows: int) -> Iterator[tuple[np.ndarray, Array]]:
-        """Yield the numbers of lines and the columns that mean something, (n, columns), in their own units.
+        """Yield line numbers, (n,), and the given columns in their own units, (n, columns).
 
-        All at once while the lines are plain numbers; from the first part that is otherwise row by row, which takes
-        quotes and blank lines, and can say what is wrong in which line.  most_rows: of a table read row by row.
+        Parts of plain numbers are read at once.  From the first other part on, rows are read one by one, which handles
+        quotes and blank lines and can report the line of an error.  most_rows: of a table read row by row.
         """
         self.share = 0.0
         with self._open() as file:
@@ -78,11 +78,11 @@ class Cells:
         self.share = 1.0
 
     def _here_and_there(self, file: BufferedReader) -> Iterator[list[str]]:
-        """Yield rows from all over the file: a number that grows shows its last digit further on."""
+        """Yield rows from all over the file."""
         size = file.seek(0, os.SEEK_END)
         for part in range(1, PLACES):
             file.seek(size * part // PLACES)
-            file.readline(LONGEST_LINE)  # what is left of a row
+            file.readline(LONGEST_LINE)  # the rest of a row
             for _ in range(LOOKED_AT // PLACES):
                 cells = self._joined(file.readline(LONGEST_LINE).decode(errors="replace").split(self._separator))
                 if len(cells) == len(self.header):
@@ -93,7 +93,7 @@ class Cells:
         if b'"' in part or b"\0" in part or (self._decimal == "," and (b"." in part or self._separator == ",")):
             return None
         try:
-            lines = self.pointed(part.decode()).removesuffix("\n").split("\n")
+            lines = self.with_decimal_point(part.decode()).removesuffix("\n").split("\n")
             if {line.count(self._separator) for line in lines} != {len(self.header) - 1}:
                 return None
             places = [column.place for column in columns]
@@ -118,11 +118,11 @@ class Cells:
             raise BadTrajectory(f"{self.name}: {why}") from None
 
     def _lines(self, file: BufferedReader, number: int) -> Iterator[str]:
-        """Yield the lines of a file, so many of which have been read, as text."""
+        """Yield the lines of a file as text; number: of lines already read."""
         while raw := file.readline(LONGEST_LINE + 1):
             number += 1
             if len(raw) > LONGEST_LINE:
-                raise BadTrajectory(f"{self.name}: line {number}: longer than {LONGEST_LINE} bytes: no trajectory")
+                raise BadTrajectory(f"{self.name}: line {number}: longer than {LONGEST_LINE} bytes: not a trajectory")
             if number == 1:
                 if raw.startswith((b"\xff\xfe", b"\xfe\xff")):
                     raise BadTrajectory(f"{self.name}: is UTF-16 text: save it as UTF-8")
@@ -137,7 +137,7 @@ class Cells:
                 raise BadTrajectory(f"{self.name}: line {number}: not UTF-8 text") from None
 
     def _rows(self, lines: Iterator[str], before: int) -> Iterator[tuple[int, list[str]]]:
-        """Yield the number of a line and its cells, empty lines and comments left out; before: how many come before."""
+        """Yield line numbers and cells, without empty lines and comments; before: number of lines already read."""
         reader = csv.reader(lines, delimiter=self._separator, strict=True)
         try:
             for cells in reader:
@@ -150,13 +150,13 @@ class Cells:
             ) from None
 
     def _are_halves(self, cells: Sequence[str]) -> bool:
-        """Whether every number has a decimal comma, which separates cells as well: 0,02,1,5 is 0.02 and 1.5."""
+        """Whether the decimal comma is also the separator: 0,02,1,5 is 0.02 and 1.5."""
         return (
             self._separator == "," and len(cells) == 2 * len(self.header) and all(map(DECIMALS.fullmatch, cells[1::2]))
         )
 
     def _joined(self, cells: list[str]) -> list[str]:
-        """Return the cells of a row, halves of numbers put together where the decimal sign is a comma."""
+        """Return the cells of a row, with numbers joined that a decimal comma split."""
         if self._decimal != "," or not self._are_halves(cells):
             return cells
         return [f"{whole},{part}" for whole, part in zip(cells[::2], cells[1::2], strict=True)]
@@ -168,8 +168,8 @@ class Cells:
         bare = re.sub(r'"[^"]*"', "", first.strip())
         found = [separator for separator in SEPARATORS if separator in re.sub(r",\s+", ",", bare)]
         if not found:
-            raise BadTrajectory(f"{self.name}: line 1: one column only: cells must be separated by , ; or tabs")
-        # A header of semicolons or tabs may have commas within a name; the other way round it may not.
+            raise BadTrajectory(f"{self.name}: line 1: only one column: cells must be separated by , ; or tabs")
+        # A header separated by semicolons or tabs may have commas within a name, but not the reverse.
         return found[-1]
 
     def _check_header(self) -> None:
@@ -178,22 +178,22 @@ class Cells:
         if not self.header[-1]:
             self.header.pop()  # a separator after every cell
         if all(self.number(name) is not None for name in self.header if name):
-            raise BadTrajectory(f"{self.name}: line 1 holds numbers: it must be a header that names the columns")
+            raise BadTrajectory(f"{self.name}: line 1 has numbers: it must be a header that names the columns")
         doubled = [name for name, count in Counter(filter(None, self.header)).items() if count > 1]
         if doubled:
             raise BadTrajectory(f"{self.name}: two columns are called {short(doubled[0])}")
 
-    def pointed(self, text: str) -> str:
-        """Return text with a point for its decimal sign."""
+    def with_decimal_point(self, text: str) -> str:
+        """Return text with decimal points."""
         return text.replace(",", ".") if self._decimal == "," else text
 
     def _numbers(self, line: int, cells: list[str], columns: Sequence[Column]) -> list[float]:
-        """Return the cells of a row that mean something.  Raises BadTrajectory."""
+        """Return the numbers of a row in the given columns.  Raises BadTrajectory."""
         width = len(self.header)
         if len(cells) == width + 1 and not cells[-1].strip():
             cells.pop()  # a separator after every cell
         if self._decimal != "," and self._are_halves(cells):
-            raise self._decimal_unsaid(f"line {line}: {len(cells)} cells, but the header has {width}")
+            raise self._decimal_question(f"line {line}: {len(cells)} cells, but the header has {width}")
         if len(cells) != width:
             commas = self._separator == "," and len(cells) > width
             why = " (decimal commas need cells in quotes, or separated by ; or tabs)" if commas else ""
@@ -205,11 +205,11 @@ class Cells:
         return numbers  # type: ignore[return-value]
 
     def number(self, cell: str) -> float | None:
-        """Return the number in a cell, or None; a _ between digits is Python's way of writing, not a number's."""
+        """Return the number in a cell, or None; `_` between digits is Python syntax, not a number."""
         if "_" in cell or (self._decimal == "," and "." in cell):
             return None
         try:
-            return float(self.pointed(cell))
+            return float(self.with_decimal_point(cell))
         except ValueError:
             return None
 
@@ -217,15 +217,15 @@ class Cells:
         why = f"must be a finite number of at most {LARGEST:g}"
         where = f"line {line}, {printable(self.header[place])} = {short(cell)}"
         if self._decimal == "," and "." in cell:
-            why = "a point, but --decimal , says that the decimal sign is a comma"
+            why = "has a decimal point, but --decimal , asks for commas"
         elif "," in cell:
-            raise self._decimal_unsaid(f"{where}: {why}")
+            raise self._decimal_question(f"{where}: {why}")
         raise BadTrajectory(f"{self.name}: {where}: {why}")
 
-    def _decimal_unsaid(self, message: str) -> Unsaid:
-        """Return the question whether commas are decimal points."""
-        return Unsaid(
-            f"{self.name}: {message}, or give --decimal , where commas are decimal points",
-            "whether commas are decimal points",
-            Answer(decimal=","),
+    def _decimal_question(self, message: str) -> AmbiguousFile:
+        """Return the question whether commas are decimal signs."""
+        return AmbiguousFile(
+            f"{self.name}: {message}; if commas are decimal signs, give --decimal ,",
+            "whether commas are decimal signs",
+            Suggestion(decimal=","),
         )

@@ -1,8 +1,8 @@
-"""What a column of somebody's trajectory is: a quantity and its unit, said by its name or by the user.
+"""What a column of a trajectory is: a quantity and its unit, given by its name or by the user.
 
 A name is QUANTITY_UNIT, as in our own trajectories: t_s, x_m, qw, vx_m_s, wx_rad_s, v0x_m; also r11 ... r33 for a
-matrix body to world, row then column, and `throw`.  Other units have names too: t_ms, x_cm, wx_deg_s.  Nothing is
-guessed.
+matrix body to world, row then column, and `throw`.  Other units are named alike: t_ms, x_cm, wx_deg_s.  Nothing
+is guessed.
 """
 
 import re
@@ -27,7 +27,7 @@ QUATERNION = ("qw", "qx", "qy", "qz")
 MATRIX = tuple(f"r{row}{column}" for row in "123" for column in "123")
 VELOCITY = ("vx", "vy", "vz")
 SPIN = ("wx", "wy", "wz")
-# Euler angles about each axis, which --euler says the order of; as pilots call them they are the same.
+# Euler angles about each axis, whose order --euler gives; roll, pitch, yaw are other names of them.
 ANGLES = ("rx", "ry", "rz")
 PILOTS = {"roll": "rx", "pitch": "ry", "yaw": "rz"}
 ALIASES = {**PILOTS, "throw": "member"}  # `throw`: its name in format 2
@@ -40,42 +40,42 @@ class BadTrajectory(UserError):
 
 
 @dataclass(frozen=True)
-class Answer:
-    """What would answer a question about a file: names of columns, column -> name; its decimal sign; its start [s]."""
+class Suggestion:
+    """A suggested answer to a question about a file: mapping column -> name; decimal sign; start of the clock [s]."""
 
     mapping: Mapping[str, str] = field(default_factory=dict)
     decimal: str | None = None
     start: float | None = None
 
 
-class Unsaid(BadTrajectory):
-    """A trajectory that does not say how it is to be read.
+class AmbiguousFile(BadTrajectory):
+    """A trajectory that can be read in several ways.
 
-    asks: what is not said, in few words; answer: what is likely meant, empty where nothing is likelier than the rest.
+    topic: what is ambiguous, in few words; suggestion: the likely answer, empty if there is none.
     """
 
-    def __init__(self, message: str, asks: str, answer: Answer | None = None) -> None:
+    def __init__(self, message: str, topic: str, suggestion: Suggestion | None = None) -> None:
         super().__init__(message)
-        self.asks, self.answer = asks, answer or Answer()
+        self.topic, self.suggestion = topic, suggestion or Suggestion()
 
 
-class AnglesUnread(Unsaid):
-    """Only angles say how the body is turned; named: column -> the angle it is, rx, ry or rz, and its unit or ''."""
+class AmbiguousAngles(AmbiguousFile):
+    """The attitude is given by angles only; named: column -> its angle, rx, ry or rz, and its unit or ''."""
 
     def __init__(self, message: str, named: dict[str, tuple[str, str]]) -> None:
-        super().__init__(message, f"what turns {', '.join(named)} are")
+        super().__init__(message, f"the convention of the angles {', '.join(named)}")
         self.named = named
 
 
 class Column(NamedTuple):
-    """Where a quantity is found in a row, and its unit in SI."""
+    """Index of a quantity's cell in a row, and its unit in SI."""
 
     place: int
     factor: float
 
 
 def dimension(quantity: str) -> str | None:
-    """Return what a quantity is measured in, or None where there is no such quantity."""
+    """Return the dimension of a quantity, or None if there is no such quantity."""
     if quantity == TIME:
         return "time"
     if quantity in CENTRE or VERTEX.fullmatch(quantity):
@@ -90,7 +90,7 @@ def dimension(quantity: str) -> str | None:
 
 
 def parsed(name: str) -> tuple[str, float] | None:
-    """Return the quantity a name stands for and its unit in SI, or None."""
+    """Return the quantity that a name stands for and its unit in SI, or None."""
     quantity, _, unit = name.partition("_")
     quantity = ALIASES.get(quantity, quantity)
     measured = dimension(quantity)
@@ -100,11 +100,15 @@ def parsed(name: str) -> tuple[str, float] | None:
 
 
 @dataclass(frozen=True)
-class Shown:
-    """What a trajectory shows of the body: which description of its place, and what else; centred: where it is too."""
+class Description:
+    """How a trajectory describes the body's pose.
+
+    kind: pose, matrix or vertices; vertices: numbers of those that are given, or all; velocities, spin: whether both
+    velocities, or the angular one, are given as well; has_centre: whether the position is given.
+    """
 
     kind: str
     vertices: tuple[int, ...]
     velocities: bool
     spin: bool
-    centred: bool = True
+    has_centre: bool = True

@@ -1,4 +1,4 @@
-"""Which convention of Euler angles makes a file's first rows right: offered to the user, never assumed."""
+"""Which conventions of Euler angles fit a file's first rows: suggested to the user, never assumed."""
 
 from collections.abc import Iterator
 from itertools import permutations, product
@@ -9,97 +9,98 @@ import numpy as np
 
 from tumble.compare.grade.model.reference import Reference
 from tumble.compare.grade.read.block import vertices_of
-from tumble.compare.grade.read.columns import AnglesUnread, BadTrajectory
+from tumble.compare.grade.read.columns import AmbiguousAngles, BadTrajectory
 from tumble.compare.grade.read.conventions import AXES, EULER
-from tumble.compare.grade.read.reading_options import Said
+from tumble.compare.grade.read.reading_options import ReadingOptions
 from tumble.scenarios.scene import Scene
 
-# A convention fits where the vertices of half of the first rows are within this share of the body of the truth; others
-# fit as well where they are not twice as far off, but for rounding.
+# A convention fits if the median vertex error of the first rows is at most this share of the body's size.  Others fit
+# equally well if their error is less than twice as large, plus rounding.
 FITS = 0.05
 ALIKE, ROUNDING = 2.0, 1e-6
 ROWS = 64
 MOST_SHOWN = 4
-# The axes of the scene itself.
+# The scene's own axes.
 OURS = "x,y,z"
 
 
 class Fit(NamedTuple):
-    """One way to read angles: its error over the body's size, what is said then, and whose way it is."""
+    """One reading of the angles: its error over the body's size, its options, and whose convention it is."""
 
     error: float
-    said: Said
+    options: ReadingOptions
     whose: str
 
 
-def best_fits(path: Path, scene: Scene, said: Said, unread: AnglesUnread) -> list[Fit]:
-    """Return the way to read a file's Euler angles that comes nearest, and those that come as near; none of none."""
-    fits = sorted(_fits(path, scene, said, unread), key=lambda fit: fit.error)
+def best_fits(path: Path, scene: Scene, options: ReadingOptions, angles: AmbiguousAngles) -> list[Fit]:
+    """Return the readings of a file's Euler angles that fit best, best first; empty if none can be read."""
+    fits = sorted(_fits(path, scene, options, angles), key=lambda fit: fit.error)
     return [fit for fit in fits if fit.error <= ALIKE * fits[0].error + ROUNDING]
 
 
-def euler_offer(scene: Scene, said: Said, unread: AnglesUnread, fits: list[Fit]) -> str:
-    """Return the options that read a file's Euler angles right, or nearest to that; said: without them."""
-    columns = ", ".join(unread.named)
+def euler_suggestion(scene: Scene, options: ReadingOptions, angles: AmbiguousAngles, fits: list[Fit]) -> str:
+    """Return the options that read a file's Euler angles, in words; options: the given ones."""
+    columns = ", ".join(angles.named)
     if not fits:
-        return f"no convention of {columns} can be read: --euler and --axes say which it is"
-    best, options = fits[0], [fit.said.options(said) for fit in fits]
+        return f"{columns} can be read in no convention: give --euler and --axes"
+    best, suggested = fits[0], [fit.options.command_line(options) for fit in fits]
     if best.error > FITS:
         return (
-            f"no convention of {columns} fits {scene.name}; nearest, {off(best.error)}, is {best.whose}: {options[0]}"
+            f"no convention of {columns} fits {scene.name}; the nearest, {misfit_text(best.error)}, is {best.whose}: "
+            f"{suggested[0]}"
         )
     if len(fits) == 1:
-        return f"{columns} fit as {best.whose}: {options[0]}"
-    return f"{columns} fit in {len(fits)} ways: {'; or '.join(options[:MOST_SHOWN])}"
+        return f"{columns} fit as {best.whose}: {suggested[0]}"
+    return f"{columns} fit in {len(fits)} ways: {'; or '.join(suggested[:MOST_SHOWN])}"
 
 
-def off(error: float) -> str:
-    """Return in words how far rows are off, over the body's size."""
-    return f"{error:.0%} of the body off" if error < 1 else f"{error:.1f} times the size of the body off"
+def misfit_text(error: float) -> str:
+    """Return in words how far rows are off, given over the body's size."""
+    return f"{error:.0%} of the body's size off" if error < 1 else f"{error:.1f} times the body's size off"
 
 
-def misfit(path: Path, scene: Scene, said: Said, reference: Reference) -> float | None:
-    """Return how far a file's first rows are off, read like that, over the body's size; None if it cannot be read."""
+def misfit(path: Path, scene: Scene, options: ReadingOptions, reference: Reference) -> float | None:
+    """Return the median vertex error of a file's first rows over the body's size; None if they cannot be read."""
     try:
-        trajectory, rows = said.first_rows(path, scene)
+        trajectory, rows = options.first_rows(path, scene)
     except BadTrajectory:
         return None
     rows = rows.some(slice(ROWS))
-    shown = trajectory.shown[0]
-    true = reference.vertices(int(rows.throws[0]), rows.times)[:, list(shown.vertices)]
-    seen = vertices_of(rows, shown, scene)
-    if not shown.centred:
+    description = trajectory.descriptions[0]
+    true = reference.vertices(int(rows.throws[0]), rows.times)[:, list(description.vertices)]
+    seen = vertices_of(rows, description, scene)
+    if not description.has_centre:
         true = true - reference.states(int(rows.throws[0]), rows.times)[:, None, 0:3]
     size_m = float(np.ptp(scene.body.points, axis=0).max())
     return float(np.median(np.linalg.norm(seen - true, axis=-1).max(axis=1))) / size_m
 
 
-def _fits(path: Path, scene: Scene, said: Said, unread: AnglesUnread) -> Iterator[Fit]:
-    """Yield every way to read the angles that can be read, each once."""
+def _fits(path: Path, scene: Scene, options: ReadingOptions, angles: AmbiguousAngles) -> Iterator[Fit]:
+    """Yield every possible reading of the angles once."""
     reference = Reference(scene)
-    for (euler, names), axes, unit in product(_orders().items(), _axes(said), ("deg", "rad")):
-        if {said_unit or unit for _, said_unit in unread.named.values()} != {unit}:
+    for (euler, names), axes, unit in product(_orders().items(), _axes(options), ("deg", "rad")):
+        if {own_unit or unit for _, own_unit in angles.named.values()} != {unit}:
             continue
         cells = AXES.get(axes, axes) if axes else OURS
         own = [name for name in names if AXES[name] == cells] or names
-        way = said.with_angles(unread.named, unit).read_as(euler=own[0] if own else euler, axes=axes)
-        whose = f"{' or '.join(name.capitalize() for name in own)}'s" if own else f"turns in the order {euler}"
+        way = options.with_angles(angles.named, unit).with_conventions(euler=own[0] if own else euler, axes=axes)
+        whose = f"{' or '.join(name.capitalize() for name in own)}'s" if own else f"rotations in the order {euler}"
         if (error := misfit(path, scene, way, reference)) is not None:
             yield Fit(error, way, whose)
 
 
 def _orders() -> dict[str, list[str]]:
-    """Return every order of turns, as --euler takes it, and the programs that have it."""
+    """Return every rotation order, as --euler takes it, and the programs that use it."""
     named: dict[tuple[str, tuple[int, int, int]], list[str]] = {}
     for name, (order, signs) in EULER.items():
-        # Turns about the body's axes are those about fixed axes in reverse.
+        # Rotations about body axes are those about fixed axes in reverse order.
         named.setdefault((order[::-1].lower() if order.isupper() else order, signs), []).append(name)
     found = {(order if signs == (1, 1, 1) else names[0]): names for (order, signs), names in named.items()}
     return {"".join(order): [] for order in permutations("xyz")} | found
 
 
-def _axes(said: Said) -> list[str | None]:
-    """Return the axes to try: those that are said, or those that differ."""
-    if said.reading.axes:
-        return [said.reading.axes]
+def _axes(options: ReadingOptions) -> list[str | None]:
+    """Return the axes to try: the given ones, or all that differ."""
+    if options.conventions.axes:
+        return [options.conventions.axes]
     return [None, *{cells: name for name, cells in reversed(AXES.items()) if cells != "x,y,z"}.values()]

@@ -1,7 +1,7 @@
-"""Other programs' axes and Euler angles, brought into a scene's right-handed world.
+"""Other programs' axes and Euler angles, converted to a scene's right-handed world.
 
-Axes are a signed permutation, so a file's columns are only named and signed anew and keep their printed digits; body
-axes go with the world's.  Angles are turned into a quaternion row by row.
+Axes are a signed permutation: columns get other names and signs and keep their printed digits; the body's axes change
+with the world's.  Angles are converted to a quaternion row by row.
 """
 
 import re
@@ -26,7 +26,7 @@ from tumble.scenarios.format import short
 from tumble.scenarios.frames import Array, quaternion_product
 from tumble.scenarios.scene import Scene
 
-# Which of the program's axes our x, y, z are, in a world where y is up.
+# The program's axes that are our x, y, z, in a world where y is up.
 AXES = {
     "unity": "x,y,-z",  # left-handed: x right, y up, z forward
     "unreal": "x,z,y",  # left-handed: x forward, y right, z up
@@ -37,10 +37,10 @@ AXES = {
 }
 # A scene whose gravity is along z has z up: (x, y, z) with y up is (x, -z, y) there.
 Z_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
-# The order of the turns as scipy.spatial.transform.Rotation has it, and the signs of the angles about x, y, z.
+# The rotation order in the notation of scipy.spatial.transform.Rotation, and the signs of the angles about x, y, z.
 EULER = {
     "unity": ("zxy", (1, 1, 1)),  # Quaternion.Euler: about z, then x, then y
-    "unreal": ("xyz", (-1, -1, 1)),  # FRotationMatrix: roll, pitch, yaw; roll and pitch turn the other way
+    "unreal": ("xyz", (-1, -1, 1)),  # FRotationMatrix: roll, pitch, yaw; roll and pitch have the opposite sign
     "blender": ("xyz", (1, 1, 1)),  # rotation_mode XYZ: about x first
     "godot": ("YXZ", (1, 1, 1)),  # EULER_ORDER_YXZ
     "ros": ("xyz", (1, 1, 1)),  # REP 103, fixed axes: roll, pitch, yaw
@@ -51,11 +51,12 @@ PREFIX = re.compile(r"(intrinsic|extrinsic)[-: ]?([xyz]{3})", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
-class Reading:
-    """What the user says of a whole file: the order of its Euler angles, its axes, when its clock starts [s].
+class Conventions:
+    """The conventions of a file.
 
-    spin: in whose axes its angular velocity is, world or body;
-    name: how refusals call it; first_line: of its rows; notes: what is to be told once of how it was read.
+    euler: order of its Euler angles; axes: its axes; start: what its clock shows at the scene's start [s]; spin: axes
+    of its angular velocity, world or body; name: its name in messages; first_line: line of its first row; notes:
+    remarks for the user about how it was read.
     """
 
     euler: str | None = None
@@ -68,7 +69,7 @@ class Reading:
 
 
 def order_of(euler: str) -> tuple[str, tuple[int, int, int]]:
-    """Return the order of turns, small letters about fixed axes and capitals about the body's, and the signs.
+    """Return the rotation order, lower case about fixed axes and upper case about the body's, and the signs.
 
     Raises BadTrajectory.
     """
@@ -80,14 +81,14 @@ def order_of(euler: str) -> tuple[str, tuple[int, int, int]]:
         order = prefixed[2].upper() if prefixed[1].lower() == "intrinsic" else prefixed[2].lower()
     if sorted(order.lower()) != ["x", "y", "z"] or order not in (order.lower(), order.upper()):
         raise BadTrajectory(
-            f"--euler {short(euler)}: must be {', '.join(EULER)}, or x, y and z in the order of the turns: zxy about "
+            f"--euler {short(euler)}: must be {', '.join(EULER)}, or x, y and z in the order of rotations: zxy about "
             "fixed axes, ZXY about the body's (or extrinsic-zxy, intrinsic-zxy)"
         )
     return order, (1, 1, 1)
 
 
 def matrix_of(axes: str | None, scene: Scene) -> Array:
-    """Return what takes a program's vectors into the scene's world, (3, 3), a signed permutation.
+    """Return the matrix that takes a program's vectors to the scene's world, (3, 3), a signed permutation.
 
     Raises BadTrajectory.
     """
@@ -98,7 +99,7 @@ def matrix_of(axes: str | None, scene: Scene) -> Array:
     matrix = np.zeros((3, 3))
     if sorted(cell.lstrip("+-") for cell in cells) != ["x", "y", "z"] or any(len(cell) > 2 for cell in cells):
         raise BadTrajectory(
-            f"--axes {short(axes)}: must be {', '.join(AXES)}, or which of its axes our x, y, z are, e.g. x,y,-z"
+            f"--axes {short(axes)}: must be {', '.join(AXES)}, or its axes that are our x, y, z, e.g. x,y,-z"
         )
     for row, cell in enumerate(cells):
         matrix[row, "xyz".index(cell[-1])] = -1.0 if cell[0] == "-" else 1.0
@@ -108,9 +109,9 @@ def matrix_of(axes: str | None, scene: Scene) -> Array:
 
 
 def renamed(columns: Mapping[str, Column], matrix: Array) -> dict[str, Column]:
-    """Return where our quantities are in a file whose columns are the program's; matrix: as matrix_of has it.
+    """Return the columns of our quantities in a file with a program's axes; matrix: from `matrix_of`.
 
-    A spin and the vector of a quaternion are axial: a mirrored world turns them round.
+    An angular velocity and the vector of a quaternion are axial vectors: a mirror reverses them.
     """
     found = dict(columns)
     source = np.abs(matrix).argmax(axis=1)
@@ -131,7 +132,7 @@ def renamed(columns: Mapping[str, Column], matrix: Array) -> dict[str, Column]:
 
 
 def quaternions(angles: Array, euler: str, matrix: Array) -> Array:
-    """Return the attitudes, (n, 4), of angles about the program's x, y, z [rad], (n, 3)."""
+    """Return the attitudes, (n, 4), from angles about the program's x, y, z [rad], (n, 3)."""
     order, signs = order_of(euler)
     found = np.tile([1.0, 0.0, 0.0, 0.0], (len(angles), 1))
     for letter in order:
@@ -139,18 +140,18 @@ def quaternions(angles: Array, euler: str, matrix: Array) -> Array:
         turn = np.zeros((len(angles), 4))
         half = signs[axis] * angles[:, axis] / 2
         turn[:, 0], turn[:, 1 + axis] = np.cos(half), np.sin(half)
-        # Turns about fixed axes come before what is there, those about the body's after it.
+        # Rotations about fixed axes multiply from the left, those about body axes from the right.
         found = quaternion_product(found, turn) if letter.isupper() else quaternion_product(turn, found)
     found[:, 1:] = np.linalg.det(matrix).round() * found[:, 1:] @ matrix.T
     return found
 
 
 def quaternion_digits(columns: Mapping[str, Column], printed: Mapping[str, Digits]) -> dict[str, Digits]:
-    """Return how a quaternion would be printed that angles were turned into.
+    """Return the print format of a quaternion that was converted from angles.
 
-    The three axes of the turns need not be at right angles, so the body is turned by up to the sum of three half units
-    too much, and the quaternion off by half of that: so much in each of its four numbers as makes that length.  Where
-    the place of the last digit follows the size of an angle, it is that of half a turn.
+    The three rotation axes need not be orthogonal, so the attitude may be off by the sum of three half units and the
+    quaternion by half of that, spread over its four components.  If the place of the last digit follows the size of an
+    angle, that of half a turn is taken.
     """
     half = sum(
         columns[name].factor * float(printed[name].half(np.array([np.pi / columns[name].factor]))[0]) for name in ANGLES

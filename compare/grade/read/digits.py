@@ -1,4 +1,4 @@
-"""What printed figures can tell: the place of the last digit, and how far off a right number may be by rounding."""
+"""The precision of printed numbers: the place of the last digit, and the rounding error that it allows."""
 
 import re
 from collections.abc import Iterable, Sequence
@@ -9,33 +9,34 @@ import numpy as np
 from tumble.scenarios.frames import Array
 
 NUMBER = re.compile(r"[+-]?(\d*)(?:\.(\d*))?(?:[eE]([+-]?\d{1,9}))?", re.ASCII)
-# Nine significant digits tell every single-precision number from its neighbours, and from most doubles.
-TELLING = 9
-# So many cells with as many decimals each were given them; shortest numbers end in a 0 one time in ten.
+# Nine significant digits distinguish a single-precision number from its neighbours, and from most doubles.
+DECISIVE = 9
+# At least this many cells with equally many decimals were printed so; a shortest number ends in 0 one time in ten.
 FIXED = 30
-# Of a double.
+# Significant digits of a double.
 MOST = 17
-# Decimal places that are looked at.
+# Decimal places that are tried.
 MOST_PLACES = 10
-# Intervals of a clock in doubles are as even as this; those of no clock are this share of the least interval apart.
+# Relative spread of the intervals of an even clock in doubles; and of a clock that is uneven.
 ROUNDING, UNEVEN = 1e-8, 0.02
 
 
 class Digits(NamedTuple):
-    """How a column is printed: the finest place of a last digit, and the most significant figures.
+    """The print format of a column.
 
-    single: every cell is a number of single precision as far as its figures go; telling: in one of them they go far;
-    fixed: all cells have as many decimals, as by %.4f; otherwise those that a number needs, as a short one may.
+    place: finest place of a last digit; figures: most significant digits; single: every cell is a single-precision
+    number as far as its digits show; is_decisive: some cell has enough digits to show it; fixed: all cells have equally
+    many decimals, as by %.4f, and not as many as a number needs.
     """
 
     place: float = 0.0
     figures: int = 17
     single: bool = False
-    telling: bool = False
+    is_decisive: bool = False
     fixed: bool = True
 
     def half(self, values: Array) -> Array:
-        """Return half a unit of the last place of values, in the column's own unit."""
+        """Return half a unit in the last place of values, in the column's own unit."""
         size = np.abs(values)
         with np.errstate(divide="ignore"):
             leading = np.floor(np.log10(size))
@@ -43,8 +44,8 @@ class Digits(NamedTuple):
 
 
 def digits(cells: Iterable[str]) -> Digits:
-    """Return how cells that hold numbers are printed; whether they are numbers of single precision."""
-    figures, single, telling, ends = 1, True, False, False
+    """Return the print format of cells that hold numbers."""
+    figures, single, is_decisive, ends = 1, True, False, False
     places: set[float] = set()
     cells = [cell.strip() for cell in cells]
     constant = len(set(cells)) == 1
@@ -53,30 +54,32 @@ def digits(cells: Iterable[str]) -> Digits:
         if match is None:
             continue
         whole, part = match[1], match[2] or ""
-        power = min(max(int(match[3] or 0), -400), 300)  # what a number of double precision can have
+        power = min(max(int(match[3] or 0), -400), 300)  # the range of doubles
         if not (whole + part).strip("0") and not part:
-            continue  # a plain 0 does not say to how many places
+            continue  # a plain 0 shows no decimal place
         last = 10.0 ** max(power - len(part), -400)
         places.add(last)
         written = len((whole + part).lstrip("0"))
         figures = max(figures, written)
         ends = ends or part.endswith("0")
-        # 169.3750000 is a number of single precision because it is a short one.
-        if len((whole + part).strip("0")) >= TELLING:
-            telling = True
+        # A short number such as 169.3750000 is single precision by chance.
+        if len((whole + part).strip("0")) >= DECISIVE:
+            is_decisive = True
             value = float(match[0])
             single = single and abs(value - _single(value)) <= 0.501 * last
     if constant:
-        return Digits(single=single)  # nothing says that it is rounded
-    # Printed to one place, as by %.4f, a number has as many figures as it is large.
+        return Digits(single=single)  # a constant shows no rounding
+    # Printed with fixed decimals, as by %.4f, the number of significant digits follows the size.
     fixed = len(places) == 1 and (ends or len(cells) >= FIXED)
-    return Digits(min(places, default=0.0), figures if len(places) > 1 else Digits().figures, single, telling, fixed)
+    return Digits(
+        min(places, default=0.0), figures if len(places) > 1 else Digits().figures, single, is_decisive, fixed
+    )
 
 
-def alike(columns: Sequence[Digits]) -> list[Digits]:
-    """Return the digits of columns that one program printed in one way.
+def with_shared_format(columns: Sequence[Digits]) -> list[Digits]:
+    """Return the formats of columns that share one print format.
 
-    A column of short numbers, as 0.05, 0.1, 0.15, does not show how many figures it would have been given.
+    A column of short numbers, such as 0.05, 0.1, 0.15, does not show how many digits it could have.
     """
     free = [column for column in columns if not column.fixed]
     if len(free) < 2:
@@ -91,7 +94,7 @@ def _single(value: float) -> float:
 
 
 def shared_place(numbers: Array) -> float:
-    """Return the coarsest decimal place of which all of some numbers are multiples, 0 where there is none."""
+    """Return the coarsest decimal place of which all numbers are multiples, 0 if there is none."""
     for place in 10.0 ** -np.arange(1, MOST_PLACES):
         if (np.abs(numbers - np.round(numbers / place) * place) <= ROUNDING * place).all():
             return float(place)
@@ -99,9 +102,10 @@ def shared_place(numbers: Array) -> float:
 
 
 def rounded_times(times: Array, place: float) -> bool:
-    """Whether instants, (T,), show that they were rounded to a place.
+    """Whether times, (T,), were rounded to a place.
 
-    As those of an even clock do, 0.017, 0.033, 0.05, 0.067, or many that are no multiples of the least interval.
+    They are if the clock is even but for that, as 0.017, 0.033, 0.05, 0.067, or if many intervals are not multiples of
+    the least one.
     """
     if len(times) < 3:
         return False

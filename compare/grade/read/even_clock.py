@@ -1,4 +1,4 @@
-"""The clock behind printed instants: rows that are even but for the rounding of their instants are at k / rate."""
+"""The clock behind printed times: rows that are even but for the rounding of their times are at k / rate."""
 
 from collections.abc import Callable
 from decimal import Context, Decimal
@@ -8,17 +8,17 @@ import numpy as np
 
 from tumble.scenarios.frames import Array
 
-# Gives half a unit of the last places of instants, (n,), both in s.
+# Returns half a unit in the last place of times, (n,), both in s.
 HalfOf = Callable[[Array], Array]
-# Intervals of a clock in doubles are as even as this, relative to themselves.
+# Relative spread of the intervals of an even clock in doubles.
 EVEN = 1e-8
-# Half a last digit, with room for the doubles that it is worked out in.
+# Half a last digit, with a margin for rounding.
 HALF = 1 + 1e-6
-# Fewer rows show no clock.
+# A clock needs at least this many rows.
 FEWEST = 4
-# A number with so many digits that as short a one is met by chance less often than this is meant as it is.
+# A number is believed if one as short is found by chance less often than this.
 CHANCE = 0.05
-# Rows a second that programs write, believed where only one of them is left within this share.
+# Usual row rates [1/s], believed if only one of them lies within this share.
 RATES = (
     10,
     20,
@@ -52,9 +52,9 @@ MOST_DIGITS = 17
 
 
 class EvenClock(NamedTuple):
-    """Rows are at first + n interval, for whole n; unknown: how far off the interval may be at most; all in s.
+    """Rows are at first + n interval for whole n; unknown: largest error of the interval; all in s.
 
-    half_of: gives half a unit of the last places of printed instants.
+    half_of: returns half a unit in the last place of printed times.
     """
 
     first: float
@@ -63,9 +63,9 @@ class EvenClock(NamedTuple):
     half_of: HalfOf
 
     def read(self, instants: Array) -> tuple[Array, Array]:
-        """Return instants without the rounding of their print, and how far off each may still be, (n,).
+        """Return times without their rounding, and the error that each may still have, (n,).
 
-        Instants that are not the clock's stay as they are printed.
+        Times that are not on the clock stay as printed.
         """
         half = self.half_of(instants)
         count = np.round((instants - self.first) / self.interval)
@@ -78,12 +78,12 @@ class EvenClock(NamedTuple):
 
 
 class PrintedClock(NamedTuple):
-    """Instants are what is printed; half_of: gives half a unit of their last places, None where they are exact."""
+    """Times are as printed; half_of: returns half a unit in their last place, None if they are exact."""
 
     half_of: HalfOf | None = None
 
     def read(self, instants: Array) -> tuple[Array, Array]:
-        """Return the instants, and how far off each may be by rounding, (n,)."""
+        """Return the times, and their rounding errors, (n,)."""
         return instants, np.zeros(len(instants)) if self.half_of is None else self.half_of(instants)
 
 
@@ -91,29 +91,29 @@ EXACT = PrintedClock()
 
 
 def even_clock(instants: Array, later: Array, half_of: HalfOf, start: float) -> EvenClock | None:
-    """Return the clock of a file's first rows, (n,), or None where they are exact, or uneven.
+    """Return the clock of a file's first rows, (n,), or None if they are exact or uneven.
 
-    later: instants from further on, which say more of the rate; half_of: gives half a unit of the last places of some;
-    start: the instant that the scene's start is at; all in s.
+    later: times from further on, which determine the rate better; half_of: returns half a unit in the last place;
+    start: time of the scene's start; all in s.
     """
     if len(instants) < FEWEST or np.ptp(np.diff(instants)) <= EVEN * np.diff(instants).max():
         return None
     half = half_of(instants)
     for counts in _counts(instants, half):
         for first in (start, float(instants[0])):
-            # A clock that begins at the scene's start has been ticking since then.
+            # A clock that begins at the scene's start has run since then.
             ticks = counts + round((instants[0] - first) * counts[-1] / (instants[-1] - instants[0]))
             bounds = _bounds(instants, half, ticks, first)
             if bounds is None:
                 continue
             low, high = _narrowed(*bounds, later, half_of(later), first)
-            interval = meant(low, high)
+            interval = intended_interval(low, high)
             return EvenClock(first, interval or (low + high) / 2, 0.0 if interval else (high - low) / 2, half_of)
     return None
 
 
 def _counts(instants: Array, half: Array) -> list[Array]:
-    """Return which ticks rows may be at, counted from the first: one after the other, or with some rows lost."""
+    """Return the ticks of rows, counted from the first: consecutive, or with some rows missing."""
     found = [np.arange(len(instants), dtype=float)]
     steps = np.diff(instants)
     if 4 * half.max() < steps.min():
@@ -122,7 +122,7 @@ def _counts(instants: Array, half: Array) -> list[Array]:
 
 
 def _bounds(instants: Array, half: Array, ticks: Array, first: float) -> tuple[float, float] | None:
-    """Return between which intervals the one lies of a clock that shows these instants, or None if there is none."""
+    """Return bounds of the interval of a clock that shows these times, or None if there is none."""
     at_first = ticks == 0
     if (np.abs(instants - first)[at_first] > HALF * half[at_first]).any() or (ticks < 0).any():
         return None
@@ -133,7 +133,7 @@ def _bounds(instants: Array, half: Array, ticks: Array, first: float) -> tuple[f
 
 
 def _narrowed(low: float, high: float, further: Array, half: Array, first: float) -> tuple[float, float]:
-    """Return closer bounds by instants from later on, as long as they can be of one tick only, and of this clock."""
+    """Return narrower bounds from later times, as long as each can belong to only one tick of this clock."""
     for instant, room in sorted(zip((further - first).tolist(), (HALF * half).tolist(), strict=True)):
         fewest, most = np.ceil((instant - room) / high), np.floor((instant + room) / low)
         if fewest != most or fewest <= 0:
@@ -145,25 +145,25 @@ def _narrowed(low: float, high: float, further: Array, half: Array, first: float
     return low, high
 
 
-def meant(low: float, high: float) -> float | None:
-    """Return the interval between two bounds that a program's clock has, None where too many would do as well.
+def intended_interval(low: float, high: float) -> float | None:
+    """Return the interval between two bounds that the program used, None if too many are possible.
 
-    A rate that programs use, or the number of fewest digits, as interval or as rate: 1/60 s is 60 Hz, and 0.0167 s is
-    that.
+    It is a usual rate, or the number with fewest digits, as interval or as rate: 1/60 s is 60 Hz, and 0.0167 s is
+    0.0167 s.
     """
     usual = [1 / rate for rate in RATES if low <= 1 / rate <= high]
     if len(usual) == 1 and high - low < USUALLY * high:
         return usual[0]
     rate, interval = _fewest_digits(1 / high, 1 / low), _fewest_digits(low, high)
     digits = min(len(rate.as_tuple().digits), len(interval.as_tuple().digits))
-    # Of numbers with so many digits there are at most this many in a share of themselves.
+    # At most this many numbers with that many digits lie between the bounds.
     if 10.0**digits * (high - low) > CHANCE * high:
         return None
     return 1 / float(rate) if len(rate.as_tuple().digits) == digits else float(interval)
 
 
 def _fewest_digits(low: float, high: float) -> Decimal:
-    """Return a number from low to high that takes fewest significant digits, the nearest to their middle."""
+    """Return the number from low to high with fewest significant digits, nearest to the middle."""
     middle = Decimal((low + high) / 2)
     rounded = (Context(prec=digits).plus(middle) for digits in range(1, MOST_DIGITS))
     return next((found.normalize() for found in rounded if low <= found <= high), middle)

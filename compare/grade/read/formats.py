@@ -1,6 +1,6 @@
-"""Other formats of a trajectory, brought into plain CSV for `tumble.compare.grade.read.trajectory`, a line at a time.
+"""Other file formats of a trajectory, converted to CSV for `tumble.compare.grade.read.trajectory` line by line.
 
-Numbers keep the text that they were written in, so that their printed digits can still be told.
+Numbers keep their text, so that their printed digits are still known.
 """
 
 import json
@@ -21,25 +21,25 @@ from tumble.scenarios.format import printable, short
 
 STANDARD_INPUT = "-"
 PARQUET = b"PAR1"
-# So many lines say what a file is; one of more bytes than this is no row of a trajectory.
+# Lines that show the format of a file; a line of more bytes than this is not a row of a trajectory.
 LOOKED_AT = 50
 LONGEST_LINE = 1_000_000
 SEPARATED = re.compile(r"[,;\t]")
 DEEPEST = 8
 
 
-class Plain(NamedTuple):
-    """A file that can be read: where it is, how refusals call it, and the line in the user's file of its first row."""
+class CsvFile(NamedTuple):
+    """A CSV file: its path, its name in messages, and the line of its first row in the user's file."""
 
     path: Path
     name: str
     first_line: int = 2
 
 
-def plain(file: str, columns: Sequence[str], decimal: str, stack: ExitStack) -> Plain:
-    """Return a file as plain CSV, itself where it is that already.
+def as_csv(file: str, columns: Sequence[str], decimal: str, stack: ExitStack) -> CsvFile:
+    """Return a file as CSV, converted if it is in another format.
 
-    columns: their names where the file has none; stack: removes what is written on the way.  Raises BadTrajectory.
+    columns: names for a file without a header; stack: removes temporary files.  Raises BadTrajectory.
     """
     path, name = Path(file), "standard input" if file == STANDARD_INPUT else printable(file)
     if file == STANDARD_INPUT:
@@ -47,12 +47,12 @@ def plain(file: str, columns: Sequence[str], decimal: str, stack: ExitStack) -> 
         with path.open("wb") as whole:
             shutil.copyfileobj(sys.stdin.buffer, whole)
     if not os.path.isfile(path):
-        return Plain(path, name)  # who reads it says what is wrong
+        return CsvFile(path, name)  # the reader reports what is wrong
     try:
         with path.open("rb") as start:
             magic = start.read(len(PARQUET))
         if magic == PARQUET:
-            return Plain(_from_parquet(path, name, stack), name)
+            return CsvFile(_from_parquet(path, name, stack), name)
         with path.open(encoding="utf-8-sig", errors="surrogateescape", newline="\n") as text:
             head = [line for line in islice(_lines(text), LOOKED_AT) if len(line) <= LONGEST_LINE]
         return _from_text(path, name, head, columns, decimal, stack)
@@ -60,13 +60,15 @@ def plain(file: str, columns: Sequence[str], decimal: str, stack: ExitStack) -> 
         raise BadTrajectory(f"{name}: {why_unread(error)}") from None
 
 
-def _from_text(path: Path, name: str, head: list[str], columns: Sequence[str], decimal: str, stack: ExitStack) -> Plain:
+def _from_text(
+    path: Path, name: str, head: list[str], columns: Sequence[str], decimal: str, stack: ExitStack
+) -> CsvFile:
     rows = [(number, line) for number, line in enumerate(head, 1) if line.strip() and not line.lstrip().startswith("#")]
     if not rows:
-        return Plain(path, name)
+        return CsvFile(path, name)
     number, first = rows[0]
     if first.lstrip().startswith("{"):
-        return Plain(_from_json(path, name, stack), name, 1)
+        return CsvFile(_from_json(path, name, stack), name, 1)
     bare = first.strip()
     by_spaces = not SEPARATED.search(re.sub(r'"[^"]*"', "", bare)) and len(bare.split()) > 1
     is_data = all(_is_number(cell, decimal) for cell in _cells(bare, by_spaces, decimal))
@@ -76,7 +78,7 @@ def _from_text(path: Path, name: str, head: list[str], columns: Sequence[str], d
     elif is_data and not columns:
         count = len(_cells(bare, by_spaces, decimal))
         raise BadTrajectory(
-            f"{name}: line {number} holds numbers, and nothing names the columns: name all {count}, e.g. "
+            f"{name}: line {number} has numbers, and there is no header: name all {count} columns, e.g. "
             f"--columns {','.join(_example(count))}"
         )
     elif columns and is_data:
@@ -85,34 +87,34 @@ def _from_text(path: Path, name: str, head: list[str], columns: Sequence[str], d
             raise BadTrajectory(f"{name}: line {number}: {count} cells, but --columns names {len(columns)}")
         header, first_line = (" " if by_spaces else _separator(bare, decimal)).join(columns), number
     elif columns:
-        raise BadTrajectory(f"{name}: line {number} names its columns: leave out --columns; --map says what one is")
+        raise BadTrajectory(f"{name}: line {number} is a header: use --map to name columns instead of --columns")
     elif by_spaces or number > 1:
         header, first_line = bare, number + 1
     else:
-        return Plain(path, name)
+        return CsvFile(path, name)
     draft = _draft(stack)
     with (
         path.open(encoding="utf-8-sig", errors="surrogateescape", newline="\n") as text,
         draft.open("w", encoding="utf-8", errors="surrogateescape", newline="\n") as out,
     ):
-        # Of a header of blanks as separators a row follows with as many cells.
+        # Cells that spaces separate are written with semicolons.
         out.write((_joined(header) if by_spaces else header) + "\n")
         for line in islice(_lines(text), first_line - 1, None):
             if line.lstrip().startswith("#"):
                 out.write("\n")  # lines keep their numbers
             else:
                 out.write(_joined(line) + "\n" if by_spaces else line)
-    return Plain(draft, name, first_line)
+    return CsvFile(draft, name, first_line)
 
 
 def _lines(text: TextIO) -> Iterator[str]:
-    """Yield lines, one that is no row of a trajectory in pieces."""
+    """Yield lines; a line that is too long comes in pieces."""
     while line := text.readline(LONGEST_LINE + 2):
         yield line
 
 
 def _joined(line: str) -> str:
-    """Return cells that blanks separate with semicolons between them, which no number has."""
+    """Return cells that spaces separate, with semicolons between them."""
     return ";".join(line.split())
 
 
@@ -134,7 +136,7 @@ def _is_number(cell: str, decimal: str) -> bool:
 
 
 def _example(count: int) -> list[str]:
-    """Return names for columns as they most often are: an instant, a place, an attitude, velocities."""
+    """Return the usual names of this many columns: time, position, attitude, velocities."""
     usual = ["t_s", "x_m", "y_m", "z_m", "qw", "qx", "qy", "qz"]
     if count in (4, 7):
         usual = ["t_s", "v0x_m", "v0y_m", "v0z_m"] if count == 4 else [*usual[:4], "rx_deg", "ry_deg", "rz_deg"]
@@ -145,7 +147,7 @@ def _example(count: int) -> list[str]:
 
 
 def _from_json(path: Path, name: str, stack: ExitStack) -> Path:
-    """Return JSON lines as CSV: objects flattened, x, y, z after the name of a list of three."""
+    """Return JSON lines as CSV: objects are flattened; a list of three gets the suffixes x, y, z."""
     draft = _draft(stack)
     keys: list[str] = []
     with (
@@ -158,10 +160,10 @@ def _from_json(path: Path, name: str, stack: ExitStack) -> Path:
                     out.write("\n")
                 continue
             try:
-                # Numbers stay the text that they are: their last digit says how far they were rounded.
+                # Numbers stay text: their last digit shows how they were rounded.
                 row = json.loads(line, parse_float=str, parse_int=str, parse_constant=str)
             except (ValueError, RecursionError):
-                raise BadTrajectory(f"{name}: line {number}: not JSON: one object a line, one row an instant") from None
+                raise BadTrajectory(f"{name}: line {number}: not JSON; each line must be one object") from None
             if not isinstance(row, dict):
                 raise BadTrajectory(f'{name}: line {number}: must be an object, e.g. {{"t_s": 0.0, ...}}')
             cells = dict(_flat(row, "", 0))
@@ -170,13 +172,15 @@ def _from_json(path: Path, name: str, stack: ExitStack) -> Path:
                 out.write(",".join(map(_quoted, keys)) + "\n" + "\n" * (number - 1))
             if missing := next((key for key in chain(keys, cells) if key not in cells or key not in keys), None):
                 there = "missing" if missing not in cells else "not in the first row"
-                raise BadTrajectory(f"{name}: line {number}: {short(missing)}: {there}; all rows must have the same")
+                raise BadTrajectory(
+                    f"{name}: line {number}: {short(missing)}: {there}; all rows must have the same keys"
+                )
             out.write(",".join(_quoted(cells[key]) for key in keys) + "\n")
     return draft
 
 
 def _flat(value: object, key: str, depth: int) -> Iterator[tuple[str, str]]:
-    """Yield names and cells of what is in an object, names within names joined by _."""
+    """Yield names and cells of a nested object; nested names are joined by _."""
     if isinstance(value, dict | list) and depth < DEEPEST:
         names = "xyz" if isinstance(value, list) and len(value) == 3 else map(str, range(len(value)))
         for name, item in value.items() if isinstance(value, dict) else zip(names, value, strict=False):
@@ -186,21 +190,23 @@ def _flat(value: object, key: str, depth: int) -> Iterator[tuple[str, str]]:
 
 
 def _quoted(cell: str) -> str:
-    """Return a cell as CSV has it."""
+    """Return a cell quoted for CSV."""
     cell = " ".join(cell.split())
     return '"' + cell.replace('"', '""') + '"' if re.search(r'[",;]', cell) else cell
 
 
 def _from_parquet(path: Path, name: str, stack: ExitStack) -> Path:
-    """Return a Parquet file as CSV, single precision in its own shortest digits."""
+    """Return a Parquet file as CSV; single precision is written in its own shortest digits."""
     import pandas as pd
 
     try:
         table = pd.read_parquet(path)
     except ImportError:
-        raise BadTrajectory(f"{name}: Parquet takes pyarrow, which is not installed: save it as CSV") from None
-    except Exception as error:  # whatever pyarrow says of a damaged file
-        raise BadTrajectory(f"{name}: not Parquet that pandas reads: {printable(str(error))[:200]}") from None
+        raise BadTrajectory(
+            f"{name}: reading Parquet needs pyarrow, which is not installed; save the file as CSV"
+        ) from None
+    except Exception as error:  # pyarrow raises many kinds of errors for a damaged file
+        raise BadTrajectory(f"{name}: pandas cannot read it as Parquet: {printable(str(error))[:200]}") from None
     draft = _draft(stack)
     table.to_csv(draft, index=False)
     return draft

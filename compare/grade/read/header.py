@@ -1,4 +1,4 @@
-"""What the columns of a file are: where each quantity is, what that shows of the body; asks where it is not said."""
+"""The columns of a file: where each quantity is, and how the body's pose is described."""
 
 from collections.abc import Mapping, Sequence
 
@@ -12,36 +12,36 @@ from tumble.compare.grade.read.columns import (
     UNITS,
     VELOCITY,
     VERTEX,
-    AnglesUnread,
-    Answer,
+    AmbiguousAngles,
+    AmbiguousFile,
     BadTrajectory,
     Column,
-    Shown,
-    Unsaid,
+    Description,
+    Suggestion,
     dimension,
     parsed,
 )
 from tumble.compare.grade.read.suggestions import (
-    UNORDERED,
+    COUNTED_SCALAR,
     angles_of,
-    are_angles,
-    likely_meant,
+    counted_quaternion,
+    is_angle,
+    likely_names,
     map_option,
     map_options,
-    unordered,
 )
 from tumble.scenarios.format import nearest, printable, short
 
 COUNTED_FROM_0 = tuple(f"r{row}{column}" for row in "012" for column in "012")
-# Names of columns, and characters of a list of them, that fit into one line.
+# Column names, and characters of a list of them, that fit into one line.
 MOST_LISTED = 8
 MOST_NEAR = 200
 
 
 def layout(file: str, header: Sequence[str], mapping: Mapping[str, str]) -> dict[str, Column]:
-    """Return where each quantity is.
+    """Return the column of each quantity.
 
-    mapping: column -> name, or `ignore`.  Raises BadTrajectory for names nobody knows and for what is ambiguous.
+    mapping: column -> name, or `ignore`.  Raises BadTrajectory for an unknown name and for an ambiguous file.
     """
     for column, name in mapping.items():
         if column not in header:
@@ -59,8 +59,8 @@ def layout(file: str, header: Sequence[str], mapping: Mapping[str, str]) -> dict
         if quantity in found:
             first = header[found[quantity].place]
             raise BadTrajectory(
-                f"{file}: columns {short(first)} and {short(column)} both say {quantity}: which one? "
-                f"e.g. {map_option(column, IGNORED)}"
+                f"{file}: columns {short(first)} and {short(column)} are both {quantity}; "
+                f"leave one out, e.g. {map_option(column, IGNORED)}"
             )
         found[quantity] = Column(index, factor)
     _ask(file, header, mapping, found)
@@ -68,35 +68,36 @@ def layout(file: str, header: Sequence[str], mapping: Mapping[str, str]) -> dict
 
 
 def _ask(file: str, header: Sequence[str], mapping: Mapping[str, str], found: Mapping[str, Column]) -> None:
-    """Raise BadTrajectory where columns are likely meant for something that their names do not say."""
+    """Raise AmbiguousFile if a column seems to be a quantity, but its name leaves the unit or the order open."""
     unnamed = [column for column in header if column not in mapping and parsed(column) is None]
-    counted = [column for column in unnamed if UNORDERED.fullmatch(column)]
+    counted = [column for column in unnamed if COUNTED_SCALAR.fullmatch(column)]
     if counted and QUATERNION[0] not in found:
-        ways = [unordered(counted, last) for last in (False, True)]
-        offers = [map_options(way) or "name all four" for way in ways]
-        raise Unsaid(
-            f"{file}: {_listed(counted)}: which is the scalar?  The first: {offers[0]}; the last: {offers[1]}",
+        ways = [counted_quaternion(counted, last) for last in (False, True)]
+        suggestions = [map_options(way) or "name all four" for way in ways]
+        raise AmbiguousFile(
+            f"{file}: {_listed(counted)}: which is the scalar?  If the first: {suggestions[0]}; "
+            f"if the last: {suggestions[1]}",
             f"whether the scalar is the first of {_listed(counted)}, or the last",
-            Answer(ways[0]),
+            Suggestion(ways[0]),
         )
     if set(COUNTED_FROM_0) <= set(unnamed) | set(found) and COUNTED_FROM_0[0] in unnamed:
-        meant = dict(zip(COUNTED_FROM_0, MATRIX, strict=True))
-        raise Unsaid(
-            f"{file}: a matrix counted from 0: rows and columns are counted from 1 here: {map_options(meant)}",
-            "a matrix counted from 0",
-            Answer(meant),
+        likely = dict(zip(COUNTED_FROM_0, MATRIX, strict=True))
+        raise AmbiguousFile(
+            f"{file}: the matrix is counted from 0; rows and columns must be counted from 1: {map_options(likely)}",
+            "whether the matrix is counted from 0",
+            Suggestion(likely),
         )
-    # A quantity by its bare name: meant, but in which unit?
-    bare = [column for column in unnamed if dimension(column.lower()) not in (None, "none", "angle")]
-    if bare:
-        units = {measured: UNITS[measured] for column in bare if (measured := dimension(column.lower()))}
-        others = "; ".join(f"{measured} in {', '.join(names)}" for measured, names in units.items())
-        meant = likely_meant(header, mapping, found)
-        raise Unsaid(
-            f"{file}: {_listed(bare)}: in which unit?  If SI: {map_options(meant)}; there is {others}; "
+    # The name of a quantity without a unit.
+    without_unit = [column for column in unnamed if dimension(column.lower()) not in (None, "none", "angle")]
+    if without_unit:
+        units = {measured: UNITS[measured] for column in without_unit if (measured := dimension(column.lower()))}
+        available = "; ".join(f"{measured} in {', '.join(names)}" for measured, names in units.items())
+        likely = likely_names(header, mapping, found)
+        raise AmbiguousFile(
+            f"{file}: {_listed(without_unit)}: in which unit?  If SI: {map_options(likely)}; units are {available}; "
             f"NAME={IGNORED} leaves a column out",
-            f"in which unit {_listed(bare)} {'is' if len(bare) == 1 else 'are'}",
-            Answer(meant),
+            f"the unit of {_listed(without_unit)}",
+            Suggestion(likely),
         )
 
 
@@ -104,94 +105,94 @@ def _allowed(name: str) -> str:
     quantity = name.partition("_")[0]
     measured = dimension(quantity)
     if measured is None:
-        return f"no such name; there are t_s, x_m .., qw .., r11 .., vx_m_s .., wx_rad_s .., v0x_m .., and {IGNORED}"
+        return f"unknown name; names are t_s, x_m .., qw .., r11 .., vx_m_s .., wx_rad_s .., v0x_m .., and {IGNORED}"
     units = [f"{quantity}_{unit}" if unit else quantity for unit in UNITS[measured]]
     return f"must be one of {', '.join(units)}"
 
 
-def shown(
+def descriptions(
     file: str,
     header: Sequence[str],
     mapping: Mapping[str, str],
     columns: Mapping[str, Column],
     points: int,
     by: str | None,
-) -> list[Shown]:
-    """Return the descriptions of the body's place in a file, the one to grade first.
+) -> list[Description]:
+    """Return how a file describes the body's pose, the description to grade first.
 
-    points: how many the body has; by: the one that the user wants, or None.  Raises BadTrajectory where a description
-    has a part missing, a vertex does not exist, or nothing says where the body is.
+    points: number of the body's vertices; by: the kind that the user chose, or None.  Raises BadTrajectory if a
+    description is incomplete, a vertex does not exist, or there is no description.
     """
     if TIME not in columns:
-        raise _unnamed(file, "no column says the time, t_s", "which column is the time", header, mapping, columns)
+        raise _column_question(file, "the time, t_s, is missing", "which column is the time", header, mapping, columns)
     for group in (CENTRE, QUATERNION, MATRIX, VELOCITY, SPIN):
-        _whole(file, columns, group)
+        _check_whole(file, columns, group)
     numbers = sorted({int(match[1]) for name in columns if (match := VERTEX.fullmatch(name))})
     for number in numbers:
         if number >= points:
             raise BadTrajectory(f"{file}: v{number}: the body has vertices 0 to {points - 1}")
-        _whole(file, columns, tuple(f"v{number}{axis}" for axis in "xyz"))
+        _check_whole(file, columns, tuple(f"v{number}{axis}" for axis in "xyz"))
     velocities = all(name in columns for name in (*VELOCITY, *SPIN))
-    turned = CENTRE[0] in columns
+    has_centre = CENTRE[0] in columns
     has = {
         "vertices": bool(numbers),
-        "pose": (turned or not numbers) and QUATERNION[0] in columns,
-        "matrix": (turned or not numbers) and MATRIX[0] in columns,
+        "pose": (has_centre or not numbers) and QUATERNION[0] in columns,
+        "matrix": (has_centre or not numbers) and MATRIX[0] in columns,
     }
     if not any(has.values()):
-        what = "nothing says how the body is turned" if turned else "nothing says where the body is"
-        needed = "qw, qx, qy, qz or r11 ... r33" if turned else "x_m, y_m, z_m with qw, qx, qy, qz or r11 ... r33"
-        message = f"{what}: it takes {needed}, or v0x_m, v0y_m, v0z_m, ..."
-        if turned and not any(_says_attitude(name) for name in likely_meant(header, mapping, columns).values()):
-            _ask_for_angles(f"{file}: {message}", header)
-        asks = f"which columns say {'how the body is turned' if turned else 'where the body is'}"
-        raise _unnamed(file, message, asks, header, mapping, columns)
+        what = "the attitude is missing" if has_centre else "the pose is missing"
+        needed = "qw, qx, qy, qz or r11 ... r33" if has_centre else "x_m, y_m, z_m with qw, qx, qy, qz or r11 ... r33"
+        message = f"{what}: needed are {needed}, or v0x_m, v0y_m, v0z_m, ..."
+        if has_centre and not any(_is_attitude(name) for name in likely_names(header, mapping, columns).values()):
+            _ask_angles(f"{file}: {message}", header)
+        topic = f"which columns are the {'attitude' if has_centre else 'pose'}"
+        raise _column_question(file, message, topic, header, mapping, columns)
     if by and not has[by]:
-        raise BadTrajectory(f"{file}: --by {by}: the file has {' and '.join(kind for kind in has if has[kind])} only")
+        raise BadTrajectory(f"{file}: --by {by}: the file has only {' and '.join(kind for kind in has if has[kind])}")
     order = [by] if by else [kind for kind in has if has[kind]]
     everything = tuple(range(points))
     return [
-        Shown(
+        Description(
             kind,
             tuple(numbers) if kind == "vertices" else everything,
             velocities,
             SPIN[0] in columns,
-            turned or kind == "vertices",
+            has_centre or kind == "vertices",
         )
         for kind in order
     ]
 
 
-def _unnamed(
-    file: str, message: str, asks: str, header: Sequence[str], mapping: Mapping[str, str], found: Mapping[str, Column]
-) -> Unsaid:
-    """Return the question which columns are meant, with those that are likely."""
-    meant = likely_meant(header, mapping, found)
-    perhaps = f"perhaps {map_options(meant)}" if meant else f"line 1 names {_listed(header)}"
-    more = "" if meant else ": --map COLUMN=NAME says what one is"
-    return Unsaid(f"{file}: {message}: {perhaps}{more}", asks, Answer(meant))
+def _column_question(
+    file: str, message: str, topic: str, header: Sequence[str], mapping: Mapping[str, str], found: Mapping[str, Column]
+) -> AmbiguousFile:
+    """Return the question which column is a quantity, with the likely ones."""
+    likely = likely_names(header, mapping, found)
+    perhaps = f"perhaps {map_options(likely)}" if likely else f"line 1 names {_listed(header)}"
+    more = "" if likely else "; name a column with --map COLUMN=NAME"
+    return AmbiguousFile(f"{file}: {message}: {perhaps}{more}", topic, Suggestion(likely))
 
 
-def _says_attitude(name: str) -> bool:
+def _is_attitude(name: str) -> bool:
     quantity = name.partition("_")[0]
     return quantity in (*QUATERNION, *MATRIX) or VERTEX.fullmatch(quantity) is not None
 
 
-def _ask_for_angles(message: str, header: Sequence[str]) -> None:
-    """Raise where columns are angles; AnglesUnread where they are the three of an attitude."""
+def _ask_angles(message: str, header: Sequence[str]) -> None:
+    """Raise an error if columns are angles: AmbiguousAngles if they are the three of an attitude."""
     if named := angles_of(header):
-        raise AnglesUnread(f"{message}; {_listed(list(named))} are angles, which are read in many ways", named)
-    if angles := [column for column in header if are_angles(column)]:
-        raise BadTrajectory(f"{message}; {_listed(angles)} are angles, but not about each of three axes")
+        raise AmbiguousAngles(f"{message}; {_listed(list(named))} are Euler angles, which are ambiguous", named)
+    if angles := [column for column in header if is_angle(column)]:
+        raise BadTrajectory(f"{message}; {_listed(angles)} are angles, but not one for each of three axes")
 
 
-def _whole(file: str, columns: Mapping[str, Column], group: Sequence[str]) -> None:
+def _check_whole(file: str, columns: Mapping[str, Column], group: Sequence[str]) -> None:
     missing = [name for name in group if name not in columns]
     if missing and len(missing) < len(group):
-        raise BadTrajectory(f"{file}: {', '.join(missing)} missing beside {_rest(columns, group)}")
+        raise BadTrajectory(f"{file}: {', '.join(missing)} missing, though there is {_present(columns, group)}")
 
 
-def _rest(columns: Mapping[str, Column], group: Sequence[str]) -> str:
+def _present(columns: Mapping[str, Column], group: Sequence[str]) -> str:
     return ", ".join(name for name in group if name in columns)
 
 

@@ -1,4 +1,4 @@
-"""What the user says of foreign columns: COLUMN=NAME on the command line, or the same in a TOML file."""
+"""The user's names of foreign columns: COLUMN=NAME on the command line, or the same in a TOML file."""
 
 import tomllib
 from collections.abc import Sequence
@@ -25,22 +25,24 @@ def mapping_of(pairs: Sequence[str]) -> dict[str, str]:
 
 def mapping_file(path: Path) -> dict[str, str]:
     """Return column -> name from the table [columns] of a TOML file.  Raises BadTrajectory."""
-    shown = printable(str(path))
+    description = printable(str(path))
     try:
         document = tomllib.loads(plain_bytes(path).decode("utf-8-sig"))
     except OSError as error:
-        raise BadTrajectory(f"{shown}: {why_unread(error)}") from None
+        raise BadTrajectory(f"{description}: {why_unread(error)}") from None
     except UnicodeDecodeError:
-        raise BadTrajectory(f"{shown}: not UTF-8 text") from None
+        raise BadTrajectory(f"{description}: not UTF-8 text") from None
     except (ValueError, RecursionError) as error:
-        raise BadTrajectory(f"{shown}: not TOML: {printable(str(error))[:200]}") from None
+        raise BadTrajectory(f"{description}: not TOML: {printable(str(error))[:200]}") from None
     for key in document:
         if key != "columns":
-            raise BadTrajectory(f"{shown}: {short(key)}: unknown key; there is only the table [columns]")
+            raise BadTrajectory(f"{description}: {short(key)}: unknown key; the file has only the table [columns]")
     columns = document.get("columns")
     if not isinstance(columns, dict):
-        raise BadTrajectory(f"{shown}: columns: must be a table of column = name, e.g. Time = 't_s'")
+        raise BadTrajectory(f"{description}: columns: must be a table of column = name, e.g. Time = 't_s'")
     for column, name in columns.items():
         if not isinstance(name, str):
-            raise BadTrajectory(f"{shown}: columns.{printable(column)} = {short(name)}: must be a name, e.g. 't_s'")
+            raise BadTrajectory(
+                f"{description}: columns.{printable(column)} = {short(name)}: must be a name, e.g. 't_s'"
+            )
     return {column.strip(): name for column, name in columns.items()}

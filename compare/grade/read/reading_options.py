@@ -1,4 +1,4 @@
-"""What is said of how a file is to be read, by options or by the name of a program, and what is left to be asked."""
+"""How a file is to be read: the user's options, and the questions that they leave open."""
 
 import shlex
 from collections.abc import Mapping
@@ -6,30 +6,33 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from tumble.compare.grade.read.block import Block
-from tumble.compare.grade.read.columns import AnglesUnread, Answer, BadTrajectory, Unsaid, parsed
-from tumble.compare.grade.read.conventions import WORLD, Reading
+from tumble.compare.grade.read.columns import AmbiguousAngles, AmbiguousFile, BadTrajectory, Suggestion, parsed
+from tumble.compare.grade.read.conventions import WORLD, Conventions
 from tumble.compare.grade.read.suggestions import map_option
 from tumble.compare.grade.read.trajectory import Trajectory
 from tumble.scenarios.scene import Scene
 
-# Questions about one file: columns, units, the scalar, the decimal sign, the clock, angles.
+# At most this many questions about one file: columns, units, scalar, decimal sign, clock, angles.
 MOST_QUESTIONS = 8
-# Any order of turns, to read what does not depend on it.
+# Any rotation order: it reads the columns whose meaning does not depend on the order.
 ANY_ORDER = "xyz"
 
 
 @dataclass(frozen=True)
-class Said:
-    """What is said of one file: names of columns, column -> name, its decimal sign, which of several descriptions."""
+class ReadingOptions:
+    """Options for reading one file.
+
+    mapping: column -> name; decimal: decimal sign; by: the description to grade if the file has several.
+    """
 
     mapping: Mapping[str, str] = field(default_factory=dict)
     decimal: str = "."
     by: str | None = None
-    reading: Reading = field(default_factory=Reading)
+    conventions: Conventions = field(default_factory=Conventions)
 
     def opened(self, path: Path, scene: Scene) -> Trajectory:
-        """Return the file as it is read then.  Raises BadTrajectory."""
-        return Trajectory(path, scene, self.mapping, self.by, self.decimal, replace(self.reading, notes=[]))
+        """Return the file, read with these options.  Raises BadTrajectory."""
+        return Trajectory(path, scene, self.mapping, self.by, self.decimal, replace(self.conventions, notes=[]))
 
     def first_rows(self, path: Path, scene: Scene) -> tuple[Trajectory, Block]:
         """Return the file and its first rows, of one throw.  Raises BadTrajectory."""
@@ -37,88 +40,91 @@ class Said:
         block = next(trajectory.blocks())
         return trajectory, block.throw(int(block.throws[0]))
 
-    def answered(self, answer: Answer) -> "Said":
-        """Return what is said with a question answered."""
-        start = self.reading.start if answer.start is None else answer.start
+    def with_suggestion(self, suggestion: Suggestion) -> "ReadingOptions":
+        """Return these options and a suggested answer to a question."""
+        start = self.conventions.start if suggestion.start is None else suggestion.start
         return replace(
             self,
-            mapping={**self.mapping, **answer.mapping},
-            decimal=answer.decimal or self.decimal,
-            reading=replace(self.reading, start=start),
+            mapping={**self.mapping, **suggestion.mapping},
+            decimal=suggestion.decimal or self.decimal,
+            conventions=replace(self.conventions, start=start),
         )
 
-    def read_as(self, **conventions: str | float | None) -> "Said":
-        """Return what is said with other conventions: fields of a Reading."""
-        return replace(self, reading=replace(self.reading, **conventions))  # type: ignore[arg-type]
+    def with_conventions(self, **conventions: str | float | None) -> "ReadingOptions":
+        """Return these options with other values for some fields of Conventions."""
+        return replace(self, conventions=replace(self.conventions, **conventions))  # type: ignore[arg-type]
 
-    def with_angles(self, named: Mapping[str, tuple[str, str]], unit: str) -> "Said":
-        """Return what is said with columns for angles, of a unit where their names do not say it."""
-        angles = {column: f"{angle}_{said or unit}" for column, (angle, said) in named.items()}
-        unsaid = {column: name for column, name in angles.items() if parsed(column) != parsed(name)}
-        return replace(self, mapping={**self.mapping, **unsaid})
+    def with_angles(self, named: Mapping[str, tuple[str, str]], unit: str) -> "ReadingOptions":
+        """Return these options with columns mapped to angles; unit: of angles whose column names have none."""
+        angles = {column: f"{angle}_{own_unit or unit}" for column, (angle, own_unit) in named.items()}
+        unnamed = {column: name for column, name in angles.items() if parsed(column) != parsed(name)}
+        return replace(self, mapping={**self.mapping, **unnamed})
 
-    def options(self, before: "Said") -> str:
-        """Return the options that say what is said beyond something, as a shell takes them."""
-        reading, old = self.reading, before.reading
+    def command_line(self, given: "ReadingOptions") -> str:
+        """Return what these options add to the given ones, quoted for a shell."""
+        conventions, old = self.conventions, given.conventions
         words = [
             f"--{name} {shlex.quote(str(value))}"
-            for name, value, known in (
-                ("euler", reading.euler, old.euler),
-                ("axes", reading.axes, old.axes),
-                ("start", reading.start, old.start),
-                ("spin", reading.spin if reading.spin != WORLD else None, old.spin),
-                ("decimal", self.decimal if self.decimal != "." else None, before.decimal),
+            for name, value, before in (
+                ("euler", conventions.euler, old.euler),
+                ("axes", conventions.axes, old.axes),
+                ("start", conventions.start, old.start),
+                ("spin", conventions.spin if conventions.spin != WORLD else None, old.spin),
+                ("decimal", self.decimal if self.decimal != "." else None, given.decimal),
             )
-            if value is not None and value != known
+            if value is not None and value != before
         ]
-        words += [map_option(*pair) for pair in self.mapping.items() if before.mapping.get(pair[0]) != pair[1]]
+        words += [map_option(*pair) for pair in self.mapping.items() if given.mapping.get(pair[0]) != pair[1]]
         return " ".join(words)
 
 
 @dataclass
-class Inquiry:
-    """Questions about one file, in the order in which they came up, and what is said once all are answered.
+class OpenQuestions:
+    """The questions that a file leaves open, in order, and the options that answer them all.
 
-    angles: the question about angles, if there was one; refusal: what is bad whatever is answered.
+    angles: the question about Euler angles, if there is one; error: what is wrong with the file whatever the answers.
     """
 
-    asked: list[Unsaid]
-    said: Said
-    angles: AnglesUnread | None = None
-    refusal: BadTrajectory | None = None
+    questions: list[AmbiguousFile]
+    options: ReadingOptions
+    angles: AmbiguousAngles | None = None
+    error: BadTrajectory | None = None
 
 
-def inquire(path: Path, scene: Scene, said: Said) -> Inquiry:
-    """Return all that a file does not say, the clock before the angles; each question is taken as likely answered."""
-    found = Inquiry([], said)
+def open_questions(path: Path, scene: Scene, options: ReadingOptions) -> OpenQuestions:
+    """Return the questions that a file leaves open, the clock before the angles.
+
+    Each question is given its suggested answer before the next one is looked for.
+    """
+    found = OpenQuestions([], options)
     for _ in range(MOST_QUESTIONS):
-        trial = found.said if found.angles is None else found.said.read_as(euler=ANY_ORDER)
+        trial = found.options if found.angles is None else found.options.with_conventions(euler=ANY_ORDER)
         try:
             trial.first_rows(path, scene)
             break
-        except AnglesUnread as question:
-            found.angles, found.said = question, found.said.with_angles(question.named, "deg")
-        except Unsaid as question:
-            answered = found.said.answered(question.answer)
-            found.asked.append(question)
-            if answered == found.said:
+        except AmbiguousAngles as question:
+            found.angles, found.options = question, found.options.with_angles(question.named, "deg")
+        except AmbiguousFile as question:
+            answered = found.options.with_suggestion(question.suggestion)
+            found.questions.append(question)
+            if answered == found.options:
                 break
-            found.said = answered
-        except BadTrajectory as refusal:
-            found.refusal = refusal
+            found.options = answered
+        except BadTrajectory as error:
+            found.error = error
             if (clock := _clock_question(path, scene, trial)) is not None:
-                found.asked.append(clock)
-                found.said = found.said.answered(clock.answer)
+                found.questions.append(clock)
+                found.options = found.options.with_suggestion(clock.suggestion)
             break
     return found
 
 
-def _clock_question(path: Path, scene: Scene, said: Said) -> Unsaid | None:
-    """Return what is to be asked of the clock of a file with a bad row, if anything."""
+def _clock_question(path: Path, scene: Scene, options: ReadingOptions) -> AmbiguousFile | None:
+    """Return the question about the clock of a file that has a bad row, or None."""
     try:
-        said.opened(path, scene).check_clock()
-    except Unsaid as question:
+        options.opened(path, scene).check_clock()
+    except AmbiguousFile as question:
         return question
-    except BadTrajectory:  # a header that cannot be read: the refusal says why
+    except BadTrajectory:  # a header that cannot be read: the error says why
         pass
     return None

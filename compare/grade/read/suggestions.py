@@ -1,7 +1,6 @@
-"""What a foreign column is likely meant for: offered to the user as the option to give, or taken as a program means it.
+"""What a foreign column is likely to be: suggested to the user as an option, or taken from a known program's defaults.
 
-Programs say `Time (s)`, `pos_x [cm]`, `quat.w`, `Rotation X`, `omega_z_deg_s`; a name is a unit at its end, if any, and
-words.
+Programs write `Time (s)`, `pos_x [cm]`, `quat.w`, `Rotation X`, `omega_z_deg_s`: words, and perhaps a unit at the end.
 """
 
 import re
@@ -13,7 +12,7 @@ from tumble.compare.grade.read.columns import ANGLES as ROTATIONS
 from tumble.compare.grade.read.columns import PILOTS, QUATERNION, TIME, UNITS, dimension, parsed
 from tumble.scenarios.format import printable
 
-# Words of a name without its unit, in small letters and digits only -> what we call it.
+# A column name without its unit, as lower-case letters and digits only -> our name.
 _OWNER = (
     "(?:field|header|transform|rigidbody|rb|body|actor|object|obj|node|cube|die|brick|global|local|world|data|pose)*"
 )
@@ -44,8 +43,8 @@ ANGLES = re.compile(
 )
 PILOTED = {**PILOTS, "heading": "rz", "phi": "rx", "theta": "ry", "psi": "rz"}
 COUNTED = ("123", "012")
-# Four numbers of a quaternion, of which names do not say which is the scalar.
-UNORDERED = re.compile(
+# Numbered components of a quaternion, whose names do not tell which is the scalar.
+COUNTED_SCALAR = re.compile(
     r"(?:.*[ ._])?(?:q|quat|quaternion|orientation|rotation_quaternion)[ ._\[(]*([0-4])[\])]?", re.I | re.A
 )
 # A free joint's coordinates as MuJoCo has them.
@@ -61,48 +60,48 @@ UNIT_WORDS = {
     "radian": "rad", "radians": "rad",
 }  # fmt: skip
 _UNITS = sorted({*UNIT_WORDS, *(unit for units in UNITS.values() for unit in units if unit)}, key=len, reverse=True)
-# How a name ends in a unit, the longest that it can be.
+# A name that ends in a unit, the longest match first.
 ENDING = re.compile(rf"(.+?)[_ .]({'|'.join(re.escape(u) for unit in _UNITS for u in {unit, unit.replace('_', '/')})})")
-# More options than this are no line to copy.
+# More options than this are too many for a line to copy.
 MOST_OFFERED = 32
-# No name of a quantity has more words.
+# No name of a quantity has more characters.
 LONGEST_NAME = 80
 
 
-class Habits(NamedTuple):
-    """What a program means where a column's name does not say it: units by dimension, and how quaternions are written.
+class ColumnDefaults(NamedTuple):
+    """The meaning of a program's columns where their names leave it open.
 
-    last: the scalar comes last, None where that is not known.
+    units: dimension -> unit; last: whether the scalar of a quaternion comes last, None if unknown.
     """
 
     units: Mapping[str, str]
     last: bool | None = None
 
 
-SI = Habits({measured: next(iter(units)) for measured, units in UNITS.items()})
+SI = ColumnDefaults({measured: next(iter(units)) for measured, units in UNITS.items()})
 
 
 def map_option(column: str, name: str) -> str:
-    """Return the option that says what a column is, as a shell takes it."""
+    """Return the option that names a column, quoted for a shell."""
     pair = f"{printable(column)}={name}"
     return shlex.quote(f"--map={pair}") if column.startswith("-") else f"--map {shlex.quote(pair)}"
 
 
-def map_options(meant: Mapping[str, str]) -> str:
-    """Return the options that say what columns are, of many the first."""
-    options = [map_option(*each) for each in meant.items()]
+def map_options(likely: Mapping[str, str]) -> str:
+    """Return the options that name columns; of many, the first ones."""
+    options = [map_option(*each) for each in likely.items()]
     more = f" and so on for {len(options) - MOST_OFFERED} more" if len(options) > MOST_OFFERED else ""
     return " ".join(options[:MOST_OFFERED]) + more
 
 
-def likely_meant(
-    header: Sequence[str], mapping: Mapping[str, str], found: Container[str], habits: Habits = SI
+def likely_names(
+    header: Sequence[str], mapping: Mapping[str, str], found: Container[str], defaults: ColumnDefaults = SI
 ) -> dict[str, str]:
-    """Return names of columns whose quantities are not found yet, column -> name, as a program's habits say them."""
+    """Return likely names, column -> name, of columns whose quantities are not in `found`."""
     names: dict[str, tuple[str, str]] = {}
     for column in header:
         if column not in mapping and parsed(column) is None:
-            for quantity, unit in _likely(column, habits):
+            for quantity, unit in _likely(column, defaults):
                 if quantity not in found:
                     names.setdefault(quantity, (column, f"{quantity}_{unit}".removesuffix("_")))
     # Three numbers of a rotation without a scalar are angles.
@@ -113,13 +112,13 @@ def likely_meant(
 
 
 def angles_of(header: Sequence[str]) -> dict[str, tuple[str, str]]:
-    """Return which columns are likely rx, ry and rz, in that order, and in which unit; nothing where one is not."""
+    """Return the columns that are likely rx, ry, rz, in that order, with the unit; empty unless there are three."""
     found: dict[str, tuple[str, str]] = {}
-    for column in filter(are_angles, header):
-        name, said = _parts(column)
+    for column in filter(is_angle, header):
+        name, unit_text = _parts(column)
         words = _words(name)
         pilots = next((angle for word, angle in PILOTED.items() if words.endswith(word)), "")
-        found[column] = pilots or f"r{words[-1]}", UNIT_WORDS.get(said, said)
+        found[column] = pilots or f"r{words[-1]}", UNIT_WORDS.get(unit_text, unit_text)
     for counted in COUNTED:
         if sorted(angle for angle, _ in found.values()) == [f"r{number}" for number in counted]:
             found = {name: (ROTATIONS[counted.index(angle[-1])], unit) for name, (angle, unit) in found.items()}
@@ -127,49 +126,55 @@ def angles_of(header: Sequence[str]) -> dict[str, tuple[str, str]]:
     return dict(sorted(found.items(), key=lambda item: item[1])) if is_whole else {}
 
 
-def are_angles(column: str) -> bool:
-    """Whether a column is likely one of three angles of an attitude."""
+def is_angle(column: str) -> bool:
+    """Whether a column is likely one of three Euler angles."""
     return len(column) <= LONGEST_NAME and ANGLES.fullmatch(_words(_parts(column)[0])) is not None
 
 
-def unordered(header: Sequence[str], last: bool) -> dict[str, str]:
-    """Return the names of a quaternion's four counted columns, with the scalar first or last; nothing without four."""
-    counted = [column for column in header if len(column) <= LONGEST_NAME and UNORDERED.fullmatch(column)]
+def counted_quaternion(header: Sequence[str], last: bool) -> dict[str, str]:
+    """Return names for a quaternion's four numbered columns, the scalar first or last; empty unless there are four."""
+    counted = [column for column in header if len(column) <= LONGEST_NAME and COUNTED_SCALAR.fullmatch(column)]
     order = (*QUATERNION[1:], QUATERNION[0]) if last else QUATERNION
     return dict(zip(counted, order, strict=True)) if len(counted) == len(order) else {}
 
 
-def _likely(column: str, habits: Habits) -> Iterator[tuple[str, str]]:
-    """Yield the quantity that a column is likely meant for and its unit, that of the habits where none is said."""
+def _likely(column: str, defaults: ColumnDefaults) -> Iterator[tuple[str, str]]:
+    """Yield the quantities that a column may be, each with its unit, by default that of `defaults`."""
     if len(column) > LONGEST_NAME:
         return
-    name, said = _parts(column)
-    spoken = _words(name)
-    if joint := JOINT.fullmatch(spoken):
+    name, unit_text = _parts(column)
+    words_only = _words(name)
+    if joint := JOINT.fullmatch(words_only):
         quantities = JOINTS[joint[1]]
         if int(joint[2]) < len(quantities):
             quantity = quantities[int(joint[2])]
-            yield quantity, habits.units[dimension(quantity) or "none"]
+            yield quantity, defaults.units[dimension(quantity) or "none"]
         return
     for words, quantity in WORDS:
-        match = words.fullmatch(spoken)
+        match = words.fullmatch(words_only)
         if match is None:
             continue
         part = next((group for group in match.groups() if group), "")
-        meant = quantity.format(part)
-        measured = dimension(meant) or "none"
-        unit = UNIT_WORDS.get(said, said)
-        if not said or unit in UNITS[measured]:
-            yield meant, unit if said else habits.units[measured]
+        likely = quantity.format(part)
+        measured = dimension(likely) or "none"
+        unit = UNIT_WORDS.get(unit_text, unit_text)
+        if not unit_text or unit in UNITS[measured]:
+            yield likely, unit if unit_text else defaults.units[measured]
 
 
 def _parts(column: str) -> tuple[str, str]:
-    """Return a name and its unit, in small letters: what stands in brackets at its end, or the unit that it ends in."""
+    """Return a name and its unit in lower case: the unit in brackets at its end, or the unit that it ends in."""
     name = column.strip("#% ").lower()
     bracket = max(name.rfind("("), name.rfind("["))
-    said = name[bracket + 1 : -1]
-    if bracket >= 0 and name.endswith((")", "]")) and not said.isdigit() and not set(said) & set(")]") and said:
-        return name[:bracket].rstrip(), re.sub(r"[\s/.]+", "_", said.strip().replace("°", "deg"))
+    unit_text = name[bracket + 1 : -1]
+    if (
+        bracket >= 0
+        and name.endswith((")", "]"))
+        and not unit_text.isdigit()
+        and not set(unit_text) & set(")]")
+        and unit_text
+    ):
+        return name[:bracket].rstrip(), re.sub(r"[\s/.]+", "_", unit_text.strip().replace("°", "deg"))
     if ending := ENDING.fullmatch(name):
         return ending[1], ending[2].replace("/", "_")
     return name, ""

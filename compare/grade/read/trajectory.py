@@ -1,4 +1,4 @@
-"""Reads a trajectory that any program wrote, a block of rows at a time; what is bad in it is one line for the user."""
+"""Reads a trajectory that any program wrote, a block of rows at a time; an error is one line for the user."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
@@ -18,43 +18,43 @@ from tumble.compare.grade.read.columns import (
     TIME,
     UNITS,
     VERTEX,
-    Answer,
+    AmbiguousFile,
     BadTrajectory,
     Column,
-    Shown,
-    Unsaid,
+    Description,
+    Suggestion,
 )
 from tumble.compare.grade.read.conventions import (
     BODY,
-    Reading,
+    Conventions,
     matrix_of,
     order_of,
     quaternion_digits,
     quaternions,
     renamed,
 )
-from tumble.compare.grade.read.digits import Digits, alike, digits, rounded_times, shared_place
+from tumble.compare.grade.read.digits import Digits, digits, rounded_times, shared_place, with_shared_format
 from tumble.compare.grade.read.even_clock import EXACT, EvenClock, PrintedClock, even_clock
-from tumble.compare.grade.read.header import layout, shown
+from tumble.compare.grade.read.header import descriptions, layout
 from tumble.compare.grade.read.suggestions import angles_of, map_option, map_options
 from tumble.scenarios.format import printable, short
 from tumble.scenarios.frames import Array, rotation_matrix
 from tumble.scenarios.scene import Scene
 
-# Vertices of a block of rows: what measuring one takes is some hundred bytes each.
+# Vertices of a block of rows: measuring takes some hundred bytes for each.
 BLOCK = 200_000
-# A clock that is ahead goes past the end; more than this share of the duration is another scene.
+# A clock that runs ahead may pass the end; by more than this share of the duration, the file is of another scene.
 BEYOND = 0.1
-# Rows past the end that are further apart than this share of the duration are those of a clock in other units.
+# Rows past the end whose spacing is above this share of the duration come from a clock in another unit.
 SPARSEST = 0.1
 
 
 class Trajectory:
-    """A file that has been opened and whose header is understood.
+    """An open file whose header has been read.
 
-    shown: what it shows of the body, the description to grade first; digits: quantity -> how it is printed; clock: what
-    its printed instants mean.
-    Raises BadTrajectory for what cannot be read or is ambiguous.
+    descriptions: how the file describes the body's pose, the one to grade first; digits: quantity -> how it is
+    printed; clock: how printed times are read.
+    Raises BadTrajectory if the file cannot be read or is ambiguous.
     """
 
     def __init__(
@@ -64,24 +64,26 @@ class Trajectory:
         mapping: Mapping[str, str],
         by: str | None = None,
         decimal: str = ".",
-        reading: Reading | None = None,
+        conventions: Conventions | None = None,
     ) -> None:
-        self._reading, self._scene = reading or Reading(), scene
-        self.name = self._reading.name or printable(str(path))
-        self._cells = Cells(path, self.name, decimal, self._reading.first_line)
+        self._conventions, self._scene = conventions or Conventions(), scene
+        self.name = self._conventions.name or printable(str(path))
+        self._cells = Cells(path, self.name, decimal, self._conventions.first_line)
         self.header = self._cells.header
         self._most_rows = max(1, BLOCK // len(scene.body.points))
-        self._matrix = matrix_of(self._reading.axes, scene)
+        self._matrix = matrix_of(self._conventions.axes, scene)
         self.columns: dict[str, Column] = renamed(layout(self.name, self.header, mapping), self._matrix)
         described = self._described()
-        self.shown: list[Shown] = shown(self.name, self.header, mapping, described, len(scene.body.points), by)
-        first_rows, others = self._cells.looked_at()
+        self.descriptions: list[Description] = descriptions(
+            self.name, self.header, mapping, described, len(scene.body.points), by
+        )
+        first_rows, others = self._cells.sampled_rows()
         self.digits = self._printed([*first_rows, *others])
         self._first_times, self._last_times = self._instants(first_rows), self._instants(others)
         self.clock = self._printed_clock([time * self.columns[TIME].factor for time in self._last_times])
 
     def _instants(self, rows: Sequence[Sequence[str]]) -> list[float]:
-        """Return what rows of cells have for the time, in its own unit."""
+        """Return the times of rows of cells, in the unit of the column."""
         place = self.columns[TIME].place
         times = (self._cells.number(row[place]) for row in rows if place < len(row))
         return [time for time in times if time is not None and abs(time) <= LARGEST]
@@ -89,46 +91,43 @@ class Trajectory:
     def _printed(self, rows: Sequence[Sequence[str]]) -> dict[str, Digits]:
         """Return how each quantity is printed."""
         found: dict[str, Digits] = {
-            name: digits(self._cells.pointed(row[column.place]) for row in rows if column.place < len(row))
+            name: digits(self._cells.with_decimal_point(row[column.place]) for row in rows if column.place < len(row))
             for name, column in self.columns.items()
         }
         for group in self.places():
-            found |= zip(group, alike([found[name] for name in group]), strict=True)
-        return found | quaternion_digits(self.columns, found) if self._reading.euler else found
+            found |= zip(group, with_shared_format([found[name] for name in group]), strict=True)
+        return found | quaternion_digits(self.columns, found) if self._conventions.euler else found
 
     def places(self) -> list[list[str]]:
-        """Return the names of the columns that say where the body is: centre, attitude, corners, each printed alike."""
+        """Return the columns of the pose in groups with one print format each: centre, attitude, vertices."""
         corners = [name for name in self.columns if VERTEX.fullmatch(name)]
         groups = ([name for name in group if name in self.columns] for group in (CENTRE, QUATERNION, MATRIX, ANGLES))
         return [group for group in (*groups, corners) if group]
 
     def _described(self) -> dict[str, Column]:
-        """Return the columns, those of a quaternion too where --euler makes one of angles.  Raises BadTrajectory."""
-        if not self._reading.euler:
+        """Return the columns, with a quaternion if --euler converts angles to one.  Raises BadTrajectory."""
+        if not self._conventions.euler:
             for name in ANGLES:
                 self.columns.pop(name, None)
             return self.columns
-        order_of(self._reading.euler)
+        order_of(self._conventions.euler)
         if missing := [name for name in ANGLES if name not in self.columns]:
-            meant = {
+            likely = {
                 column: f"{angle}_{unit or 'deg'}"
                 for column, (angle, unit) in angles_of(self.header).items()
                 if angle in missing
             }
-            raise Unsaid(
-                f"{self.name}: --euler: {', '.join(missing)} missing: it takes rx_deg, ry_deg, rz_deg or rx_rad, ..."
-                + (f"; in degrees: {map_options(meant)}" if meant else ""),
+            raise AmbiguousFile(
+                f"{self.name}: --euler: {', '.join(missing)} missing: needed are rx_deg, ry_deg, rz_deg, or rx_rad, ..."
+                + (f"; in degrees: {map_options(likely)}" if likely else ""),
                 "which columns are the angles",
-                Answer(meant),
+                Suggestion(likely),
             )
         return self.columns | dict.fromkeys(QUATERNION, Column(self.columns[ANGLES[0]].place, 1.0))
 
     def _printed_clock(self, later: Sequence[float]) -> EvenClock | PrintedClock:
-        """Return the clock of the instants: even but for their printed digits, or as printed.
-
-        later: instants from all over the file [s].
-        """
-        first, start = self._first_run, self._reading.start or 0.0
+        """Return the clock: even up to the printed digits, or as printed.  later: times from all over the file [s]."""
+        first, start = self._first_run, self._conventions.start or 0.0
         # 0.01667 may be printed as 0.0166700.
         factor = self.columns[TIME].factor
         shared = factor * shared_place(first / factor)
@@ -144,17 +143,17 @@ class Trajectory:
 
     @cached_property
     def _first_run(self) -> Array:
-        """Return the first instants [s], as long as they increase."""
+        """Return the first times [s], as long as they increase."""
         times = self.columns[TIME].factor * np.array(self._first_times)
         return times[: 1 + int(np.argmax(np.append(np.diff(times) <= 0, True)))]
 
     @property
     def share(self) -> float:
-        """How much of the file has been read by now, from 0 to 1."""
+        """The share of the file that has been read, 0 to 1."""
         return self._cells.share
 
     def half_digits(self, name: str, values: Array) -> Array:
-        """Return half a unit of the last printed place of a quantity's values, SI."""
+        """Return half a unit in the last printed place of a quantity's values, SI."""
         factor = abs(self.columns[name].factor) if name in self.columns else 1.0
         return factor * self.digits[name].half(values / factor)
 
@@ -174,16 +173,16 @@ class Trajectory:
 
     def _block(self, lines: np.ndarray, table: Array, last: dict[int, float]) -> Block:
         values = {name: table[:, k] * column.factor for k, (name, column) in enumerate(self.columns.items())}
-        if self._reading.euler:
+        if self._conventions.euler:
             angles = np.stack([values.pop(name) for name in ANGLES], axis=1)
-            turned = quaternions(angles, self._reading.euler, self._matrix)
+            turned = quaternions(angles, self._conventions.euler, self._matrix)
             values |= dict(zip(QUATERNION, turned.T, strict=True))
-        if self._reading.spin == BODY:
-            values |= _turned_spin(values)
+        if self._conventions.spin == BODY:
+            values |= _spin_in_world(values)
         throws = self._throws(values.pop(THROW, None), lines)
         printed = values.pop(TIME)
         times, rounding = self.clock.read(printed)
-        block = self._within(Block(lines, throws, times - (self._reading.start or 0.0), rounding, values))
+        block = self._until_end(Block(lines, throws, times - (self._conventions.start or 0.0), rounding, values))
         self._check_times(block, last)
         self._check_attitude(block)
         return block
@@ -201,19 +200,19 @@ class Trajectory:
             )
         return column.astype(int)
 
-    def _within(self, block: Block) -> Block:
-        """Return the rows of a block before the scene's end, where those after it are no sign of another clock."""
+    def _until_end(self, block: Block) -> Block:
+        """Return the rows of a block up to the scene's end if the file is of a longer run, else all."""
         beyond = block.times > self._scene.duration * (1 + BEYOND)
-        if not beyond.any() or not self._goes_on:
+        if not beyond.any() or not self._is_longer_run:
             return block
-        told = f"rows past the end of {self._scene.name}, {self._scene.duration:g} s, are ignored"
-        if told not in self._reading.notes:
-            self._reading.notes.append(told)
+        note = f"rows after the end of {self._scene.name} ({self._scene.duration:g} s) are ignored"
+        if note not in self._conventions.notes:
+            self._conventions.notes.append(note)
         return block.some(~beyond)
 
     @cached_property
     def _interval(self) -> float:
-        """Return the time between the first rows [s]."""
+        """The time between the first rows [s]."""
         times = self.columns[TIME].factor * np.array(self._first_times[:10])
         return float(np.median(np.diff(times))) if len(times) > 1 else np.inf
 
@@ -222,10 +221,10 @@ class Trajectory:
         return self.columns[TIME].factor * self._first_times[0] if self._first_times else 0.0
 
     @cached_property
-    def _goes_on(self) -> bool:
-        """Whether rows past the end are those of a longer flight: the clock starts at 0, and its unit fits."""
-        if self._reading.start is not None:
-            return self._first_time - self._reading.start <= self._scene.duration
+    def _is_longer_run(self) -> bool:
+        """Whether rows past the end are of a longer run: the clock starts at 0, and its unit fits."""
+        if self._conventions.start is not None:
+            return self._first_time - self._conventions.start <= self._scene.duration
         return 0 <= self._first_time <= 1.5 * self._interval and 0 < self._interval <= SPARSEST * self._scene.duration
 
     def _check_times(self, block: Block, last: dict[int, float]) -> None:
@@ -234,7 +233,7 @@ class Trajectory:
         outside = (block.times < 0) | (block.times > latest)
         if outside.any():
             row = int(np.argmax(outside))
-            self._ask_for_the_clock(int(block.lines[row]), float(block.times[row]), latest)
+            self._ask_clock(int(block.lines[row]), float(block.times[row]), latest)
         order = np.argsort(block.throws, kind="stable")
         throws, times = block.throws[order], block.times[order]
         fresh = np.diff(throws, prepend=-1) != 0
@@ -246,39 +245,40 @@ class Trajectory:
             row = late[0]
             raise BadTrajectory(
                 f"{self.name}: line {block.lines[order[row]]}, t = {times[row]:.9g} s: must be later than the row "
-                f"before of the same throw, {before[row]:.9g} s{self._throws_unsaid()}"
+                f"before it of the same throw, {before[row]:.9g} s{self._members_hint()}"
             )
         ends = np.flatnonzero(np.append(fresh[1:], True))
         last.update(zip(throws[ends].tolist(), times[ends].tolist(), strict=True))
 
     def check_clock(self) -> None:
-        """Raise Unsaid where the first row's instant is not of the scene, whatever else is bad in the rows."""
-        time, latest = self._first_time - (self._reading.start or 0.0), self._scene.duration * (1 + BEYOND)
+        """Raise AmbiguousFile if the first row's time is outside the scene's duration, whatever else is wrong."""
+        time, latest = self._first_time - (self._conventions.start or 0.0), self._scene.duration * (1 + BEYOND)
         if not 0 <= time <= latest:
-            self._ask_for_the_clock(self._reading.first_line, time, latest)
+            self._ask_clock(self._conventions.first_line, time, latest)
 
-    def _ask_for_the_clock(self, line: int, time: float, latest: float) -> None:
-        """Raise Unsaid: an instant [s] in a line is before the scene's start or later than any of it."""
+    def _ask_clock(self, line: int, time: float, latest: float) -> None:
+        """Raise AmbiguousFile: the time [s] of a line is outside the scene's duration."""
         scene, duration = self._scene.name, self._scene.duration
         column = self.header[self.columns[TIME].place]
-        message = (
-            f"{self.name}: line {line}, t = {time:g} s: must be from 0 to {latest:g} s: {scene} lasts {duration:g} s"
-        )
-        if self._reading.start is None and 0 < self._interval <= SPARSEST * duration:
-            start = f"its clock starts at {self._first_time!r} s"
-            raise Unsaid(
-                f"{message}; where its clock starts at its first row: --start {self._first_time!r} "
+        where = f"{self.name}: line {line}, t = {time:g} s"
+        message = f"{where}: must be from 0 to {latest:g} s, since {scene} lasts {duration:g} s"
+        if self._conventions.start is None and 0 < self._interval <= SPARSEST * duration:
+            start = f"whether its clock starts at {self._first_time!r} s"
+            raise AmbiguousFile(
+                f"{message}; if its clock starts at its first row, give --start {self._first_time!r} "
                 f"(other units: {map_option(column, 't_ms')}, ...)",
                 start,
-                Answer(start=self._first_time),
+                Suggestion(start=self._first_time),
             )
         unit = self._likely_unit()
         offer = map_option(column, f"t_{unit or 'ms'}")
-        asks = f"in which unit {short(column)} is"
-        raise Unsaid(f"{message} (other units: {offer}, ...)", asks, Answer({column: f"t_{unit}"} if unit else {}))
+        topic = f"the unit of {short(column)}"
+        raise AmbiguousFile(
+            f"{message} (other units: {offer}, ...)", topic, Suggestion({column: f"t_{unit}"} if unit else {})
+        )
 
     def _likely_unit(self) -> str:
-        """Return the unit of time in which rows are as dense as they are, and end with the scene; '' for none."""
+        """Return the unit of time in which the file lasts as long as the scene; empty if there is none."""
         times = np.array(self._first_times[:2] + self._last_times)
         span = times.max() - times.min() if len(times) > 1 else 0.0
         for unit, factor in UNITS["time"].items():
@@ -287,25 +287,28 @@ class Trajectory:
         return ""
 
     def likely_starts(self) -> list[float | None]:
-        """Return what the clock may show at the start [s]: 0, which is None, the first row's time, or a row before."""
+        """Return what the clock may show at the scene's start [s]: 0 (None), the first row's time, or a row before."""
         first = self._first_time
-        starts: list[float | None] = [] if self._reading.start is not None or first < 0 else [None]
+        starts: list[float | None] = [] if self._conventions.start is not None or first < 0 else [None]
         return [*starts, first, *([first - self._interval] if first and np.isfinite(self._interval) else [])]
 
-    def _throws_unsaid(self) -> str:
+    def _members_hint(self) -> str:
         several = len(self._scene.start) > 1 and THROW not in self.columns
-        return f": {self._scene.name} has many throws, and a column `member` says which one a row is of" * several
+        return (
+            f": {self._scene.name} has several throws; a column `member` must give the number of each row's throw"
+            * several
+        )
 
     def _check_attitude(self, block: Block) -> None:
         if QUATERNION[0] in block.values:
             empty = ~(block.of(QUATERNION) != 0).any(axis=1)
             if empty.any():
                 line = block.lines[int(np.argmax(empty))]
-                raise BadTrajectory(f"{self.name}: line {line}: the quaternion is zero: no attitude")
+                raise BadTrajectory(f"{self.name}: line {line}: the quaternion is zero")
 
 
-def _turned_spin(values: Mapping[str, Array]) -> dict[str, Array]:
-    """Return an angular velocity in world axes that is in the body's, nothing where there is none, or no attitude."""
+def _spin_in_world(values: Mapping[str, Array]) -> dict[str, Array]:
+    """Return the angular velocity in world axes, given in body axes; empty without one, or without an attitude."""
     if not all(name in values for name in SPIN):
         return {}
     if all(name in values for name in QUATERNION):

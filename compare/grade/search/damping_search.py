@@ -1,6 +1,6 @@
-"""Schemes with damping of any rate, anywhere in the step: fitted as a whole, as each part hides what the others do.
+"""Schemes with damping of any rate, anywhere in the step: fitted as a whole, since each part masks the others.
 
-Engines damp at rates of their own, which `engines` has; a program of a student has `linear damping = 0.3`.
+Engines damp at their own rates, listed in `engine_schemes`; a student's program has `linear damping = 0.3`.
 """
 
 from collections.abc import Iterator
@@ -10,137 +10,141 @@ from itertools import product
 from math import log
 
 from tumble.compare.grade.hypotheses.engine_schemes import (
-    DECAYS,
+    DAMPING_FORMS,
+    DAMPING_PLACES,
     GYROSCOPIC,
-    LATE,
-    PLACES,
     ROTATION,
+    ROW_SHIFTS,
     Damping,
-    Flown,
-    Law,
+    EngineScheme,
+    SteppedScheme,
 )
 from tumble.compare.grade.hypotheses.explanation import Explanation, Mistakes
-from tumble.compare.grade.hypotheses.scheme_hypotheses import Laws
+from tumble.compare.grade.hypotheses.scheme_hypotheses import SchemeHypotheses
 from tumble.compare.grade.model.kernel.dynamics import AFTER_FORCES, AS_FORCE, EXPONENTIALLY, LINEARLY
-from tumble.compare.grade.search.evaluator import Flights
+from tumble.compare.grade.search.evaluator import Evaluator
 from tumble.compare.grade.search.fitting import Fitter
 
-# Schemes that are fitted, of all at their first rates; and of these those whose damping is put elsewhere in the step.
-FITTED, PLACED = 12, 2
-# Shares of a flight over which rates are fitted before all of it: over all of a long one a rate that is a little off
-# leaves as much as one that is far off, as the body is turned by any angle at its end.
+# Schemes that are fitted, of all with their first rates; and of these, those whose damping is moved to other places.
+FITTED_VALUES, PLACED = 12, 2
+# Shares of the duration over which rates are fitted before all of it.  Over a long run a slightly wrong rate leaves as
+# much as a very wrong one, since the attitude at the end is then arbitrary.
 GROWING = (1 / 8, 1 / 4, 1 / 2)
-# Rows without which a share of a flight shows no rates.
+# Rows that a share of the duration must have to show a rate.
 FEWEST = 12
-# Digits that a rate is written in.
+# Significant digits of a rate that a person wrote.
 FEW_DIGITS = (1, 2, 3)
-# A flight of more steps than this takes longer than it is worth.
+# A run of more steps takes longer than it is worth.
 MOST_STEPS = 5_000
 
 
-class Damped:
-    """Fits the rates of both dampings to the rows, in every scheme that engines have."""
+class DampingSearch:
+    """Fits the rates of linear and angular damping to the rows, in every scheme of an engine."""
 
-    def __init__(self, flights: Flights, fitter: Fitter, laws: Laws) -> None:
-        self._flights, self._fitter, self._laws = flights, fitter, laws
+    def __init__(self, evaluator: Evaluator, fitter: Fitter, hypotheses: SchemeHypotheses) -> None:
+        self._evaluator, self._fitter, self._hypotheses = evaluator, fitter, hypotheses
 
     def explanations(self) -> list[Explanation]:
-        """Return what schemes with fitted damping leave, best first; nothing where none has few enough steps."""
-        begun = sorted(self._begun(), key=self._weight)[:FITTED]
+        """Return the explanations by schemes with fitted damping, best first; empty if every run has too many steps."""
+        begun = sorted(self._begun(), key=self._weight)[:FITTED_VALUES]
         fitted = sorted((each for one in begun for each in self._fitted(one)), key=self._weight)[:PLACED]
-        placed = [each for one in fitted for other in _elsewhere(one) for each in self._fitted(other)]
+        placed = [each for one in fitted for other in _with_other_places(one) for each in self._fitted(other)]
         best = sorted((*fitted, *placed), key=self._weight)[:PLACED]
-        found = [self._flights.explain(self._said(one)) for one in best]
-        if found and found[0].nothing:
+        found = [self._evaluator.explain(self._mistakes(one)) for one in best]
+        if found and found[0].within_floor:
             found = [self._in_few_digits(best[0], found[0])]
-        found += map(self._smooth, best[:1])
+        found += map(self._continuous, best[:1])
         return sorted(found, key=lambda each: each.weight)
 
-    def _smooth(self, flown: Flown) -> Explanation:
-        """Return what the same damping leaves of a flight that is right but for it: steps too fine to be seen."""
-        damping = replace(flown.law.damping, damps=AS_FORCE, decays=LINEARLY)
-        said = self._said(replace(flown, law=replace(flown.law, damping=damping), late=0))
-        return self._flights.explain(self._fitter.fit(tuple(m for m in said if m.hypothesis.part != "steps")))
+    def _continuous(self, stepped: SteppedScheme) -> Explanation:
+        """Return the explanation by the same damping in a program whose steps are too fine to be seen."""
+        damping = replace(stepped.scheme.damping, place=AS_FORCE, form=LINEARLY)
+        mistakes = self._mistakes(replace(_with_damping(stepped, damping), late=0))
+        return self._evaluator.explain(self._fitter.fit(tuple(m for m in mistakes if m.hypothesis.part != "steps")))
 
-    def _in_few_digits(self, flown: Flown, explanation: Explanation) -> Explanation:
-        """Return a scheme with the rates, and in the form, that take fewest digits and do as well.
+    def _in_few_digits(self, stepped: SteppedScheme, explanation: Explanation) -> Explanation:
+        """Return a scheme with the rates, and in the form, that take fewest digits and fit as well.
 
-        A step takes as much by c dt as by exp(-c dt) or 1 / (1 + c dt) with other rates c.
+        c dt, exp(-c dt) and 1 / (1 + c dt) reduce a velocity equally in a step, with different rates c.
         """
-        damping = flown.law.damping
-        for digits, decays in product(FEW_DIGITS, (LINEARLY,) if damping.damps == AS_FORCE else DECAYS):
-            rates = (as_rate(rate, flown.step, decays) for rate in (damping.linear, damping.angular))
+        damping = stepped.scheme.damping
+        for digits, form in product(FEW_DIGITS, (LINEARLY,) if damping.place == AS_FORCE else DAMPING_FORMS):
+            rates = (as_rate(rate, stepped.step, form) for rate in (damping.linear, damping.angular))
             linear, angular = (float(f"{rate:.{digits - 1}e}") for rate in rates)
-            other = replace(damping, linear=linear, angular=angular, decays=decays)
-            said = self._said(replace(flown, law=replace(flown.law, damping=other)))
-            if (found := self._flights.explain(said)).nothing:
+            other = replace(damping, linear=linear, angular=angular, form=form)
+            mistakes = self._mistakes(_with_damping(stepped, other))
+            if (found := self._evaluator.explain(mistakes)).within_floor:
                 return found
         return explanation
 
-    def _begun(self) -> Iterator[Flown]:
-        """Yield every scheme at the rates that suit its kind, with rows on time, late and early."""
-        question = self._flights.question
-        steps = [step for step in question.parts if question.duration <= MOST_STEPS * step]
-        forced = (False, True) if question.account.impulses else (False,)
-        damping = Damping(1 / question.duration, 1 / question.duration, damps=AFTER_FORCES, decays=LINEARLY)
-        for late, kind, step in product(LATE, ("none", "explicit"), steps):
-            first = self._first(Flown(Law("", kind, "exponential", damping), step, late))
-            schemes = [name for name in GYROSCOPIC if (name == "none") == (kind == "none")]
-            for scheme, rotation, force in product(schemes, ROTATION, forced):
-                yield Flown(replace(first.law, gyroscopic=scheme, rotation=rotation), step, late, force)
+    def _begun(self) -> Iterator[SteppedScheme]:
+        """Yield every scheme with the rates that fit its kind, with rows on time, late and early."""
+        context = self._evaluator.context
+        steps = [step for step in context.parts if context.duration <= MOST_STEPS * step]
+        as_force = (False, True) if context.program.impulses else (False,)
+        damping = Damping(1 / context.duration, 1 / context.duration, place=AFTER_FORCES, form=LINEARLY)
+        for late, kind, step in product(ROW_SHIFTS, ("none", "explicit"), steps):
+            first = self._first_fit(SteppedScheme(EngineScheme("", kind, "exponential", damping), step, late))
+            names = [name for name in GYROSCOPIC if (name == "none") == (kind == "none")]
+            for name, rotation, force in product(names, ROTATION, as_force):
+                yield SteppedScheme(replace(first.scheme, gyroscopic=name, rotation=rotation), step, late, force)
 
     @cached_property
     def _fitters(self) -> list[Fitter]:
-        """The fitters of growing shares of the flight, those that have rows enough."""
-        times, duration = self._flights.all.times, self._flights.question.duration
+        """The fitters for growing shares of the duration that have enough rows."""
+        times, duration = self._evaluator.rows.times, self._evaluator.context.duration
         shares = [share for share in GROWING if (times <= share * duration).sum() >= FEWEST]
-        return [*(Fitter(self._flights.until(share)) for share in shares), self._fitter]
+        return [*(Fitter(self._evaluator.truncated(share)) for share in shares), self._fitter]
 
-    def _first(self, flown: Flown) -> Flown:
-        """Return a scheme at the rates that suit the beginning of the flight best, then more and more of it."""
-        mistakes = self._said(flown)
+    def _first_fit(self, stepped: SteppedScheme) -> SteppedScheme:
+        """Return a scheme with rates fitted to the beginning of the run, then to more and more of it."""
+        mistakes = self._mistakes(stepped)
         for hypothesis in [mistake.hypothesis for mistake in mistakes if mistake.hypothesis.fitted]:
             mistakes = self._fitters[0].best_of(mistakes, hypothesis, hypothesis.values)
         for fitter in self._fitters:
             mistakes = fitter.fit(mistakes)
-        return _with_rates(flown, mistakes)
+        return _with_rates(stepped, mistakes)
 
-    def _fitted(self, flown: Flown) -> Iterator[Flown]:
-        """Yield a scheme with its rates at their joint best, and with either damping alone."""
-        linear, angular = flown.law.damping.linear, flown.law.damping.angular
+    def _fitted(self, stepped: SteppedScheme) -> Iterator[SteppedScheme]:
+        """Yield a scheme with jointly fitted rates, and with either damping alone."""
+        linear, angular = stepped.scheme.damping.linear, stepped.scheme.damping.angular
         for one, other in ((linear, angular), (linear, 0.0), (0.0, angular)):
             if one or other:
-                damping = replace(flown.law.damping, linear=one, angular=other)
-                some = replace(flown, law=replace(flown.law, damping=damping))
-                yield _with_rates(some, self._fitter.fit(self._said(some)))
+                some = _with_damping(stepped, replace(stepped.scheme.damping, linear=one, angular=other))
+                yield _with_rates(some, self._fitter.fit(self._mistakes(some)))
 
-    def _said(self, flown: Flown) -> Mistakes:
-        """Return what is said of a scheme whose rates are to be fitted."""
-        return self._laws.mistakes(flown, fitted=True)
+    def _mistakes(self, stepped: SteppedScheme) -> Mistakes:
+        """Return the mistakes of a scheme whose rates are fitted."""
+        return self._hypotheses.mistakes(stepped, fitted=True)
 
-    def _weight(self, flown: Flown) -> float:
+    def _weight(self, stepped: SteppedScheme) -> float:
         """Return the weight of a scheme over all rows."""
-        return self._flights.law(self._said(flown))
+        return self._evaluator.scheme_weight(self._mistakes(stepped))
 
 
-def _with_rates(flown: Flown, mistakes: Mistakes) -> Flown:
-    """Return a scheme with the rates that its mistakes were fitted to."""
+def _with_damping(stepped: SteppedScheme, damping: Damping) -> SteppedScheme:
+    return replace(stepped, scheme=replace(stepped.scheme, damping=damping))
+
+
+def _with_rates(stepped: SteppedScheme, mistakes: Mistakes) -> SteppedScheme:
+    """Return a scheme with the rates of its fitted mistakes."""
     rates = {mistake.hypothesis.part: mistake.value for mistake in mistakes}
     linear, angular = rates.get("linear damping", 0.0), rates.get("angular damping", 0.0)
-    return replace(flown, law=replace(flown.law, damping=replace(flown.law.damping, linear=linear, angular=angular)))
+    return _with_damping(stepped, replace(stepped.scheme.damping, linear=linear, angular=angular))
 
 
-def _elsewhere(flown: Flown) -> Iterator[Flown]:
-    """Yield a scheme with its damping at every other place of the step; a wrong place hides how the body is turned."""
-    law = flown.law
-    for damps, rotation in product(PLACES, ROTATION):
-        if damps != law.damping.damps:
-            yield replace(flown, law=replace(law, rotation=rotation, damping=replace(law.damping, damps=damps)))
+def _with_other_places(stepped: SteppedScheme) -> Iterator[SteppedScheme]:
+    """Yield a scheme with its damping at every other place of the step; a wrong place masks the rotation scheme."""
+    damping = stepped.scheme.damping
+    for place, rotation in product(DAMPING_PLACES, ROTATION):
+        if place != damping.place:
+            other = _with_damping(stepped, replace(damping, place=place))
+            yield replace(other, scheme=replace(other.scheme, rotation=rotation))
 
 
-def as_rate(linear: float, step: float, decays: int) -> float:
-    """Return the rate [1/s] of a form of damping that takes as much in a step [s] as a rate does by c dt."""
+def as_rate(linear: float, step: float, form: int) -> float:
+    """Return the rate [1/s] with which a form of damping reduces a velocity in a step [s] as c dt does."""
     left = 1 - linear * step
-    if decays == LINEARLY or left <= 0:
+    if form == LINEARLY or left <= 0:
         return linear
-    return -log(left) / step if decays == EXPONENTIALLY else (1 / left - 1) / step
+    return -log(left) / step if form == EXPONENTIALLY else (1 / left - 1) / step

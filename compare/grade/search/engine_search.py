@@ -1,4 +1,4 @@
-"""Flies the laws of engines as whole hypotheses, without a search, and says which engines do what a file shows."""
+"""Simulates the schemes of engines as whole hypotheses, without a search, and finds the engines that fit a file."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
@@ -6,106 +6,112 @@ from dataclasses import replace
 from tumble.compare.grade.hypotheses.engine_schemes import (
     ENGINES,
     GYROSCOPIC,
-    LATE,
     ROTATION,
-    Flown,
-    Law,
-    combinations,
-    table,
+    ROW_SHIFTS,
+    EngineScheme,
+    SteppedScheme,
+    engine_runs,
+    scheme_combinations,
 )
 from tumble.compare.grade.hypotheses.explanation import Explanation, Mistake, Mistakes
-from tumble.compare.grade.hypotheses.scheme_hypotheses import Laws
-from tumble.compare.grade.search.damping_search import Damped
-from tumble.compare.grade.search.evaluator import Flights
+from tumble.compare.grade.hypotheses.scheme_hypotheses import SchemeHypotheses
+from tumble.compare.grade.search.damping_search import DampingSearch
+from tumble.compare.grade.search.evaluator import Evaluator
 from tumble.compare.grade.search.fitting import Fitter
 
-# Laws that are looked at closely, of those that leave least.
+# Schemes that are explained in full, of those with the least weights.
 FINALISTS = 3
-# Beneath the floor, which is what rounding could do at most: so many times more is seen, below this share of it not.
-SEEN, HIDDEN = 3.0, 0.5
+# Residuals within the floor, an upper bound of rounding: one is larger if it is this many times another, but not if it
+# is below this share of the floor.
+LARGER, HIDDEN = 3.0, 0.5
 
 
-class Lawful:
-    """Holds laws against the rows."""
+class EngineSearch:
+    """Evaluates the schemes of engines against the rows."""
 
-    def __init__(self, flights: Flights, fitter: Fitter, engines: Sequence[Law] = ENGINES) -> None:
-        self._flights, self._laws, self._table = flights, Laws(flights.question), engines
-        self._damped = Damped(flights, fitter, self._laws)
+    def __init__(self, evaluator: Evaluator, fitter: Fitter, engines: Sequence[EngineScheme] = ENGINES) -> None:
+        self._evaluator, self._hypotheses, self._engines = evaluator, SchemeHypotheses(evaluator.context), engines
+        self._damping_search = DampingSearch(evaluator, fitter, self._hypotheses)
 
-    def engines(self) -> tuple[list[Explanation], tuple[str, ...]]:
-        """Return the explanations by engines that leave least, best first, and those that do so if it is whole.
+    def defaults(self) -> tuple[list[Explanation], tuple[str, ...]]:
+        """Return the best explanations by an engine's defaults, best first, and the engines that fit if one is whole.
 
-        None where rows are so dense that no engine's step between them can be flown.
+        Both are empty if rows are so dense that no engine's step between them can be simulated.
         """
-        found = self._closest(table(self._flights.question, self._table))
-        if found and found[0][1].nothing:
-            flown, best = found[0]
-            return [self._plain(best)], tuple(self._engines(flown, best))
+        found = self._closest(engine_runs(self._evaluator.context, self._engines))
+        if found and found[0][1].within_floor:
+            stepped, best = found[0]
+            return [self._simplified(best)], tuple(self._fitting_engines(stepped, best))
         return [explanation for _, explanation in found], ()
 
     def combined(self) -> list[Explanation]:
-        """Return the explanations by what no engine does, but parts of several, best first."""
-        found = [explanation for _, explanation in self._closest(combinations(self._flights.question, self._table))]
-        return [self._plain(found[0])] if found and found[0].nothing else found
+        """Return the best explanations by parts of several engines, best first."""
+        runs = scheme_combinations(self._evaluator.context, self._engines)
+        return self._simplified_if_whole([explanation for _, explanation in self._closest(runs)])
 
     def damped(self) -> list[Explanation]:
-        """Return the explanations by schemes of engines with damping of any rate, best first."""
-        found = self._damped.explanations()
-        return [self._plain(found[0])] if found and found[0].nothing else found
+        """Return the best explanations by schemes with fitted damping, best first."""
+        return self._simplified_if_whole(self._damping_search.explanations())
 
-    def _closest(self, laws: Iterable[Flown]) -> list[tuple[Flown, Explanation]]:
-        weighed = sorted(((self._flights.law(self._laws.mistakes(flown)), n, flown) for n, flown in enumerate(laws)))
-        some = [flown for _, _, flown in weighed[:FINALISTS]]
-        explained = [(flown, self._flights.explain(self._laws.mistakes(flown))) for flown in some]
+    def _simplified_if_whole(self, found: list[Explanation]) -> list[Explanation]:
+        return [self._simplified(found[0])] if found and found[0].within_floor else found
+
+    def _closest(self, runs: Iterable[SteppedScheme]) -> list[tuple[SteppedScheme, Explanation]]:
+        of = self._hypotheses.mistakes
+        weights = sorted((self._evaluator.scheme_weight(of(stepped)), n, stepped) for n, stepped in enumerate(runs))
+        finalists = [stepped for _, _, stepped in weights[:FINALISTS]]
+        explained = [(stepped, self._evaluator.explain(of(stepped))) for stepped in finalists]
         return sorted(explained, key=lambda one: one[1].weight)
 
-    def _plain(self, best: Explanation) -> Explanation:
-        """Return an explanation without what cannot be seen in this scene: mistakes, and parts of the step."""
+    def _simplified(self, best: Explanation) -> Explanation:
+        """Return an explanation without what has no effect in this scene: mistakes, and details of the step."""
         for mistake in best.mistakes:
-            fewer = self._flights.explain(tuple(other for other in best.mistakes if other is not mistake))
-            if self._as_good(fewer, best):
+            fewer = self._evaluator.explain(tuple(other for other in best.mistakes if other is not mistake))
+            if self._is_as_good(fewer, best):
                 best = fewer
         return self._without_details(best)
 
-    def _as_good(self, other: Explanation, best: Explanation) -> bool:
-        """Whether another leaves nothing either, and what it leaves beneath the floor is not seen to be more."""
-        room_m = max(SEEN * best.weighed_m, HIDDEN * self._flights.scale.floor_m)
-        return other.nothing and other.weighed_m <= room_m
+    def _is_as_good(self, other: Explanation, best: Explanation) -> bool:
+        """Whether another explanation is within the floor too, and not larger as far as can be seen there."""
+        most_m = max(LARGER * best.weighted_rms_m, HIDDEN * self._evaluator.scale.floor_m)
+        return other.within_floor and other.weighted_rms_m <= most_m
 
     def _without_details(self, best: Explanation) -> Explanation:
-        """Return an explanation with only as much said of its step as other steps would not do as well."""
+        """Return an explanation without the details of its step that all other steps fit as well."""
         place = next((n for n, mistake in enumerate(best.mistakes) if mistake.hypothesis.part == "steps"), None)
         if place is None:
             return best
         details = dict(best.mistakes[place].hypothesis.details)
         for detail, others in (("gyroscopic", GYROSCOPIC), ("rotation", ROTATION)):
             tried = [
-                self._flights.explain(self._stepped(best.mistakes, place, details | {detail: other}))
+                self._evaluator.explain(self._with_step(best.mistakes, place, details | {detail: other}))
                 for other in others
                 if details[detail] and other not in (details[detail], "none")
             ]
-            if tried and all(self._as_good(each, best) for each in tried):
+            if tried and all(self._is_as_good(each, best) for each in tried):
                 details[detail] = ""
-        return self._flights.explain(self._stepped(best.mistakes, place, details))
+        return self._evaluator.explain(self._with_step(best.mistakes, place, details))
 
-    def _stepped(self, mistakes: Mistakes, place: int, details: dict[str, str]) -> Mistakes:
-        falls, normalises = int(details["substeps"] or 1), 0 if details["normalised"] else 1
-        hypothesis = self._laws.step(details["gyroscopic"], details["rotation"], falls, normalises)
+    def _with_step(self, mistakes: Mistakes, place: int, details: dict[str, str]) -> Mistakes:
+        substeps, normalise_every = int(details["substeps"] or 1), 0 if details["normalised"] else 1
+        hypothesis = self._hypotheses.step(details["gyroscopic"], details["rotation"], substeps, normalise_every)
         step = Mistake(hypothesis, mistakes[place].value)
         return (*mistakes[:place], step, *mistakes[place + 1 :])
 
-    def _engines(self, flown: Flown, best: Explanation) -> list[str]:
-        """Return the engines that do as well at the same step, those first whose rows need not be shifted as well."""
-        ticks = flown.law.late + flown.late
-        for shifts in ((0,), LATE[1:]):
+    def _fitting_engines(self, stepped: SteppedScheme, best: Explanation) -> list[str]:
+        """Return the engines that fit as well at the same step; with shifted rows only if none fits without."""
+        ticks = stepped.scheme.late + stepped.late
+        for shifts in ((0,), ROW_SHIFTS[1:]):
             engines = [
-                law.engine for law in self._table if ticks - law.late in shifts and self._does(flown, best, law, ticks)
+                scheme.engine
+                for scheme in self._engines
+                if ticks - scheme.late in shifts and self._fits(stepped, best, scheme, ticks)
             ]
             if engines:
                 return list(dict.fromkeys(engines))
         return []
 
-    def _does(self, flown: Flown, best: Explanation, law: Law, ticks: int) -> bool:
-        """Whether an engine does as well."""
-        same = replace(flown, law=law, step=law.step or flown.step, late=ticks - law.late)
-        return self._as_good(self._flights.explain(self._laws.mistakes(same)), best)
+    def _fits(self, stepped: SteppedScheme, best: Explanation, scheme: EngineScheme, ticks: int) -> bool:
+        """Whether an engine fits as well as the best explanation."""
+        same = replace(stepped, scheme=scheme, step=scheme.step or stepped.step, late=ticks - scheme.late)
+        return self._is_as_good(self._evaluator.explain(self._hypotheses.mistakes(same)), best)

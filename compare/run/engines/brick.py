@@ -8,6 +8,7 @@ from types import ModuleType
 
 import numpy as np
 
+from tumble.compare.run.contestant import MethodName
 from tumble.compare.run.timing.timer import PARTS, prepare
 from tumble.scenarios.frames import Array
 from tumble.scenarios.mass import BOX_FACES, box_corners
@@ -71,10 +72,10 @@ def rounding(engine: ModuleType) -> float:
 
 def by_other_roundings(engine: ModuleType, method: str) -> float:
     """Return how far a flight of 50 steps may be off where a term that is nothing rounds another way."""
-    plain, _, tolerance = method.partition("@")
-    # One's own steps may be other ones.
-    adaptive = plain in getattr(engine, "ADAPTIVE", ())
-    return 100 * float(tolerance or 1e-9) if adaptive else 450 * rounding(engine)
+    asked = MethodName.parse(method)
+    # Steps of the method's own choice may differ.
+    adaptive = str(asked.without_tolerance) in getattr(engine, "ADAPTIVE", ())
+    return 100 * float(asked.tolerance or 1e-9) if adaptive else 450 * rounding(engine)
 
 
 def with_signs_of(reference: Array, states: Array) -> Array:

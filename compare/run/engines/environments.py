@@ -15,13 +15,13 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from tumble.compare.run.contestant import Contestant
 from tumble.compare.run.engines import registry
 from tumble.compare.run.engines.program import ENVIRONMENT
 from tumble.compare.run.engines.registry import BadEngine
 
 MARK = "environment.json"  # written last; a folder without it is no environment
 LIBRARIES = "libraries"  # what Debian has beside its package of Python
-RELEASE = re.compile(r"[0-9A-Za-z][0-9A-Za-z.!+_-]*")
 
 
 @dataclass(frozen=True)
@@ -72,10 +72,9 @@ def folder() -> Path:
     """Return where environments lie."""
     if stated := os.environ.get("TUMBLE_ENVIRONMENTS"):
         return Path(stated).absolute()
-    cache = os.environ.get("XDG_CACHE_HOME") or (
-        Path.home() / ("Library/Caches" if sys.platform == "darwin" else ".cache")
-    )
-    return Path(cache, "tumble", "environments")
+    from platformdirs import user_cache_path  # 20 ms, and seldom needed
+
+    return user_cache_path("tumble", appauthor=False) / "environments"
 
 
 def interpreter(place: Path) -> str:
@@ -97,12 +96,10 @@ def environments() -> list[Environment]:
 
 def split_release(engine: str) -> tuple[str, str]:
     """Return name and release ('' where none is asked for) of ENGINE[@RELEASE].  Raises BadEngine."""
-    name, at, release = engine.partition("@")
-    if at and not RELEASE.fullmatch(release):
-        raise BadEngine(f"{engine}: a release is written as in {name}@1.2.3")
-    if at and not registry.package(name).pins:
-        raise BadEngine(f"{engine}: {name} has no releases of its own")
-    return name, release
+    asked = Contestant.parse(engine)
+    if asked.release and not registry.package(asked.engine).pins:
+        raise BadEngine(f"{engine}: {asked.engine} has no releases of its own")
+    return asked.engine, asked.release
 
 
 def beside(engine: str) -> str | None:

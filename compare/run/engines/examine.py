@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from tumble.compare.engines import LAWS
 from tumble.compare.run.engines.laws import laws_for
 from tumble.compare.run.running_engines import RunningEngine
-from tumble.compare.run.worker import Failure
+from tumble.compare.run.status import Failure, Status
 
 LOOSE = 1e-3  # a tolerance at which the steps of an adaptive method are few
 
@@ -35,7 +35,7 @@ def examined(running_engine: RunningEngine) -> Iterator[Examined]:
         if law not in binding or late:
             lacking = "it has no gravity" if law == "gravity" else "it has nothing optional"
             why = info.exempt.get(law) or (late if law in binding else lacking)
-            yield Examined(law, (), {}, dict.fromkeys(running_engine.methods, why))
+            yield Examined(law=law, holds=(), broken={}, not_asked=dict.fromkeys(running_engine.methods, why))
             continue
         holds, broken, not_asked = [], {}, {}
         for method in (*running_engine.methods, *loose):
@@ -43,13 +43,13 @@ def examined(running_engine: RunningEngine) -> Iterator[Examined]:
                 not_asked[method] = late
                 continue
             said = running_engine.ensure_running() or running_engine.worker.law_broken(law, method)
-            if isinstance(said, Failure) and said.status.startswith("timeout"):
+            if isinstance(said, Failure) and said.status is Status.TIMEOUT:
                 # Each further answer would be waited for as long.
                 late = f"after a timeout no more is asked; {method} gave no answer to {law!r}"
-            if isinstance(said, Failure) and said.status.startswith("skipped: "):
-                not_asked[method] = said.status.removeprefix("skipped: ")
+            if isinstance(said, Failure) and said.status is Status.SKIPPED:
+                not_asked[method] = said.reason
             elif said:
-                broken[method] = said.status if isinstance(said, Failure) else said
+                broken[method] = str(said)
             else:
                 holds.append(method)
-        yield Examined(law, tuple(holds), broken, not_asked)
+        yield Examined(law=law, holds=tuple(holds), broken=broken, not_asked=not_asked)

@@ -3,7 +3,6 @@
 One is made under another name and moved into place when its engine has been loaded in it.
 """
 
-import fcntl
 import json
 import os
 import re
@@ -12,7 +11,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Collection, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -32,8 +31,8 @@ from tumble.compare.run.engines.environments import (
 from tumble.compare.run.engines.registry import BadEngine, Package
 from tumble.compare.run.progress import ProgressCallback, no_progress
 
-# What the folder is called in which one is made.
-MAKING = "making-"
+# What the folder is called in which one is made, and the file in it that is locked meanwhile.
+MAKING, LOCK = "making-", "lock"
 # Of a line that pip, uv, npm or apt prints, as much as a line of progress has room for.
 SHOWN = 60
 UNREACHED = re.compile(
@@ -78,31 +77,34 @@ def site(engine: str, on_progress: ProgressCallback) -> Iterator[Site]:
     try:
         yield Site(made, lock, on_progress)
     finally:
-        shutil.rmtree(made, ignore_errors=True)
         os.close(lock)
+        shutil.rmtree(made, ignore_errors=True)
 
 
 def sweep() -> None:
     """Remove what killed processes have left: folders of ours in which nobody works."""
     for name in registry.names():
         for left in folder().glob(f"{MAKING}{name}-*"):
-            if (lock := taken(left)) >= 0:
-                shutil.rmtree(left, ignore_errors=True)
-                os.close(lock)
+            with suppress(OSError):
+                if (lock := taken(left)) >= 0:
+                    os.close(lock)
+                    shutil.rmtree(left, ignore_errors=True)
 
 
 def taken(place: Path) -> int:
-    """Return the lock of a folder, -1 where somebody has it or has removed the folder meanwhile."""
+    """Return the lock of a folder, -1 where another process has it or has removed the folder.  Raises OSError."""
+    from filelock import lock_descriptor  # 40 ms, and most commands install nothing
+
     try:
-        lock = os.open(place, os.O_RDONLY)
-    except OSError:
+        lock = os.open(place / LOCK, os.O_RDWR | os.O_CREAT, 0o600)
+    except FileNotFoundError:
         return -1
     try:
-        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        if place.exists():
+        if lock_descriptor(lock, blocking=False) and (place / LOCK).exists():
             return lock
-    except OSError:
-        pass
+    except BaseException:
+        os.close(lock)
+        raise
     os.close(lock)
     return -1
 
@@ -126,7 +128,14 @@ def install(engine: str, on_progress: ProgressCallback = no_progress) -> Environ
             node = make_one(made, pins, package)
             fly_once(name, place_of(made.environment, node), on_progress)
             python = "" if node else python_of(made.environment)
-            found = Environment(name, release, python, tuple(pins), size_of(made.environment), node)
+            found = Environment(
+                engine=name,
+                release=release,
+                python=python,
+                packages=tuple(pins),
+                size=size_of(made.environment),
+                node=node,
+            )
             (made.environment / MARK).write_text(json.dumps(asdict(found), indent=1), encoding="utf-8")
             if present := next((one for one in environments() if one.name == found.name), None):
                 return present  # another process was faster
@@ -214,7 +223,7 @@ def run(
     lines: list[str] = []
     with subprocess.Popen(
         command, cwd=folder, stdin=subprocess.DEVNULL, stdout=pipe, stderr=subprocess.STDOUT, text=True,
-        errors="replace", pass_fds=tuple(held),
+        errors="replace", pass_fds=() if sys.platform == "win32" else tuple(held),
     ) as process:  # fmt: skip
         try:
             assert process.stdout is not None
@@ -265,7 +274,8 @@ def make_node(made: Site, pins: list[str]) -> str:
 
 def fly_once(engine: str, place: Place, on_progress: ProgressCallback) -> None:
     """See that every method of the engine can be used there.  Raises BadEngine."""
-    from tumble.compare.run.worker import Failure, Worker
+    from tumble.compare.run.status import Failure
+    from tumble.compare.run.worker import Worker
 
     with Worker(engine, 900.0, place=place) as worker:  # what some compile first they keep in their environment
         on_progress(f"loading {engine}", 0.0)
@@ -276,7 +286,7 @@ def fly_once(engine: str, place: Place, on_progress: ProgressCallback) -> None:
             if isinstance(said, Failure):
                 break
     if isinstance(said, Failure):
-        raise BadEngine(f"installed, but it cannot be used: {said.status}; nothing was kept")
+        raise BadEngine(f"installed, but it cannot be used: {said}; nothing was kept")
 
 
 def python_of(place: Path) -> str:

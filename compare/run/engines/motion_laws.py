@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from tumble.compare.engines import EULER
+from tumble.compare.run.contestant import MethodName
 from tumble.compare.run.engines.brick import MOMENTS, THROWS, Broken, by_other_roundings, flown, rounding
 from tumble.compare.run.engines.free_body import MISREADINGS, moved, to_world
 from tumble.scenarios.frames import Array, quaternion_product, turned_by
@@ -74,7 +75,7 @@ def misread(states: Array, start: Array, time: float) -> str:
 
 def comes_nearer_with_the_step(engine: ModuleType, method: str) -> None:
     """Half the step, smaller error: the motion of a free body, to the order that is stated."""
-    plain, _, _ = method.partition("@")
+    plain = str(MethodName.parse(method).without_tolerance)
     if stated(engine, "GYROSCOPIC", method) == "none":
         raise NotImplementedError("it states that it leaves the gyroscopic torque out")
     expected, _ = moved(THROWS[:, 3:7], THROWS[:, 10:13], MOMENTS, TUMBLE_S)

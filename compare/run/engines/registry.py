@@ -17,22 +17,18 @@ from typing import Any
 
 from tumble.compare import engines
 from tumble.compare.engines import FINDINGS, GYROSCOPIC_NAMES, LAWS, OWN, SCHEME_NAMES, SHIPPED
+from tumble.compare.run.contestant import FILES, BadEngine, MethodName
 from tumble.compare.run.engines import program
 from tumble.compare.run.engines.program import ProgramEngine
 from tumble.compare.run.engines.step_function import StepEngine
 from tumble.scenarios.needs import FORCES
-from tumble.scenarios.refusal import UserError, nearest
+from tumble.scenarios.refusal import nearest
 from tumble.scenarios.scene import Scene
 
-FILES = (".py", ".toml")
 VERBS = ("build", "write", "advance", "read")
 # What a step takes where an engine does not say it [ns]: it is a plain loop in Python, as far as anybody knows.
 STEP_NS = 50_000.0
 OWN_SCHEME = "its own"  # in place of a name, for a scheme that an engine states as a function
-
-
-class BadEngine(UserError):
-    """An engine name or file that cannot be used; the message is the one line for the user."""
 
 
 class Missing(ImportError):
@@ -105,14 +101,13 @@ class EngineInfo:
 
     def step_of(self, method: str) -> float:
         """Return about what a step of one throw takes by a method [ns]."""
-        return self.step_ns.get(method.partition("@")[0], self.step_ns.get("*", STEP_NS))
+        return self.step_ns.get(str(MethodName.parse(method).without_tolerance), self.step_ns.get("*", STEP_NS))
 
     def tolerance(self, method: str) -> float | None:
         """Return the tolerance under which a method chooses its steps, nan where it is not told; None of others."""
-        name, at, asked = method.partition("@")
-        if name not in self.adaptive:
-            return None
-        return float(asked) if at else self.adaptive[name]
+        parsed = MethodName.parse(method)
+        alone = self.adaptive.get(str(parsed.without_tolerance))
+        return float(parsed.tolerance) if alone is not None and parsed.tolerance else alone
 
 
 def names() -> list[str]:
@@ -257,26 +252,26 @@ def engine_info(engine: str, module: ModuleType) -> EngineInfo:
         largest_turn = getattr(module, "LARGEST_TURN", None)
         exempt = dict(getattr(module, "EXEMPT", {}))
         info = EngineInfo(
-            methods,
-            tolerances(module),
-            frozenset(words(getattr(module, "WHOLE", ()))),
-            words(getattr(module, "FORCED", ())),
-            words(getattr(module, "ON_REQUEST", ())),
-            words(getattr(module, "DEFAULT", as_shipped(methods, words(getattr(module, "ON_REQUEST", ()))))),
-            words(getattr(module, "SHOWN", methods)),
-            words(getattr(module, "OPTIONAL", ())),
-            features,
-            str(about.get("version", "")),
-            str(about.get("precision", "")),
-            switched_off,
-            words(about.get("defaults", ())),
-            schemes,
-            gyroscopic,
-            None if largest_turn is None else float(largest_turn),
-            {str(law): str(why) for law, why in exempt.items()},
-            {str(method): float(ns) for method, ns in of_each.items()},
-            {str(method): float(order) for method, order in dict(getattr(module, "ORDERS", {})).items()},
-            tuple(float(instant) for instant in getattr(module, "INSTANTS", ())),
+            methods=methods,
+            adaptive=tolerances(module),
+            whole=frozenset(words(getattr(module, "WHOLE", ()))),
+            forced=words(getattr(module, "FORCED", ())),
+            on_request=words(getattr(module, "ON_REQUEST", ())),
+            default=words(getattr(module, "DEFAULT", as_shipped(methods, words(getattr(module, "ON_REQUEST", ()))))),
+            shown=words(getattr(module, "SHOWN", methods)),
+            optional=words(getattr(module, "OPTIONAL", ())),
+            features=features,
+            version=str(about.get("version", "")),
+            precision=str(about.get("precision", "")),
+            switched_off=switched_off,
+            defaults=words(about.get("defaults", ())),
+            schemes=schemes,
+            gyroscopic=gyroscopic,
+            largest_turn=None if largest_turn is None else float(largest_turn),
+            exempt={str(law): str(why) for law, why in exempt.items()},
+            step_ns={str(method): float(ns) for method, ns in of_each.items()},
+            orders={str(method): float(order) for method, order in dict(getattr(module, "ORDERS", {})).items()},
+            instants=tuple(float(instant) for instant in getattr(module, "INSTANTS", ())),
         )
     except (TypeError, ValueError, OverflowError) as error:
         raise BadEngine(f"{engine}: what it says of itself cannot be read: {error}") from error

@@ -7,7 +7,6 @@ Both ends run the same code, so that a pickle is safe here; what an engine sends
 import logging
 import math
 import pickle
-import socket
 import sys
 import threading
 from collections.abc import Callable
@@ -21,7 +20,7 @@ import numpy as np
 
 import tumble
 from tumble.compare.run.process.message import PREFIX, frame, lengths, unpacked
-from tumble.compare.run.process.process import Died, Process, end_with_parent
+from tumble.compare.run.process.process import Died, Process, end_with_parent, open_line
 
 # What the process runs: it finds the package where this one has found it, and nothing else of the working folder.
 HOME = str(Path(tumble.__path__[0]).parent)
@@ -102,9 +101,10 @@ def as_array(value: object) -> np.ndarray:
 
 def serve(line: str, lifeline: str) -> None:
     """In the process itself: make the calls that come along a line, until its other end closes."""
-    end_with_parent(int(lifeline))
+    connection = open_line(line)
+    end_with_parent(lifeline)
     logging.basicConfig(format="tumble: %(message)s")
-    with socket.socket(fileno=int(line)) as connection, connection.makefile("rb") as questions:
+    with connection, connection.makefile("rb") as questions:
 
         def answer(kind: str, value: object) -> None:
             for part in frame(as_array((kind, value))):

@@ -11,6 +11,7 @@ import re
 import struct
 import types
 from dataclasses import fields, is_dataclass
+from enum import StrEnum
 from typing import Any, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
@@ -40,7 +41,8 @@ class Malformed(ValueError):
 def frame(value: object) -> list[bytes | memoryview]:
     """Return the parts of a frame: prefix and head, then each array.
 
-    value: None, booleans, numbers, texts, arrays, and lists, sets, dicts by text and dataclasses of those.
+    value: None, booleans, numbers, texts, members of a StrEnum, arrays, and lists, sets, dicts by text and dataclasses
+    of those.
     Raises TypeError.
     """
     arrays: list[np.ndarray] = []
@@ -112,6 +114,10 @@ def _built(hint: Any, plain: Any, body: memoryview) -> Any:
         if not isinstance(plain, list):
             raise Malformed(f"what it sent has a {type(plain).__name__} where a list belongs")
         return origin(_built(item, value, body) for item, value in zip(_of_each(hint, plain), plain, strict=True))
+    if isinstance(hint, type) and issubclass(hint, StrEnum):
+        if type(plain) is not str or plain not in {*hint}:
+            raise Malformed(f"what it sent has no {name_of(hint)} where one belongs")
+        return hint(plain)
     if hint is float and type(plain) is int:
         return float(plain)
     if type(plain) is not (type(None) if hint is None else hint):

@@ -1,27 +1,25 @@
 """A process that answers in messages, and that ends with its parent, as all that it has started itself ends with it."""
 
-import fcntl
 import os
-import resource
-import select
 import signal
 import socket
 import subprocess
 import sys
 import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from time import monotonic
+from time import monotonic, sleep
 from typing import Any
 
+from tumble.compare.run.process import usage
 from tumble.compare.run.process.message import PREFIX, Malformed, frame, lengths, unpacked
 
-# A system call waits no longer than this at a time [s]; a deadline may be further away than it can count.
-LONGEST_WAIT_S = 3600.0
-# What ru_maxrss counts in [B].
-MAXRSS = 1 if sys.platform == "darwin" else 1024
+# How often a process that does not answer is looked at [s], and one that is about to end.
+LOOK_S, LOOK_AT_END_S = 0.5, 0.005
 # glibc gives back every large block that is freed; a PyBullet world, a few MB, took 20 ms to be made of fresh pages.
 KEPT_MEMORY = {"MALLOC_TRIM_THRESHOLD_": str(64 << 20), "MALLOC_MMAP_THRESHOLD_": str(32 << 20)}
+# Standard input, which is the lifeline where no other descriptor is inherited.
+STDIN = 0
 
 
 class Died(Exception):
@@ -31,35 +29,24 @@ class Died(Exception):
 class Process:
     """A command in a session of its own, and the line to it.
 
-    command: its words; the descriptors of its ends of line and lifeline are added to them.  The lifeline is a pipe that
-    nobody writes to: it closes when this process ends.  told: what its environment variables say beyond ours.
+    command: its words; two more are added, for `open_line` and `end_with_parent`.  The lifeline is a pipe that is never
+    written to: it closes when this process ends.  variables: environment variables beyond this process's.
     Raises OSError where it cannot be started.
     """
 
-    def __init__(self, command: Sequence[str], told: Mapping[str, str]) -> None:
+    def __init__(self, command: Sequence[str], variables: Mapping[str, str]) -> None:
+        # A new process's peak begins with that of the one that started it: only more than that is surely its own.
+        self._begun_with = usage.peak_bytes()
+        env = {**KEPT_MEMORY, **environment(), **variables}
         self._line, far_line = socket.socketpair()
-        far_lifeline, self._lifeline = os.pipe()
-        far_ends = far_line.fileno(), far_lifeline
-        # A new process's ru_maxrss begins with that of the one that started it: only more than that is surely its own.
-        self._begun_with = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
         try:
-            self._process = subprocess.Popen(
-                [*command, *map(str, far_ends)],
-                stdin=subprocess.DEVNULL,
-                stdout=subprocess.DEVNULL,
-                pass_fds=far_ends,
-                env={**KEPT_MEMORY, **environment(), **told},
-                start_new_session=True,
-            )
+            start = _start_on_windows if sys.platform == "win32" else _start
+            self._process, self._lifeline = start(command, env, far_line)
         except BaseException:
             self._line.close()
-            os.close(self._lifeline)
             raise
         finally:
             far_line.close()
-            os.close(far_lifeline)
-        self._line.setblocking(False)
-        self._sentinel = sentinel(self._process.pid)
         self.peak_bytes, self.peak_is_its_own = 0, False
 
     def send(self, value: object, by: float) -> None:
@@ -67,13 +54,7 @@ class Process:
         for part in map(memoryview, frame(value)):
             rest = part
             while rest:
-                self._wait(select.POLLOUT, by)
-                try:
-                    rest = rest[self._line.send(rest) :]
-                except BlockingIOError:
-                    continue
-                except OSError as error:
-                    raise Died from error
+                rest = rest[self._once_ready(self._line.send, rest, by) :]
 
     def receive(self, hint: Any, most_bytes: int, by: float) -> Any:
         """Return a message as the type of that hint before that instant of the monotonic clock [s].
@@ -89,56 +70,142 @@ class Process:
         found = bytearray(count)
         rest = memoryview(found)
         while rest:
-            self._wait(select.POLLIN, by)
-            try:
-                took = self._line.recv_into(rest)
-            except BlockingIOError:
-                continue
-            except OSError as error:
-                raise Died from error
+            took = self._once_ready(self._line.recv_into, rest, by)
             if not took:
                 raise Died
             rest = rest[took:]
         return found
 
-    def _wait(self, event: int, by: float) -> None:
-        """Wait until the line can be used.  What it has started may hold the line open after the process is dead."""
-        poll = select.poll()
-        poll.register(self._line, event)
-        poll.register(self._sentinel, select.POLLIN)
+    def _once_ready(self, call: Callable[[memoryview], int], data: memoryview, by: float) -> int:
+        """Call once the line is ready.  What the process has started may hold the line open after it is dead."""
+        was_gone = False
         while True:
             left = by - monotonic()
-            ready = [descriptor for descriptor, _ in poll.poll(1e3 * min(max(left, 0.0), LONGEST_WAIT_S))]
-            if self._line.fileno() in ready:
-                return
-            if ready:
-                raise Died
-            if left <= 0:
-                raise TimeoutError
+            self._line.settimeout(min(max(left, 1e-6), LOOK_S))
+            try:
+                return call(data)
+            except TimeoutError:
+                if was_gone:
+                    raise Died from None
+                if left <= 0:
+                    raise
+                was_gone = self.gone
+            except OSError as error:
+                raise Died from error
 
     @property
     def gone(self) -> bool:
         """Whether it has ended, by itself or not."""
-        return self._process.returncode is not None or bool(select.select([self._sentinel], [], [], 0.0)[0])
+        if sys.platform == "win32":
+            return self._process.poll() is not None
+        if self._process.returncode is not None:
+            return True
+        import psutil
+
+        try:  # `poll` would wait for it, and then its number could be given to another process
+            return psutil.Process(self._process.pid).status() == psutil.STATUS_ZOMBIE
+        except psutil.NoSuchProcess:
+            return True
 
     def kill(self) -> None:
-        """Kill the whole group, whatever it is doing; who waits for an answer is told that it died."""
+        """Kill the process and all that it has started; pending calls raise Died."""
         if self._process.returncode is None:
-            # Nobody has waited for it yet, so that no other process can have been given its number.
+            # It has not been waited for, so that no other process can have been given its number.
             kill_group(self._process.pid)
 
     def end(self, patience: float = 0.0) -> int | None:
         """End the group; return the exit code if the process ended by itself within that time [s], -N by signal N."""
-        by_itself = bool(select.select([self._sentinel], [], [], patience)[0])
+        until, by_itself = monotonic() + patience, False
+        while monotonic() < until and not (by_itself := self.gone):
+            sleep(LOOK_AT_END_S)
         kill_group(self._process.pid)
-        _, status, usage = os.wait4(self._process.pid, 0)
-        self._process.returncode = os.waitstatus_to_exitcode(status)
-        self.peak_bytes = usage.ru_maxrss * MAXRSS
-        self.peak_is_its_own = usage.ru_maxrss > self._begun_with
+        if hasattr(os, "wait4"):
+            self._process.returncode, self.peak_bytes = usage.reap(self._process.pid)
+        else:
+            self._process.wait()
+        self.peak_is_its_own = self.peak_bytes > self._begun_with
         self._line.close()
-        os.close(self._sentinel)
         os.close(self._lifeline)
         return self._process.returncode if by_itself else None
+
+
+def _start(
+    command: Sequence[str], env: Mapping[str, str], far_line: socket.socket
+) -> tuple[subprocess.Popen[bytes], int]:
+    """Start a process that inherits its ends of line and lifeline; return it and our end of the lifeline."""
+    far_lifeline, lifeline = os.pipe()
+    far_ends = far_line.fileno(), far_lifeline
+    try:
+        process = subprocess.Popen(
+            [*command, *map(str, far_ends)],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            pass_fds=far_ends,
+            env=env,
+            start_new_session=True,
+        )
+    except BaseException:
+        os.close(lifeline)
+        raise
+    finally:
+        os.close(far_lifeline)
+    return process, lifeline
+
+
+def _start_on_windows(
+    command: Sequence[str], env: Mapping[str, str], far_line: socket.socket
+) -> tuple[subprocess.Popen[bytes], int]:
+    """Start a process where sockets are not inherited: its end of the line is shared along its standard input."""
+    process = subprocess.Popen(
+        [*command, "shared", str(STDIN)],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.DEVNULL,
+        env=env,
+    )
+    assert process.stdin is not None
+    lifeline = os.dup(process.stdin.fileno())
+    process.stdin.close()
+    shared = far_line.share(process.pid)  # type: ignore[attr-defined]
+    os.write(lifeline, len(shared).to_bytes(4, "little") + shared)
+    return process, lifeline
+
+
+def open_line(line: str) -> socket.socket:
+    """In the process itself: return its end of the line, from the first word that `Process` has added."""
+    if line != "shared":
+        os.set_inheritable(int(line), False)
+        return socket.socket(fileno=int(line))
+    shared = os.read(STDIN, int.from_bytes(os.read(STDIN, 4), "little"))
+    return socket.fromshare(shared)  # type: ignore[attr-defined]
+
+
+def end_with_parent(lifeline: str) -> None:
+    """In the process itself, after `open_line`: end its whole group when the other end of the lifeline closes.
+
+    Linux sends the signal itself, so that no thread is needed, and none that holds a lock is in the way; elsewhere a
+    thread waits.  The signal that follows a parent's death (PR_SET_PDEATHSIG) would follow the end of the thread that
+    started the process, too.
+
+    lifeline: the second word that `Process` has added.
+    """
+    with suppress(ImportError, AttributeError):
+        import fcntl
+
+        fcntl.fcntl(int(lifeline), fcntl.F_SETOWN, -os.getpgrp())
+        fcntl.fcntl(int(lifeline), fcntl.F_SETSIG, signal.SIGKILL)
+        fcntl.fcntl(int(lifeline), fcntl.F_SETFL, fcntl.fcntl(int(lifeline), fcntl.F_GETFL) | os.O_ASYNC)
+        os.set_blocking(int(lifeline), False)
+        with suppress(BlockingIOError):
+            _wait_and_end(int(lifeline))  # it was closed before the system watched it
+        return
+    threading.Thread(target=_wait_and_end, args=(int(lifeline),), daemon=True).start()
+
+
+def _wait_and_end(lifeline: int) -> None:
+    os.read(lifeline, 1)
+    if hasattr(os, "killpg"):
+        kill_group(os.getpgrp())
+    os._exit(1)
 
 
 def environment() -> dict[str, str]:
@@ -148,54 +215,18 @@ def environment() -> dict[str, str]:
 
 
 def kill_group(leader: int) -> None:
-    """Kill every process of a group."""
-    with suppress(ProcessLookupError, PermissionError):  # of macOS, where all that is left of it has ended already
-        os.killpg(leader, signal.SIGKILL)
+    """Kill every process of a group; where there are no groups, a process and all that it has started."""
+    if hasattr(os, "killpg"):
+        with suppress(ProcessLookupError, PermissionError):  # macOS: all that is left of it has ended already
+            os.killpg(leader, signal.SIGKILL)
+        return
+    import psutil
 
-
-def sentinel(pid: int) -> int:
-    """Return a descriptor that can be read once a child of this process has ended, whoever holds its pipes."""
-    with suppress(OSError, AttributeError):  # what the system has not got, or Python on it
-        return os.pidfd_open(pid)
-    with suppress(OSError, AttributeError):
-        bsd: Any = select
-        queue = bsd.kqueue()
-        watch = bsd.kevent(pid, bsd.KQ_FILTER_PROC, bsd.KQ_EV_ADD, bsd.KQ_NOTE_EXIT)
-        queue.control([watch], 0)
-        return os.dup(queue.fileno())
-    ended, far_end = os.pipe()
-    threading.Thread(target=_close_at_its_end, args=(pid, far_end), daemon=True).start()
-    return ended
-
-
-def _close_at_its_end(pid: int, descriptor: int) -> None:
-    """Close a descriptor when a process has ended, and leave it to others to wait for it."""
-    # Where it cannot be waited for, kqueue was there and has refused it: it has ended already.
-    with suppress(OSError, AttributeError):
-        os.waitid(os.P_PID, pid, os.WEXITED | os.WNOWAIT)
-    os.close(descriptor)
-
-
-def end_with_parent(lifeline: int) -> None:
-    """In the process itself: end its whole group when the other end of the lifeline closes.
-
-    Linux sends the signal itself, so that no thread is needed, and none that holds a lock is in the way; elsewhere a
-    thread waits.  The signal that follows a parent's death (PR_SET_PDEATHSIG) would follow the end of the thread that
-    started the process, too.
-    """
-    if hasattr(fcntl, "F_SETSIG"):
-        fcntl.fcntl(lifeline, fcntl.F_SETOWN, -os.getpgrp())
-        fcntl.fcntl(lifeline, fcntl.F_SETSIG, signal.SIGKILL)
-        fcntl.fcntl(lifeline, fcntl.F_SETFL, fcntl.fcntl(lifeline, fcntl.F_GETFL) | os.O_ASYNC)
-    else:
-        threading.Thread(target=_wait_and_end, args=(lifeline,), daemon=True).start()
-    if select.select([lifeline], [], [], 0.0)[0]:  # it was closed before anybody watched
-        kill_group(os.getpgrp())
-
-
-def _wait_and_end(lifeline: int) -> None:
-    os.read(lifeline, 1)
-    kill_group(os.getpgrp())
+    with suppress(psutil.NoSuchProcess):
+        process = psutil.Process(leader)
+        for each in (*process.children(recursive=True), process):
+            with suppress(psutil.Error):
+                each.kill()
 
 
 def signal_name(number: int) -> str:

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from time import monotonic
 
+import psutil
+
 # More than that of a core, of the time or of the frequency is not the machine's own housekeeping.
 WORK, STOLEN, SLOW = 0.25, 0.02, 0.8
 FREQUENCIES = Path("/sys/devices/system/cpu")
@@ -26,11 +28,11 @@ class Machine:
 
 def machine() -> Machine | None:
     """Return what the machine has done, None where the system does not tell."""
-    with suppress(OSError, ValueError, IndexError):
-        # proc_stat(5): user, nice, system, idle, iowait, irq, softirq, steal.
-        ticks = [int(word) for word in Path("/proc/stat").read_text().splitlines()[0].split()[1:9]]
-        hertz = os.sysconf("SC_CLK_TCK")
-        return Machine(monotonic(), sum(ticks[place] for place in (0, 1, 2, 5, 6)) / hertz, ticks[7] / hertz)
+    with suppress(OSError):
+        so_far = psutil.cpu_times()
+        names = ("user", "nice", "system", "irq", "softirq")
+        busy_s = sum(getattr(so_far, name, 0.0) for name in names)
+        return Machine(monotonic(), busy_s, getattr(so_far, "steal", 0.0))
     return None
 
 
@@ -38,7 +40,7 @@ def other_work(begin: Machine | None, end: Machine | None) -> str:
     """Say what else there was between two looks, while one core was ours; '' where there was nothing."""
     cores = os.cpu_count() or 1
     if begin is None or end is None:
-        load = os.getloadavg()[0] - 1
+        load = psutil.getloadavg()[0] - 1
         return f"other processes used about {load:.1f} of {cores} cores" if load > 2 * WORK else ""
     wall_s = max(end.wall_s - begin.wall_s, 1e-9)
     work = (end.busy_s - begin.busy_s) / wall_s - 1

@@ -15,8 +15,9 @@ from time import monotonic
 from typing import NamedTuple
 
 import numpy as np
+import psutil
 
-from tumble.compare.run.questions import Failure
+from tumble.compare.run.status import Failure
 from tumble.compare.run.timing.others import machine, other_work, say
 from tumble.compare.run.timing.timer import Sample
 from tumble.scenarios.frames import Array
@@ -224,4 +225,4 @@ def narrow(readings: Sequence[Reading]) -> bool:
 
 def load_seen() -> str:
     """Say how busy the machine is."""
-    return f"load {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores"
+    return f"load {psutil.getloadavg()[0]:.1f} on {os.cpu_count()} cores"

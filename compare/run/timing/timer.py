@@ -7,8 +7,6 @@ read; `tumble.compare.run.timing.readings` says which of them is right.
 """
 
 import os
-import resource
-import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -20,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from tumble.compare.run.engines.registry import built
+from tumble.compare.run.process import usage
 from tumble.scenarios.frames import Array
 from tumble.scenarios.scene import Scene
 
@@ -319,8 +318,7 @@ def after() -> Array:
 
 def process_ns() -> int:
     """Return the CPU time of this process and of its children that have ended [ns]."""
-    children = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return process_time_ns() + round(1e9 * (children.ru_utime + children.ru_stime))
+    return process_time_ns() + usage.children_ns()
 
 
 def queued_ns() -> int:
@@ -345,7 +343,7 @@ def peak_bytes(process: int | None = None) -> int:
         for line in Path(f"/proc/{process or 'self'}/status").read_text().splitlines():
             if line.startswith("VmHWM:"):
                 return int(line.split()[1]) << 10
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024)
+    return usage.peak_bytes()
 
 
 SCHEDULE = schedule()

@@ -5,13 +5,12 @@ from dataclasses import dataclass
 
 from tumble.compare.run.flight import legs
 from tumble.compare.run.running_engines import RunningEngine
+from tumble.compare.run.status import Failure, Status
 from tumble.compare.run.tasks import Task, run
 from tumble.compare.run.timing.readings import GONE, USUAL, Reading, Sampling, load_seen, round_robin
 from tumble.compare.run.timing.timer import Pace, Ready, Sample
-from tumble.compare.run.worker import Failure, Worker
+from tumble.compare.run.worker import Worker
 from tumble.scenarios.scene import Scene
-
-UNTIMED = "untimed: "
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +44,7 @@ class Cost:
 
 
 def costs(loads: Mapping[str, Load], sampling: Sampling = USUAL) -> dict[str, Cost | Failure]:
-    """Return what each load costs, all sampled in the same rounds, or why it cannot be timed: `untimed: why`.
+    """Return what each load costs, all sampled in the same rounds, or why it cannot be timed.
 
     Whatever becomes of one, the others have their times.
     """
@@ -63,9 +62,8 @@ def costs(loads: Mapping[str, Load], sampling: Sampling = USUAL) -> dict[str, Co
 def believed(reading: Reading | Failure, ready: Ready) -> Cost | Failure:
     """Return the cost that a reading says, or why it says none."""
     if isinstance(reading, Failure):
-        untimed = reading.status.startswith(UNTIMED)
-        return reading if untimed else Failure(f"{UNTIMED}{GONE}: {reading.status}")
-    return Failure(f"{UNTIMED}{reading.doubt}: {load_seen()}") if reading.doubt else Cost(reading, ready)
+        return reading if reading.status is Status.UNTIMED else Failure(Status.UNTIMED, f"{GONE}: {reading}")
+    return Failure(Status.UNTIMED, f"{reading.doubt}: {load_seen()}") if reading.doubt else Cost(reading, ready)
 
 
 class StandingTimer:

@@ -1,4 +1,4 @@
-// What leaving out pays: the time of a step with what a scene has no use for, over the time without.
+// What unneeded features cost: the time of a step with a feature that a scene does not need, over the time without.
 
 import { contestantOf, nameOf, numbersFound, rows } from "./data.js";
 import { make } from "./dom.js";
@@ -7,21 +7,21 @@ import { foldedTable } from "./table.js";
 
 export function ablationSection(host) {
   const all = rows("ablation.csv");
-  const [first] = numbersFound("left out").sort((a, b) => b.value - a.value);
-  host.append(make("p", { class: "headline" }, first ? `In ${first.scene}, which has no use for most of it, ${contestantOf(first)} would take ${times(first.value)} as long a step if it left nothing out.` : "Nobody's step is measurably cheaper for what is left out."));
+  const [first] = numbersFound("feature overhead").sort((a, b) => b.value - a.value);
+  host.append(make("p", { class: "headline" }, first ? `In ${first.scene}, which needs few features, a step of ${contestantOf(first)} takes ${times(first.value)} as long with all features on.` : "No contestant is measurably faster with features off."));
   foldedTable(host, {
     id: "ablation",
-    caption: "Time of a step with what the scene has no use for, and without",
+    caption: "Time per step with and without features that the scene does not need",
     list: all,
     key: (row) => `${row.scene}-${nameOf(row)}-${row.feature}`,
     columns: [
       { key: "method", label: "contestant", words: true, show: nameOf, sort: nameOf },
-      { key: "feature", label: "kept", words: true, show: (row) => row.feature || row.why },
+      { key: "feature", label: "feature", words: true, show: (row) => row.feature || row.why },
       { key: "cpu_ns_per_step_with", label: "with", unit: "ns" },
       { key: "cpu_ns_per_step_without", label: "without", unit: "ns" },
       { key: "ratio", label: "ratio", show: (row) => times(row.ratio) },
-      { key: "ratio_low", label: "95 in 100", words: true, show: (row) => interval(row.ratio_low, row.ratio_high) },
-      { key: "max_difference_m", label: "motions apart", unit: "m" },
+      { key: "ratio_low", label: "95 % interval", words: true, show: (row) => interval(row.ratio_low, row.ratio_high) },
+      { key: "max_difference_m", label: "largest difference of positions", unit: "m" },
     ],
   });
 }

@@ -1,4 +1,4 @@
-// Who makes the same mistake: contestants that agree with each other far better than either is right.
+// Common errors: contestants that agree with each other far better than with the truth.
 
 import { FONT, scale } from "./chart.js";
 import { CONTESTANTS } from "./contestants.js";
@@ -21,52 +21,52 @@ function pairOf(row, side) {
 
 export function agreementSection(host) {
   const pairs = rows("agreement.csv");
-  const apart = numbersFound("apart").map((row) => ({ ...row, off: numbersFound("both off", row.scene)[0].value }));
-  const [best] = apart.sort((a, b) => a.value / a.off - b.value / b.off);
+  const apart = numbersFound("agreement distance").map((row) => ({ ...row, error: numbersFound("agreement error", row.scene)[0].value }));
+  const [best] = apart.sort((a, b) => a.value / a.error - b.value / b.error);
   host.append(
     make(
       "p",
       { class: "headline" },
       best
-        ? `No: in ${best.scene} ${nameOf(best)} and ${best.other} agree ${best.value ? `to ${si(best.value, "m", 2)}` : "to the last digit"}, and both are ${si(best.off, "m", 2)} from the truth.`
-        : "No two engines here agree better than they are right.",
+        ? `No: in ${best.scene} ${nameOf(best)} and ${best.other} agree ${best.value ? `to ${si(best.value, "m", 2)}` : "to the last digit"}, and both are ${si(best.error, "m", 2)} from the truth.`
+        : "No two engines agree with each other better than with the truth.",
     ),
   );
   if (best) agreementBars(host, apart);
   foldedTable(host, {
     id: "agreement",
-    caption: "Pairs that agree far better than they are right",
+    caption: "Pairs that agree far better with each other than with the truth",
     list: pairs,
     key: (row) => `${row.scene}-${pairOf(row, "a")}-${pairOf(row, "b")}`,
     columns: [
       { key: "scene", label: "scene", words: true },
-      { key: "a", label: "one", words: true, show: (row) => pairOf(row, "a"), sort: (row) => pairOf(row, "a") },
-      { key: "b", label: "other", words: true, show: (row) => pairOf(row, "b"), sort: (row) => pairOf(row, "b") },
-      { key: "apart_m", label: "apart", unit: "m" },
-      { key: "error_a_m", label: "one's error", unit: "m" },
-      { key: "error_b_m", label: "other's error", unit: "m" },
+      { key: "a", label: "first", words: true, show: (row) => pairOf(row, "a"), sort: (row) => pairOf(row, "a") },
+      { key: "b", label: "second", words: true, show: (row) => pairOf(row, "b"), sort: (row) => pairOf(row, "b") },
+      { key: "apart_m", label: "difference", unit: "m" },
+      { key: "error_a_m", label: "error of first", unit: "m" },
+      { key: "error_b_m", label: "error of second", unit: "m" },
     ],
   });
 }
 
-/** For each scene: how far two engines are apart, and how far both are off. */
+/** For each scene: the difference between two engines, and the larger of their errors. */
 function agreementBars(host, apart) {
   const svg = draw("svg", { class: "chart", role: "img", id: "agreement-figure", "aria-label": "Distance of two engines from each other and from the truth, by scene" });
-  const box = make("figure", { class: "chart-box" }, svg, make("figcaption", {}, "○ how far two engines are from each other, ● how far both are from the truth."), figureTools("agreement-figure", () => svg));
+  const box = make("figure", { class: "chart-box" }, svg, make("figcaption", {}, "○ difference between the two engines, ● the larger of their errors."), figureTools("agreement-figure", () => svg));
   host.append(box);
   const render = () => {
     const width = Math.max(280, box.clientWidth || 600);
     const engines = new Set([...shown()].map((name) => CONTESTANTS.get(name).engine));
-    const best = apart.filter((row) => engines.has(row.engine) && engines.has(row.other.split(":")[0])).sort((a, b) => b.off - a.off);
+    const best = apart.filter((row) => engines.has(row.engine) && engines.has(row.other.split(":")[0])).sort((a, b) => b.error - a.error);
     const height = 30 + 19 * Math.max(1, best.length);
     const area = { left: 130, right: width - 14 };
     svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
     if (!best.length) {
-      svg.replaceChildren(draw("text", { x: 0, y: 20, fill: "var(--soft)", "font-size": FONT + 1 }, "No two engines of those shown agree so: choose more above."));
+      svg.replaceChildren(draw("text", { x: 0, y: 20, fill: "var(--soft)", "font-size": FONT + 1 }, "No two of the engines shown agree better with each other than with the truth: choose more above."));
       return;
     }
     const least = Math.max(1e-18, Math.min(...best.map((row) => row.value || 1e-17)));
-    const X = scale({ log: true }, [least / 2, Math.max(...best.map((row) => row.off)) * 2], [area.left, area.right]);
+    const X = scale({ log: true }, [least / 2, Math.max(...best.map((row) => row.error)) * 2], [area.left, area.right]);
     svg.replaceChildren(
       ...X.ticks.flatMap((value) => [
         draw("line", { x1: X.place(value), x2: X.place(value), y1: 2, y2: height - 22, stroke: "var(--rule)" }),
@@ -74,11 +74,11 @@ function agreementBars(host, apart) {
       ]),
       ...best.map((row, at) => {
         const y = 12 + 19 * at;
-        const [near, far] = [X.place(Math.max(row.value, least)), X.place(row.off)];
-        const said = [row.scene, `${nameOf(row)} and ${row.other}`, `${figure(row.value)} m apart, ${figure(row.off)} m off`];
+        const [near, far] = [X.place(Math.max(row.value, least)), X.place(row.error)];
+        const lines = [row.scene, `${nameOf(row)} and ${row.other}`, `${figure(row.value)} m apart, error ${figure(row.error)} m`];
         return draw(
           "g",
-          { pointermove: (event) => showTooltip(said, event), pointerleave: () => showTooltip(null) },
+          { pointermove: (event) => showTooltip(lines, event), pointerleave: () => showTooltip(null) },
           draw("rect", { x: 0, y: y - 9, width, height: 18, fill: "transparent" }),
           draw("text", { x: area.left - 8, y: y + 4, "text-anchor": "end", fill: "var(--ink)", "font-size": FONT }, row.scene),
           draw("line", { x1: near, x2: far, y1: y, y2: y, stroke: "var(--soft)" }),

@@ -1,4 +1,4 @@
-// The first screen: engines by scenes, one glyph and one number a cell, for the error that the reader can bear.
+// The first screen: engines by scenes, one sign and one number a cell, for the error that the reader accepts.
 
 import { cheapest, settingOf } from "./cheapest.js";
 import { RUNS, brokenName, markOf, rolesOf, scoreOf } from "./contestants.js";
@@ -12,28 +12,29 @@ import { showTooltip } from "./tooltip.js";
 import { VERDICTS, tintOf, verdictOf } from "./verdicts.js";
 
 /**
- * What is said of one run.
+ * The lines of a run's tooltip.
  * @param {Tables["runs.csv"]} run
  * @param {number} tolerance
  */
 function runTooltip(run, tolerance) {
   const words = VERDICTS[verdictOf(run, tolerance)][1];
   const lines = [`${run.scene}, ${settingOf(run)}: ${words}`];
-  if (run.max_error_m !== null) lines.push(`largest vertex error ${run.max_error_m <= (run.resolution_m ?? 0) ? `≤ ${figure(run.resolution_m)} m, all that the truth can tell` : `${figure(run.max_error_m)} m`}`);
+  if (run.max_error_m !== null) lines.push(`largest vertex error ${run.max_error_m <= (run.resolution_m ?? 0) ? `≤ ${figure(run.resolution_m)} m, the resolution of the truth` : `${figure(run.max_error_m)} m`}`);
   if (run.why) lines.push(run.why);
   return lines;
 }
 
-/** The scenes in the order of the board: free ones first, then those with forces. */
+/** The scenes in the order of the board: free flights first, then those with forces. */
 function boardScenes() {
   const forced = (scene) => /tether|drag|floor/.test(scene.needs);
   const all = rows("scenes.csv");
   const free = all.filter((scene) => !forced(scene));
   /** @type {[string, Tables["scenes.csv"][]][]} */
-  const groups = [["free flight", free], ["under forces", all.filter(forced)]];
+  const groups = [["free flight", free], ["with forces", all.filter(forced)]];
   return groups.filter(([, list]) => list.length);
 }
 
+/** Put the scoreboard into host. */
 export function board(host) {
   const groups = boardScenes();
   const scenes = groups.flatMap(([, list]) => list);
@@ -41,11 +42,11 @@ export function board(host) {
   host.append(
     make(
       "div",
-      { class: "wide board", tabindex: "0", role: "region", "aria-label": "Scoreboard: engines by scenes" },
+      { class: "wide board", tabindex: "0", role: "region", "aria-label": "Scoreboard: contestants by scenes" },
       make(
         "table",
         { id: "board", class: "scores" },
-        make("caption", { class: "unseen" }, "Largest vertex error of each contestant in each scene, and whether it is within the tolerance"),
+        make("caption", { class: "unseen" }, "Largest vertex error of each contestant in each scene, and whether it is acceptable"),
         make(
           "thead",
           {},
@@ -54,8 +55,8 @@ export function board(host) {
             "tr",
             {},
             make("th", { scope: "col", class: "name" }, "contestant"),
-            make("th", { scope: "col" }, "within"),
-            make("th", { scope: "col", class: "of-row" }, "in"),
+            make("th", { scope: "col", title: "scenes in which the largest error is acceptable, of all that were run" }, "within"),
+            make("th", { scope: "col", class: "of-row", title: "unit of the errors in this row" }, "unit"),
             scenes.map((scene) => make("th", { scope: "col", class: "upright" }, make("a", { href: `#scene-${scene.scene}`, title: scene.title, click: (event) => openScene(event, scene.scene) }, scene.scene))),
           ),
         ),
@@ -69,12 +70,12 @@ export function board(host) {
     names.sort((a, b) => b.within - a.within || a.digits - b.digits);
     const [first] = cheapest(state.tol);
     body.replaceChildren(
-      ...names.map(({ name, within, flown, unit }) =>
+      ...names.map(({ name, within, count, unit }) =>
         make(
           "tr",
           { id: `board-${name}`, "data-name": name, pointerenter: () => highlight(name), pointerleave: () => highlight("") },
           make("th", { scope: "row", class: "name" }, markOf(name), make("span", {}, brokenName(name), make("span", { class: "note" }, [rolesOf(name), name === first?.name ? "cheapest" : ""].filter(Boolean).join(", "))), copyLinkButton(`board-${name}`)),
-          make("td", { class: "score" }, flown ? `${within}/${flown}` : "–"),
+          make("td", { class: "score" }, count ? `${within}/${count}` : "–"),
           make("td", { class: "of-row" }, unit),
           scenes.map((scene) => boardCell(runs.get(`${name} ${scene.scene}`), scene.scene, unit)),
         ),
@@ -105,10 +106,10 @@ function boardCell(run, scene, unit) {
   const [glyph, words] = VERDICTS[kind];
   const error = errorOf(run);
   const number = error === null || kind === "diverged" ? "" : `${kind === "exact" ? "≤" : ""}${inUnit(error, unit)}`;
-  const tellIt = (event) => showTooltip([contestantOf(run), ...runTooltip(run, state.tol)], event);
+  const showRun = (event) => showTooltip([contestantOf(run), ...runTooltip(run, state.tol)], event);
   return make(
     "td",
-    { class: `cell v-${kind} ${tintOf(kind, (error ?? 0) / state.tol)}`, pointermove: tellIt, pointerleave: () => showTooltip(null), click: () => choose({ scene }) },
+    { class: `cell v-${kind} ${tintOf(kind, (error ?? 0) / state.tol)}`, pointermove: showRun, pointerleave: () => showTooltip(null), click: () => choose({ scene }) },
     make("span", { class: "glyph", "aria-hidden": "true" }, glyph),
     make("span", { class: "unseen" }, words),
     make("span", { class: "figure" }, number),

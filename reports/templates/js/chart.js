@@ -1,4 +1,4 @@
-// Charts in SVG: marks and labels at the ends of lines, the truth's limit, one cursor and one pointer for all figures.
+// Charts in SVG: marks, labels at line ends, the resolution of the truth, and one cursor and highlight for all figures.
 
 import { CONTESTANTS, CROSS, inkOf } from "./contestants.js";
 import { draw, make, whenThemeChanges } from "./dom.js";
@@ -11,10 +11,10 @@ import { showTooltip } from "./tooltip.js";
 export const FONT = 12;
 const LABEL_GAP = 14;
 
-// A curve that leaves the plain ones this far behind leaves the chart too, so that they can still be told apart.
+// A curve this many times above the plain ones leaves the chart, so that those stay distinguishable.
 const HEADROOM = 300;
 
-/** What words beside a chart take of its width, a good half at most. */
+/** The width of labels beside a chart [px], at most 55 % of the chart's. */
 export function roomFor(labels, width) {
   return Math.min(14 + 6.8 * Math.max(0, ...labels.map((label) => label.length)), 0.55 * width);
 }
@@ -61,7 +61,7 @@ function evenly(a, b, pixels) {
   return found;
 }
 
-/** As many of given ticks as there is room for, with the last. */
+/** As many of the given ticks as there is room for, including the last. */
 function thinned(ticks, pixels) {
   const every = Math.ceil(ticks.length / Math.max(1, Math.floor(pixels / 46)));
   return ticks.filter((_, at) => (ticks.length - 1 - at) % every === 0);
@@ -103,7 +103,7 @@ export function chart(host, { id, label, x, y, series: all, limit = [], under = 
     frame = framed(drawn, area);
     svg.append(...axes(area));
     if (!drawn.length) {
-      svg.append(draw("text", { x: (area.left + area.right) / 2, y: (area.top + area.bottom) / 2, "text-anchor": "middle", fill: "var(--soft)", "font-size": FONT + 1 }, "Nobody is shown: choose somebody above."));
+      svg.append(draw("text", { x: (area.left + area.right) / 2, y: (area.top + area.bottom) / 2, "text-anchor": "middle", fill: "var(--soft)", "font-size": FONT + 1 }, "No contestant is shown: choose one above."));
       return;
     }
     const clip = `clip-${id}`;
@@ -195,7 +195,7 @@ export function chart(host, { id, label, x, y, series: all, limit = [], under = 
       const [px, py] = placed(point);
       if (point.low !== undefined && point.high > point.low)
         group.append(draw("path", { d: `M${frame.X.place(point.low).toFixed(1)},${py.toFixed(1)}H${frame.X.place(point.high).toFixed(1)}`, stroke: `var(${hue})`, "stroke-opacity": 0.6 }));
-      // Where curves are one their marks take turns; on a chart of runs every run that is no plain result is seen.
+      // Curves that coincide show their marks in turns; a chart of runs shows every flagged or failed run.
       if ((one.points.length - 1 - at + number * Math.ceil(every / 3)) % every && (point.plain || !x.log)) return;
       const plain = point.plain ? { d: shape, ...inkOf(one.name) } : { d: CROSS, fill: "none", stroke: `var(${hue})`, "stroke-width": 0.5 };
       group.append(draw("path", { class: "point", transform: `translate(${px.toFixed(1)} ${py.toFixed(1)}) scale(3.4)`, ...plain }));
@@ -239,7 +239,7 @@ export function chart(host, { id, label, x, y, series: all, limit = [], under = 
     line.setAttribute("x2", at);
   }
 
-  /** The nearest point under the pointer, if it is near. */
+  /** The point nearest to the pointer, if it is near. */
   function nearest(event) {
     const area = svg.getBoundingClientRect();
     const factor = width / area.width;
@@ -277,7 +277,7 @@ export function chart(host, { id, label, x, y, series: all, limit = [], under = 
   return { render, moveCursor };
 }
 
-/** A contestant's name on a figure: a press hides him in all of them, two show him alone. */
+/** A contestant's label in a figure: a press hides the contestant in all figures, a double press shows it alone. */
 function labelOf(name, ...children) {
   const group = draw(
     "g",
@@ -286,7 +286,7 @@ function labelOf(name, ...children) {
       "data-name": name,
       tabindex: "0",
       role: "button",
-      "aria-label": `${name}: press to hide, with shift to show alone`,
+      "aria-label": `${name}: press to hide, shift-press to show alone`,
       cursor: "pointer",
       pointerenter: () => highlight(name),
       pointerleave: () => highlight(""),

@@ -4,13 +4,13 @@ import { CONTESTANTS } from "./contestants.js";
 import { contestantOf, groupBy, rows } from "./data.js";
 import { figure, given, si } from "./numbers.js";
 
-/** Who is named in the answer: the cheapest of all, then that of each other engine, three at most. */
+/** The contestants that the answer names: the cheapest of all, then those of at most three other engines. */
 export function namedInAnswer(tolerance) {
   const reached = cheapest(tolerance);
   return reached.filter(({ engine }, at) => reached.findIndex((other) => other.engine === engine) === at).slice(0, 4);
 }
 
-/** Who reaches an error on the swept scene, cheapest first: name, time of its flight, the step that did. */
+/** The contestants that reach an error in the swept scene, cheapest first, each with its cheapest run. */
 export function cheapest(tolerance, scene = sweptScenes()[0]) {
   const found = [];
   for (const [name, own] of groupBy(rows("sweep-work-precision.csv").filter((run) => run.scene === scene), contestantOf)) {
@@ -23,7 +23,7 @@ export function cheapest(tolerance, scene = sweptScenes()[0]) {
 
 export function costInWords({ run, whole }) {
   const time = si(run.run_us / 1e6, "s", 2);
-  return whole ? ` (${time} a flight, in one step)` : ` (${settingOf(run, 2)}: ${time} a flight)`;
+  return whole ? ` (${time} a run, in one step)` : ` (${settingOf(run, 2)}: ${time} a run)`;
 }
 
 export function sweptScenes() {
@@ -31,7 +31,7 @@ export function sweptScenes() {
 }
 
 /**
- * The step of a run, or the tolerance under which it chose its own.
+ * The step of a run, or the tolerance under which it chose its steps.
  * @param {{ dt_s: number | null, tolerance: number | null }} run
  */
 export function settingOf(run, digits = 3) {

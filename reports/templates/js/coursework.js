@@ -1,4 +1,4 @@
-// Table 4.1 of the class report: which column was right, and what each mistake of the other costs.
+// Table 4.1 of the class report: which column was right, and what each mistake in the other one costs.
 
 import { FONT, roomFor } from "./chart.js";
 import { CONTESTANTS } from "./contestants.js";
@@ -12,9 +12,9 @@ import { foldedTable } from "./table.js";
 import { showTooltip } from "./tooltip.js";
 
 const MISTAKES = {
-  impulse: "the impulse of 5 N s was taken for a constant force of 5 N",
-  vertex: "the vertex was not taken from the centre of mass",
-  clock: "time was read off the screen, and physics moves in steps behind it",
+  impulse: "the impulse of 5 N s was treated as a constant force of 5 N",
+  vertex: "the vertex was not measured from the centre of mass",
+  clock: "time was read off the screen, which runs ahead of the physics steps",
 };
 
 export function courseworkSection(host) {
@@ -34,13 +34,13 @@ export function courseworkSection(host) {
     list: rows("table-4-1.csv").filter((row) => row.scene === scene && (row.engine === "exact" || row.engine === DATA.byHand)),
     key: (row) => `${nameOf(row)}-${row.t_clock_s}`,
     columns: [
-      { key: "engine", label: "by", words: true, show: nameOf, sort: nameOf },
+      { key: "engine", label: "calculated by", words: true, show: nameOf, sort: nameOf },
       { key: "t_clock_s", label: "t on screen", unit: "s", show: (row) => given(row.t_clock_s) },
       { key: "x_m", label: "recomputed", unit: "m", words: true, show: (row) => vector(row, "") },
       { key: "calculated_x_m", label: "printed: calculated", unit: "m", words: true, show: (row) => vector(row, "calculated_") },
       { key: "application_x_m", label: "printed: application", unit: "m", words: true, show: (row) => vector(row, "application_") },
-      { key: "to_calculated_m", label: "from the calculated", unit: "m" },
-      { key: "to_application_m", label: "from the application", unit: "m" },
+      { key: "to_calculated_m", label: "from calculated", unit: "m" },
+      { key: "to_application_m", label: "from application", unit: "m" },
     ],
   });
 }
@@ -58,24 +58,24 @@ function courseworkHeadline(scene) {
   const [wrong] = numbersFound("wrong column", scene);
   if (!right) return "Neither column of the table is the exact motion.";
   const names = { application: "Unity application", calculated: "hand calculation" };
-  return `Its ${names[right.other]} was right and its ${names[wrong.other]} was not: exact motion stays within ${right.value.toFixed(3)} m of the ${right.other} positions and comes as far as ${wrong.value.toFixed(3)} m from the ${wrong.other} ones.`;
+  return `Its ${names[right.other]} was right and its ${names[wrong.other]} was not: exact motion stays within ${right.value.toFixed(3)} m of the ${right.other} positions and is up to ${wrong.value.toFixed(3)} m from the ${wrong.other} ones.`;
 }
 
 /**
- * How far the hand calculation is from the application as its mistakes are mended, and whoever is shown beside it.
+ * The distance of the hand calculation from the application as its mistakes are corrected, beside the contestants shown.
  * @param {Element} host
  * @param {Tables["table-4-1-budget.csv"][]} hand
  * @param {Tables["table-4-1-budget.csv"][]} beside
  */
 function correctionBars(host, hand, beside) {
-  const svg = draw("svg", { class: "chart", role: "img", id: "mending-figure", "aria-label": "Distance of the hand calculation from the application, as mistakes are mended" });
-  const box = make("figure", { class: "chart-box" }, svg, make("figcaption", {}, "Largest distance from the application's positions: of eq. 4.1 as its mistakes are mended, and of whoever is shown."), figureTools("mending-figure", () => svg));
+  const svg = draw("svg", { class: "chart", role: "img", id: "corrections-figure", "aria-label": "Distance of the hand calculation from the application, as mistakes are corrected" });
+  const box = make("figure", { class: "chart-box" }, svg, make("figcaption", {}, "Largest distance from the application’s positions: eq. 4.1 with its mistakes corrected one by one, and the contestants shown."), figureTools("corrections-figure", () => svg));
   host.append(box);
   const most = Math.max(...hand.map((row) => row.max_to_application_m));
   const render = () => {
     const width = Math.max(280, box.clientWidth || 600);
     const names = shown();
-    // Those whose distance reads the same share a bar.
+    // Contestants of the same rounded distance share a bar.
     const alike = groupBy([...hand, ...beside.filter((row) => names.has(nameOf(row)))], (row) => row.max_to_application_m.toFixed(3));
     const bars = [...alike].map(([distance, own]) => ({ distance, own, label: barLabel(own) }));
     const left = roomFor(bars.map(({ label }) => label), width);
@@ -103,7 +103,7 @@ function correctionBars(host, hand, beside) {
 }
 
 /**
- * Whose bar it is: the hand calculation by the mistakes that are mended in it.
+ * The name of a bar: the hand calculation by its corrected mistakes, any other by its contestant.
  * @param {Tables["table-4-1-budget.csv"]} row
  */
 function barName(row) {

@@ -1,4 +1,4 @@
-// The tables as the page carries them, and the films: all that is drawn comes from here.
+// The tables and films of the page: all figures are drawn from these.
 
 /** @type {PageData} */
 export const DATA = JSON.parse(document.getElementById("data")?.textContent ?? "");
@@ -19,7 +19,7 @@ export function rows(name) {
   return table.rows;
 }
 
-/** One cell: words are stored once each, numbers JSON does not know by their names, empty cells as null. */
+/** One cell: words are stored once each, numbers that JSON does not know by name, empty cells as null. */
 function cell(column, at) {
   if (column.words) return column.words[column.at[at]];
   const value = column.numbers ? column.numbers[column.at[at]] : column[at];
@@ -52,7 +52,7 @@ export function errorOf(row) {
 
 /**
  * The rows of findings.csv of a name, of one scene or of all.
- * @param {string} name
+ * @param {FindingName} name
  * @param {string} [scene]
  */
 export function findings(name, scene) {
@@ -61,7 +61,7 @@ export function findings(name, scene) {
 
 /**
  * Those of them that have a number.
- * @param {string} name
+ * @param {FindingName} name
  * @param {string} [scene]
  * @returns {(Tables["findings.csv"] & { value: number })[]}
  */

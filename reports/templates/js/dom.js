@@ -1,4 +1,4 @@
-// Elements: everything that a table says arrives as text and never as markup.
+// Elements: text from a table always becomes text, never markup.
 
 export const SVG = "http://www.w3.org/2000/svg";
 
@@ -30,8 +30,7 @@ export function filled(element, attributes, children) {
   return element;
 }
 
-// What is printed is all in view: what has not been drawn is, and what that brings, and then all is drawn at the print's
-// width and in its colours.
+// Before printing, all that is still undrawn is drawn, and everything is drawn again at the paper's width and colours.
 const awaitingView = new Set();
 
 const repaints = new Set();
@@ -44,7 +43,7 @@ window.addEventListener("beforeprint", () => {
 
 window.addEventListener("afterprint", () => document.documentElement.classList.remove("printed"));
 
-/** Call once when an element first comes near the view. */
+/** Call once, when an element first comes near the view. */
 export function whenSeen(element, act) {
   const once = () => {
     if (!awaitingView.delete(waiting)) return;

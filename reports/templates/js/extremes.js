@@ -1,4 +1,4 @@
-// Extreme cases: a board like the first one; a cell opens what became of that run, and the command that runs it again.
+// Extreme cases: a board like the first one; a cell opens the details of its run and the command that repeats it.
 
 import { brokenName, markOf } from "./contestants.js";
 import { contestantOf, findings, groupBy, nameOf, rows } from "./data.js";
@@ -10,17 +10,17 @@ import { foldedTable } from "./table.js";
 import { showTooltip } from "./tooltip.js";
 import { SILENT_VERDICTS, STABILITY_VERDICTS, tintOf } from "./verdicts.js";
 
-const CLOSE = 0.01; // of the body's size: what counts as accurate here, for bodies of a micrometre and of a thousand km
+const CLOSE = 0.01; // of the body's size: accurate enough here, for bodies of a micrometre and of 1000 km alike
 
 /** @type {Record<string, [string, string]>} */
 const CASE_VERDICTS = {
   exact: ["◉", "indistinguishable from the truth"],
-  within: ["●", "within 1 % of the body's size"],
-  beyond: ["○", "stable, but further off"],
-  flagged: ["▲", "wrong, and nothing said so"],
-  diverged: ["✕", "blew up, which is seen"],
+  within: ["●", "error within 1 % of the body’s size"],
+  beyond: ["○", "stable, error above 1 % of the body’s size"],
+  flagged: ["▲", "wrong without an error message"],
+  diverged: ["✕", "diverged visibly"],
   failed: ["✕", "crashed or timed out"],
-  late: ["…", "too slow for a page"],
+  late: ["…", "too slow: not run to the end"],
   skipped: ["·", "not supported"],
 };
 
@@ -52,21 +52,21 @@ function caseFigure(row, kind) {
 export function extremeSection(host) {
   const cases = [...groupBy(rows("extremes.csv"), (row) => row.scene).values()].map(([first]) => first);
   const runs = new Map(rows("extremes.csv").map((row) => [`${contestantOf(row)} ${row.scene}`, row]));
-  const told = make("div", { class: "case-told", role: "status", id: "case-told" });
+  const detail = make("div", { class: "case-detail", role: "status", id: "case-detail" });
   const body = make("tbody");
   host.append(
     make("p", { class: "headline" }, extremeHeadline(cases.length)),
     make(
       "div",
-      { class: "wide board", tabindex: "0", role: "region", "aria-label": "Board of extreme cases: contestants by cases" },
+      { class: "wide board", tabindex: "0", role: "region", "aria-label": "Scoreboard of extreme cases: contestants by cases" },
       make(
         "table",
         { id: "extreme-board", class: "scores" },
-        make("caption", { class: "unseen" }, "What becomes of each contestant in each extreme case; press a cell for the sentence and the command"),
+        make("caption", { class: "unseen" }, "Result of each contestant in each extreme case; press a cell for details and the command"),
         make(
           "thead",
           {},
-          make("tr", {}, make("th", { scope: "col", class: "name" }, "contestant"), make("th", { scope: "col" }, "sound"), cases.map((row) => make("th", { scope: "col", class: "upright", title: row.title }, row.scene))),
+          make("tr", {}, make("th", { scope: "col", class: "name" }, "contestant"), make("th", { scope: "col", title: "accurate cases, of all that were run" }, "accurate"), cases.map((row) => make("th", { scope: "col", class: "upright", title: row.title }, row.scene))),
         ),
         body,
       ),
@@ -75,11 +75,11 @@ export function extremeSection(host) {
   /** @type {Set<string>} */
   const kinds = new Set(rows("extremes.csv").map(caseKind));
   host.append(
-    told,
-    make("p", { class: "key" }, make("span", {}, "numbers: largest vertex error over the body's size"), Object.entries(CASE_VERDICTS).filter(([kind]) => kinds.has(kind)).map(([kind, [glyph, words]]) => make("span", {}, make("span", { class: `glyph v-${kind}`, "aria-hidden": "true" }, glyph), ` ${words}`))),
+    detail,
+    make("p", { class: "key" }, make("span", {}, "number: largest vertex error divided by the body’s size"), Object.entries(CASE_VERDICTS).filter(([kind]) => kinds.has(kind)).map(([kind, [glyph, words]]) => make("span", {}, make("span", { class: `glyph v-${kind}`, "aria-hidden": "true" }, glyph), ` ${words}`))),
   );
-  const tellCase = (row) => {
-    told.replaceChildren(...caseDetail(row));
+  const showCase = (row) => {
+    detail.replaceChildren(...caseDetail(row));
     for (const cell of body.querySelectorAll("button")) cell.setAttribute("aria-pressed", cell.dataset.case === caseId(row));
   };
   follow(["show", "tol"], () => {
@@ -96,7 +96,7 @@ export function extremeSection(host) {
           { id: `extreme-board-${name}`, "data-name": name, pointerenter: () => highlight(name), pointerleave: () => highlight("") },
           make("th", { scope: "row", class: "name" }, markOf(name), make("span", {}, brokenName(name)), copyLinkButton(`extreme-board-${name}`)),
           make("td", { class: "score" }, `${sound}/${own.length}`),
-          cases.map((one) => caseCell(runs.get(`${name} ${one.scene}`), tellCase)),
+          cases.map((one) => caseCell(runs.get(`${name} ${one.scene}`), showCase)),
         ),
       ),
     );
@@ -115,23 +115,23 @@ function caseId(row) {
 /**
  * @param {Tables["extremes.csv"] | undefined} row
  */
-function caseCell(row, tellCase) {
+function caseCell(row, showCase) {
   if (!row) return make("td", { class: "cell" }, "");
   const kind = caseKind(row);
   const [glyph, words] = CASE_VERDICTS[kind];
   return make(
     "td",
-    { class: `cell v-${kind} ${tintOf(kind, (row.max_error_m ?? 0) / (CLOSE * row.size_m))}`, pointermove: (event) => showTooltip([nameOf(row), `${row.title}: ${words}`, "press for the reason and the command"], event), pointerleave: () => showTooltip(null) },
+    { class: `cell v-${kind} ${tintOf(kind, (row.max_error_m ?? 0) / (CLOSE * row.size_m))}`, pointermove: (event) => showTooltip([nameOf(row), `${row.title}: ${words}`, "press for details and the command"], event), pointerleave: () => showTooltip(null) },
     make(
       "button",
-      { type: "button", class: "case", "data-case": caseId(row), "aria-pressed": "false", "aria-label": `${nameOf(row)}, ${row.scene}: ${STABILITY_VERDICTS[row.verdict]?.[1] ?? row.verdict}`, click: () => (showTooltip(null), tellCase(row)) },
+      { type: "button", class: "case", "data-case": caseId(row), "aria-pressed": "false", "aria-label": `${nameOf(row)}, ${row.scene}: ${STABILITY_VERDICTS[row.verdict]?.[1] ?? row.verdict}`, click: () => (showTooltip(null), showCase(row)) },
       make("span", { class: "glyph", "aria-hidden": "true" }, glyph),
       make("span", { class: "figure" }, caseFigure(row, kind)),
     ),
   );
 }
 
-/** One cell of the board is reached by the tab key, the others by arrows. */
+/** The tab key reaches one cell of the board, arrow keys the others. */
 function roving(body) {
   const table = [...body.rows].map((line) => [...line.querySelectorAll("button.case")]);
   table.flat().forEach((cell, at) => (cell.tabIndex = at ? -1 : 0));
@@ -149,28 +149,28 @@ function roving(body) {
 }
 
 /**
- * What became of one run, why, and how to run it again.
+ * The result of one run, the reason, and the command that repeats it.
  * @param {Tables["extremes.csv"]} row
  */
 function caseDetail(row) {
   const kind = caseKind(row);
-  const error = row.max_error_m === null ? "" : Number.isFinite(row.max_error_m) ? `The largest vertex error is ${si(row.max_error_m, "m", 2)} on a body that reaches ${si(row.size_m, "m", 2)} from its centre. ` : "";
-  const energy = kind === "flagged" && row.energy_ratio !== null && Number.isFinite(row.energy_ratio) ? `It ends with ${figure(row.energy_ratio, 2)} times the energy that physics leaves there. ` : "";
-  const verdict = kind === "flagged" ? `${STABILITY_VERDICTS[row.verdict][1]}, and its loop ended as usual` : kind === "late" ? "not run to its end" : (STABILITY_VERDICTS[row.verdict]?.[1] ?? row.verdict);
+  const error = row.max_error_m === null ? "" : Number.isFinite(row.max_error_m) ? `The largest vertex error is ${si(row.max_error_m, "m", 2)}; the body extends ${si(row.size_m, "m", 2)} from its centre. ` : "";
+  const energy = kind === "flagged" && row.energy_ratio !== null && Number.isFinite(row.energy_ratio) ? `It ends with ${figure(row.energy_ratio, 2)} times the true energy. ` : "";
+  const verdict = kind === "flagged" ? `${STABILITY_VERDICTS[row.verdict][1]}, without an error message` : kind === "late" ? "not run to the end" : (STABILITY_VERDICTS[row.verdict]?.[1] ?? row.verdict);
   const command = `tumble stability ${row.scene} -e ${nameOf(row)}`;
   return [
     make("p", {}, markOf(contestantOf(row)), " ", make("b", {}, nameOf(row)), ` in “${row.title}”, step ${given(row.dt_s)} s: ${verdict}. ${error}${energy}`, row.why ? make("span", { class: "note" }, `${row.why[0].toUpperCase()}${row.why.slice(1)}.`) : ""),
-    make("p", {}, "Run it again: ", make("code", {}, command), copyTextButton(command)),
+    make("p", {}, "Repeat: ", make("code", {}, command), copyTextButton(command)),
   ];
 }
 
 function extremeHeadline(count) {
-  const held = [...groupBy(rows("extremes.csv"), contestantOf)].filter(([, own]) => own.every((row) => row.verdict === "stable" && (row.error_over_resolution ?? Infinity) <= 10)).map(([name]) => name);
+  const accurate = [...groupBy(rows("extremes.csv"), contestantOf)].filter(([, own]) => own.every((row) => row.verdict === "stable" && (row.error_over_resolution ?? Infinity) <= 10)).map(([name]) => name);
   const silent = findings("silent failures").slice(0, 3);
-  const said = [];
-  if (held.length) said.push(`${listed(held)} ${held.length > 1 ? "hold" : "holds"} all ${count} cases to rounding`);
-  if (silent.length) said.push(`${listed(silent.map((row, at) => `${contestantOf(row)}${at ? "" : " gets"} ${row.value}${at ? "" : " wrong without an error"}`))}`);
-  return said.length ? `${said.join("; ")}.` : `What becomes of ${counted(count, "extreme case")}.`;
+  const clauses = [];
+  if (accurate.length) clauses.push(`${listed(accurate)} ${accurate.length > 1 ? "are" : "is"} accurate to rounding in all ${count} cases`);
+  if (silent.length) clauses.push(listed(silent.map((row, at) => `${contestantOf(row)}${at ? "" : " is wrong without an error message"} in ${row.value}`)));
+  return clauses.length ? `${clauses.join("; ")}.` : `Results of ${counted(count, "extreme case")}.`;
 }
 
 function extremeTable(host) {
@@ -185,8 +185,8 @@ function extremeTable(host) {
       { key: "method", label: "contestant", words: true, show: nameOf, sort: nameOf },
       { key: "verdict", label: "result", words: true, show: (row) => STABILITY_VERDICTS[row.verdict]?.[1] ?? row.verdict },
       { key: "max_error_m", label: "error", unit: "m" },
-      { key: "error_over_resolution", label: "over the truth's limit" },
-      { key: "why", label: "why", words: true },
+      { key: "error_over_resolution", label: "error over resolution" },
+      { key: "why", label: "reason", words: true },
     ],
   });
 }

@@ -1,4 +1,4 @@
-// Films: where the truth and the contestants are at any time, from the frames that the page carries.
+// Films: where the truth and the contestants are at any time, from the frames on the page.
 
 import { DATA, rows } from "./data.js";
 import { dot, normalOf, product } from "./vectors.js";
@@ -79,9 +79,9 @@ export function frameAt(film, time) {
   return [at, Math.max(0, (time - t[at]) / (t[at + 1] - t[at]))];
 }
 
-/** Cubic through two values and slopes; where a blow ends the interval its slope is not the one after the blow. */
-function hermite(p, m, q, n, h, s, blow) {
-  const end = blow ? (2 * (q - p)) / h - m : n;
+/** Cubic through two values and slopes; where an impulse ends the interval, the slope after it does not count. */
+function hermite(p, m, q, n, h, s, impulse) {
+  const end = impulse ? (2 * (q - p)) / h - m : n;
   const [s2, s3] = [s * s, s * s * s];
   return (2 * s3 - 3 * s2 + 1) * p + (s3 - 2 * s2 + s) * h * m + (3 * s2 - 2 * s3) * q + (s3 - s2) * h * end;
 }
@@ -97,10 +97,10 @@ export function truthAt(film, time) {
   const [a, b] = [film.truth[at], film.truth[at + 1]];
   if (!b) return { x: [...a.subarray(0, 3)], q: [...a.subarray(3, 7)] };
   const h = film.t[at + 1] - film.t[at];
-  const blow = film.impulseFrames.has(at + 1);
-  const x = [0, 1, 2].map((i) => hermite(a[i], a[7 + i], b[i], b[7 + i], h, s, blow));
+  const impulse = film.impulseFrames.has(at + 1);
+  const x = [0, 1, 2].map((i) => hermite(a[i], a[7 + i], b[i], b[7 + i], h, s, impulse));
   const [da, db] = [rateOf(a), rateOf(b)];
-  const q = [0, 1, 2, 3].map((i) => hermite(a[3 + i], da[i], b[3 + i], db[i], h, s, blow));
+  const q = [0, 1, 2, 3].map((i) => hermite(a[3 + i], da[i], b[3 + i], db[i], h, s, impulse));
   const length = Math.hypot(...q);
   return { x, q: q.map((value) => value / length) };
 }
@@ -133,7 +133,7 @@ export function placedPoints(points, { x, q: [w, a, b, c] }) {
 }
 
 /**
- * Where a contestant's points are: the truth moved by its own deviation, which is told between frames in proportion.
+ * Where a contestant's points are: the truth moved by its own deviation, interpolated between frames.
  * @param {Film} film
  * @param {string} name
  * @param {number} time

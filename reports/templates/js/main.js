@@ -1,4 +1,4 @@
-// Puts the page together: the first screen at once, every section when it comes near the view.
+// Assembles the page: the first screen at once, each section when it comes near the view.
 
 import { ablationSection } from "./ablation.js";
 import { agreementSection } from "./agreement.js";
@@ -66,7 +66,7 @@ for (const [id, [table, fill]] of Object.entries(SECTIONS)) {
     continue;
   }
   link?.addEventListener("click", (event) => goTo(event, id));
-  // The scenes are folded and cheap; a section that an address points into cannot wait.
+  // The scenes are folded and cheap; a section that holds the place of the address cannot wait.
   const host = /** @type {Element} */ (section.querySelector(".host"));
   if (id === "scenes" || section.contains(document.getElementById(state.at)) || state.at) fill(host);
   else whenSeen(section, () => fill(host));

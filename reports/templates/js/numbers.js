@@ -1,4 +1,4 @@
-// Numbers for people: few digits, powers of ten as 2.31·10⁻¹¹, SI prefixes, real minus signs.
+// Numbers as text: few digits, powers of ten as 2.31·10⁻¹¹, SI prefixes, real minus signs.
 
 export const MINUS = "−";
 const SMALL = { "-": "⁻", 0: "⁰", 1: "¹", 2: "²", 3: "³", 4: "⁴", 5: "⁵", 6: "⁶", 7: "⁷", 8: "⁸", 9: "⁹" };
@@ -38,7 +38,7 @@ export function figure(value, digits = 3) {
   return text.replace("-", MINUS);
 }
 
-/** A number with so many decimals; what they leave nothing of has no sign. */
+/** A number with this many decimals; zero has no sign. */
 export function fixed(value, decimals) {
   return (Number(value.toFixed(decimals)) || 0).toFixed(decimals).replace("-", MINUS);
 }
@@ -55,7 +55,7 @@ export function si(value, unit, digits = 2) {
   const power = Math.min(9, Math.floor(Math.log10(Math.abs(rounded)) / 3 + 1e-9) * 3);
   if (power < -18) return `${figure(value, digits)}${THIN}${unit}`;
   if (power === 9 && Math.abs(rounded) >= 1e12) return `${figure(value, digits)}${THIN}${unit}`;
-  // Metres are not counted in thousands: who is 5 km off is 5000 m off.
+  // No kilometres: an error of 5 km is 5000 m.
   const shown = unit === "m" && power > 0 ? 0 : power;
   if (unit === "m" && Math.abs(rounded) >= 1e4) return `${figure(value, digits)}${THIN}m`;
   const scaled = rounded / 10 ** shown;
@@ -72,7 +72,7 @@ export function unitOf(lengths) {
   return Object.keys(ROW_UNITS).find((unit) => middle >= ROW_UNITS[unit]) ?? "fm";
 }
 
-/** A length as a plain number of that unit, two digits; as 3e5 where that has too many zeros. */
+/** A length as a plain number of that unit, two digits; as 3e5 where it has too many zeros. */
 export function inUnit(value, unit) {
   if (!Number.isFinite(value)) return figure(value);
   const [mantissa, power] = (value / ROW_UNITS[unit]).toExponential(1).split("e").map(Number);
@@ -80,7 +80,7 @@ export function inUnit(value, unit) {
   return `${Math.round(mantissa)}e${power}`.replace("-", MINUS);
 }
 
-/** A length that a person chose, with its prefix: 0.001 is 1 mm. */
+/** A length that the reader chose, with its prefix: 0.001 is 1 mm. */
 export function chosen(value, unit) {
   const digits = value.toExponential().split("e")[0].replace(/[-.]/g, "").length;
   return si(value, unit, Math.max(1, digits));
@@ -106,7 +106,7 @@ export function interval(low, high) {
   return low === null || low === undefined ? "" : `${figure(low)} to ${figure(high)}`;
 }
 
-/** How many times one is of another, as people say it. */
+/** A ratio: ×2.3. */
 export function times(ratio) {
   if (ratio === null || ratio === undefined) return "";
   return `×${THIN}${ratio >= 100 ? figure(ratio, 3) : ratio.toPrecision(ratio >= 10 ? 3 : 2)}`;

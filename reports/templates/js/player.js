@@ -1,4 +1,4 @@
-// A player: one clock a scene, shared by its stage, its slider and the cursors of its charts.
+// The player: one clock per scene, shared by its stage, its slider and the cursors of its charts.
 
 import { filled, make, reducedMotion, whenThemeChanges } from "./dom.js";
 import { filmOf } from "./film.js";
@@ -8,7 +8,7 @@ import { drawMoment, drawWith } from "./stage.js";
 import { choose, follow, state } from "./state.js";
 import { SvgPen } from "./svg-pen.js";
 
-const PLAYS_S = 6; // a film of any length, unless it lasts about that long by itself
+const PLAYS_S = 6; // a film of any length, unless it is about that long
 
 const clocks = new Map();
 
@@ -22,7 +22,7 @@ export function clockOf(film) {
 }
 
 export class Clock {
-  /** name: under which the address has its time; begins: the time it has until then. */
+  /** name: its name in the address; begins: its time unless the address has one. */
   constructor(film, name = film.scene, begins = 0) {
     this.scene = film.scene;
     this.name = name;
@@ -38,7 +38,7 @@ export class Clock {
     for (const act of this.followers) act();
   }
 
-  /** Set by the reader: then it is part of the address. */
+  /** Set the time by the reader's hand: it becomes part of the address. */
   choose(time) {
     this.pause();
     this.set(time);
@@ -141,18 +141,18 @@ function controlsOf(clock, film) {
       clock.choose(clock.time + (way * clock.end) / 72);
     },
   });
-  const told = make("output", { class: "clock" });
+  const clockText = make("output", { class: "clock" });
   const magnified = make(
     "select",
-    { "aria-label": "Deviation drawn larger", change: () => choose({ mag: Number(magnified.value) }) },
-    [1, 10, 100, 1000].map((times) => make("option", { value: times }, `deviation ×${times}`)),
+    { "aria-label": "Magnify deviations", change: () => choose({ mag: Number(magnified.value) }) },
+    [1, 10, 100, 1000].map((times) => make("option", { value: times }, `deviations ×${times}`)),
   );
   const update = () => {
     play.textContent = clock.playing ? "❚❚" : "▶";
     play.setAttribute("aria-label", clock.playing ? "Pause" : "Play");
     slider.value = clock.time;
     slider.setAttribute("aria-valuetext", `${figure(clock.time, 3)} s`);
-    told.textContent = `${clock.time.toFixed(clock.end < 1 ? 3 : 2)} s`;
+    clockText.textContent = `${clock.time.toFixed(clock.end < 1 ? 3 : 2)} s`;
   };
   clock.followers.add(update);
   update();
@@ -160,5 +160,5 @@ function controlsOf(clock, film) {
   follow(["t"], () => {
     if (!clock.playing && clock.name in state.t && state.t[clock.name] !== clock.time) clock.set(state.t[clock.name]);
   });
-  return make("div", { class: "controls" }, play, slider, told, film.runs.size ? magnified : "", make("span", { class: "note" }, paceOf(clock)));
+  return make("div", { class: "controls" }, play, slider, clockText, film.runs.size ? magnified : "", make("span", { class: "note" }, paceOf(clock)));
 }

@@ -1,4 +1,4 @@
-// The polhode: the angular momentum as the body sees it, a curve on the ellipsoid of its energy.
+// The polhode: the angular momentum in body axes, a curve on the ellipsoid of constant energy.
 
 import { CONTESTANTS } from "./contestants.js";
 import { draw, make } from "./dom.js";
@@ -12,7 +12,7 @@ import { dot, product, rotated } from "./vectors.js";
 const STEPS = 600; // of a curve: a film's frames alone would be corners
 
 /**
- * Put the polhode of a scene into host; nothing where the body's moments leave nothing to see.
+ * Put the polhode of a scene into host; nothing for a body of three equal moments.
  * @param {Element} host
  * @param {Film} film
  * @param {() => string[]} ghosts
@@ -21,7 +21,7 @@ export function polhode(host, film, ghosts) {
   const { scene } = film;
   const { i1_kg_m2: i1, i2_kg_m2: i2, i3_kg_m2: i3 } = film.body;
   const moments = [i1, i2, i3];
-  // After the last blow nothing but torques changes it; a blow in the middle would put it on another ellipsoid.
+  // After the last impulse only torques change it; an earlier impulse would put it on another ellipsoid.
   const from = film.t[Math.max(0, ...film.impulseFrames)];
   const instants = Array.from({ length: STEPS + 1 }, (_, step) => from + ((film.end - from) * step) / STEPS);
   const along = (name) => instants.flatMap((time) => [momentumAt(film, name, time) ?? []]).filter((l) => l.length);
@@ -86,7 +86,7 @@ export function polhode(host, film, ghosts) {
     );
   }
   clock.followers.add(moveDots);
-  host.append(make("figure", { class: "chart-box" }, svg, make("figcaption", {}, "Angular momentum as the body sees it. A right answer stays on one closed curve; without the gyroscopic term it stands still or spirals away."), figureTools(`polhode-${scene}`, () => svg)));
+  host.append(make("figure", { class: "chart-box" }, svg, make("figcaption", {}, "Angular momentum in body axes. A correct simulation stays on one closed curve; without the gyroscopic term it stands still or spirals away."), figureTools(`polhode-${scene}`, () => svg)));
   follow(["show", "tol"], render);
 }
 
@@ -113,7 +113,7 @@ function momentumAt(film, name, time) {
   return rotated([qw, -qx, -qy, -qz], a.map((value, i) => (1 - s) * value + s * b[i]));
 }
 
-/** The outline of the ellipsoid as it is seen. */
+/** The visible outline of the ellipsoid. */
 function silhouette(axes) {
   // The outline is where the normal looks past the eye: the image of a circle under a 2 x 2 root of A.
   const across = RIGHTWARDS.map((value, i) => value * axes[i]);

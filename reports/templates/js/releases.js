@@ -1,4 +1,4 @@
-// What changed at which release of an engine: the ledger that `tumble releases` left.
+// What changed at which release of an engine, from the tables of `tumble releases`.
 
 import { chart } from "./chart.js";
 import { contestantOf, errorOf, groupBy, rows } from "./data.js";
@@ -10,13 +10,13 @@ import { statusInWords } from "./verdicts.js";
 const OF_SPEED = "time";
 
 const CHANGE_WORDS = {
-  attitude_order: "order of the attitude",
-  translation_order: "order of the fall",
-  spin_energy: "energy of the spin",
+  attitude_order: "order of attitude",
+  translation_order: "order of translation",
+  spin_energy: "spin energy",
   max_error_m: "largest error",
   status: "status",
-  method: "the method",
-  [OF_SPEED]: "time of a step",
+  method: "method",
+  [OF_SPEED]: "time per step",
 };
 
 export function releasesSections(host) {
@@ -35,22 +35,22 @@ function releasesSection(host, engine, list) {
   releaseCharts(host, engine, list, releases, changes);
   foldedTable(host, {
     id: `release-changes-${engine}`,
-    caption: `What changed at which release of ${engine}`,
+    caption: `Changes between releases of ${engine}`,
     list: changes,
     key: (row) => `${row.release}-${row.method}-${row.what}`,
     columns: [
       { key: "release", label: "release", words: true, sort: (row) => list.findIndex((each) => each.release === row.release) },
       { key: "method", label: "method", words: true },
       { key: "what", label: "what", words: true, show: (row) => CHANGE_WORDS[row.what] ?? row.what },
-      { key: "old", label: "it was", words: true },
-      { key: "new", label: "it is", words: true },
-      { key: "scenes", label: "in", words: true, show: (row) => (row.what === OF_SPEED ? "" : row.scenes) },
-      { key: "notes", label: "its own notes", words: true },
+      { key: "old", label: "before", words: true },
+      { key: "new", label: "after", words: true },
+      { key: "scenes", label: "scenes", words: true, show: (row) => (row.what === OF_SPEED ? "" : row.scenes) },
+      { key: "notes", label: "release notes", words: true },
     ],
   });
   foldedTable(host, {
     id: `releases-${engine}`,
-    caption: `Every release of ${engine} in every scene`,
+    caption: `All runs of ${engine}`,
     list,
     key: (row) => `${row.release}-${row.scene}-${row.method}`,
     columns: [
@@ -59,16 +59,16 @@ function releasesSection(host, engine, list) {
       { key: "method", label: "method", words: true },
       { key: "attitude_order", label: "order", show: (row) => (row.attitude_order === null ? "" : row.attitude_order.toFixed(1)) },
       { key: "max_error_m", label: "largest error", unit: "m", show: (row) => (row.status === "ok" ? figure(errorOf(row)) : statusInWords(row)) },
-      { key: "spin_energy", label: "energy of the spin", words: true },
-      { key: "step_ns", label: "time of a step", unit: "ns" },
-      { key: "time_ratio", label: "over the newest", show: (row) => times(row.time_ratio) },
-      { key: "time_ratio_low", label: "95 in 100", words: true, show: (row) => interval(row.time_ratio_low, row.time_ratio_high) },
+      { key: "spin_energy", label: "spin energy", words: true },
+      { key: "step_ns", label: "time per step", unit: "ns" },
+      { key: "time_ratio", label: "ratio to newest", show: (row) => times(row.time_ratio) },
+      { key: "time_ratio_low", label: "95 % interval", words: true, show: (row) => interval(row.time_ratio_low, row.time_ratio_high) },
     ],
   });
 }
 
 /**
- * The order of the attitude and, scene by scene, the largest error against the release; bars where one changed.
+ * The order of attitude and the largest error in each scene against the release; a dashed line where one changed.
  * @param {Element} host
  * @param {string} engine
  * @param {Tables["releases.csv"][]} list
@@ -89,9 +89,9 @@ function releaseCharts(host, engine, list, releases, changes) {
   if (ordered)
     chart(box, {
       id: `release-orders-${engine}`,
-      label: `Order of the attitude of each method of ${engine} against its release, in ${ordered[0]}`,
+      label: `Order of attitude of each method of ${engine} against its release, in ${ordered[0]}`,
       x,
-      y: { label: `order of the attitude, ${ordered[0]}`, ticks: [0, 1, 2, 3, 4, 5, 6, 7, 8], show: String },
+      y: { label: `order of attitude, ${ordered[0]}`, ticks: [0, 1, 2, 3, 4, 5, 6, 7, 8], show: String },
       series: series(ordered[1], (row) => row.attitude_order),
       under,
       range,
@@ -106,18 +106,18 @@ function releaseCharts(host, engine, list, releases, changes) {
       under,
       range,
     });
-  host.append(make("p", { class: "note" }, "Dashed: a release whose numbers differ from those of the one before it."));
+  host.append(make("p", { class: "note" }, "Dashed line: results differ from those of the previous release."));
 }
 
 /**
  * @param {Tables["releases.csv"]} row
  */
 function releaseTooltip(row) {
-  return [`${row.release}, ${row.scene}`, `${figure(errorOf(row))} m off`, row.attitude_order === null ? "" : `order ${row.attitude_order.toFixed(1)}`, row.status === "ok" ? "" : statusInWords(row)].filter(Boolean);
+  return [`${row.release}, ${row.scene}`, `error ${figure(errorOf(row))} m`, row.attitude_order === null ? "" : `order ${row.attitude_order.toFixed(1)}`, row.status === "ok" ? "" : statusInWords(row)].filter(Boolean);
 }
 
 /**
- * Which releases fly otherwise than the one before; their speed is another matter.
+ * Which releases behave differently from the previous one; speed does not count.
  * @param {string} engine
  * @param {string[]} releases
  * @param {Tables["release-changes.csv"][]} changes
@@ -125,7 +125,6 @@ function releaseTooltip(row) {
 function releasesAnswer(engine, releases, changes) {
   const physics = [...new Set(changes.filter((row) => row.what !== OF_SPEED).map((row) => row.release))];
   const span = `${engine}, ${counted(releases.length, "release")} from ${releases[0]} to ${releases.at(-1)}`;
-  if (!physics.length) return `${span}: none flies otherwise than the one before it.`;
-  const rest = physics.length === releases.length - 1 ? "" : "; the others do not";
-  return `${span}: ${listed(physics)} ${physics.length > 1 ? "fly" : "flies"} otherwise than the one before${rest}.`;
+  if (!physics.length) return `${span}: each behaves like the previous one.`;
+  return `${span}: ${listed(physics)} ${physics.length > 1 ? "behave" : "behaves"} differently from the previous release.`;
 }

@@ -1,4 +1,4 @@
-// Saving: tables as CSV, figures as SVG and PNG, all made here without any server.
+// Saving: tables as CSV, figures as SVG and PNG, all made in the browser.
 
 import { SVG, draw, make, styleOf } from "./dom.js";
 import { copyLinkButton } from "./state.js";
@@ -22,7 +22,7 @@ export function csvOf(list) {
   return [columns, ...list.map((row) => columns.map((column) => row[column]))].map((line) => line.map(csvCell).join(",")).join("\n") + "\n";
 }
 
-/** A figure as a file that stands alone: on the page's paper, in its fonts. */
+/** A figure as a file of its own, on the page's background and in its font. */
 function svgText(svg) {
   const copy = svg.cloneNode(true);
   const { width, height } = svg.viewBox.baseVal;
@@ -50,7 +50,7 @@ function savePng(svg, name) {
   picture.src = `data:image/svg+xml;charset=utf-8,${encodeURIComponent(svgText(svg))}`;
 }
 
-/** The tools of a figure: link, SVG, PNG. */
+/** The buttons of a figure: link, SVG, PNG. */
 export function figureTools(id, svg) {
   return make(
     "div",

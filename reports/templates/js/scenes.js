@@ -1,4 +1,4 @@
-// One folded section a scene: the die flies beside its error, and what a free body keeps.
+// One folded section per scene: the die in flight, its errors, and what a free body conserves.
 
 import { chart } from "./chart.js";
 import { ENGINE_DEFAULTS, REQUESTED, defaultFindings } from "./contestants.js";
@@ -50,23 +50,23 @@ function sceneSection(host, scene) {
     choose({ open: [...open] });
     fill();
   });
-  // What an address points at must be there when the reader arrives.
+  // The place of an address must exist when the reader arrives.
   fold.open = state.open.includes(scene.scene) || state.at === id;
   fill();
 }
 
 /**
- * Who is off by default, or as asked, and who is nearest.
+ * The least accurate default, or requested contestant, and the most accurate engine.
  * @param {Tables["scenes.csv"]} scene
  */
 function sceneHeadline(scene) {
-  if (!findings("nearest", scene.scene).length) return scene.bound_m === null ? `No truth: ${scene.truth}` : "Nobody finished.";
+  if (!findings("most accurate", scene.scene).length) return scene.bound_m === null ? `No truth: ${scene.truth}` : "No contestant finished.";
   const first = defaultFindings(scene.scene).filter((row) => row.engine !== DATA.ours && Number.isFinite(findingValue(row)) && row.value !== null);
   const [worst] = first.sort((a, b) => (findingValue(b) ?? 0) - (findingValue(a) ?? 0));
-  const said = [];
-  if (worst) said.push(`${ENGINE_DEFAULTS.has(worst.engine) ? `By default ${worst.engine}` : `${REQUESTED.has(contestantOf(worst)) ? "As asked, " : ""}${contestantOf(worst)}`} is up to ${si(findingValue(worst), "m", 2)} off`);
-  for (const row of findings("nearest engine", scene.scene)) said.push(`the nearest engine, ${contestantOf(row)}, ${si(findingValue(row), "m", 2)}`);
-  return `${said.join("; ")}${said.length ? "." : ""}`;
+  const clauses = [];
+  if (worst) clauses.push(`${ENGINE_DEFAULTS.has(worst.engine) ? `By default ${worst.engine}` : `${REQUESTED.has(contestantOf(worst)) ? "As requested, " : ""}${contestantOf(worst)}`} has an error of up to ${si(findingValue(worst), "m", 2)}`);
+  for (const row of findings("most accurate engine", scene.scene)) clauses.push(`the most accurate engine, ${contestantOf(row)}, of ${si(findingValue(row), "m", 2)}`);
+  return `${clauses.join("; ")}${clauses.length ? "." : ""}`;
 }
 
 /**
@@ -131,23 +131,23 @@ function fillScene(body, scene, runs) {
   vertexTable(body, name);
 }
 
-/** Where the scene has one: the time after which nobody can be judged. */
+/** The predictability horizon, where the scene has one. */
 function horizonLine({ X, area }, time) {
   if (time === null) return [];
   const at = X.place(time);
   return [
     draw("rect", { class: "horizon", x: at, y: area.top, width: area.right - at, height: area.bottom - area.top, fill: "var(--ink)", "fill-opacity": 0.05 }),
     draw("line", { x1: at, x2: at, y1: area.top, y2: area.bottom, stroke: "var(--warn)", "stroke-dasharray": "6 3" }),
-    draw("text", { x: at - 5, y: area.top + 12, "text-anchor": "end", fill: "var(--warn)", "font-size": 11 }, `horizon at ${given(time)} s: no double-precision program can follow further`),
+    draw("text", { x: at - 5, y: area.top + 12, "text-anchor": "end", fill: "var(--warn)", "font-size": 11 }, `horizon, ${given(time)} s: beyond it no program in double precision can predict the motion`),
   ];
 }
 
 function errorTooltip(time, error, limit) {
-  return [`t = ${given(time)} s`, error <= limit ? `≤ ${figure(limit)} m, the truth's limit` : `${figure(error)} m`];
+  return [`t = ${given(time)} s`, error <= limit ? `≤ ${figure(limit)} m, the resolution of the truth` : `${figure(error)} m`];
 }
 
 /**
- * Everybody's error over time: of the film where there is one, else at the scene's samples.
+ * The errors of all contestants over time: from the film where there is one, else at the scene's samples.
  * @param {Film | null} film
  * @param {string} scene
  * @param {Tables["runs.csv"][]} runs
@@ -178,7 +178,7 @@ function limitOf(film, scene) {
 }
 
 /**
- * How far what a free body keeps has gone from where it truly is, as a share.
+ * The relative drift of what a free body conserves.
  * @param {Film} film
  * @param {Tables["runs.csv"][]} runs
  * @param {number} column
@@ -188,7 +188,7 @@ function driftSeries(film, runs, column) {
   return [...film.runs].map(([name, one]) => ({
     name,
     points: one.frames
-      .map((frame, at) => ({ x: film.t[at], y: Math.max(Math.abs(frame[column]), 1e-17), plain: plain.get(name) ?? true, lines: [`t = ${given(film.t[at])} s`, `${figure(frame[column])} of it`] }))
+      .map((frame, at) => ({ x: film.t[at], y: Math.max(Math.abs(frame[column]), 1e-17), plain: plain.get(name) ?? true, lines: [`t = ${given(film.t[at])} s`, `relative drift ${figure(frame[column])}`] }))
       .filter((point) => point.x > 0 && Number.isFinite(point.y)),
   }));
 }
@@ -202,15 +202,15 @@ function factsOf(scene, runs) {
   const facts = [
     ["source", scene.source],
     ["needs", scene.needs],
-    ["flight", `${given(scene.duration_s)} s, judged at ${counted(scene.samples, "instant")}, step ${steps.join(" and ")}`],
-    ["truth", scene.bound_m === null ? `none: ${scene.truth}` : `${scene.truth}; itself off by at most ${figure(scene.bound_m, 2)} m, and rounding the inputs to doubles moves ${figure(scene.input_error_m, 2)} m`],
-    ["again", make("code", {}, `tumble compare ${scene.scene}`)],
+    ["flight", `${given(scene.duration_s)} s, errors measured at ${counted(scene.samples, "instant")}, step ${steps.join(" and ")}`],
+    ["truth", scene.bound_m === null ? `none: ${scene.truth}` : `${scene.truth}; its own error is at most ${figure(scene.bound_m, 2)} m, and rounding the inputs to double precision moves a vertex by up to ${figure(scene.input_error_m, 2)} m`],
+    ["repeat", make("code", {}, `tumble compare ${scene.scene}`)],
   ];
   return make("dl", { class: "facts" }, facts.filter(([, value]) => value).map(([what, value]) => make("div", {}, make("dt", {}, what), make("dd", {}, value))));
 }
 
 /**
- * A step that was asked for, and the one that samples and impulses have made of it.
+ * The requested step, and the step taken where samples and impulses cut the run.
  * @param {number} step
  * @param {Tables["runs.csv"][]} runs
  */
@@ -246,8 +246,8 @@ function runTable(body, scene, runs) {
       { key: "rms_error_m", label: "rms", unit: "m", show: (run) => metres(run.rms_error_m, run.resolution_m) },
       { key: "final_error_m", label: "at the end", unit: "m", show: (run) => metres(run.final_error_m, run.resolution_m) },
       { key: "energy_drift", label: "energy drift", unit: "relative", show: (run) => figure(run.energy_drift, 2) },
-      { key: "angular_momentum_drift", label: "ang. momentum drift", unit: "relative", show: (run) => figure(run.angular_momentum_drift, 2) },
-      { key: "wall_ns_per_step", label: "step, one pass", unit: "ns", show: (run) => figure(run.wall_ns_per_step, 3) },
+      { key: "angular_momentum_drift", label: "angular momentum drift", unit: "relative", show: (run) => figure(run.angular_momentum_drift, 2) },
+      { key: "wall_ns_per_step", label: "time per step, one pass", unit: "ns", show: (run) => figure(run.wall_ns_per_step, 3) },
     ],
   });
 }

@@ -6,25 +6,25 @@ import { groupBy } from "./data.js";
 import { make } from "./dom.js";
 import { choose, follow, state } from "./state.js";
 
-/** Engines' defaults and bests: who is shown unless the reader asks for others. */
+/** The default and the best contestant of each engine: shown unless the reader chooses others. */
 function leading(tolerance = state.tol) {
   const names = [];
   for (const engine of new Set([...CONTESTANTS.values()].filter((one) => !one.byHand).map((one) => one.engine))) {
     names.push(defaultOf(engine), bestOf(engine, tolerance));
   }
-  names.push(...namedInAnswer(tolerance).map(({ name }) => name)); // who is named in the answer has a row
-  const found = [...new Set(names.filter(Boolean))];
-  return found.length ? found : [...CONTESTANTS.keys()]; // tables of a sweep or of maps alone know no defaults
+  names.push(...namedInAnswer(tolerance).map(({ name }) => name)); // those that the answer names have a row
+  const unique = [...new Set(names.filter(Boolean))];
+  return unique.length ? unique : [...CONTESTANTS.keys()]; // a sweep or maps alone have no defaults
 }
 
 /** @type {Record<string, [string, () => string[]]>} */
 const PRESETS = {
-  best: ["defaults and bests", () => leading()],
+  best: ["defaults and best", () => leading()],
   engines: ["engines", () => namesWhere((one) => !one.ours && !one.byHand)],
-  ours: ["ours", () => namesWhere((one) => one.ours)],
-  tuned: ["tuned", () => namesWhere((one) => one.manner === "tuned")],
-  defaults: ["as shipped", () => namesWhere((one) => one.manner === "defaults")],
-  held: ["force held", () => namesWhere((one) => one.manner === "held")],
+  ours: ["Tumble’s own", () => namesWhere((one) => one.ours)],
+  tuned: ["fair settings", () => namesWhere((one) => one.variant === "tuned")],
+  defaults: ["default settings", () => namesWhere((one) => one.variant === "defaults")],
+  held: ["zero-order hold", () => namesWhere((one) => one.variant === "held")],
   all: ["all", () => namesWhere(() => true)],
   none: ["none", () => []],
 };
@@ -33,24 +33,24 @@ function namesWhere(wanted) {
   return [...CONTESTANTS.values()].filter(wanted).map((one) => one.name);
 }
 
-/** The names that are shown now, on every figure. */
+/** The names of the contestants that all figures show now. */
 export function shown() {
   const named = state.show.split(",").filter((name) => CONTESTANTS.has(name));
   if (named.length && !PRESETS[state.show]) return new Set(named);
   return new Set((PRESETS[state.show] ?? PRESETS.best)[1]());
 }
 
-/** Show these alone. */
+/** Show only these. */
 export function show(names) {
   choose({ show: [...names].join(",") || "none" });
 }
 
-/** The chips that say who is shown; each filters every figure. */
+/** The buttons that select contestants in all figures. */
 export function chips(host) {
   const buttons = Object.entries(PRESETS)
     .filter(([key, [, names]]) => key === "none" || names().length)
     .map(([key, [label]]) => make("button", { type: "button", class: "chip", "data-show": key, click: () => choose({ show: key }) }, label));
-  host.append(make("span", { class: "chips-title" }, "shown in every figure:"), ...buttons);
+  host.append(make("span", { class: "chips-title" }, "Show in all figures:"), ...buttons);
   follow(["show"], () => buttons.forEach((button) => button.setAttribute("aria-pressed", button.dataset.show === state.show)));
 }
 
@@ -74,7 +74,7 @@ function fadeOthers(svg) {
   for (const part of svg.querySelectorAll("[data-name]")) part.setAttribute("opacity", highlighted && highlighted !== part.dataset.name ? 0.15 : 1);
 }
 
-/** Everybody by name, to be shown or not. */
+/** A box for each contestant, to show or hide it. */
 export function chooser(host) {
   const boxes = new Map();
   const list = make("div", { class: "chooser-list" });
@@ -87,7 +87,7 @@ export function chooser(host) {
     }
     list.append(field);
   }
-  host.append(make("details", { class: "chooser" }, make("summary", {}, "choose"), list));
+  host.append(make("details", { class: "chooser" }, make("summary", {}, "choose contestants"), list));
   follow(["show", "tol"], () => {
     const names = shown();
     for (const [name, box] of boxes) box.checked = names.has(name);

@@ -1,4 +1,4 @@
-// How large a step is stable: measured limits beside theory's in one figure, and maps of what each step does.
+// How large a time step is stable: measured and theoretical limits in one figure, and maps of the result of each step.
 
 import { FONT, legendOf, scale } from "./chart.js";
 import { CONTESTANTS, MARKS, inkOf } from "./contestants.js";
@@ -23,16 +23,17 @@ export function stableSection(host) {
 }
 
 function stableHeadline() {
-  const [known, near] = ["limits with theory", "limits as in theory"].map((name) => findings(name)[0]?.value);
-  const [most] = numbersFound("longest step").sort((a, b) => b.value - a.value);
-  const [least] = numbersFound("shortest step").sort((a, b) => a.value - b.value);
-  const said = [];
-  if (known) said.push(`Within 5 %, ${near === known ? "all" : `${near} of`} ${counted(known, "measured limit")} ${near === 1 ? "is that" : "are those"} of theory.`);
-  if (most) said.push(`In radians of the stiffest mode, ${nameOf(most)} is stable up to ω·dt = ${figure(most.value)} (${most.scene}), ${nameOf(least)} up to ${figure(least.value)} (${least.scene}).`);
+  const known = findings("limits with theory")[0]?.value;
+  const near = findings("limits matching theory")[0]?.value;
+  const [most] = numbersFound("largest stable step").sort((a, b) => b.value - a.value);
+  const [least] = numbersFound("smallest stable step").sort((a, b) => a.value - b.value);
+  const sentences = [];
+  if (known) sentences.push(`Within 5 %, ${near === known ? "all" : `${near} of`} ${counted(known, "measured limit")} ${near === 1 ? "matches" : "match"} theory.`);
+  if (most) sentences.push(`In radians of the stiffest mode, ${nameOf(most)} is stable up to ω·dt = ${figure(most.value)} (${most.scene}), ${nameOf(least)} up to ${figure(least.value)} (${least.scene}).`);
   const hiding = rows("limits.csv").filter((row) => row.beyond in SILENT_VERDICTS).map(contestantOf);
   const often = [...groupBy(hiding, (name) => name)].sort((a, b) => b[1].length - a[1].length)[0];
-  if (often) said.push(`Beyond its limit ${often[0]} fails silently in ${counted(often[1].length, "scene")}.`);
-  return said.join(" ") || "The largest time step at which each contestant is stable.";
+  if (often) sentences.push(`Beyond its limit ${often[0]} is wrong without an error message in ${counted(often[1].length, "scene")}.`);
+  return sentences.join(" ") || "The largest time step at which each contestant is stable.";
 }
 
 /** All scenes' limits: a band a scene, a mark a contestant where its limit was measured, a bar where theory puts one. */
@@ -40,7 +41,7 @@ function limitFigure(host) {
   const limits = rows("limits.csv").filter((row) => row.w_dt_limit !== null && CONTESTANTS.has(contestantOf(row)));
   if (!limits.length) return;
   const scenes = [...new Set(limits.map((row) => row.scene))];
-  const svg = draw("svg", { class: "chart", role: "group", id: "limits-figure", "aria-label": "Largest stable step of each contestant in each stiff scene, in radians of the stiffest mode, beside theory's" });
+  const svg = draw("svg", { class: "chart", role: "group", id: "limits-figure", "aria-label": "Largest stable step of each contestant in each stiff scene, in radians of the stiffest mode, beside the theoretical limit" });
   const box = make("figure", { class: "chart-box" }, svg, figureTools("limits-figure", () => svg));
   host.append(box);
   const render = () => {
@@ -77,7 +78,7 @@ function limitFigure(host) {
 }
 
 /**
- * One scene of the figure: its name, theory's bars, and its marks, one above the other where they would be one.
+ * One scene of the figure: its name, theory's bars, and its marks, one above the other where they would overlap.
  * @param {string} scene
  * @param {Tables["limits.csv"][]} limits
  */
@@ -102,7 +103,7 @@ function limitBand(scene, limits, { X, area, ends, top, width, above }) {
   ];
   const bars = [...new Set(limits.map((row) => row.theory_w_dt).filter(positive).map((value) => Number(value.toPrecision(2))))];
   for (const value of bars) parts.push(draw("line", { class: "theory", x1: X.place(value), x2: X.place(value), y1: top + head + 2, y2: top + height - 2, stroke: "var(--ink)", "stroke-width": 2.5, "stroke-opacity": 0.55 }));
-  if (!marks.length) parts.push(draw("text", { x: area.left, y: top + head + 14, fill: "var(--soft)", "font-size": FONT - 1 }, "none of those shown has a limit here"));
+  if (!marks.length) parts.push(draw("text", { x: area.left, y: top + head + 14, fill: "var(--soft)", "font-size": FONT - 1 }, "no contestant shown has a limit here"));
   for (const { row, x, lane } of marks) parts.push(limitMark(row, x, top + head + 10 + lane * LANE, !above));
   return { parts, height };
 }
@@ -113,13 +114,13 @@ function limitBand(scene, limits, { X, area, ends, top, width, above }) {
 function limitMark(row, x, y, numbered) {
   const name = contestantOf(row);
   const hides = row.beyond in SILENT_VERDICTS;
-  const limit = row.w_dt_limit === 0 ? "none: grows at every step" : Number.isFinite(row.w_dt_limit) ? `stable up to ω·dt = ${figure(row.w_dt_limit)}, ${si(row.dt_stable_s, "s", 2)}` : "no limit at any step tried";
+  const limit = row.w_dt_limit === 0 ? "none: unstable at every step" : Number.isFinite(row.w_dt_limit) ? `stable up to ω·dt = ${figure(row.w_dt_limit)}, ${si(row.dt_stable_s, "s", 2)}` : "no limit at any step tried";
   const theory = row.theory_w_dt === null ? "" : `theory: ${row.theory_w_dt === 0 ? "none" : Number.isFinite(row.theory_w_dt) ? figure(row.theory_w_dt) : "no limit"}`;
   const beyond = row.beyond ? `beyond it: ${STABILITY_VERDICTS[row.beyond]?.[1] ?? row.beyond}` : "";
-  const said = [name, row.scene, limit, theory, beyond].filter(Boolean);
+  const lines = [name, row.scene, limit, theory, beyond].filter(Boolean);
   return draw(
     "g",
-    { "data-name": name, class: "limit", pointermove: (event) => (highlight(name), showTooltip(said, event)), pointerleave: () => (highlight(""), showTooltip(null)) },
+    { "data-name": name, class: "limit", pointermove: (event) => (highlight(name), showTooltip(lines, event)), pointerleave: () => (highlight(""), showTooltip(null)) },
     draw("rect", { x: x - 7, y: y - 6, width: hides ? 24 : 14, height: 13, fill: "transparent" }),
     draw("path", { class: "point", transform: `translate(${x.toFixed(1)} ${y}) scale(4)`, d: CONTESTANTS.get(name).mark, ...inkOf(name) }),
     hides ? draw("path", { class: "silent", transform: `translate(${(x + 11).toFixed(1)} ${y}) scale(3.2)`, d: MARKS[2], fill: "var(--warn)" }) : "",
@@ -127,7 +128,7 @@ function limitMark(row, x, y, numbered) {
   );
 }
 
-/** What bars and triangles mean. */
+/** The meaning of bars and triangles. */
 function limitKey(x, y, drawn) {
   const hides = drawn.some((row) => row.beyond in SILENT_VERDICTS);
   return draw(
@@ -136,16 +137,16 @@ function limitKey(x, y, drawn) {
     draw("line", { x1: x + 4, x2: x + 4, y1: y - 10, y2: y + 2, stroke: "var(--ink)", "stroke-width": 2.5, "stroke-opacity": 0.55 }),
     draw("text", { x: x + 12, y, fill: "var(--soft)" }, "theory"),
     hides ? draw("path", { transform: `translate(${x + 66} ${y - 4}) scale(3.2)`, d: MARKS[2], fill: "var(--warn)" }) : "",
-    hides ? draw("text", { x: x + 74, y, fill: "var(--soft)" }, "beyond it the failure is silent") : "",
+    hides ? draw("text", { x: x + 74, y, fill: "var(--soft)" }, "wrong without an error message beyond it") : "",
   );
 }
 
-/** All maps, folded: to the right the step, upwards what makes the scene stiff; contestants whose maps are alike share one. */
+/** All maps, folded: to the right the step, upwards what makes the scene stiff; contestants with equal maps share one. */
 function mapsFold(host) {
   const scenes = groupBy(rows("stability.csv"), (row) => row.scene);
   if (!scenes.size) return;
   const whole = [...scenes.values()].some((cells) => new Set(cells.map((row) => row.value)).size > 1);
-  const fold = make("details", { class: "fold", id: "maps" }, make("summary", {}, "Maps: what each step does in each stiff scene"));
+  const fold = make("details", { class: "fold", id: "maps" }, make("summary", {}, "Maps: the result of each step in each stiff scene"));
   const fill = () => {
     if (!fold.open || fold.children.length > 1) return;
     const seen = new Set(rows("stability.csv").map((row) => row.verdict));
@@ -153,7 +154,7 @@ function mapsFold(host) {
     const box = make("div", { class: whole ? "" : "multiples" });
     fold.append(box);
     for (const [scene, cells] of scenes) sceneMaps(box, scene, cells);
-    if (!whole) fold.append(make("p", { class: "note" }, "Each scene is at its own stiffness here. Maps over four decades of it: ", make("code", {}, "tumble stability -o report/tumble-tables/stability"), ", then make the page again."));
+    if (!whole) fold.append(make("p", { class: "note" }, "Each scene is shown at its own stiffness. For maps over four decades of stiffness run ", make("code", {}, "tumble stability -o report/tumble-tables/stability"), ", then rebuild the page."));
   };
   fold.addEventListener("toggle", fill);
   host.append(fold);
@@ -175,7 +176,7 @@ function sceneMaps(fold, scene, cells) {
   fold.append(make("div", { id: `maps-${scene}`, class: "map-box" }, make("h3", {}, title), make("span", { class: "note" }, strips ? ` at ${cells[0].parameter.replace(" [", ` ${figure(cells[0].value, 2)} [`)}` : ` step by ${cells[0].parameter}`), box));
   const alike = new Map();
   for (const [name, own] of groupBy(cells, contestantOf)) {
-    if (own.length < 2) continue; // it refused, or takes steps of its own: there is nothing to map
+    if (own.length < 2) continue; // it refused, or chooses its own steps: there is nothing to map
     const key = own.map((row) => `${row.value} ${row.dt_s} ${row.verdict}`).join();
     if (!alike.has(key)) alike.set(key, { names: [], own });
     alike.get(key).names.push(name);
@@ -190,7 +191,7 @@ function sceneMaps(fold, scene, cells) {
   });
 }
 
-/** A scene at one value alone: a line for each group of contestants, the step to the right, theory's limit as a bar. */
+/** A scene at one value: a line per group of contestants, steps to the right, the theoretical limit as a bar. */
 function stripsOf(scene, maps, limits) {
   const longest = Math.max(...maps.flatMap(({ own }) => own.map((row) => row.dt_s)));
   const column = (dt) => Math.log2(longest / dt);
@@ -209,7 +210,7 @@ function stripsOf(scene, maps, limits) {
     }
     svg.append(draw("text", { class: "beside", x: wide * SIDE + 8, y: y + SIDE - 3, "font-size": 11, fill: "var(--soft)" }, names.join(", ")));
   });
-  svg.append(draw("text", { x: (wide * SIDE) / 2, y: height - 3, "text-anchor": "middle", "font-size": 10, fill: "var(--soft)" }, "longer steps →"));
+  svg.append(draw("text", { x: (wide * SIDE) / 2, y: height - 3, "text-anchor": "middle", "font-size": 10, fill: "var(--soft)" }, "larger steps →"));
   return make("figure", { class: "map" }, svg, figureTools(id, () => svg));
 }
 
@@ -220,7 +221,7 @@ function stripsOf(scene, maps, limits) {
 function mapCell(row, names, x, y, width, middle = x + SIDE / 2) {
   return draw(
     "g",
-    { pointermove: (event) => showTooltip([names.join(", "), `${row.parameter} ${figure(row.value)}, step ${figure(row.dt_s)} s`, STABILITY_VERDICTS[row.verdict]?.[1] ?? row.verdict, row.max_error_m === null ? "" : `${figure(row.max_error_m)} m off`].filter(Boolean), event), pointerleave: () => showTooltip(null) },
+    { pointermove: (event) => showTooltip([names.join(", "), `${row.parameter} ${figure(row.value)}, step ${figure(row.dt_s)} s`, STABILITY_VERDICTS[row.verdict]?.[1] ?? row.verdict, row.max_error_m === null ? "" : `error ${figure(row.max_error_m)} m`].filter(Boolean), event), pointerleave: () => showTooltip(null) },
     draw("rect", { x, y, width: width - 1, height: SIDE - 1, class: `s-${row.verdict}` }),
     draw("text", { x: middle - 0.5, y: y + SIDE - 4, "text-anchor": "middle", "font-size": 10, fill: "var(--ink)" }, STABILITY_VERDICTS[row.verdict]?.[0] ?? ""),
   );
@@ -257,7 +258,7 @@ function mapOf(names, cells, limit) {
     const x = (wide - 1 - Math.log2(most / limit.theory_w_dt)) * SIDE + SIDE / 2;
     svg.append(draw("path", { d: `M${x},0V${values.length * SIDE}`, stroke: "var(--ink)", "stroke-width": 2.5 }));
   }
-  svg.append(draw("text", { x: (wide * SIDE) / 2, y: values.length * SIDE + 13, "text-anchor": "middle", "font-size": 10, fill: "var(--soft)" }, "longer steps →"));
+  svg.append(draw("text", { x: (wide * SIDE) / 2, y: values.length * SIDE + 13, "text-anchor": "middle", "font-size": 10, fill: "var(--soft)" }, "larger steps →"));
   return make("figure", { class: "map" }, svg, make("figcaption", {}, names.join(", ")), figureTools(id, () => svg));
 }
 
@@ -267,7 +268,7 @@ function limitTable(host) {
     const key = `${row.scene} ${nameOf(row)} ${row.value}`;
     finest.set(key, Math.min(row.dt_s, finest.get(key) ?? Infinity));
   }
-  // Where even the smallest step that was tried is too long, that is what is known.
+  // Where even the smallest step tried is too large, only that bound is known.
   const within = (column) => (row) => row[column] ?? (row.w_dt_limit === null || row.note ? "" : `< ${figure(finest.get(`${row.scene} ${nameOf(row)} ${row.value}`))}`);
   foldedTable(host, {
     id: "limits",
@@ -277,9 +278,9 @@ function limitTable(host) {
     columns: [
       { key: "method", label: "contestant", words: true, show: nameOf, sort: nameOf },
       { key: "scene", label: "scene", words: true },
-      { key: "w_dt_limit", label: "limit of ω·dt", show: (row) => figure(row.w_dt_limit) },
+      { key: "w_dt_limit", label: "largest stable ω·dt", show: (row) => figure(row.w_dt_limit) },
       { key: "theory_w_dt", label: "theory", show: (row) => figure(row.theory_w_dt) },
-      { key: "beyond", label: "beyond it", words: true, show: (row) => STABILITY_VERDICTS[row.beyond]?.[1] ?? row.beyond },
+      { key: "beyond", label: "beyond the limit", words: true, show: (row) => STABILITY_VERDICTS[row.beyond]?.[1] ?? row.beyond },
       { key: "dt_stable_s", label: "stable up to", unit: "s" },
       { key: "dt_1pct_s", label: "within 1 %", unit: "s", show: within("dt_1pct_s") },
       { key: "dt_1mm_s", label: "within 1 mm", unit: "s", show: within("dt_1mm_s") },

@@ -1,4 +1,4 @@
-// The stage: bodies drawn on a canvas in parallel projection, the nearer over the further.
+// The stage: bodies drawn on a canvas in parallel projection, the nearer over the farther.
 
 import { colourOf } from "./contestants.js";
 import { styleOf } from "./dom.js";
@@ -21,9 +21,9 @@ const PIPS = {
 
 // Opposite faces of a die add up to seven; faces come in opposite pairs.
 const PIPS_OF_FACE = [1, 6, 2, 5, 3, 4];
-const ARROW_SHARE = 0.25; // of the film, after the blow
+const ARROW_SHARE = 0.25; // of the film, after the impulse
 
-/** A camera that looks at a centre [m] with so many pixels a metre. */
+/** A camera that looks at a centre [m], at a scale [px/m]. */
 function camera(centre, scaleOf, width, height) {
   return (point) => {
     const away = minus(point, centre);
@@ -83,7 +83,7 @@ export function drawWith(pen, width, height, { film, time, names, magnified, alo
 }
 
 /**
- * The camera goes with the true centre, and shows a little more than the body.
+ * The camera follows the true centre, and shows a little more than the body.
  * @param {Film} film
  */
 function viewOf(film, truth, width, height) {
@@ -97,7 +97,7 @@ function polygon(pen, corners) {
 }
 
 /**
- * A solid body: its faces shaded by how they meet the light, with the eyes of a die on a box.
+ * A solid body: its faces shaded by their angle to the light, with a die's pips on a box.
  * @param {Film} film
  */
 function drawBody(pen, film, points, view) {
@@ -125,7 +125,7 @@ function drawBody(pen, film, points, view) {
   drawEdges(pen, film, seen, (edge) => edge.faces.some((face) => front.has(face)), styleOf("--ink"), 1);
 }
 
-/** The outward normal also of a face that was turned inside out. */
+/** The outward normal, also of a face that was turned inside out. */
 function outwards(corners, centre) {
   const normal = normalOf(corners);
   return dot(normal, minus(corners[0], centre)) < 0 ? normal.map((value) => -value) : normal;
@@ -173,7 +173,7 @@ function drawCloud(pen, film, seen, colour = styleOf("--ink")) {
 }
 
 /**
- * A contestant: its edges in its colour, and a veil of it, thin enough that all of them leave the truth to be seen.
+ * A contestant: its edges in its colour, and a veil of it, thin enough to leave the truth visible.
  * @param {Film} film
  */
 function drawGhost(pen, film, points, view, colour, veil) {
@@ -222,7 +222,7 @@ function planeAxes(normal) {
 }
 
 /**
- * The way of the true centre.
+ * The path of the true centre.
  * @param {Film} film
  */
 function drawPath(pen, film, view) {
@@ -255,7 +255,7 @@ function drawTether(pen, film, view, act, truth) {
   pen.fill();
 }
 
-/** An impulse: an arrow to where it lands, for a while after it did. */
+/** An impulse: an arrow to its point, for a while after it. */
 function drawArrow(pen, film, view, act, time) {
   const since = (time - act.t_s) / (film.end || 1);
   if (since < 0 || since > ARROW_SHARE) return;

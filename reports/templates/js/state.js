@@ -1,4 +1,4 @@
-// What the reader has chosen, in the address: every view can be copied, and going back goes back.
+// The reader's choices, held in the address: each view can be copied, and the back button works.
 
 import { make } from "./dom.js";
 
@@ -12,13 +12,20 @@ export const state = { ...DEFAULTS, ...readAddress() };
 
 const listeners = [];
 
-/** Call act now and whenever one of these parts of the state changes. */
+/**
+ * Call act now and whenever one of these parts of the state changes.
+ * @param {(keyof State)[]} parts
+ * @param {() => void} act
+ */
 export function follow(parts, act) {
   listeners.push([parts, act]);
   act();
 }
 
-/** Change the state, the address, and whatever shows it. */
+/**
+ * Change the state, the address, and all that follows them.
+ * @param {Partial<State>} change
+ */
 export function choose(change) {
   const changed = Object.keys(change).filter((part) => JSON.stringify(state[part]) !== JSON.stringify(change[part]));
   if (!changed.length) return;
@@ -52,7 +59,7 @@ function readAddress() {
   return found;
 }
 
-/** The state as an address; only what differs from a fresh page is in it. */
+/** The state as an address; it holds only what differs from a fresh page. */
 function address(at = "") {
   const parameters = new URLSearchParams();
   if (state.tol !== DEFAULTS.tol) parameters.set("tol", String(state.tol));
@@ -67,7 +74,7 @@ function address(at = "") {
 
 let addressDue = 0;
 
-/** Browsers refuse too many changes a second: a dragged slider is written when it rests. */
+/** Browsers refuse too many changes a second: a slider is written when it stops. */
 function writeAddress() {
   clearTimeout(addressDue);
   addressDue = setTimeout(() => history.replaceState(null, "", address() === "#" ? location.pathname + location.search : address()), 150);
@@ -79,18 +86,18 @@ window.addEventListener("hashchange", () => {
   showPlace();
 });
 
-/** Bring what the address points at into view, unfolded and marked. */
+/** Bring the place of the address into view, unfolded and marked. */
 export function showPlace() {
   const target = state.at && document.getElementById(state.at);
   if (!target) return;
   for (let fold = target.closest("details"); fold; fold = fold.parentElement?.closest("details") ?? null) fold.open = true;
   target.classList.add("arrived");
   target.scrollIntoView({ block: "start" });
-  // What is above draws itself as it is passed, and pushes: look again once it has.
+  // Figures above are drawn as they are passed and move this one: scroll again after that.
   setTimeout(() => target.scrollIntoView({ block: "start" }), 250);
 }
 
-/** Go to a place on the page, all else as the reader has it. */
+/** Go to a place on the page; the reader's other choices stay. */
 export function goTo(event, id) {
   event.preventDefault();
   if (location.hash === address(id)) showPlace();
@@ -112,7 +119,7 @@ export function copyLinkButton(id) {
   return make("button", { type: "button", class: "link", title: "Copy a link to this view", "aria-label": `Copy a link to this view of ${id}`, click: (event) => copy(event.currentTarget) }, "⚓︎");
 }
 
-/** A button that copies a text; nothing where the browser has no clipboard. */
+/** A button that copies a text; empty where the browser has no clipboard. */
 export function copyTextButton(text) {
   if (!navigator.clipboard) return "";
   return make("button", { type: "button", class: "link copy", "aria-label": `Copy ${text}`, click: (event) => copyText(event.currentTarget, text) }, "copy");
@@ -128,8 +135,8 @@ async function copyText(button, text) {
   }
 }
 
-/** Let a button say something for a moment. */
+/** Show a notice on a button for a moment. */
 function flash(button, words) {
-  button.dataset.said = words;
-  setTimeout(() => delete button.dataset.said, 1500);
+  button.dataset.notice = words;
+  setTimeout(() => delete button.dataset.notice, 1500);
 }

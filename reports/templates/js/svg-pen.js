@@ -1,4 +1,4 @@
-// A pen with a canvas's strokes that writes SVG: a moment of a flight is saved by the lines that draw it.
+// A pen with the methods of a canvas that writes SVG: the code that draws a moment also saves it.
 
 import { draw } from "./dom.js";
 

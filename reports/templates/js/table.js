@@ -1,4 +1,4 @@
-// A table that sorts, filters and saves; each row has an address.
+// Tables that the reader sorts, filters and saves; each row has an address.
 
 import { make } from "./dom.js";
 import { counted, figure } from "./numbers.js";
@@ -35,31 +35,31 @@ function dataTable(host, { id, caption, columns, list, key, file = id }) {
     },
   });
   const count = make("span", { class: "note", role: "status" });
-  const save = make("button", { type: "button", "aria-label": `Save ${caption} as CSV`, click: () => saveAs(`${file}.csv`, new Blob([csvOf(current())], { type: "text/csv" })) }, "CSV");
+  const save = make("button", { type: "button", "aria-label": `Save ${caption} as CSV`, click: () => saveAs(`${file}.csv`, new Blob([csvOf(chosenRows())], { type: "text/csv" })) }, "CSV");
 
   function textOf(row) {
     return Object.values(row).join(" ").toLowerCase();
   }
-  function current() {
-    const kept = words ? list.filter((row) => textOf(row).includes(words)) : [...list];
+  function chosenRows() {
+    const chosen = words ? list.filter((row) => textOf(row).includes(words)) : [...list];
     const { column } = sorted;
     if (column) {
       const value = column.sort ?? ((row) => row[column.key]);
       const way = sorted.down ? -1 : 1;
-      kept.sort((a, b) => {
+      chosen.sort((a, b) => {
         const [x, y] = [value(a), value(b)];
         if (x === y) return 0;
-        if (x === null || x === undefined || x === "") return 1; // what is empty comes last either way
+        if (x === null || x === undefined || x === "") return 1; // empty cells come last in both directions
         if (y === null || y === undefined || y === "") return -1;
         return (x < y ? -1 : 1) * way;
       });
     }
-    return kept;
+    return chosen;
   }
   function fill() {
-    const kept = current();
+    const current = chosenRows();
     body.replaceChildren(
-      ...kept.map((row) =>
+      ...current.map((row) =>
         make(
           "tr",
           { id: `${id}-${key(row)}` },
@@ -72,7 +72,7 @@ function dataTable(host, { id, caption, columns, list, key, file = id }) {
         ),
       ),
     );
-    count.textContent = kept.length === list.length ? "" : `${kept.length} of ${counted(list.length, "row")}`;
+    count.textContent = current.length === list.length ? "" : `${current.length} of ${counted(list.length, "row")}`;
   }
   function sortBy(column) {
     sorted = { column, down: sorted.column === column ? !sorted.down : false };

@@ -1,4 +1,5 @@
-// The rows of every table that a page can carry.  Written by tools/page_types.py: do not edit.
+// The rows of every table that a page can carry, and the names of findings.
+// Written by tools/page_types.py: do not edit.
 
 interface Tables {
   "ablation.csv": {
@@ -86,7 +87,6 @@ interface Tables {
     file: string;
     verdict: string;
     rank: number;
-    group: number;
     engines: string;
     mistake: string;
     parameter: string;
@@ -524,3 +524,5 @@ interface Tables {
     error_m: number | null;
   };
 }
+
+type FindingName = "most accurate" | "most accurate engine" | "first method" | "engine default" | "named method" | "least accurate" | "unfinished" | "unsupported" | "agreement distance" | "agreement error" | "right column" | "wrong column" | "coordinate rounding" | "optimal step" | "largest stable step" | "smallest stable step" | "limits with theory" | "limits matching theory" | "extreme cases" | "silent failures" | "feature overhead" | "edge stretch";

@@ -1,10 +1,10 @@
-// The tooltip: what the pointer rests on, in words beside it.
+// The tooltip beside the pointer, one for all figures.
 
 import { make } from "./dom.js";
 
-/** What the pointer rests on, in words beside it. */
-export const tooltip = make("div", { id: "told", role: "status", hidden: true });
+export const tooltip = make("div", { id: "tooltip", role: "status", hidden: true });
 
+/** Show lines beside the pointer, the first in bold; hide the tooltip where there are none. */
 export function showTooltip(lines, event) {
   tooltip.hidden = !lines;
   if (!lines) return;

@@ -4,13 +4,13 @@ import { errorOf } from "./data.js";
 
 /** @type {Record<string, [string, string]>} */
 export const VERDICTS = {
-  exact: ["◉", "cannot be told from the truth"],
-  within: ["●", "finished, within the tolerance"],
-  beyond: ["○", "finished, beyond the tolerance"],
-  flagged: ["▲", "finished, but something went wrong silently"],
-  diverged: ["✕", "blew up"],
+  exact: ["◉", "indistinguishable from the truth"],
+  within: ["●", "error acceptable"],
+  beyond: ["○", "error too large"],
+  flagged: ["▲", "finished, but flagged: wrong without an error message"],
+  diverged: ["✕", "diverged"],
   failed: ["✕", "crashed or timed out"],
-  skipped: ["·", "cannot fly this scene"],
+  skipped: ["·", "not supported"],
 };
 
 /**
@@ -41,14 +41,14 @@ export function tintOf(kind, ratio) {
  * Verdicts on runs that ended with finite numbers which physics does not allow, as a cell has room for them.
  * @type {Record<string, string>}
  */
-export const SILENT_VERDICTS = { clamped: "clamped", reset: "reset", frozen: "froze", "lost-torque": "no torque", "under-rotated": "lags", drifting: "drifts", damped: "damped" };
+export const SILENT_VERDICTS = { clamped: "clamped", reset: "reset", frozen: "stopped", "lost-torque": "no torque", "under-rotated": "lags", drifting: "drifts", damped: "damped" };
 
 /**
- * A status in the words of a person.
+ * A status with its reason, in words.
  * @param {{ status: string, why: string }} run
  */
 export function statusInWords(run) {
-  const words = { ok: "finished", flagged: "finished, but", skipped: "cannot:", missing: "not installed:", diverged: "blew up", crashed: "crashed:", timeout: "took too long" };
+  const words = { ok: "finished", flagged: "flagged:", skipped: "not supported:", missing: "not installed:", diverged: "diverged", crashed: "crashed:", timeout: "timed out" };
   return `${words[run.status] ?? run.status} ${run.why}`.trim();
 }
 
@@ -58,14 +58,14 @@ export function statusInWords(run) {
  */
 export const STABILITY_VERDICTS = {
   stable: ["", "stable"],
-  damped: ["↓", "loses energy that physics keeps"],
-  drifting: ["↑", "energy or momentum leaves its band"],
-  "under-rotated": ["↺", "turns less than its angular velocity says"],
+  damped: ["↓", "loses energy that physics conserves"],
+  drifting: ["↑", "energy or momentum drifts out of tolerance"],
+  "under-rotated": ["↺", "rotates less than its angular velocity requires"],
   "lost-torque": ["∅", "lost its torque"],
-  diverged: ["×", "blew up"],
-  clamped: ["■", "a clamp hides the blow-up"],
-  frozen: ["◆", "froze"],
-  reset: ["←", "was reset to a start"],
-  "no-return": ["?", "no return in the time given"],
+  diverged: ["×", "diverged"],
+  clamped: ["■", "a clamp hides the divergence"],
+  frozen: ["◆", "stopped moving"],
+  reset: ["←", "was reset to its initial state"],
+  "no-return": ["?", "did not finish in the time limit"],
   refused: ["–", "refused"],
 };

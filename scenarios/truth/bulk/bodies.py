@@ -10,8 +10,8 @@ from tumble.scenarios.scene import Scene
 from tumble.scenarios.truth.bulk.kernel import Bodies
 from tumble.scenarios.truth.double_double import pairs
 from tumble.scenarios.truth.inertia import Numbers, principal
-from tumble.scenarios.truth.limit import OPPOSITE, PATTERNS, SHARES
 from tumble.scenarios.truth.rational import Fraction
+from tumble.scenarios.truth.resolution import OPPOSITE, PATTERNS, SHARES
 from tumble.scenarios.truth.rotation import exact
 from tumble.scenarios.truth.throw import Throw, changing, read_throw
 
@@ -19,7 +19,7 @@ Readings = list[list[Throw]]
 
 
 def readings(scene: Scene, row: int) -> Readings:
-    """Return a throw as it is and as `scenarios.truth.limit` changes it, for each share one of every READINGS."""
+    """Return a throw as it is and as `scenarios.truth.resolution` changes it, for each share one of every READINGS."""
     plain = read_throw(scene, row)
     patterns = [*((pattern, 1.0) for pattern in range(PATTERNS)), (0, OPPOSITE)]
     return [
@@ -33,14 +33,14 @@ def bodies(mp: Any, read: Readings, times: Array) -> Bodies:
 
     mp: mpmath context, whose precision is that of the principal axes; times: pairs, (2, R) [s].
     """
-    told = [[_told(mp, throw) for throw in throws] for throws in read]
-    numbers, points = (np.array([[one[part] for one in each] for each in told]) for part in range(2))
+    values = [[_values(mp, throw) for throw in throws] for throws in read]
+    numbers, points = (np.array([[one[part] for one in each] for each in values]) for part in range(2))
     clocks = [[float(throw.times[-1] / read[0][0].times[-1]) for throw in throws] for throws in read]
     # Only the first of each keeps all digits, and needs them.
     return Bodies(numbers, points, np.array(clocks)[..., np.newaxis, np.newaxis] * times)
 
 
-def _told(mp: Any, throw: Throw) -> tuple[Array, Array]:
+def _values(mp: Any, throw: Throw) -> tuple[Array, Array]:
     """Return a body's numbers and its points along its principal axes, as pairs."""
     moments, axes = principal(mp, throw.solid.tensor)
     order = sorted(range(3), key=lambda axis: moments[axis])

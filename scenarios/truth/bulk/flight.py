@@ -13,8 +13,8 @@ from tumble.scenarios.frames import Array
 from tumble.scenarios.scene import Scene
 from tumble.scenarios.truth.bulk.bodies import bodies, readings
 from tumble.scenarios.truth.bulk.kernel import STATE, Bodies, Inputs, throws
-from tumble.scenarios.truth.limit import PATTERNS, SHARES, rounding, settle
 from tumble.scenarios.truth.rational import Fraction
+from tumble.scenarios.truth.resolution import PATTERNS, SHARES, rounding, settle
 from tumble.scenarios.truth.rotation import exact
 from tumble.scenarios.truth.throw import read_throw
 
@@ -34,10 +34,10 @@ class Flights(NamedTuple):
     states: Array
     vertices: Array
     bound: Array
-    floor: Array
+    input_error: Array
 
 
-def all_flights(mp: Any, scene: Scene, tell: Callable[[float], object] = lambda share: None) -> Flights | None:
+def all_flights(mp: Any, scene: Scene, on_share: Callable[[float], object] = lambda share: None) -> Flights | None:
     """Return the flights of a free scene without blows; None where one of the sample is not what its error says.
 
     mp: mpmath context, whose precision is set here; tell: is told what share of them is done.
@@ -53,10 +53,10 @@ def all_flights(mp: Any, scene: Scene, tell: Callable[[float], object] = lambda 
 
     def work_out(first: int) -> int:
         part = slice(first, first + at_a_time)
-        (vertices, _), states, floor = flown(as_written(scene.start[part]), inputs)
-        floor[:, ~np.isfinite(vertices.sum(axis=(0, 2, 3)) + states.sum(axis=(0, 2)))] = np.nan
-        bound = SHARE_OF_FLOOR * floor + rounding(vertices)
-        for every, own in zip(flights, (states, vertices, bound, floor), strict=True):
+        (vertices, _), states, input_error = simulate(as_written(scene.start[part]), inputs)
+        input_error[:, ~np.isfinite(vertices.sum(axis=(0, 2, 3)) + states.sum(axis=(0, 2)))] = np.nan
+        bound = SHARE_OF_FLOOR * input_error + rounding(vertices)
+        for every, own in zip(flights, (states, vertices, bound, input_error), strict=True):
             every[:, part] = own
         return min(first + at_a_time, count)
 
@@ -66,10 +66,10 @@ def all_flights(mp: Any, scene: Scene, tell: Callable[[float], object] = lambda 
         for first in range(0, count, at_a_time):
             underway.append(threads.submit(work_out, first))
             if len(underway) > (os.cpu_count() or 1):
-                tell(underway.popleft().result() / count)
+                on_share(underway.popleft().result() / count)
         for part in underway:
-            tell(part.result() / count)
-    return flights if proven(mp, scene, inputs, drawn(flights.floor)) else None
+            on_share(part.result() / count)
+    return flights if proven(mp, scene, inputs, drawn(flights.input_error)) else None
 
 
 def proven(mp: Any, scene: Scene, inputs: Inputs, sample: np.ndarray) -> bool:
@@ -79,9 +79,9 @@ def proven(mp: Any, scene: Scene, inputs: Inputs, sample: np.ndarray) -> bool:
     instants = np.union1d(some, (0, rows - 1))
     brief = replace(scene, times=scene.rows[instants])
     body = inputs.bodies._replace(times=np.ascontiguousarray(inputs.bodies.times[..., instants]))
-    vertices, _, floor = flown(as_written(scene.start[sample]), inputs._replace(bodies=body))
+    vertices, _, input_error = simulate(as_written(scene.start[sample]), inputs._replace(bodies=body))
     return all(
-        (off_by(mp, brief, int(row), vertices[:, :, place]) <= SHARE_OF_FLOOR * floor[:, place]).all()
+        (off_by(mp, brief, int(row), vertices[:, :, place]) <= SHARE_OF_FLOOR * input_error[:, place]).all()
         for place, row in enumerate(sample)
     )
 
@@ -92,13 +92,13 @@ def signed(body: Bodies) -> Inputs:
     return Inputs(body, np.array(SHARES), np.array(signs), np.empty((0, 0, STATE)))
 
 
-def flown(starts: Array, inputs: Inputs) -> tuple[Array, Array, Array]:
+def simulate(starts: Array, inputs: Inputs) -> tuple[Array, Array, Array]:
     """Return vertices as pairs, (2, R, N, n, 3), states, (R, N, 13), and floor, (R, N), of starts, (N, 2, STATE)."""
     rows, points = inputs.bodies.times.shape[-1], inputs.bodies.points.shape[-2]
     vertices, states = np.empty((2, rows, len(starts), points, 3)), np.empty((rows, len(starts), STATE))
-    floor = np.empty((rows, len(starts)))
-    throws(starts, inputs, vertices, states, floor)
-    return vertices, states, floor
+    input_error = np.empty((rows, len(starts)))
+    throws(starts, inputs, vertices, states, input_error)
+    return vertices, states, input_error
 
 
 def as_written(starts: Array) -> Array:
@@ -106,13 +106,13 @@ def as_written(starts: Array) -> Array:
     return np.stack((starts, np.zeros_like(starts)), axis=1)
 
 
-def drawn(floor: Array) -> np.ndarray:
+def drawn(input_error: Array) -> np.ndarray:
     """Return a sample of throws, (R, N), that are known: some by chance, and the one that its inputs move most."""
-    known = np.flatnonzero(np.isfinite(floor).all(axis=0))
+    known = np.flatnonzero(np.isfinite(input_error).all(axis=0))
     if not len(known):
         return known
     some = np.random.default_rng(len(known)).choice(known, min(SAMPLE, len(known)), replace=False)
-    return np.union1d(some, known[[floor[:, known].max(axis=0).argmax()]])
+    return np.union1d(some, known[[input_error[:, known].max(axis=0).argmax()]])
 
 
 def off_by(mp: Any, scene: Scene, row: int, vertices: Array) -> Array:

@@ -21,7 +21,7 @@ from tumble.scenarios.truth.bulk.number import (
 )
 from tumble.scenarios.truth.bulk.rotation import Moments, is_steady, polhode, spun, turned
 from tumble.scenarios.truth.compilation import inner, kernel
-from tumble.scenarios.truth.limit import OPPOSITE, PATTERNS, PROPORTIONAL, SMALL
+from tumble.scenarios.truth.resolution import OPPOSITE, PATTERNS, PROPORTIONAL, SMALL
 
 # Where the numbers of a body stand: principal moments and their gaps, the principal axes along those of a state column
 # by column, and gravity.
@@ -176,16 +176,16 @@ def write_vertices(kind: Number, place: Vector, axes: Columns, points: Array, ve
 
 
 @inner
-def write_floor(
-    start: Array, inputs: Inputs, trial: int, size: float, room: Room, here: Array, there: Array, floor: Array
+def write_input_error(
+    start: Array, inputs: Inputs, trial: int, size: float, room: Room, here: Array, there: Array, input_error: Array
 ) -> bool:
     """Write the largest move of a vertex when each number is changed by half its last bit [m], (R,), where it is not
 
     known yet and the moves for this share are a derivative; return whether it is known everywhere then.
-    start: pairs, (2, STATE); here, there: room for vertices; the rest as in `tumble.scenarios.truth.limit`.
+    start: pairs, (2, STATE); here, there: room for vertices; the rest as in `tumble.scenarios.truth.resolution`.
     """
     bodies, share = inputs.bodies, inputs.shares[trial]
-    rows, last = len(floor), READINGS - 1
+    rows, last = len(input_error), READINGS - 1
     moves, turns = np.empty((READINGS, rows)), np.empty((READINGS, rows))
     changed, no_states = np.zeros((2, STATE)), np.empty((0, STATE))
     for reading in range(READINGS):
@@ -220,15 +220,15 @@ def write_floor(
         small = share * one <= SMALL * size + share * 2.0**-50 * far
         small = small and share * turns[1, row] <= SMALL * size + 2.0**-50 * far  # but for the rounding of places
         uneven = max(abs(one - back), abs(turns[1, row] - turns[last, row]))
-        if np.isnan(floor[row]) and small and uneven <= PROPORTIONAL * max(one, back):
+        if np.isnan(input_error[row]) and small and uneven <= PROPORTIONAL * max(one, back):
             for reading in range(1, last):
-                floor[row] = moves[reading, row] if reading == 1 else max(floor[row], moves[reading, row])
-        known = known and not np.isnan(floor[row])
+                input_error[row] = moves[reading, row] if reading == 1 else max(input_error[row], moves[reading, row])
+        known = known and not np.isnan(input_error[row])
     return known
 
 
 @kernel
-def throws(starts: Array, inputs: Inputs, vertices: Array, states: Array, floor: Array) -> None:
+def throws(starts: Array, inputs: Inputs, vertices: Array, states: Array, input_error: Array) -> None:
     """Write every throw's vertices, pairs, (2, R, N, n, 3), states, (R, N, STATE), and floor, (R, N), nan where the
 
     inputs' effect is no derivative.  starts: pairs, (N, 2, STATE).
@@ -236,7 +236,7 @@ def throws(starts: Array, inputs: Inputs, vertices: Array, states: Array, floor:
     count, points = vertices.shape[1], vertices.shape[3]
     room, bodies = Room(np.empty((MOST, 4)), np.empty((MOST, 2))), inputs.bodies
     exact, here = np.empty((2, count, points, 3)), np.empty((2, count, points, 3))
-    there, told, moved = np.empty((2, count, points, 3)), np.empty((count, STATE)), np.empty(count)
+    there, rounded, moved = np.empty((2, count, points, 3)), np.empty((count, STATE)), np.empty(count)
     size = 0.0
     for vertex in range(points):
         total = 0.0
@@ -246,15 +246,15 @@ def throws(starts: Array, inputs: Inputs, vertices: Array, states: Array, floor:
     for place in range(len(starts)):
         start, known = starts[place], False
         point, time = bodies.points[0, 0], bodies.times[0, 0]
-        write_poses(long(0.0, 0.0), start, bodies.numbers[0, 0], point, time, room, exact, told)  # type: ignore[call-arg]
+        write_poses(long(0.0, 0.0), start, bodies.numbers[0, 0], point, time, room, exact, rounded)  # type: ignore[call-arg]
         for row in range(count):
             moved[row] = np.nan
         for trial in range(len(inputs.shares)):
-            known = known or write_floor(start, inputs, trial, size, room, here, there, moved)
+            known = known or write_input_error(start, inputs, trial, size, room, here, there, moved)
         for row in range(count):
-            floor[row, place] = moved[row]
-            for number_told in range(STATE):
-                states[row, place, number_told] = told[row, number_told]
+            input_error[row, place] = moved[row]
+            for component in range(STATE):
+                states[row, place, component] = rounded[row, component]
             for vertex in range(points):
                 for axis in range(3):
                     vertices[0, row, place, vertex, axis] = exact[0, row, vertex, axis]

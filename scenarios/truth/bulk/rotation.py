@@ -111,7 +111,7 @@ def encircling(moments: Moments, L: Vector) -> Frame:
 
 
 @inner
-def told(frame: Frame, a: Vector) -> Vector:
+def in_frame(frame: Frame, a: Vector) -> Vector:
     """Return what the body's axes have, a vector's components or three vectors' one, along the frame's."""
     return a[frame.first] * frame.signs[0], a[1] * frame.signs[1], a[frame.third] * frame.signs[2]
 
@@ -123,7 +123,7 @@ def polhode(moments: Moments, axes: Columns, L_body: Vector, means: Array, angle
     means, angles: room, (MOST, 4) and (MOST, 2), of which the means are to be kept.
     """
     frame = encircling(moments, L_body)
-    L = told(frame, L_body)
+    L = in_frame(frame, L_body)
     I1, I2, I3 = moments.values[frame.first], moments.values[1], moments.values[frame.third]
     least_first = frame.first == 0
     outer = moments.gaps[1]

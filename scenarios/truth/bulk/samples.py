@@ -8,12 +8,12 @@ import numpy as np
 from tumble.scenarios.frames import Array
 from tumble.scenarios.scene import Scene
 from tumble.scenarios.truth.bulk.bodies import bodies, readings
-from tumble.scenarios.truth.bulk.flight import BITS, SHARE_OF_FLOOR, Flights, drawn, flown, off_by
+from tumble.scenarios.truth.bulk.flight import BITS, SHARE_OF_FLOOR, Flights, drawn, off_by, simulate
 from tumble.scenarios.truth.bulk.kernel import STATE, Inputs
 from tumble.scenarios.truth.double_double import pairs
 from tumble.scenarios.truth.flight import Stretch, quaternion, stretches
 from tumble.scenarios.truth.inertia import inverse, principal
-from tumble.scenarios.truth.limit import SHARES, doubles, rounding
+from tumble.scenarios.truth.resolution import SHARES, doubles, rounding
 from tumble.scenarios.truth.rotation import exact
 from tumble.scenarios.truth.throw import Throw
 
@@ -33,7 +33,7 @@ def one_flight(mp: Any, scene: Scene, row: int) -> Flights | None:
     except (ArithmeticError, ValueError):  # numbers that leave the range of doubles
         return None
     rows, vertices = scene.rows, np.empty((2, len(scene.rows), 1, len(plain.points), 3))
-    states, floor = np.empty((len(rows), 1, STATE)), np.empty((len(rows), 1))
+    states, input_error = np.empty((len(rows), 1, STATE)), np.empty((len(rows), 1))
     ends = [float(leg.arc.since) for leg in legs[1:]]
     for number, (begin, end) in enumerate(zip([0.0, *ends], [*ends, np.inf], strict=True)):
         within = slice(*np.searchsorted(rows, (begin, end)).tolist())
@@ -41,14 +41,14 @@ def one_flight(mp: Any, scene: Scene, row: int) -> Flights | None:
             body = bodies(mp, read, _since(rows[within], begin))
             starts = np.array([[each[number] for each in throws] for throws in changed])
             inputs = Inputs(body, np.array(SHARES), np.empty((0, STATE)), starts)
-            part = flown(begun[number][np.newaxis], inputs)
-            vertices[:, within], states[within], floor[within] = part
-    floor[~np.isfinite(vertices.sum(axis=(0, 3, 4)) + states.sum(axis=2))] = np.nan
-    sample = np.union1d([0], drawn(floor.T))
+            part = simulate(begun[number][np.newaxis], inputs)
+            vertices[:, within], states[within], input_error[within] = part
+    input_error[~np.isfinite(vertices.sum(axis=(0, 3, 4)) + states.sum(axis=2))] = np.nan
+    sample = np.union1d([0], drawn(input_error.T))
     brief = replace(scene, times=rows[sample])
-    if not (off_by(mp, brief, row, vertices[:, sample, 0]) <= SHARE_OF_FLOOR * floor[sample, 0]).all():
+    if not (off_by(mp, brief, row, vertices[:, sample, 0]) <= SHARE_OF_FLOOR * input_error[sample, 0]).all():
         return None
-    return Flights(states, vertices[0], SHARE_OF_FLOOR * floor + rounding(vertices[0]), floor)
+    return Flights(states, vertices[0], SHARE_OF_FLOOR * input_error + rounding(vertices[0]), input_error)
 
 
 def _start(mp: Any, leg: Stretch, throw: Throw) -> list[Any]:

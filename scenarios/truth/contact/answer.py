@@ -7,16 +7,16 @@ import numpy as np
 from tumble.scenarios.forces import GRAVITY, PLANE, acting
 from tumble.scenarios.frames import Array
 from tumble.scenarios.scene import Body, Scene
-from tumble.scenarios.truth import NoTruth, Tell, told_vertices
+from tumble.scenarios.truth import NoTruth, ShareCallback, rounded_vertices
 from tumble.scenarios.truth.contact.motion import Changed, Motion, changed_timelines, motion_of, moves_of, poses_of
 from tumble.scenarios.truth.contact.record import ContactRecord, recorded, state_of
-from tumble.scenarios.truth.limit import movement, rounding
+from tumble.scenarios.truth.resolution import movement, rounding
 
 HOW = "exact: closed forms between events, certified instants, Taylor series in the impulse"
 
 
 def on_plane(
-    mp: Any, scene: Scene, with_input_error: bool, progress: Tell
+    mp: Any, scene: Scene, with_input_error: bool, on_share: ShareCallback
 ) -> tuple[list[Array], list[str], list[str], tuple[ContactRecord, ...]]:
     """Return states, vertices, bound and input error of all throws, how they were made, why some end, and records.
 
@@ -32,10 +32,10 @@ def on_plane(
         columns.append(_row(mp, scene, row, motion, changed))
         records.append(recorded(motion, changed))
         reasons.append(motion.finer.why)
-        progress((row + 1) / len(scene.start))
-    told = [np.stack(column, axis=1) for column in zip(*columns, strict=True)]
+        on_share((row + 1) / len(scene.start))
+    stacked = [np.stack(column, axis=1) for column in zip(*columns, strict=True)]
     how = HOW if is_convex(scene.body) else f"{HOW}; the convex hull of the mesh meets the plane"
-    return told, [how], reasons, tuple(records)
+    return stacked, [how], reasons, tuple(records)
 
 
 def is_convex(body: Body) -> bool:
@@ -60,7 +60,7 @@ def _row(mp: Any, scene: Scene, row: int, motion: Motion, changed: list[Changed]
     for q in states[:, 3:7]:
         q *= 1 if before @ q >= 0 else -1
         before = q
-    vertices = told_vertices(finer, throw.points, motion.bits) if finer else np.empty((0, len(throw.points), 3))
+    vertices = rounded_vertices(finer, throw.points, motion.bits) if finer else np.empty((0, len(throw.points), 3))
     apart = [movement(*pair, throw.points, throw.points)[0] for pair in zip(finer, rougher, strict=False)]
     bound = np.array(apart) + rounding(vertices) + _laid(motion)
     moved = np.zeros(len(finer))

@@ -11,8 +11,8 @@ from tumble.scenarios.truth.contact.setting import Setting, read_setting
 from tumble.scenarios.truth.contact.timeline import Timeline, timeline
 from tumble.scenarios.truth.deadline import current
 from tumble.scenarios.truth.flight import Pose
-from tumble.scenarios.truth.limit import AGREEMENT, PATTERNS, movement
 from tumble.scenarios.truth.rational import Fraction
+from tumble.scenarios.truth.resolution import AGREEMENT, PATTERNS, movement
 from tumble.scenarios.truth.throw import Read, changing
 
 # Bits of the rougher motion and of the finer, and what follows where they do not agree.

@@ -116,7 +116,7 @@ def _event(motion: Motion, event: Event) -> ContactEvent:
 def _observables(motion: Motion, changed: list[Changed]) -> tuple[Observable, ...]:
     finer, rougher = observed(motion.setting, motion.finer), observed(motion.setting, motion.rougher)
     others = [(one.share, {each.name: each.value for each in observed(one.setting, one.timeline)}) for one in changed]
-    told = []
+    found = []
     for fine, rough in zip(finer, rougher, strict=True):
         value = float(fine.value)
         bound = float(abs(fine.value - rough.value)) + np.spacing(abs(value)) / 2
@@ -125,9 +125,9 @@ def _observables(motion: Motion, changed: list[Changed]) -> tuple[Observable, ..
             for share, other in others[1:]
             if fine.name in other
         ]
-        told.append(
+        found.append(
             Observable(
                 fine.name, fine.unit, value, float(bound), max(moves, default=0.0), float(fine.begins), float(fine.ends)
             )
         )
-    return tuple(told)
+    return tuple(found)

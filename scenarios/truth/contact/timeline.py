@@ -114,12 +114,12 @@ class Builder:
         """Return the timeline.  Raises RayMissed."""
         setting = self.setting
         pose, time = setting.start, setting.mp.zero
-        blows = [(setting.mp.mpf(blow.time), blow) for blow in setting.throw.blows]
+        impulses = [(setting.mp.mpf(impulse.time), impulse) for impulse in setting.throw.impulses]
         while len(self.choices) < MOST_PHASES:
             current().check()
-            while blows and blows[0][0] <= time:
-                pose = self._struck(pose, *blows.pop(0))
-            until = min(blows[0][0], self.last) if blows else self.last
+            while impulses and impulses[0][0] <= time:
+                pose = self._applied(pose, *impulses.pop(0))
+            until = min(impulses[0][0], self.last) if impulses else self.last
             choice = self._next(pose, time, until)
             self.choices.append(choice)
             if choice.kind == ENDS:
@@ -129,14 +129,14 @@ class Builder:
                 pose, time = FOLLOW[choice.kind](self, pose, time, until, choice)
             except NoContactFound as why:
                 return Timeline(self.phases, self.events, self.choices, time, str(why))
-            if time > self.last or (time == self.last and not blows):
+            if time > self.last or (time == self.last and not impulses):
                 return Timeline(self.phases, self.events, self.choices, setting.mp.inf, "")
         return Timeline(self.phases, self.events, self.choices, time, "its phases are too many")
 
     def _next(self, pose: Pose, time: Any, until: Any) -> Choice:
         if self.guide is not None:
             if len(self.choices) >= len(self.guide):
-                return Choice(ENDS, why="the motion that is followed ends")
+                return Choice(ENDS, why="the followed motion ends")
             return self.guide[len(self.choices)]
         if self.ending:
             return Choice(ENDS, why=self.ending)
@@ -145,11 +145,11 @@ class Builder:
         except NoContactFound as why:
             return Choice(ENDS, why=str(why))
 
-    def _struck(self, pose: Pose, time: Any, blow: Any) -> Pose:
+    def _applied(self, pose: Pose, time: Any, impulse: Any) -> Pose:
         """Return the pose after an applied impulse.  Raises RayMissed."""
         setting = self.setting
-        J = setting.numbers(blow.value)
-        arm = lever(blow, pose.x, pose.axes, setting.throw)
+        J = setting.numbers(impulse.value)
+        arm = lever(impulse, pose.x, pose.axes, setting.throw)
         w = pose.w_world + setting.inverse_world(pose) @ cross(arm, J)
         after = pose._replace(v=pose.v + J / setting.mass, w_world=w)
         self.events.append(Event(IMPULSE, time, -1, pose, after, arm))
@@ -271,7 +271,10 @@ def _lasting(builder: Builder, pose: Pose, stays: tuple[int, ...], time: Any, un
         return _on_face(builder, face.Face(setting, pose, stays), stays, time, until)
     if setting.pressing and (pinned := _pinned(builder, pose, stays, time, until)) is not None:
         return pinned
-    return Choice(ENDS, why=f"{_points(stays)} on the plane at {float(time):.6g} s: a lasting contact that is not told")
+    return Choice(
+        ENDS,
+        why=f"{_points(stays)} on the plane at {float(time):.6g} s: the truth does not cover this lasting contact",
+    )
 
 
 def _pinned(builder: Builder, pose: Pose, points: tuple[int, ...], time: Any, until: Any) -> Choice | None:
@@ -344,7 +347,7 @@ def _on_face(builder: Builder, lying: face.Face, stays: tuple[int, ...], time: A
     return Choice(ENDS, why=f"the body tips as it begins to slide {at}")
 
 
-def _fly(builder: Builder, pose: Pose, time: Any, until: Any, choice: Choice) -> tuple[Pose, Any]:
+def _fall(builder: Builder, pose: Pose, time: Any, until: Any, choice: Choice) -> tuple[Pose, Any]:
     setting = builder.setting
     if builder.found is not None:
         flight, met = builder.found
@@ -462,7 +465,7 @@ def _glide(builder: Builder, pose: Pose, time: Any, until: Any, choice: Choice) 
 
 
 FOLLOW: dict[str, Callable[[Builder, Pose, Any, Any, Choice], tuple[Pose, Any]]] = {
-    "flight": _fly,
+    "flight": _fall,
     "impact": _strike,
     "bouncing": _bounce,
     "sphere rolls": _roll("rolls"),

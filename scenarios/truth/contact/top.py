@@ -30,8 +30,8 @@ def is_top(setting: Setting, point: int) -> bool:
     axis = unit(setting.mp, tip)
     along = axis @ setting.tensor @ axis
     across = (np.trace(setting.tensor) - along) / 2
-    kept = identity() * across + np.outer(axis, axis) * (along - across)
-    return bool(abs(setting.tensor - kept).max() <= ROUNDED * abs(setting.tensor).max())
+    symmetric = identity() * across + np.outer(axis, axis) * (along - across)
+    return bool(abs(setting.tensor - symmetric).max() <= ROUNDED * abs(setting.tensor).max())
 
 
 def is_upright(setting: Setting, pose: Pose, point: int) -> bool:

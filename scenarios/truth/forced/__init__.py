@@ -5,6 +5,6 @@
 whole throw, and `limit` says how good the answer is.
 """
 
-from tumble.scenarios.truth.forced.limit import answer, flown
+from tumble.scenarios.truth.forced.resolution import answer, simulate
 
-__all__ = ["answer", "flown"]
+__all__ = ["answer", "simulate"]

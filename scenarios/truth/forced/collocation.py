@@ -99,10 +99,10 @@ def solved(
     count = rule.matrix.shape[1]
     stages = np.zeros((2, count, SIZE)) if guess is None else guess
     values = np.zeros((2, count + 1, program.series))
-    last, kept, factors, order = np.inf, False, np.empty((0, 0)), np.empty(0, dtype=np.int64)
+    last, reuse, factors, order = np.inf, False, np.empty((0, 0)), np.empty(0, dtype=np.int64)
     for turn in range(ITERATIONS):
         off = defects(program, state, stages, h, rule.matrix, values)
-        if not kept:
+        if not reuse:
             factors = newton_matrix(program, state, stages, h, rule.matrix[0], scales)
             order = factor(factors)
         moved = backsolved(factors, order, off.ravel()).reshape(count, SIZE)
@@ -116,9 +116,9 @@ def solved(
         # The last digits only go round in circles; anything else does not converge.
         if slow and change < CONVERGED * 1e3:
             break
-        if slow and not kept and turn >= ROUGH_TURNS:
+        if slow and not reuse and turn >= ROUGH_TURNS:
             return None
-        last, kept = change, change < NEAR and not slow
+        last, reuse = change, change < NEAR and not slow
     else:
         return None
     series = polynomials(values, rule.powers)

@@ -23,7 +23,7 @@ from tumble.scenarios.truth.forced.passage import (
     SMALLEST,
     SWITCHED,
     UNDERWAY,
-    Manner,
+    Accuracy,
     Outcome,
     Scales,
     appraise,
@@ -34,7 +34,7 @@ from tumble.scenarios.truth.forced.series import Program
 from tumble.scenarios.truth.forced.switches import ABOVE, HEIGHT, IDLE, PRESSING, THRUST
 from tumble.scenarios.truth.inertia import Numbers
 from tumble.scenarios.truth.rational import Fraction, cross
-from tumble.scenarios.truth.throw import Blow, Throw
+from tumble.scenarios.truth.throw import ExactImpulse, Throw
 
 # Steps between two looks at the clock, and how many switches may come without an instant between them.
 AT_A_TIME, MOST_SWITCHES = 500, 200
@@ -52,7 +52,7 @@ REACHING = 1 + 1e-15
 NOISE, NOISE_IN_DOUBLES = 1e-27, 1e-15
 
 
-class Flown(NamedTuple):
+class Trajectory(NamedTuple):
     """The states at the instants that were reached, (R, 2, SIZE), how many steps it took, whether some by collocation,
 
     and why it went no further.
@@ -92,40 +92,40 @@ class Budget:
         return f"the {BUDGET_S:g} s of processor time that each flight is given"
 
 
-class Pilot:
+class Integration:
     """Flies one throw in one manner within a budget."""
 
-    def __init__(self, throw: Throw, manner: Manner, budget: Budget) -> None:
-        self._throw, self._manner, self._budget = throw, manner, budget
+    def __init__(self, throw: Throw, accuracy: Accuracy, budget: Budget) -> None:
+        self._throw, self._accuracy, self._budget = throw, accuracy, budget
         self._equations: dict[bytes, Equations] = {}
         self.steps, self.crept = 0, False
         # The series of the collocation step before, and how long it was [s], where the motion went on from it.
         self._before: tuple[Array, float] | None = None
         self.length = length_of(throw)
 
-    def flown(self) -> Flown:
+    def run(self) -> Trajectory:
         """Return the flight, blows of an instant included in its row.  Raises RayMissed."""
         throw = self._throw
         state = pairs(_start(throw))
         rows = np.full((len(throw.times), 2, SIZE), np.nan)
-        starts = sorted({Fraction(0), *(blow.time for blow in throw.blows)})
+        starts = sorted({Fraction(0), *(impulse.time for impulse in throw.impulses)})
         for begin, end in zip_longest(starts, starts[1:]):
-            for blow in throw.blows:
-                if blow.time == begin:
-                    state = pairs(_struck(fractions_of(state), blow, throw))
+            for impulse in throw.impulses:
+                if impulse.time == begin:
+                    state = pairs(_applied(fractions_of(state), impulse, throw))
             within = [row for row, time in enumerate(throw.times) if begin <= time and (end is None or time < end)]
             last = throw.times[-1] if end is None else end
             if last > throw.times[-1]:
                 last = throw.times[-1]
             first = within[0] if within else 0
-            reached, why = self._fly(state, begin, last, rows, first, len(within))
+            reached, why = self._advance(state, begin, last, rows, first, len(within))
             if why:
-                return Flown(rows[: first + reached], self.steps, self.crept, why)
+                return Trajectory(rows[: first + reached], self.steps, self.crept, why)
             if last == throw.times[-1]:
                 break
-        return Flown(rows, self.steps, self.crept, "")
+        return Trajectory(rows, self.steps, self.crept, "")
 
-    def _fly(
+    def _advance(
         self, state: Array, begin: Fraction, end: Fraction, rows: Array, first: int, count: int
     ) -> tuple[int, str]:
         """Fly from one blow to the next; return how many rows were reached, and why not all."""
@@ -163,17 +163,17 @@ class Pilot:
 
     def _leap(self, state, clock, span, times, part, done, h, program, gauges, contacts, scales) -> Outcome:
         """Make some hundred steps by series."""
-        high = np.zeros((program.series, self._manner.order + 1))
-        low = np.zeros_like(high) if self._manner.longer else None
+        high = np.zeros((program.series, self._accuracy.order + 1))
+        low = np.zeros_like(high) if self._accuracy.longer else None
         self.steps += AT_A_TIME
         return integrate(
             state, clock, span, times, part, done, h,
-            program, high, low, gauges, contacts, scales, self._manner.tolerance, AT_A_TIME,
+            program, high, low, gauges, contacts, scales, self._accuracy.tolerance, AT_A_TIME,
         )  # fmt: skip
 
     def _creep(self, state, clock, span, times, part, done, h, program, gauges, contacts, scales) -> Outcome:
         """Make one step by collocation."""
-        stages, tolerance = self._manner.creeping
+        stages, tolerance = self._accuracy.creeping
         rule = tableau(stages)
         shares = appraise(program, state, scales, *np.zeros((2, program.series, 2)))
         while h > SMALLEST * span[0]:
@@ -200,7 +200,7 @@ class Pilot:
 
     def _is_stiff(self, program: Program, state: Array, scales: Scales, rest: float) -> bool:
         """Return whether what dies out, rather than what moves, would make series take thousands of steps."""
-        if not self._manner.longer:
+        if not self._accuracy.longer:
             return False
         shares = appraise(program, state, scales, *np.zeros((2, program.series, 2)))
         derivatives = slopes_by_state(program, state, shares)
@@ -222,7 +222,7 @@ class Pilot:
         if throw.ground is not None:
             height, stiffness, damping = map(float, throw.ground.strength)
             far = self.length + float(np.linalg.norm(state[0, X:V])) + abs(height)
-            noise[HEIGHT] = (NOISE if self._manner.longer else NOISE_IN_DOUBLES) * far
+            noise[HEIGHT] = (NOISE if self._accuracy.longer else NOISE_IN_DOUBLES) * far
             noise[THRUST] = (stiffness + damping / span) * noise[HEIGHT]
         moment = float(min(throw.solid.tensor.diagonal()))
         return Scales(self.length, 1.0 / span, moment, noise)
@@ -255,11 +255,11 @@ def _start(throw: Throw) -> Numbers:
     return np.concatenate((throw.x, throw.v, throw.axes.ravel(), L))
 
 
-def _struck(state: Numbers, blow: Blow, throw: Throw) -> Numbers:
+def _applied(state: Numbers, impulse: ExactImpulse, throw: Throw) -> Numbers:
     """Return the state after a blow J: v += J/m, L += lever x J, along the body's axes.  Raises RayMissed."""
     axes = state[AXES:MOMENTUM].reshape(3, 3)
-    arm = lever(blow, state[X:V], axes, throw)
-    struck = state.copy()
-    struck[V:AXES] += blow.value / throw.solid.mass
-    struck[MOMENTUM:] += axes.T @ cross(arm, blow.value)
-    return struck
+    arm = lever(impulse, state[X:V], axes, throw)
+    after = state.copy()
+    after[V:AXES] += impulse.value / throw.solid.mass
+    after[MOMENTUM:] += axes.T @ cross(arm, impulse.value)
+    return after

@@ -20,7 +20,7 @@ SHRINKAGE = 1e-3
 SMALLEST = 1e-18
 
 
-class Manner(NamedTuple):
+class Accuracy(NamedTuple):
     """How to integrate: order of the series; what its last terms may be, in scales of the state; whether in numbers of
 
     32 digits or in doubles; stages and tolerance of the collocation where something dies out too fast for series.

@@ -67,8 +67,8 @@ class Expression:
 
     def __mul__(self, other: "Expression | Fraction") -> "Expression":
         if not isinstance(other, Expression):
-            kept = {row: factor * other for row, factor in self.terms.items()} if other else {}
-            return Expression(self.script, kept, self.offset * other)
+            terms = {row: factor * other for row, factor in self.terms.items()} if other else {}
+            return Expression(self.script, terms, self.offset * other)
         if not other.terms:
             return self * other.offset
         if not self.terms:

@@ -87,12 +87,23 @@ def test_the_ray_makes_the_same_throw():
 
 
 def test_a_printed_column_is_right_only_where_it_is_nearer_by_far():
-    found = list(column_findings([BudgetRow("s", "exact", "", 2.8, 0.011), BudgetRow("s", "other", "x", 0.0, 5.0)]))
+    found = list(
+        column_findings(
+            [
+                BudgetRow(scene="s", engine="exact", method="", max_to_calculated_m=2.8, max_to_application_m=0.011),
+                BudgetRow(scene="s", engine="other", method="x", max_to_calculated_m=0.0, max_to_application_m=5.0),
+            ]
+        )
+    )
     assert [(row.finding, row.other, row.value) for row in found] == [
         ("right column", "application", 0.011),
         ("wrong column", "calculated", 2.8),
     ]
-    assert not list(column_findings([BudgetRow("s", "exact", "", 0.09, 0.011)]))
+    assert not list(
+        column_findings(
+            [BudgetRow(scene="s", engine="exact", method="", max_to_calculated_m=0.09, max_to_application_m=0.011)]
+        )
+    )
 
 
 def test_only_its_own_scenes_have_tables(comparisons):

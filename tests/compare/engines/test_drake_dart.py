@@ -8,7 +8,7 @@ from apart import broken_laws, engine, flight, throw
 
 from tumble.compare.judge.errors import Run
 from tumble.compare.run.engines.brick import scene
-from tumble.compare.run.worker import Failure
+from tumble.compare.run.status import Failure
 from tumble.scenarios.frames import rotation_matrix
 from tumble.scenarios.truth import truth
 
@@ -49,7 +49,7 @@ def test_what_error_control_makes_of_no_number_is_a_row_and_the_next_flight_is_o
     with engine("drake", "error-controlled") as running_engine:
         lost = running_engine.fly(replace(QUESTION, start=throw(w=(np.nan, 0.0, 0.0))), "error-controlled", 4.0)
         assert isinstance(lost, Failure)
-        assert lost.status.startswith("crashed: its process ended: Failure at "), "Drake ends the interpreter"
+        assert str(lost).startswith("crashed: its process ended: Failure at "), "Drake ends the interpreter"
         again = running_engine.fly(QUESTION, "error-controlled", 4.0)
         assert not isinstance(again, Failure), again
 

@@ -21,7 +21,8 @@ from triaxial import GRAVITY, MASS, MOMENTS, THROWS, scene
 
 from tumble.compare.run.engines.registry import engine_info
 from tumble.compare.run.running_engines import RunningEngine, chosen
-from tumble.compare.run.worker import Failure, Worker
+from tumble.compare.run.status import Failure, Status
+from tumble.compare.run.worker import Worker
 from tumble.scenarios.frames import Array, rotation_matrix, vertices
 from tumble.scenarios.mass import BOX_FACES, box_corners
 from tumble.scenarios.scene import Body, Drag, Floor, Scene, Tether, frozen_array
@@ -338,7 +339,7 @@ def test_forced_methods_take_part_where_a_force_acts():
         assert running_engine().methods_for(pulled(name)) == (*plain, "multibody+held", "rigidbody+held")
     named = running_engine("rigidbody+held", "multibody+defaults")
     assert named.methods_for(scene()) == ("rigidbody+held", "multibody+defaults")
-    absent = RunningEngine("pybullet", "pybullet", ("",), frozenset(), Failure("missing: no module"), None)  # type: ignore[arg-type]
+    absent = RunningEngine("pybullet", "pybullet", ("",), frozenset(), Failure(Status.MISSING, "no module"), None)  # type: ignore[arg-type]
     assert absent.methods_for(scene()) == ("",)
 
 
@@ -357,7 +358,7 @@ def test_an_answer_under_forces_crosses_from_a_worker():
     assert not isinstance(held, Failure)
     assert np.linalg.norm(held.vertices[-1, 0] - true_vertices("all"), axis=-1).max() < 0.02
     assert isinstance(refused, Failure)
-    assert refused.status.startswith("skipped: multibody has none of these laws itself")
+    assert str(refused).startswith("skipped: multibody has none of these laws itself")
 
 
 def audited(name: str, question: Scene, method: str, n: int, dt: float) -> tuple[Array, list[tuple[str, str]]]:

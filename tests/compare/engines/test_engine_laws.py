@@ -291,14 +291,14 @@ def test_the_command_says_which_laws_hold(tumble):
     assert done.returncode == 0, done.stderr
     head, *lines = done.stdout.splitlines()
     assert head == "mine: semi-implicit-euler"
-    assert [line.split("  ")[1].strip() for line in lines] == ["holds"] * (len(contract.LAWS) - 1) + ["not asked"]
+    assert [line.split("  ")[1].strip() for line in lines] == ["passed"] * (len(contract.LAWS) - 1) + ["skipped"]
     assert "steps add up      advance(a) then advance(b) = advance(a + b), bit by bit" in done.stdout
 
 
 def test_the_command_says_which_are_broken_and_fails(tumble):
     done = tumble("engines", "--check", f"{PLUGINS / 'lawless.py'}:remembers", str(PLUGINS / "mine.py"))
     assert done.returncode == 1
-    (broken,) = [line for line in done.stdout.splitlines() if "BROKEN" in line]
+    (broken,) = [line for line in done.stdout.splitlines() if "FAILED" in line]
     assert "write forgets" in broken
     assert "remembers: after another flight: x of throw 1 is " in broken
 
@@ -308,7 +308,7 @@ def test_a_law_that_kills_the_engine_is_a_line(tumble, tmp_path):
     (tmp_path / "mine.py").write_text(text)
     done = tumble("engines", "--check", "./mine.py")
     assert done.returncode == 1
-    assert "BROKEN     read after write  semi-implicit-euler: crashed: its process ended with code 7" in done.stdout
+    assert "FAILED   read after write  semi-implicit-euler: crashed: its process ended with code 7" in done.stdout
     assert len(done.stdout.splitlines()) == 1 + len(contract.LAWS)
 
 

@@ -11,7 +11,7 @@ from tumble.compare.run.engines import installing
 from tumble.compare.run.engines.brick import scene
 from tumble.compare.run.engines.installing import install
 from tumble.compare.run.engines.registry import BadEngine
-from tumble.compare.run.worker import Failure
+from tumble.compare.run.status import Failure
 from tumble.scenarios.frames import rotation_matrix
 from tumble.scenarios.truth import truth
 
@@ -60,7 +60,7 @@ def test_a_number_that_is_none_costs_a_flight_and_the_next_one_is_flown():
     with engine("ode", "step") as ours:
         question = scene(START, mass=1.0, moments=MOMENTS)
         lost = ours.fly(replace(question, start=throw(w=(np.nan, 0.0, 0.0))), "step", 0.01)
-        assert lost == Failure("crashed: its process was killed by SIGABRT"), "ODE's own assertion"
+        assert str(lost) == "crashed: its process was killed by SIGABRT", "ODE's own assertion"
         assert not isinstance(ours.fly(question, "step", 0.01), Failure)
 
 

@@ -48,11 +48,11 @@ def test_a_game_loop_with_damping_of_its_own_is_named_with_its_order_and_rates(t
     rates = {m.hypothesis.name: (m.value, dict(m.hypothesis.details)) for m in best.mistakes}
     where = "after the forces of a step" if damps == "before it moves" else "after a step has moved the body"
     form = {LINEARLY: "by c dt", EXPONENTIALLY: "by exp(-c dt)", IMPLICITLY: "by 1/(1 + c dt)"}[FORMS[damped]]
-    for damping, rate in (("linear damping", linear), ("angular damping", angular)):
+    for damping, rate in (("linear-damping", linear), ("angular-damping", angular)):
         assert (damping in rates) == bool(rate)
         if rate:
-            assert rates[damping] == (pytest.approx(rate, rel=1e-9), {"damping law": form, "damps": where})
-    assert ("gyroscopic term missing" in rates) == (gyroscopic != "right")
+            assert rates[damping] == (pytest.approx(rate, rel=1e-9), {"damping-form": form, "damping-place": where})
+    assert ("gyroscopic-term-missing" in rates) == (gyroscopic != "right")
 
 
 @pytest.mark.parametrize(("linear", "angular"), [(0.3, 0.05), (0.27, 0.48)])
@@ -62,8 +62,8 @@ def test_rates_are_found_over_a_long_flight(tmp_path, linear, angular):
     found = graded(tmp_path, "brick-tumble", linear=linear, angular=angular, **how)
     values = {mistake.hypothesis.name: mistake.value for mistake in found.diagnosis.best.mistakes}
     assert found.verdict == EXPLAINED_WHOLLY
-    assert values["linear damping"] == pytest.approx(linear, rel=1e-9)
-    assert values["angular damping"] == pytest.approx(angular, rel=1e-9)
+    assert values["linear-damping"] == pytest.approx(linear, rel=1e-9)
+    assert values["angular-damping"] == pytest.approx(angular, rel=1e-9)
 
 
 @pytest.mark.parametrize("decays", FORMS.values())
@@ -77,7 +77,7 @@ def test_a_rate_in_another_form_takes_as_much(decays):
 def test_smooth_damping_is_not_put_into_steps(tmp_path):
     """Steps that are too fine to be seen are none: damping alone explains it."""
     found = graded(tmp_path, "brick-tumble", method="rk4", dt=0.0005, every=50, linear=0.05, damped="exp", damps="last")
-    assert [mistake.hypothesis.name for mistake in found.diagnosis.best.mistakes] == ["linear damping"]
+    assert [mistake.hypothesis.name for mistake in found.diagnosis.best.mistakes] == ["linear-damping"]
 
 
 def test_no_step_of_an_explanation_makes_the_error_larger(tmp_path):

@@ -5,9 +5,9 @@ from tumble.compare.grade.hypotheses.hypothesis import Hypothesis
 from tumble.compare.grade.search.diagnosis import LEAST_HELP, MUCH_HELP, _distinct, _is_padded
 
 
-def explanation(names, weighed_m, nothing=False):
-    mistakes = tuple(Mistake(Hypothesis(name, name, name, lambda account, _: account)) for name in names)
-    return Explanation(mistakes, weighed_m, weighed_m, nothing, False, 0.0, weighed_m)
+def explanation(names, weighted_rms_m, nothing=False):
+    mistakes = tuple(Mistake(Hypothesis(name, name, name, lambda program, _: program)) for name in names)
+    return Explanation(mistakes, weighted_rms_m, weighted_rms_m, nothing, False, 0.0, weighted_rms_m)
 
 
 ALONE, PAIR = explanation("a", 1.0), explanation("ab", 1.0)

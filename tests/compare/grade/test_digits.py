@@ -3,26 +3,26 @@
 import numpy as np
 import pytest
 
-from tumble.compare.grade.read.digits import alike, digits, rounded_times
+from tumble.compare.grade.read.digits import digits, rounded_times, with_shared_format
 
 
 def test_figures_of_a_fixed_format_leave_half_of_their_last_place_open():
-    told = digits([f"{value:.4f}" for value in np.linspace(-3.0, 7.0, 40)])
-    assert told.fixed
-    assert told.place == pytest.approx(1e-4)
-    np.testing.assert_allclose(told.half(np.array([0.01, 7.0])), 0.5e-4)
+    found = digits([f"{value:.4f}" for value in np.linspace(-3.0, 7.0, 40)])
+    assert found.fixed
+    assert found.place == pytest.approx(1e-4)
+    np.testing.assert_allclose(found.half(np.array([0.01, 7.0])), 0.5e-4)
 
 
 def test_figures_of_six_digits_leave_more_open_where_a_number_is_large():
-    told = digits([f"{value:.6g}" for value in np.geomspace(1e-3, 7e3, 40)])
-    assert told.figures == 6
-    np.testing.assert_allclose(told.half(np.array([1234.56, 0.001234567])), [0.5e-2, 0.5e-8])
+    found = digits([f"{value:.6g}" for value in np.geomspace(1e-3, 7e3, 40)])
+    assert found.figures == 6
+    np.testing.assert_allclose(found.half(np.array([1234.56, 0.001234567])), [0.5e-2, 0.5e-8])
 
 
 def test_numbers_of_single_precision_are_told_from_doubles():
     values = np.random.default_rng(1).normal(size=30)
     single, double = (digits(map(repr, kind.tolist())) for kind in (values.astype(np.float32).astype(float), values))
-    assert (single.single, single.telling) == (True, True)
+    assert (single.single, single.is_decisive) == (True, True)
     assert not double.single
     # Nine digits of a double are a number of single precision one time in a hundred.
     assert digits([f"{value:.9g}" for value in values.astype(np.float32).astype(float)]).single
@@ -31,13 +31,13 @@ def test_numbers_of_single_precision_are_told_from_doubles():
 
 def test_zeros_at_the_end_do_not_tell_single_precision():
     short = digits([f"{value:.7f}" for value in 100 * (8 * np.linspace(0, 10, 41) - 4.9 * np.linspace(0, 10, 41) ** 2)])
-    assert not short.telling
+    assert not short.is_decisive
 
 
 def test_a_short_column_is_taken_for_one_of_its_neighbours():
     short, long = digits(["0.05", "0.1", "0.15"]), digits(["0.05123", "0.1", "0.15777"])
-    assert [each.place for each in alike([short, long])] == pytest.approx([1e-5, 1e-5])
-    assert alike([short]) == [short]
+    assert [each.place for each in with_shared_format([short, long])] == pytest.approx([1e-5, 1e-5])
+    assert with_shared_format([short]) == [short]
 
 
 def test_a_constant_column_says_nothing_of_rounding():

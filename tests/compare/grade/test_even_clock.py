@@ -9,7 +9,7 @@ from programs import Program, fly, read, write
 from tumble.compare.grade.grade import CORRECT_TO_DIGITS, EXPLAINED_WHOLLY, grade
 from tumble.compare.grade.measure.errors import measure
 from tumble.compare.grade.model.reference import Reference
-from tumble.compare.grade.read.even_clock import even_clock, meant
+from tumble.compare.grade.read.even_clock import even_clock, intended_interval
 from tumble.compare.grade.read.trajectory import Trajectory
 from tumble.scenarios.read import read_scene, scene_path
 
@@ -85,9 +85,9 @@ def test_rows_that_are_not_the_clocks_stay_as_they_are_printed():
 
 
 def test_bounds_in_which_many_numbers_lie_mean_none():
-    assert meant(1 / 60 - 1e-6, 1 / 60 + 1e-6) == pytest.approx(1 / 60)
-    assert meant(0.01, 0.02) is None
-    assert meant(0.0123, 0.0124) is None
+    assert intended_interval(1 / 60 - 1e-6, 1 / 60 + 1e-6) == pytest.approx(1 / 60)
+    assert intended_interval(0.01, 0.02) is None
+    assert intended_interval(0.0123, 0.0124) is None
 
 
 def rows_at(path, instants, moved_to, places):

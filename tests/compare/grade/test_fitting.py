@@ -6,12 +6,12 @@ import pytest
 
 from tumble.compare.grade.hypotheses.explanation import Mistake, value_of
 from tumble.compare.grade.hypotheses.hypothesis import Hypothesis
-from tumble.compare.grade.search.evaluator import Flights
+from tumble.compare.grade.search.evaluator import Evaluator
 from tumble.compare.grade.search.fitting import Fitter
 
 
 def hypothesis(name, values=(), **said):
-    return Hypothesis(name, name, f"{name} {{}}", lambda account, value: account, values, **said)
+    return Hypothesis(name, name, f"{name} {{}}", lambda program, value: program, values, **said)
 
 
 SIZE, TIME = hypothesis("size", (0.5, 1.0, 1.5, 2.0)), hypothesis("time", (-1.0, 0.0, 1.0))
@@ -23,16 +23,16 @@ class Valley:
     def __init__(self, least=1e-9):
         self.least = least
 
-    def left(self, mistakes, *_):
+    def log_residual(self, mistakes, *_):
         values = {mistake.hypothesis.name: mistake.value for mistake in mistakes}
         size, time = values.get("size", 1.1) - 1.1, values.get("time", 0.3) - 0.3
         return self.least + (size + time) ** 2 + 3.0 * (size - 0.5 * time) ** 2
 
-    glanced = left
+    quick_weight = log_residual
 
 
 def fitter() -> Fitter:
-    return Fitter(cast(Flights, cast(Any, Valley())))
+    return Fitter(cast(Evaluator, cast(Any, Valley())))
 
 
 def test_all_combinations_of_first_values_are_tried():
@@ -58,8 +58,8 @@ def test_a_value_never_leaves_those_tried_first():
 
 
 def test_a_value_with_a_name_is_taken_and_the_rest_fitted_to_it():
-    known = hypothesis("size", SIZE.values, known={1.2: "the usual", 3.0: "another"})
-    found = fitter().named((Mistake(known, 1.13), Mistake(TIME, 0.0)))
-    assert value_of(found, known) == 1.2
+    named_values = hypothesis("size", SIZE.values, named_values={1.2: "the usual", 3.0: "another"})
+    found = fitter().snapped((Mistake(named_values, 1.13), Mistake(TIME, 0.0)))
+    assert value_of(found, named_values) == 1.2
     # Of (s + t)^2 + 3 (s - t/2)^2 with s = 0.1 the least is at t = 2/7 s.
     assert value_of(found, TIME) == pytest.approx(0.3 + 0.1 * 2 / 7, abs=1e-3)

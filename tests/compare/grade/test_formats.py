@@ -65,10 +65,10 @@ FORMS = {
 @pytest.mark.parametrize("form", FORMS)
 def test_graded_as_the_plain_file_with_the_same_digits(grade, rows, form):
     write, words = FORMS[form]
-    _, plain, _ = grade(",".join(POSE) + "\n" + lines(rows))
+    _, as_csv, _ = grade(",".join(POSE) + "\n" + lines(rows))
     code, out, err = grade(write(rows), *words)
     assert code == 0, err
-    assert out == plain
+    assert out == as_csv
     assert "printed digits" in out
 
 
@@ -100,12 +100,12 @@ def test_a_clock_that_does_not_start_at_0(grade, rows):
     assert code == 0, err
 
 
-def test_a_longer_file_is_cut_and_told_once_and_a_shorter_is_read(grade, rows):
+def test_a_longer_file_is_cut_with_one_note_and_a_shorter_is_read(grade, rows):
     header = ",".join(POSE) + "\n"
     longer = [*rows, *([f"{2.0 + 0.1 * n:.6f}", "9", "9", "9", *rows[0][4:]] for n in range(3, 40))]
     code, _, err = grade(header + lines(longer), "--tolerance", "1e-4")
     assert code == 0, err
-    assert err.count("rows past the end of two-hits, 2 s, are ignored") == 1
+    assert err.count("two-hits (2 s) are ignored") == 1
     code, _, err = grade(header + lines(rows[:9]), "--tolerance", "1e-4")
     assert code == 0
     assert err == ""
@@ -125,7 +125,7 @@ def test_standard_input(rows, capsys, monkeypatch):
         ('{"t_s": 0}\n{"t_s": 1,\n', "line 2: not JSON"),
         ('{"t_s": 0}\n{"s": 1}\n', "line 2: 't_s': missing"),
         ("PAR1 is no table", "Parquet"),
-        ("1 2 3\n", "holds numbers"),
+        ("1 2 3\n", "--columns"),
     ],
 )
 def test_what_cannot_be_read_is_one_line(grade, text, why):

@@ -1,13 +1,11 @@
 """Files that other programs wrote, through the command: what they are held against, and which mistake is named."""
 
 import csv
-import subprocess
-import sys
 from pathlib import Path
 
+import in_process
 import numpy as np
 import pytest
-from patience import PATIENCE_S
 
 from tools import confusion
 from tumble.__main__ import main
@@ -18,8 +16,7 @@ from tumble.scenarios.published import VERTEX, table_4_1
 
 def fly(contestant, path):
     """Let an engine write its trajectory of brick-tumble, and return it as rows of a dict."""
-    words = [sys.executable, "-m", "tumble", "run", "brick-tumble", "-e", contestant, "-o", str(path)]
-    subprocess.run(words, check=True, capture_output=True, timeout=PATIENCE_S)
+    in_process.tumble(path.parent, "run", "brick-tumble", "-e", contestant, "-o", str(path)).check_returncode()
     with path.open(newline="") as file:
         return list(csv.DictReader(file))
 
@@ -45,7 +42,7 @@ def grade(capsys, *words):
 
 
 def named(out):
-    return out.partition("What is most likely wrong")[2]
+    return out.partition("The most likely cause")[2]
 
 
 def test_what_is_right_is_called_correct(capsys, tmp_path, right):
@@ -58,15 +55,15 @@ def test_what_is_right_is_called_correct(capsys, tmp_path, right):
 def test_an_engine_of_first_order_is_recognised_with_its_step(capsys, tmp_path):
     fly("mujoco:euler", tmp_path / "euler.csv")
     _, out, _ = grade(capsys, str(tmp_path / "euler.csv"), "--scene", "brick-tumble")
-    assert "This is what MuJoCo (Euler), DART and" in out
-    assert "symplectic Euler with a step of 0.002 s, the gyroscopic term explicit" in out
+    assert "This is the default of MuJoCo (Euler), DART and" in out
+    assert "symplectic Euler with a step of 0.002 s, explicit gyroscopic term" in out
 
 
 def test_quaternions_written_the_other_way_round(capsys, tmp_path, right):
     pose = ["t_s", "x_m", "y_m", "z_m", "qw", "qx", "qy", "qz"]
     rows = [{**row, "qw": row["qx"], "qx": row["qy"], "qy": row["qz"], "qz": row["qw"]} for row in right]
     _, out, _ = grade(capsys, write(tmp_path / "swapped.csv", rows, pose), "--scene", "brick-tumble")
-    assert "quaternion written x y z w" in named(out)
+    assert "quaternion written as x y z w" in named(out)
 
 
 def test_gravity_left_out(capsys, tmp_path, right):
@@ -90,8 +87,8 @@ def test_table_4_1_names_its_three_mistakes(capsys, tmp_path):
     ]
     _, out, _ = grade(capsys, write(tmp_path / "calculated.csv", rows), "--scene", "table-4-1")
     first = "\n".join(named(out).splitlines()[:4])
-    assert "vertex not taken from the centre of mass" in first
-    assert "impulse used as a constant force" in first
+    assert "vertex not relative to the centre of mass" in first
+    assert "impulse applied as a permanent force" in first
 
 
 def test_columns_and_units_of_another_program(capsys, tmp_path, right):
@@ -166,7 +163,7 @@ def confusion_rows():
         return list(csv.DictReader(file))
 
 
-@pytest.mark.parametrize("number", [0, 1, 2, 3, -2, -1])
+@pytest.mark.parametrize("number", [0, 2, -1])
 def test_the_confusion_table_is_what_its_script_makes(number):
     shown = confusion_rows()[number]
     made = confusion.confused((int(shown["mistakes"]), int(shown["scene"])))

@@ -3,13 +3,13 @@
 import pytest
 
 from tumble.compare.grade.read.columns import MATRIX, BadTrajectory
-from tumble.compare.grade.read.header import layout, shown
+from tumble.compare.grade.read.header import descriptions, layout
 
 POSE = ["t_s", "x_m", "y_m", "z_m", "qw", "qx", "qy", "qz"]
 
 
 def seen(header, mapping=None, by=None, points=8):
-    return shown("f", header, mapping or {}, layout("f", header, mapping or {}), points, by)
+    return descriptions("f", header, mapping or {}, layout("f", header, mapping or {}), points, by)
 
 
 def refusal(header, mapping=None, **words) -> str:
@@ -45,17 +45,17 @@ def test_each_way_to_say_where_the_body_is_is_seen():
 @pytest.mark.parametrize(
     ("header", "mapping", "why"),
     [
-        (POSE[1:], {}, "no column says the time"),
-        (POSE[:-1], {}, "qz missing beside qw, qx, qy"),
-        (["t_s", "x_m", "y_m", "z_m"], {}, "nothing says how the body is turned"),
-        (["t_s"], {}, "nothing says where the body is"),
-        ([*POSE, "x_mm"], {}, "both say x: which one?"),
+        (POSE[1:], {}, "t_s"),
+        (POSE[:-1], {}, "qz missing"),
+        (["t_s", "x_m", "y_m", "z_m"], {}, "the attitude is missing"),
+        (["t_s"], {}, "the pose is missing"),
+        ([*POSE, "x_mm"], {}, "both x"),
         (["t_s", "q0", "q1", "q2", "q3"], {}, "which is the scalar?"),
         (["t_s", "x", "y", "z", *POSE[4:]], {}, "in which unit?"),
         (["t_s", "v8x_m", "v8y_m", "v8z_m"], {}, "the body has vertices 0 to 7"),
         (POSE, {"xx": "x_m"}, "no column 'xx' to map"),
         (POSE, {"x_m": "x_parsec"}, "must be one of x_m"),
-        (["t_s", *(f"r{row}{column}" for row in range(3) for column in range(3))], {}, "counted from 1 here"),
+        (["t_s", *(f"r{row}{column}" for row in range(3) for column in range(3))], {}, "must be counted from 1"),
     ],
 )
 def test_what_is_missing_or_ambiguous_is_asked_for(header, mapping, why):

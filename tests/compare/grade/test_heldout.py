@@ -22,7 +22,7 @@ def shown():
 def test_a_planted_row_is_what_the_script_makes(shown, number):
     row = [row for row in shown if row["source"] == "planted"][number]
     made = heldout.planted((row["source"], row["case"], row["scene"]))
-    assert (made.judged, made.verdict) == (row["judged"], row["verdict"])
+    assert (made.outcome, made.verdict) == (row["outcome"], row["verdict"])
     assert made.max_error_m == pytest.approx(float(row["max_error_m"]), rel=1e-4)  # six figures are written
 
 
@@ -31,7 +31,7 @@ def test_every_mistake_is_in_the_table_and_the_page_counts_them(shown):
     assert {(row["case"], row["scene"]) for row in own} == {
         (mistake, scene) for mistake in heldout.MISTAKES for scene in heldout.SCENES
     }
-    honest = sum(row["judged"] in (heldout.NEAREST, heldout.UNEXPLAINED) for row in own)
+    honest = sum(row["outcome"] in (heldout.NEAREST, heldout.UNEXPLAINED) for row in own)
     assert f"{honest} of {len(own)}" in (DOCS / "confusion.md").read_text(encoding="utf-8")
 
 
@@ -43,7 +43,7 @@ def test_every_mistake_with_a_name_is_in_the_table(shown):
 def test_what_was_told_firmly_of_what_is_held_out_was_right_as_the_pages_say(shown):
     held_out = [row for row in shown if row["source"] in (heldout.UNNAMED, heldout.NAMED, heldout.LEFT_OUT)]
     firm = [row for row in held_out if row["verdict"] == heldout.EXPLAINED_WHOLLY]
-    right = sum(not row["judged"].startswith("wrong") for row in firm)
+    right = sum(not row["outcome"].startswith("wrong") for row in firm)
     for page, said in {
         DOCS / "confusion.md": f"of {len(held_out)} files",
         DOCS.parent / "README.md": f"{right} of {len(firm)} confident answers",
@@ -74,4 +74,4 @@ def test_the_spoilt_program_is_right_but_for_its_mistake(tmp_path):
 )
 def test_a_mistake_with_a_name_is_named_alone(mistake):
     made = heldout.planted((heldout.NAMED, mistake, planted.CASES[mistake].scene))
-    assert made.judged == heldout.RIGHT, made
+    assert made.outcome == heldout.RIGHT_CLOCK, made

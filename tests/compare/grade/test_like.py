@@ -62,8 +62,8 @@ def up_z(rows):
 
 
 def options(err):
-    """Return the long options that --like tells."""
-    return shlex.split(re.search(r"--like \w+ reads it with (.*)", err)[1])
+    """Return the options that --like prints."""
+    return shlex.split(re.search(r"--like \w+ reads the file with (.*)", err)[1])
 
 
 @pytest.mark.parametrize("kind", LOGS)
@@ -75,9 +75,9 @@ def test_a_right_file_is_right_in_one_go(grade, flown, kind, scene):
     code, out, err = grade(lines, "--like", program, scene=scene)
     assert code == 0, err
     assert "is right, to its printed digits" in " ".join(out.split()), out + err
-    assert "Seen beside" not in out
+    assert "Also: " not in out
     again = grade(lines, *options(err), scene=scene)
-    assert again[:2] == (0, out), "the options that are told do the same"
+    assert again[:2] == (0, out), "the printed options do the same"
 
 
 @pytest.mark.parametrize("country", [GERMAN, FORGETFUL])
@@ -109,17 +109,17 @@ def test_a_wrong_file_is_read_right_and_called_wrong(grade, flown):
     assert "MuJoCo" in out.split("\n\n")[0]
 
 
-def test_what_is_said_goes_before_what_a_program_does(grade, flown):
+def test_given_options_have_priority(grade, flown):
     lines = list(log(later(flown(Y_UP), 2.0), "unity"))
     _, out, err = grade(lines, "--like", "unity", "--start", "1.9", "--map", "Position X=x_m")
-    assert "--start" not in options(err), "it is said already"
+    assert "--start" not in options(err), "it is given already"
     assert "is wrong" in " ".join(out.split())
 
 
-def test_what_no_reading_explains_is_told(grade, flown):
+def test_a_file_that_fits_in_no_reading_is_reported(grade, flown):
     rows = [(t, x, flown(Y_UP)[-n - 1][2], v, w) for n, (t, x, _, v, w) in enumerate(flown(Y_UP))]
     _, _, err = grade(list(log(rows, "godot")), "--like", "godot")
-    assert "of the body off, however they are read" in err
+    assert "in the best reading its first rows are" in err
 
 
 def test_an_unknown_program_is_refused(grade, flown, capsys):

@@ -1,11 +1,13 @@
-"""docs/mistakes.md lists the stable names of mistakes: all that there are, with their parameters and units."""
+"""docs/mistakes.md lists the names of all mistakes, with their parameters and units, and the names in format 2."""
 
 import ast
+import re
 from dataclasses import replace
 from pathlib import Path
 
 from tools import mistakes_page
 from tumble.compare.grade.hypotheses import mistakes
+from tumble.compare.grade.hypotheses.names import RENAMED_MISTAKES, RENAMED_PARAMETERS
 
 ROOT = Path(__file__).parents[3]
 PAGE = (ROOT / "docs/mistakes.md").read_text(encoding="utf-8")
@@ -16,13 +18,27 @@ def test_the_page_is_what_its_maker_makes():
 
 
 def test_a_new_mistake_is_missed_on_the_page(monkeypatch):
-    def more(question):
-        yield from mistakes.writings(question)
-        yield replace(next(iter(mistakes.writings(question))), name="tea time")
+    def more(context):
+        yield from mistakes.output(context)
+        yield replace(next(iter(mistakes.output(context))), name="tea-time")
 
     monkeypatch.setattr(mistakes, "PARTS", (*mistakes.PARTS[:-1], more))
     assert "| `tea-time` |" in mistakes_page.page()
     assert "tea-time" not in PAGE
+
+
+def test_names_of_format_2_are_gone_and_their_new_names_are_there():
+    current, _, old = PAGE.partition("\n## Names in format 2")
+    for before, after in (RENAMED_MISTAKES | RENAMED_PARAMETERS).items():
+        assert f"| `{before}` | `{after}` |" in old
+        assert f"`{after}`" in current
+        assert f"`{before}`" not in current
+
+
+def test_names_are_lower_case_words_joined_by_hyphens():
+    names = re.findall(r"^\| `(.*?)`", PAGE.partition("\n## ")[0], re.MULTILINE)
+    assert len(names) > 100
+    assert [name for name in names if not re.fullmatch(r"[a-z0-9]+(-[a-z0-9]+)*", name)] == []
 
 
 def test_the_maker_asks_for_every_name_in_the_code():

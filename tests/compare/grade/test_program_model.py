@@ -1,4 +1,4 @@
-"""An account flies and writes as the program it stands for: clocks, steps, damping, impulses that last."""
+"""A program model simulates and writes as its program does: clocks, steps, damping, impulses that last."""
 
 from dataclasses import replace
 
@@ -15,7 +15,15 @@ from tumble.compare.grade.model.kernel.dynamics import (
     QUATERNION,
     Scheme,
 )
-from tumble.compare.grade.model.program_model import ALONG_ARCS, FINE, STRAIGHT, Clock, Stroke, truthful, with_writing
+from tumble.compare.grade.model.program_model import (
+    FINE,
+    LINEAR,
+    SLERP,
+    Clock,
+    ImpulseApplication,
+    correct_program,
+    with_output_transform,
+)
 from tumble.scenarios.read import read_scene
 from tumble.scenarios.truth import truth
 
@@ -25,22 +33,24 @@ STEP = 0.01
 
 
 def stepped(scene, fall=0.5, **changes):
-    """Return the account of a program that takes steps of STEP."""
-    return replace(truthful(scene, 0), scheme=Scheme(STEP, QUATERNION, EXPLICIT, False, fall), **changes)
+    """Return the model of a program that takes steps of STEP."""
+    return replace(correct_program(scene, 0), scheme=Scheme(STEP, QUATERNION, EXPLICIT, False, fall), **changes)
 
 
 def test_a_clock_has_reached_its_last_whole_tick():
-    np.testing.assert_allclose(Clock(tick=0.1).reached(np.array([0.05, 0.1, 0.19, 0.3])), [0.0, 0.1, 0.1, 0.3])
-    np.testing.assert_allclose(Clock(tick=0.1, lag=1.0).reached(np.array([0.05, 0.1, 0.3])), [0.0, 0.0, 0.2])
-    np.testing.assert_allclose(Clock(rate=2.0, offset=-0.1).reached(np.array([0.0, 0.3])), [0.0, 0.5])
-    assert Clock(stop=0.2).reached(np.array([0.9]))[0] == 0.2
-    np.testing.assert_allclose(Clock(tick=0.1).share(np.array([0.1, 0.125, 0.19]), 0.0), [0.0, 0.25, 0.9], atol=1e-12)
+    np.testing.assert_allclose(Clock(tick=0.1).physics_times(np.array([0.05, 0.1, 0.19, 0.3])), [0.0, 0.1, 0.1, 0.3])
+    np.testing.assert_allclose(Clock(tick=0.1, lag=1.0).physics_times(np.array([0.05, 0.1, 0.3])), [0.0, 0.0, 0.2])
+    np.testing.assert_allclose(Clock(rate=2.0, offset=-0.1).physics_times(np.array([0.0, 0.3])), [0.0, 0.5])
+    assert Clock(stop=0.2).physics_times(np.array([0.9]))[0] == 0.2
+    np.testing.assert_allclose(
+        Clock(tick=0.1).fraction(np.array([0.1, 0.125, 0.19]), 0.0), [0.0, 0.25, 0.9], atol=1e-12
+    )
 
 
-def test_the_truthful_account_is_the_truth():
+def test_the_model_of_a_correct_program_is_the_truth():
     scene = replace(TUMBLE, times=TIMES)
     true = truth(scene)
-    rows = truthful(scene, 0).flown(TIMES, FINE)
+    rows = correct_program(scene, 0).simulate(TIMES, FINE)
     # FINE leaves 1e-9 of a radian turned; the die turns by a few.
     np.testing.assert_allclose(rows[:, 0:3], true.states[1:, 0, 0:3], atol=1e-9)
     np.testing.assert_allclose(rows[:, 15:18], true.states[1:, 0, 10:13], rtol=1e-8)
@@ -52,31 +62,31 @@ def test_the_truthful_account_is_the_truth():
     ("fall", "steps"), [(0.0, lambda n: n * (n - 1)), (1.0, lambda n: n * (n + 1)), (0.5, np.square)]
 )
 def test_steps_fall_as_the_old_velocity_the_new_or_their_mean_has_it(fall, steps):
-    account = stepped(STRAIGHT_FALL, fall)
-    start = account.flown(np.array([0.0]))[0]
+    program = stepped(STRAIGHT_FALL, fall)
+    start = program.simulate(np.array([0.0]))[0]
     n = np.round(TIMES / STEP)
     # x = x0 + v0 t + g dt^2 n (n -+ 1)/2: the sum of the velocities, v0 + k g dt, that n steps have moved by.
-    right = start[0:3] + TIMES[:, None] * start[12:15] + account.gravity * (STEP**2 * steps(n) / 2)[:, None]
-    np.testing.assert_allclose(account.flown(TIMES)[:, 0:3], right, atol=1e-12)
+    right = start[0:3] + TIMES[:, None] * start[12:15] + program.gravity * (STEP**2 * steps(n) / 2)[:, None]
+    np.testing.assert_allclose(program.simulate(TIMES)[:, 0:3], right, atol=1e-12)
 
 
 @pytest.mark.parametrize(
-    ("decays", "share"),
+    ("damping_form", "share"),
     [(LINEARLY, lambda c: 1 - c), (EXPONENTIALLY, lambda c: np.exp(-c)), (IMPLICITLY, lambda c: 1 / (1 + c))],
 )
-def test_a_step_damps_by_a_share_of_the_velocity(decays, share):
+def test_a_step_damps_by_a_share_of_the_velocity(damping_form, share):
     free = replace(STRAIGHT_FALL, gravity=None)
-    account = stepped(free, damping=(3.0, 0.0, 0.0, 0.0, 0.0), damps=LAST, decays=decays)
-    start = account.flown(np.array([0.0]))[0]
+    program = stepped(free, damping=(3.0, 0.0, 0.0, 0.0, 0.0), damping_place=LAST, damping_form=damping_form)
+    start = program.simulate(np.array([0.0]))[0]
     left = share(3.0 * STEP) ** np.round(TIMES / STEP)
-    np.testing.assert_allclose(account.flown(TIMES)[:, 12:15], left[:, None] * start[12:15], rtol=1e-12)
+    np.testing.assert_allclose(program.simulate(TIMES)[:, 12:15], left[:, None] * start[12:15], rtol=1e-12)
 
 
-def test_momentum_that_is_kept_is_kept_and_an_explicit_step_gains_energy():
+def test_stored_momentum_is_conserved_and_an_explicit_step_gains_energy():
     brick = read_scene("brick-tumble")
     moments = brick.body.moments
     rows = {
-        spin: replace(truthful(brick, 0), scheme=Scheme(STEP, QUATERNION, spin, False, 0.5)).flown(TIMES)
+        spin: replace(correct_program(brick, 0), scheme=Scheme(STEP, QUATERNION, spin, False, 0.5)).simulate(TIMES)
         for spin in (EXPLICIT, MOMENTUM)
     }
     w_body = {
@@ -89,25 +99,25 @@ def test_momentum_that_is_kept_is_kept_and_an_explicit_step_gains_energy():
 
 
 def test_an_impulse_that_lasts_has_moved_the_body_by_half_of_its_time_less():
-    account = truthful(replace(STRAIGHT_FALL, gravity=None), 0)
-    lasting = replace(account, stroke=Stroke(lasts=0.1))
-    at_once, late = (each.flown(TIMES, FINE) for each in (account, lasting))
+    program = correct_program(replace(STRAIGHT_FALL, gravity=None), 0)
+    lasting = replace(program, application=ImpulseApplication(lasts=0.1))
+    at_once, late = (each.simulate(TIMES, FINE) for each in (program, lasting))
     np.testing.assert_allclose(late[:, 12:15], at_once[:, 12:15], rtol=1e-9)
-    gained = account.flown(np.array([0.0]))[0, 12:15] - STRAIGHT_FALL.start[0, 7:10]
+    gained = program.simulate(np.array([0.0]))[0, 12:15] - STRAIGHT_FALL.start[0, 7:10]
     np.testing.assert_allclose(at_once[:, 0:3] - late[:, 0:3], np.tile(0.05 * gained, (3, 1)), atol=1e-9)
 
 
 def test_rows_between_ticks_lie_on_the_line_and_the_arc():
     scene = replace(TUMBLE, gravity=None)
-    for between in (STRAIGHT, ALONG_ARCS):
-        account = replace(truthful(scene, 0), clock=Clock(tick=0.02, between=between))
-        pose, ends = account.written(np.array([0.105])), account.flown(np.array([0.1, 0.12]))
+    for interpolation in (LINEAR, SLERP):
+        program = replace(correct_program(scene, 0), clock=Clock(tick=0.02, interpolation=interpolation))
+        pose, ends = program.output(np.array([0.105])), program.simulate(np.array([0.1, 0.12]))
         np.testing.assert_allclose(pose.x[0], 0.75 * ends[0, 0:3] + 0.25 * ends[1, 0:3], atol=1e-12)
         np.testing.assert_allclose(pose.axes[0].T @ pose.axes[0], np.eye(3), atol=1e-12)
 
 
-def test_writings_are_done_in_their_order():
-    account = truthful(STRAIGHT_FALL, 0)
-    doubled = with_writing(account, lambda pose: pose._replace(x=2.0 * pose.x))
-    moved = with_writing(doubled, lambda pose: pose._replace(x=pose.x + 1.0))
-    np.testing.assert_allclose(moved.written(TIMES).x, 2.0 * account.written(TIMES).x + 1.0)
+def test_output_transforms_are_applied_in_order():
+    program = correct_program(STRAIGHT_FALL, 0)
+    doubled = with_output_transform(program, lambda pose: pose._replace(x=2.0 * pose.x))
+    moved = with_output_transform(doubled, lambda pose: pose._replace(x=pose.x + 1.0))
+    np.testing.assert_allclose(moved.output(TIMES).x, 2.0 * program.output(TIMES).x + 1.0)

@@ -1,4 +1,4 @@
-"""All that a student's file leaves unsaid, in one line, with the options that say it: and they do."""
+"""All questions that a student's file leaves open, in one line, with the options that answer them."""
 
 import csv
 import re
@@ -51,13 +51,13 @@ def test_one_line_asks_for_everything_and_its_options_are_enough(grade, rows, co
     code, out, err = grade(file)
     assert (code, out) == (2, "")
     for asked in (
-        "which column is the time",
+        "the time",
         "its clock starts at 3.42 s",
-        "what turns Rotation X, Rotation Y, Rotation Z are",
+        "the angles Rotation X, Rotation Y, Rotation Z",
     ):
         assert asked in err
-    assert ("commas are decimal points" in err) == bool(country)
-    assert err.index("clock starts") < err.index("what turns"), "the clock is asked about before the convention"
+    assert ("decimal signs" in err) == bool(country)
+    assert err.index("clock starts") < err.index("the angles"), "the clock is asked about before the convention"
     code, out, err = grade(file, *likely(err))
     assert code == 0, err
     assert "is right, to its printed digits" in " ".join(out.split())
@@ -102,8 +102,8 @@ def test_the_nearest_convention_is_offered_where_none_fits(grade, tmp_path, caps
         lines.append(",".join([row["t_s"], row["x_m"], row["y_m"], row["z_m"], *map(repr, angles.tolist())]))
     code, _, err = grade(text(lines))
     assert code == 2
-    assert "no convention of rx_deg, ry_deg, rz_deg fits two-hits; nearest, " in err
-    assert "% of the body off, is Blender or Ros's: --euler blender" in err
+    assert "no convention of rx_deg, ry_deg, rz_deg fits two-hits; the nearest, " in err
+    assert "is Blender or Ros's: --euler blender" in err
 
 
 def test_a_program_is_offered_where_only_its_units_fit(grade, rows):
@@ -150,7 +150,7 @@ def test_a_question_of_a_wide_file_is_asked_only_where_there_is_one(tmp_path, ro
     def never(*_):
         raise AssertionError("nothing is to be asked")
 
-    for module, name in ((header, "likely_meant"), (header, "angles_of"), (suggestions, "_likely")):
+    for module, name in ((header, "likely_names"), (header, "angles_of"), (suggestions, "_likely")):
         monkeypatch.setattr(module, name, never)
     names = ["t_s", "x_m", "y_m", "z_m", "qw", "qx", "qy", "qz", *(f"c{n}" for n in range(20_000))]
     q = [Rotation.from_matrix(r).as_quat() for _, _, r, _, _ in rows]
@@ -172,11 +172,11 @@ def test_names_of_columns_are_read_in_no_time_however_they_are_made():
     for word in ("time", "obj", "body", "rot", "global", "e", "position", "x"):
         for count in range(1, 60):
             name = word * count + "!"
-            suggestions.likely_meant([name, f"{name} (m)", f"{name}_x"], {}, ())
+            suggestions.likely_names([name, f"{name} (m)", f"{name}_x"], {}, ())
             suggestions.angles_of([f"{name} x", name])
     few = process_time() - begin
     begin = process_time()
     for _ in range(1000):
-        suggestions.likely_meant(["time", "position.x (m)", "body_x"], {}, ())
+        suggestions.likely_names(["time", "position.x (m)", "body_x"], {}, ())
         suggestions.angles_of(["rotation x", "roll"])
     assert few < 100 * (process_time() - begin)

@@ -3,9 +3,16 @@
 import numpy as np
 import pytest
 
-from tumble.compare.grade.measure.significance import FITTED, Scale, chosen, independent, relation, root_mean_square
+from tumble.compare.grade.measure.significance import (
+    FITTED_VALUES,
+    ResidualScale,
+    autocorrelation,
+    choice_cost,
+    independent,
+    root_mean_square,
+)
 
-SCALE = Scale(numbers=600, floor_m=1e-6, size_m=0.3, floors_m=np.full((100, 3), 1e-6 / np.sqrt(3.0)))
+SCALE = ResidualScale(numbers=600, floor_m=1e-6, size_m=0.3, floors_m=np.full((100, 3), 1e-6 / np.sqrt(3.0)))
 
 
 def test_the_root_mean_square_is_of_lengths():
@@ -14,19 +21,19 @@ def test_the_root_mean_square_is_of_lengths():
 
 def test_rows_of_noise_are_unrelated_and_those_of_a_drift_are_not():
     noise, drift = np.random.default_rng(2).normal(size=(400, 6)), np.linspace(0, 1, 400)[:, None] * np.ones(6)
-    assert abs(relation(noise)) < 0.1
-    assert relation(drift) > 0.98
-    assert relation(np.tile([[1.0], [-1.0]], (200, 6))) == pytest.approx(-1.0)
+    assert abs(autocorrelation(noise)) < 0.1
+    assert autocorrelation(drift) > 0.98
+    assert autocorrelation(np.tile([[1.0], [-1.0]], (200, 6))) == pytest.approx(-1.0)
 
 
 def test_what_repeats_itself_every_few_rows_is_related():
     waves = np.tile(np.random.default_rng(3).normal(size=(3, 6)), (100, 1))
-    assert abs(relation(waves)) == pytest.approx(1.0, abs=0.02)
+    assert abs(autocorrelation(waves)) == pytest.approx(1.0, abs=0.02)
 
 
 def test_nothing_noise_and_a_mistake_are_told_apart():
-    assert SCALE.is_nothing(1.9e-6)
-    assert not SCALE.is_nothing(2.1e-6)
+    assert SCALE.is_within_floor(1.9e-6)
+    assert not SCALE.is_within_floor(2.1e-6)
     assert SCALE.is_noise(1e-3, 4e-3, 0.05, 99)
     assert not SCALE.is_noise(1e-3, 4e-3, 0.5, 99), "its rows are related"
     assert not SCALE.is_noise(1e-3, 6e-3, 0.05, 99), "it has a spike"
@@ -35,11 +42,11 @@ def test_nothing_noise_and_a_mistake_are_told_apart():
 
 
 def test_a_number_that_was_fitted_must_take_away_more_than_one_that_has_a_name():
-    halved = SCALE.weight(0.5e-3, SCALE.fitted()), SCALE.weight(1e-3, 0.0)
+    halved = SCALE.weight(0.5e-3, SCALE.parameter_cost()), SCALE.weight(1e-3, 0.0)
     assert halved[0] < halved[1]
-    hardly = SCALE.weight(0.99e-3, SCALE.fitted()), SCALE.weight(1e-3, 0.0)
+    hardly = SCALE.weight(0.99e-3, SCALE.parameter_cost()), SCALE.weight(1e-3, 0.0)
     assert hardly[0] > hardly[1]
-    assert SCALE.fitted() > chosen(FITTED) > chosen(2) > chosen(1) == 0.0
+    assert SCALE.parameter_cost() > choice_cost(FITTED_VALUES) > choice_cost(2) > choice_cost(1) == 0.0
 
 
 def test_below_the_floor_less_is_not_better():
@@ -49,8 +56,8 @@ def test_below_the_floor_less_is_not_better():
 def test_a_row_that_is_known_well_counts_for_more():
     floors = np.full((2, 3), 1e-6 / np.sqrt(3.0))
     floors[1] *= 100.0
-    weighed = Scale(12, 1e-6, 0.3, floors).weighed(np.ones((2, 1, 3)))
-    assert weighed[0, 0, 0] == pytest.approx(100.0 * weighed[1, 0, 0])
+    weighted = ResidualScale(12, 1e-6, 0.3, floors).weighted(np.ones((2, 1, 3)))
+    assert weighted[0, 0, 0] == pytest.approx(100.0 * weighted[1, 0, 0])
 
 
 def test_a_pose_is_six_numbers_however_many_vertices_show_it():

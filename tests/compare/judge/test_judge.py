@@ -10,7 +10,7 @@ from tumble.compare.judge.errors import Run
 from tumble.compare.run.engines.registry import Finding
 from tumble.compare.run.flight import Trajectory
 from tumble.compare.run.precision import ROUNDINGS
-from tumble.compare.run.worker import Failure
+from tumble.compare.run.status import Failure, Status
 from tumble.compare.tables.runs import run_row
 from tumble.scenarios.frames import vertices
 from tumble.scenarios.read import read_scene
@@ -81,9 +81,9 @@ def test_rounding_a_step_is_no_hidden_damping_in_single_precision_and_damping_is
         return planted(change)
 
     rounded, damped = slower(1.3e-4), slower(1e-2)
-    assert "as by damping" in rounded.status, "doubles do not round like that"
+    assert "as by damping" in rounded.reason, "doubles do not round like that"
     assert replace(rounded, rounding=SINGLE).status == "ok", "4000 roundings of 6e-8"
-    assert "as by damping" in replace(damped, rounding=SINGLE).status
+    assert "as by damping" in replace(damped, rounding=SINGLE).reason
 
 
 def frozen(states):
@@ -109,7 +109,7 @@ def lost_at_the_end(states):
     ],
 )
 def test_what_went_wrong_silently_is_said(change, status):
-    assert planted(change).status.startswith(status)
+    assert planted(change).outcome.startswith(status)
 
 
 def test_hidden_damping_is_said():
@@ -120,19 +120,19 @@ def test_hidden_damping_is_said():
         states[..., 7:10] *= np.exp(-0.04 * scene.rows)[:, None, None]
         return states
 
-    assert "velocity of the centre of mass off by" in planted(slowed, scene=scene, true=true).status
+    assert "velocity of the centre of mass off by" in planted(slowed, scene=scene, true=true).reason
     assert planted(scene=scene, true=true).status == "ok"
 
 
 def test_the_engines_own_audit_comes_first():
     assert (
-        planted(frozen, (Finding("clamped", "clamped at 100 m/s"),)).status
+        planted(frozen, (Finding("clamped", "clamped at 100 m/s"),)).outcome
         == "flagged: clamped at 100 m/s; frozen: the body never moved"
     )
 
 
 def test_no_flight_is_a_row_with_its_reason():
-    run = replace(planted(), answer=Failure("timeout"))
+    run = replace(planted(), answer=Failure(Status.TIMEOUT, "no answer within 1 s"))
     row = run_row(run)
     assert (row.status, row.max_error_m, row.steps) == ("timeout", None, None)
 

@@ -9,8 +9,8 @@ import pytest
 from tumble.compare.judge.errors import Run
 from tumble.compare.run.flight import altered
 from tumble.compare.run.running_engines import launched
+from tumble.compare.run.status import Failure
 from tumble.compare.run.truths import true_answer
-from tumble.compare.run.worker import Failure
 from tumble.scenarios.read import read_scene
 from tumble.scenarios.scene import Scene, frozen_array
 
@@ -111,7 +111,7 @@ def notes(folder: Path, text: str, scene: Scene = SCENE) -> str:
     with launched([str(path)]) as (engine,):
         flight = engine.fly(scene, "m", scene.step, no_progress=True)
     assert not isinstance(flight, Failure), flight
-    return Run(scene, "mine", "m", scene.step, flight, true_answer(scene, floor=False).truth).status
+    return Run(scene, "mine", "m", scene.step, flight, true_answer(scene, with_input_error=False).truth).outcome
 
 
 @pytest.mark.parametrize("known", CHEATS)
@@ -144,7 +144,7 @@ def read(world):
     done = tumble("compare", "two-hits", "-e", "./cached.py", "-e", "tumble:rk4")
     assert done.returncode == 0, done.stderr
     assert "looked up" in " ".join(done.stdout.split()), done.stdout
-    assert done.stdout.startswith("two-hits: tumble:rk4 is nearest to the truth"), done.stdout
+    assert done.stdout.startswith("two-hits: tumble:rk4 is most accurate"), done.stdout
 
 
 def test_the_altered_start_is_close_and_another_in_every_number():

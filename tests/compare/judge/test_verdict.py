@@ -17,7 +17,7 @@ from tumble.compare.judge.errors import Run
 from tumble.compare.judge.verdict import AUDITED, HOLDS, WORDS, bounded, verdict
 from tumble.compare.run.engines.registry import Finding
 from tumble.compare.run.flight import Trajectory, fly
-from tumble.compare.run.worker import Failure
+from tumble.compare.run.status import Failure, Status
 from tumble.compare.stability.columns import columns
 from tumble.scenarios.frames import Array, quaternion_product, vertices
 from tumble.scenarios.read import read_scene
@@ -197,17 +197,17 @@ def test_a_spin_that_stands_still_where_the_true_one_turns_lost_its_torque():
 
 
 @pytest.mark.parametrize(
-    ("status", "word"),
+    ("failure", "word"),
     [
-        ("skipped: it has no floor", "refused"),
-        ("missing: not installed", "refused"),
-        ("crashed: ValueError: no", "refused"),
-        ("timeout", "no-return"),
-        ("crashed: its process was killed by SIGSEGV", "no-return"),
+        (Failure(Status.SKIPPED, "it has no floor"), "refused"),
+        (Failure(Status.MISSING, "not installed"), "refused"),
+        (Failure(Status.CRASHED, "ValueError: its process is fine"), "refused"),
+        (Failure(Status.TIMEOUT, "no answer within 1 s"), "no-return"),
+        (Failure(Status.CRASHED, "its process was killed by SIGSEGV", process_died=True), "no-return"),
     ],
 )
-def test_no_flight(status, word):
-    said = verdict(Run(FREE, "planted", "", 0.01, Failure(status), TRUE))
+def test_no_flight(failure, word):
+    said = verdict(Run(FREE, "planted", "", 0.01, failure, TRUE))
     assert said.word == word
     assert said.why
     assert said.energy_ratio is None

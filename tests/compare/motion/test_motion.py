@@ -41,7 +41,7 @@ def test_who_is_watched_flies_to_the_last_bit_as_unwatched(films):
     for shot, compared in zip(*films, strict=True):
         rows = np.searchsorted(shot.scene.rows, compared.scene.rows)
         for run in compared.runs:
-            seen = shot.flights[run.engine, run.method]
+            seen = shot.trajectories[run.engine, run.method]
             assert (seen.vertices[rows] == run.flight.vertices).all(), run.name
 
 
@@ -54,9 +54,9 @@ def test_the_truth_of_a_film_is_the_truth(films):
 
 def test_a_truth_without_its_floor_is_else_the_same():
     scene = replace(read_scene("two-hits"), title="")
-    whole, bare = truth(scene), truth(scene, floor=False)
-    assert (bare.floor == 0).all()
-    assert (whole.floor > 0).any()
+    whole, bare = truth(scene), truth(scene, with_input_error=False)
+    assert (bare.input_error == 0).all()
+    assert (whole.input_error > 0).any()
     assert (bare.states == whole.states).all()
     assert (bare.bound == whole.bound).all()
 
@@ -67,7 +67,7 @@ def test_the_tables_say_where_everything_is(films):
     motion = tables["motion.csv"]
     own = motion[(motion["scene"] == "die-vertex") & (motion["engine"] == "mujoco")]
     shot = shots[0]
-    flight = shot.flights["mujoco", "euler"]
+    flight = shot.trajectories["mujoco", "euler"]
     assert (own[["x_m", "y_m", "z_m"]].to_numpy() == flight.states[:, 0, 0:3]).all()
     errors = np.linalg.norm(flight.vertices[:, 0] - shot.truth.vertices[:, 0], axis=-1).max(axis=-1)
     assert (own["error_m"].to_numpy() == errors).all()
@@ -105,7 +105,7 @@ def test_a_films_truth_is_the_scenes_own_bit_for_bit(name):
     for column in ("times", "states", "vertices"):
         assert np.array_equal(getattr(found, column), getattr(own.truth, column))
     # What it is known to is of the steps that it took, of which there are more.
-    for column in ("bound", "floor"):
+    for column in ("bound", "input_error"):
         assert getattr(found, column) == pytest.approx(getattr(own.truth, column), rel=1e-6)
     assert found.horizon == math.inf
 
@@ -118,4 +118,4 @@ def test_a_films_truth_ends_for_the_scene_at_the_last_of_its_own_rows():
     assert cut.at(scene).truth.horizon == scene.times[3]
     assert cut.at(scene).truth.why == "it is far"
     early = seen._replace(truth=replace(seen.truth, horizon=scene.times[0] / 2, why="it is far"))
-    assert early.at(scene) == (None, "the true flight cannot be told at its first sample: it is far")
+    assert early.at(scene) == (None, "there is no truth at the first sample: it is far")

@@ -20,8 +20,22 @@ from tumble.scenarios.read import read_scene
 
 RELEASES = ("3.9.0", "3.10.0", "4.0.0")
 ROW = ReleaseRow(
-    "mujoco", "", "brick-tumble", "rk4", 0.002, "ok", "", 2e-5, 1e-13, 1e-9, 1e-9, 2.0, None, "conserved", 3000.0
-)  # fmt: skip
+    engine="mujoco",
+    release="",
+    scene="brick-tumble",
+    method="rk4",
+    dt_s=0.002,
+    status="ok",
+    why="",
+    max_error_m=2e-5,
+    resolution_m=1e-13,
+    energy_drift=1e-9,
+    angular_momentum_drift=1e-9,
+    attitude_order=2.0,
+    translation_order=None,
+    spin_energy="conserved",
+    step_ns=3000.0,
+)
 NOTES = """
 Changelog
 =========
@@ -47,7 +61,7 @@ def planted(*changed: ReleaseRow, speeds=None) -> Ledger:
 def test_where_nothing_changed_nothing_is_told():
     own = planted(replace(ROW, release="4.0.0", max_error_m=2.001e-5, attitude_order=2.1))
     assert list(changes(own, Notes(NOTES))) == []
-    assert "none flies otherwise" in answer(own, [])
+    assert "none behaves differently" in answer(own, [])
 
 
 def test_below_what_the_truth_can_tell_nothing_is_told():
@@ -62,12 +76,12 @@ def test_what_changed_is_told_with_the_notes_own_words():
     own = planted(replace(ROW, release="4.0.0", max_error_m=5e-10, attitude_order=4.1))
     order, error = changes(own, Notes(NOTES))
     assert (order.release, order.before, order.method, order.what) == ("4.0.0", "3.10.0", "rk4", "attitude_order")
-    assert sentence(order) == "order of the attitude: 2.0 -> 4.1 (brick-tumble)"
+    assert sentence(order) == "attitude order: 2.0 -> 4.1 (brick-tumble)"
     assert sentence(error) == "largest error: 2e-05 m -> 5e-10 m (brick-tumble)"
     assert order.notes == "The RK4 integrator is now fourth-order accurate. More."
-    assert "4.0.0 flies otherwise" in answer(own, [order, error])
+    assert "4.0.0 behaves differently" in answer(own, [order, error])
     page = ledger_markdown(own, [order, error], "tumble releases mujoco")
-    assert "| 4.0.0 | rk4 | order of the attitude: 2.0 -&gt; 4.1" in page.replace("->", "-&gt;")
+    assert "| 4.0.0 | rk4 | attitude order: 2.0 -&gt; 4.1" in page.replace("->", "-&gt;")
     assert "\n    tumble releases mujoco\n" in page
     assert list(ledger_text(own, [order, error]))
 
@@ -125,7 +139,7 @@ def test_it_finds_what_changed_in_mujoco_and_nothing_else(tumble, tmp_path, monk
     assert ("4.0.0", "rk4", "attitude_order") in found
     assert ("4.0.0", "implicitfast", "attitude_order") in found, "from the midpoint rule to implicit Euler"
     assert {method for _, method, _ in found} == {"rk4", "implicitfast", "discrete"}, "euler and implicit are unchanged"
-    assert done.stdout.startswith("mujoco, 2 releases from 3.10.0 to 4.0.0: 4.0.0 flies otherwise")
+    assert done.stdout.startswith("mujoco, 2 releases from 3.10.0 to 4.0.0: 4.0.0 behaves differently")
     assert max(map(len, done.stdout.splitlines())) <= 80
     assert "\\n" not in done.stdout, "control characters are made visible: a line is a line of its own"
     assert not (tmp_path / "ledger" / ".unfinished").exists()
@@ -160,14 +174,14 @@ def test_it_goes_on_where_it_was_interrupted(tmp_path):
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (("handcalc",), "handcalc: has no releases of its own"),
+        (("handcalc",), "handcalc has no releases of its own"),
         (("nope",), "unknown engine 'nope'"),
         (("mujoco:rk4",), "type `tumble releases mujoco`"),
         (("mujoco@3.6.0",), "type `tumble releases mujoco --from 3.6.0`"),
         (("mujoco@3.6.0", "mujoco@4.0.0"), "type `tumble releases mujoco --from 3.6.0 --to 4.0.0`"),
         (("mujoco", "mujoco@4.0.0"), "type `tumble releases mujoco --to 4.0.0`"),
-        (("mujoco", "--from", "99.0"), "mujoco: two releases at least are needed; here: "),
-        (("mujoco", "--from", "newest"), "mujoco has no release newest; there are "),
+        (("mujoco", "--from", "99.0"), "mujoco: at least two releases are needed; installed: "),
+        (("mujoco", "--from", "newest"), "mujoco has no release newest; choose one of "),
     ],
 )
 def test_wrong_words_are_one_line(tumble, words, said):

@@ -19,7 +19,8 @@ from tumble.compare.run.engines import environments, registry
 from tumble.compare.run.engines.environments import HERE, BadEngine, located, split_release
 from tumble.compare.run.engines.installing import install, remove, run, site, sweep
 from tumble.compare.run.progress import no_progress
-from tumble.compare.run.worker import Failure, Worker
+from tumble.compare.run.status import Failure, Status
+from tumble.compare.run.worker import Worker
 
 APART = next(name for name in registry.names() if registry.package(name).apart)
 
@@ -56,7 +57,7 @@ def test_what_is_nowhere_says_how_to_install_it(tumble):
     assert located("mujoco@0.1") == ("mujoco", None, "not installed; tumble engines --install mujoco@0.1")
     with Worker("mujoco@0.1", 5.0) as worker:
         said = worker.describe()
-    assert said == Failure("missing: not installed; tumble engines --install mujoco@0.1")
+    assert said == Failure(Status.MISSING, "not installed; tumble engines --install mujoco@0.1")
     done = tumble("compare", "die-straight", "-e", "mujoco@0.1:rk4", "-e", APART)
     assert done.returncode == 1
     assert "mujoco@0.1:rk4: missing: not installed; tumble engines --install mujoco@0.1" in done.stdout

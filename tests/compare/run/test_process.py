@@ -22,7 +22,8 @@ from tumble.compare.run.engines.environments import Place
 from tumble.compare.run.flight import Trajectory
 from tumble.compare.run.process.message import PREFIX, Malformed, frame, lengths, unpacked
 from tumble.compare.run.process.process import environment
-from tumble.compare.run.questions import Failure, Fly, Question
+from tumble.compare.run.questions import Fly, Question
+from tumble.compare.run.status import Failure, Status
 from tumble.compare.run.worker import Worker
 from tumble.scenarios.read import read_scene
 from tumble.scenarios.scene import Scene
@@ -52,7 +53,7 @@ def flown(path: str, **limits) -> str:
     with Worker(path, **{"time_limit": PATIENCE_S, **limits}) as worker:
         worker.describe()
         answer = worker.fly(SCENE, "still", SCENE.step)
-    return answer.status if isinstance(answer, Failure) else "ok"
+    return str(answer) if isinstance(answer, Failure) else "ok"
 
 
 def running(marker: Path) -> list[int]:
@@ -178,7 +179,7 @@ def test_a_flight_that_is_not_of_the_scene_is_a_crash(tmp_path, off):
     flight = Trajectory(SCENE.rows, np.ones((rows, 1, 13)), np.ones((rows, 1, *SCENE.body.points.shape)), 1, 1.0, ())
     forged = b"".join(map(bytes, frame(replace(flight, **off))))
     status = flown(engine(tmp_path, TO_ALL_LINES.format(repr(forged))))
-    assert status == "crashed: what it sent is no flight of this scene"
+    assert status == "crashed: what it sent is no trajectory of this scene"
 
 
 def test_a_question_arrives_as_it_was_asked():
@@ -244,7 +245,7 @@ def test_a_question_that_cannot_be_read_is_one_line_and_no_traceback(tmp_path, c
         worker.describe()
         answer = worker.law_broken("light", 3)  # type: ignore[arg-type]
     assert answer == Failure(
-        "crashed: it could not read what it was asked: what it sent has a int where a str belongs (method)"
+        Status.CRASHED, "it could not read what it was asked: what it sent has a int where a str belongs (method)"
     )
     assert capfd.readouterr().err == ""
 
@@ -351,7 +352,7 @@ def test_an_interpreter_with_nothing_but_numpy_serves(tmp_path):
 
 def test_an_interpreter_that_is_not_there_is_a_failure():
     with Worker("tumble", 5.0, place=Place("/no/such/python")) as worker:
-        assert worker.describe() == Failure("crashed: its process cannot be started: No such file or directory")
+        assert str(worker.describe()) == "crashed: its process cannot be started: No such file or directory"
         assert not worker.alive
 
 

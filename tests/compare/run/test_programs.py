@@ -16,9 +16,9 @@ from tumble.compare.engines import LAWS
 from tumble.compare.run.engines.examine import examined
 from tumble.compare.run.flight import Trajectory
 from tumble.compare.run.running_engines import launched
+from tumble.compare.run.status import Failure, Status
 from tumble.compare.run.timing.readings import DISAGREE, round_robin
 from tumble.compare.run.timing.timer import Pace
-from tumble.compare.run.worker import Failure
 from tumble.scenarios.read import read_scene
 from tumble.starters import STARTERS
 
@@ -173,8 +173,8 @@ def test_what_a_program_does_wrong_costs_one_row(name, tmp_path):
         answer = ours.fly(scene, "euler", scene.step)
         ours.worker.time_limit = PATIENCE_S
         assert isinstance(answer, Failure)
-        assert answer.status.startswith(said), answer.status
-        assert len(answer.status) < 300
+        assert str(answer).startswith(said), str(answer)
+        assert len(answer.reason) < 300
         again = ours.fly(scene, "euler", scene.step)
         if always:
             assert again == answer
@@ -227,7 +227,7 @@ def test_its_whole_group_ends_with_it(tmp_path):
     scene = read_scene("die-straight")
     with launched([script(tmp_path, wrong)], time_limit=PATIENCE_S) as (ours,):
         ours.worker.time_limit = 20.0  # by then the program has begun what it hangs in
-        assert ours.fly(scene, "euler", scene.step).status.startswith("timeout")
+        assert ours.fly(scene, "euler", scene.step).status is Status.TIMEOUT
     child = int((tmp_path / "pid").read_text())
     until(lambda: not alive(child))
 
@@ -285,7 +285,7 @@ def test_a_program_that_leaves_out_work_for_the_clock_is_untimed(tmp_path):
     with launched([str(tmp_path / "mine.toml")]) as (ours,):
         shown = ours.prepare_timer("one", scene, "euler", Pace(((1, scene.step),), True))
     assert isinstance(shown, Failure)
-    assert shown.status.endswith("they are not the same work")
+    assert shown.reason.endswith("they are not the same work")
 
 
 def test_a_record_does_not_run_the_program_that_it_names(tumble, tmp_path):
@@ -295,7 +295,7 @@ def test_a_record_does_not_run_the_program_that_it_names(tumble, tmp_path):
     os.remove(tmp_path / "ran")
     done = tumble("check", "--baseline", "baseline", "--no-times")
     assert done.returncode == 2
-    assert "the record asks for ./mine.toml, and what a record names is not run by itself" in done.stderr
+    assert "engine files ./mine.toml" in done.stderr
     assert not (tmp_path / "ran").exists()
 
 

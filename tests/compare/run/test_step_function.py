@@ -32,7 +32,7 @@ def test_a_function_keeps_the_laws_of_engines(tumble, tmp_path):
     assert done.returncode == 1, "a brick does not tumble as a cube does"
     assert done.stdout.startswith("cube: step\n")
     assert done.stdout.count("holds") == len(LAWS) - 2
-    assert "BROKEN     converges         step: half the step leaves the error" in done.stdout
+    assert "FAILED   converges         step: half the step leaves the error" in done.stdout
     assert "it has no gyroscopic torque: I w' = (I w) x w in body axes" in done.stdout
 
 
@@ -40,7 +40,7 @@ def test_what_a_function_states_of_itself_is_taken_at_its_word(tumble, tmp_path)
     (tmp_path / "cube.py").write_text(CUBE + 'GYROSCOPIC = {"step": "none"}\n')
     done = tumble("engines", "--check", "./cube.py")
     assert done.returncode == 0, done.stdout + done.stderr
-    assert "not asked  converges         it states that it leaves the gyroscopic torque out" in done.stdout
+    assert "skipped  converges         it states that it leaves the gyroscopic torque out" in done.stdout
 
 
 def test_it_is_flown_as_any_engine(tmp_path):

@@ -60,7 +60,7 @@ def flight(number: int, running_engine: RunningEngine, title: str = "") -> Task:
 
 
 def statuses(results) -> list[str]:
-    return ["ok" if isinstance(answer, Trajectory) else answer.status for _, answer in results]
+    return ["ok" if isinstance(answer, Trajectory) else str(answer) for _, answer in results]
 
 
 def test_results_are_in_the_order_of_the_tasks_whoever_is_first(tmp_path):
@@ -377,7 +377,7 @@ def test_an_interrupted_study_flies_only_what_is_missing(tmp_path, tumble, words
     finally:
         command.kill()
     assert command.returncode == 130
-    assert b"the same command goes on from there" in err
+    assert b"run the same command again to continue" in err
     before = log.read_text().split().count("still")
     assert before >= 1
     log.unlink()

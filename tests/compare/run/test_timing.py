@@ -14,12 +14,13 @@ import pytest
 from tumble.compare.ablation.optional_features import QUICK
 from tumble.compare.run.provenance import conditions
 from tumble.compare.run.running_engines import launched
+from tumble.compare.run.status import Failure, Status
 from tumble.compare.run.timing import others
 from tumble.compare.run.timing.others import Machine, other_work
 from tumble.compare.run.timing.readings import PROCESS, Ratio, Reading, Sampling, narrow, ratio, reading, round_robin
 from tumble.compare.run.timing.timer import Pace, Ready, Sample
 from tumble.compare.run.timing.timing import Cost, Load, costs
-from tumble.compare.run.worker import Failure, Worker
+from tumble.compare.run.worker import Worker
 from tumble.compare.sweep.work_precision import BRIEF
 from tumble.scenarios.read import read_scene
 
@@ -128,8 +129,8 @@ def test_work_is_timed_wherever_it_is_done(tmp_path, name):
 def test_what_does_not_grow_with_the_steps_is_no_time(tmp_path, name):
     found = timed(tmp_path, name)
     assert isinstance(found, Failure), found
-    assert found.status.startswith("untimed: ")
-    assert "is no time" in found.status
+    assert found.status is Status.UNTIMED
+    assert "is no time" in found.reason
 
 
 def test_an_untimed_engine_is_nobodys_cheapest(tmp_path, tumble):
@@ -191,8 +192,8 @@ def cost_of(path: str, by_step: bool = True) -> Cost | Failure:
 def test_work_that_is_left_out_while_the_timer_runs_is_not_believed(tmp_path, what):
     found = cost_of(moving(tmp_path, LESS_WORK[what]))
     assert isinstance(found, Failure), found
-    assert re.match(r"untimed: [xqvw] of throw 0 is .+ after \d+ timed steps .+ untimed: ", found.status)
-    assert found.status.endswith(OTHER_WORK)
+    assert re.match(r"untimed: [xqvw] of throw 0 is .+ after \d+ timed steps .+ untimed: ", str(found))
+    assert found.reason.endswith(OTHER_WORK)
 
 
 @pytest.mark.parametrize("what", ALL_WORK)
@@ -205,7 +206,7 @@ def test_an_engine_that_does_all_its_work_has_its_time(tmp_path, what):
 def test_what_repeats_nothing_has_no_time(tmp_path):
     found = cost_of(moving(tmp_path, NOTHING_TWICE))
     assert isinstance(found, Failure)
-    assert found.status.endswith(OTHER_WORK)
+    assert found.reason.endswith(OTHER_WORK)
 
 
 def test_copies_of_a_flight_that_are_left_out_are_missed(tmp_path):
@@ -215,7 +216,7 @@ def test_copies_of_a_flight_that_are_left_out_are_missed(tmp_path):
     one = "world['states'][:1, 0:3] += n * dt * world['states'][:1, 7:10]"
     found = cost_of(moving(tmp_path, one, whole), by_step=False)
     assert isinstance(found, Failure)
-    assert found.status.startswith("untimed: x of throw 1 is ")
+    assert str(found).startswith("untimed: x of throw 1 is ")
 
 
 def sweep_tables(tumble, folder: Path, engine: str) -> tuple[str, list[dict[str, str]], list[dict[str, str]]]:
@@ -246,7 +247,7 @@ def test_a_contestant_whose_process_ends_while_it_is_timed_leaves_the_others_the
         loads = {"b": Load(mine, scene, "b"), "a": Load(mine, scene, "a"), "rk4": Load(ours, scene, "rk4")}
         found = costs(loads, Sampling(span_s=0.0, rounds=120, budget_s=0.0))
     assert found["b"] == Failure(
-        "untimed: its process ended while it was timed: crashed: its process ended with code 3"
+        Status.UNTIMED, "its process ended while it was timed: crashed: its process ended with code 3"
     )
     for key in ("a", "rk4"):
         cost = found[key]

@@ -49,8 +49,8 @@ def test_what_an_engine_does_wrong_is_its_status(tmp_path, body):
     with launched([path, "tumble:rk4"], time_limit=15) as running_engines:
         bad, ours = compare(running_engines, [scene])[0].runs
     expected = ADVANCES[body].replace("0.05 s", f"{scene.times[0]:g} s")
-    assert bad.status.startswith(expected), bad.status
-    assert "\n" not in bad.status
+    assert bad.outcome.startswith(expected), bad.outcome
+    assert "\n" not in bad.reason
     assert ours.status == "ok", "another engine's run is unharmed"
 
 
@@ -59,7 +59,7 @@ def test_a_worker_that_died_is_replaced_for_the_next_scene(tmp_path):
     path = engine_file(tmp_path, ("def build(scene, method): return {}", die_once))
     scenes = [read_scene("die-straight"), read_scene("table-4-1")]
     with launched([path]) as running_engines:
-        statuses = [comparison.runs[0].status for comparison in compare(running_engines, scenes)]
+        statuses = [comparison.runs[0].outcome for comparison in compare(running_engines, scenes)]
     assert statuses[0].startswith("crashed: its process ended with code 1")
     assert not statuses[1].startswith("crashed")
 
@@ -103,7 +103,7 @@ def test_an_engine_may_not_alter_the_scene(tmp_path):
     path = engine_file(tmp_path, ("return {}", "scene.start[0, 0] = 1; return {}"))
     with launched([path]) as running_engines:
         (run,) = compare(running_engines, [read_scene("table-4-1")])[0].runs
-    assert run.status.startswith("crashed: ValueError: assignment destination is read-only")
+    assert run.outcome.startswith("crashed: ValueError: assignment destination is read-only")
 
 
 def test_the_nearest_name_is_offered():

@@ -62,7 +62,7 @@ def known(answer) -> Future:
 def ask(scene: Scene, *contestants: str, factors=(1.0,), true: bool = False) -> dict[str, Piece]:
     """Return the pieces of some contestants, held against a truth or against the energy alone."""
     own = columns(scene, factors)
-    truths = [known(Answer(truth(column.flight(ROWS)) if true else None, "")) for column in own]
+    truths = [known(Answer(truth(column.scene_of(ROWS)) if true else None, "")) for column in own]
     found = {}
     with launched(contestants, 60.0) as running_engines:
         for running_engine in running_engines:
@@ -148,7 +148,7 @@ def test_the_natural_parameter_is_what_makes_a_scene_stiff(name, parameter):
 
 
 def test_a_body_at_rest_has_nothing_to_be_stable_in():
-    with pytest.raises(BadScene, match="nothing turns, pulls or brakes"):
+    with pytest.raises(BadScene, match="nothing limits the step"):
         columns(read_scene("die-straight"))
 
 
@@ -156,19 +156,19 @@ def test_every_column_turns_as_far_and_steps_divide_its_rows():
     for column in columns(TETHER):
         assert column.seconds * column.mode.rate == pytest.approx(RADIANS)
         for steps in STEPS:
-            flown = column.flight(steps)
+            flown = column.scene_of(steps)
             assert len(flown.times) == min(steps, ROWS)
             assert flown.times[-1] == flown.duration
-            assert set(flown.times) <= set(column.flight(ROWS).times)
+            assert set(flown.times) <= set(column.scene_of(ROWS).times)
         probe = column.probe(1e-3 / 3, PROBED)
         np.testing.assert_allclose(probe.times / (1e-3 / 3), np.round(probe.times / (1e-3 / 3)), rtol=0, atol=1e-9)
 
 
 def test_the_truth_of_few_rows_is_that_of_the_same_instants():
     (column,) = columns(SPIN, [1.0])
-    whole = truth(column.flight(ROWS))
-    few = truth_of(column.flight(4), whole)
-    np.testing.assert_array_equal(few.times, column.flight(4).rows)
+    whole = truth(column.scene_of(ROWS))
+    few = truth_of(column.scene_of(4), whole)
+    np.testing.assert_array_equal(few.times, column.scene_of(4).rows)
     np.testing.assert_array_equal(few.states[2], whole.states[ROWS // 2])
 
 
@@ -312,7 +312,7 @@ def test_ctrl_c_keeps_what_was_done(tmp_path):
     run.send_signal(signal.SIGINT)
     out, err = run.communicate(timeout=PATIENCE_S)
     assert run.returncode == 130
-    assert b"the same command goes on from there" in err
+    assert b"run the same command again to continue" in err
     assert b"Traceback" not in err
     assert b"spin-fast" in out
     names = {row["method"] for row in csv.DictReader(io.StringIO(limits.read_text()))}
@@ -325,7 +325,7 @@ def test_a_user_s_mistake_is_one_line(tumble):
     done = tumble("stability", "die-straight", "-e", "tumble:rk4")
     assert done.returncode == 2
     assert done.stderr.count("\n") == 1
-    assert "nothing turns, pulls or brakes" in done.stderr
+    assert "nothing limits the step" in done.stderr
 
 
 def test_columns_are_given_for_every_factor():

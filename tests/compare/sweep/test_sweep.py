@@ -30,7 +30,7 @@ from tumble.compare.sweep.pareto_front import (
 )
 from tumble.compare.sweep.results import measured
 from tumble.compare.sweep.schemas import AccuracyCostRow
-from tumble.compare.sweep.work_precision import Effort, Sweep, Timed, at_floor, climb, rungs, sweep
+from tumble.compare.sweep.work_precision import Effort, Sweep, Timed, at_floor, climb, levels, sweep
 from tumble.reports.sweep_text import cost
 from tumble.scenarios.frames import vertices
 from tumble.scenarios.read import read_scene
@@ -128,7 +128,7 @@ def test_a_costlier_run_with_no_smaller_error_is_not_on_the_frontier():
 
 
 def test_errors_below_the_limit_are_the_limit():
-    assert planted(0.5, 0.0, 1.0).error_m == TRUTH.limit.max()
+    assert planted(0.5, 0.0, 1.0).error_m == TRUTH.resolution.max()
 
 
 def test_ratios_are_quoted_against_one_contestant_with_their_interval():
@@ -228,7 +228,7 @@ def test_the_clock_reads_a_known_ratio():
 @pytest.fixture(scope="module")
 def real() -> Sweep:
     with launched(["tumble:rk4", "mujoco:euler", "mujoco:rk4", "pybullet:multibody"]) as running_engines:
-        assert next(rungs(running_engines[0], SCENE, "rk4")) == ("rk4", 1.0)
+        assert next(levels(running_engines[0], SCENE, "rk4")) == ("rk4", 1.0)
         return sweep(running_engines, SCENE)
 
 

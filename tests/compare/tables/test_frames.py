@@ -15,8 +15,21 @@ from tumble.compare.tables.known import tables
 from tumble.compare.tables.schema import BadTable
 from tumble.compare.tables.shared import RUNS, RunRow
 
-RUN = RunRow("s", "e", "m", 0.1, None, 10, "ok", "", 1e-5, resolution_m=-0.0)
-ABSENT = RunRow("s", "gone", "", math.nan, 1e-9, None, "missing", "no wheel")
+RUN = RunRow(
+    scene="s",
+    engine="e",
+    method="m",
+    dt_s=0.1,
+    tolerance=None,
+    steps=10,
+    status="ok",
+    why="",
+    max_error_m=1e-5,
+    resolution_m=-0.0,
+)
+ABSENT = RunRow(
+    scene="s", engine="gone", method="", dt_s=math.nan, tolerance=1e-9, steps=None, status="missing", why="no wheel"
+)
 
 
 @settings(derandomize=True, deadline=None)

@@ -22,9 +22,44 @@ UNDER = [ConditionRow("command", "tumble sweep a b"), ConditionRow("numpy", "2.0
 
 def made(scene: str) -> dict:
     return {
-        "runs.csv": frame(RUNS, [RunRow(scene, "mine", "m", 0.1, None, 10, "ok", "", 1e-3, wall_s=1 / 3)]),
+        "runs.csv": frame(
+            RUNS,
+            [
+                RunRow(
+                    scene=scene,
+                    engine="mine",
+                    method="m",
+                    dt_s=0.1,
+                    tolerance=None,
+                    steps=10,
+                    status="ok",
+                    why="",
+                    max_error_m=1e-3,
+                    wall_s=1 / 3,
+                )
+            ],
+        ),
         "timing.csv": frame(
-            CLOCK, [TimingRow(scene, "mine", "m", None, "step", 1.0, 2.0, 3.0, "wall", "it waits", 4.0, 5.0, 6.0, 7, 8)]
+            CLOCK,
+            [
+                TimingRow(
+                    scene=scene,
+                    engine="mine",
+                    method="m",
+                    tolerance=None,
+                    unit="step",
+                    ns=1.0,
+                    median_ns=2.0,
+                    p90_ns=3.0,
+                    clock="wall",
+                    finding="it waits",
+                    call_ns=4.0,
+                    build_s=5.0,
+                    compile_s=6.0,
+                    peak_bytes=7,
+                    rounds=8,
+                )
+            ],
         ),
     }
 

@@ -115,7 +115,7 @@ def hold_table_against_csv(page: Page, folder: Path) -> None:
 
 def test_a_click_beside_the_die_throws_nothing_and_says_so(lab, page):
     click(page, (-3.4, 3.5, 2.5))
-    expect(page.locator("[data-lab=said]")).to_contain_text("missed the body", timeout=PATIENCE_MS)
+    expect(page.locator("[data-lab=message]")).to_contain_text("missed the body", timeout=PATIENCE_MS)
     assert page.locator("[data-lab=errors]").count() == 0
     click(page, PLACES["front"])
     thrown(page)
@@ -129,7 +129,7 @@ def test_the_first_click_throws_and_the_second_does_not(lab, page):
     page.get_by_role("slider").nth(1).press("Home")
     expect(page.locator("[data-lab=time]")).to_have_text("0", timeout=PATIENCE_MS)
     click(page, PLACES["side"])
-    expect(page.locator("[data-lab=said]")).to_contain_text("Thrown already", timeout=PATIENCE_MS)
+    expect(page.locator("[data-lab=message]")).to_contain_text("already thrown", timeout=PATIENCE_MS)
     assert len(read_scene(str(saved(lab, page, "Scene"))).impulses) == 1
 
 
@@ -137,7 +137,7 @@ def test_two_browsers_do_not_disturb_each_other(lab, page, opened):
     other = opened(lab)
     click(page, PLACES["side"])
     thrown(page)
-    expect(other.locator("[data-lab=said]")).to_contain_text("Click the body")
+    expect(other.locator("[data-lab=message]")).to_contain_text("Click the body")
     assert other.locator("[data-lab=errors]").count() == 0
     click(other, PLACES["front"])
     thrown(other)

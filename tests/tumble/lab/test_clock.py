@@ -30,7 +30,7 @@ def test_another_speed_takes_nothing_back():
 
 
 def test_a_clock_that_waits_does_not_jump():
-    waiting = CLOCK.started(0.0).kept_at(5.0, 0.1)
+    waiting = CLOCK.started(0.0).limited_to(5.0, 0.1)
     assert waiting.time(5.0) == 0.1
     assert waiting.time(5.2) == pytest.approx(0.2)
 

@@ -59,7 +59,7 @@ def test_the_frames_of_the_coursework_hold_its_five_times():
 
 
 def test_a_click_is_an_impulse_of_the_text():
-    draft = Draft.opened("table-4-1-ray").without_impulses().struck(impulse_table(*RAY, 5.0, 0.0))
+    draft = Draft.opened("table-4-1-ray").without_impulses().with_impulse(impulse_table(*RAY, 5.0, 0.0))
     (table,) = tomllib.loads(draft.text)["impulse"]
     assert table == {"time": 0.0, "magnitude": 5.0, "ray": {"origin": RAY[0], "direction": RAY[1]}}
 

@@ -32,7 +32,7 @@ def test_what_is_behind_the_eye_or_beside_the_picture_is_not_seen():
 @given(Coordinate, Coordinate, Coordinate)
 def test_what_is_kept_inside_is_inside_with_all_that_is_written_there(x, y, z):
     box = Box(20.0, 120.0, 8.0, 60.0)
-    left, right, low, high = EYE.covered(EYE.kept_inside(np.array([x, y, z]), box), box)
+    left, right, low, high = EYE.covered(EYE.moved_inside(np.array([x, y, z]), box), box)
     assert left >= -WIDE / 2 - 1e-6
     assert right <= WIDE / 2 + 1e-6
     assert low >= -HIGH / 2 - 1e-6
@@ -41,13 +41,13 @@ def test_what_is_kept_inside_is_inside_with_all_that_is_written_there(x, y, z):
 
 def test_what_is_inside_is_left_where_it_is():
     place = np.array([0.3, 0.2, -1.0])
-    assert EYE.kept_inside(place, Box(5.0, 5.0, 5.0, 5.0)) == pytest.approx(place)
+    assert EYE.moved_inside(place, Box(5.0, 5.0, 5.0, 5.0)) == pytest.approx(place)
 
 
 def test_in_a_narrow_window_nothing_is_written_under_the_controls():
     eye = Eye.of(np.array([0.0, 0.0, 5.0]), np.zeros(3), np.array([0.0, 1.0, 0.0]), ANGLE, 400.0, 800.0)
     box = Box(5.0, 5.0, 5.0, 5.0)
-    assert eye.covered(eye.kept_inside(np.array([0.0, -1.5, 0.0]), box), box)[2] > 0
+    assert eye.covered(eye.moved_inside(np.array([0.0, -1.5, 0.0]), box), box)[2] > 0
 
 
 @pytest.mark.parametrize("name", catalogue())

@@ -4,7 +4,7 @@ import numpy as np
 
 from tumble.lab.foreign import Foreign
 from tumble.lab.looks import Look
-from tumble.lab.markup import error_table, grade_box, readings_table, said
+from tumble.lab.markup import error_table, grade_box, readings_table, status_line
 from tumble.lab.pool import Contestant
 from tumble.lab.readings import ErrorRow, Reading
 from tumble.lab.sentences import printed
@@ -22,7 +22,7 @@ def test_what_comes_from_a_file_is_text():
     pages = (
         error_table([row, gone], {mine: LOOK}, 1.0, None, 0.5),
         grade_box(Foreign(EVIL, np.zeros(1), np.zeros((1, 8, 3)), f"Off: {EVIL}", False, (EVIL,))),
-        said(f"{EVIL}\x1b[2J: no such file", is_refusal=True),
+        status_line(f"{EVIL}\x1b[2J: no such file", is_refusal=True),
     )
     for page in pages:
         assert "<img" not in page

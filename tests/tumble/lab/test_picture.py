@@ -5,7 +5,7 @@ import io
 import numpy as np
 from PIL import Image
 
-from tumble.lab.picture import captioned, told_off
+from tumble.lab.picture import captioned, error_text
 from tumble.lab.pool import Contestant
 from tumble.lab.readings import ErrorRow, Reading
 
@@ -33,6 +33,6 @@ def test_who_is_how_far_off_is_in_the_picture_with_the_colour_of_its_ghost():
 
 
 def test_who_is_not_there_says_why():
-    assert told_off(OFF) == "mine:rk4: 0.00173 m, vertex 3"
-    assert told_off(ErrorRow(MINE, None, None, None, np.nan, np.nan, "timeout")) == "mine:rk4: timeout"
-    assert "at most 1e-15 m" in told_off(ErrorRow(MINE, 3, np.zeros(3), np.zeros(3), 0.0, 1e-15, ""))
+    assert error_text(OFF) == "mine:rk4: 0.00173 m, vertex 3"
+    assert error_text(ErrorRow(MINE, None, None, None, np.nan, np.nan, "timeout")) == "mine:rk4: timeout"
+    assert "at most 1e-15 m" in error_text(ErrorRow(MINE, 3, np.zeros(3), np.zeros(3), 0.0, 1e-15, ""))

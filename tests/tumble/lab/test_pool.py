@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from tumble.compare.run.flight import Trajectory
-from tumble.compare.run.worker import Failure
+from tumble.compare.run.status import Failure, Status
 from tumble.lab import background, pool
 from tumble.lab.background import Workers
 from tumble.lab.draft import Draft
@@ -159,7 +159,7 @@ def test_what_is_not_installed_is_known_without_being_started():
 
 def test_an_engine_that_cannot_be_started_says_why(tmp_path):
     with Pool(time_limit=60.0) as engines:
-        engines._failed[ENGINE] = Failure("missing: no module named mujoco")
+        engines._failed[ENGINE] = Failure(Status.MISSING, "no module named mujoco")
         assert engines.why_not(ENGINE) == "missing: no module named mujoco"
 
 

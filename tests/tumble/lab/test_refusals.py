@@ -11,11 +11,11 @@ from tumble.scenarios.read import BadScene
 @pytest.mark.parametrize(
     ("path", "value", "begins"),
     [
-        (("body", "mass"), -1.0, "Mass: -1.0 is refused"),
-        (("body", "size"), [1.0, -1.0, 1.0], "Size y: -1.0 is refused"),
-        (("gravity",), [0.0, float("inf"), 0.0], "Gravity y: inf is refused"),
-        (("step",), 0.0, "Step: 0.0 is refused"),
-        (("duration",), -1.0, "Duration: -1.0 is refused"),
+        (("body", "mass"), -1.0, "Mass: -1.0 is not allowed"),
+        (("body", "size"), [1.0, -1.0, 1.0], "Size y: -1.0 is not allowed"),
+        (("gravity",), [0.0, float("inf"), 0.0], "Gravity y: inf is not allowed"),
+        (("step",), 0.0, "Step: 0.0 is not allowed"),
+        (("duration",), -1.0, "Duration: -1.0 is not allowed"),
     ],
 )
 def test_a_value_is_refused_by_the_name_of_its_control(path, value, begins):

@@ -54,9 +54,9 @@ def keep(request) -> Callable[[Page, str], Path]:
     return keep
 
 
-def said(page: Page, words: str) -> None:
+def expect_message(page: Page, words: str) -> None:
     """Wait until the line above the controls says this."""
-    expect(page.locator("[data-lab=said]")).to_contain_text(words, timeout=PATIENCE_MS)
+    expect(page.locator("[data-lab=message]")).to_contain_text(words, timeout=PATIENCE_MS)
 
 
 def own_throw(page: Page) -> None:
@@ -94,7 +94,7 @@ def test_at_first_there_is_a_die_with_pips_before_a_ruled_wall(wide, keep):
 def test_a_click_beside_it_says_so(wide, keep):
     reset(wide)
     click(wide, CENTRE + np.array([-1.0, 0.9, 0.0]), SCENE)
-    said(wide, "missed the body")
+    expect_message(wide, "missed the body")
     keep(wide, "miss")
 
 
@@ -116,11 +116,11 @@ def test_errors_are_told_while_it_moves(wide, keep):
 def test_errors_are_magnified_until_they_fit_and_what_is_outside_is_named(wide, keep):
     reset(wide)
     own_throw(wide)
-    said(wide, "Largest error now: pybullet:multibody+defaults")
+    expect_message(wide, "Largest error now: pybullet:multibody+defaults")
     assert wide.locator("[data-lab=outside]").count() == 0
     keep(wide, "magnified-to-fit")
     chosen(wide, "Magnify errors", "1000")
-    said(wide, "Outside the view: mujoco:euler, pybullet:multibody+defaults")
+    expect_message(wide, "Outside the view: mujoco:euler, pybullet:multibody+defaults")
     assert wide.locator("[data-lab=outside]").count() == 2
     keep(wide, "magnified-too-far")
     chosen(wide, "Magnify errors", "fit the view")
@@ -180,8 +180,8 @@ def test_a_loaded_trajectory_has_its_verdict_in_view(lab, wide, keep):
     refused = lab.folder / "refused.csv"
     refused.write_text((lab.folder / "right.csv").read_text(encoding="utf-8").replace("t_s,", "Time,", 1))
     upload.set_input_files(refused)
-    said(wide, "refused.csv: no column says the time")
-    said(wide, "options of the command line")
+    expect_message(wide, "refused.csv: no column says the time")
+    expect_message(wide, "command line")
     keep(wide, "loaded-refused")
     wide.get_by_text("Save and load", exact=True).click()
 
@@ -189,7 +189,7 @@ def test_a_loaded_trajectory_has_its_verdict_in_view(lab, wide, keep):
 def test_printed_points_are_seen_through_the_body_and_joined(wide, keep):
     wide.get_by_role("button", name="Table 4.1").click()
     wide.get_by_role("button", name="0.36", exact=True).click()
-    said(wide, "the application (black) 9.17 mm from the truth, the calculation (red) 1.87 m")
+    expect_message(wide, "the application (black) 9.17 mm from the truth, the calculation (red) 1.87 m")
     pixels = seen(keep(wide, "table-4-1"), wide)
     red = (pixels[..., 0] - pixels[..., 1:].max(axis=-1) > 90).sum()
     assert red > 300
@@ -201,7 +201,7 @@ def chosen_scene(page: Page, name: str) -> None:
     page.get_by_text("Scene", exact=True).first.click()
     chosen(page, "Scene", name)
     page.get_by_text("Scene", exact=True).first.click()
-    said(page, "Click the body")
+    expect_message(page, "Click the body")
 
 
 def test_in_a_narrow_window_the_controls_fold(narrow, keep):

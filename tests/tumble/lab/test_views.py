@@ -51,7 +51,7 @@ def page(first_page) -> Page:
     return first_page
 
 
-def struck(lab: Lab, page: Page, place, *, is_narrow: bool = False) -> Impulse:
+def with_impulse(lab: Lab, page: Page, place, *, is_narrow: bool = False) -> Impulse:
     """Click a place [m] of the grain as the lab shows it at first, and return the impulse of the scene it saves."""
     click(page, place, str(lab.folder / "grain.toml"), is_narrow)
     thrown(page)
@@ -61,14 +61,14 @@ def struck(lab: Lab, page: Page, place, *, is_narrow: bool = False) -> Impulse:
 
 def test_a_grain_far_from_the_origin_is_struck_where_it_is_clicked(lab, page):
     place = CENTRE + CORNER * (0.4, -0.3, 1.0)
-    ray = struck(lab, page, place).ray
+    ray = with_impulse(lab, page, place).ray
     hit = ray.origin + ray.direction * (place[2] - ray.origin[2]) / ray.direction[2]
     assert np.abs(hit - place).max() < 0.01 * np.linalg.norm(CORNER)
 
 
 def test_w_walks_towards_the_body_however_small_it_is_and_an_edit_leaves_the_eye_there(lab, page):
     reach = read_scene(str(lab.folder / "grain.toml")).body.reach
-    before = np.linalg.norm(struck(lab, page, CENTRE).ray.origin - CENTRE) / reach
+    before = np.linalg.norm(with_impulse(lab, page, CENTRE).ray.origin - CENTRE) / reach
     reset(page)
     page.mouse.click(*BESIDE)
     page.keyboard.down("w")
@@ -82,7 +82,7 @@ def test_w_walks_towards_the_body_however_small_it_is_and_an_edit_leaves_the_eye
     mass.fill("0.0000002")
     mass.press("Enter")
     page.get_by_text("Scene", exact=True).first.click()
-    impulse = struck(lab, page, CENTRE)
+    impulse = with_impulse(lab, page, CENTRE)
     walked = np.linalg.norm(impulse.ray.origin - CENTRE) / reach
     assert before == pytest.approx(4.4, abs=0.1)
     assert 0.0 < walked < before - 0.2
@@ -97,7 +97,7 @@ def test_the_coursework_is_replayed_with_its_five_times_and_its_printed_position
     for time in ("0.06", "0.28", "0.42", "0.5", "0.36"):
         page.get_by_role("button", name=time, exact=True).click()
     expect(page.locator("[data-lab=time]")).to_have_text("0.36", timeout=PATIENCE_MS)
-    expect(page.locator("[data-lab=said]")).to_contain_text("the application (black) 9.17 mm", timeout=PATIENCE_MS)
+    expect(page.locator("[data-lab=message]")).to_contain_text("the application (black) 9.17 mm", timeout=PATIENCE_MS)
     expect(page.locator("[data-lab=errors]")).to_contain_text("vertex 5", timeout=PATIENCE_MS)
     pixels = picture_of(lab, page)
     red, green, blue = np.moveaxis(pixels.astype(int), -1, 0)
@@ -106,7 +106,7 @@ def test_the_coursework_is_replayed_with_its_five_times_and_its_printed_position
 
 def test_after_a_pull_of_the_slider_it_stands_where_the_time_does(lab, page):
     # A later time may be on its way to the browser as it is pulled: which of the two it is is nobody's promise.
-    struck(lab, page, CENTRE)
+    with_impulse(lab, page, CENTRE)
     number = page.locator("input[inputmode=decimal], input[inputmode=numeric]").nth(1)
     track = page.locator(".mantine-Slider-root").nth(1)
     play, pause = (page.get_by_role("button", name=name) for name in ("Play", "Pause"))
@@ -126,7 +126,7 @@ def test_an_engine_is_ticked_in_the_panel(page, lab):
     page.get_by_text("Engines", exact=True).click()
     page.get_by_label("scipy", exact=True).check()
     page.get_by_text("Engines", exact=True).click()
-    struck(lab, page, CENTRE)
+    with_impulse(lab, page, CENTRE)
     ran = page.locator("[data-contestant='scipy:dop853'] [data-lab=off]")
     expect(ran).to_have_text(re.compile(r"\d"), timeout=PATIENCE_MS)
 
@@ -140,7 +140,7 @@ def test_in_a_narrow_window_all_of_the_body_is_above_the_controls(lab, opened):
     assert (corners > 0).all()
     assert corners[:, 0].max() < 400
     assert corners[:, 1].max() < top
-    ray = struck(lab, page, CENTRE, is_narrow=True).ray
+    ray = with_impulse(lab, page, CENTRE, is_narrow=True).ray
     assert np.linalg.norm(np.cross(CENTRE - ray.origin, ray.direction)) < 0.02 * np.linalg.norm(CORNER)
 
 
@@ -150,7 +150,7 @@ def picture_of(lab: Lab, page: Page) -> np.ndarray:
 
 
 def test_the_picture_shows_the_body_and_tells_who_is_how_far_off(lab, page):
-    struck(lab, page, CENTRE)
+    with_impulse(lab, page, CENTRE)
     pixels = picture_of(lab, page)
     seen = pixels[: int(0.75 * len(pixels))]
     assert pixels.shape[1] >= 960

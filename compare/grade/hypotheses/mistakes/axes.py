@@ -1,4 +1,4 @@
-"""Signed permutations of axes, and what they are called."""
+"""Signed permutations of axes, and their names."""
 
 from itertools import permutations, product
 
@@ -8,7 +8,7 @@ from tumble.scenarios.frames import Array
 
 
 def signed_permutations(determinant: int) -> list[Array]:
-    """Return the matrices that rename and reverse axes, but for the one that does nothing."""
+    """Return the signed permutation matrices with a determinant of 1 or -1, without the identity."""
     matrices = [
         np.diag(signs).astype(float)[list(order)]
         for order in permutations(range(3))
@@ -18,5 +18,5 @@ def signed_permutations(determinant: int) -> list[Array]:
 
 
 def axis_names(axes: Array) -> str:
-    """Return what stands for x y z."""
+    """Return the axes that replace x y z."""
     return " ".join(("-" if row.min() < 0 else "") + "xyz"[int(np.argmax(np.abs(row)))] for row in axes)

@@ -1,4 +1,4 @@
-"""A body of another size than the scene says: the scene, or the program, is what is wrong."""
+"""A body whose size differs from the scene: the scene or the program is wrong."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -6,73 +6,71 @@ from itertools import permutations
 
 import numpy as np
 
-from tumble.compare.grade.hypotheses.hypothesis import Hypothesis, Question, choice, grid
-from tumble.compare.grade.model.program_model import Account, with_writing
+from tumble.compare.grade.hypotheses.hypothesis import Context, Hypothesis, choice, grid
+from tumble.compare.grade.model.program_model import ProgramModel, with_output_transform
 from tumble.scenarios.frames import Array
 from tumble.scenarios.mass import box
 from tumble.scenarios.scene import Impulse
 
-# Nobody has an edge wrong by so little, and any small error would be taken for it.
+# Smaller deviations of an edge are not tried: any small error would fit.
 LEAST = 0.02
-TWICE = {0.5: "half edges taken for edges", 2.0: "edges taken for half edges"}
+TWICE = {0.5: "half edges used as edges", 2.0: "edges used as half edges"}
 
 
-def size(question: Question) -> Iterator[Hypothesis]:
-    """Yield that a box has other edges, with the inertia, the vertices and the points struck that follow from them."""
-    if question.scene.body.size is None:
+def body_size(context: Context) -> Iterator[Hypothesis]:
+    """Yield that a box has other edges, with the resulting inertia, vertices and points of impulses."""
+    if context.scene.body.size is None:
         return
     axes = [(f"along {axis}", np.eye(3)[number]) for number, axis in enumerate("xyz")]
-    # A box that is larger by one factor flies as with another inertia, but for where its vertices are.
-    if question.kind == "vertices":
+    # A box scaled by one factor moves as with another inertia, except for its vertices.
+    if context.kind == "vertices":
         axes.append(("", np.ones(3)))
     for which, along in axes:
         yield Hypothesis(
-            f"another size {which}".rstrip(),
+            f"wrong-body-size-{which}".rstrip("-").replace(" ", "-"),
             "body size",
-            f"the body's {f'edge {which} is' if which else 'edges are'} {{}} times what the scene says",
-            _resized(along, question.kind == "vertices"),
+            f"edges of the body{f' {which}' if which else ''} {{}} times those in the scene",
+            _resized(along, context.kind == "vertices"),
             grid(0.2, 5.0, 13),
-            known=TWICE,
+            named_values=TWICE,
             rare=True,
-            of_scene=True,
         )
-    edges = question.scene.body.size
+    edges = context.scene.body.size
     orders = [order for order in permutations(range(3)) if not np.allclose(edges[list(order)], edges)]
     if orders:
         yield Hypothesis(
-            "edges in another order",
+            "edges-permuted",
             "body size",
-            "the body's edges are in another order than the scene says: x y z have those of {}",
-            lambda account, number: _with_edges(
-                account, edges[list(orders[int(number)])] / edges, question.kind == "vertices"
+            "edges of the body permuted: x y z have those of {}",
+            lambda program, number: _with_edges(
+                program, edges[list(orders[int(number)])] / edges, context.kind == "vertices"
             ),
             choice(len(orders)),
             tuple(" ".join("xyz"[axis] for axis in order) for order in orders),
             rare=True,
-            of_scene=True,
         )
 
 
-def _resized(along: Array, vertices: bool) -> Callable[[Account, float], Account]:
-    def change(account: Account, factor: float) -> Account:
+def _resized(along: Array, vertices: bool) -> Callable[[ProgramModel, float], ProgramModel]:
+    def change(program: ProgramModel, factor: float) -> ProgramModel:
         if abs(factor - 1) < LEAST:
-            return account
-        return _with_edges(account, factor**along, vertices)
+            return program
+        return _with_edges(program, factor**along, vertices)
 
     return change
 
 
-def _with_edges(account: Account, by: Array, vertices: bool) -> Account:
-    """Return the account of a body whose edges are so many times as long, (3,)."""
-    assert account.body.size is not None
-    moments = account.moments * np.diag(box(1.0, by * account.body.size).tensor)
-    moments = moments / np.diag(box(1.0, account.body.size).tensor)
-    impulses = tuple(_moved(impulse, by, account.body.points) for impulse in account.impulses)
-    changed = replace(account, moments=moments, impulses=impulses)
-    return with_writing(changed, lambda pose: pose._replace(axes=pose.axes * by)) if vertices else changed
+def _with_edges(program: ProgramModel, by: Array, vertices: bool) -> ProgramModel:
+    """Return the program with the body's edges multiplied by factors, (3,)."""
+    assert program.body.size is not None
+    moments = program.moments * np.diag(box(1.0, by * program.body.size).tensor)
+    moments = moments / np.diag(box(1.0, program.body.size).tensor)
+    impulses = tuple(_moved(impulse, by, program.body.points) for impulse in program.impulses)
+    changed = replace(program, moments=moments, impulses=impulses)
+    return with_output_transform(changed, lambda pose: pose._replace(axes=pose.axes * by)) if vertices else changed
 
 
 def _moved(impulse: Impulse, by: Array, points: Array) -> Impulse:
-    """Return an impulse that strikes a vertex where the vertex is now, any other as it was."""
+    """Return an impulse at a vertex moved with the vertex, any other unchanged."""
     at = impulse.point_body
     return replace(impulse, point_body=by * at) if at is not None and (points == at).all(axis=1).any() else impulse

@@ -1,225 +1,233 @@
-"""Mistakes with what acts all the time: gravity, damping that nobody asked for, a force of the scene left out."""
+"""Mistakes with permanent forces: gravity, damping that the scene does not have, a missing force."""
 
 from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
 
-from tumble.compare.grade.hypotheses.hypothesis import STEPS, Hypothesis, Question, choice, grid
+from tumble.compare.grade.hypotheses.hypothesis import STEPS, Context, Hypothesis, choice, grid
+from tumble.compare.grade.hypotheses.names import GRAVITY_DELAYED, PYBULLET_DAMPING, SPIN_CAP
 from tumble.compare.grade.model.kernel.dynamics import AFTER_FORCES, AS_FORCE, LAST
-from tumble.compare.grade.model.program_model import Account, without_strength
+from tumble.compare.grade.model.program_model import ProgramModel, without_strength
 from tumble.scenarios.forces import GRAVITY, acting
 
 STANDARD = 9.81  # m/s2
 SIZES = {9.8: "9.8 m/s2", 9.80665: "9.80665 m/s2", 10.0: "10 m/s2"}
-# Instants at which the fastest speed is looked for.
+# Times at which the largest speed is sought.
 PROBES = 64
 AXES = ("+x", "-x", "+y", "-y", "+z", "-z")
 DIRECTIONS = tuple(sign * axis for axis in np.eye(3) for sign in (1.0, -1.0))
-# 1/s, as engines have them by default.
+# Default rates of engines [1/s].
 RATES = {0.01: "", 0.04: "", 0.05: "", 0.1: "", 0.5: "", 1.0: ""}
 BULLET = 0.04
-# rad/s and m/s that engines do not let a body pass by default.
+# Coefficients of Dynamics.damping that it sets.
+BULLET_KINDS = (0, 1, 2, 3)
+# Default limits of engines [rad/s, m/s].
 SPIN_CAPS = {7.0: "Unity's", 47.12: "Rapier's and Jolt's at 60 Hz", 100.0: "PhysX's"}
 SPEED_CAPS = {100.0: "", 400.0: "", 500.0: "Jolt's"}
-# When a step damps, which makes no difference to a smooth flight.
+# When a step damps, which makes no difference to a continuous run.
 DAMPS = {AS_FORCE: "", AFTER_FORCES: ", after the forces of a step", LAST: ", after a step has moved the body"}
 
 
-def forces(question: Question) -> Iterator[Hypothesis]:
-    """Yield what is wrong with forces."""
-    yield from _gravity(question)
-    yield from _damping(question)
-    yield from _drag(question)
-    yield from _brakes(question)
-    yield from _caps(question)
-    yield from _left_out(question)
+def forces(context: Context) -> Iterator[Hypothesis]:
+    """Yield mistakes with forces."""
+    yield from _gravity(context)
+    yield from _damping(context)
+    yield from _drag(context)
+    yield from _brakes(context)
+    yield from _caps(context)
+    yield from _left_out(context)
 
 
-def _gravity(question: Question) -> Iterator[Hypothesis]:
-    gravity = question.account.gravity
+def _gravity(context: Context) -> Iterator[Hypothesis]:
+    gravity = context.program.gravity
     size = float(np.linalg.norm(gravity))
-    if question.drift is not None and question.drift[1].any():
-        more = question.drift[1]
+    if context.drift is not None and context.drift[1].any():
+        more = context.drift[1]
         yield Hypothesis(
-            "constant acceleration",
+            "constant-acceleration",
             "gravity",
-            f"an acceleration of ({', '.join(f'{value:.4g}' for value in more)}) m/s2 that the scene has not got",
-            lambda account, _: replace(account, gravity=account.gravity + more),
+            f"an acceleration of ({', '.join(f'{value:.4g}' for value in more)}) m/s2 that the scene does not have",
+            lambda program, _: replace(program, gravity=program.gravity + more),
             rare=True,
-            taken=3,
+            from_data=3,
         )
     if not size:
         yield Hypothesis(
-            "gravity added",
+            "gravity-added",
             "gravity",
-            f"gravity of {STANDARD} m/s2 along {{}}, which the scene has not got",
-            lambda account, number: replace(account, gravity=STANDARD * DIRECTIONS[int(number)]),
+            f"gravity of {STANDARD} m/s2 along {{}}, which the scene does not have",
+            lambda program, number: replace(program, gravity=STANDARD * DIRECTIONS[int(number)]),
             choice(len(AXES)),
             AXES,
         )
         return
-    for name, says, factor in (
-        ("gravity missing", "gravity missing", 0.0),
-        ("gravity doubled", "gravity applied twice", 2.0),
-        ("gravity reversed", "gravity of the wrong sign", -1.0),
+    for name, text, factor in (
+        ("gravity-missing", "gravity missing", 0.0),
+        ("gravity-doubled", "gravity applied twice", 2.0),
+        ("gravity-reversed", "gravity reversed", -1.0),
     ):
         yield Hypothesis(
-            name, "gravity", says, lambda account, _, factor=factor: replace(account, gravity=factor * gravity)
+            name, "gravity", text, lambda program, _, factor=factor: replace(program, gravity=factor * gravity)
         )
     others = [number for number, direction in enumerate(DIRECTIONS) if abs(direction @ gravity) < 0.9 * size]
     yield Hypothesis(
-        "gravity along another axis",
+        "gravity-along-wrong-axis",
         "gravity",
         "gravity along {}",
-        lambda account, number: replace(account, gravity=size * DIRECTIONS[others[int(number)]]),
+        lambda program, number: replace(program, gravity=size * DIRECTIONS[others[int(number)]]),
         choice(len(others)),
         tuple(AXES[number] for number in others),
     )
     yield Hypothesis(
-        "gravity of another size",
+        "gravity-wrong-magnitude",
         "gravity",
-        "gravity {} times what it is",
-        lambda account, factor: replace(account, gravity=factor * gravity),
+        "gravity {} times its value",
+        lambda program, factor: replace(program, gravity=factor * gravity),
         grid(0.5, 1.6, 9),
-        known={other / size: name for other, name in SIZES.items() if other != size},
+        named_values={other / size: name for other, name in SIZES.items() if other != size},
     )
-    yield _late_gravity(question)
+    yield _gravity_delayed(context)
 
 
-def _late_gravity(question: Question) -> Hypothesis:
-    """Return that gravity begins to act only after a while, as after an engine's first step."""
-    longest = 0.5 * question.duration
-    known = {question.spacing_s: "one row"} | STEPS
-    known = {instant: name for instant, name in known.items() if instant < longest}
+def _gravity_delayed(context: Context) -> Hypothesis:
+    """Return that gravity starts to act with a delay, for example after an engine's first step."""
+    longest = 0.5 * context.duration
+    named_values = {context.spacing_s: "one row"} | STEPS
+    named_values = {instant: name for instant, name in named_values.items() if instant < longest}
     return Hypothesis(
-        "gravity late",
+        GRAVITY_DELAYED,
         "gravity start",
         "gravity acts from t = {} s on",
-        lambda account, instant: replace(account, falls_from=instant),
-        tuple(sorted({*grid(min(0.002, 1e-2 * longest), longest, 9), *known})),
-        known=known,
+        lambda program, instant: replace(program, gravity_from=instant),
+        tuple(sorted({*grid(min(0.002, 1e-2 * longest), longest, 9), *named_values})),
+        named_values=named_values,
         rare=True,
         unit="s",
     )
 
 
 def damping_rates(duration: float, most: float = 4.0) -> tuple[float, ...]:
-    """Return rates [1/s] that show in a flight of this many seconds, in which a body loses `most` powers of e."""
+    """Return rates [1/s] with which a run of `duration` seconds slows down by up to `most` powers of e."""
     return grid(1e-3 / duration, most / duration, 11)
 
 
-def _damping(question: Question) -> Iterator[Hypothesis]:
-    rates = damping_rates(question.duration)
-    kinds = ("linear damping", "velocity", 0), ("angular damping", "angular velocity", 2)
-    for damps, when in DAMPS.items():
-        for name, what, place in kinds:
+def _damping(context: Context) -> Iterator[Hypothesis]:
+    rates = damping_rates(context.duration)
+    kinds = ("linear", "velocity", 0), ("angular", "angular velocity", 2)
+    for damping_place, when in DAMPS.items():
+        for kind, what, place in kinds:
             yield Hypothesis(
-                name,
-                name,
-                f"{name}: {what} decays at {{}} /s{when}",
-                lambda account, rate, place=place, damps=damps: _damped(account, {place: rate}, damps),
+                f"{kind}-damping",
+                f"{kind} damping",
+                f"{kind} damping: {what} decays at {{}} /s{when}",
+                lambda program, rate, place=place, damping_place=damping_place: damped(
+                    program, {place: rate}, damping_place
+                ),
                 rates,
-                known=RATES,
-                variant=damps != AS_FORCE,
+                named_values=RATES,
+                variant=damping_place != AS_FORCE,
                 unit="1/s",
             )
         yield Hypothesis(
-            "damping as PyBullet's default",
+            PYBULLET_DAMPING,
             "linear damping",
             f"PyBullet's default damping: a = -{BULLET} (1 + |v|) v, and the same for w{when}",
-            lambda account, _, damps=damps: _damped(account, dict.fromkeys(range(4), BULLET), damps),
-            variant=damps != AS_FORCE,
+            lambda program, _, damping_place=damping_place: damped(
+                program, dict.fromkeys(BULLET_KINDS, BULLET), damping_place
+            ),
+            variant=damping_place != AS_FORCE,
         )
 
 
-def _damped(account: Account, rates: dict[int, float], damps: int) -> Account:
-    d0, d1, d2, d3, d4 = (rates.get(place, rate) for place, rate in enumerate(account.damping))
-    return replace(account, damping=(d0, d1, d2, d3, d4), damps=damps)
+def damped(program: ProgramModel, rates: dict[int, float], damping_place: int) -> ProgramModel:
+    """Return the program with some coefficients of `Dynamics.damping`, applied at a place of the step."""
+    d0, d1, d2, d3, d4 = (rates.get(place, rate) for place, rate in enumerate(program.damping))
+    return replace(program, damping=(d0, d1, d2, d3, d4), damping_place=damping_place)
 
 
-def _drag(question: Question) -> Iterator[Hypothesis]:
-    """Yield damping that is no decay: with the square of a speed, or by a torque that inertia divides."""
-    rates, moment = grid(1e-3 / question.duration, 10 / question.duration, 11), float(question.account.moments.mean())
-    for name, part, says, place, unit, scale in (
-        ("quadratic drag", "linear damping", "quadratic drag: a = -{} /m |v| v", 1, "1/m", 1.0),
-        ("quadratic spin drag", "angular damping", "quadratic drag of the rotation: alpha = -{} |w| w", 3, "1", 1.0),
-        ("drag torque", "angular damping", "a torque of -{} N m s times w, divided by the inertia", 4, "N m s", moment),
+def _drag(context: Context) -> Iterator[Hypothesis]:
+    """Yield drag with the square of a speed, and a drag torque that is divided by the inertia."""
+    rates, moment = grid(1e-3 / context.duration, 10 / context.duration, 11), float(context.program.moments.mean())
+    for name, part, text, place, unit, scale in (
+        ("quadratic-drag", "linear damping", "quadratic drag: a = -{} /m |v| v", 1, "1/m", 1.0),
+        ("quadratic-angular-drag", "angular damping", "quadratic angular drag: alpha = -{} |w| w", 3, "1", 1.0),
+        ("drag-torque", "angular damping", "drag torque of -{} N m s times w", 4, "N m s", moment),
     ):
         yield Hypothesis(
             name,
             part,
-            says,
-            lambda account, rate, place=place: _damped(account, {place: rate}, account.damps),
+            text,
+            lambda program, rate, place=place: damped(program, {place: rate}, program.damping_place),
             tuple(scale * rate for rate in rates),
             rare=True,
             unit=unit,
         )
 
 
-def _brakes(question: Question) -> Iterator[Hypothesis]:
+def _brakes(context: Context) -> Iterator[Hypothesis]:
     """Yield damping along one axis only."""
-    rates = damping_rates(question.duration)
+    rates = damping_rates(context.duration)
     for kind, what, axes in (
-        (0, "linear damping along {}", "velocity along {} decays at {{}} /s"),
-        (1, "angular damping about the body's {}", "angular velocity about the body's {} decays at {{}} /s"),
-        (2, "angular damping about {}", "angular velocity about the world's {} decays at {{}} /s"),
+        (0, "linear-damping-along-{}", "velocity along {} decays at {{}} /s"),
+        (1, "angular-damping-about-body-{}", "angular velocity about the body's {} decays at {{}} /s"),
+        (2, "angular-damping-about-world-{}", "angular velocity about the world's {} decays at {{}} /s"),
     ):
         for number, axis in enumerate("xyz"):
             yield Hypothesis(
                 what.format(axis),
                 what.format(axis),
                 axes.format(axis),
-                lambda account, rate, kind=kind, number=number: _braked(account, kind, number, rate),
+                lambda program, rate, kind=kind, number=number: _braked(program, kind, number, rate),
                 rates,
-                known=RATES,
+                named_values=RATES,
                 rare=True,
                 unit="1/s",
             )
 
 
-def _braked(account: Account, kind: int, axis: int, rate: float) -> Account:
-    brakes = [list(brake) for brake in account.brakes]
-    brakes[kind][axis] = rate
-    of_v, of_body, of_world = ((x, y, z) for x, y, z in brakes)
-    return replace(account, brakes=(of_v, of_body, of_world))
+def _braked(program: ProgramModel, kind: int, axis: int, rate: float) -> ProgramModel:
+    axis_damping = [list(brake) for brake in program.axis_damping]
+    axis_damping[kind][axis] = rate
+    of_v, of_body, of_world = ((x, y, z) for x, y, z in axis_damping)
+    return replace(program, axis_damping=(of_v, of_body, of_world))
 
 
-def _caps(question: Question) -> Iterator[Hypothesis]:
-    """Yield that speeds are not let past some value; of a flight that is slower nothing would be seen."""
-    account = question.account
-    rows = account.flown(np.linspace(0.0, question.duration, PROBES))
-    for name, says, place, columns, known in (
-        ("spin cap", "angular velocity not let past {} rad/s", 1, slice(15, 18), SPIN_CAPS),
-        ("speed cap", "velocity not let past {} m/s", 0, slice(12, 15), SPEED_CAPS),
+def _caps(context: Context) -> Iterator[Hypothesis]:
+    """Yield limits of the speeds that are reached."""
+    program = context.program
+    rows = program.simulate(np.linspace(0.0, context.duration, PROBES))
+    for name, text, place, columns, named_values in (
+        (SPIN_CAP, "angular velocity limited to {} rad/s", 1, slice(15, 18), SPIN_CAPS),
+        ("speed-cap", "velocity limited to {} m/s", 0, slice(12, 15), SPEED_CAPS),
     ):
         fastest = float(np.linalg.norm(rows[:, columns], axis=1).max())
         if fastest > 0:
             yield Hypothesis(
                 name,
-                name,
-                says,
-                lambda account, cap, place=place: replace(
-                    account, caps=(account.caps[0], cap) if place else (cap, account.caps[1])
+                name.replace("-", " "),
+                text,
+                lambda program, cap, place=place: replace(
+                    program, caps=(program.caps[0], cap) if place else (cap, program.caps[1])
                 ),
                 tuple(np.linspace(0.05, 1.0, 12) * fastest),
-                known={cap: name for cap, name in known.items() if cap < fastest},
+                named_values={cap: name for cap, name in named_values.items() if cap < fastest},
                 rare=True,
                 unit="rad/s" if place else "m/s",
             )
 
 
-def _left_out(question: Question) -> Iterator[Hypothesis]:
-    """Yield that a force of the scene is missing: it stays without strength, so that no kernel is compiled for it."""
-    for law in acting(question.scene):
+def _left_out(context: Context) -> Iterator[Hypothesis]:
+    """Yield that a force of the scene is missing; it keeps no strength, so that no kernel is compiled for it."""
+    for law in acting(context.scene):
         if law is GRAVITY:
             continue
-        rest = without_strength(law, question.scene)
+        rest = without_strength(law, context.scene)
         yield Hypothesis(
-            f"{law.name} missing",
+            f"{law.name.replace(' ', '-')}-missing",
             law.name,
             f"{law.name} missing",
-            lambda account, _, part=law.part, rest=rest: replace(
-                account, forces=account.forces._replace(**{part: rest})
+            lambda program, _, part=law.part, rest=rest: replace(
+                program, forces=program.forces._replace(**{part: rest})
             ),
         )

@@ -1,12 +1,13 @@
-"""Mistakes with an impulse: how long it acts, where, how strongly; and with a start velocity that one has left."""
+"""Mistakes with impulses, all of them or one of several: duration, lever, strength, time."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
-from tumble.compare.grade.hypotheses.hypothesis import STEPS, Hypothesis, Question, choice, grid
-from tumble.compare.grade.hypotheses.mistakes.one_impulse import MOST_VERTICES, one_impulse
+from tumble.compare.grade.hypotheses.hypothesis import STEPS, Context, Hypothesis, choice, grid
+from tumble.compare.grade.hypotheses.names import IMPULSE_OVER_ONE_STEP
 from tumble.compare.grade.model.kernel.dynamics import (
     AS_AT_THE_START,
     NOT_TURNED,
@@ -15,210 +16,330 @@ from tumble.compare.grade.model.kernel.dynamics import (
     TORQUE_STAYS,
     TORQUE_UNTURNED,
 )
-from tumble.compare.grade.model.program_model import Account
-from tumble.scenarios.frames import Array
+from tumble.compare.grade.model.program_model import FINE, ProgramModel
+from tumble.scenarios.frames import Array, rotation_matrix
 from tumble.scenarios.scene import Impulse
 
+# Bodies with more vertices are meshes, whose vertices are not confused with one another.
+MOST_VERTICES = 27
 N_S_AS_N = {1.0: "N s read as N"}
-# What becomes of the place where a force acts that lasts.
-HELD = {POINT_MOVES: "", POINT_STAYS: " at a point that stays in the world", TORQUE_STAYS: " with a constant torque"}
+GRAMS = {1e3: "kg read as g", 1e-3: "g read as kg"}
+# Motion of the point where a lasting force acts.
+LEVER_MOTIONS = {
+    POINT_MOVES: "",
+    POINT_STAYS: " at a point fixed in the world",
+    TORQUE_STAYS: " with a constant torque",
+}
+
+# Mistakes that all impulses may have, or only one of several: name, text, and how all of them are applied.
+STRENGTHS = (("missing", "{} missing", 0.0), ("doubled", "{} applied twice", 2.0), ("reversed", "{} reversed", -1.0))
+LEVERS: Mapping[str, tuple[str, dict[str, Any]]] = {
+    "at-centre-of-mass": ("{} applied at the centre of mass, without a torque", {"lever": (0.0, 0.0, 0.0, 0.0, 0.0)}),
+    "lever-from-origin": (
+        "lever of {} measured from the origin, not from the centre of mass",
+        {"lever": (1.0, 0.0, 0.0, 0.0, 0.0)},
+    ),
+    "lever-reversed": ("torque of {} reversed, F x r", {"lever": (-1.0, 1.0, 0.0, 0.0, 0.0)}),
+    "lever-not-rotated": ("lever of {} in body axes, not rotated to the world", {"lever_axes": NOT_TURNED}),
+    "lever-from-start-attitude": ("lever of {} rotated by the start attitude", {"lever_axes": AS_AT_THE_START}),
+}
+IN_BODY_AXES = ("in-body-axes", "{} taken in body axes")
+AT_WRONG_VERTEX = ("at-wrong-vertex", "{} applied at {{}}")
+WRONG_MAGNITUDE = ("wrong-magnitude", "{} {{}} times its value")
 
 
-def impulses(question: Question) -> Iterator[Hypothesis]:
-    """Yield what a scene with impulses, or one that starts as a blow has left it, leaves room for."""
-    if question.account.impulses:
-        yield from _lasting(question)
-        yield from _landing(question)
-        yield from _strength(question)
-        yield from one_impulse(question)
-    elif question.account.start[7:10].any():
+def impulses(context: Context) -> Iterator[Hypothesis]:
+    """Yield mistakes with the impulses of a scene, or with the start velocity that one has left."""
+    if context.program.impulses:
+        yield from _lasting(context)
+        yield from _levers(context)
+        yield from _strengths(context)
+        for number, impulse in enumerate(context.program.impulses):
+            yield from _one_impulse(context, number, impulse)
+    elif context.program.start[7:10].any():
         yield Hypothesis(
-            "impulse as force",
+            "impulse-as-force",
             "impulse",
-            "impulse used as a constant force: velocity grows from 0 by the start's own in {} s, without end",
-            _velocity_grows,
-            grid(0.1 * question.duration, 10 * question.duration, 13),
-            known=N_S_AS_N,
+            "impulse applied as a permanent force: velocity grows from 0 by the start velocity in {} s",
+            _accelerated_from_rest,
+            grid(0.1 * context.duration, 10 * context.duration, 13),
+            named_values=N_S_AS_N,
             unit="s",
         )
 
 
-def _velocity_grows(account: Account, seconds: float) -> Account:
-    start = account.start.copy()
+def _accelerated_from_rest(program: ProgramModel, seconds: float) -> ProgramModel:
+    start = program.start.copy()
     start[7:10] = 0.0
-    return replace(account, start=start, gravity=account.gravity + account.start[7:10] / seconds)
+    return replace(program, start=start, gravity=program.gravity + program.start[7:10] / seconds)
 
 
-def _lasting(question: Question) -> Iterator[Hypothesis]:
-    flight = question.duration - min(impulse.time for impulse in question.account.impulses)
-    if flight <= 0:
+def _lasting(context: Context) -> Iterator[Hypothesis]:
+    """Yield that impulses act as forces."""
+    left_s = context.duration - min(impulse.time for impulse in context.program.impulses)
+    if left_s <= 0:
         return
-    short, long = 0.002 * flight, 0.1 * flight
-    for held, where in HELD.items():
+    short, long = 0.002 * left_s, 0.1 * left_s
+    for motion, where in LEVER_MOTIONS.items():
         yield Hypothesis(
-            "impulse as force",
+            "impulse-as-force",
             "impulse",
-            f"impulse used as a constant force over {{}} s{where}",
-            lambda account, seconds, held=held: _stroke(account, lasts=seconds, held=held),
-            grid(long, 2 * flight, 13),
-            known=N_S_AS_N,
+            f"impulse applied as a constant force over {{}} s{where}",
+            lambda program, seconds, motion=motion: _applied(program, lasts=seconds, lever_motion=motion),
+            grid(long, 2 * left_s, 13),
+            named_values=N_S_AS_N,
             unit="s",
         )
         yield Hypothesis(
-            "impulse as force without end",
+            "impulse-as-permanent-force",
             "impulse",
-            f"impulse used as a constant force of as many N as it has N s, without end{where}",
-            lambda account, _, held=held: _stroke(account, lasts=1.0, ends=False, held=held),
+            f"impulse in N s applied as a permanent force in N{where}",
+            lambda program, _, motion=motion: _applied(program, lasts=1.0, ends=False, lever_motion=motion),
         )
-    for held, where in HELD.items():
+    for motion, where in LEVER_MOTIONS.items():
         yield Hypothesis(
-            "impulse as force over a step",
+            IMPULSE_OVER_ONE_STEP,
             "impulse",
-            f"impulse used as a force over a first step of {{}} s{where}: what follows lags by half of it",
-            lambda account, seconds, held=held: _stroke(account, lasts=seconds, held=held),
+            f"impulse applied as a force over a first step of {{}} s{where}: the motion lags by half a step",
+            lambda program, seconds, motion=motion: _applied(program, lasts=seconds, lever_motion=motion),
             grid(short, long, 9),
-            known=STEPS,
-            variant=held != POINT_MOVES,
+            named_values=STEPS,
+            variant=motion != POINT_MOVES,
             unit="s",
         )
     yield Hypothesis(
-        "impulse moves as force",
+        "impulse-linear-part-as-force",
         "impulse",
-        "impulse used as a constant force over {} s for the centre of mass, though at once for the rotation",
-        lambda account, seconds: _stroke(account, lasts=seconds, turns=False),
-        grid(short, 2 * flight, 15),
-        known=N_S_AS_N,
+        "impulse applied to the centre of mass as a constant force over {} s, but to the rotation at once",
+        lambda program, seconds: _applied(program, lasts=seconds, turns=False),
+        grid(short, 2 * left_s, 15),
+        named_values=N_S_AS_N,
         unit="s",
     )
 
 
-def _landing(question: Question) -> Iterator[Hypothesis]:
-    account, points = question.account, question.scene.body.points
-    for name, says, sign, share in (
-        ("impulse at the centre", "impulse applied at the centre of mass, so that it does not turn", 0.0, 0.0),
-        ("impulse point from the origin", "point of the impulse not taken from the centre of mass", 1.0, 0.0),
-        ("impulse lever reversed", "torque of the impulse of the wrong sign, F x r", -1.0, 1.0),
-    ):
-        arm = (sign, share, 0.0, 0.0, 0.0)
-        yield Hypothesis(name, "lever", says, lambda account, _, arm=arm: _stroke(account, arm=arm))
-    for name, says, levers in (
-        ("impulse lever not turned", "lever of the impulse in body axes, not turned to the world", NOT_TURNED),
-        ("impulse lever as at the start", "lever of the impulse turned as it was at the start", AS_AT_THE_START),
-    ):
+def _levers(context: Context) -> Iterator[Hypothesis]:
+    """Yield that impulses act at another point, or along other axes."""
+    program, points = context.program, context.scene.body.points
+    for name, (text, how) in LEVERS.items():
         yield Hypothesis(
-            name, "lever", says, lambda account, _, levers=levers: _stroke(account, levers=levers), rare=True
+            f"impulse-{name}",
+            "lever",
+            text.format("impulse"),
+            lambda program, _, how=how: _applied(program, **how),
+            rare="lever_axes" in how,
         )
     yield Hypothesis(
-        "impulse only turns",
+        "impulse-linear-part-missing",
         "strength",
-        "impulse only turns the body: its centre of mass is not pushed",
-        lambda account, _: _stroke(account, moves=False),
+        "impulse rotates the body but does not change the velocity of its centre of mass",
+        lambda program, _: _applied(program, moves=False),
         rare=True,
     )
     yield Hypothesis(
-        "impulse torque in body axes",
+        "impulse-torque-in-body-axes",
         "lever",
-        "torque of the impulse taken to be in body axes: I^-1 (r x J) without a turn",
-        lambda account, _: replace(account, struck=TORQUE_UNTURNED),
+        "torque of the impulse taken in body axes: I^-1 (r x J) without a rotation",
+        lambda program, _: replace(program, impulse_tensor=TORQUE_UNTURNED),
         rare=True,
     )
-    if any(_is_turned(impulse, account) for impulse in account.impulses):
+    if any(_differs_in_body_axes(impulse, program) for impulse in program.impulses):
+        name, text = IN_BODY_AXES
         yield Hypothesis(
-            "impulse in body axes",
+            f"impulse-{name}",
             "strength",
-            "impulse taken in body axes",
-            lambda account, _: _stroke(account, in_body=True),
+            text.format("impulse"),
+            lambda program, _: _applied(program, in_body_axes=True),
             rare=True,
         )
-    if account.impulses[-1].time > 0:
+    if program.impulses[-1].time > 0:
         yield Hypothesis(
-            "impulse point not moved",
+            "impulse-lever-from-start-position",
             "lever",
-            "point of the impulse taken from where the centre of mass was at the start",
-            lambda account, _: _stroke(account, arm=(1.0, 0.0, *account.start[0:3].tolist())),
+            "lever of the impulse measured from the start position of the centre of mass",
+            lambda program, _: _applied(program, lever=(1.0, 0.0, *program.start[0:3].tolist())),
         )
-    others = [number for number, point in enumerate(points) if not _all_at(account, point)]
+    others = [number for number, point in enumerate(points) if not _all_at(program, point)]
     if len(points) <= MOST_VERTICES:
+        name, text = AT_WRONG_VERTEX
         yield Hypothesis(
-            "impulse at another vertex",
+            f"impulse-{name}",
             "lever",
-            "impulse applied at {}",
-            lambda account, number: _at(account, points[others[int(number)]]),
+            text.format("impulse"),
+            lambda program, number: _all_moved_to(program, points[others[int(number)]]),
             choice(len(others)),
             tuple(f"vertex {number}" for number in others),
-            of_scene=True,
         )
 
 
-def _all_at(account: Account, point_body: Array) -> bool:
-    places = (impulse.point_body for impulse in account.impulses)
+def _all_at(program: ProgramModel, point_body: Array) -> bool:
+    places = (impulse.point_body for impulse in program.impulses)
     return all(place is not None and np.array_equal(place, point_body) for place in places)
 
 
-def _at(account: Account, point_body: Array) -> Account:
-    moved = (replace(impulse, point_world=None, point_body=point_body) for impulse in account.impulses)
-    return replace(account, impulses=tuple(moved))
+def _all_moved_to(program: ProgramModel, point_body: Array) -> ProgramModel:
+    moved = (replace(impulse, point_world=None, point_body=point_body) for impulse in program.impulses)
+    return replace(program, impulses=tuple(moved))
 
 
-def _strength(question: Question) -> Iterator[Hypothesis]:
-    for name, says, strength in (
-        ("impulse missing", "impulse missing", 0.0),
-        ("impulse doubled", "impulse applied twice", 2.0),
-        ("impulse reversed", "impulse of the wrong sign", -1.0),
-    ):
+def _strengths(context: Context) -> Iterator[Hypothesis]:
+    """Yield that impulses are of another strength, or the mass is."""
+    for name, text, strength in STRENGTHS:
         yield Hypothesis(
-            name, "strength", says, lambda account, _, strength=strength: _stroke(account, strength=strength)
+            f"impulse-{name}",
+            "strength",
+            text.format("impulse"),
+            lambda program, _, strength=strength: _applied(program, strength=strength),
         )
-    mass = question.account.mass
+    mass = context.program.mass
     if mass != 1.0:
         yield Hypothesis(
-            "mass left out",
+            "mass-missing",
             "strength",
             "impulse not divided by the mass: v += J",
-            lambda account, _: replace(account, mass=1.0),
+            lambda program, _: replace(program, mass=1.0),
         )
-    sizes = {1e-3: "kg taken for g", 1e3: "g taken for kg", 1 / mass: "1/m", mass: "m"}
+    sizes = {1e-3: GRAMS[1e3], 1e3: GRAMS[1e-3], 1 / mass: "1/m", mass: "m"}
     steps = {step: f"a step of {name}" for step, name in STEPS.items()}
+    name, text = WRONG_MAGNITUDE
     yield Hypothesis(
-        "impulse of another size",
+        f"impulse-{name}",
         "strength",
-        "impulse {} times what it is, or mass and inertia so much less than the scene says",
-        lambda account, strength: _stroke(account, strength=strength),
+        f"{text.format('impulse')}, or mass and inertia divided by that factor",
+        lambda program, strength: _applied(program, strength=strength),
         grid(1e-4, 1e4, 49),
-        known={size: name for size, name in (steps | sizes).items() if size != 1.0},
+        named_values={size: name for size, name in (steps | sizes).items() if size != 1.0},
         rare=True,
-        of_scene=True,
     )
-    lengths = [float(np.linalg.norm(impulse.value)) for impulse in question.account.impulses]
+    lengths = [float(np.linalg.norm(impulse.value)) for impulse in context.program.impulses]
     if len(lengths) > 1 and not np.allclose(lengths, lengths[0]):
         unit = tuple(
             replace(impulse, value=impulse.value / length)
-            for impulse, length in zip(question.account.impulses, lengths, strict=True)
+            for impulse, length in zip(context.program.impulses, lengths, strict=True)
         )
         yield Hypothesis(
-            "impulses of unit length",
+            "impulses-normalised",
             "strength",
-            "only the direction of each impulse is used: all are of 1 N s",
-            lambda account, _: replace(account, impulses=unit),
+            "impulses normalised to 1 N s",
+            lambda program, _: replace(program, impulses=unit),
             rare=True,
         )
     yield Hypothesis(
-        "another mass",
+        "wrong-mass",
         "mass",
-        "impulse divided by {} times the mass that the scene says, though the inertia is right",
-        lambda account, factor: replace(account, mass=factor * account.mass),
+        "impulse divided by {} times the mass in the scene, with the right inertia",
+        lambda program, factor: replace(program, mass=factor * program.mass),
         grid(1e-3, 1e3, 37),
-        known={1e3: "kg taken for g", 1e-3: "g taken for kg"},
+        named_values=GRAMS,
         rare=True,
-        of_scene=True,
     )
 
 
-def _is_turned(impulse: Impulse, account: Account) -> bool:
-    """Whether an impulse in body axes would be another one."""
-    axes = account.flown(np.array([impulse.time]))[0, 3:12].reshape(3, 3)
+def _one_impulse(context: Context, number: int, impulse: Impulse) -> Iterator[Hypothesis]:
+    """Yield mistakes with one of the impulses."""
+    several = len(context.program.impulses) > 1
+    which = f"impulse {number + 1}" if several else "the impulse"
+    times = np.linspace(-impulse.time, context.duration - impulse.time, 25)
+    yield Hypothesis(
+        "impulse-at-wrong-time",
+        "impulse time",
+        f"{which} acts {{}} s after its time",
+        lambda program, late: _changed(program, number, late=late),
+        tuple(times.tolist()),
+        named_values={step: name for step, name in STEPS.items() if step < times[-1]},
+        rare=True,
+        unit="s",
+    )
+    if not several:
+        return
+    for name, text, factor in STRENGTHS:
+        yield Hypothesis(
+            f"one-impulse-{name}",
+            "one impulse",
+            text.format(which),
+            lambda program, _, factor=factor: _changed(program, number, factor=factor),
+            rare=True,
+        )
+    name, text = WRONG_MAGNITUDE
+    yield Hypothesis(
+        f"one-impulse-{name}",
+        "one impulse",
+        text.format(which),
+        lambda program, factor: _changed(program, number, factor=factor),
+        grid(1e-3, 1e3, 25),
+        rare=True,
+    )
+    yield from _one_lever(context, number, impulse, which)
+
+
+def _one_lever(context: Context, number: int, impulse: Impulse, which: str) -> Iterator[Hypothesis]:
+    """Yield that one of the impulses acts at another point of the body, or along other axes."""
+    program, points = context.program, context.scene.body.points
+    row = program.simulate(np.array([impulse.time]), FINE)[0]  # an impulse does not change the pose
+    x, axes = row[0:3], row[3:12].reshape(3, 3)
+    at = axes.T @ (impulse.point_world - x) if impulse.point_body is None else impulse.point_body
+    first = rotation_matrix(program.start[3:7])
+    for name, point in {
+        "at-centre-of-mass": np.zeros(3),
+        "lever-reversed": -at,
+        "lever-not-rotated": axes.T @ at,
+        "lever-from-start-attitude": axes.T @ first @ at,
+        "lever-from-origin": at + axes.T @ x,
+    }.items():
+        if not np.allclose(point, at):
+            yield Hypothesis(
+                f"one-impulse-{name}",
+                "one impulse",
+                LEVERS[name][0].format(which),
+                lambda program, _, point=point: _changed(program, number, point=point),
+                rare=True,
+            )
+    value = axes @ impulse.value
+    if not np.allclose(value, impulse.value):
+        name, text = IN_BODY_AXES
+        yield Hypothesis(
+            f"one-impulse-{name}",
+            "one impulse",
+            text.format(which),
+            lambda program, _: _changed(program, number, value=value),
+            rare=True,
+        )
+    others = [k for k, point in enumerate(points) if not np.allclose(point, at)]
+    if len(points) <= MOST_VERTICES:
+        name, text = AT_WRONG_VERTEX
+        yield Hypothesis(
+            f"one-impulse-{name}",
+            "one impulse",
+            text.format(which),
+            lambda program, k: _changed(program, number, point=points[others[int(k)]]),
+            choice(len(others)),
+            tuple(f"vertex {k}" for k in others),
+            rare=True,
+        )
+
+
+def _differs_in_body_axes(impulse: Impulse, program: ProgramModel) -> bool:
+    """Whether an impulse in body axes would be a different one."""
+    axes = program.simulate(np.array([impulse.time]))[0, 3:12].reshape(3, 3)
     return not np.allclose(axes @ impulse.value, impulse.value)
 
 
-def _stroke(account: Account, **changes: object) -> Account:
-    return replace(account, stroke=account.stroke._replace(**changes))  # type: ignore[arg-type]
+def _applied(program: ProgramModel, **changes: object) -> ProgramModel:
+    """Return the program with all impulses applied differently: fields of ImpulseApplication."""
+    return replace(program, application=program.application._replace(**changes))  # type: ignore[arg-type]
+
+
+def _changed(
+    program: ProgramModel,
+    number: int,
+    late: float = 0.0,
+    factor: float = 1.0,
+    point: Array | None = None,
+    value: Array | None = None,
+) -> ProgramModel:
+    """Return the program with one impulse at another time, of another value, or at another point of the body."""
+    impulses = list(program.impulses)
+    old = impulses[number]
+    new = replace(old, time=old.time + late, value=factor * (old.value if value is None else value))
+    impulses[number] = new if point is None else replace(new, point_world=None, point_body=point)
+    return replace(program, impulses=tuple(sorted(impulses, key=lambda impulse: impulse.time)))

@@ -1,12 +1,12 @@
-"""Mistakes in what is written down: numbers in another order, an inverse, another centre, other axes."""
+"""Mistakes in the output: numbers in another order, an inverse, another centre, other axes."""
 
 from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from tumble.compare.grade.hypotheses.hypothesis import Hypothesis, Question, choice, grid
+from tumble.compare.grade.hypotheses.hypothesis import Context, Hypothesis, choice, grid
 from tumble.compare.grade.hypotheses.mistakes.axes import axis_names, signed_permutations
-from tumble.compare.grade.model.program_model import Pose, Writing, with_writing
+from tumble.compare.grade.model.program_model import OutputTransform, Pose, with_output_transform
 from tumble.scenarios.frames import Array, rotation_matrix
 
 EARTH_RAD_S = 7.292115e-5
@@ -15,8 +15,8 @@ UNITS = {
     "m for cm": 0.01, "m for feet": 0.3048,
 }  # fmt: skip
 BOX_CORNERS = 8
-# Whose mistakes need no other flight: the same poses are written otherwise.
-WRITTEN = frozenset(
+# Parts of a program whose mistakes change the output only, not the run.
+OUTPUT_PARTS = frozenset(
     {
         "quaternion order",
         "conjugate",
@@ -31,199 +31,205 @@ WRITTEN = frozenset(
 )
 
 
-def writings(question: Question) -> Iterator[Hypothesis]:
-    """Yield what is wrong with poses or vertices that were right; first what asks for the quaternion itself."""
-    if question.kind == "pose":
-        yield from _orders()
+def output(context: Context) -> Iterator[Hypothesis]:
+    """Yield mistakes in the output of a correct run; first those that need the quaternion itself."""
+    if context.kind == "pose":
+        yield from _quaternion_orders()
     yield Hypothesis(
+        "attitude-inverted",
         "conjugate",
-        "conjugate",
-        "attitude inverted: the quaternion conjugate, or the matrix transposed (world to body)",
-        lambda account, _: with_writing(account, _inverted),
+        "attitude inverted: quaternion conjugated, or matrix transposed (world to body)",
+        lambda program, _: with_output_transform(program, _inverted),
     )
     yield Hypothesis(
-        "turned about the origin",
+        "rotation-about-origin",
         "pivot",
-        "vertex not taken from the centre of mass: the body turns about the world's origin",
-        lambda account, _: with_writing(account, _about_origin(account.start)),
+        "vertex not relative to the centre of mass: the body rotates about the world's origin",
+        lambda program, _: with_output_transform(program, _about_origin(program.start)),
     )
-    yield from _logged_points(question)
-    yield from _units(question)
+    yield from _logged_points(context)
+    yield from _length_units(context)
     yield Hypothesis(
-        "half angle missing",
+        "half-angle-missing",
         "half angle",
-        "quaternion made of the whole angle, not of half of it: turned twice as far",
-        lambda account, _: with_writing(account, lambda pose: pose._replace(axes=pose.axes @ pose.axes)),
+        "quaternion made from the whole angle, not half of it: rotated twice as far",
+        lambda program, _: with_output_transform(program, lambda pose: pose._replace(axes=pose.axes @ pose.axes)),
         rare=True,
     )
-    yield from _turning_axes(question)
-    yield from _renamed_axes(question)
-    yield from _half_converted(question)
-    yield from _mirrored(question)
+    yield from _rotating_axes(context)
+    yield from _wrong_axes(context)
+    yield from _half_converted(context)
+    yield from _wrong_body_axes(context)
 
 
-def _orders() -> Iterator[Hypothesis]:
-    for name, says, order in (
-        ("quaternion order", "quaternion written x y z w and read w x y z", (1, 2, 3, 0)),
-        ("quaternion order reversed", "quaternion written w x y z and read x y z w", (3, 0, 1, 2)),
+def _quaternion_orders() -> Iterator[Hypothesis]:
+    for name, text, order in (
+        ("quaternion-xyzw-read-as-wxyz", "quaternion written as x y z w and read as w x y z", (1, 2, 3, 0)),
+        ("quaternion-wxyz-read-as-xyzw", "quaternion written as w x y z and read as x y z w", (3, 0, 1, 2)),
     ):
-        writing = _shuffled(order)
+        transform = _reordered(order)
         yield Hypothesis(
-            name, "quaternion order", says, lambda account, _, writing=writing: with_writing(account, writing)
+            name,
+            "quaternion order",
+            text,
+            lambda program, _, transform=transform: with_output_transform(program, transform),
         )
-    # Without a mirror they are other axes of the attitude; all three reversed are the conjugate.
+    # Without a mirror they are other axes of the attitude; all three reversed are the conjugate quaternion.
     mirrors = [names for names in signed_permutations(-1) if (names != -np.eye(3)).any()]
     yield Hypothesis(
-        "quaternion's vector mirrored",
+        "quaternion-vector-mirrored",
         "quaternion order",
-        "signs or order of the quaternion's x y z: for them stand {}",
-        lambda account, number: with_writing(account, _vector_renamed(mirrors[int(number)])),
+        "signs or order of the quaternion's vector: x y z replaced by {}",
+        lambda program, number: with_output_transform(program, _vector_in_axes(mirrors[int(number)])),
         choice(len(mirrors)),
         tuple(map(axis_names, mirrors)),
         rare=True,
     )
 
 
-def _logged_points(question: Question) -> Iterator[Hypothesis]:
-    """Yield that another point of the body was logged for its centre of mass, where the centre is written."""
-    points = question.scene.body.points
-    if question.offset is not None:
-        offset = question.offset
+def _logged_points(context: Context) -> Iterator[Hypothesis]:
+    """Yield that another point of the body was logged instead of the centre of mass."""
+    points = context.scene.body.points
+    if context.offset is not None:
+        offset = context.offset
         yield Hypothesis(
-            "constant offset in body axes",
+            "constant-offset-in-body-axes",
             "logged point",
-            f"the point ({', '.join(f'{value:.4g}' for value in offset)}) m in body axes logged for the centre of mass",
-            lambda account, _: with_writing(account, _shifted(offset)),
+            f"the point ({', '.join(f'{value:.4g}' for value in offset)}) m in body axes logged "
+            "instead of the centre of mass",
+            lambda program, _: with_output_transform(program, _with_offset(offset)),
             rare=True,
-            taken=3,
+            from_data=3,
         )
-    if question.kind == "vertices" or len(points) != BOX_CORNERS:
+    if context.kind == "vertices" or len(points) != BOX_CORNERS:
         return
     corners = [(f"vertex {number}", point) for number, point in enumerate(points)]
     faces = [
-        (f"the middle of the face at {sign}{axis}", 0.5 * sum(points[points[:, number] * (2 * up - 1) > 0]) / 2)
+        (f"the centre of the face at {sign}{axis}", 0.5 * sum(points[points[:, number] * (2 * up - 1) > 0]) / 2)
         for number, axis in enumerate("xyz")
         for up, sign in ((1, "+"), (0, "-"))
     ]
     places = corners + faces
     yield Hypothesis(
-        "another point logged",
+        "wrong-point-logged",
         "logged point",
-        "{} logged for the centre of mass: a constant offset in body axes",
-        lambda account, number: with_writing(account, _shifted(places[int(number)][1])),
+        "{} logged instead of the centre of mass",
+        lambda program, number: with_output_transform(program, _with_offset(places[int(number)][1])),
         choice(len(places)),
         tuple(name for name, _ in places),
         rare=True,
     )
 
 
-def _shifted(point: Array) -> Writing:
+def _with_offset(point: Array) -> OutputTransform:
     return lambda pose: pose._replace(x=pose.x + pose.axes @ point)
 
 
-def _units(question: Question) -> Iterator[Hypothesis]:
-    """Yield that lengths are written in another unit than the column says."""
+def _length_units(context: Context) -> Iterator[Hypothesis]:
+    """Yield that lengths are in another unit than the column name says."""
     names, sizes = tuple(UNITS), tuple(UNITS.values())
-    whole = question.kind == "vertices"
+    whole = context.kind == "vertices"
 
-    def written(number: float) -> Writing:
+    def written(number: float) -> OutputTransform:
         size = sizes[int(number)]
         return lambda pose: pose._replace(x=size * pose.x, axes=size * pose.axes if whole else pose.axes)
 
-    if question.centred:
+    if context.has_centre:
         yield Hypothesis(
-            "another unit of length",
+            "wrong-length-unit",
             "unit",
-            "places written in another unit: {}",
-            lambda account, number: with_writing(account, written(number)),
+            "positions in the wrong unit: {}",
+            lambda program, number: with_output_transform(program, written(number)),
             choice(len(names)),
             names,
             rare=True,
         )
 
 
-def _half_converted(question: Question) -> Iterator[Hypothesis]:
-    """Yield that axes were renamed of the centre only, or of the attitude only."""
-    if question.kind == "vertices":
+def _half_converted(context: Context) -> Iterator[Hypothesis]:
+    """Yield that only the position, or only the attitude, was converted to other axes."""
+    if context.kind == "vertices":
         return
-    for name, says, centre in (
-        ("only the centre in other axes", "only the centre is written in other axes: for x y z stand {}", True),
-        ("only the attitude in other axes", "only the attitude is written in other axes: for x y z stand {}", False),
+    for name, text, centre in (
+        ("position-only-in-wrong-axes", "position, but not attitude, in wrong axes: x y z replaced by {}", True),
+        ("attitude-only-in-wrong-axes", "attitude, but not position, in wrong axes: x y z replaced by {}", False),
     ):
-        # Of the attitude a mirror is no other than other axes: it turns round the axis of the turn as well.
+        # A mirrored attitude equals one in other axes: the rotation axis is reversed as well.
         matrices = [*(signed_permutations(-1) if centre else ()), *signed_permutations(1)]
-        writings = [_partly_renamed(names, centre) for names in matrices]
+        output_transforms = [_partly_in_axes(names, centre) for names in matrices]
         yield Hypothesis(
             name,
             "axes",
-            says,
-            lambda account, number, writings=writings: with_writing(account, writings[int(number)]),
+            text,
+            lambda program, number, output_transforms=output_transforms: with_output_transform(
+                program, output_transforms[int(number)]
+            ),
             choice(len(matrices)),
             tuple(map(axis_names, matrices)),
             rare=True,
         )
 
 
-def _partly_renamed(names: Array, centre: bool) -> Writing:
+def _partly_in_axes(names: Array, centre: bool) -> OutputTransform:
     if centre:
         return lambda pose: pose._replace(x=pose.x @ names.T)
     return lambda pose: pose._replace(axes=names @ pose.axes @ names.T)
 
 
-def _mirrored(question: Question) -> Iterator[Hypothesis]:
-    """Yield that the body itself has other axes: vertices of its mirror image, or another order of its edges."""
-    determinants = (-1, 1) if question.kind == "vertices" else (1,)
-    points = question.scene.body.points
+def _wrong_body_axes(context: Context) -> Iterator[Hypothesis]:
+    """Yield that the body has other axes: the vertices of its mirror image, or permuted edges."""
+    determinants = (-1, 1) if context.kind == "vertices" else (1,)
+    points = context.scene.body.points
     matrices = [names for determinant in determinants for names in signed_permutations(determinant)]
-    # A box is its own mirror image but for the numbers of its vertices.
+    # A box is its own mirror image except for the numbers of its vertices.
     matrices = [names for names in matrices if not np.allclose(points @ names.T, points)]
     yield Hypothesis(
-        "other body axes",
+        "wrong-body-axes",
         "body axes",
-        "the body's own axes are others (or mirrored): for its x y z stand {}",
-        lambda account, number: with_writing(account, _of_body(matrices[int(number)])),
+        "body axes permuted or mirrored: x y z replaced by {}",
+        lambda program, number: with_output_transform(program, _in_body_axes(matrices[int(number)])),
         choice(len(matrices)),
         tuple(map(axis_names, matrices)),
         rare=True,
     )
 
 
-def _of_body(names: Array) -> Writing:
+def _in_body_axes(names: Array) -> OutputTransform:
     return lambda pose: pose._replace(axes=pose.axes @ names)
 
 
-def _turning_axes(question: Question) -> Iterator[Hypothesis]:
-    rates = grid(1e-4 / question.duration, 3 / question.duration, 7)
+def _rotating_axes(context: Context) -> Iterator[Hypothesis]:
+    rates = grid(1e-4 / context.duration, 3 / context.duration, 7)
     for number, axis in enumerate("xyz"):
         yield Hypothesis(
+            "rotating-axes",
             "turning axes",
-            "turning axes",
-            f"written in axes that turn about {axis} at {{}} rad/s",
-            lambda account, rate, number=number: with_writing(account, _turning(number, rate)),
+            f"output in axes that rotate about {axis} at {{}} rad/s",
+            lambda program, rate, number=number: with_output_transform(program, _rotating(number, rate)),
             (*(-rate for rate in reversed(rates)), *rates),
-            known={EARTH_RAD_S: "the Earth", -EARTH_RAD_S: "the Earth, the other way round"},
+            named_values={EARTH_RAD_S: "the Earth", -EARTH_RAD_S: "the Earth, reversed"},
             unit="rad/s",
         )
 
 
-def _renamed_axes(question: Question) -> Iterator[Hypothesis]:
-    for name, says, determinant in (
-        ("left-handed axes", "left-handed axes: for x y z stand {}", -1),
-        ("other axes", "other axes: for x y z stand {}", 1),
+def _wrong_axes(context: Context) -> Iterator[Hypothesis]:
+    for name, text, determinant in (
+        ("left-handed-axes", "left-handed axes: x y z replaced by {}", -1),
+        ("wrong-axes", "wrong axes: x y z replaced by {}", 1),
     ):
-        renamings = [_renamed(axes, question.kind == "vertices") for axes in signed_permutations(determinant)]
+        renamings = [_in_axes(axes, context.kind == "vertices") for axes in signed_permutations(determinant)]
         yield Hypothesis(
             name,
             "axes",
-            says,
-            lambda account, number, renamings=renamings: with_writing(account, renamings[int(number)]),
+            text,
+            lambda program, number, renamings=renamings: with_output_transform(program, renamings[int(number)]),
             choice(len(renamings)),
             tuple(map(axis_names, signed_permutations(determinant))),
         )
 
 
-def _shuffled(order: Sequence[int]) -> Writing:
-    """Return how a pose is written whose quaternion's numbers come in another order."""
+def _reordered(order: Sequence[int]) -> OutputTransform:
+    """Return a pose with the components of its quaternion in another order."""
 
     def write(pose: Pose) -> Pose:
         q = pose.q[:, list(order)]
@@ -234,8 +240,8 @@ def _shuffled(order: Sequence[int]) -> Writing:
     return write
 
 
-def _vector_renamed(names: Array) -> Writing:
-    """Return how a pose is written whose quaternion has other numbers for its vector."""
+def _vector_in_axes(names: Array) -> OutputTransform:
+    """Return a pose with the vector of its quaternion in other axes."""
 
     def write(pose: Pose) -> Pose:
         q = np.hstack((pose.q[:, :1], pose.q[:, 1:] @ names.T))
@@ -249,14 +255,14 @@ def _inverted(pose: Pose) -> Pose:
     return pose._replace(axes=np.swapaxes(pose.axes, 1, 2))
 
 
-def _about_origin(start: Array) -> Writing:
-    """Return how a body is written that turns about the origin: x(t) = R(t) R(0)^T x(0) + what it has moved."""
+def _about_origin(start: Array) -> OutputTransform:
+    """Return a pose that rotates about the origin: x(t) = R(t) R(0)^T x(0) + displacement."""
     at_first = rotation_matrix(start[3:7]).T @ start[0:3]
     return lambda pose: pose._replace(x=pose.axes @ at_first + pose.x - start[0:3])
 
 
-def _turning(axis: int, rate: float) -> Writing:
-    """Return how a world is written whose axes turn about one of them [rad/s]."""
+def _rotating(axis: int, rate: float) -> OutputTransform:
+    """Return a pose in axes that rotate about one of them [rad/s]."""
     first, second = (axis + 1) % 3, (axis + 2) % 3
 
     def write(pose: Pose) -> Pose:
@@ -272,10 +278,10 @@ def _turning(axis: int, rate: float) -> Writing:
     return write
 
 
-def _renamed(names: Array, vertices: bool) -> Writing:
-    """Return how a world with other axes is written, as x -> A x.
+def _in_axes(names: Array, vertices: bool) -> OutputTransform:
+    """Return a pose in other world axes, x -> A x.
 
-    Vertices are written as they are, A R p; of a pose the body's axes are renamed as well, A R A^T.
+    Vertices become A R p.  In a pose the body's axes change as well, A R A^T.
     """
 
     def write(pose: Pose) -> Pose:

@@ -1,4 +1,4 @@
-"""Mistakes with inertia, with Euler's equations, and with what the angular velocity means."""
+"""Mistakes with inertia, Euler's equations and the angular velocity."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -6,7 +6,8 @@ from itertools import permutations
 
 import numpy as np
 
-from tumble.compare.grade.hypotheses.hypothesis import Hypothesis, Question, choice, grid
+from tumble.compare.grade.hypotheses.hypothesis import Context, Hypothesis, choice, grid
+from tumble.compare.grade.hypotheses.names import GYROSCOPIC_TERM_MISSING
 from tumble.compare.grade.model.kernel.dynamics import (
     FROZEN,
     MIXED_BODY,
@@ -15,157 +16,168 @@ from tumble.compare.grade.model.kernel.dynamics import (
     NEVER_TURNED,
     TURNED_BACK,
 )
-from tumble.compare.grade.model.program_model import Account
+from tumble.compare.grade.model.program_model import ProgramModel
 from tumble.scenarios.frames import rotation_matrix
 
 DEGREE = np.pi / 180
-# Inertia that is so much larger or smaller than it should be is rare.
+# An inertia larger or smaller than this factor is rare.
 FAR = 31.6
 
 
-def rotation(question: Question) -> Iterator[Hypothesis]:
-    """Yield what is wrong with how the body turns."""
-    account = question.account
-    if account.impulses:
+def rotation(context: Context) -> Iterator[Hypothesis]:
+    """Yield mistakes with the rotation of the body."""
+    program = context.program
+    if program.impulses:
         yield from _inertia_size()
-    if np.ptp(account.moments) > 0:
-        yield from _unequal_moments(question)
-    yield from _frames(question)
-    yield from _turning()
-    if account.start[10:13].any():
-        yield from _start_spin(account)
+    if np.ptp(program.moments) > 0:
+        yield from _unequal_moments(context)
+    yield from _frames(context)
+    yield from _attitude_rate()
+    if program.start[10:13].any():
+        yield from _start_spin(program)
 
 
 def _inertia_size() -> Iterator[Hypothesis]:
-    """Yield what shows only where something strikes the body: free rotation does not depend on the size of inertia."""
-    # Far ones are tried alone and on top of others only: a body that spins a thousand times as fast takes long to fly.
+    """Yield a scaled inertia, which shows only with impulses: free rotation does not depend on it."""
+    # Large factors are tried alone and added to others only: a body that spins 1000 times as fast is slow to simulate.
     far = (*grid(1e-3, 1 / FAR, 16), *grid(FAR, 1e3, 16))
     for values, is_far in ((grid(1 / FAR, FAR, 31), False), (far, True)):
         yield Hypothesis(
-            "another inertia",
+            "wrong-inertia",
             "inertia size",
-            "inertia {} times what it is",
-            lambda account, factor: replace(account, moments=factor * account.moments),
+            "inertia {} times its value",
+            lambda program, factor: replace(program, moments=factor * program.moments),
             values,
-            known={} if is_far else {0.25: "half edges taken for edges", 4.0: "edges taken for half edges"},
+            named_values={} if is_far else {0.25: "half edges used as edges", 4.0: "edges used as half edges"},
             rare=is_far,
             variant=is_far,
         )
 
 
-def _turning() -> Iterator[Hypothesis]:
-    """Yield that the attitude turns faster or slower than the angular velocity says."""
-    for name, says, factor in (
-        ("half of q' missing", "attitude turned twice as fast: q' = w q without the half", 2.0),
-        ("half of q' twice", "attitude turned half as fast: q' = w q / 4", 0.5),
+def _attitude_rate() -> Iterator[Hypothesis]:
+    """Yield a wrong factor between the angular velocity and the rate of the attitude."""
+    for name, text, factor in (
+        ("quaternion-rate-doubled", "attitude rotated twice as fast: q' = w q without the factor 1/2", 2.0),
+        ("quaternion-rate-halved", "attitude rotated half as fast: q' = w q / 4", 0.5),
     ):
         yield Hypothesis(
-            name, "turning", says, lambda account, _, factor=factor: replace(account, turning=factor), rare=True
+            name,
+            "turning",
+            text,
+            lambda program, _, factor=factor: replace(program, attitude_rate_factor=factor),
+            rare=True,
         )
 
 
-def _frames(question: Question) -> Iterator[Hypothesis]:
-    """Yield that w is in other axes than those the attitude is turned in; what is kept, w or L, makes a difference."""
-    world = "attitude turned with Q w~ where w is in world axes: it must be w~ Q"
-    body = "attitude turned with w~ Q where w is in body axes: it must be Q w~"
+def _frames(context: Context) -> Iterator[Hypothesis]:
+    """Yield that the attitude is rotated by w in the wrong frame; results differ if the program stores w or L."""
+    world = "attitude rotated with Q w~, but w is in world axes: use w~ Q"
+    body = "attitude rotated with w~ Q, but w is in body axes: use Q w~"
     variants = [(world, MIXED_MOMENTUM), (body, MIXED_BODY)]
-    if np.ptp(question.account.moments) > 0:
+    if np.ptp(context.program.moments) > 0:
         variants.append((f"{world} (w by Euler's equations)", MIXED_WORLD))
-    for says, mixed in variants:
+    for text, frame_mixup in variants:
         yield Hypothesis(
-            "angular velocity in the wrong frame",
+            "angular-velocity-in-wrong-frame",
             "frame",
-            says,
-            lambda account, _, mixed=mixed: replace(account, mixed=mixed),
+            text,
+            lambda program, _, frame_mixup=frame_mixup: replace(program, frame_mixup=frame_mixup),
         )
 
 
-def _unequal_moments(question: Question) -> Iterator[Hypothesis]:
-    account, moments = question.account, question.account.moments
+def _unequal_moments(context: Context) -> Iterator[Hypothesis]:
+    program, moments = context.program, context.program.moments
     yield Hypothesis(
-        "inertia of a sphere",
+        "spherical-inertia",
         "inertia",
-        "inertia of a sphere: three equal moments, their mean",
-        lambda account, _: replace(account, moments=np.full(3, account.moments.mean())),
+        "inertia of a sphere: three equal moments",
+        lambda program, _: replace(program, moments=np.full(3, program.moments.mean())),
     )
     orders = [order for order in permutations(range(3)) if (moments[list(order)] != moments).any()]
     yield Hypothesis(
-        "inertia of permuted axes",
+        "inertia-axes-permuted",
         "inertia",
-        "moments of inertia given to the wrong axes: x y z have those of {}",
-        lambda account, number: replace(account, moments=account.moments[list(orders[int(number)])]),
+        "moments of inertia permuted: x y z have those of {}",
+        lambda program, number: replace(program, moments=program.moments[list(orders[int(number)])]),
         choice(len(orders)),
         tuple(" ".join("xyz"[axis] for axis in order) for order in orders),
     )
-    for name, says, tensor in (
+    for name, text, tensor in (
         (
-            "inertia never turned",
-            "inertia tensor never turned with the body: Euler's equations in world axes",
+            "inertia-never-rotated",
+            "inertia tensor never rotated with the body: Euler's equations in world axes",
             NEVER_TURNED,
         ),
-        ("inertia frozen at the start", "inertia tensor in world axes kept as it was at the start", FROZEN),
-        ("inertia turned the wrong way", "inertia tensor turned the wrong way: R^T I R", TURNED_BACK),
+        ("inertia-frozen-at-start", "inertia tensor in world axes constant from the start on", FROZEN),
+        ("inertia-rotated-inversely", "inertia tensor rotated inversely: R^T I R", TURNED_BACK),
     ):
         yield Hypothesis(
             name,
             "inertia axes",
-            says,
-            lambda account, _, tensor=tensor: replace(account, tensor=tensor, struck=tensor),
+            text,
+            lambda program, _, tensor=tensor: replace(program, tensor=tensor, impulse_tensor=tensor),
             rare=True,
         )
-    if account.impulses:
-        for name, says, tensor in (
-            ("inertia not turned in the impulse", "not turned with the body", NEVER_TURNED),
-            ("inertia frozen in the impulse", "as it was at the start", FROZEN),
-            ("inertia turned the wrong way in the impulse", "turned the wrong way, R^T I R,", TURNED_BACK),
+    if program.impulses:
+        for name, text, tensor in (
+            ("impulse-inertia-not-rotated", "not rotated with the body", NEVER_TURNED),
+            ("impulse-inertia-frozen-at-start", "as at the start", FROZEN),
+            ("impulse-inertia-rotated-inversely", "rotated inversely, R^T I R,", TURNED_BACK),
         ):
             yield Hypothesis(
                 name,
                 "inertia axes",
-                f"inertia tensor {says} where an impulse acts",
-                lambda account, _, tensor=tensor: replace(account, struck=tensor),
+                f"inertia tensor {text} for an impulse",
+                lambda program, _, tensor=tensor: replace(program, impulse_tensor=tensor),
                 rare=True,
             )
     yield Hypothesis(
-        "inverse for inertia",
+        "inertia-inverted",
         "inertia",
-        "inertia and its inverse taken for one another",
-        lambda account, _: replace(account, moments=1.0 / account.moments),
+        "inertia used as its inverse",
+        lambda program, _: replace(program, moments=1.0 / program.moments),
         rare=True,
     )
+    yield gyroscopic_term_missing()
     yield Hypothesis(
-        "gyroscopic term missing",
+        "gyroscopic-term-reversed",
         "gyroscopic",
-        "gyroscopic term missing: the angular velocity keeps still",
-        lambda account, _: replace(account, gyroscopic=0.0),
-    )
-    yield Hypothesis(
-        "gyroscopic term reversed",
-        "gyroscopic",
-        "gyroscopic term of the wrong sign",
-        lambda account, _: replace(account, gyroscopic=-1.0),
+        "gyroscopic term has the wrong sign",
+        lambda program, _: replace(program, gyroscopic=-1.0),
     )
 
 
-def _start_spin(account: Account) -> Iterator[Hypothesis]:
-    if (_in_body(account, 0.0).start != account.start).any():
-        yield Hypothesis(
-            "start's spin in body axes", "spin", "angular velocity of the start taken in body axes", _in_body
-        )
-    for name, says, factor in (
-        ("degrees for radians", "angular velocity of the start, in rad/s, taken for degrees", DEGREE),
-        ("radians for degrees", "angular velocity of the start turned into degrees: 57 times too fast", 1 / DEGREE),
+def gyroscopic_term_missing() -> Hypothesis:
+    """Return that the gyroscopic term is missing."""
+    return Hypothesis(
+        GYROSCOPIC_TERM_MISSING,
+        "gyroscopic",
+        "gyroscopic term missing: the angular velocity stays constant",
+        lambda program, _: replace(program, gyroscopic=0.0),
+    )
+
+
+def _start_spin(program: ProgramModel) -> Iterator[Hypothesis]:
+    if (_in_body(program, 0.0).start != program.start).any():
+        yield Hypothesis("start-spin-in-body-axes", "spin", "start angular velocity taken in body axes", _in_body)
+    for name, text, factor in (
+        ("start-spin-read-as-degrees", "start angular velocity in rad/s read as degrees/s", DEGREE),
+        (
+            "start-spin-converted-to-degrees",
+            "start angular velocity converted to degrees/s: 57 times too fast",
+            1 / DEGREE,
+        ),
     ):
-        yield Hypothesis(name, "spin", says, lambda account, _, factor=factor: _spun(account, factor))
+        yield Hypothesis(name, "spin", text, lambda program, _, factor=factor: _spun(program, factor))
 
 
-def _in_body(account: Account, _: float) -> Account:
-    start = account.start.copy()
+def _in_body(program: ProgramModel, _: float) -> ProgramModel:
+    start = program.start.copy()
     start[10:13] = rotation_matrix(start[3:7]) @ start[10:13]
-    return replace(account, start=start)
+    return replace(program, start=start)
 
 
-def _spun(account: Account, factor: float) -> Account:
-    start = account.start.copy()
+def _spun(program: ProgramModel, factor: float) -> ProgramModel:
+    start = program.start.copy()
     start[10:13] *= factor
-    return replace(account, start=start)
+    return replace(program, start=start)

@@ -1,11 +1,12 @@
-"""Mistakes of a step: the Euler methods, each by the size, sign and shape of the drift that it leaves."""
+"""Mistakes of a step: integration methods, identified by the size, sign and shape of their drift."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import numpy as np
 
-from tumble.compare.grade.hypotheses.hypothesis import Hypothesis, Question, choice, grid
+from tumble.compare.grade.hypotheses.hypothesis import Context, Hypothesis, choice, grid
+from tumble.compare.grade.hypotheses.names import SYMPLECTIC_EULER
 from tumble.compare.grade.model.kernel.dynamics import (
     EXPLICIT,
     EXPONENTIAL,
@@ -24,127 +25,133 @@ from tumble.compare.grade.model.kernel.dynamics import (
     WORLD,
     Scheme,
 )
-from tumble.compare.grade.model.program_model import Account
+from tumble.compare.grade.model.program_model import ProgramModel
 
-# A flight of more steps than this takes longer than it is worth, and of more than this where its step has a name.
+# A run of more steps takes longer than it is worth; of more than the second number if its step has a name.
 MOST_STEPS, MOST_KNOWN_STEPS = 5_000, 10_000
-# Values tried first, and how much shorter than the longest the shortest is.
+# Number of first values, and the ratio of the longest to the shortest.
 TRIED, RANGE = 7, 200
 RARELY = (2, 3, 4, 5, 8, 10, 16, 20, 25, 30, 32, 50, 60, 64, 100, 120, 128, 240, 500, 1000)
 METHODS = {
-    "midpoint method": ORDER_2, "Heun's method": HEUN, "velocity Verlet": VERLET,
-    "Runge-Kutta of order 3": ORDER_3, "Runge-Kutta of order 4": ORDER_4,
+    "midpoint": ("midpoint method", ORDER_2), "heun": ("Heun's method", HEUN),
+    "velocity-verlet": ("velocity Verlet", VERLET),
+    "runge-kutta-3": ("Runge-Kutta of order 3", ORDER_3), "runge-kutta-4": ("Runge-Kutta of order 4", ORDER_4),
 }  # fmt: skip
 WORLD_AXES = ", w in world axes"
-BODY, KEPT, IMPLICITLY = ", w in body axes", ", the angular momentum kept", ", the gyroscopic term implicit"
-TURNED, FIRST_ORDER = ", turned by rotations", ", q to first order"
+BODY, CONSERVED, IMPLICITLY = ", w in body axes", ", angular momentum stored", ", implicit gyroscopic term"
+EXACT, FIRST_ORDER = ", attitude updated by exact rotations", ", quaternion updated to first order"
 
 
-def steps(question: Question) -> Iterator[Hypothesis]:
-    """Yield explicit and symplectic Euler as engines and students write them, and what they forget besides.
+def steps(context: Context) -> Iterator[Hypothesis]:
+    """Yield explicit and symplectic Euler as in engines and students' programs, and other methods.
 
-    With the angular momentum kept L is constant between impulses; otherwise w is stepped by Euler's equations, as in
-    PyBullet's default body and in MuJoCo's Euler, or with their implicit gyroscopic term.  With a symplectic step w
-    in body axes and w in world axes are the same: the body turns about it.
+    A program that stores the angular momentum conserves it between impulses.  Others step w by Euler's equations, as
+    PyBullet's default body and MuJoCo's Euler do, or with an implicit gyroscopic term.  In a symplectic step, w in body
+    axes and w in world axes are the same, since the body rotates about it.
     """
-    if _longest(question) * MOST_KNOWN_STEPS < question.duration:
-        return  # rows are so dense that no step between them can be flown
+    if _longest(context) * MOST_KNOWN_STEPS < context.duration:
+        return  # rows are too dense to simulate a step between them
     explicit, symplectic = "explicit Euler with a step of {} s", "symplectic Euler with a step of {} s"
-    equal = np.ptp(question.account.moments) == 0
-    for attitude, turns in ((QUATERNION, ""), (EXPONENTIAL, TURNED)):
-        for spin, kept in ((WORLD, ""), (EXPLICIT, BODY), (MOMENTUM, KEPT))[: 1 if equal else 3]:
+    equal = np.ptp(context.program.moments) == 0
+    for attitude, update in ((QUATERNION, ""), (EXPONENTIAL, EXACT)):
+        for spin, stored in ((WORLD, ""), (EXPLICIT, BODY), (MOMENTUM, CONSERVED))[: 1 if equal else 3]:
             yield _euler(
-                question, "explicit Euler", explicit + kept + turns, attitude, spin, variant=bool(kept or turns)
+                context, "explicit-euler", explicit + stored + update, attitude, spin, variant=bool(stored or update)
             )
-    for attitude, turns in ((EXPONENTIAL, ""), (QUATERNION, FIRST_ORDER)):
-        for spin, kept in ((EXPLICIT, ""), (MOMENTUM, KEPT), (IMPLICIT, IMPLICITLY))[: 1 if equal else 3]:
+    for attitude, update in ((EXPONENTIAL, ""), (QUATERNION, FIRST_ORDER)):
+        for spin, stored in ((EXPLICIT, ""), (MOMENTUM, CONSERVED), (IMPLICIT, IMPLICITLY))[: 1 if equal else 3]:
             yield _euler(
-                question,
-                "symplectic Euler",
-                symplectic + kept + turns,
+                context,
+                SYMPLECTIC_EULER,
+                symplectic + stored + update,
                 attitude,
                 spin,
-                semi=True,
-                variant=bool(kept or turns),
+                symplectic=True,
+                variant=bool(stored or update),
             )
-    for spin, kept in ((WORLD, ""), (EXPLICIT, BODY), (MOMENTUM, KEPT))[: 1 if equal else 3]:
-        never = f"{explicit}{kept}, the quaternion never normalised"
-        yield _euler(question, "not normalised", never, QUATERNION, spin, normalises=0, variant=bool(kept))
-    if question.kind != "pose":
+    for spin, stored in ((WORLD, ""), (EXPLICIT, BODY), (MOMENTUM, CONSERVED))[: 1 if equal else 3]:
+        never = f"{explicit}{stored}, quaternion never normalised"
+        yield _euler(
+            context, "quaternion-never-normalised", never, QUATERNION, spin, normalise_every=0, variant=bool(stored)
+        )
+    if context.kind != "pose":
         shears = "explicit Euler on the rotation matrix with a step of {} s: the shape is not rigid"
-        yield _euler(question, "matrix Euler", shears, MATRIX, MOMENTUM)
-    kinds = [(name, method, "") for name, method in METHODS.items()]
-    kinds += [(name, method + IN_WORLD, WORLD_AXES) for name, method in METHODS.items() if method != VERLET]
-    for name, method, axes in kinds:
-        says = f"{name} with a step of {{}} s{axes}"
-        hypothesis = _euler(question, name, says, RUNGE_KUTTA, method, variant=bool(axes))
-        # So little is wrong that any step would fit: only those that programs take are believed.
-        if hypothesis.known:
-            yield replace(hypothesis, rare=True, values=tuple(sorted(hypothesis.known)), only_known=True)
+        yield _euler(context, "matrix-euler", shears, MATRIX, MOMENTUM)
+    kinds = [(name, title, method, "") for name, (title, method) in METHODS.items()]
+    kinds += [(name, title, kind + IN_WORLD, WORLD_AXES) for name, (title, kind) in METHODS.items() if kind != VERLET]
+    for name, title, method, axes in kinds:
+        text = f"{title} with a step of {{}} s{axes}"
+        hypothesis = _euler(context, name, text, RUNGE_KUTTA, method, variant=bool(axes))
+        # The error is so small that any step would fit, so only usual steps are tried.
+        if hypothesis.named_values:
+            yield replace(hypothesis, rare=True, values=tuple(sorted(hypothesis.named_values)), only_named=True)
     yield Hypothesis(
-        "normalised rarely",
+        "quaternion-rarely-normalised",
         "normalisation",
-        "the quaternion normalised every {} steps only",
-        lambda account, number: replace(account, scheme=account.scheme._replace(normalises=RARELY[int(number)])),
+        "quaternion normalised only every {} steps",
+        lambda program, number: replace(program, scheme=program.scheme._replace(normalise_every=RARELY[int(number)])),
         choice(len(RARELY)),
         tuple(map(str, RARELY)),
         rare=True,
     )
-    yield from _falls(question)
+    yield from _position_updates(context)
 
 
 def _euler(
-    question: Question,
+    context: Context,
     name: str,
-    says: str,
+    text: str,
     attitude: int,
     spin: int,
-    semi: bool = False,
-    normalises: int = 1,
+    symplectic: bool = False,
+    normalise_every: int = 1,
     variant: bool = False,
 ) -> Hypothesis:
-    longest = _longest(question)
-    shortest = max(longest / RANGE, question.duration / MOST_STEPS)
+    longest = _longest(context)
+    shortest = max(longest / RANGE, context.duration / MOST_STEPS)
     return Hypothesis(
         name,
         "steps",
-        says,
-        lambda account, step: replace(
-            account, scheme=Scheme(step, attitude, spin, semi, 1.0 if semi else 0.0, normalises)
+        text,
+        lambda program, step: replace(
+            program, scheme=Scheme(step, attitude, spin, symplectic, 1.0 if symplectic else 0.0, normalise_every)
         ),
         grid(min(shortest, longest / 2), longest, TRIED),
-        known={
+        named_values={
             h: used
-            for h, used in question.steps.items()
-            if question.duration / MOST_KNOWN_STEPS <= h < question.spacing_s * 1.01
+            for h, used in context.steps.items()
+            if context.duration / MOST_KNOWN_STEPS <= h < context.spacing_s * 1.01
         },
         unit="s",
         variant=variant,
     )
 
 
-def _longest(question: Question) -> float:
-    """Return the longest step that is tried [s]: no longer than from row to row."""
-    return min(0.1 * question.duration, 0.5 * question.turn_s, question.spacing_s)
+def _longest(context: Context) -> float:
+    """Return the longest step that is tried [s], at most the row interval."""
+    return min(0.1 * context.duration, 0.5 * context.turn_s, context.spacing_s)
 
 
-def _falls(question: Question) -> Iterator[Hypothesis]:
-    """Yield how else a step moves the centre of mass, where that makes a difference: where a force acts on it."""
-    if not question.account.gravity.any() and question.scene.is_free:
+def _position_updates(context: Context) -> Iterator[Hypothesis]:
+    """Yield other updates of the position, if a force acts."""
+    if not context.program.gravity.any() and context.scene.is_free:
         return
 
-    def falls(account: Account, fall: Callable[[float], float]) -> Account:
-        if account.scheme.attitude == SMOOTH:
-            return account
-        return replace(account, scheme=account.scheme._replace(fall=fall(account.scheme.fall)))
+    def updated(program: ProgramModel, change: Callable[[float], float]) -> ProgramModel:
+        if program.scheme.attitude == SMOOTH:
+            return program
+        return replace(program, scheme=program.scheme._replace(position_weight=change(program.scheme.position_weight)))
 
-    for says, fall in (
+    for text, change in (
         ("by x += v dt + a dt^2/2", lambda _: 0.5),
-        ("by the other velocity: the new one for the old, or the old for the new", lambda fall: 1.0 - fall),
+        (
+            "by the other velocity: the new instead of the old, or the old instead of the new",
+            lambda weight: 1.0 - weight,
+        ),
     ):
         yield Hypothesis(
-            "another step of x",
+            "wrong-position-update",
             "position step",
-            f"centre of mass moved in these steps {says}",
-            lambda account, _, fall=fall: falls(account, fall),
+            f"position updated {text}",
+            lambda program, _, change=change: updated(program, change),
         )

@@ -1,1 +1,1 @@
-"""The flight of a program with mistakes, compiled: `laws` says what it is made of, `stepping` flies it."""
+"""The compiled run of a program with mistakes: `dynamics` defines its parts, `stepping` simulates it."""

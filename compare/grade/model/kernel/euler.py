@@ -1,4 +1,4 @@
-"""Steps of Euler's methods, explicit and symplectic, and what single precision keeps of them."""
+"""Steps of Euler's methods, explicit and symplectic, and their rounding to single precision."""
 
 import math
 
@@ -15,13 +15,13 @@ from tumble.compare.grade.model.kernel.dynamics import (
     MOMENTUM,
     WORLD,
     Array,
-    Laws,
+    Dynamics,
     Motion,
     Push,
     Scheme,
 )
 from tumble.compare.grade.model.kernel.gyroscopic import carried, spun
-from tumble.compare.grade.model.kernel.rates import accelerations, damped, decayed, turning
+from tumble.compare.grade.model.kernel.rates import accelerations, attitude_rate, damped, decayed
 from tumble.solver.compilation import inner
 from tumble.solver.quaternion import (
     Quaternion,
@@ -48,7 +48,7 @@ def capped(rate: Vector, cap: float) -> Vector:
 
 @inner
 def _turned(q: Quaternion, turn: Vector, attitude: int) -> tuple[Quaternion, float]:
-    """Return q turned by a vector [rad], body axes, and how much longer the program has made it."""
+    """Return q rotated by a vector [rad], body axes, and the factor on its length in the program."""
     if attitude == EXPONENTIAL:
         return normalise(product(q, exponential(scale(0.5, turn)))), 1.0
     longer = plus(q, product_vector(q, scale(0.5, turn)))
@@ -56,33 +56,38 @@ def _turned(q: Quaternion, turn: Vector, attitude: int) -> tuple[Quaternion, flo
 
 
 @inner
-def euler_step(motion: Motion, dt: float, laws: Laws, push: Push, scheme: Scheme, falls: bool) -> tuple[Motion, float]:
-    """Return the motion one step of dt [s] on, and how much longer q would have become; falls: gravity acts."""
-    turns = turning(motion.q, motion.w_body, laws)
-    a, alpha = accelerations(motion, laws, push)
-    if not falls and laws.forces.gravity is not None:
-        a = add(a, scale(-1.0, laws.forces.gravity))
+def euler_step(
+    motion: Motion, dt: float, dynamics: Dynamics, push: Push, scheme: Scheme, falls: bool
+) -> tuple[Motion, float]:
+    """Return the motion after a step of dt [s], and the factor on the length of q; falls: gravity acts."""
+    turns = attitude_rate(motion.q, motion.w_body, dynamics)
+    a, alpha = accelerations(motion, dynamics, push)
+    if not falls and dynamics.forces.gravity is not None:
+        a = add(a, scale(-1.0, dynamics.forces.gravity))
     old_v, old_w = motion.v, motion.w_body
-    if laws.damps == BEFORE_FORCES:
-        old_v, old_w = decayed(old_v, old_w, dt, motion.q, laws)
-    if laws.damps in (BEFORE_FORCES, AFTER_FORCES):  # engines that damp so let nothing past as it is set, or damped
-        old_v, old_w = capped(old_v, laws.caps[0]), capped(old_w, laws.caps[1])
-    v, w = add(old_v, scale(dt, a)), spun(motion, old_w, dt, laws, alpha, scheme.spin)
-    if laws.damps == AS_FORCE:
-        v, w = damped(v, w, dt, motion.v, motion.w_body, motion.q, laws)
-    elif laws.damps == AFTER_FORCES:
-        v, w = decayed(v, w, dt, motion.q, laws)
-    v, w = capped(v, laws.caps[0]), capped(w, laws.caps[1])
-    x = add(motion.x, scale(dt, add(motion.v, scale(scheme.fall, add(v, scale(-1.0, motion.v))))))
+    if dynamics.damping_place == BEFORE_FORCES:
+        old_v, old_w = decayed(old_v, old_w, dt, motion.q, dynamics)
+    if dynamics.damping_place in (
+        BEFORE_FORCES,
+        AFTER_FORCES,
+    ):  # engines that damp so limit velocities when they are set or damped
+        old_v, old_w = capped(old_v, dynamics.caps[0]), capped(old_w, dynamics.caps[1])
+    v, w = add(old_v, scale(dt, a)), spun(motion, old_w, dt, dynamics, alpha, scheme.spin)
+    if dynamics.damping_place == AS_FORCE:
+        v, w = damped(v, w, dt, motion.v, motion.w_body, motion.q, dynamics)
+    elif dynamics.damping_place == AFTER_FORCES:
+        v, w = decayed(v, w, dt, motion.q, dynamics)
+    v, w = capped(v, dynamics.caps[0]), capped(w, dynamics.caps[1])
+    x = add(motion.x, scale(dt, add(motion.v, scale(scheme.position_weight, add(v, scale(-1.0, motion.v))))))
     mean = scale(0.5, add(motion.w_body, w)) if scheme.spin == MIDPOINT else w
-    turn = scale(dt, turning(motion.q, mean, laws) if scheme.semi else turns)
+    turn = scale(dt, attitude_rate(motion.q, mean, dynamics) if scheme.symplectic else turns)
     q, growth = _turned(motion.q, turn, scheme.attitude)
     if scheme.spin == MOMENTUM:
-        w = carried(motion.q, q, w, laws)
+        w = carried(motion.q, q, w, dynamics)
     elif scheme.spin == WORLD:
         w = rotate_back(q, rotate(motion.q, w))
-    if laws.damps == LAST:
-        v, w = decayed(v, w, dt, q, laws)
+    if dynamics.damping_place == LAST:
+        v, w = decayed(v, w, dt, q, dynamics)
     return Motion(x, q, v, w), growth
 
 
@@ -116,9 +121,9 @@ def _rounded(a: Vector) -> Vector:
 
 
 @inner
-def kept_in_single(motion: Motion, keeps: int) -> Motion:
-    """Return a motion as a program in single precision keeps it, w in world axes; or as far off as that can be."""
-    if keeps == BIASED:
+def to_single(motion: Motion, precision: int) -> Motion:
+    """Return a motion rounded to single precision, w in world axes; or biased by as much as rounding can be."""
+    if precision == BIASED:
         spin = HALF_SINGLE * math.sqrt(dot(motion.w_body, motion.w_body))
         w = add(motion.w_body, (spin, spin, spin))
         return Motion(motion.x, motion.q, scale(1.0 + HALF_SINGLE, motion.v), w)

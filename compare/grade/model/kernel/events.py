@@ -1,4 +1,4 @@
-"""What impulses, and forces that last, do to a motion as they begin and end."""
+"""The effect of impulses, and of the start and end of lasting forces."""
 
 from tumble.compare.grade.model.kernel.dynamics import (
     AS_AT_THE_START,
@@ -8,7 +8,7 @@ from tumble.compare.grade.model.kernel.dynamics import (
     POINT_MOVES,
     POINT_STAYS,
     Array,
-    Laws,
+    Dynamics,
     Motion,
     Push,
 )
@@ -19,58 +19,58 @@ from tumble.solver.vectors import Vector, add, cross, scale
 
 
 @inner
-def _lever(motion: Motion, event: Array, laws: Laws) -> Vector:
-    """Return the lever arm of an impulse as the program has it, world axes."""
+def _lever(motion: Motion, event: Array, dynamics: Dynamics) -> Vector:
+    """Return the program's lever of an impulse, world axes."""
     point = (event[8], event[9], event[10])
     if event[11] != 0.0:
-        if laws.levers == AS_THE_BODY:
+        if dynamics.lever_axes == AS_THE_BODY:
             point = rotate(motion.q, point)
-        elif laws.levers == AS_AT_THE_START:
-            point = rotate(laws.first, point)
+        elif dynamics.lever_axes == AS_AT_THE_START:
+            point = rotate(dynamics.first, point)
         point = add(motion.x, point)
-    sign, share, x, y, z = laws.arm
+    sign, share, x, y, z = dynamics.lever
     return scale(sign, add(point, add(scale(-share, motion.x), (-x, -y, -z))))
 
 
 @inner
-def _struck(motion: Motion, laws: Laws, moves: Vector, twist: Vector) -> Motion:
+def _after_impulse(motion: Motion, dynamics: Dynamics, moves: Vector, twist: Vector) -> Motion:
     """Return the motion after an impulse [N s] and an angular one [N m s], world axes."""
-    w = add(motion.w_body, angular_response(motion.q, rotate_back(motion.q, twist), laws, laws.struck))
-    return Motion(motion.x, motion.q, add(motion.v, scale(1.0 / laws.forces.mass, moves)), w)
+    w = add(motion.w_body, angular_response(motion.q, rotate_back(motion.q, twist), dynamics, dynamics.impulse_tensor))
+    return Motion(motion.x, motion.q, add(motion.v, scale(1.0 / dynamics.forces.mass, moves)), w)
 
 
 @inner
-def happen(motion: Motion, push: Push, events: Array, number: int, laws: Laws) -> tuple[Motion, Push, Vector]:
-    """Return motion and push after an event, and by how much the angular momentum has jumped, world axes."""
+def happen(motion: Motion, push: Push, events: Array, number: int, dynamics: Dynamics) -> tuple[Motion, Push, Vector]:
+    """Return motion and lasting forces after an event, and the jump of the angular momentum, world axes."""
     event = events[number]
     moves, turns = (event[2], event[3], event[4]), (event[5], event[6], event[7])
     nothing = (0.0, 0.0, 0.0)
-    if laws.strikes_in_body and event[1] == JUMP:
+    if dynamics.impulse_in_body_axes and event[1] == JUMP:
         moves, turns = rotate(motion.q, moves), rotate(motion.q, turns)
     if event[1] == END:
         begun = events[int(event[15])]
-        return motion, _pushed(push, -1, moves, turns, (begun[12], begun[13], begun[14]), laws), nothing
-    lever = _lever(motion, event, laws)
+        return motion, _pushed(push, -1, moves, turns, (begun[12], begun[13], begun[14]), dynamics), nothing
+    lever = _lever(motion, event, dynamics)
     if event[1] == JUMP:
         twist = cross(lever, turns)
-        return _struck(motion, laws, moves, twist), push, twist
-    if laws.held == POINT_MOVES:
+        return _after_impulse(motion, dynamics, moves, twist), push, twist
+    if dynamics.lever_motion == POINT_MOVES:
         lever = rotate_back(motion.q, lever)
-    elif laws.held == POINT_STAYS:
-        lever = add(lever, scale(laws.arm[0] * laws.arm[1], motion.x))
+    elif dynamics.lever_motion == POINT_STAYS:
+        lever = add(lever, scale(dynamics.lever[0] * dynamics.lever[1], motion.x))
     event[12], event[13], event[14] = lever
-    return motion, _pushed(push, 1, moves, turns, lever, laws), nothing
+    return motion, _pushed(push, 1, moves, turns, lever, dynamics), nothing
 
 
 @inner
-def _pushed(push: Push, sign: int, moves: Vector, turns: Vector, lever: Vector, laws: Laws) -> Push:
-    """Return what lasts once a force that moves, the same that turns and its lever begin, or with sign -1 end."""
+def _pushed(push: Push, sign: int, moves: Vector, turns: Vector, lever: Vector, dynamics: Dynamics) -> Push:
+    """Return the lasting forces after a force, its part for the rotation and its lever begin, or with sign -1 end."""
     acting, force, turns = push.acting + sign, add(push.force, scale(sign, moves)), scale(sign, turns)
-    if laws.held == POINT_MOVES:
+    if dynamics.lever_motion == POINT_MOVES:
         first, second, third = push.rows
         a, b, c = lever
         rows = add(first, scale(a, turns)), add(second, scale(b, turns)), add(third, scale(c, turns))
         return Push(acting, force, push.torque, push.drawn, rows)
     torque = add(push.torque, cross(lever, turns))
-    share = laws.arm[0] * laws.arm[1] if laws.held == POINT_STAYS else 0.0
+    share = dynamics.lever[0] * dynamics.lever[1] if dynamics.lever_motion == POINT_STAYS else 0.0
     return Push(acting, force, torque, add(push.drawn, scale(share, turns)), push.rows)

@@ -1,4 +1,4 @@
-"""How a step changes the angular velocity: the schemes that engines have for the gyroscopic term."""
+"""The change of the angular velocity in a step: the engines' schemes for the gyroscopic term."""
 
 import math
 
@@ -10,15 +10,15 @@ from tumble.compare.grade.model.kernel.dynamics import (
     RESCALED,
     TURNED,
     WORLD,
-    Laws,
+    Dynamics,
     Motion,
 )
-from tumble.compare.grade.model.kernel.rates import divided, gyroscopic_rate, to_tensor, turning
+from tumble.compare.grade.model.kernel.rates import attitude_rate, divided, gyroscopic_rate, to_tensor
 from tumble.solver.compilation import inner
 from tumble.solver.quaternion import Quaternion, rotate, rotate_back
 from tumble.solver.vectors import Vector, add, cross, dot, scale, times
 
-# Fixed-point rounds of the midpoint rule, each better by |w| dt.
+# Fixed-point iterations of the midpoint rule; each reduces the error by |w| dt.
 ROUNDS = 12
 
 
@@ -86,21 +86,21 @@ def _by_scheme(w: Vector, dt: float, moments: Vector, spin: int) -> Vector:
 
 
 @inner
-def spun(motion: Motion, w: Vector, dt: float, laws: Laws, alpha: Vector, spin: int) -> Vector:
-    """Return w_body after a step's torques, the attitude standing still; with MOMENTUM the turn comes later."""
+def spun(motion: Motion, w: Vector, dt: float, dynamics: Dynamics, alpha: Vector, spin: int) -> Vector:
+    """Return w_body after the torques of a step at constant attitude; with MOMENTUM, the rotation comes later."""
     if spin in (EXPLICIT, WORLD):
-        w = add(w, scale(dt, gyroscopic_rate(motion.q, w, turning(motion.q, w, laws), laws)))
-    elif laws.gyroscopic == 1.0 and laws.tensor == TURNED:
-        w = _by_scheme(w, dt, laws.moments, spin)
-    elif laws.gyroscopic == 1.0:
-        there = to_tensor(motion.q, laws, laws.tensor)
-        w = rotate_back(there, _by_scheme(rotate(there, w), dt, laws.moments, spin))
+        w = add(w, scale(dt, gyroscopic_rate(motion.q, w, attitude_rate(motion.q, w, dynamics), dynamics)))
+    elif dynamics.gyroscopic == 1.0 and dynamics.tensor == TURNED:
+        w = _by_scheme(w, dt, dynamics.moments, spin)
+    elif dynamics.gyroscopic == 1.0:
+        there = to_tensor(motion.q, dynamics, dynamics.tensor)
+        w = rotate_back(there, _by_scheme(rotate(there, w), dt, dynamics.moments, spin))
     return add(w, scale(dt, alpha))
 
 
 @inner
-def carried(q: Quaternion, q_next: Quaternion, w: Vector, laws: Laws) -> Vector:
-    """Return w_body at the next attitude when what the program keeps in world axes, L or w, is kept."""
-    if laws.gyroscopic == 0.0:
+def carried(q: Quaternion, q_next: Quaternion, w: Vector, dynamics: Dynamics) -> Vector:
+    """Return w_body at the next attitude if L, or w, in world axes is constant."""
+    if dynamics.gyroscopic == 0.0:
         return rotate_back(q_next, rotate(q, w))
-    return divided(rotate_back(q_next, rotate(q, times(laws.moments, w))), laws.moments)
+    return divided(rotate_back(q_next, rotate(q, times(dynamics.moments, w))), dynamics.moments)

@@ -1,4 +1,4 @@
-"""The rates of change of a motion as the program has them: forces, damping, the gyroscopic term, the attitude."""
+"""The rates of change of a motion in a program: forces, damping, gyroscopic term, attitude."""
 
 import math
 
@@ -12,7 +12,7 @@ from tumble.compare.grade.model.kernel.dynamics import (
     TORQUE_UNTURNED,
     TURNED,
     UNMIXED,
-    Laws,
+    Dynamics,
     Motion,
     Push,
 )
@@ -23,20 +23,20 @@ from tumble.solver.vectors import Vector, add, cross, dot, scale, times
 
 
 @inner
-def turning(q: Quaternion, w_body: Vector, laws: Laws) -> Vector:
-    """Return the rate at which the program turns the attitude, body axes: q' = q turning~ / 2."""
-    rate = scale(laws.turning, w_body)
-    if laws.mixed == UNMIXED:
+def attitude_rate(q: Quaternion, w_body: Vector, dynamics: Dynamics) -> Vector:
+    """Return the angular velocity r with which the program rotates the attitude, body axes: q' = q r~ / 2."""
+    rate = scale(dynamics.attitude_rate_factor, w_body)
+    if dynamics.frame_mixup == UNMIXED:
         return rate
-    return rotate_back(q, rate) if laws.mixed == MIXED_BODY else rotate(q, rate)
+    return rotate_back(q, rate) if dynamics.frame_mixup == MIXED_BODY else rotate(q, rate)
 
 
 @inner
-def to_tensor(q: Quaternion, laws: Laws, tensor: int) -> Quaternion:
+def to_tensor(q: Quaternion, dynamics: Dynamics, tensor: int) -> Quaternion:
     """Return the rotation from body axes to those in which the program's inertia tensor is diagonal."""
     if tensor == NEVER_TURNED:
         return q
-    return product(conjugate(laws.first), q) if tensor == FROZEN else product(q, q)
+    return product(conjugate(dynamics.first), q) if tensor == FROZEN else product(q, q)
 
 
 @inner
@@ -46,19 +46,19 @@ def divided(momentum: Vector, moments: Vector) -> Vector:
 
 
 @inner
-def angular_response(q: Quaternion, torque: Vector, laws: Laws, tensor: int) -> Vector:
-    """Return what a torque, or a torque over a time, does to w_body as the program has its inertia; body axes."""
+def angular_response(q: Quaternion, torque: Vector, dynamics: Dynamics, tensor: int) -> Vector:
+    """Return the change of w_body by a torque, or an angular impulse, with the program's inertia; body axes."""
     if tensor == TURNED:
-        return divided(torque, laws.moments)
+        return divided(torque, dynamics.moments)
     if tensor == TORQUE_UNTURNED:
-        return divided(rotate(q, torque), laws.moments)
-    there = to_tensor(q, laws, tensor)
-    return rotate_back(there, divided(rotate(there, torque), laws.moments))
+        return divided(rotate(q, torque), dynamics.moments)
+    there = to_tensor(q, dynamics, tensor)
+    return rotate_back(there, divided(rotate(there, torque), dynamics.moments))
 
 
 @inner
 def twist(x: Vector, q: Quaternion, push: Push) -> Vector:
-    """Return the torque of forces that last, world axes."""
+    """Return the torque of lasting forces, world axes."""
     carried = cross(rotate(q, (1.0, 0.0, 0.0)), push.rows[0])
     carried = add(carried, cross(rotate(q, (0.0, 1.0, 0.0)), push.rows[1]))
     carried = add(carried, cross(rotate(q, (0.0, 0.0, 1.0)), push.rows[2]))
@@ -66,82 +66,86 @@ def twist(x: Vector, q: Quaternion, push: Push) -> Vector:
 
 
 @inner
-def accelerations(motion: Motion, laws: Laws, push: Push) -> tuple[Vector, Vector]:
+def accelerations(motion: Motion, dynamics: Dynamics, push: Push) -> tuple[Vector, Vector]:
     """Return a, world axes, and alpha, body axes, without damping and the gyroscopic term."""
-    force, torque = wrench(motion.x, motion.q, motion.v, motion.w_body, laws.forces)
+    force, torque = wrench(motion.x, motion.q, motion.v, motion.w_body, dynamics.forces)
     if push.acting > 0:
         force = add(force, push.force)
         torque = add(torque, rotate_back(motion.q, twist(motion.x, motion.q, push)))
-    return scale(1.0 / laws.forces.mass, force), angular_response(motion.q, torque, laws, laws.tensor)
+    return scale(1.0 / dynamics.forces.mass, force), angular_response(motion.q, torque, dynamics, dynamics.tensor)
 
 
 @inner
-def _is_braked(laws: Laws) -> bool:
+def _is_braked(dynamics: Dynamics) -> bool:
     """Whether something is damped along an axis."""
-    of_v, of_body, of_world = laws.brakes
+    of_v, of_body, of_world = dynamics.axis_damping
     return dot(of_v, of_v) + dot(of_body, of_body) + dot(of_world, of_world) > 0.0
 
 
 @inner
 def damped(
-    v: Vector, w: Vector, dt: float, old_v: Vector, old_w: Vector, q: Quaternion, laws: Laws
+    v: Vector, w: Vector, dt: float, old_v: Vector, old_w: Vector, q: Quaternion, dynamics: Dynamics
 ) -> tuple[Vector, Vector]:
-    """Return v and w after damping for dt [s], as a force, by what it is at the old ones."""
-    d0, d1, d2, d3, d4 = laws.damping
-    if _is_braked(laws):
-        of_v, of_body, of_world = laws.brakes
+    """Return v and w after damping for dt [s] as a force, from the old velocities."""
+    d0, d1, d2, d3, d4 = dynamics.damping
+    if _is_braked(dynamics):
+        of_v, of_body, of_world = dynamics.axis_damping
         v = add(v, scale(-dt, times(of_v, old_v)))
         braked = add(times(of_body, old_w), rotate_back(q, times(of_world, rotate(q, old_w))))
         w = add(w, scale(-dt, braked))
     if d0 + d1 + d2 + d3 + d4 == 0.0:
         return v, w
     slow, brake = d0 + d1 * math.sqrt(dot(old_v, old_v)), d2 + d3 * math.sqrt(dot(old_w, old_w))
-    w = add(add(w, scale(-dt * brake, old_w)), scale(-dt * d4, divided(old_w, laws.moments)))
+    w = add(add(w, scale(-dt * brake, old_w)), scale(-dt * d4, divided(old_w, dynamics.moments)))
     return add(v, scale(-dt * slow, old_v)), w
 
 
 @inner
-def decayed(v: Vector, w: Vector, dt: float, q: Quaternion, laws: Laws) -> tuple[Vector, Vector]:
-    """Return v and w after a step's damping that takes a share of what they are."""
-    if laws.decays == LINEARLY:
-        return damped(v, w, dt, v, w, q, laws)
-    d0, d1, d2, d3, _ = laws.damping
+def decayed(v: Vector, w: Vector, dt: float, q: Quaternion, dynamics: Dynamics) -> tuple[Vector, Vector]:
+    """Return v and w after the damping of a step."""
+    if dynamics.damping_form == LINEARLY:
+        return damped(v, w, dt, v, w, q, dynamics)
+    d0, d1, d2, d3, _ = dynamics.damping
     slow, brake = dt * (d0 + d1 * math.sqrt(dot(v, v))), dt * (d2 + d3 * math.sqrt(dot(w, w)))
-    if laws.decays == EXPONENTIALLY:
+    if dynamics.damping_form == EXPONENTIALLY:
         return scale(math.exp(-slow), v), scale(math.exp(-brake), w)
     return scale(1.0 / (1.0 + slow), v), scale(1.0 / (1.0 + brake), w)
 
 
 @inner
 def _held(change: Vector, rate: Vector, cap: float) -> Vector:
-    """Return the change of a vector that is not let grow longer than a cap."""
+    """Return the rate of change of a vector whose length is limited by a cap."""
     square = dot(rate, rate)
     grows = dot(change, rate)
     return add(change, scale(-grows / square, rate)) if grows > 0.0 and square >= cap * cap else change
 
 
 @inner
-def gyroscopic_rate(q: Quaternion, w_body: Vector, turning: Vector, laws: Laws) -> Vector:
-    """Return I^-1 (L x w), and w x turning where w is kept in world axes; where L is, I^-1 (L x turning)."""
-    if laws.tensor != TURNED:
-        there = to_tensor(q, laws, laws.tensor)
+def gyroscopic_rate(q: Quaternion, w_body: Vector, attitude_rate: Vector, dynamics: Dynamics) -> Vector:
+    """Return I^-1 (L x w) plus w x r if w is stored in world axes; if L is stored, I^-1 (L x r); r: attitude_rate."""
+    if dynamics.tensor != TURNED:
+        there = to_tensor(q, dynamics, dynamics.tensor)
         w = rotate(there, w_body)
-        return rotate_back(there, scale(laws.gyroscopic, divided(cross(times(laws.moments, w), w), laws.moments)))
-    keeps_momentum = laws.mixed == MIXED_MOMENTUM and laws.gyroscopic != 0.0
-    rate = scale(laws.gyroscopic, cross(times(laws.moments, w_body), turning if keeps_momentum else w_body))
-    rate = divided(rate, laws.moments)
-    return rate if keeps_momentum or laws.mixed == MIXED_BODY else add(rate, cross(w_body, turning))
+        return rotate_back(
+            there, scale(dynamics.gyroscopic, divided(cross(times(dynamics.moments, w), w), dynamics.moments))
+        )
+    keeps_momentum = dynamics.frame_mixup == MIXED_MOMENTUM and dynamics.gyroscopic != 0.0
+    rate = scale(
+        dynamics.gyroscopic, cross(times(dynamics.moments, w_body), attitude_rate if keeps_momentum else w_body)
+    )
+    rate = divided(rate, dynamics.moments)
+    return rate if keeps_momentum or dynamics.frame_mixup == MIXED_BODY else add(rate, cross(w_body, attitude_rate))
 
 
 @inner
-def slope(motion: Motion, laws: Laws, push: Push, smooth: bool) -> Motion:
-    """Return the rates of change; smooth: speeds do not grow past their caps, which steps see to afterwards."""
-    turns = turning(motion.q, motion.w_body, laws)
-    a, alpha = accelerations(motion, laws, push)
-    alpha = add(alpha, gyroscopic_rate(motion.q, motion.w_body, turns, laws))
-    a, alpha = damped(a, alpha, 1.0, motion.v, motion.w_body, motion.q, laws)
+def slope(motion: Motion, dynamics: Dynamics, push: Push, smooth: bool) -> Motion:
+    """Return the rates of change; smooth: with the caps, which steps apply afterwards."""
+    turns = attitude_rate(motion.q, motion.w_body, dynamics)
+    a, alpha = accelerations(motion, dynamics, push)
+    alpha = add(alpha, gyroscopic_rate(motion.q, motion.w_body, turns, dynamics))
+    a, alpha = damped(a, alpha, 1.0, motion.v, motion.w_body, motion.q, dynamics)
     if smooth:
-        a, alpha = _held(a, motion.v, laws.caps[0]), _held(alpha, motion.w_body, laws.caps[1])
+        a, alpha = _held(a, motion.v, dynamics.caps[0]), _held(alpha, motion.w_body, dynamics.caps[1])
     return Motion(motion.v, product_vector(motion.q, scale(0.5, turns)), a, alpha)
 
 

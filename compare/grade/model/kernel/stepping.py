@@ -1,7 +1,7 @@
-"""A flight as a program with mistakes makes it: smooth, or in steps, with parts missing or wrong.
+"""The run of a program with mistakes: continuous, or in steps, with parts missing or wrong.
 
-A row of what is found, (22,): x [m], the matrix body to world by rows as the program has it, v [m/s], w [rad/s], world
-axes, and q, nan where the program keeps none.
+A row of the result, (22,): x [m], the program's matrix body to world by rows, v [m/s], w [rad/s], world axes, and q,
+nan if the program has none.
 """
 
 import math
@@ -10,18 +10,18 @@ from pathlib import Path
 import numpy as np
 
 from tumble.compare.grade.model.kernel.dynamics import (
-    AS_IT_IS,
+    DOUBLE,
     MATRIX,
     ORDER_4,
     RUNGE_KUTTA,
     SMOOTH,
     Array,
-    Laws,
+    Dynamics,
     Motion,
     Push,
     Scheme,
 )
-from tumble.compare.grade.model.kernel.euler import capped, euler_step, kept_in_single, matrix_step
+from tumble.compare.grade.model.kernel.euler import capped, euler_step, matrix_step, to_single
 from tumble.compare.grade.model.kernel.events import happen
 from tumble.compare.grade.model.kernel.rates import twist
 from tumble.compare.grade.model.kernel.runge_kutta import runge_kutta_step, smooth_count
@@ -30,15 +30,15 @@ from tumble.solver.quaternion import Quaternion, normalise, rotate, rotate_back,
 from tumble.solver.vectors import Vector, add, scale, times
 
 WIDTH = 22
-# A flight takes no more steps than this, a smooth one no more than so many radians have steps.
+# Largest number of steps of a run, and largest rotation of a continuous one [rad].
 MOST_STEPS, MOST_RADIANS = 100_000, 1_000.0
-# Of a step: how much shorter or longer an interval of whole steps is by rounding of doubles.
+# Rounding error of an interval of whole steps, over a step.
 NEARLY = 1e-9
 
 
 @inner
 def _write(row: Array, motion: Motion, q: Quaternion, columns: Array, w_matrix: Vector, attitude: int) -> None:
-    """Write a row; q: as long as the program has it."""
+    """Write a row; q: of the program's length."""
     row[0], row[1], row[2] = motion.x
     row[12], row[13], row[14] = motion.v
     row[15], row[16], row[17] = rotate(motion.q, motion.w_body)
@@ -60,22 +60,22 @@ def integrate(
     start: Array,
     times_s: Array,
     found: Array,
-    laws: Laws,
+    dynamics: Dynamics,
     events: Array,
     spring_rate: float,
     scheme: Scheme,
     rounding: float,
 ) -> None:
-    """Fly from a state of ours, (13,), at t = 0 to instants [s] that do not decrease, (T,); found: rows, (T, 22).
+    """Simulate from a state, (13,), at t = 0 to times [s] that do not decrease, (T,); found: rows, (T, 22).
 
-    events: in the order in which they happen, (E, 16); spring_rate: of the stiffest swing there may be [rad/s];
-    rounding: of the instants [s].  Between two instants there are whole steps and a shorter last one, or whole ones
-    only where that is the same but for rounding; a smooth flight takes equal ones.
+    events: in the order of their times, (E, 16); spring_rate: upper bound of the springs' angular frequency [rad/s];
+    rounding: of the times [s].  Between two times there are whole steps and a shorter last one, or only whole ones if
+    they fit within rounding; a continuous run takes equal steps.
     """
     q = normalise((start[3], start[4], start[5], start[6]))
     w_matrix = (start[10], start[11], start[12])
     motion = Motion((start[0], start[1], start[2]), q, (start[7], start[8], start[9]), rotate_back(q, w_matrix))
-    momentum = rotate(q, times(laws.moments, motion.w_body))
+    momentum = rotate(q, times(dynamics.moments, motion.w_body))
     columns = np.empty((3, 3))
     columns[0, 0], columns[0, 1], columns[0, 2] = rotate(q, (1.0, 0.0, 0.0))
     columns[1, 0], columns[1, 1], columns[1, 2] = rotate(q, (0.0, 1.0, 0.0))
@@ -91,7 +91,7 @@ def integrate(
             smooth = scheme.attitude == SMOOTH
             ratio = interval / scheme.step
             if smooth:
-                ratio = smooth_count(motion, interval, laws, push, spring_rate, scheme.step)
+                ratio = smooth_count(motion, interval, dynamics, push, spring_rate, scheme.step)
             most = (MOST_RADIANS / scheme.step if smooth else MOST_STEPS) * interval / times_s[-1]
             count = max(1, math.ceil(min(ratio - (0.0 if smooth else NEARLY), most)))
             nearest = max(1, round(ratio))
@@ -104,23 +104,23 @@ def integrate(
                     dt = interval / count
                 if smooth or scheme.attitude == RUNGE_KUTTA:
                     method = ORDER_4 if smooth else scheme.spin
-                    motion = runge_kutta_step(motion, dt, laws, push, method, smooth)
-                    v, w = capped(motion.v, laws.caps[0]), capped(motion.w_body, laws.caps[1])
+                    motion = runge_kutta_step(motion, dt, dynamics, push, method, smooth)
+                    v, w = capped(motion.v, dynamics.caps[0]), capped(motion.w_body, dynamics.caps[1])
                     motion = Motion(motion.x, motion.q, v, w)
                     continue
-                motion, growth = euler_step(motion, dt, laws, push, scheme, steps >= scheme.idle)
+                motion, growth = euler_step(motion, dt, dynamics, push, scheme, steps >= scheme.idle_steps)
                 steps += 1
-                if scheme.keeps != AS_IT_IS:
-                    motion = kept_in_single(motion, scheme.keeps)
+                if scheme.precision != DOUBLE:
+                    motion = to_single(motion, scheme.precision)
                 length *= growth
-                if scheme.normalises > 0 and steps % scheme.normalises == 0:
+                if scheme.normalise_every > 0 and steps % scheme.normalise_every == 0:
                     length = 1.0
                 if scheme.attitude == MATRIX:
                     momentum = add(momentum, scale(dt, twist(motion.x, motion.q, push)))
-                    w_matrix = matrix_step(columns, dt, momentum, laws.moments)
+                    w_matrix = matrix_step(columns, dt, momentum, dynamics.moments)
             now = stop
         if happens:
-            motion, push, jump = happen(motion, push, events, number, laws)
+            motion, push, jump = happen(motion, push, events, number, dynamics)
             momentum = add(momentum, jump)
             number += 1
         else:

@@ -10,19 +10,28 @@ import numpy as np
 
 from tumble.scenarios.impulse import RayMissed
 from tumble.scenarios.scene import Scene
-from tumble.scenarios.truth import Truth, told_vertices
+from tumble.scenarios.truth import Truth, rounded_vertices
 from tumble.scenarios.truth.inertia import principal
-from tumble.scenarios.truth.limit import PRECISIONS, Flight
+from tumble.scenarios.truth.resolution import PRECISIONS, Flight
 from tumble.scenarios.truth.throw import Throw, read_throw
 
 # The first throws and so many instants, the last that is known among them, tell it well enough.
 THROWS, INSTANTS = 8, 32
 
 
-def cost_of_doubles(scene: Scene, answer: Truth) -> float:
-    """Return how far the vertices of the scene in doubles are from the true ones within the horizon, at most [m].
+def input_rounding_error(scene: Scene, answer: Truth) -> float:
+    """Return how far rounding the inputs to double precision moves the vertices, at most, within the horizon.
 
-    Infinite where a ray meets the body as it is written, but not as it is handed.
+    Parameters
+    ----------
+    scene
+    answer
+        its truth
+
+    Returns
+    -------
+    distance : m
+        infinite where a ray hits the body as written, but not as rounded
     """
     if scene.written is None:
         return 0.0
@@ -30,26 +39,26 @@ def cost_of_doubles(scene: Scene, answer: Truth) -> float:
 
     mp = MPContext()
     rows = np.unique(np.linspace(0, answer.known - 1, INSTANTS).round().astype(int))
-    handed = replace(scene, written=None, times=answer.times[rows], start=scene.start[:THROWS])
+    rounded = replace(scene, written=None, times=answer.times[rows], start=scene.start[:THROWS])
     furthest = 0.0
-    for row in range(len(handed.start)):
-        throw = read_throw(handed, row)
+    for row in range(len(rounded.start)):
+        throw = read_throw(rounded, row)
         try:
-            flight = _flown(mp, scene, throw)
+            flight = _simulate(mp, scene, throw)
         except RayMissed:
             return np.inf
-        vertices = told_vertices(flight.poses, throw.points, flight.bits)
+        vertices = rounded_vertices(flight.poses, throw.points, flight.bits)
         off = vertices - answer.vertices[rows[: len(vertices)], row]
         furthest = max(furthest, float(np.linalg.norm(off, axis=-1).max()))
     return furthest
 
 
-def _flown(mp: Any, scene: Scene, throw: Throw) -> Flight:
+def _simulate(mp: Any, scene: Scene, throw: Throw) -> Flight:
     if scene.is_free:
         from tumble.scenarios.truth.flight import poses
 
         mp.prec = PRECISIONS[2]
         return Flight(mp.prec, poses(mp, throw, principal(mp, throw.solid.tensor)))
-    from tumble.scenarios.truth.forced import flown
+    from tumble.scenarios.truth.forced import simulate
 
-    return flown(mp, throw)
+    return simulate(mp, throw)

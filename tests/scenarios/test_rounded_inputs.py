@@ -10,8 +10,8 @@ from second_truth import worst
 
 from tumble.scenarios.read import read_scene
 from tumble.scenarios.truth import truth
-from tumble.scenarios.truth.handed import cost_of_doubles
-from tumble.scenarios.truth.limit import settle
+from tumble.scenarios.truth.resolution import settle
+from tumble.scenarios.truth.rounded_inputs import input_rounding_error
 from tumble.scenarios.truth.throw import read_throw
 
 # A needle along oblique axes: its axes in doubles are a turn of 1e-16, which its least moment feels a million times.
@@ -68,12 +68,12 @@ def read(folder, text):
 
 def test_what_doubles_cost_is_how_far_the_truth_of_the_doubles_is(tmp_path):
     scene = read(tmp_path, NEEDLE)
-    written, handed = truth(scene), truth(replace(scene, written=None))
-    apart = np.linalg.norm(handed.vertices - written.vertices, axis=-1).max()
-    assert cost_of_doubles(scene, written) == pytest.approx(apart, rel=1e-6)
+    written, rounded_inputs = truth(scene), truth(replace(scene, written=None))
+    apart = np.linalg.norm(rounded_inputs.vertices - written.vertices, axis=-1).max()
+    assert input_rounding_error(scene, written) == pytest.approx(apart, rel=1e-6)
     assert apart > 1e4 * written.bound.max()
     # A scene that is its doubles costs nothing.
-    assert cost_of_doubles(replace(scene, written=None), handed) == 0
+    assert input_rounding_error(replace(scene, written=None), rounded_inputs) == 0
 
 
 @pytest.mark.parametrize("apart", [4.440892098500626e-16, 8e-15])

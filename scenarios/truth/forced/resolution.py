@@ -13,19 +13,19 @@ import numpy as np
 from tumble.scenarios.frames import Array
 from tumble.scenarios.scene import Scene
 from tumble.scenarios.truth.flight import Pose
-from tumble.scenarios.truth.forced.flight import Budget, Pilot, length_of
+from tumble.scenarios.truth.forced.flight import Budget, Integration, length_of
 from tumble.scenarios.truth.forced.laws import AXES, MOMENTUM, V, X
-from tumble.scenarios.truth.forced.passage import Manner
+from tumble.scenarios.truth.forced.passage import Accuracy
 from tumble.scenarios.truth.inertia import inverse
-from tumble.scenarios.truth.limit import PATTERNS, TRUSTED, Answer, Flight, in_proportion
+from tumble.scenarios.truth.resolution import PATTERNS, TRUSTED, Answer, Flight, in_proportion
 from tumble.scenarios.truth.throw import Throw, changing, read_throw
 
 # Of the numbers told: those of the two doubles that the integration keeps of each, and some for arithmetic.
 BITS = 128
 # The answer; the rougher flight that tells how good it is; and those that tell what the inputs do.
-FINE, ROUGH = Manner(32, 2.0**-94, True, (13, 1e-21)), Manner(26, 2.0**-76, True, (10, 1e-16))
+FINE, ROUGH = Accuracy(32, 2.0**-94, True, (13, 1e-21)), Accuracy(26, 2.0**-76, True, (10, 1e-16))
 # For the inputs: in doubles, but where something dies out too fast for series, with few stages.
-PLAIN, QUICK = Manner(18, 2.0**-53, False, (0, 0.0)), Manner(26, 2.0**-76, True, (7, 1e-12))
+PLAIN, QUICK = Accuracy(18, 2.0**-53, False, (0, 0.0)), Accuracy(26, 2.0**-76, True, (7, 1e-12))
 SAFETY = 2.0
 # A step rounds each number by some 2^-103 of it; what half a last bit of the inputs does, 2^-54, is the floor.
 ROUNDING_PER_STEP = 2.0**-47
@@ -41,24 +41,24 @@ UNCHANGED, TRIED = (0, 0.0), 3
 def answer(mp: Any, scene: Scene, row: int, throw: Throw) -> Answer:
     """Return one throw of a scene with forces, as far as it could be worked out.  Raises RayMissed."""
     mp.prec = BITS
-    fine, rough = (Pilot(throw, manner, Budget()).flown() for manner in (FINE, ROUGH))
+    fine, rough = (Integration(throw, accuracy, Budget()).run() for accuracy in (FINE, ROUGH))
     changes = QUICK_CHANGES if fine.crept else CHANGES
-    floor, why = input_floor(scene, row, throw, min(len(fine.rows), len(rough.rows)), changes, fine.steps)
-    known = len(floor)
+    input_error, why = input_error_of(scene, row, throw, min(len(fine.rows), len(rough.rows)), changes, fine.steps)
+    known = len(input_error)
     points = throw.points.astype(float)
     apart = moved(rough.rows[:known], fine.rows[:known], points, 0 * points)[:, 0]
-    error = SAFETY * np.maximum.accumulate(apart) + ROUNDING_PER_STEP * fine.steps * np.maximum.accumulate(floor)
+    error = SAFETY * np.maximum.accumulate(apart) + ROUNDING_PER_STEP * fine.steps * np.maximum.accumulate(input_error)
     poses = _poses(mp, fine.rows[:known], throw)
     by = f"Taylor series of orders {FINE.order} and {ROUGH.order}"
     by += f", Radau collocation of {FINE.creeping[0]} and {ROUGH.creeping[0]} stages" if fine.crept else ""
     how = f"{by}, in 32 digits, restarted at every switch"
-    return Answer(Flight(BITS, poses), error, floor, how, why or fine.why or rough.why)
+    return Answer(Flight(BITS, poses), error, input_error, how, why or fine.why or rough.why)
 
 
-def flown(mp: Any, throw: Throw) -> Flight:
+def simulate(mp: Any, throw: Throw) -> Flight:
     """Return the answer alone, as far as it could be worked out.  Raises RayMissed."""
     mp.prec = BITS
-    return Flight(BITS, _poses(mp, Pilot(throw, FINE, Budget()).flown().rows, throw))
+    return Flight(BITS, _poses(mp, Integration(throw, FINE, Budget()).run().rows, throw))
 
 
 def _poses(mp: Any, rows: Array, throw: Throw) -> list[Pose]:
@@ -85,36 +85,36 @@ def moved(rows: Array, others: Array, points: Array, grown: Array) -> Array:
     return np.linalg.norm((moves, about), axis=-1).max(axis=-1).T
 
 
-def input_floor(
-    scene: Scene, row: int, throw: Throw, known: int, changes: tuple[tuple[Manner, float], ...], steps: int
+def input_error_of(
+    scene: Scene, row: int, throw: Throw, known: int, changes: tuple[tuple[Accuracy, float], ...], steps: int
 ) -> tuple[Array, str]:
     """Return how far the vertices move when each number of the file moves by half its last bit [m], (R,), R <= known,
 
-    and why there are not so many.  The numbers, the signs and their patterns are those of
-    `tumble.scenarios.truth.limit.input_floor`.  steps: those of the flight; where they are many, far instants, which
-    may be beyond the horizon, are not tried before near ones.
+    and why there are fewer than `known`.  Numbers, signs and patterns are those of
+    `tumble.scenarios.truth.resolution.input_error_of`.  steps: those of the flight; if there are many, near instants
+    are tried before far ones, which may be beyond the horizon.
     """
-    floor, budget = np.empty(0), Budget()
-    for manner, share in changes:
-        tried = Sensitivity(scene, row, throw, manner, share, budget)
-        reach = known if steps < MANY_STEPS else min(len(floor) + 1, known)
+    input_error, budget = np.empty(0), Budget()
+    for accuracy, share in changes:
+        tried = Sensitivity(scene, row, throw, accuracy, share, budget)
+        reach = known if steps < MANY_STEPS else min(len(input_error) + 1, known)
         while (count := tried.proportional(reach)) == reach < known:
             further = tried.affordable(min(FURTHER * reach, known), TRIED + PATTERNS - 1)
             if further <= reach:
                 tried.is_late = True
                 break
             reach = further
-        floor = np.concatenate((floor, tried.moves(count)[len(floor) :]))
-        if len(floor) == known:
-            return floor, ""
+        input_error = np.concatenate((input_error, tried.moves(count)[len(input_error) :]))
+        if len(input_error) == known:
+            return input_error, ""
         if tried.is_late:
-            return floor, late(budget)
+            return input_error, late(budget)
     longer = Sensitivity(scene, row, throw, ROUGH, 1.0, budget)
-    for reach in (len(floor) + 1, known):
-        floor = np.concatenate((floor, longer.moves(reach)[len(floor) :]))
-        if longer.why or longer.is_late or floor[-1] > TRUSTED * length_of(throw):
+    for reach in (len(input_error) + 1, known):
+        input_error = np.concatenate((input_error, longer.moves(reach)[len(input_error) :]))
+        if longer.why or longer.is_late or input_error[-1] > TRUSTED * length_of(throw):
             break
-    return floor, late(budget) if longer.is_late else longer.why
+    return input_error, late(budget) if longer.is_late else longer.why
 
 
 def late(budget: Budget) -> str:
@@ -128,11 +128,11 @@ class Sensitivity:
     why: why the flights went no further, if they did not; is_late: whether there was no time for all that was asked.
     """
 
-    def __init__(self, scene: Scene, row: int, throw: Throw, manner: Manner, share: float, budget: Budget) -> None:
+    def __init__(self, scene: Scene, row: int, throw: Throw, accuracy: Accuracy, share: float, budget: Budget) -> None:
         self._read = cache(
             lambda pattern, signed: read_throw(scene, row, changing(Random(pattern), signed)) if signed else throw
         )
-        self._throw, self._manner, self._share, self._budget = throw, manner, share, budget
+        self._throw, self._accuracy, self._share, self._budget = throw, accuracy, share, budget
         # The rows of each flight and how many were asked for, and the processor time of a second of flight.
         self._flights: dict[tuple[int, float], tuple[int, Array]] = {}
         self._pace = 0.0
@@ -142,7 +142,7 @@ class Sensitivity:
         """Return at how many of the first rows the opposite change does the same."""
         there, back = self._moved(0, self._share, reach), self._moved(0, -self._share, reach)
         count = min(len(back), len(there))
-        far = np.abs(self._flown(*UNCHANGED, reach)[:count, 0, X:V]).max(axis=1)
+        far = np.abs(self._rows(*UNCHANGED, reach)[:count, 0, X:V]).max(axis=1)
         points = self._throw.points.astype(float)
         even = in_proportion(there[:count], back[:count], self._share, points, far)
         return count if even.all() else int(np.argmin(even))
@@ -167,19 +167,19 @@ class Sensitivity:
         return max(1, int(np.searchsorted(needed_s, self._budget.left_s(), side="right")))
 
     def _moved(self, pattern: int, signed: float, reach: int) -> Array:
-        plain, rows = self._flown(*UNCHANGED, reach), self._flown(pattern, signed, reach)
+        plain, rows = self._rows(*UNCHANGED, reach), self._rows(pattern, signed, reach)
         count, throw = min(len(plain), len(rows)), self._read(pattern, signed)
         points, grown = self._throw.points.astype(float), (throw.points - self._throw.points).astype(float)
         return moved(plain[:count], rows[:count], points, grown) / self._share
 
-    def _flown(self, pattern: int, signed: float, reach: int) -> Array:
+    def _rows(self, pattern: int, signed: float, reach: int) -> Array:
         """Return the first rows of a throw that is changed so, fewer where its flight went no further."""
         asked, rows = self._flights.get((pattern, signed), (-1, np.empty(0)))
         if asked < reach:
             throw, before = self._read(pattern, signed), thread_time()
-            flown = Pilot(throw._replace(times=throw.times[:reach]), self._manner, self._budget).flown()
-            rows, self._flights[pattern, signed] = flown.rows, (reach, flown.rows)
-            flown_s = float(throw.times[max(len(rows), 1) - 1])
-            self._pace = (thread_time() - before) / flown_s if flown_s else 0.0
-            self.why = self.why or flown.why
+            trajectory = Integration(throw._replace(times=throw.times[:reach]), self._accuracy, self._budget).run()
+            rows, self._flights[pattern, signed] = trajectory.rows, (reach, trajectory.rows)
+            simulated_s = float(throw.times[max(len(rows), 1) - 1])
+            self._pace = (thread_time() - before) / simulated_s if simulated_s else 0.0
+            self.why = self.why or trajectory.why
         return rows[:reach]

@@ -42,7 +42,7 @@ class Answer(NamedTuple):
 
     flight: Flight
     error: Array
-    floor: Array
+    input_error: Array
     how: str
     why: str = ""
 
@@ -85,7 +85,7 @@ def rounding(vertices: Array) -> Array:
     return np.linalg.norm(np.spacing(np.abs(vertices)) / 2, axis=-1).max(axis=-1)
 
 
-def input_floor(mp: Any, scene: Scene, row: int, throw: Throw, plain: Flight) -> Array:
+def input_error_of(mp: Any, scene: Scene, row: int, throw: Throw, plain: Flight) -> Array:
     """Return how far the vertices move when every number of the scene is changed by half its last bit [m], (R,).
 
     The change is what reading a decimal into a double may do: no program in doubles can be held to less.  It goes

@@ -1,0 +1,219 @@
+"""The stages of a search, in order.  Each adds explanations; the search ends at the first stage that explains all.
+
+`STAGES`, at the end of this file, is the list.
+"""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+from itertools import combinations
+
+from tumble.compare.grade.hypotheses.explanation import Explanation, Mistake, Mistakes
+from tumble.compare.grade.hypotheses.names import BODY_NEVER_MOVES
+from tumble.compare.grade.measure.significance import ALIKE
+from tumble.compare.grade.model.program_model import FINE
+from tumble.compare.grade.search.combining import FINALISTS, Combiner
+from tumble.compare.grade.search.engine_search import EngineSearch
+from tumble.compare.grade.search.evaluator import Evaluator
+from tumble.compare.grade.search.fitting import Fitter
+
+# Parts of a program whose mistakes may cause one motion: gravity from the second step on, x moved by the old velocity.
+TWINS = {"gravity start": "position step", "position step": "gravity start"}
+# Single mistakes that are fitted finely: the right one may rank below others in a quick look.
+SINGLES = 12
+# Explanations to which further mistakes are added.
+STARTS = 3
+MOST_MISTAKES = 5
+# A single mistake that leaves at most this share of the error is taken for one of the mistakes.
+SURELY = 0.05
+# An error below this share of the body's size is explained by at most one mistake.
+SMALL = 1e-6
+
+
+@dataclass(eq=False)
+class Search:
+    """What the stages work with and what they have found.
+
+    null: the explanation without a mistake; immobile, by_engines, by_damping, found: explanations, by the stages that
+    found them; engines: names of those whose defaults fit; singles: every mistake alone, best first; pairs: the best
+    single mistake with one more; on_nearest: called with the nearest scheme if none fits.
+    """
+
+    evaluator: Evaluator
+    fitter: Fitter
+    combiner: Combiner
+    engine_search: EngineSearch
+    on_nearest: Callable[[Explanation], None]
+    null: Explanation
+    immobile: list[Explanation] = field(default_factory=list)
+    by_engines: list[Explanation] = field(default_factory=list)
+    engines: tuple[str, ...] = ()
+    by_damping: list[Explanation] = field(default_factory=list)
+    found: list[Explanation] = field(default_factory=list)
+    singles: list[Mistakes] = field(default_factory=list)
+    pairs: list[Mistakes] = field(default_factory=list)
+
+    @property
+    def explanations(self) -> list[Explanation]:
+        """All explanations."""
+        return [self.null, *self.immobile, *self.by_engines, *self.by_damping, *self.found]
+
+    @property
+    def combinable(self) -> list[Explanation]:
+        """The explanations that more mistakes are added to; damped schemes are not, since damping is a mistake too."""
+        return [*self.by_engines, *self.found]
+
+    @property
+    def best(self) -> Explanation:
+        """The best of the explanations that more mistakes are added to."""
+        return min(self.combinable, key=by_weight)
+
+    def explained(self, candidates: Iterable[Mistakes]) -> list[Explanation]:
+        """Return candidates fitted finely, and the same with named values."""
+        fitted = list(map(self.fitter.fit, candidates))
+        snapped = map(self.fitter.snapped, fitted)
+        return [self.evaluator.explain(each) for each in dict.fromkeys((*fitted, *snapped))]
+
+
+def by_weight(explanation: Explanation) -> float:
+    """Return the weight of an explanation, to sort by."""
+    return explanation.weight
+
+
+# --- the stages; each returns whether everything is explained ---------------------------------------------------------
+
+
+def body_that_never_moves(search: Search) -> bool:
+    """Explain a body at rest first: many schemes would fit as well."""
+    never = [search.evaluator.explain((Mistake(h),)) for h in search.evaluator.hypotheses if h.name == BODY_NEVER_MOVES]
+    search.immobile = [each for each in never if each.within_floor]
+    return bool(search.immobile)
+
+
+def defaults_of_engines(search: Search) -> bool:
+    """Simulate the scheme of every engine."""
+    search.by_engines, search.engines = search.engine_search.defaults()
+    return any(each.within_floor for each in search.by_engines)
+
+
+def single_mistakes(search: Search) -> bool:
+    """Try each mistake alone."""
+    tuned = (search.fitter.tuned((hypothesis,)) for hypothesis in search.evaluator.hypotheses)
+    search.singles = sorted(tuned, key=search.evaluator.quick_weight)
+    search.found = sorted(search.explained(search.singles[:SINGLES]), key=by_weight)
+    return False
+
+
+def schemes_with_fitted_damping(search: Search) -> bool:
+    """Fit damping in every scheme, unless a single mistake explains all; its steps do not count for the limit."""
+    if not any(each.within_floor for each in search.found):
+        steps = search.evaluator.simulated_steps
+        search.by_damping = search.engine_search.damped()
+        search.evaluator.simulated_steps = steps
+    if search.by_damping and search.by_damping[0].within_floor:
+        return True
+    if schemes := (*search.by_engines, *search.by_damping):
+        search.on_nearest(min(schemes, key=by_weight))
+    return False
+
+
+def best_fitted_finely(search: Search) -> bool:
+    """Fit the best explanation to fine runs: coarse ones may be what it leaves."""
+    best = search.best
+    continuous = [m.hypothesis for m in best.mistakes if m.hypothesis.fitted and not m.has_named_value]
+    if continuous and not best.is_whole:
+        search.found.append(search.evaluator.explain(search.fitter.descended(best.mistakes, continuous, FINE)))
+    return False
+
+
+def combinations_of_schemes(search: Search) -> bool:
+    """Combine parts of the schemes of several engines."""
+    if not search.best.within_floor:
+        search.found += search.engine_search.combined()
+    return False
+
+
+def second_mistake_with_the_best(search: Search) -> bool:
+    """Add a second mistake, and then more, to the best single one if it surely is one of the mistakes."""
+    best = search.best
+    search.evaluator.aim_at(best.rms_m)
+    is_small = search.null.rms_m < SMALL * search.evaluator.scale.size_m
+    pairs = [] if best.within_floor or is_small else search.combiner.with_one_more(best.mistakes)
+    quick_weight = search.evaluator.quick_weight
+    if pairs and (not best.is_noise or quick_weight(pairs[0]) < quick_weight(best.mistakes) - ALIKE):
+        search.pairs = pairs
+        if best.weighted_rms_m <= SURELY * search.null.weighted_rms_m:
+            search.found += search.explained(pairs)
+            search.found += _with_more_mistakes(search)
+    return False
+
+
+def all_pairs(search: Search) -> bool:
+    """Try pairs of all mistakes, and then more."""
+    if search.pairs and not search.best.is_whole:
+        search.found += search.explained(search.combiner.pairs(search.singles, search.pairs))
+        search.found += _with_more_mistakes(search)
+    return False
+
+
+def one_mistake_fewer(search: Search) -> bool:
+    """Leave out each mistake of the best explanations, with the others as they were fitted together."""
+    best = sorted(search.combinable, key=by_weight)[:FINALISTS]
+    several = (each.mistakes for each in best if len(each.mistakes) > 1)
+    fewer = (some for mistakes in several for some in combinations(mistakes, len(mistakes) - 1))
+    search.found += [search.evaluator.explain(some) for some in dict.fromkeys(fewer)]
+    return False
+
+
+def equivalent_mistakes(search: Search) -> bool:
+    """Replace each mistake of the best explanation by others of its part without a value, and by its twins.
+
+    A twin with a value gets the step.
+    """
+    best = search.best
+    step = next((mistake.value for mistake in best.mistakes if mistake.hypothesis.part == "steps"), 0.0)
+    several = best.mistakes if len(best.mistakes) > 1 else ()
+    swapped = [
+        (*best.mistakes[:place], Mistake(h, step if h.values else 0.0), *best.mistakes[place + 1 :])
+        for place, mistake in enumerate(several)
+        for h in search.evaluator.hypotheses
+        if h is not mistake.hypothesis
+        and ((h.part == mistake.hypothesis.part and not h.values) or h.part == TWINS.get(mistake.hypothesis.part))
+    ]
+    search.found += [search.evaluator.explain(search.evaluator.ordered(some)) for some in swapped]
+    return False
+
+
+Stage = Callable[[Search], bool]
+STAGES: tuple[Stage, ...] = (
+    body_that_never_moves,
+    defaults_of_engines,
+    single_mistakes,
+    schemes_with_fitted_damping,
+    best_fitted_finely,
+    combinations_of_schemes,
+    second_mistake_with_the_best,
+    all_pairs,
+    best_fitted_finely,
+    one_mistake_fewer,
+    equivalent_mistakes,
+)
+
+
+def _with_more_mistakes(search: Search) -> list[Explanation]:
+    """Return explanations with more and more mistakes, as long as another one helps much."""
+    deeper: list[Explanation] = []
+    starts = sorted(search.combinable, key=by_weight)[:STARTS]
+    while not _is_enough(search.evaluator, starts[0]):
+        search.evaluator.aim_at(starts[0].rms_m)
+        several = [more for start in starts if start.mistakes for more in search.combiner.with_one_more(start.mistakes)]
+        more = search.explained(sorted(several, key=search.evaluator.quick_weight)[:FINALISTS])
+        deeper += more
+        if not more or min(map(by_weight, more)) > starts[0].weight - ALIKE:
+            break
+        starts = sorted(more, key=by_weight)[:STARTS]
+    return deeper
+
+
+def _is_enough(evaluator: Evaluator, best: Explanation) -> bool:
+    """Whether nothing is left to explain, or too much has been assumed or simulated already."""
+    return best.is_whole or not best.mistakes or len(best.mistakes) >= MOST_MISTAKES or evaluator.is_spent()

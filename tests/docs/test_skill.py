@@ -1,0 +1,52 @@
+"""The skill for coding agents: its commands run as printed, in an empty folder, one after the other."""
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from patience import PATIENCE_S
+
+from tumble.parser import parser
+
+SKILL = Path(__file__).parents[2] / "skills/verify-an-engine/SKILL.md"
+TEXT = SKILL.read_text(encoding="utf-8")
+BLOCKS = re.findall(r"^ *```sh\n(.*?)^ *```", TEXT, re.MULTILINE | re.DOTALL)
+
+
+def test_it_is_short_and_has_the_head_that_agents_read():
+    assert len(TEXT.splitlines()) <= 110
+    head = re.match(r"---\nname: ([a-z-]+)\ndescription: (.+)\n---\n", TEXT)
+    assert head
+    assert head[1] == SKILL.parent.name
+    assert len(head[2]) <= 1024
+
+
+def test_every_command_of_its_table_is_one_that_there_is():
+    named = re.findall(r"\| `tumble (.+?)` \|", TEXT)
+    assert len(named) > 8
+    for words in named:
+        parser().parse_args(words.split())
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("skill")
+
+
+@pytest.mark.parametrize("number", range(len(BLOCKS)))
+def test_a_block_runs_as_printed(folder, number):
+    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    for command in BLOCKS[number].splitlines():
+        done = subprocess.run(
+            command.split(),
+            cwd=folder,
+            env={**os.environ, "PATH": path},
+            capture_output=True,
+            text=True,
+            timeout=2 * PATIENCE_S,
+        )
+        assert done.returncode == 0, (command, done.stderr)
+        assert all((folder / name).exists() for name in re.findall(r"-o (\S+)", command))
