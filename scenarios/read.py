@@ -106,10 +106,10 @@ def scene_of(text: str, path: Path, shown: str, to_run: bool = True) -> Scene:
     ------
     BadScene
     """
-    return scene_of_document(_document(text, shown), path, shown, flown)
+    return scene_of_document(_document(text, shown), path, shown, to_run)
 
 
-def scene_of_document(document: dict, path: Path, shown: str, flown: bool = True) -> Scene:
+def scene_of_document(document: dict, path: Path, shown: str, to_run: bool = True) -> Scene:
     """Return the scene that the tables of a scene file describe; the rest as `scene_of` has it.  Raises BadScene."""
     try:
         # What overflows is refused by its result, not by a warning on the way.

@@ -9,7 +9,8 @@ from tumble.compare.run.engines.program import ProgramFailed
 from tumble.compare.run.engines.registry import EngineInfo, engine_info, in_one_line
 from tumble.compare.run.engines.step_function import StepEngine
 from tumble.compare.run.flight import Trajectory
-from tumble.compare.run.questions import Failure, Fly, Loaded, PrepareTimer, PutLaw, Question, StepMatrices, TakeSample
+from tumble.compare.run.questions import Fly, Loaded, PrepareTimer, PutLaw, Question, StepMatrices, TakeSample
+from tumble.compare.run.status import Failure, Status
 from tumble.compare.run.timing.timer import NoTime, Pace, Ready, Sample
 from tumble.scenarios.frames import Array
 from tumble.scenarios.scene import Scene
@@ -88,10 +89,10 @@ class LocalWorker:
         try:
             return question.answer(self._loaded)
         except NoTime as error:
-            return Failure(f"untimed: {error}")
+            return Failure(Status.UNTIMED, str(error))
         except NotImplementedError as error:
-            return Failure(f"skipped: {error}")
+            return Failure(Status.SKIPPED, str(error))
         except ProgramFailed as error:
-            return Failure(f"crashed: {error}")
+            return Failure(Status.CRASHED, str(error))
         except Exception as error:
-            return Failure(f"crashed: {in_one_line(error)}")
+            return Failure(Status.CRASHED, in_one_line(error))

@@ -9,7 +9,7 @@ from tumble.api.contestants import Contestants, contestant_list
 from tumble.api.progress import display
 from tumble.api.result import call
 from tumble.api.scene import Scenes, questions
-from tumble.compare.check.changes import Change, Outcome, hold_against
+from tumble.compare.check.changes import Change, Outcome, compare_records
 from tumble.compare.check.markdown import summary
 from tumble.compare.check.record import Record, is_record, read_record
 from tumble.compare.check.study import Measuring, accept_record, check_scenes, measure_record
@@ -118,7 +118,7 @@ def check(
     if failed := accept_record(folder, new, accept_failures):
         reasons = "; ".join(f"{contestant}: {status}" for contestant, status in failed.items())
         raise UserError(f"{folder}: nothing was recorded ({reasons}); to record failures, set accept_failures")
-    return Check(new, None if old is None else hold_against(old, new, tolerances or Tolerances()), folder)
+    return Check(new, None if old is None else compare_records(old, new, tolerances or Tolerances()), folder)
 
 
 def has_any(scenes: Scenes) -> bool:

@@ -42,7 +42,7 @@ def reference(scene: SceneLike, times: Sequence[float] | None = None) -> pd.Data
         given = given.replace(times=list(times), duration=max(given.document["duration"], last))
     asked = given.question
     true = truth(asked)
-    errors = {"bound_m": true.bound.T.ravel(), "input_error_m": true.floor.T.ravel()}
+    errors = {"bound_m": true.bound.T.ravel(), "input_error_m": true.input_error.T.ravel()}
     found = with_units(trajectory_frame(true, asked.body).assign(**errors))
     found.attrs |= {"how": true.how, "horizon_s": true.horizon}
     return found

@@ -317,7 +317,7 @@ def questions(scenes: Scenes) -> list[Question]:
     UserError
         For a scene that cannot be read, and where none is given.
     """
-    several = [scenes] if isinstance(scenes, Scene | str | Path | Mapping) else scenes
+    several: Iterable[Any] = [scenes] if isinstance(scenes, Scene | str | Path | Mapping) else scenes
     found: dict[Scene, str] = {}
     for scene in map(Scene.of, several):
         if scene not in found:

@@ -21,8 +21,8 @@ class Examined:
     not_asked: dict[str, str]
 
 
-def examined(running_engine: RunningEngine) -> Iterator[Examined]:
-    """Yield what came of each law, put to every method, and to an adaptive one also at a loose tolerance.
+def examined(running_engine: RunningEngine, only: str | None = None) -> Iterator[Examined]:
+    """Yield what came of each law, or of one, put to every method, and to an adaptive one also at a loose tolerance.
 
     After the first timeout no more is asked.
     """
@@ -31,7 +31,7 @@ def examined(running_engine: RunningEngine) -> Iterator[Examined]:
     loose = [f"{method}@{LOOSE:g}" for method in running_engine.methods if method in info.adaptive]
     binding = laws_for(info.features, info.optional, info.exempt)
     late = ""
-    for law in LAWS:
+    for law in LAWS if only is None else (only,):
         if law not in binding or late:
             lacking = "it has no gravity" if law == "gravity" else "it has nothing optional"
             why = info.exempt.get(law) or (late if law in binding else lacking)
