@@ -45,7 +45,7 @@ def ablate(
     --------
     >>> import tumble
     >>> result = tumble.ablate("die-straight", "tumble:rk4", progress=False)
-    >>> result.ablation.max_difference_m.max() <= 1e-12
+    >>> bool(result.ablation.max_difference_m.max() <= 1e-12)
     True
     """
     found = ablate_scenes(

@@ -49,7 +49,7 @@ def stability(
     --------
     >>> import tumble
     >>> tumble.stability("spin-1e2", "tumble:exact", progress=False).extremes.verdict.tolist()
-    ['ok']
+    ['stable']
     """
     asked = questions((*STIFF, *extremes()) if isinstance(scenes, tuple) and not scenes else scenes)
     tables = map_scenes(
