@@ -7,9 +7,11 @@ a contestant of a function.  Heavy parts load when they are used.
 import sys
 from importlib import import_module
 from types import ModuleType
-from typing import TYPE_CHECKING, Any
 
+TYPE_CHECKING = False  # what typing has; importing typing takes most of the 20 ms
 if TYPE_CHECKING:
+    from typing import Any
+
     from tumble.api.ablate import ablate as ablate
     from tumble.api.advise import advise as advise
     from tumble.api.check import check as check
@@ -81,11 +83,11 @@ __all__ = [
 class _CallablePackage(ModuleType):
     """The package `tumble.compare`, which can also be called: it has the name of a command's function."""
 
-    def __call__(self, *arguments: Any, **options: Any) -> Any:
+    def __call__(self, *arguments: "Any", **options: "Any") -> "Any":
         return import_module(_HOMES["compare"]).compare(*arguments, **options)
 
     @property
-    def __signature__(self) -> Any:
+    def __signature__(self) -> "Any":
         return import_module("inspect").signature(import_module(_HOMES["compare"]).compare)
 
 
@@ -101,7 +103,7 @@ class _Package(ModuleType):
         return sorted({*super().__dir__(), *__all__})
 
 
-def __getattr__(name: str) -> Any:
+def __getattr__(name: str) -> "Any":
     if name == "compare":
         return import_module("tumble.compare")
     if name in _HOMES:

@@ -16,7 +16,7 @@ HALVINGS, FALLS, ROUNDING = 2, 0.8, 1e-9
 
 
 def parametrize_with_laws(
-    contestant: Any, scenes: Iterable[Any] = (), expected_failures: Mapping[str, str] | None = None
+    contestant: Any, scenes: Iterable[Any] = (), *, expected_failures: Mapping[str, str] | None = None
 ) -> pytest.MarkDecorator:
     """Make one test for each check of an engine.
 

@@ -17,9 +17,9 @@ from tumble.reports.sweep_text import advice_text
 
 def advise(
     scenes: Scenes,
-    tolerance_m: float,
     contestants: Contestants = (),
     *,
+    tolerance_m: float,
     beyond_samples: bool = False,
     time_limit: float = TIME_LIMIT_S,
     memory_limit: int = MEMORY_LIMIT,
@@ -30,9 +30,9 @@ def advise(
     Parameters
     ----------
     scenes : one or several: a name, a path, a table as in TOML, or a `Scene`.
-    tolerance_m : largest acceptable vertex error [m].
     contestants : one or several: ENGINE[@RELEASE][:METHOD], FILE[:METHOD], or a function as `tumble.engine` takes it.
         Empty: every installed engine.
+    tolerance_m : largest acceptable vertex error [m].
     beyond_samples : also try fixed steps longer than the sampling interval.
     time_limit : of each run [s].
     memory_limit : of each engine's process [B].
@@ -51,7 +51,8 @@ def advise(
     Examples
     --------
     >>> import tumble
-    >>> "tumble:exact" in tumble.advise("two-hits", 1e-6, ["tumble:exact", "tumble:rk4"], progress=False).answer
+    >>> advice = tumble.advise("two-hits", ["tumble:exact", "tumble:rk4"], tolerance_m=1e-6, progress=False)
+    >>> "tumble:exact" in advice.answer
     True
     """
     found, named = advise_scenes(
@@ -63,6 +64,6 @@ def advise(
         memory_limit=memory_limit,
         display=display(progress),
     )
-    command = call("advise", scenes, tolerance_m, contestants)
+    command = call("advise", scenes, contestants, tolerance_m=tolerance_m)
     tables = measured(found, REFERENCE) | {CONDITIONS.file: frame(CONDITIONS, conditions(command))}
     return Result(tables, text_of(piece for one in found for piece in advice_text(one, tolerance_m, named)))

@@ -45,7 +45,7 @@ class Scene:
 
     document: Mapping[str, Any]
     name: str = "scene"
-    folder: Path = field(default_factory=Path)
+    folder: Path = field(default_factory=Path, kw_only=True)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "document", plain(self.document))
@@ -93,7 +93,7 @@ class Scene:
 
     @classmethod
     def rigid(
-        cls, inertia: Sequence[Sequence[float]], points: Sequence[Sequence[float]], mass: float, **values: Any
+        cls, inertia: Sequence[Sequence[float]], points: Sequence[Sequence[float]], *, mass: float, **values: Any
     ) -> Self:
         """Return the scene of a body that is given by its inertia tensor.
 
@@ -131,7 +131,7 @@ class Scene:
     def _of_shape(cls, shape: str, values: dict[str, Any], **body: Any) -> Self:
         given = {"name": shape, "title": values.get("name", shape), "step": STEP, **values}
         name, folder = given.pop("name"), given.pop("folder", Path())
-        return cls(placed({"body": {"shape": shape, **body}}, given), name, folder)
+        return cls(placed({"body": {"shape": shape, **body}}, given), name, folder=folder)
 
     @classmethod
     def read(cls, name_or_path: str | Path) -> Self:
@@ -151,10 +151,10 @@ class Scene:
         'brick-tumble'
         """
         path = scene_path(str(name_or_path))
-        return cls(read_document(path, str(name_or_path)), path.stem, path.parent)
+        return cls(read_document(path, str(name_or_path)), path.stem, folder=path.parent)
 
     @classmethod
-    def from_dict(cls, document: Mapping[str, Any], name: str = "scene", folder: str | Path = ".") -> Self:
+    def from_dict(cls, document: Mapping[str, Any], name: str = "scene", *, folder: str | Path = ".") -> Self:
         """Return the scene that a table as in TOML describes.
 
         Parameters
@@ -167,7 +167,7 @@ class Scene:
         -------
         Scene
         """
-        return cls(document, name, Path(folder))
+        return cls(document, name, folder=Path(folder))
 
     @classmethod
     def of(cls, scene: "SceneLike") -> "Scene":
@@ -216,7 +216,7 @@ class Scene:
         for one, other in (("times", "samples"), ("samples", "times")):
             if changes.get(one) is not None:
                 document.pop(other, None)
-        return type(self)(placed(document, changes), name, self.folder)
+        return type(self)(placed(document, changes), name, folder=self.folder)
 
     def with_impulse(self, value: Sequence[float] | None = None, **where: Any) -> Self:
         """Return the scene with one more impulse.
@@ -233,7 +233,7 @@ class Scene:
         """
         return self._with("impulse", {"value": value, **where})
 
-    def with_tether(self, vertex: int, anchor: Sequence[float], stiffness: float, **values: Any) -> Self:
+    def with_tether(self, vertex: int, anchor: Sequence[float], *, stiffness: float, **values: Any) -> Self:
         """Return the scene with one more tether, a spring and damper from a vertex to a fixed point.
 
         Parameters

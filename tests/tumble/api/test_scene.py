@@ -52,8 +52,10 @@ def test_a_scene_is_made_of_values_and_does_not_change():
     "scene",
     [
         tumble.Scene.sphere(0.1, 1.0, duration=1.0, samples=2),
-        tumble.Scene.rigid(np.diag((1.0, 2.0, 2.5)), np.eye(3), 1.0, duration=1.0, samples=2),
-        tumble.Scene.from_dict({**BRICK.document, "tether": []}, name="x").with_tether(0, (0, 2, 0), 80.0, damping=0.5),
+        tumble.Scene.rigid(np.diag((1.0, 2.0, 2.5)), np.eye(3), mass=1.0, duration=1.0, samples=2),
+        tumble.Scene.from_dict({**BRICK.document, "tether": []}, name="x").with_tether(
+            0, (0, 2, 0), stiffness=80.0, damping=0.5
+        ),
     ],
     ids=lambda scene: scene.name,
 )
