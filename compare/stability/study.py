@@ -17,7 +17,7 @@ from tumble.compare.stability.tasks import keys, stability
 from tumble.compare.tables.circumstances import circumstances
 from tumble.compare.tables.files import write_folder
 from tumble.compare.tables.frames import csv_text, frame, rows
-from tumble.compare.tables.shared import FINDINGS
+from tumble.compare.tables.shared import CONDITIONS, FINDINGS
 from tumble.scenarios.scene import Scene
 
 log = logging.getLogger(__name__)
@@ -83,7 +83,7 @@ def map_scenes(
         finally:
             pieces.write()
             ended(pieces.tables)
-    tables = pieces.tables
+    tables = pieces.tables | {CONDITIONS.file: pieces.conditions}
     found = [
         *limit_findings(rows(LIMITS, tables[LIMITS.file])),
         *extreme_findings(rows(EXTREMES, tables[EXTREMES.file])),

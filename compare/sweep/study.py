@@ -19,7 +19,7 @@ from tumble.compare.tables.circumstances import binding, circumstances
 from tumble.compare.tables.engines import engine_row
 from tumble.compare.tables.files import write_folder
 from tumble.compare.tables.frames import csv_text, frame
-from tumble.compare.tables.shared import ENGINES
+from tumble.compare.tables.shared import CONDITIONS, ENGINES
 from tumble.compare.tables.store import Store
 from tumble.scenarios.scene import Scene
 
@@ -91,10 +91,11 @@ def sweep_scenes(
             raise KeyboardInterrupt(f"interrupted; {done}{more if folder else ''}") from None
         finally:
             store.write()
+        engines = frame(ENGINES, map(engine_row, running_engines))
         if folder and cache:
             cache.forget()
-            write_folder(folder, {ENGINES.file: csv_text(frame(ENGINES, map(engine_row, running_engines)))})
-        return store.tables
+            write_folder(folder, {ENGINES.file: csv_text(engines)})
+        return store.tables | {ENGINES.file: engines, CONDITIONS.file: store.conditions}
 
 
 def advise_scenes(

@@ -87,9 +87,17 @@ class Store:
         if self._folder is None or self._all_written:
             return
         texts = csv_texts(self.tables)
-        digests = [ConditionRow(TABLE + name, digest_of(text)) for name, text in texts.items()]
-        write_folder(self._folder, texts | {CONDITIONS.file: csv_text(frame(CONDITIONS, [*self._under, *digests]))})
+        write_folder(self._folder, texts | {CONDITIONS.file: csv_text(self._conditions(texts))})
         self._written, self._all_written = monotonic(), True
+
+    def _conditions(self, texts: Mapping[str, str]) -> pd.DataFrame:
+        digests = [ConditionRow(TABLE + name, digest_of(text)) for name, text in texts.items()]
+        return frame(CONDITIONS, [*self._under, *digests])
+
+    @property
+    def conditions(self) -> pd.DataFrame:
+        """The circumstances, and the digest of every table."""
+        return self._conditions(csv_texts(self.tables))
 
     @property
     def tables(self) -> dict[str, pd.DataFrame]:

@@ -70,8 +70,8 @@ def grade(
 
     Parameters
     ----------
-    trajectory : a path (CSV, JSON lines, Parquet), a table (pandas, polars, or any other with the dataframe interchange
-        protocol), or arrays by the name of their column.  One row an instant, times increasing.
+    trajectory : a path (CSV, JSON lines, Parquet), a table of pandas, polars or Arrow, or arrays by the name of their
+        column.  One row an instant, times increasing.
     scene : the scene that it is graded against: a name, a path, a table as in TOML, or a `Scene`.
     columns : what each column is, with its unit: `{"Time": "t_s", "Pos X": "x_cm"}`.
     names : names of the columns of a file without a header.
@@ -127,12 +127,13 @@ def _file(trajectory: Any, folder: Path) -> Path:
     """Return the file of a trajectory, written into the folder with every digit where it is none."""
     if isinstance(trajectory, str | Path):
         return Path(trajectory)
-    if isinstance(trajectory, Mapping):
-        trajectory = pd.DataFrame({name: np.asarray(column) for name, column in trajectory.items()})
-    elif not isinstance(trajectory, pd.DataFrame):
-        if not hasattr(trajectory, "__dataframe__"):
+    if not isinstance(trajectory, pd.DataFrame):
+        # Of polars and of Arrow: pandas has deprecated the interchange protocol, and needs pyarrow for its successor.
+        names = getattr(trajectory, "column_names", getattr(trajectory, "columns", None))
+        if names is None and not isinstance(trajectory, Mapping):
             raise UserError(f"{type(trajectory).__name__}: must be a path, a data frame, or arrays by column name")
-        trajectory = pd.api.interchange.from_dataframe(trajectory.__dataframe__())
+        names = trajectory if names is None else names
+        trajectory = pd.DataFrame({str(name): np.asarray(trajectory[name]) for name in names})
     if not len(trajectory):
         raise UserError("the trajectory has no rows")
     file = folder / "trajectory.csv"

@@ -114,9 +114,10 @@ class Result:
         return self._text.rstrip() or "\n".join(["Tables:", *lines])
 
     def _repr_html_(self) -> str:
-        """Return the page in a frame of its own, so that its style and the notebook's do not meet."""
+        """Return the answer, and the page in a frame of its own, so that its style and the notebook's do not meet."""
+        answer = f"<p>{html.escape(self.answer)}</p>" if self.answer else ""
         return (
-            f'<iframe srcdoc="{html.escape(self.page())}" title="Tumble" loading="lazy" '
+            f'{answer}<iframe srcdoc="{html.escape(self.page())}" title="Tumble" loading="lazy" '
             f'style="width: 100%; height: {FRAME_HEIGHT}px; border: 0"></iframe>'
         )
 
