@@ -272,8 +272,9 @@ def launched(
     for one, other in combinations(engines, 2):
         if named[one] == named[other]:
             raise BadEngine(f"{one} and {other} are one file: name it once")
-    for name in local:
-        if name in named.values() or name in registry.names():
+    for name, engine in local.items():
+        others = {one for one in asked if isinstance(one, LocalEngine) and one.name == name} - {engine}
+        if others or name in named.values() or name in registry.names():
             raise BadEngine(f"{name}: two engines have this name; give the function another one")
     # All are started before any is waited for: importing the engines takes longest.
     pool = POOL.get()

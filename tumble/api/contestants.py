@@ -31,6 +31,7 @@ def contestant_list(contestants: Contestants) -> list[Asked]:
         For what is none of these.
     """
     one = isinstance(contestants, str | Path) or callable(contestants) or hasattr(contestants, "METHODS")
+    one = one or not isinstance(contestants, Iterable)  # refused below
     return [_contestant(each) for each in ([contestants] if one else contestants)]  # type: ignore[union-attr, list-item]
 
 

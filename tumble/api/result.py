@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 # Height of the frame in a notebook [px]: the answer, the ranking and the film are seen without scrolling.
 FRAME_HEIGHT = 780
 WIDTH = 100
+# Below the head of a printed table.
+RULE = "───"
 
 
 class Result:
@@ -46,8 +48,9 @@ class Result:
 
     @property
     def answer(self) -> str:
-        """The answer in a sentence or two; empty for tables that were read from files."""
-        return " ".join(self._text.strip().partition("\n\n")[0].split())
+        """The answer in a sentence or two; empty where the command prints only tables, and for files that were read."""
+        first = self._text.strip().partition("\n\n")[0]
+        return "" if RULE in first else " ".join(first.split())
 
     @property
     def conditions(self) -> pd.DataFrame:
@@ -115,9 +118,13 @@ class Result:
 
     def _repr_html_(self) -> str:
         """Return the answer, and the page in a frame of its own, so that its style and the notebook's do not meet."""
+        try:
+            page = self.page()
+        except BadTable:  # of a command whose tables are not on the page, such as grade
+            return f"<pre>{html.escape(repr(self))}</pre>"
         answer = f"<p>{html.escape(self.answer)}</p>" if self.answer else ""
         return (
-            f'{answer}<iframe srcdoc="{html.escape(self.page())}" title="Tumble" loading="lazy" '
+            f'{answer}<iframe srcdoc="{html.escape(page)}" title="Tumble" loading="lazy" '
             f'style="width: 100%; height: {FRAME_HEIGHT}px; border: 0"></iframe>'
         )
 
