@@ -110,7 +110,23 @@ def scene_of(text: str, path: Path, shown: str, to_run: bool = True) -> Scene:
 
 
 def scene_of_document(document: dict, path: Path, shown: str, to_run: bool = True) -> Scene:
-    """Return the scene that the tables of a scene file describe; the rest as `scene_of` has it.  Raises BadScene."""
+    """Return the scene that the tables of a scene file describe.
+
+    Parameters
+    ----------
+    document : tables as in TOML
+    path : of the file; a mesh is looked up beside it
+    shown : what refusals call the scene
+    to_run : whether it needs a step and sample instants
+
+    Returns
+    -------
+    the scene
+
+    Raises
+    ------
+    BadScene : a value is not allowed; the message names its key
+    """
     try:
         # What overflows is refused by its result, not by a warning on the way.
         with np.errstate(all="ignore"):
@@ -198,7 +214,21 @@ def scene_text(path: Path, shown: str) -> str:
 
 
 def read_document(path: Path, shown: str) -> dict:
-    """Return the tables of a scene file; refusals name it as shown.  Raises BadScene."""
+    """Return the tables of a scene file.
+
+    Parameters
+    ----------
+    path : of the file
+    shown : what refusals call the scene
+
+    Returns
+    -------
+    tables as in TOML
+
+    Raises
+    ------
+    BadScene : the file cannot be read or is not TOML
+    """
     return _document(scene_text(path, shown), shown)
 
 

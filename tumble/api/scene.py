@@ -10,15 +10,11 @@ import numpy as np
 import pandas as pd
 import tomli_w
 
-from tumble.scenarios.format import BoxTable, MeshTable, RigidTable, SphereTable
+from tumble.scenarios.format import BODY_KEYS
 from tumble.scenarios.needs import needs
 from tumble.scenarios.read import BadScene, catalogue, read_document, scene_of_document, scene_path
 from tumble.scenarios.scene import Scene as Question
 
-# The keys of [body] that some shape has: `replace` puts them there, and every other key at the top.
-BODY_KEYS = frozenset(
-    name for table in (BoxTable, MeshTable, RigidTable, SphereTable) for name in table.__struct_fields__
-)
 # A step [s] that is short for a body that tumbles a few times a second; it is also MuJoCo's default.
 STEP = 0.002
 

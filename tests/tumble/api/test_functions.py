@@ -67,7 +67,7 @@ def test_a_plain_function_and_an_engine_object_take_part(named):
 
     runs = tumble.compare(tumble.Scene.box((1, 1, 1), 1.0, duration=1.0, samples=4), [Whole(), plain]).runs
     assert dict(zip(runs["engine"], runs["status"], strict=True)) == {"Whole": "ok", "plain": "ok"}
-    assert runs["max_error_m"].max() < 1e-12
+    assert float(runs["max_error_m"].max()) < 1e-12
 
 
 def test_an_exception_is_a_row_and_the_others_go_on():
@@ -111,7 +111,7 @@ def test_two_scenes_of_one_name_are_two_in_every_table():
     found = tumble.compare([scene, scene.replace(mass=3.0)], "tumble:rk4")
     for table in (found.runs, found.vertex_errors, found.scenes):
         assert list(dict.fromkeys(table["scene"])) == ["two-hits", "two-hits-2"]
-    assert found.runs["max_error_m"].nunique() == 2
+    assert len(set(found.runs["max_error_m"])) == 2
 
 
 def test_a_decorated_function_can_be_called_and_checked(named):
@@ -125,6 +125,5 @@ def test_a_decorated_function_can_be_called_and_checked(named):
     assert state[:3].tolist() == [0.5, 1.0, 1.5]
     assert mine.__doc__ == "Semi-implicit Euler without the gyroscopic term."
     found = tumble.check_engine(mine)
-    assert found == True or not found.table.empty  # noqa: E712
     assert set(found.table["outcome"]) <= {"passed", "failed", "skipped"}
-    assert tumble.check_engine(lambda state, dt, body: state).table["outcome"].eq("failed").any()
+    assert "failed" in set(tumble.check_engine(lambda state, dt, body: state).table["outcome"])
