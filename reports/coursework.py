@@ -1,8 +1,8 @@
 """Table 4.1 in the terminal and on the page."""
 
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
-import pandas as pd
 from rich.console import RenderableType
 from rich.text import Text
 
@@ -12,6 +12,9 @@ from tumble.reports.rows import contestant
 from tumble.reports.terminal import columns, plain
 from tumble.scenarios.published import VERTEX
 from tumble.scenarios.scene import Scene
+
+if TYPE_CHECKING:
+    import pandas as pd  # the terminal's text needs none of it
 
 
 def printed_vertex(scene: Scene) -> int | None:
@@ -32,7 +35,7 @@ def coursework_text(answers: Answers) -> Iterator[RenderableType]:
     yield table
 
 
-def page_rows(published: pd.DataFrame) -> pd.DataFrame:
+def page_rows(published: "pd.DataFrame") -> "pd.DataFrame":
     """Return the rows of table-4-1.csv that the page shows: the exact motion and the hand calculation."""
     if published.empty:
         return published

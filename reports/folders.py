@@ -45,7 +45,7 @@ def completed(tables: Mapping[str, pd.DataFrame], shown: str = "these tables") -
     BadTable : the page shows none of them
     """
     found = dict(tables)
-    if "accuracy-cost.csv" in found:
+    if found.keys() & {*SWEPT}:
         return {(SWEEP if name in (*SWEPT, "runs.csv") else "") + name: table for name, table in found.items()}
     if "cells.csv" in found:
         found |= of_record(found["cells.csv"], found["questions.csv"])
@@ -54,7 +54,7 @@ def completed(tables: Mapping[str, pd.DataFrame], shown: str = "these tables") -
         findings += limit_findings(rows(LIMITS, found[LIMITS.file])) if LIMITS.file in found else []
         findings += extreme_findings(rows(EXTREMES, found[EXTREMES.file])) if EXTREMES.file in found else []
         found[FINDINGS.file] = frame(FINDINGS, findings)
-    if not found.keys() & {"runs.csv", "limits.csv", RELEASES.file}:
+    if not found.keys() & {RUNS.file, LIMITS.file, EXTREMES.file, RELEASES.file}:
         raise BadTable(f"{shown}: has no tables of report, compare, sweep, stability, releases or check")
     return found
 

@@ -8,9 +8,12 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from functools import partial
 from time import monotonic
+from typing import TYPE_CHECKING
 
-from tumble.compare.run.progress import Display
 from tumble.scenarios.format import visible
+
+if TYPE_CHECKING:
+    from tumble.compare.run.progress import Display
 
 # Interval of progress lines where standard error is not a terminal [s].
 PERIOD_S = 10.0
@@ -70,7 +73,7 @@ class Meter:
         return f"{monotonic() - self._begun:.0f} s: {self.doing}{of}{last}"
 
 
-def display(options: Namespace) -> Display:
+def display(options: Namespace) -> "Display":
     """Return how a command shows its progress, by its options."""
     return partial(progress, quiet=options.quiet)
 

@@ -19,7 +19,6 @@ ENGINE_HELP = (
     "./mine.py[:METHOD] or ./mine.toml[:METHOD]; repeat for several"
 )
 TABLES_HELP = "also write the tables as CSV files into folder DIR"
-RESUME_HELP = "write the tables as CSV files into folder DIR; the same command continues an interrupted run there"
 
 
 # A number with an optional unit; without one it is in metres.
@@ -217,7 +216,7 @@ def parser() -> Parser:
         help="contestant that run times are divided by (default: %(default)s)",
     )
     limit_options(sweep)
-    sweep.add_argument("-o", "--output", metavar="DIR", help=RESUME_HELP)
+    sweep.add_argument("-o", "--output", metavar="DIR", help=TABLES_HELP)
     parquet_option(sweep)
     figure_options(sweep)
 
@@ -244,7 +243,9 @@ def parser() -> Parser:
     stability.add_argument("scene", nargs="*", metavar="SCENE", help=SCENE_HELP + extreme)
     engine_option(stability)
     limit_options(stability, 20.0)
-    stability.add_argument("-o", "--output", metavar="DIR", help=RESUME_HELP)
+    stability.add_argument(
+        "-o", "--output", metavar="DIR", help=f"{TABLES_HELP}; the same command continues an interrupted run there"
+    )
     parquet_option(stability)
     figure_options(stability)
 

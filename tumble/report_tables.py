@@ -28,9 +28,9 @@ from tumble.compare.run.truths import Truths
 from tumble.compare.run.worker import MEMORY_LIMIT
 from tumble.compare.stability.extremes import OF_A_PAGE
 from tumble.compare.stability.findings import extreme_findings, limit_findings
+from tumble.compare.stability.results import quick_tables
 from tumble.compare.stability.schemas import EXTREMES, LIMITS
 from tumble.compare.stability.schemas import TABLES as STABILITY
-from tumble.compare.stability.store import quick_tables
 from tumble.compare.stability.tasks import STIFF
 from tumble.compare.sweep.results import measured
 from tumble.compare.sweep.work_precision import BRIEF, YARDSTICK, against_the_clock, ladders
@@ -121,7 +121,9 @@ def report_tables(
     return merged(
         compared,
         maps,
-        kept_tables(folder / "releases", RELEASES) if folder else {},
+        # Without rows where there is none: a table of an earlier run is removed.
+        (kept_tables(folder / "releases", RELEASES) if folder else {})
+        or {table.file: frame(table, []) for table in RELEASES},
         {ABLATION.file: frame(ABLATION, ablation.rows)},
         {(SWEEP if name != FINDINGS.file else "") + name: table for name, table in swept_tables.items()},
         findings([*film_findings(films), *ablation_findings(ablation.rows), *map_findings(maps)]),

@@ -40,14 +40,14 @@ def parametrize_with_laws(
         For an expected failure of a check that there is not.
     """
     from tumble.api.scene import Scene
-    from tumble.compare.engines import LAWS
+    from tumble.compare.engines import CHECKS
     from tumble.scenarios.refusal import UserError
 
     failures = dict(expected_failures or {})
-    laws = [Law(contestant, CONTRACT_SCENE, None, name) for name in LAWS]
+    laws = [Law(contestant, CONTRACT_SCENE, None, name) for name in CHECKS]
     laws += [Law(contestant, scene.name, scene, name) for scene in map(Scene.of, scenes) for name in ON_A_SCENE]
     if unknown := set(failures) - {law.name for law in laws}:
-        raise UserError(f"expected_failures: no check {min(unknown)!r}; there are {', '.join((*LAWS, *ON_A_SCENE))}")
+        raise UserError(f"expected_failures: no check {min(unknown)!r}; there are {', '.join((*CHECKS, *ON_A_SCENE))}")
     return pytest.mark.parametrize(
         "law",
         [

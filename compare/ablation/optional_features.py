@@ -73,7 +73,7 @@ class Build:
 
     def trajectory(self) -> Trajectory | Failure:
         """Return its run."""
-        return self.running_engine.fly(self.scene, self.method, self.scene.step, self.keep)
+        return self.running_engine.simulate(self.scene, self.method, self.scene.step, self.keep)
 
     def ns_per_step(self, reading: Reading) -> float:
         """Return the time per step by its reading [ns]."""

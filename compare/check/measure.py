@@ -12,10 +12,9 @@ from tumble.compare.check.record import Record
 from tumble.compare.check.schemas import CELLS, EXACT, QUESTIONS, TIMES, CellRow, QuestionRow
 from tumble.compare.check.times import time_rows
 from tumble.compare.judge import ladder as order
-from tumble.compare.judge.errors import Flown, Run
+from tumble.compare.judge.errors import Run, RunAnswer
 from tumble.compare.judge.trend import spin_energy
 from tumble.compare.run.flight import Trajectory, legs
-from tumble.compare.run.process.kept import Kept
 from tumble.compare.run.progress import ProgressCallback, no_progress
 from tumble.compare.run.running_engines import RunningEngine, truth_limit
 from tumble.compare.run.status import Failure
@@ -40,8 +39,8 @@ class Cell:
     rounding_m: None if a perturbed run failed, so that it is unknown.
     """
 
-    own: Flown
-    ladder: list[Flown]
+    own: RunAnswer
+    ladder: list[RunAnswer]
     rounding_m: float | None
 
 
@@ -52,13 +51,11 @@ def measure(
     command: str,
     timed: bool,
     on_progress: ProgressCallback = no_progress,
-    kept: Kept | None = None,
 ) -> Record:
     """Return the record of all contestants on all scenes.
 
     words: for scenes and contestants on the command line; timed: whether run times are measured, after all other
-    runs; on_progress: called for every reference solution, cell and timed scene; kept: finished cells are found and
-    saved there.
+    runs; on_progress: called for every reference solution, cell and timed scene.
     Raises RayMissed if the ray of a later impulse misses the true body.
     """
     with Truths(scenes, on_progress, limit_s=truth_limit(running_engines)) as truths:
@@ -66,7 +63,7 @@ def measure(
             [task(scene, true, each, method) for each in running_engines for method in each.methods_for(scene)]
             for scene, true in zip(scenes, truths.futures, strict=True)
         ]
-        found = iter(run(list(chain.from_iterable(tasks)), truths, on_progress=on_progress, kept=kept))
+        found = iter(run(list(chain.from_iterable(tasks)), truths, on_progress=on_progress))
         answers = [future.result() for future in truths.futures]
     rows, times = [], []
     for scene, answer, own in zip(scenes, answers, tasks, strict=True):
@@ -91,22 +88,24 @@ def measure(
 def task(scene: Scene, true: Future[Answer], running_engine: RunningEngine, method: str) -> Task[Cell]:
     """Return the task of one contestant on one scene."""
     key = scene.name, running_engine.title, method
-    return Task(key, running_engine, lambda able: cell(able, scene, method, true.result().truth), Cell)
+    return Task(key, running_engine, lambda able: cell(able, scene, method, true.result().truth))
 
 
 def cell(running_engine: RunningEngine, scene: Scene, method: str, true: Truth | None) -> Cell:
     """Return one contestant's run, and a step-size sequence around it if the method has an order to determine."""
 
     def evaluated(dt: float, answer: Trajectory | Failure) -> Run:
-        return Flown.of(running_engine, method, dt, answer).run(scene, running_engine.title, true)
+        return RunAnswer.of(running_engine, method, dt, answer).run(scene, running_engine.title, true)
 
     def at(dt: float) -> Run:
-        return evaluated(dt, running_engine.fly(scene, method, dt, no_progress=True))
+        return evaluated(dt, running_engine.simulate(scene, method, dt, probe=True))
 
     own = at(scene.step)
     if not order.readable(own):
         return Cell(plain(own), [], None)
-    other = running_engine.fly(replace(scene, start=nudged(scene.start, running_engine.rounding)), method, scene.step)
+    other = running_engine.simulate(
+        replace(scene, start=nudged(scene.start, running_engine.rounding)), method, scene.step
+    )
     own_steps = running_engine.takes_own_steps(method)
     # Rounding errors of n steps add up as a random walk: sqrt(n) times that of one.
     rounded = len(legs(scene, scene.step)) if own_steps else own.flight.steps
@@ -115,9 +114,9 @@ def cell(running_engine: RunningEngine, scene: Scene, method: str, true: Truth |
     return Cell(plain(own), [plain(each) for each in ladder], apart_m and math.sqrt(rounded) * apart_m)
 
 
-def plain(run: Run) -> Flown:
+def plain(run: Run) -> RunAnswer:
     """Return a run without its scene and truth."""
-    return Flown(method=run.method, dt=run.dt, answer=run.answer, tolerance=run.tolerance, rounding=run.rounding)
+    return RunAnswer(method=run.method, dt=run.dt, answer=run.answer, tolerance=run.tolerance, rounding=run.rounding)
 
 
 def nudged(start: Array, rounding: float) -> Array:

@@ -14,12 +14,10 @@ from tumble.compare.check.times import nearer
 from tumble.compare.check.tolerances import Tolerances
 from tumble.compare.run.engines.registry import is_file
 from tumble.compare.run.local import Asked, LocalEngine
-from tumble.compare.run.process.kept import Kept
 from tumble.compare.run.progress import Display, no_display
 from tumble.compare.run.running_engines import TIME_LIMIT_S, flights, known_contestant, wanted
 from tumble.compare.run.starting import started
 from tumble.compare.run.worker import MEMORY_LIMIT
-from tumble.compare.tables.circumstances import binding, circumstances
 from tumble.compare.tables.files import write_folder
 from tumble.scenarios.read import catalogue, read_scenes
 from tumble.scenarios.scene import Scene
@@ -33,16 +31,14 @@ class Measuring:
 
     scenes, contestants: words as on the command line, which the record keeps so that it can be repeated, or scenes and
     engines of the calling program, of which it keeps the names; empty: those of the baseline, or all; trust: run the
-    engine files that the baseline names; timed: measure run times; folder: where finished cells are saved, so that the
-    same call continues from there; time_limit: for each run [s]; memory_limit: for each engine's process [B]; command:
-    repeats the study.
+    engine files that the baseline names; timed: measure run times; time_limit: for each run [s]; memory_limit: for each
+    engine's process [B]; command: repeats the study.
     """
 
     scenes: Sequence[str | Scene] = ()
     contestants: Sequence[Asked] = ()
     trust: bool = False
     timed: bool = True
-    folder: Path | None = None
     time_limit: float = TIME_LIMIT_S
     memory_limit: int = MEMORY_LIMIT
     command: str = ""
@@ -78,24 +74,13 @@ def measure_record(how: Measuring, baseline: Record | None = None, display: Disp
         )
     scenes = given_scenes(asked_scenes)
     timed = how.timed and (baseline is None or baseline.times is not None)
-    if how.folder:
-        how.folder.mkdir(parents=True, exist_ok=True)
     beside = baseline.contestants if baseline else ()
-    with started(contestants, how.time_limit, how.memory_limit, display, beside=beside) as running_engines:
-        cache = None
-        if how.folder:
-            asked = {"time limit [s]": f"{how.time_limit:g}"}
-            cache = Kept(how.folder, binding(circumstances(running_engines, scenes, asked, how.command)))
-        try:
-            with display(flights(running_engines, scenes) + len(scenes) * (1 + timed)) as on_progress:
-                words = names(asked_scenes), names(contestants)
-                record = measure(running_engines, scenes, words, how.command, timed, on_progress, cache)
-        except KeyboardInterrupt:
-            saved = f"finished runs are saved in {how.folder}; run the same command again to continue"
-            raise KeyboardInterrupt(f"interrupted; {saved if cache else 'nothing was written'}") from None
-        if cache:
-            cache.forget()
-        return record
+    with (
+        started(contestants, how.time_limit, how.memory_limit, display, beside=beside) as running_engines,
+        display(flights(running_engines, scenes) + len(scenes) * (1 + timed)) as on_progress,
+    ):
+        words = names(asked_scenes), names(contestants)
+        return measure(running_engines, scenes, words, how.command, timed, on_progress)
 
 
 def check_scenes(

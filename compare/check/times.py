@@ -30,7 +30,7 @@ def time_rows(
         present = list(running_engines)
         if not any(run.name == REFERENCE for run in finished):
             (guest,) = guests.enter_context(launched([REFERENCE]))
-            answer = guest.fly(scene, guest.methods[0], scene.step)
+            answer = guest.simulate(scene, guest.methods[0], scene.step)
             finished.append(
                 Run(scene=scene, engine=guest.title, method=guest.methods[0], dt=scene.step, answer=answer, truth=None)
             )

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass
 
-from tumble.compare.judge.errors import Flown, Run
+from tumble.compare.judge.errors import Run, RunAnswer
 from tumble.compare.run.flight import Trajectory
 from tumble.compare.run.progress import ProgressCallback, no_progress
 from tumble.compare.run.running_engines import AS_ASKED, DEFAULT, RunningEngine, truth_limit
@@ -70,7 +70,7 @@ def compare(
 
     def task(scene: Scene, running_engine: RunningEngine, method: str) -> Task[Trajectory | Failure]:
         key = scene.name, running_engine.title, method
-        return Task(key, running_engine, lambda able: able.fly(scene, method, dt or scene.step, no_progress=True))
+        return Task(key, running_engine, lambda able: able.simulate(scene, method, dt or scene.step, probe=True))
 
     tasks = [
         [
@@ -94,7 +94,7 @@ def compare(
             truth=answer.truth,
             why_no_truth=answer.why,
             runs=tuple(
-                Flown.of(one.running_engine, one.key[-1], dt or scene.step, next(answers)).run(
+                RunAnswer.of(one.running_engine, one.key[-1], dt or scene.step, next(answers)).run(
                     scene, one.running_engine.title, answer.truth
                 )
                 for one in own

@@ -20,11 +20,9 @@ def coursework_tables(answers: Iterable[Answers]) -> dict[str, pd.DataFrame]:
 
     Returns
     -------
-    table by file name; empty if no scene is that of Table 4.1
+    table by file name; without rows if no scene is that of Table 4.1
     """
     published = [row for each in answers for row in published_rows(each)]
-    if not published:
-        return {}
     budget = list(budget_rows(published))
     return {
         PUBLISHED.file: frame(PUBLISHED, published),

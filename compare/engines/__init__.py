@@ -15,7 +15,7 @@ and four verbs on whole states (N, 13): x [m], q (w x y z, body to world), v [m/
     advance(world, n, dt)            n steps of dt [s] in the engine's native loop: the only timed call
     read(world) -> states            (N, 13)
 
-The laws, LAWS below, are put to a file by `tumble engines --check ./mine.py` (compare/run/engines/laws.py).
+`tumble engines --check ./mine.py` runs the CHECKS below on a file (compare/run/engines/contract_checks.py).
 
 More names where they are not empty:
 
@@ -77,17 +77,17 @@ BY_HAND = "handcalc"  # the class report's hand calculation: no engine that anyb
 SHIPPED = "+defaults"  # the manner of a method with which its engine is left as it ships
 OWN = "tumble"  # our own solver's file: the first in every list, and what flies where no engine is named
 
-LAWS = {
+CHECKS = {
     "read after write": "read(write(s)) = s to rounding, q up to its sign",
     "digits": "no digit of a number is lost on the way: 17 of a double, 9 of a single",
     "steps add up": "advance(a) then advance(b) = advance(a + b), bit by bit",
-    "write forgets": "a flight after write is that of a new world, bit by bit",
-    "throws are apart": "a throw flies as it would alone, bit by bit",
+    "write forgets": "a run after write equals that of a new world, bit by bit",
+    "throws are apart": "a throw moves as it would alone, bit by bit",
     "straight": "with no force and no spin x + v t, to rounding",
     "gravity": "with gravity v + g t, to rounding",
     "turns": "a spin about a principal axis goes on, and the attitude turns about it",
     "converges": "half the step, smaller error, by the order that is stated: a tumbling brick",
-    "light": "a millionth of the mass flies the same way, to rounding",
+    "light": "a body of a millionth of the mass moves the same way, to rounding",
     "the scene": "is not altered",
     "optional": "what OPTIONAL keeps changes no motion",
 }
@@ -102,7 +102,7 @@ FINDINGS = {
     "another-body": "mass or moments are not those asked for",
     "bad-number": "the engine counted numbers that are not finite or too large",
     "unsolved": "an equation of a step was not solved",
-    "unstable": "the step is beyond what the method bears",
+    "unstable": "the step is longer than the method is stable for",
     "deformed": "the attitude is no rotation any more",
     "tolerance": "the tolerance is not the one asked for",
     "other": "anything else",

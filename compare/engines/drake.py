@@ -94,7 +94,9 @@ def build(scene: "Scene", method: str) -> World | Apart:
     kind, _, manner = asked.partition("+")
     if kind in ADAPTIVE:
         if not scene.is_free:
-            raise NotImplementedError("it has none of these laws itself, and is told no force in steps of its own")
+            raise NotImplementedError(
+                "it has none of these laws itself, and takes no force from outside in steps of its own"
+            )
         own = 0.0 if manner else float(accuracy or ADAPTIVE[kind])
         alone = (replace(scene, start=start[np.newaxis]) for start in scene.start)
         return Apart([World(one, kind, plant := plant_of(one, 0.0), Simulator(plant), own) for one in alone])

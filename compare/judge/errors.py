@@ -29,8 +29,8 @@ def quietly() -> np.errstate:
 
 
 @dataclass(frozen=True, eq=False)
-class Flown:
-    """What one method answered at one step dt [s], or under a tolerance, apart from the scene and the truth."""
+class RunAnswer:
+    """The answer of one method at one step dt [s], or under a tolerance, without its scene and reference."""
 
     method: str
     dt: float
@@ -39,12 +39,12 @@ class Flown:
     rounding: float = DOUBLE
 
     @classmethod
-    def of(cls, running_engine: RunningEngine, method: str, dt: float, answer: Trajectory | Failure) -> "Flown":
-        """Return what a participant's method answered."""
+    def of(cls, running_engine: RunningEngine, method: str, dt: float, answer: Trajectory | Failure) -> "RunAnswer":
+        """Return the answer of an engine's method."""
         return cls(method, dt, answer, running_engine.tolerance(method), running_engine.rounding)
 
     def run(self, scene: Scene, engine: str, truth: Truth | None) -> "Run":
-        """Return it beside the truth."""
+        """Return the run that it is, with the scene, the engine and the reference."""
         return Run(
             scene=scene,
             engine=engine,

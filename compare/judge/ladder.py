@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 
 from tumble.compare.judge.errors import Run
-from tumble.compare.judge.orders import ASYMPTOTIC, FLOOR, LAST, Rung, local_orders, parts
+from tumble.compare.judge.orders import ASYMPTOTIC, FLOOR, LAST, Level, local_orders, parts
 from tumble.compare.run.flight import legs
 from tumble.compare.run.status import Status
 
@@ -17,18 +17,18 @@ MOST_STEPS, FINEST = 1 << 16, 16
 AGREE = 0.5
 
 
-def ladder(own: Run, fly: Callable[[float], Run]) -> list[Run]:
+def ladder(own: Run, simulate: Callable[[float], Run]) -> list[Run]:
     """Return runs at halved steps, the coarsest first, around the run at the scene's own step.
 
-    fly: makes a run at a step [s].  Steps are doubled while errors are small, which costs less than the run itself;
-    then halved until PAIRS pairs have small errors or the floor is reached, but no further than to a FINEST part of the
-    scene's step, nor to more than MOST_STEPS.
+    simulate: makes a run at a step [s].  Steps are doubled while errors are small, which costs less than the run
+    itself; then halved until PAIRS pairs have small errors or the floor is reached, but no further than to a FINEST
+    part of the scene's step, nor to more than MOST_STEPS.
     """
     runs = [own]
     small = ASYMPTOTIC * own.scene.body.reach
     longest = min(leg.n * leg.dt for leg in legs(own.scene, own.dt)) / 2
     while readable(runs[0]) and worst(runs[0]) < small and 2 * runs[0].dt <= longest:
-        runs.insert(0, fly(2 * runs[0].dt))
+        runs.insert(0, simulate(2 * runs[0].dt))
     while (
         readable(runs[-1])
         and worst(runs[-1]) > FLOOR * float(runs[-1].limits.max())
@@ -36,7 +36,7 @@ def ladder(own: Run, fly: Callable[[float], Run]) -> list[Run]:
         and 2 * runs[-1].flight.steps * len(own.scene.start) <= MOST_STEPS
         and FINEST * runs[-1].dt > own.dt
     ):
-        runs.append(fly(runs[-1].dt / 2))
+        runs.append(simulate(runs[-1].dt / 2))
     return [run for run in runs if readable(run)]
 
 
@@ -58,18 +58,18 @@ def orders(runs: Sequence[Run]) -> tuple[float | None, float | None]:
     if not runs:
         return None, None
     size = runs[0].scene.body.reach
-    attitude, translation = zip(*(rungs(run) for run in runs), strict=True)
+    attitude, translation = zip(*(levels(run) for run in runs), strict=True)
     return (
         one_order(local_orders(attitude, ASYMPTOTIC * size)) or one_order(local_orders(attitude, size)[-LAST:]),
         one_order(local_orders(translation, math.inf)[-LAST:]),
     )
 
 
-def rungs(run: Run) -> tuple[Rung, Rung]:
-    """Return what a run says of the orders of attitude and translation; its step is the one taken."""
+def levels(run: Run) -> tuple[Level, Level]:
+    """Return the refinement level of a run in attitude and in translation, at the step taken."""
     dt, limit = run.dt_taken or run.dt, float(run.limits.max())
     attitude, translation = parts(run)
-    return Rung(dt, attitude, limit), Rung(dt, translation, limit)
+    return Level(dt, attitude, limit), Level(dt, translation, limit)
 
 
 def one_order(slopes: Sequence[float]) -> float | None:

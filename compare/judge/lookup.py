@@ -1,7 +1,7 @@
-"""Whether an engine flies what it is given, or looks up what it was told of: its probe, held against the truth.
+"""Whether an engine computes its answer or looks it up: its probe, compared with the reference solution.
 
-After a flight the same engine flies two short ones: from the start that the scene tells, and from one next to it that
-only `write` gives.  An honest engine answers to the change as physics does, to its own accuracy.
+After a run the same engine makes two short ones: from the start of the scene, and from one next to it that only
+`write` sets.  An engine that computes follows the change of the start as physics does, to its own accuracy.
 """
 
 from dataclasses import replace
@@ -14,17 +14,17 @@ from tumble.scenarios.frames import Array, vertices
 from tumble.scenarios.scene import Scene, frozen_array
 from tumble.scenarios.truth import NoTruth, Truth, truth
 
-# A change moves the body by about as much as it is: by less than a quarter of it, or four times as much, is a question
-# for the truth, which takes a while and is not asked without one.
+# A change of the start moves the end by about as much.  Only where it is less than a quarter of it, or more than four
+# times as much, the reference solution, which takes a while, is computed.
 FOLLOWS = 4.0
-# So much less accurate from the other start than at any sample of the told one is no chance.
+# An error from the other start this many times the largest at the scene's samples is no chance.
 WORSE = 100.0
 
 
 def looked_up(scene: Scene, flight: Trajectory, true: Truth) -> str:
-    """Say so where an engine answers for the start it was told of, and not for the one it was given; else ''."""
+    """Return a line if an engine answers for the scene's start whatever start it was given, else ''."""
     probe = flight.probe
-    # What was clamped or reset is said already, and answers to no change as physics does.
+    # A state that was clamped or reset is a finding already, and follows no change as physics does.
     if probe is None or flight.findings or not np.isfinite(probe.ends).all():
         return ""
     own = apart(scene, flight.states[:, 0], true.states[:, 0])
@@ -38,15 +38,15 @@ def looked_up(scene: Scene, flight: Trajectory, true: Truth) -> str:
     except NoTruth:
         return ""
     due = apart(scene, *ends)
-    told, no_progress = (apart(scene, one, end) for one, end in zip(probe.ends, ends, strict=True))
-    # What follows no change is wrong where it was right without it; or the answer is worse than any that was asked for.
-    wrong = ((moved < due / FOLLOWS) & (no_progress > 2 * told)) | (no_progress > WORSE * own + due / 2)
+    from_own, from_other = (apart(scene, one, end) for one, end in zip(probe.ends, ends, strict=True))
+    # Wrong: it did not follow the change, and is less accurate with it; or it is worse than at any of the samples.
+    wrong = ((moved < due / FOLLOWS) & (from_other > 2 * from_own)) | (from_other > WORSE * own + due / 2)
     if not wrong.any():
         return ""
-    part = int(np.argmax(np.where(wrong, no_progress, 0.0)))
+    part = int(np.argmax(np.where(wrong, from_other, 0.0)))
     return (
-        f"looked up: {no_progress[part]:.2g} m off after {probe.time:.3g} s from a start that it was not told of, "
-        f"at the scene's samples at most {own[part]:.2g} m"
+        f"looked up: error {from_other[part]:.2g} m after {probe.time:.3g} s from a start that is not in the scene, "
+        f"at most {own[part]:.2g} m at the scene's samples"
     )
 
 

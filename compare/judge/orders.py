@@ -16,15 +16,15 @@ ASYMPTOTIC, FLOOR, LAST = 1e-3, 30.0, 3
 
 
 @dataclass(frozen=True)
-class Rung:
-    """What one run says of the order: its step [s], its error [m], and the truth's limit there [m]."""
+class Level:
+    """One refinement level: step [s], error [m] and resolution of the reference [m]."""
 
     dt_s: float
     error_m: float
     resolution_m: float
 
 
-def local_orders(ladder: Sequence[Rung], largest_m: float) -> list[float]:
+def local_orders(ladder: Sequence[Level], largest_m: float) -> list[float]:
     """Return the slope of each pair of neighbours, the coarsest first, from errors below largest_m down to the floor.
 
     The floor is where an error comes near the truth's limit or stops falling; the pair before that has felt it already.

@@ -53,7 +53,7 @@ def film(
 
     def task(scene: Scene, running_engine: RunningEngine, method: str) -> Task[Trajectory | Failure]:
         key = scene.name, running_engine.title, method
-        return Task(key, running_engine, lambda able: able.fly(scene, method, dt or scene.step))
+        return Task(key, running_engine, lambda able: able.simulate(scene, method, dt or scene.step))
 
     watched = [filmed(scene, dt or scene.step) for scene in scenes]
     tasks = [

@@ -7,13 +7,13 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from tumble.compare.judge import ladder, trend
-from tumble.compare.judge.errors import Flown, Run
+from tumble.compare.judge.errors import Run, RunAnswer
 from tumble.compare.releases.schemas import ReleaseRow
 from tumble.compare.run.engines.environments import split_release
-from tumble.compare.run.process.kept import Kept
 from tumble.compare.run.progress import ProgressCallback, no_progress
 from tumble.compare.run.running_engines import RunningEngine, truth_limit
 from tumble.compare.run.status import Failure
+from tumble.compare.run.task_cache import TaskCache
 from tumble.compare.run.tasks import Task, run
 from tumble.compare.run.timing.readings import USUAL, Reading, Sampling, ratio
 from tumble.compare.run.timing.timing import Cost, Load, costs
@@ -32,8 +32,8 @@ Named = tuple[str, str]  # release and method
 class Runs:
     """The runs of one method of one release: at the scene's own step, and the step-size sequence around it."""
 
-    own: Flown
-    ladder: list[Flown]
+    own: RunAnswer
+    ladder: list[RunAnswer]
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,12 +56,12 @@ def ledger(
     running_engines: Sequence[RunningEngine],
     scenes: Sequence[Scene],
     on_progress: ProgressCallback = no_progress,
-    kept: Kept | None = None,
+    cached: TaskCache | None = None,
     sampling: Sampling = USUAL,
 ) -> Ledger:
     """Return the ledger of one engine's releases, the oldest first.
 
-    kept: finished runs are found and saved there; times are always measured anew.
+    cached: finished runs are found and saved there; times are always measured anew.
     Raises RayMissed as compare does.
     """
 
@@ -76,7 +76,7 @@ def ledger(
             for each in running_engines
             for method in each.methods_for(scene)
         ]
-        answers = run([one for _, _, one in tasks], truths, on_progress=on_progress, kept=kept)
+        answers = run([one for _, _, one in tasks], truths, on_progress=on_progress, cached=cached)
         rows = [
             row(scene, one.running_engine, answer, future.result().truth)
             for (scene, future, one), answer in zip(tasks, answers, strict=True)
@@ -96,14 +96,14 @@ def runs_of(running_engine: RunningEngine, scene: Scene, method: str, true: Trut
     """Return one method's run, and a step-size sequence around it if it has an order to determine."""
 
     def at(dt: float) -> Run:
-        return Flown.of(running_engine, method, dt, running_engine.fly(scene, method, dt)).run(
+        return RunAnswer.of(running_engine, method, dt, running_engine.simulate(scene, method, dt)).run(
             scene, running_engine.title, true
         )
 
     own = at(scene.step)
     around = ladder.ladder(own, at) if ladder.readable(own) and not running_engine.takes_own_steps(method) else []
     plain = [
-        Flown(method=each.method, dt=each.dt, answer=each.answer, tolerance=each.tolerance, rounding=each.rounding)
+        RunAnswer(method=each.method, dt=each.dt, answer=each.answer, tolerance=each.tolerance, rounding=each.rounding)
         for each in (own, *around)
     ]
     return Runs(plain[0], plain[1:])

@@ -1,4 +1,4 @@
-"""One flight: one engine, one method, one step, from t = 0 to the end of the scene."""
+"""One run: one engine, one method, one step, from t = 0 to the end of the scene."""
 
 import math
 from dataclasses import dataclass
@@ -15,8 +15,8 @@ from tumble.scenarios.impulse import RayMissed, jump
 from tumble.scenarios.refusal import UserError
 from tumble.scenarios.scene import Scene
 
-# A start that an engine is not told of is so much another one, of the body's size, a radian and its velocities; it is
-# flown for so many steps.
+# The other start of a probe differs by this share of the body's size, of a radian and of the velocities; a probe runs
+# for at most this many steps.
 ALTERED, PROBE_STEPS = 1e-4, 100
 # One step more makes the mean of a run of 1e9, the most there may be, shorter by 1e-9; rounding moves it by 1e-15.
 SAME_STEP = 1e-12
@@ -37,7 +37,7 @@ class Leg:
 
 @dataclass(frozen=True, eq=False)
 class Probe:
-    """Two short flights of one throw: from the start that the engine was told of, and from one next to it.
+    """Two short runs of one throw: from the start that the scene has, and from one next to it.
 
     starts, ends: (2, 13); time: between them [s].
     """
@@ -53,8 +53,8 @@ class Trajectory:
 
     times [s], (R,); states (R, N, 13); vertices [m], (R, N, n, 3), world; steps in all; wall_s, cpu_s: their native
     loops by the wall clock, and in CPU time of the process and of children that have ended [s]; findings: those of the
-    engine's own audit; remark: what else it has to say; probe: what it made of a start
-    that it was not told of.  After the state stopped being finite the rows are NaN.
+    engine's own audit; remark: what else it has to say; probe: its short runs from
+    the scene's start and another.  After the state stopped being finite the rows are NaN.
     """
 
     times: Array
@@ -111,18 +111,18 @@ def mean_step(duration: float, steps: int, dt: float) -> float:
     return dt if math.isclose(taken, dt, rel_tol=SAME_STEP) else taken
 
 
-def fly(
+def simulate(
     engine: ModuleType,
     scene: Scene,
     method: str,
     dt: float,
     keep: frozenset[str] = frozenset(),
-    no_progress: bool = False,
+    probe: bool = False,
 ) -> Trajectory:
-    """Fly the scene in one engine.
+    """Run the scene in one engine.
 
-    dt [s]; keep: what of its OPTIONAL the engine is to build all the same; untold: whether to fly a start as well that
-    it is not told of.
+    dt [s]; keep: what of its OPTIONAL the engine is to build all the same; probe: whether to run briefly from another
+    start as well, which finds an engine that looks its answers up.
     Raises whatever the engine raises, and ValueError where read or audit answers what the contract has not.
     """
     world = built(engine, scene, method, keep)
@@ -141,7 +141,7 @@ def fly(
             own[time] = real(where(world, scene.body.points))
         return states
 
-    engine.write(world, struck(scene, 0.0, scene.start.copy(), found))
+    engine.write(world, with_impulses(scene, 0.0, scene.start.copy(), found))
     states = look(0.0, engine.read(world))
     steps, wall_s, cpu_ns = 0, 0.0, 0
     for leg in legs(scene, dt):
@@ -156,7 +156,7 @@ def fly(
             break
         if any(impulse.time == leg.end for impulse in scene.impulses):
             found += findings(audit(world))
-            engine.write(world, struck(scene, leg.end, states, found))
+            engine.write(world, with_impulses(scene, leg.end, states, found))
             look(leg.end, engine.read(world))
     found += findings(audit(world))
 
@@ -172,19 +172,19 @@ def fly(
         wall_s=wall_s,
         findings=tuple(dict.fromkeys(found)),
         remark=engine.remark(world) if hasattr(engine, "remark") else "",
-        probe=probe(engine, scene, method, dt, keep) if no_progress else None,
+        probe=run_probe(engine, scene, method, dt, keep) if probe else None,
         cpu_s=cpu_ns / 1e9,
     )
 
 
-def probe(engine: ModuleType, scene: Scene, method: str, dt: float, keep: frozenset[str] = frozenset()) -> Probe:
+def run_probe(engine: ModuleType, scene: Scene, method: str, dt: float, keep: frozenset[str] = frozenset()) -> Probe:
     """Return what the engine makes of the scene's start and of an altered one, on the first steps of dt [s].
 
     Each has a world of its own: who only counts the time is to begin at 0.
     """
     leg, size = legs(scene, dt)[0], scene.body.reach
-    n, told = min(leg.n, PROBE_STEPS), struck(scene, 0.0, scene.start.copy(), [])
-    starts, ends = (told, altered(told, size)), []
+    n, own = min(leg.n, PROBE_STEPS), with_impulses(scene, 0.0, scene.start.copy(), [])
+    starts, ends = (own, altered(own, size)), []
     for states in starts:
         world = built(engine, scene, method, keep)
         prepare(engine, world, leg.dt)
@@ -209,8 +209,8 @@ def real(answer: ArrayLike) -> Array:
     return np.array(answer, dtype=float)
 
 
-def struck(scene: Scene, time: float, states: Array, found: list[Finding]) -> Array:
-    """Return the states after the impulses of one instant, in the order listed; a ray that misses strikes nothing."""
+def with_impulses(scene: Scene, time: float, states: Array, found: list[Finding]) -> Array:
+    """Return the states after the impulses of one instant, in the order listed; a ray that misses applies none."""
     for number, impulse in enumerate(scene.impulses):
         if impulse.time == time:
             try:

@@ -9,7 +9,7 @@ from tumble.compare.run.engines.program import ProgramFailed
 from tumble.compare.run.engines.registry import EngineInfo, engine_info, in_one_line
 from tumble.compare.run.engines.step_function import StepEngine
 from tumble.compare.run.flight import Trajectory
-from tumble.compare.run.questions import Fly, Loaded, PrepareTimer, PutLaw, Question, StepMatrices, TakeSample
+from tumble.compare.run.questions import Loaded, PrepareTimer, Question, RunCheck, Simulate, StepMatrices, TakeSample
 from tumble.compare.run.status import Failure, Status
 from tumble.compare.run.timing.timer import NoTime, Pace, Ready, Sample
 from tumble.scenarios.frames import Array
@@ -54,11 +54,11 @@ class LocalWorker:
         """Return what the engine says of itself.  Raises BadEngine."""
         return engine_info(self.engine, self._loaded.module)
 
-    def fly(
-        self, scene: Scene, method: str, dt: float, keep: frozenset[str] = frozenset(), no_progress: bool = False
+    def simulate(
+        self, scene: Scene, method: str, dt: float, keep: frozenset[str] = frozenset(), probe: bool = False
     ) -> Trajectory | Failure:
         """Return the run, or why there is none."""
-        return self._answer(Fly(scene, method, dt, keep, no_progress))
+        return self._answer(Simulate(scene, method, dt, keep, probe))
 
     def prepare_timer(
         self, key: str, scene: Scene, method: str, pace: Pace, keep: frozenset[str] = frozenset()
@@ -74,9 +74,9 @@ class LocalWorker:
         """Return what the engine's own scheme makes of u'' + c u' + s u = 0 in steps h [s]."""
         return self._answer(StepMatrices(method, s, c, h))
 
-    def law_broken(self, law: str, method: str) -> str | Failure:
-        """Return how a law does not hold for a method, '' where it does."""
-        return self._answer(PutLaw(law, method))
+    def check_failure(self, check: str, method: str) -> str | Failure:
+        """Return why a check of the engine contract fails for a method, '' if it passes."""
+        return self._answer(RunCheck(check, method))
 
     def close(self) -> None:
         """Keep nothing."""

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Annotated
 
 from tumble.compare.run.engines import registry
-from tumble.compare.run.timing import others
+from tumble.compare.run.timing import machine_load
 
 # What the tables of a comparison or a sweep are called; to be counted up when a column changes its name or meaning.
 FORMAT = "tumble tables 3"
@@ -33,7 +33,7 @@ def conditions(command: str) -> Iterator[ConditionRow]:
     yield ConditionRow("processor", processor())
     yield ConditionRow("cores", str(os.cpu_count()))
     yield ConditionRow("system", platform.platform())
-    yield from (ConditionRow("other work", words) for words in others.seen)
+    yield from (ConditionRow("other work", words) for words in machine_load.seen)
     yield from versions()
 
 

@@ -8,10 +8,10 @@ from typing import BinaryIO
 
 import numpy as np
 
-from tumble.compare.run.engines.laws import law_broken
+from tumble.compare.run.engines.contract_checks import check_failure
 from tumble.compare.run.engines.program import ProgramFailed
 from tumble.compare.run.engines.registry import BadEngine, EngineInfo, Missing, engine_info, in_one_line, load
-from tumble.compare.run.flight import Trajectory, fly, struck
+from tumble.compare.run.flight import Trajectory, simulate, with_impulses
 from tumble.compare.run.process.message import PREFIX, Malformed, frame, lengths, unpacked
 from tumble.compare.run.status import Failure, Status
 from tumble.compare.run.timing.timer import NoTime, Pace, Ready, Sample, Timer
@@ -42,18 +42,18 @@ class Loaded:
 
 
 @dataclass(frozen=True)
-class Fly:
-    """Fly the scene with steps of dt [s]; untold: and for a moment from a start that the engine is not told of."""
+class Simulate:
+    """Run the scene with steps of dt [s]; probe: and briefly from another start that the scene does not have."""
 
     scene: Scene
     method: str
     dt: float
     keep: frozenset[str]
-    no_progress: bool = False
+    probe: bool = False
 
     def answer(self, engine: Loaded) -> Trajectory:
         """Return the flight."""
-        return fly(engine.module, self.scene, self.method, self.dt, self.keep, self.no_progress)
+        return simulate(engine.module, self.scene, self.method, self.dt, self.keep, self.probe)
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ class PrepareTimer:
     def answer(self, engine: Loaded) -> Ready:
         """Return what that has shown.  Raises NoTime."""
         # As it flies: what an impulse at the start sets in motion is part of the load.
-        moving = replace(self.scene, start=struck(self.scene, 0.0, self.scene.start, []))
+        moving = replace(self.scene, start=with_impulses(self.scene, 0.0, self.scene.start, []))
         engine.timers[self.key] = Timer(engine.module, moving, self.method, self.pace, self.keep)
         return engine.timers[self.key].ready
 
@@ -101,18 +101,18 @@ class StepMatrices:
 
 
 @dataclass(frozen=True)
-class PutLaw:
-    """Put a law of tumble.compare.engines to a method."""
+class RunCheck:
+    """Run a check of the engine contract, of tumble.compare.engines, on a method."""
 
-    law: str
+    check: str
     method: str
 
     def answer(self, engine: Loaded) -> str:
-        """Return how it does not hold, '' where it does."""
-        return law_broken(engine.module, self.law, self.method)
+        """Return why it fails, '' if it passes."""
+        return check_failure(engine.module, self.check, self.method)
 
 
-Question = Fly | PrepareTimer | TakeSample | StepMatrices | PutLaw
+Question = Simulate | PrepareTimer | TakeSample | StepMatrices | RunCheck
 
 
 def answer_all(line: socket.socket, engine: str, memory_limit: int) -> None:

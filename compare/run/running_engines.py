@@ -113,15 +113,15 @@ class RunningEngine:
         """Return the tolerance under which the method chooses its steps, None of one that does not."""
         return None if isinstance(self.info, Failure) else self.info.tolerance(method)
 
-    def fly(
-        self, scene: Scene, method: str, dt: float, keep: frozenset[str] = frozenset(), no_progress: bool = False
+    def simulate(
+        self, scene: Scene, method: str, dt: float, keep: frozenset[str] = frozenset(), probe: bool = False
     ) -> Trajectory | Failure:
         """Return the flight, dt [s], or why there is none.
 
-        keep: what of its OPTIONAL the engine is to build; untold: whether it is to fly a start as well that it is not
-        told of, which finds those that look the answer up.  Raises Halted.
+        keep: what of its OPTIONAL the engine is to build; probe: whether to run briefly from another start as well,
+        which finds an engine that looks its answers up.  Raises Halted.
         """
-        return self.unsupported(scene) or self.ensure_running() or self.worker.fly(scene, method, dt, keep, no_progress)
+        return self.unsupported(scene) or self.ensure_running() or self.worker.simulate(scene, method, dt, keep, probe)
 
     def prepare_timer(
         self, key: str, scene: Scene, method: str, pace: Pace, keep: frozenset[str] = frozenset()

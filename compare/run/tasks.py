@@ -1,30 +1,32 @@
 """The one runner: a study is a list of tasks, scene x contestant x step, and here is where they are run.
 
-A task is a question put to one contestant, as a function of the participant that flies it: one flight, a ladder that
+A task is a question put to one contestant, as a function of the running engine that answers it: one run, a ladder that
 stops at its floor, the bisection of a limit.  Every engine has one process and does its tasks one after the other;
-engines work side by side, as many as there are cores.  A process that crashed or hung is replaced for the next flight
-(`Participant.fly`), each answer has its time limit, and when the command is interrupted, or a task fails, all processes
-are killed at once.  What is finished is handed over one task at a time, so that a study can keep its rows and be run
-again without those tasks, or it is kept as it was answered (`Kept`) and found again.
+engines work side by side, as many as there are cores.  A process that crashed or hung is replaced for the next run
+(`RunningEngine.simulate`), each answer has its time limit, and when the command is interrupted, or a task fails, all
+processes are killed at once.  Finished tasks can be cached (`TaskCache`), so that a study that is run again continues.
 
 Another executor, of many machines, goes in here and nowhere else: a task holds all that it needs but for the truths
 that it waits for, and whoever runs it needs only a participant of that engine to hand to it.
 """
 
+import logging
 import os
 import threading
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
-from tumble.compare.run.process.kept import Kept
 from tumble.compare.run.progress import ProgressCallback, no_progress
 from tumble.compare.run.running_engines import RunningEngine
+from tumble.compare.run.task_cache import TaskCache
 from tumble.compare.run.truths import Truths
 
 Result = TypeVar("Result", covariant=True)
 Key = tuple[str, ...]
+
+log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,7 +34,7 @@ class Task(Generic[Result]):
     """One question to one contestant.
 
     key: scene, engine and method, and what else tells it from the study's other tasks; ask: puts the question; kind:
-    the type of the result, where it is of plain values, arrays and dataclasses, so that it can be kept.
+    the type of the result, where it is of plain values, arrays and dataclasses, so that it can be cached.
     """
 
     key: Key
@@ -48,28 +50,33 @@ class Task(Generic[Result]):
 def run(
     tasks: Sequence[Task[Result]],
     truths: Truths | None = None,
-    done: Collection[Key] = (),
     finished: Callable[[Key, Result], object] = lambda key, result: None,
     on_progress: ProgressCallback = no_progress,
-    kept: Kept | None = None,
+    cached: TaskCache | None = None,
 ) -> list[Result]:
-    """Return the results of all tasks but those that are done already, in the order of the tasks.
+    """Return the results of all tasks, in the order of the tasks.
 
     truths: what tasks wait for, which ends with them; finished: called with each result as it comes, one at a time;
-    on_progress: told what was finished; kept: where finished tasks are kept, and found if they were finished before.
+    on_progress: called with each finished task; cached: finished tasks are found and saved there.
     Raises what a task or a truth raises; then, as on Ctrl-C, everything is stopped first.
     """
-    left = [task for task in tasks if task.key not in done]
     own: dict[RunningEngine, list[Task[Result]]] = {}
     results: dict[Task[Result], Result] = {}
-    for task in left:
-        if kept is not None and (before := kept.find(task.key, task.kind)) is not None:
-            results[task] = before
-            on_progress(str(task))
-    for task in left:
-        if task not in results:
-            own.setdefault(task.running_engine, []).append(task)
     one_at_a_time = threading.Lock()
+
+    def record(task: Task[Result], result: Result) -> None:
+        results[task] = result
+        finished(task.key, result)
+        on_progress(str(task))
+
+    for task in tasks:
+        before = cached.find(task.key, task.kind) if cached else None
+        if before is None:
+            own.setdefault(task.running_engine, []).append(task)
+        else:
+            record(task, before)
+    if results:
+        log.info(f"continuing: {len(results)} of {len(tasks)} results were finished before")
 
     def work_through(mine: Sequence[Task[Result]]) -> None:
         for task in mine:
@@ -77,11 +84,9 @@ def run(
             with one_at_a_time:
                 # A flight that ended because its process was killed is no answer.
                 task.running_engine.refuse_halted()
-                results[task] = result
-                if kept is not None:
-                    kept.keep(task.key, result)
-                finished(task.key, result)
-                on_progress(str(task))
+                if cached:
+                    cached.save(task.key, result)
+                record(task, result)
 
     for running_engine in own:
         running_engine.resume()
@@ -100,4 +105,4 @@ def run(
             if truths:
                 truths.stop()
             raise
-    return [results[task] for task in left]
+    return [results[task] for task in tasks]

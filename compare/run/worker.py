@@ -16,11 +16,11 @@ from tumble.compare.run.process.message import Malformed
 from tumble.compare.run.process.process import Died, Process, signal_name
 from tumble.compare.run.questions import (
     Ended,
-    Fly,
     PrepareTimer,
-    PutLaw,
     Question,
     Refusal,
+    RunCheck,
+    Simulate,
     StepMatrices,
     TakeSample,
     more_than,
@@ -64,7 +64,7 @@ class Worker:
         serve = str(Path(__file__).with_name("serve.py"))
         try:
             # Files in the working directory are the user's, and run only when he names one.
-            self._process = Process([place.python, "-P", serve, name, str(memory_limit)], place.told)
+            self._process = Process([place.python, "-P", serve, name, str(memory_limit)], place.variables)
         except OSError as error:
             reason = f"its process cannot be started: {error.strerror or error}"
             self._why_gone = Failure(Status.CRASHED, reason, process_died=True)
@@ -92,13 +92,13 @@ class Worker:
             self._info = answer
         return answer
 
-    def fly(
-        self, scene: Scene, method: str, dt: float, keep: frozenset[str] = frozenset(), no_progress: bool = False
+    def simulate(
+        self, scene: Scene, method: str, dt: float, keep: frozenset[str] = frozenset(), probe: bool = False
     ) -> Trajectory | Failure:
         """Return the flight, or why there is none; after `crashed` or `timeout` the process may be gone."""
         numbers = len(scene.rows) * (1 + len(scene.start) * (13 + scene.body.points.size)) + 4 * 13
         answer = self._ask(
-            Fly(told(scene), method, dt, keep, no_progress), Trajectory | Failure, numbers * FLOAT.itemsize
+            Simulate(for_engine(scene), method, dt, keep, probe), Trajectory | Failure, numbers * FLOAT.itemsize
         )
         if isinstance(answer, Trajectory) and not is_flight_of(answer, scene):
             return self._gone(Status.CRASHED, "what it sent is no trajectory of this scene")
@@ -108,7 +108,7 @@ class Worker:
         self, key: str, scene: Scene, method: str, pace: Pace, keep: frozenset[str] = frozenset()
     ) -> Ready | Failure:
         """Make a timer ready under that key; return what that has shown, or why it cannot be."""
-        return self._ask(PrepareTimer(key, told(scene), method, pace, keep), Ready | Failure)
+        return self._ask(PrepareTimer(key, for_engine(scene), method, pace, keep), Ready | Failure)
 
     def sample(self, key: str) -> Sample | Failure:
         """Return one sample of that timer."""
@@ -118,9 +118,9 @@ class Worker:
         """Return what the engine's own scheme makes of u'' + c u' + s u = 0 in steps h [s], (n,) -> (n, 2, 2)."""
         return self._ask(StepMatrices(method, s, c, h), np.ndarray | Failure, 4 * h.nbytes)
 
-    def law_broken(self, law: str, method: str) -> str | Failure:
-        """Return how a law of compare.engines does not hold for a method, '' where it does, or why it was not asked."""
-        return self._ask(PutLaw(law, method), str | Failure)
+    def check_failure(self, check: str, method: str) -> str | Failure:
+        """Return why a check of the engine contract fails for a method, '' if it passes, or why it could not run."""
+        return self._ask(RunCheck(check, method), str | Failure)
 
     @property
     def alive(self) -> bool:
@@ -180,8 +180,8 @@ class Worker:
         return process.end(patience) if process else None
 
 
-def told(scene: Scene) -> Scene:
-    """Return what an engine is told of a scene: all but what the file says beyond it, which is for the truth alone."""
+def for_engine(scene: Scene) -> Scene:
+    """Return the scene that an engine gets: without the exact numbers of its file, which only the reference uses."""
     return replace(scene, written=None)
 
 

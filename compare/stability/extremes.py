@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from tumble.compare.engines import OWN
-from tumble.compare.judge.errors import Flown
+from tumble.compare.judge.errors import RunAnswer
 from tumble.compare.judge.verdict import verdict
 from tumble.compare.run.flight import Trajectory, legs
 from tumble.compare.run.running_engines import RunningEngine
@@ -53,8 +53,8 @@ def extreme(
     running_engine: RunningEngine, method: str, scene: Scene, true: Truth, budget_s: float = BUDGET_S
 ) -> ExtremeRow:
     """Return the result of one contestant in one case, in a run time of at most budget_s [s]."""
-    answer = too_long(running_engine, method, scene, budget_s) or running_engine.fly(scene, method, scene.step)
-    run = Flown.of(running_engine, method, scene.step, answer).run(scene, running_engine.title, true)
+    answer = too_long(running_engine, method, scene, budget_s) or running_engine.simulate(scene, method, scene.step)
+    run = RunAnswer.of(running_engine, method, scene.step, answer).run(scene, running_engine.title, true)
     found = verdict(run)
     row = ExtremeRow(
         scene=scene.name,
@@ -98,7 +98,7 @@ def too_long(running_engine: RunningEngine, method: str, scene: Scene, budget_s:
         for _ in range(LOOKS):
             if needed <= budget_s:
                 break
-            first = running_engine.fly(share, method, scene.step)
+            first = running_engine.simulate(share, method, scene.step)
             if not isinstance(first, Trajectory):
                 return first
             needed = min(needed, first.cpu_s / SHARE)

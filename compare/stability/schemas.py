@@ -80,11 +80,6 @@ class ExtremeRow:
     why: Annotated[str, "reasons of status and verdict"]
     size_m: Annotated[float, "largest distance of a vertex from the centre of mass"]
 
-    @property
-    def key(self) -> tuple[str, str, str]:
-        """Scene, engine, method."""
-        return self.scene, self.engine, self.method
-
 
 CELLS = Table("stability.csv", StabilityRow, (*CONTESTANT, "value", "dt_s"))
 LIMITS = Table("limits.csv", LimitRow, CONTESTANT)

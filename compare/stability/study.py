@@ -1,6 +1,5 @@
 """The study of `tumble stability`: scenes and contestants in, stability maps and extreme cases out."""
 
-import logging
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
@@ -9,18 +8,17 @@ import pandas as pd
 from tumble.compare.run.local import Asked
 from tumble.compare.run.progress import Display, no_display
 from tumble.compare.run.starting import started
+from tumble.compare.run.task_cache import resumable
+from tumble.compare.run.tasks import Key
 from tumble.compare.run.worker import MEMORY_LIMIT
 from tumble.compare.stability.findings import extreme_findings, limit_findings
+from tumble.compare.stability.results import tables_of
 from tumble.compare.stability.schemas import EXTREMES, LIMITS
-from tumble.compare.stability.store import store, tables_of
-from tumble.compare.stability.tasks import keys, stability
-from tumble.compare.tables.circumstances import circumstances
-from tumble.compare.tables.files import write_folder
-from tumble.compare.tables.frames import csv_text, frame, rows
+from tumble.compare.stability.tasks import Done, keys, stability
+from tumble.compare.tables.circumstances import binding, circumstances
+from tumble.compare.tables.frames import frame, rows, write_tables
 from tumble.compare.tables.shared import CONDITIONS, FINDINGS
 from tumble.scenarios.scene import Scene
-
-log = logging.getLogger(__name__)
 
 RUN_LIMIT_S = 20.0
 
@@ -44,7 +42,7 @@ def map_scenes(
     scenes : mapped over the step and over the number that makes each stiff
     cases : extreme cases, run as they are
     contestants : ENGINE[@RELEASE][:METHOD] or FILE[:METHOD] of each; empty: the engines installed with Tumble
-    folder : where the tables are written; a later call continues from there
+    folder : where the tables are written; if the call is interrupted, the next one continues from there
     time_limit : for each run [s]
     memory_limit : for each engine's process [B]
     command : the command line that repeats the study, for conditions.csv
@@ -62,33 +60,22 @@ def map_scenes(
     NoTruth : an extreme case has no reference solution
     """
     with started(contestants, time_limit, memory_limit, display) as running_engines:
-        limit = {"time limit [s]": f"{time_limit:g}"}
+        asked = {"time limit [s]": f"{time_limit:g}"}
+        conditions = circumstances(running_engines, [*scenes, *cases], asked, command)
         order = keys(running_engines, scenes, cases)
-        pieces = store(folder, order, circumstances(running_engines, [*scenes, *cases], limit, command))
-        if resumed := pieces.resume():
-            log.info(resumed)
-        try:
-            with display(len(order) - len(pieces.done)) as on_progress:
-                stability(
-                    running_engines,
-                    scenes,
-                    cases,
-                    lambda piece: pieces.keep(piece.key, tables_of(piece)),
-                    on_progress,
-                    pieces.done,
-                )
-        except KeyboardInterrupt:
-            left = f"finished results are saved in {folder}; run the same command again to continue"
-            raise KeyboardInterrupt(f"interrupted; {left if folder else 'the results so far are above'}") from None
-        finally:
-            pieces.write()
-            ended(pieces.tables)
-    tables = pieces.tables | {CONDITIONS.file: pieces.conditions}
-    found = [
-        *limit_findings(rows(LIMITS, tables[LIMITS.file])),
-        *extreme_findings(rows(EXTREMES, tables[EXTREMES.file])),
-    ]
-    tables[FINDINGS.file] = frame(FINDINGS, found)
-    if folder:
-        write_folder(folder, {FINDINGS.file: csv_text(tables[FINDINGS.file])})
+        pieces: dict[Key, Done] = {}
+        with resumable(folder, (binding(conditions), memory_limit)) as cached:
+            try:
+                with display(len(order)) as on_progress:
+                    stability(running_engines, scenes, cases, on_progress, pieces.__setitem__, cached)
+            finally:
+                tables = tables_of([pieces[key] for key in order if key in pieces])
+                ended(tables)
+            found = [
+                *limit_findings(rows(LIMITS, tables[LIMITS.file])),
+                *extreme_findings(rows(EXTREMES, tables[EXTREMES.file])),
+            ]
+            tables |= {FINDINGS.file: frame(FINDINGS, found), CONDITIONS.file: frame(CONDITIONS, conditions)}
+            if folder:
+                write_tables(folder, tables)
     return tables

@@ -1,9 +1,9 @@
 """Every scene and every extreme case with every contestant, engines side by side.
 
-One contestant in one scene is a piece, done whole or not at all, and passed on as soon as it is done.
+One contestant in one scene is a piece, which is one task.
 """
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from contextlib import nullcontext
 from functools import partial
@@ -11,12 +11,12 @@ from functools import partial
 from tumble.compare.run.progress import ProgressCallback, no_progress
 from tumble.compare.run.running_engines import RunningEngine, truth_limit
 from tumble.compare.run.status import Failure
-from tumble.compare.run.tasks import Task, run
+from tumble.compare.run.task_cache import TaskCache
+from tumble.compare.run.tasks import Key, Task, run
 from tumble.compare.run.truths import Answer, Truths
 from tumble.compare.stability.columns import FACTORS, ROWS, Question, columns
 from tumble.compare.stability.extremes import BUDGET_S, ExtremeRow, extreme
 from tumble.compare.stability.trials import FULL, Effort, Piece, Trials
-from tumble.compare.tables.store import Key
 from tumble.scenarios.scene import Scene
 from tumble.scenarios.truth import NoTruth
 
@@ -60,20 +60,21 @@ def stability(
     running_engines: Sequence[RunningEngine],
     scenes: Sequence[Scene],
     cases: Sequence[Scene],
-    keep: Callable[[Done], object],
     on_progress: ProgressCallback = no_progress,
-    done: Collection[Key] = (),
+    finished: Callable[[Key, Done], object] = lambda key, piece: None,
+    cached: TaskCache | None = None,
     factors: Sequence[float] = FACTORS,
     few: bool = False,
     effort: Effort = FULL,
     budget_s: float = BUDGET_S,
     truths: Truths | None = None,
-) -> None:
-    """Pass every piece to `keep` as it is done, except those done already.
+) -> list[Done]:
+    """Return every piece, in the order of `keys`.
 
-    keep: called from several threads, one at a time; on_progress: called for every piece;
-    factors: of the scenes' own parameter values; few: no method that runs only on request; effort: for each scene;
-    budget_s: for each extreme case [s]; truths: computes the reference solutions; None: new ones.
+    on_progress: called for every piece; finished: called with every piece, one at a time; cached: finished pieces are
+    found and saved there; factors: of the scenes' own parameter values; few: no method that runs only on request;
+    effort: for each scene; budget_s: for each extreme case [s]; truths: computes the reference solutions; None: new
+    ones.
     Raises BadScene for a scene in which nothing limits the step, RayMissed as compare does.
     """
     own_columns = [columns(scene, factors) for scene in scenes]
@@ -83,19 +84,21 @@ def stability(
         questions = [
             Question(scene, own, [next(true) for _ in own]) for scene, own in zip(scenes, own_columns, strict=True)
         ]
-        tasks = [
-            Task((question.scene.name, each.title, method), each, partial(piece, method, question, effort))
+        tasks: list[Task[Done]] = [
+            Task((question.scene.name, each.title, method), each, partial(piece, method, question, effort), Piece)
             for question in questions
             for each in running_engines
             for method in contestants(each, question.scene, few)
         ]
         tasks += [
-            Task((case.name, each.title, method), each, partial(extreme_row, method, case, answer, budget_s))
+            Task(
+                (case.name, each.title, method), each, partial(extreme_row, method, case, answer, budget_s), ExtremeRow
+            )
             for case, answer in zip(cases, true, strict=True)
             for each in running_engines
             for method in contestants(each, case, few)
         ]
-        run(tasks, working, done, lambda key, result: keep(result), on_progress)
+        return run(tasks, working, finished, on_progress, cached)
 
 
 def piece(method: str, question: Question, effort: Effort, running_engine: RunningEngine) -> Piece:

@@ -13,7 +13,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from tumble.compare.judge.errors import Flown, Run
+from tumble.compare.judge.errors import Run, RunAnswer
 from tumble.compare.judge.verdict import Verdict, bounded, verdict
 from tumble.compare.run.running_engines import RunningEngine
 from tumble.compare.stability.columns import PROBED, ROWS, Column, Question, truth_of
@@ -52,11 +52,6 @@ class Piece:
 
     rows: tuple[StabilityRow, ...]
     limit: LimitRow
-
-    @property
-    def key(self) -> tuple[str, str, str]:
-        """Scene, engine, method."""
-        return self.limit.scene, self.limit.engine, self.limit.method
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,8 +122,8 @@ class Trials:
         return self._evaluated(column, column.probe(dt, steps), dt, None)
 
     def _evaluated(self, column: Column, scene: Scene, dt: float, true: Truth | None) -> Cell:
-        answer = self.running_engine.fly(scene, self.method, dt)
-        run = Flown.of(self.running_engine, self.method, dt, answer).run(scene, self.running_engine.title, true)
+        answer = self.running_engine.simulate(scene, self.method, dt)
+        run = RunAnswer.of(self.running_engine, self.method, dt, answer).run(scene, self.running_engine.title, true)
         return Cell(column, dt, run, verdict(run))
 
     def piece(self) -> Piece:

@@ -10,7 +10,7 @@ import pandas as pd
 from tumble.compare.judge.agreement import SHARED
 from tumble.compare.judge.cost import Timed
 from tumble.compare.judge.errors import Run
-from tumble.compare.judge.orders import ASYMPTOTIC, LAST, Rung, local_orders, parts
+from tumble.compare.judge.orders import ASYMPTOTIC, LAST, Level, local_orders, parts
 from tumble.compare.run.contestant import Contestant, MethodName
 from tumble.compare.run.precision import precision
 from tumble.compare.run.status import Status
@@ -213,8 +213,10 @@ def order_rows(sweep: Sweep) -> Iterator[OrderRow]:
         if not ladder:
             continue
         best = min(ladder, key=lambda each: each.error_m)
-        rungs = [Rung(each.run.dt_taken or each.run.dt, each.error_m, float(each.run.limits.max())) for each in ladder]
-        slopes = local_orders(rungs, ASYMPTOTIC * size) or local_orders(rungs, size)[-LAST:]
+        levels = [
+            Level(each.run.dt_taken or each.run.dt, each.error_m, float(each.run.limits.max())) for each in ladder
+        ]
+        slopes = local_orders(levels, ASYMPTOTIC * size) or local_orders(levels, size)[-LAST:]
         shown = min(ladder, key=lambda each: abs(math.log(each.error_m / (ASYMPTOTIC * size))))
         attitude, translation = parts(shown.run)
         yield OrderRow(

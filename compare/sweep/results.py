@@ -19,8 +19,6 @@ from tumble.compare.tables.frames import frame
 from tumble.compare.tables.runs import run_row
 from tumble.compare.tables.shared import FINDINGS, RUNS
 
-MEASURED = (RUNS, WORK_PRECISION, DIGITS, ORDERS, ENSEMBLES, SAME, CLOCK, FINDINGS)
-
 
 def measured(sweeps: Sequence[Sweep], reference: str) -> dict[str, pd.DataFrame]:
     """Return all tables of sweeps.

@@ -2,25 +2,21 @@
 
 import logging
 from collections.abc import Callable, Sequence
-from pathlib import Path
 
 import pandas as pd
 
 from tumble.compare.judge.cost import REFERENCE
 from tumble.compare.run.local import Asked
-from tumble.compare.run.process.kept import Kept
 from tumble.compare.run.progress import Display, no_display
 from tumble.compare.run.running_engines import TIME_LIMIT_S, flights
 from tumble.compare.run.starting import started
 from tumble.compare.run.worker import MEMORY_LIMIT
-from tumble.compare.sweep.results import MEASURED, measured
+from tumble.compare.sweep.results import measured
 from tumble.compare.sweep.work_precision import Effort, Sweep, sweep
-from tumble.compare.tables.circumstances import binding, circumstances
+from tumble.compare.tables.circumstances import circumstances
 from tumble.compare.tables.engines import engine_row
-from tumble.compare.tables.files import write_folder
-from tumble.compare.tables.frames import csv_text, frame
+from tumble.compare.tables.frames import frame
 from tumble.compare.tables.shared import CONDITIONS, ENGINES
-from tumble.compare.tables.store import Store
 from tumble.scenarios.scene import Scene
 
 log = logging.getLogger(__name__)
@@ -36,7 +32,6 @@ def sweep_scenes(
     contestants: Sequence[Asked] = (),
     *,
     reference: str = REFERENCE,
-    folder: Path | None = None,
     time_limit: float = TIME_LIMIT_S,
     memory_limit: int = MEMORY_LIMIT,
     command: str = "",
@@ -50,7 +45,6 @@ def sweep_scenes(
     scenes : the scenes
     contestants : ENGINE[@RELEASE][:METHOD] or FILE[:METHOD] of each; empty: the engines installed with Tumble
     reference : ENGINE:METHOD that run times are divided by
-    folder : where the tables are written, scene by scene; a later call continues from there
     time_limit : for each run [s]
     memory_limit : for each engine's process [B]
     command : the command line that repeats the study, for conditions.csv
@@ -59,43 +53,25 @@ def sweep_scenes(
 
     Returns
     -------
-    table by file name, including the scenes that the folder already had
+    table by file name, with engines and conditions
 
     Raises
     ------
     BadEngine : an engine or a method is unknown
     NoTruth : a scene has no reference solution
     """
-    if folder:
-        folder.mkdir(parents=True, exist_ok=True)
     with started(contestants, time_limit, memory_limit, display) as running_engines:
         asked = {"time limit [s]": f"{time_limit:g}", "reference": reference}
-        # A task of the store is a scene: its times can be compared only within the same rounds.
-        order = [(scene.name,) for scene in scenes]
-        under = circumstances(running_engines, scenes, asked, command)
-        store = Store(folder, MEASURED, ["scene"], order, under)
-        if resumed := store.resume():
-            log.info(resumed)
-        cache = Kept(folder, binding(under)) if folder else None
-        left = [scene for scene in scenes if (scene.name,) not in store.done]
-        try:
-            with display(flights(running_engines, left) + len(left)) as on_progress:
-                for scene in left:
-                    swept = sweep(running_engines, scene, on_progress, kept=cache)
-                    finished(swept)
-                    store.keep((scene.name,), measured([swept], reference))
-        except KeyboardInterrupt:
-            names = [name for (name,) in order if (name,) in store.done]
-            done = f"{', '.join(names)} {'is' if len(names) == 1 else 'are'} done" if names else "no scene is done yet"
-            more = f"; finished sequences are saved in {folder}; run the same command again to continue"
-            raise KeyboardInterrupt(f"interrupted; {done}{more if folder else ''}") from None
-        finally:
-            store.write()
-        engines = frame(ENGINES, map(engine_row, running_engines))
-        if folder and cache:
-            cache.forget()
-            write_folder(folder, {ENGINES.file: csv_text(engines)})
-        return store.tables | {ENGINES.file: engines, CONDITIONS.file: store.conditions}
+        conditions = circumstances(running_engines, scenes, asked, command)
+        sweeps = []
+        with display(flights(running_engines, scenes) + len(scenes)) as on_progress:
+            for scene in scenes:
+                sweeps.append(sweep(running_engines, scene, on_progress))
+                finished(sweeps[-1])
+        return measured(sweeps, reference) | {
+            ENGINES.file: frame(ENGINES, map(engine_row, running_engines)),
+            CONDITIONS.file: frame(CONDITIONS, conditions),
+        }
 
 
 def advise_scenes(

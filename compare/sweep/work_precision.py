@@ -8,9 +8,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from tumble.compare.judge.cost import Timed, time_runs
-from tumble.compare.judge.errors import Flown, Run
+from tumble.compare.judge.errors import Run, RunAnswer
 from tumble.compare.run.flight import legs
-from tumble.compare.run.process.kept import Kept
 from tumble.compare.run.progress import ProgressCallback, no_progress
 from tumble.compare.run.running_engines import RunningEngine, truth_limit
 from tumble.compare.run.status import Failure, Status
@@ -72,7 +71,6 @@ def sweep(
     scene: Scene,
     on_progress: ProgressCallback = no_progress,
     effort: Effort = FULL,
-    kept: Kept | None = None,
     enough_m: float = 0.0,
     beyond_samples: bool = False,
 ) -> Sweep:
@@ -84,8 +82,6 @@ def sweep(
     scene : the scene
     on_progress : called for every contestant, and when all are timed
     effort : how far the sequences go, and how times are sampled
-    kept : finished sequences are found and saved there; times are always measured anew, because they can be compared
-        only within the same rounds
     enough_m : a sequence ends when it reaches this error [m]
     beyond_samples : fixed steps start above the sampling interval, with errors measured where they end
 
@@ -101,7 +97,7 @@ def sweep(
     return against_the_clock(
         running_engines,
         scene,
-        ladders(running_engines, scene, on_progress, effort, kept, enough_m, beyond_samples=beyond_samples),
+        ladders(running_engines, scene, on_progress, effort, enough_m, beyond_samples=beyond_samples),
         on_progress,
         effort,
     )
@@ -112,7 +108,6 @@ def ladders(
     scene: Scene,
     on_progress: ProgressCallback = no_progress,
     effort: Effort = FULL,
-    kept: Kept | None = None,
     enough_m: float = 0.0,
     truths: Truths | None = None,
     beyond_samples: bool = False,
@@ -122,7 +117,7 @@ def ladders(
     Parameters
     ----------
     truths : has the scene's reference solution already; None: it is computed
-    running_engines, scene, on_progress, effort, kept, enough_m, beyond_samples : as of `sweep`
+    running_engines, scene, on_progress, effort, enough_m, beyond_samples : as of `sweep`
 
     Returns
     -------
@@ -143,17 +138,21 @@ def ladders(
     found_references = ((dt, seen, answer.at(seen).truth) for dt, seen in [(None, scene), *longer.items()])
     references = {dt: (seen, true) for dt, seen, true in found_references if true is not None}
 
-    def task(running_engine: RunningEngine, method: str) -> Task[list[Flown]]:
+    def task(running_engine: RunningEngine, method: str) -> Task[list[RunAnswer]]:
         key = scene.name, running_engine.title, method
-        return Task(key, running_engine, lambda able: climb(able, references, method, effort, enough_m), list[Flown])
+        return Task(key, running_engine, lambda able: climb(able, references, method, effort, enough_m))
 
-    def run_of(running_engine: RunningEngine, flown: Flown) -> Run:
-        seen, true = reference_for(references, running_engine, flown.method, flown.dt)
-        return flown.run(seen, running_engine.title, true)
+    def run_of(running_engine: RunningEngine, run_answer: RunAnswer) -> Run:
+        seen, true = reference_for(references, running_engine, run_answer.method, run_answer.dt)
+        return run_answer.run(seen, running_engine.title, true)
 
     tasks = [task(each, method) for each in running_engines for method in each.methods_for(scene)]
-    found = run(tasks, on_progress=on_progress, kept=kept)
-    return [run_of(one.running_engine, flown) for one, ladder in zip(tasks, found, strict=True) for flown in ladder]
+    found = run(tasks, on_progress=on_progress)
+    return [
+        run_of(one.running_engine, run_answer)
+        for one, ladder in zip(tasks, found, strict=True)
+        for run_answer in ladder
+    ]
 
 
 def reference_for(references: References, running_engine: RunningEngine, method: str, dt: float) -> tuple[Scene, Truth]:
@@ -195,19 +194,19 @@ def against_the_clock(
 
 def climb(
     running_engine: RunningEngine, references: References, method: str, effort: Effort, enough_m: float
-) -> list[Flown]:
+) -> list[RunAnswer]:
     """Return the sequence of one method from its longest step to its floor, the error asked for, or the budget.
 
     references: the scene at its samples, and at longer steps, each with its reference solution.
     """
     scene, _ = references[None]
     longer = [] if running_engine.takes_own_steps(method) else [(method, dt) for dt in references if dt is not None]
-    ladder: list[Flown] = []
+    ladder: list[RunAnswer] = []
     runs: list[Run] = []
     for name, dt in (*longer, *levels(running_engine, scene, method, effort.tolerances)):
         seen, true = reference_for(references, running_engine, name, dt)
-        answer = running_engine.fly(seen, name, dt, no_progress=True)
-        ladder.append(Flown.of(running_engine, name, dt, answer))
+        answer = running_engine.simulate(seen, name, dt, probe=True)
+        ladder.append(RunAnswer.of(running_engine, name, dt, answer))
         runs.append(ladder[-1].run(seen, running_engine.title, true))
         # The error of an adaptive method falls irregularly, and its tolerances are few: all are tried.
         if isinstance(answer, Failure) or (name == method and at_floor(runs)):

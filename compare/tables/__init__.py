@@ -1,1 +1,1 @@
-"""The tables that others script against: what is in them, writing, reading, going on where one was interrupted."""
+"""The tables that others script against: what is in them, writing, reading."""

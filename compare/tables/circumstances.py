@@ -1,10 +1,8 @@
-"""All that numbers depend on, as rows to be kept beside them: whether a folder is of the run that would go on in it."""
+"""Everything that results depend on, as rows of conditions.csv."""
 
 import hashlib
-import os
 from collections.abc import Sequence
 from dataclasses import fields, is_dataclass
-from pathlib import Path
 
 import numpy as np
 
@@ -12,14 +10,10 @@ from tumble.compare.run.engines.registry import files, is_file
 from tumble.compare.run.provenance import ConditionRow, conditions
 from tumble.compare.run.running_engines import RunningEngine
 from tumble.compare.tables.engines import engine_row
-from tumble.compare.tables.files import place
-from tumble.compare.tables.frames import read_file, rows
-from tumble.compare.tables.shared import CONDITIONS
 from tumble.scenarios.scene import Scene
 
-# Another command may ask for the same; on how many cores, and beside what, moves no number.
-OF_NO_ACCOUNT = ("command", "cores", "other work")
-TABLE = "table "  # before the name of a table that a digest is of
+# Another command may ask for the same; the number of cores, and other processes on them, change no result.
+IRRELEVANT = ("command", "cores", "other work")
 
 
 def circumstances(
@@ -39,30 +33,9 @@ def circumstances(
     return [*found, *(ConditionRow(f"scene {scene.name}", digest(scene)) for scene in scenes)]
 
 
-def changed_since(folder: Path, now: Sequence[ConditionRow]) -> str | None:
-    """Return the first circumstance that the folder's conditions.csv has otherwise, in words, '' where there is none.
-
-    None: there is no such file.  Raises BadTable, OSError.
-    """
-    path = place(folder, CONDITIONS.file)
-    if not os.path.lexists(path):
-        return None
-    before = rows(CONDITIONS, read_file(path, CONDITIONS))
-    was, here = ({row.what: row.value for row in own if is_of_account(row.what)} for own in (before, now))
-    for what in (*here, *was):
-        if was.get(what) != here.get(what):
-            return f"{what} was {was.get(what, 'not there')}, is {here.get(what, 'not there')}"
-    return ""
-
-
 def binding(rows: Sequence[ConditionRow]) -> list[tuple[str, str]]:
-    """Return what must be the same for an answer to be taken up again."""
-    return [(row.what, row.value) for row in rows if is_of_account(row.what)]
-
-
-def is_of_account(what: str) -> bool:
-    """Whether numbers may depend on it."""
-    return what not in OF_NO_ACCOUNT and not what.startswith(TABLE)
+    """Return the circumstances that must be the same for a cached result to be used."""
+    return [(row.what, row.value) for row in rows if row.what not in IRRELEVANT]
 
 
 def digest(value: object) -> str:

@@ -24,15 +24,33 @@ READY, DRAFTS = ".tables-ready", ".tables-draft-"
 
 
 def write_whole(path: Path, text: Text) -> None:
-    """Write a file whole or not at all, making its folder where needed.  Raises OSError."""
+    """Write a file whole or not at all.
+
+    Parameters
+    ----------
+    path : the file; its folder is made if needed
+    text : text, bytes, or pieces of text
+
+    Raises
+    ------
+    OSError : it cannot be written
+    """
     write_together({path: text})
 
 
 def write_together(texts: Mapping[Path, Text]) -> None:
-    """Write files whole, and all of them or none, making their folders where needed.  Raises OSError.
+    """Write files whole, and all of them or none.
 
     A file that is there keeps its mode and its owner, and a link goes on pointing to it.  What is no plain file is
     written to as it is, before any file is changed.
+
+    Parameters
+    ----------
+    texts : text, bytes, or pieces of text of each file; folders are made if needed
+
+    Raises
+    ------
+    OSError : one cannot be written
     """
     drafts: dict[Path, Path] = {}
     streams: dict[Path, Text] = {}
@@ -65,11 +83,19 @@ def write_together(texts: Mapping[Path, Text]) -> None:
 
 
 def write_folder(folder: Path, texts: Mapping[str, str | bytes], without: Collection[str] = ()) -> None:
-    """Write files, by name, into a folder so that it has all of them or none, whenever it is stopped.  Raises OSError.
+    """Write files into a folder so that it has all of them or none, whenever it is stopped.
 
     Beside tables it writes the datapackage.json that describes all tables of the folder.
 
-    without: files of an earlier run that these do not stand beside.
+    Parameters
+    ----------
+    folder : made if needed
+    texts : text or bytes of each file by its name
+    without : names of files of an earlier run, which are removed
+
+    Raises
+    ------
+    OSError : one cannot be written
     """
     folder.mkdir(parents=True, exist_ok=True)
     settle(folder)

@@ -13,7 +13,7 @@ import numpy as np
 import pandas as pd
 
 from tumble.compare.tables.cells import float_cells, lines_text, text_cell, text_of_cell
-from tumble.compare.tables.files import place
+from tumble.compare.tables.files import place, write_folder
 from tumble.compare.tables.known import schema
 from tumble.compare.tables.schema import BadTable, Column, Table
 from tumble.scenarios.files import plain_bytes
@@ -24,12 +24,32 @@ TEXT = pd.StringDtype("python", na_value=np.nan)
 
 
 def frame(table: Table, rows: Iterable[Any]) -> pd.DataFrame:
-    """Return rows of a table's class, in order, as a DataFrame."""
+    """Return rows as a DataFrame.
+
+    Parameters
+    ----------
+    table : their table
+    rows : of the table's class, in order
+
+    Returns
+    -------
+    the rows, with the table's dtypes
+    """
     return typed(table, dict(zip(table.names, zip(*map(attrgetter(*table.names), rows), strict=True), strict=False)))
 
 
 def rows(table: Table, frame: pd.DataFrame) -> list[Any]:
-    """Return the rows of a DataFrame as a table's class states them, None for what is not there."""
+    """Return the rows of a DataFrame.
+
+    Parameters
+    ----------
+    table : their table
+    frame : with its columns
+
+    Returns
+    -------
+    instances of the table's class, None for an empty cell
+    """
     found = frame[table.names].astype(object)
     return [
         table.row(**dict(zip(table.names, row, strict=True)))
@@ -38,7 +58,16 @@ def rows(table: Table, frame: pd.DataFrame) -> list[Any]:
 
 
 def merged(*sources: Mapping[str, pd.DataFrame]) -> dict[str, pd.DataFrame]:
-    """Return the tables of several studies, by file name; a table that several have has the rows of all."""
+    """Return the tables of several studies.
+
+    Parameters
+    ----------
+    sources : tables by file name, of each study
+
+    Returns
+    -------
+    table by file name; one that several studies have has the rows of all
+    """
     own: dict[str, list[pd.DataFrame]] = {}
     for tables in sources:
         for name, table in tables.items():
@@ -62,8 +91,27 @@ def csv_text(frame: pd.DataFrame) -> str:
 
 
 def csv_texts(frames: Mapping[str, pd.DataFrame]) -> dict[str, str]:
-    """Return tables as CSV, by file name."""
-    return {name: csv_text(frame) for name, frame in frames.items()}
+    """Return the tables that have rows as CSV, by file name."""
+    return {name: csv_text(frame) for name, frame in frames.items() if len(frame)}
+
+
+def write_tables(
+    folder: Path, frames: Mapping[str, pd.DataFrame], others: Mapping[str, str | bytes] = MappingProxyType({})
+) -> None:
+    """Write the tables that have rows into a folder, all or none, and remove files of those that have none.
+
+    Parameters
+    ----------
+    folder : made where it is not there
+    frames : tables by file name
+    others : further files by name, text or bytes of each
+
+    Raises
+    ------
+    OSError : the folder cannot be written to
+    """
+    texts = csv_texts(frames)
+    write_folder(folder, {**texts, **others}, without=frames.keys() - texts.keys())
 
 
 def cells(column: pd.Series) -> list[str]:
@@ -83,9 +131,20 @@ def cells(column: pd.Series) -> list[str]:
 
 
 def read_tables(source: Path | Mapping[str, str]) -> dict[str, pd.DataFrame]:
-    """Return every table of a folder, or of file name -> CSV text, by file name.  Raises BadTable, OSError.
+    """Return every table of a folder; a table without rows has no file.
 
-    Files that are no table of ours are left alone.
+    Parameters
+    ----------
+    source : the folder, or file name -> CSV text
+
+    Returns
+    -------
+    table by file name, without files that are no tables of Tumble
+
+    Raises
+    ------
+    BadTable : a file is not the table that it is named after
+    OSError : a file cannot be read
     """
     names = [path.name for path in sorted(source.glob("*.csv"))] if isinstance(source, Path) else list(source)
     found = {}
@@ -98,11 +157,26 @@ def read_tables(source: Path | Mapping[str, str]) -> dict[str, pd.DataFrame]:
 
 
 def kept_tables(folder: Path, tables: Iterable[Table]) -> dict[str, pd.DataFrame]:
-    """Return these tables of a folder by file name, nothing unless all of them are there.  Raises BadTable, OSError."""
+    """Return some tables of a folder; one that is not there has no rows.
+
+    Parameters
+    ----------
+    folder : where they are
+    tables : the tables
+
+    Returns
+    -------
+    table by file name; nothing if none of them is there
+
+    Raises
+    ------
+    BadTable : a file is not the table that it is named after
+    OSError : a file cannot be read
+    """
     places = {table: place(folder, table.file) for table in tables}
-    if not all(path.exists() for path in places.values()):
+    if not any(path.exists() for path in places.values()):
         return {}
-    return {table.file: read_file(path, table) for table, path in places.items()}
+    return {table.file: read_file(path, table) if path.exists() else typed(table, {}) for table, path in places.items()}
 
 
 def read_file(path: Path, table: Table, renamed: Mapping[str, str] = MappingProxyType({})) -> pd.DataFrame:

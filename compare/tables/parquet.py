@@ -32,7 +32,7 @@ def check_parquet(output: str | None) -> None:
 
 
 def write_parquet(folder: str | Path) -> list[str]:
-    """Write every table of a folder as Parquet, beside its CSV file, all of them or none.
+    """Write every table of a folder as Parquet, beside its CSV file, all of them or none; remove older copies.
 
     Parameters
     ----------
@@ -52,7 +52,8 @@ def write_parquet(folder: str | Path) -> list[str]:
     """
     tables = read_tables(Path(folder))
     found = {f"{name.removesuffix('.csv')}.parquet": parquet(name, table) for name, table in tables.items()}
-    write_folder(Path(folder), found)
+    copies = {path.name for path in Path(folder).glob("*.parquet") if schema(f"{path.stem}.csv")}
+    write_folder(Path(folder), found, without=copies - found.keys())
     return list(found)
 
 

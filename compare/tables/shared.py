@@ -7,6 +7,8 @@ from tumble.compare.run.provenance import ConditionRow
 from tumble.compare.run.status import described
 from tumble.compare.tables.schema import EMPTY, Table
 
+RESOLUTION = "resolution of the reference: smaller errors are indistinguishable from zero"
+
 SceneName = Annotated[str, "name of the scene"]
 Engine = Annotated[str, "name of the engine"]
 Method = Annotated[str, "METHOD[@TOLERANCE] of the engine; empty where the engine is missing"]
@@ -21,14 +23,16 @@ Instant = Annotated[float, "time of the sample"]
 Vertex = Annotated[int, "number of the vertex"]
 Status = Annotated[str, "ok, flagged, diverged, skipped, missing, crashed or timeout"]
 Why = Annotated[str, "the reason of a status that is not ok"]
-Steps = Annotated[int | None, "steps of the whole flight; empty where none flew, or the method chose them"]
+Steps = Annotated[
+    int | None, "number of steps of the whole run; empty if there is no run, or the method chose its steps"
+]
 MaxError = Annotated[float | None, "largest error of any vertex, sample and throw; inf of one that diverged"]
 RmsError = Annotated[float | None, "root mean square over all vertices, samples and throws"]
 FinalError = Annotated[float | None, "largest error of any vertex and throw at the last sample"]
 EnergyDrift = Annotated[float | None, "largest difference from the true energy, over the largest kinetic"]
 MomentumDrift = Annotated[float | None, "largest difference from the true momentum, over the largest"]
 AngularMomentumDrift = Annotated[float | None, "largest difference from the true angular momentum, over the largest"]
-Limit = Annotated[float | None, "what the truth can tell: an error below it says nothing more"]
+Limit = Annotated[float | None, RESOLUTION]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,7 +69,7 @@ class ErrorOverTimeRow:
     tolerance: Tolerance
     t_s: Instant
     error_m: Annotated[float, "largest error of any vertex and throw; empty once the run diverged", EMPTY]
-    resolution_m: Annotated[float, "what the truth can tell: an error below it says nothing more"]
+    resolution_m: Annotated[float, RESOLUTION]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,7 +83,9 @@ class MemberRow:
     tolerance: Tolerance
     member: Annotated[int, "number of the throw; 0 is the scene's own"]
     max_error_m: Annotated[float, "largest error of any vertex and sample; empty of one that diverged", EMPTY]
-    resolution_m: Annotated[float, "what the truth can tell of this throw: an error below it says nothing more"]
+    resolution_m: Annotated[
+        float, "resolution of the reference for this throw: smaller errors are indistinguishable from zero"
+    ]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -126,17 +132,19 @@ class SceneRow:
     step_s: Annotated[float, "the scene's own step"]
     samples: Annotated[int, "number of instants at which errors are measured"]
     truth: Annotated[str, "how the truth is made, or why there is none"]
-    bound_m: Annotated[float | None, "the truth's own error, largest over the samples"]
+    bound_m: Annotated[float | None, "error bound of the reference solution, largest over the samples"]
     input_error_m: Annotated[
         float | None,
-        "largest distance that vertices move when the scene's numbers are rounded to doubles",
+        "largest distance, over vertices and samples, that rounding the scene's numbers to doubles moves a vertex",
     ]
     horizon_s: Annotated[
         float | None,
-        "after it no double-precision program can follow and nobody is judged; empty where it never comes",
+        "predictability horizon: after it no double-precision program can follow the motion, and samples do not count; "
+        "empty if there is none before the end",
     ] = None
     rounding_inputs_m: Annotated[
-        float | None, "what engines lose by being handed moments, axes and points as doubles, largest over the samples"
+        float | None,
+        "largest distance, over vertices and samples, that rounding moments, axes and points to doubles moves a vertex",
     ] = None
 
 
@@ -187,7 +195,7 @@ FINDING_WORDS = {
 
 @dataclass(frozen=True, kw_only=True)
 class FindingRow:
-    """One number of a sentence that the terminal or the page says: what was found, of whom, and how much."""
+    """One number of a sentence in the terminal or on the page: what was found, for which contestant, and how much."""
 
     finding: Annotated[str, "; ".join(f"{name}: {meaning}" for name, meaning in FINDING_WORDS.items())]
     scene: Annotated[str, "name of the scene; empty if the finding is about all scenes"] = ""

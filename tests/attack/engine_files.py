@@ -181,7 +181,7 @@ def status(path: Path, hangs: bool, is_load: bool) -> str:
             return str(info)
         # What is to hang is not waited for; all else has its time, on a busy machine too.
         worker.time_limit = SHORT_S if hangs else PATIENCE_S
-        answer = worker.fly(SCENE, info.methods[0], 0.01, no_progress=True)
+        answer = worker.simulate(SCENE, info.methods[0], 0.01, probe=True)
     return Run(SCENE, "bad", "m", 0.01, answer, true()).outcome
 
 

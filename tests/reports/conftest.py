@@ -26,8 +26,8 @@ from tumble.compare.motion.findings import film_findings
 from tumble.compare.motion.results import film_tables
 from tumble.compare.run.running_engines import launched
 from tumble.compare.stability.findings import extreme_findings, limit_findings
+from tumble.compare.stability.results import quick_tables
 from tumble.compare.stability.schemas import EXTREMES, LIMITS
-from tumble.compare.stability.store import quick_tables
 from tumble.compare.sweep.results import measured
 from tumble.compare.sweep.work_precision import BRIEF, sweep
 from tumble.compare.tables.engines import engine_row

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tumble.compare.engines import tumble
-from tumble.compare.run.flight import fly
+from tumble.compare.run.flight import simulate
 from tumble.scenarios.needs import needs
 from tumble.scenarios.read import catalogue, read_scene
 from tumble.scenarios.truth import truth
@@ -27,7 +27,7 @@ def slopes(name: str, method: str) -> list[float]:
     first = scene.duration / len(scene.times)
     errors = []
     for halving in range(HALVINGS):
-        flight = fly(tumble, scene, method, first / 2**halving)
+        flight = simulate(tumble, scene, method, first / 2**halving)
         errors.append(np.linalg.norm(flight.vertices - true.vertices, axis=-1).max())
     return [
         float(np.log2(coarse / fine))
@@ -53,6 +53,6 @@ def test_first_order_gains_twofold(method):
     true = truth(scene)
     errors = []
     for halving in range(4):
-        flight = fly(tumble, scene, method, 0.004 / 2**halving)
+        flight = simulate(tumble, scene, method, 0.004 / 2**halving)
         errors.append(np.linalg.norm(flight.vertices - true.vertices, axis=-1).max())
     assert np.log2(np.divide(errors[:-1], errors[1:])) == pytest.approx(1.0, abs=0.2)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from tumble.compare.engines import tumble
-from tumble.compare.run.flight import fly
+from tumble.compare.run.flight import simulate
 from tumble.scenarios import scene as scenes
 from tumble.scenarios.frames import rotation_matrix
 from tumble.scenarios.read import catalogue, read_scene
@@ -132,7 +132,7 @@ THROWS = 4
 def test_every_free_scene_of_the_catalogue(name):
     question = read_scene(name)
     true = truth(question)
-    flight = fly(tumble, question, "exact", question.duration)
+    flight = simulate(tumble, question, "exact", question.duration)
     off = np.linalg.norm(flight.vertices - true.vertices, axis=-1).max(axis=-1)
     assert (off <= ALLOWED * true.resolution).all(), (off / true.resolution).max()
 

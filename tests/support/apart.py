@@ -44,6 +44,6 @@ def flight(running_engine, start: Array, dt: float, duration: float, **body) -> 
     from dataclasses import replace
 
     question = replace(scene(start, **body), duration=duration, times=np.array([duration]), step=dt)
-    found = running_engine.fly(question, running_engine.methods[0], dt)
+    found = running_engine.simulate(question, running_engine.methods[0], dt)
     assert isinstance(found, Trajectory), found
     return found

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from tumble.compare.judge.errors import Run
 from tumble.compare.run.engines.registry import load
-from tumble.compare.run.flight import Trajectory, fly
+from tumble.compare.run.flight import Trajectory, simulate
 from tumble.scenarios.frames import Array, quaternion_product, rotation_matrix
 from tumble.scenarios.mass import BOX_FACES, box_corners
 from tumble.scenarios.scene import Body, Impulse, Scene, frozen_array
@@ -82,7 +82,7 @@ def scenes(draw, gravity: bool = True, blow: bool = True) -> Scene:
 
 
 def flight(engine: str, scene: Scene, method: str, dt: float = DT) -> Trajectory:
-    return fly(load(engine), scene, method, dt)
+    return simulate(load(engine), scene, method, dt)
 
 
 def errors(engine: str, scene: Scene, method: str, true: Truth) -> Array:

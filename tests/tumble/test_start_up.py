@@ -110,7 +110,7 @@ def test_blas_threads_are_those_asked_for_and_otherwise_one(tmp_path):
 @pytest.mark.parametrize(
     ("variable", "value", "said"),
     [
-        ("NUMBA_DISABLE_JIT", "1", "NUMBA_DISABLE_JIT is set, and Tumble's kernels must be compiled: unset it"),
+        ("NUMBA_DISABLE_JIT", "1", "NUMBA_DISABLE_JIT is set, but Tumble must compile its kernels: unset it"),
         ("NUMBA_NUM_THREADS", "0", "NUMBA_NUM_THREADS = 0: must be at least 1, or unset"),
         ("NUMBA_NUM_THREADS", "-2", "NUMBA_NUM_THREADS = -2: must be at least 1, or unset"),
     ],

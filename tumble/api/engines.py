@@ -205,7 +205,7 @@ def check_engine(
         if isinstance(running_engine.info, Failure):
             raise UserError(f"{running_engine.title}: {running_engine.info.status}")
         rows = [
-            (one.law, method, outcome, why)
+            (one.check, method, outcome, why)
             for one in examined(running_engine, only)
             for outcome, found in (
                 ("passed", dict.fromkeys(one.holds, "")),

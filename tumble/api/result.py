@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
-from tumble.compare.tables.files import write_folder
-from tumble.compare.tables.frames import csv_texts, read_tables
+from tumble.compare.tables.frames import read_tables, write_tables
 from tumble.compare.tables.known import schema
 from tumble.compare.tables.schema import BadTable, unit_of
 from tumble.compare.tables.shared import CONDITIONS
@@ -69,8 +68,7 @@ class Result:
         OSError
             Where the folder cannot be written.
         """
-        Path(folder).mkdir(parents=True, exist_ok=True)
-        write_folder(Path(folder), csv_texts(self._tables))
+        write_tables(Path(folder), self._tables)
 
     def page(self) -> str:
         """Return Tumble's page of these tables.

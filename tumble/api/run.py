@@ -57,7 +57,7 @@ def run(
     check_step(asked, dt)
     with started(contestant_list(contestant), time_limit, memory_limit, display(progress)) as (running_engine,):
         method = running_engine.methods[0]
-        answer = running_engine.fly(asked, method, dt or asked.step)
+        answer = running_engine.simulate(asked, method, dt or asked.step)
         if isinstance(answer, Failure):
             raise BadEngine(f"{running_engine.title}:{method} on {asked.name}: {answer.status}")
     found = with_units(trajectory_frame(answer, asked.body))

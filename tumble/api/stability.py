@@ -5,8 +5,8 @@ from tumble.api.progress import display
 from tumble.api.result import Result, call, text_of
 from tumble.api.scene import Scenes, questions
 from tumble.compare.run.worker import MEMORY_LIMIT
+from tumble.compare.stability.results import pieces
 from tumble.compare.stability.schemas import EXTREMES
-from tumble.compare.stability.store import pieces
 from tumble.compare.stability.study import RUN_LIMIT_S, map_scenes
 from tumble.compare.stability.tasks import STIFF
 from tumble.compare.tables.frames import rows

@@ -6,7 +6,6 @@ from pathlib import Path
 
 from tumble.compare.ablation.optional_features import NOTHING, SCENES
 from tumble.compare.ablation.study import ablate_scenes
-from tumble.compare.tables.files import write_folder
 from tumble.finished import FAILED, exit_code
 from tumble.notes import display, note
 from tumble.reports.ablation import ablation_text
@@ -33,9 +32,9 @@ def main(options: Namespace) -> int:
             out.print(piece)
     if folder:
         from tumble.compare.ablation.results import ablation_tables  # pandas is slow to load
-        from tumble.compare.tables.frames import csv_texts
+        from tumble.compare.tables.frames import write_tables
 
-        write_folder(folder, csv_texts(ablation_tables(found.ablations, found.engines, shlex.join(options.words))))
+        write_tables(folder, ablation_tables(found.ablations, found.engines, shlex.join(options.words)))
         note(f"tables written to {folder}")
     altered = [(row, ablation.resolution_m) for ablation in found.ablations for row in ablation.altered]
     for row, resolution_m in altered:

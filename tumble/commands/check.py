@@ -23,12 +23,13 @@ def main(options: Namespace) -> int:
     folder = Path(options.output) if options.output else None
     baseline = Path(options.baseline or options.output)
     old = read_record(baseline) if is_record(baseline) or not options.accept else None
+    if folder:
+        folder.mkdir(parents=True, exist_ok=True)
     how = Measuring(
         options.scene,
         options.engine,
         options.trust,
         not options.no_times,
-        folder,
         options.time_limit,
         options.memory_limit,
         shlex.join(options.words),

@@ -6,7 +6,6 @@ from pathlib import Path
 
 from tumble.compare.comparison.study import compare_scenes
 from tumble.compare.run.flight import check_step
-from tumble.compare.tables.files import write_folder
 from tumble.finished import exit_code
 from tumble.notes import display, note
 from tumble.reports.comparison_text import comparison_text
@@ -46,7 +45,7 @@ def main(options: Namespace) -> int:
     if folder or options.svg or options.png:
         from tumble.compare.comparison.results import comparison_tables  # pandas is slow to load
         from tumble.compare.coursework.results import coursework_tables
-        from tumble.compare.tables.frames import csv_texts, merged
+        from tumble.compare.tables.frames import merged, write_tables
         from tumble.reports.figures import error_figure, save_figures
 
         command = shlex.join(options.words)
@@ -55,6 +54,6 @@ def main(options: Namespace) -> int:
         )
         save_figures(options.svg, options.png, error_figure, tables["runs.csv"])
         if folder:
-            write_folder(folder, csv_texts(tables))
+            write_tables(folder, tables)
             note(f"tables written to {folder}")
     return exit_code(run.status for comparison in found.comparisons for run in comparison.runs)

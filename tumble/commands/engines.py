@@ -4,7 +4,7 @@ from argparse import Namespace
 from collections.abc import Iterator
 from pathlib import Path
 
-from tumble.compare.engines import LAWS
+from tumble.compare.engines import CHECKS
 from tumble.compare.run.engines import environments, installing, registry
 from tumble.compare.run.engines.examine import Examined, examined
 from tumble.compare.run.engines.registry import BadEngine
@@ -111,11 +111,11 @@ def check(engines: list[str], time_limit: float) -> int:
 
 def lines(one: Examined) -> Iterator[str]:
     """Yield the result of one check: a line if it passed, else one for each method that fails it."""
-    law = f"{one.law:<17}"
+    name = f"{one.check:<17}"
     if one.holds:
         but = f"; skipped: {', '.join(one.not_asked)}" if one.not_asked else ""
-        yield f"passed   {law} {LAWS[one.law]}{but}"
+        yield f"passed   {name} {CHECKS[one.check]}{but}"
     elif not one.broken:
-        yield f"skipped  {law} {next(iter(one.not_asked.values()))}"
+        yield f"skipped  {name} {next(iter(one.not_asked.values()))}"
     for method, how in one.broken.items():
-        yield f"FAILED   {law} {method}: {how}"
+        yield f"FAILED   {name} {method}: {how}"

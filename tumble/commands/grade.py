@@ -11,7 +11,6 @@ from tumble.compare.grade.read.mapping import mapping_of
 from tumble.compare.grade.read.reading_options import ReadingOptions
 from tumble.compare.grade.results import json_document
 from tumble.compare.grade.study import grade_file
-from tumble.compare.tables.files import write_folder
 from tumble.notes import display, note, notes
 from tumble.reports.grade import first_lines, grade_text, nearest_line
 from tumble.reports.terminal import console
@@ -40,9 +39,9 @@ def main(options: Namespace) -> int:
             out.print(piece)
     if options.output:
         from tumble.compare.grade.tables import grade_tables  # pandas is slow to load
-        from tumble.compare.tables.frames import csv_texts
+        from tumble.compare.tables.frames import write_tables
 
-        write_folder(Path(options.output), csv_texts(grade_tables(found, shlex.join(options.words))))
+        write_tables(Path(options.output), grade_tables(found, shlex.join(options.words)))
         note(f"tables written to {options.output}")
     if options.tolerance is not None and found.measured.worst_m > options.tolerance:
         note(f"{found.file}: error of {found.measured.worst_m:.3g} m exceeds the tolerance of {options.tolerance:g} m")

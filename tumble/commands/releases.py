@@ -10,7 +10,6 @@ from tumble.compare.releases.study import Releases, compare_releases
 from tumble.compare.run.engines import registry
 from tumble.compare.run.engines.registry import BadEngine
 from tumble.compare.run.running_engines import known_contestant
-from tumble.compare.tables.files import write_folder
 from tumble.finished import exit_code
 from tumble.notes import display, note
 from tumble.reports.releases import ledger_markdown, ledger_text
@@ -28,12 +27,12 @@ def main(options: Namespace) -> int:
             console().print(piece)
         if folder:
             from tumble.compare.releases.results import ledger_tables  # pandas is slow to load
-            from tumble.compare.tables.frames import csv_texts
+            from tumble.compare.tables.frames import write_tables
 
             command = shlex.join(options.words)
-            texts = csv_texts(ledger_tables(found.ledger, found.changes, found.engines, command))
+            tables = ledger_tables(found.ledger, found.changes, found.engines, command)
             markdown = ledger_markdown(found.ledger, found.changes, command)
-            write_folder(folder, {**texts, "releases.md": markdown})
+            write_tables(folder, tables, {"releases.md": markdown})
             note(f"tables and releases.md written to {folder}")
 
     found = compare_releases(

@@ -8,8 +8,8 @@ from pathlib import Path
 import pandas as pd
 
 from tumble.compare.run.flight import check_step
-from tumble.compare.tables.files import write_folder, write_whole
-from tumble.compare.tables.frames import csv_texts
+from tumble.compare.tables.files import write_whole
+from tumble.compare.tables.frames import write_tables
 from tumble.compare.tables.schema import BadTable
 from tumble.compare.tables.shared import RUNS
 from tumble.finished import exit_code
@@ -48,7 +48,7 @@ def main(options: Namespace) -> int:
     )
     with show(doing="drawing the page"):
         html = page(tables)
-        write_folder(folder, csv_texts(tables))
+        write_tables(folder, tables)
         write_whole(file, html)
     note(f"page written to {file}, its tables to {folder}")
     return exit_code(tables[RUNS.file].status)

@@ -62,7 +62,7 @@ def pieces(
     diverged, remarks = [], {}
     for first in range(0, throws, at_a_time):
         part = replace(scene, start=scene.start[first : first + at_a_time])
-        trajectory = running_engine.fly(part, method, dt)
+        trajectory = running_engine.simulate(part, method, dt)
         if isinstance(trajectory, Failure):
             raise BadEngine(f"{name} on {scene.name}: {trajectory}")
         if trajectory.diverged_at is not None:

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pandas as pd
 
+from tumble.compare.stability.results import pieces
 from tumble.compare.stability.schemas import CELLS, EXTREMES, LIMITS
-from tumble.compare.stability.store import pieces
 from tumble.compare.stability.study import map_scenes
 from tumble.compare.stability.tasks import STIFF
 from tumble.compare.tables.frames import rows

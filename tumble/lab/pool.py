@@ -8,7 +8,7 @@ then.  A few idle processes stay, those used last; the others are ended.
 The runner of studies (`tumble.compare.run.tasks`) does not fit here: it works through a list that is known when it
 begins, one process an engine, and stops all of them when one task is given up.  Here throws come while others run, each
 gives up its own runs alone, and one engine runs for several pages at once.  What a process is, what one run is, time
-limits and what happens to a process that died are the same: `launched` and `Participant.fly`.
+limits and what happens to a process that died are the same: `launched` and `RunningEngine.simulate`.
 """
 
 import threading
@@ -60,7 +60,7 @@ class Lease:
 
     def run(self, scene: Scene, method: str) -> Trajectory | Failure:
         """Return the trajectory, or why there is none.  Raises Halted after `halt`."""
-        return self.running_engine.fly(scene, method, scene.step)
+        return self.running_engine.simulate(scene, method, scene.step)
 
     def halt(self) -> None:
         """Kill the process, from any thread; pending calls return Failure."""

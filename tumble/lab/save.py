@@ -9,9 +9,11 @@ import zipfile
 from collections.abc import Sequence
 from pathlib import Path
 
+import pandas as pd
+
 from tumble.compare.comparison.against_truth import Comparison
-from tumble.compare.tables.files import write_folder, write_whole
-from tumble.compare.tables.frames import csv_text, frame
+from tumble.compare.tables.files import write_whole
+from tumble.compare.tables.frames import frame, write_tables
 from tumble.compare.tables.runs import run_row
 from tumble.compare.tables.shared import RUNS
 from tumble.compare.tables.trajectory import trajectory_text
@@ -60,7 +62,7 @@ class Saved:
             for one, flight in throw.trajectories().items()
         }
         folder = self.scene_file.with_suffix("")
-        write_folder(folder, texts | error_tables(comparison))
+        write_tables(folder, error_tables(comparison), texts)
         return folder
 
     def report(self, contestants: Sequence[Contestant]) -> subprocess.Popen[str]:
@@ -128,9 +130,9 @@ def plain_name(contestant: Contestant) -> str:
     return re.sub(r"[^\w.+@-]", "-", contestant.name)
 
 
-def error_tables(comparison: Comparison) -> dict[str, str]:
-    """Return the tables of errors, file name -> CSV."""
+def error_tables(comparison: Comparison) -> dict[str, pd.DataFrame]:
+    """Return the tables of errors by file name."""
     return {
-        "vertex-errors.csv": csv_text(vertex_error_table(comparison.runs)),
-        "runs.csv": csv_text(frame(RUNS, map(run_row, comparison.runs))),
+        "vertex-errors.csv": vertex_error_table(comparison.runs),
+        "runs.csv": frame(RUNS, map(run_row, comparison.runs)),
     }

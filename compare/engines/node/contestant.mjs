@@ -14,7 +14,7 @@ export async function serve(engine) {
     build(question) {
       [told, manner] = [question, question.method.split("+")[1] ?? ""];
       const forces = told.tethers || told.drag || told.floor;
-      if (forces && !manner) return { skipped: `it has none of these laws; ${told.method}+held is told the force` };
+      if (forces && !manner) return { skipped: `it has none of these laws; ${told.method}+held is given their force once a step` };
       world = { ...engine.build(told, manner), told, manner, held: Boolean(forces), longest: 0, fastest: [0, 0] };
     },
     write({ states }) {

@@ -51,10 +51,10 @@ class Environment:
 
 @dataclass(frozen=True)
 class Place:
-    """Where an engine's process runs: the path of its Python, and what its environment variables say beyond ours."""
+    """Where an engine's process runs: the path of its Python, and the environment variables that it has beyond ours."""
 
     python: str
-    told: Mapping[str, str] = field(default_factory=dict)
+    variables: Mapping[str, str] = field(default_factory=dict)
 
 
 HERE = Place(sys.executable)

@@ -1,10 +1,10 @@
-"""Puts every law of compare.engines to a contestant, in its own process: a crash or a hang is an answer here too."""
+"""Runs every check of the engine contract on a contestant, in its own process: a crash or a hang is an outcome too."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from tumble.compare.engines import LAWS
-from tumble.compare.run.engines.laws import laws_for
+from tumble.compare.engines import CHECKS
+from tumble.compare.run.engines.contract_checks import checks_for
 from tumble.compare.run.running_engines import RunningEngine
 from tumble.compare.run.status import Failure, Status
 
@@ -13,43 +13,43 @@ LOOSE = 1e-3  # a tolerance at which the steps of an adaptive method are few
 
 @dataclass(frozen=True)
 class Examined:
-    """What came of one law: the methods that keep it, how others break it, and why some or all were not asked."""
+    """The outcome of one check: the methods that pass, why others fail, and why some or all were not checked."""
 
-    law: str
+    check: str
     holds: tuple[str, ...]
     broken: dict[str, str]
     not_asked: dict[str, str]
 
 
 def examined(running_engine: RunningEngine, only: str | None = None) -> Iterator[Examined]:
-    """Yield what came of each law, or of one, put to every method, and to an adaptive one also at a loose tolerance.
+    """Yield the outcome of each check, or of one, on every method, and on an adaptive one also at a loose tolerance.
 
     After the first timeout no more is asked.
     """
     info = running_engine.info
     assert not isinstance(info, Failure)
     loose = [f"{method}@{LOOSE:g}" for method in running_engine.methods if method in info.adaptive]
-    binding = laws_for(info.features, info.optional, info.exempt)
+    binding = checks_for(info.features, info.optional, info.exempt)
     late = ""
-    for law in LAWS if only is None else (only,):
-        if law not in binding or late:
-            lacking = "it has no gravity" if law == "gravity" else "it has nothing optional"
-            why = info.exempt.get(law) or (late if law in binding else lacking)
-            yield Examined(law=law, holds=(), broken={}, not_asked=dict.fromkeys(running_engine.methods, why))
+    for check in CHECKS if only is None else (only,):
+        if check not in binding or late:
+            lacking = "it has no gravity" if check == "gravity" else "it has nothing optional"
+            why = info.exempt.get(check) or (late if check in binding else lacking)
+            yield Examined(check=check, holds=(), broken={}, not_asked=dict.fromkeys(running_engine.methods, why))
             continue
         holds, broken, not_asked = [], {}, {}
         for method in (*running_engine.methods, *loose):
             if late:
                 not_asked[method] = late
                 continue
-            said = running_engine.ensure_running() or running_engine.worker.law_broken(law, method)
+            said = running_engine.ensure_running() or running_engine.worker.check_failure(check, method)
             if isinstance(said, Failure) and said.status is Status.TIMEOUT:
                 # Each further answer would be waited for as long.
-                late = f"after a timeout no more is asked; {method} gave no answer to {law!r}"
+                late = f"after a timeout no more is asked; {method} gave no answer to {check!r}"
             if isinstance(said, Failure) and said.status is Status.SKIPPED:
                 not_asked[method] = said.reason
             elif said:
                 broken[method] = str(said)
             else:
                 holds.append(method)
-        yield Examined(law=law, holds=tuple(holds), broken=broken, not_asked=not_asked)
+        yield Examined(check=check, holds=tuple(holds), broken=broken, not_asked=not_asked)

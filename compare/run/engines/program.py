@@ -61,7 +61,7 @@ class World:
 
     talk: "Talk"
     throws: int
-    said_ns: float = 0.0
+    reported_ns: float = 0.0
 
 
 class Talk:
@@ -165,7 +165,7 @@ class ProgramEngine(ModuleType):
         """Return a world of the scene."""
         talk = self._idle.pop() if self._idle else Talk(self._command, self._folder)
         try:
-            talk.ask({"do": "build", "method": method, **told(scene)})
+            talk.ask({"do": "build", "method": method, **numbers_of(scene)})
         except NotImplementedError:
             self._idle.append(talk)
             raise
@@ -184,13 +184,13 @@ class ProgramEngine(ModuleType):
 
     def advance(self, world: World, n: int, dt: float) -> None:
         """Have it make n steps of dt [s]."""
-        said = world.talk.ask({"do": "advance", "n": n, "dt": dt}).get("ns")
-        world.said_ns += said if isinstance(said, int | float) else np.nan
+        ns = world.talk.ask({"do": "advance", "n": n, "dt": dt}).get("ns")
+        world.reported_ns += ns if isinstance(ns, int | float) else np.nan
 
-    def said_ns(self, world: World) -> float:
-        """Return how long it says that all has taken since this was asked last [ns], NaN where it does not say."""
-        said, world.said_ns = world.said_ns, 0.0
-        return float(said)
+    def reported_ns(self, world: World) -> float:
+        """Return the time that the program reported since the last call [ns], NaN if it reports none."""
+        ns, world.reported_ns = world.reported_ns, 0.0
+        return float(ns)
 
     def process(self, world: World) -> int:
         """Return the number of its process."""
@@ -245,19 +245,19 @@ def files(path: Path) -> list[Path]:
     return [path, *(file for file in named if file.is_file())]
 
 
-def told(scene: Scene) -> dict[str, Any]:
-    """Return what a program is told of a scene, as plain numbers, SI; what the scene has not got is not there."""
+def numbers_of(scene: Scene) -> dict[str, Any]:
+    """Return a scene as plain numbers for a program, SI, without the parts that the scene lacks."""
     body = scene.body
-    said = {
+    numbers = {
         "throws": len(scene.start),
         "mass": body.mass,
         "moments": body.moments.tolist(),
         "points": body.points.tolist(),
     }
     if scene.gravity is not None:
-        said["gravity"] = scene.gravity.tolist()
+        numbers["gravity"] = scene.gravity.tolist()
     if scene.tethers:
-        said["tethers"] = [
+        numbers["tethers"] = [
             {
                 "point": tether.point_body.tolist(),
                 "anchor": tether.anchor.tolist(),
@@ -268,15 +268,15 @@ def told(scene: Scene) -> dict[str, Any]:
             for tether in scene.tethers
         ]
     if scene.drag:
-        said["drag"] = {"linear": scene.drag.linear, "angular": scene.drag.angular}
+        numbers["drag"] = {"linear": scene.drag.linear, "angular": scene.drag.angular}
     if floor := scene.floor:
-        said["floor"] = {
+        numbers["floor"] = {
             "height": floor.height,
             "normal": floor.normal.tolist(),
             "stiffness": floor.stiffness,
             "damping": floor.damping,
         }
-    return said
+    return numbers
 
 
 def installed_version(packages: Iterable[str]) -> str | None:
@@ -287,9 +287,9 @@ def installed_version(packages: Iterable[str]) -> str | None:
     return None
 
 
-def shown(said: bytes) -> str:
-    """Return the beginning of what was said, so that it can be printed."""
-    text = said.decode("utf-8", "replace")
+def shown(sent: bytes) -> str:
+    """Return the beginning of what a program sent, so that it can be printed."""
+    text = sent.decode("utf-8", "replace")
     return repr(text[:SHOWN]) + (" ..." if len(text) > SHOWN else "")
 
 

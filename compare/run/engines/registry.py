@@ -16,7 +16,7 @@ from types import ModuleType
 from typing import Any
 
 from tumble.compare import engines
-from tumble.compare.engines import FINDINGS, GYROSCOPIC_NAMES, LAWS, OWN, SCHEME_NAMES, SHIPPED
+from tumble.compare.engines import CHECKS, FINDINGS, GYROSCOPIC_NAMES, OWN, SCHEME_NAMES, SHIPPED
 from tumble.compare.run.contestant import FILES, BadEngine, MethodName
 from tumble.compare.run.engines import program
 from tumble.compare.run.engines.program import ProgramEngine
@@ -279,8 +279,8 @@ def engine_info(engine: str, module: ModuleType) -> EngineInfo:
         if not 0 < order < math.inf:
             raise BadEngine(f"{engine}: ORDERS: {method}: must be a number above 0, is {order:g}")
     for law in info.exempt:
-        if law not in LAWS:
-            raise BadEngine(f"{engine}: EXEMPT: no law {law!r}: there are {', '.join(LAWS)}")
+        if law not in CHECKS:
+            raise BadEngine(f"{engine}: EXEMPT: no check {law!r}: there are {', '.join(CHECKS)}")
     return info
 
 

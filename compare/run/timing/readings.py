@@ -18,7 +18,7 @@ import numpy as np
 import psutil
 
 from tumble.compare.run.status import Failure
-from tumble.compare.run.timing.others import machine, other_work, say
+from tumble.compare.run.timing.machine_load import machine, other_work, say
 from tumble.compare.run.timing.timer import Sample
 from tumble.scenarios.frames import Array
 

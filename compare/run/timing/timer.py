@@ -122,7 +122,7 @@ class Timer:
         self._expected: Array | None = None  # known once the load is
         self._repeats: float | None = None
         # A program has wall time only, and one lap may have waited for a core.
-        sample_ns, looks = (LINE_NS, IDLE_LOOKS) if hasattr(engine, "said_ns") else (SAMPLE_NS, 1)
+        sample_ns, looks = (LINE_NS, IDLE_LOOKS) if hasattr(engine, "reported_ns") else (SAMPLE_NS, 1)
         most = MOST_STEPS if pace.by_step else MOST_COPIES
         build_s = timed(self._prepare)
         first = self._lap().ns
@@ -234,10 +234,10 @@ class Timer:
             engine.read(world)
         engine.write(world, self._start.copy())
         taken = flown = np.zeros(len(CLOCKS))
-        ask_what_it_says = getattr(engine, "said_ns", None)
-        if ask_what_it_says:
+        reported_ns = getattr(engine, "reported_ns", None)
+        if reported_ns:
             taken = -idle(engine, world, calls)
-            ask_what_it_says(world)
+            reported_ns(world)
         for leg in legs:
             prepare(engine, world, leg[0][1])
             begun = before()
@@ -245,7 +245,7 @@ class Timer:
                 advance(world, n, dt)
             flown = after()
             taken = taken + flown - begun
-        said = ask_what_it_says(world) if ask_what_it_says else None
+        said = reported_ns(world) if reported_ns else None
         engine.read(world)
         looked = after()
         states = engine.read(world)
@@ -288,7 +288,7 @@ def wall_of_steps(engine: ModuleType, world: object, n: int, dt: float) -> tuple
     if first > LEFT_S:
         left = first - timed(engine.read, world)
         took += left if left > LEFT_S else 0.0
-    if hasattr(engine, "said_ns"):
+    if hasattr(engine, "reported_ns"):
         took = max(0.0, took - idle(engine, world, [(n, dt)])[2] / 1e9)
     return took, states
 

@@ -35,7 +35,7 @@ def test_a_held_force_is_held_as_mujoco_holds_it(method):
     for contestant in (method, "mujoco:euler+held"):
         name, _, kind = contestant.partition(":")
         with engine(name, kind) if name != "mujoco" else beside(contestant) as running_engine:
-            flight = running_engine.fly(scene, kind, scene.step)
+            flight = running_engine.simulate(scene, kind, scene.step)
         worst[contestant] = float(Run(scene, name, kind, scene.step, flight, true).distances.max())
     assert worst[method] == pytest.approx(worst["mujoco:euler+held"], rel=0.01)
 
@@ -44,7 +44,7 @@ def test_a_force_that_drake_holds_over_a_step_is_a_parabola_as_mujocos_is():
     """No step of a constant force is wrong, only the force is: both blow up, and by the same."""
     scene = read_scene("tether-undamped")
     with engine("drake", "rk5+held") as ours, beside("mujoco:rk4+held") as reference:
-        found, expected = ours.fly(scene, "rk5+held", 1e-5), reference.fly(scene, "rk4+held", 1e-5)
+        found, expected = ours.simulate(scene, "rk5+held", 1e-5), reference.simulate(scene, "rk4+held", 1e-5)
     assert abs(found.vertices - expected.vertices).max() < 1e-9
     assert abs(found.vertices - truth(scene).vertices).max() > 1e-6
 
@@ -53,10 +53,12 @@ def test_drakes_simulator_as_it_ships_and_what_it_cannot_be_told():
     scene, forced = read_scene("brick-tumble"), read_scene("tether-undamped")
     with engine("drake", "error-controlled+defaults", "error-controlled") as ours:
         shipped, ours_error = (
-            float(Run(scene, "drake", method, 0.0, ours.fly(scene, method, scene.step), truth(scene)).distances.max())
+            float(
+                Run(scene, "drake", method, 0.0, ours.simulate(scene, method, scene.step), truth(scene)).distances.max()
+            )
             for method in ours.methods
         )
-        assert ours.fly(forced, "error-controlled+defaults", 1e-3).status is Status.SKIPPED
+        assert ours.simulate(forced, "error-controlled+defaults", 1e-3).status is Status.SKIPPED
     assert 1e-4 < shipped < 1.0, "an accuracy of 1e-4 a step"
     assert ours_error < 1e-6
 
@@ -81,7 +83,7 @@ def test_the_attitude_of_mujocos_rk4_went_from_order_two_to_four_in_release_four
     for release in ("mujoco@3.10.0", "mujoco"):
         with engine(release, "rk4") if "@" in release else beside("mujoco:rk4") as running_engine:
             for dt in STEPS:
-                flight = running_engine.fly(scene, "rk4", dt)
+                flight = running_engine.simulate(scene, "rk4", dt)
                 errors[release, dt] = float(Run(scene, release, "rk4", dt, flight, true).distances.max())
     gain = {name: errors[name, STEPS[0]] / errors[name, STEPS[1]] for name in ("mujoco@3.10.0", "mujoco")}
     assert gain["mujoco@3.10.0"] == pytest.approx(4, rel=0.1)

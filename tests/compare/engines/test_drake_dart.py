@@ -31,7 +31,7 @@ def test_its_order(contestant, order):
     name, _, method = contestant.partition(":")
     steps = (0.1, 0.05) if order > 1 else (0.004, 0.002)
     with engine(name, method) as running_engine:
-        flights = [running_engine.fly(QUESTION, method, dt) for dt in steps]
+        flights = [running_engine.simulate(QUESTION, method, dt) for dt in steps]
     errors = [Run(QUESTION, name, method, 0.0, each, TRUE).distances.max() for each in flights]
     found = np.log2(errors[0] / errors[1])
     assert order - 0.25 < found < order + 1.1, "rk5 of a free body comes near to six"
@@ -39,7 +39,7 @@ def test_its_order(contestant, order):
 
 def test_error_control_comes_as_near_as_it_is_asked_to():
     with engine("drake", "error-controlled@1e-4", "error-controlled@1e-10") as running_engine:
-        flights = [running_engine.fly(QUESTION, method, QUESTION.duration) for method in running_engine.methods]
+        flights = [running_engine.simulate(QUESTION, method, QUESTION.duration) for method in running_engine.methods]
     loose, tight = (float(Run(QUESTION, "drake", "", 4.0, each, TRUE).distances.max()) for each in flights)
     assert 1e-7 < loose < 1e-2
     assert tight < 1e-7, "accuracy is that of a step"
@@ -47,10 +47,10 @@ def test_error_control_comes_as_near_as_it_is_asked_to():
 
 def test_what_error_control_makes_of_no_number_is_a_row_and_the_next_flight_is_one():
     with engine("drake", "error-controlled") as running_engine:
-        lost = running_engine.fly(replace(QUESTION, start=throw(w=(np.nan, 0.0, 0.0))), "error-controlled", 4.0)
+        lost = running_engine.simulate(replace(QUESTION, start=throw(w=(np.nan, 0.0, 0.0))), "error-controlled", 4.0)
         assert isinstance(lost, Failure)
         assert str(lost).startswith("crashed: its process ended: Failure at "), "Drake ends the interpreter"
-        again = running_engine.fly(QUESTION, "error-controlled", 4.0)
+        again = running_engine.simulate(QUESTION, "error-controlled", 4.0)
         assert not isinstance(again, Failure), again
 
 

@@ -125,7 +125,7 @@ def error(engine: ModuleType, name: str, method: str, n: int) -> float:
 
 
 def contestants(*names: str):
-    """Yield every method of these engines, FORCED ones too, that can fly a law."""
+    """Yield every method of these engines, FORCED ones too, that supports a force."""
     for name in names:
         pytest.importorskip(name)
         engine = import_module(f"tumble.compare.engines.{name}")
@@ -353,8 +353,8 @@ def test_without_a_force_held_is_the_method_it_is_named_after(engine, method):
 def test_an_answer_under_forces_crosses_from_a_worker():
     with Worker("pybullet", 60.0) as worker:
         worker.describe()
-        held = worker.fly(replace(pulled("all"), times=frozen_array([T]), duration=T), "multibody+held", 1e-3)
-        refused = worker.fly(pulled("drag"), "multibody", 1e-3)
+        held = worker.simulate(replace(pulled("all"), times=frozen_array([T]), duration=T), "multibody+held", 1e-3)
+        refused = worker.simulate(pulled("drag"), "multibody", 1e-3)
     assert not isinstance(held, Failure)
     assert np.linalg.norm(held.vertices[-1, 0] - true_vertices("all"), axis=-1).max() < 0.02
     assert isinstance(refused, Failure)

@@ -14,8 +14,8 @@ import pytest
 from tumble.compare import engines as contract
 from tumble.compare.run.engines import registry
 from tumble.compare.run.engines.brick import MOMENTS, THROWS, Broken, prepare, scene
+from tumble.compare.run.engines.contract_checks import FUNCTIONS, check_failure, checks_for
 from tumble.compare.run.engines.free_body import moved
-from tumble.compare.run.engines.laws import ASKED, law_broken, laws_for
 from tumble.compare.run.running_engines import launched
 from tumble.compare.stability.modes import Mode
 from tumble.compare.stability.theory import SCHEMES, theory
@@ -72,26 +72,26 @@ def cases() -> Iterator:
             yield pytest.param("", "", None, id=name, marks=pytest.mark.skip(reason=why_not))
             continue
         info = registry.engine_info(name, engine)
-        for law in laws_for(info.features, info.optional, info.exempt):
+        for law in checks_for(info.features, info.optional, info.exempt):
             for method in methods(engine):
                 yield pytest.param(law, method, engine, id=f"{law}-{name}:{method}")
 
 
 @pytest.mark.parametrize(("law", "method", "engine"), list(cases()))
 def test_law(law: str, method: str, engine: ModuleType):
-    assert law_broken(engine, law, method) == ""
+    assert check_failure(engine, law, method) == ""
 
 
-@pytest.mark.parametrize("law", contract.LAWS)
+@pytest.mark.parametrize("law", contract.CHECKS)
 def test_law_is_broken_by_the_lawless(law: str):
     lawless = registry.load(str(PLUGINS / "lawless.py"))
-    assert law_broken(lawless, law, BREAKS[law])
+    assert check_failure(lawless, law, BREAKS[law])
     with pytest.raises(Broken):
-        ASKED[law](lawless, BREAKS[law])
+        FUNCTIONS[law](lawless, BREAKS[law])
 
 
 def lawless_says(law: str, method: str) -> str:
-    return law_broken(registry.load(str(PLUGINS / "lawless.py")), law, method)
+    return check_failure(registry.load(str(PLUGINS / "lawless.py")), law, method)
 
 
 def test_a_broken_law_of_motion_says_what_is_mistaken():
@@ -133,15 +133,15 @@ def read(world):
     return states
 """)
     engine = registry.load(str(tmp_path / "misread.py"))
-    assert law_broken(engine, "read after write", "semi-implicit-euler") == ""
-    assert said in law_broken(engine, "turns", "semi-implicit-euler")
+    assert check_failure(engine, "read after write", "semi-implicit-euler") == ""
+    assert said in check_failure(engine, "turns", "semi-implicit-euler")
 
 
 @pytest.mark.parametrize(("stated", "found"), [(1.0, ""), (1.5, "falls by order 1.0"), (4.0, "falls by order 1.0")])
 def test_an_order_that_is_stated_is_held_to(stated, found):
     mine = registry.load(str(PLUGINS / "mine.py"))
     mine.ORDERS = {"semi-implicit-euler": stated}
-    said = law_broken(mine, "converges", "semi-implicit-euler")
+    said = check_failure(mine, "converges", "semi-implicit-euler")
     assert found in said
     assert bool(said) == bool(found)
 
@@ -150,7 +150,7 @@ def test_what_states_no_gyroscopic_torque_is_not_asked_to_converge():
     mine = registry.load(str(PLUGINS / "mine.py"))
     mine.GYROSCOPIC = {"semi-implicit-euler": "none"}
     with pytest.raises(NotImplementedError, match="leaves the gyroscopic torque out"):
-        law_broken(mine, "converges", "semi-implicit-euler")
+        check_failure(mine, "converges", "semi-implicit-euler")
 
 
 @pytest.mark.parametrize("form", ["%g", "%.8g", "%.12g", "%.13g"])
@@ -163,7 +163,7 @@ def test_digits_that_are_lost_are_missed(form, precision):
     plain = mine.read
     mine.read = lambda world: np.array([[float(form % number) for number in state] for state in plain(world)])
     digits = form.strip("%.g") or "6"
-    assert law_broken(mine, "digits", "semi-implicit-euler").startswith(f"{digits} digits of a number came back, ")
+    assert check_failure(mine, "digits", "semi-implicit-euler").startswith(f"{digits} digits of a number came back, ")
 
 
 def test_the_motion_that_engines_are_compared_with_is_the_truths():
@@ -272,7 +272,7 @@ def test_a_scheme_may_be_a_function(tmp_path, monkeypatch):
         ("GYROSCOPIC = {'semi-implicit-euler': 'half'}", "GYROSCOPIC: semi-implicit-euler: no 'half': there are "),
         ("ADAPTIVE = 3", "what it says of itself cannot be read: 3 is not a list of names"),
         ("ADAPTIVE = {'semi-implicit-euler': 'fine'}", "ADAPTIVE must be tolerances by method, is"),
-        ("EXEMPT = {'gravitation': 'no'}", "EXEMPT: no law 'gravitation': there are read after write"),
+        ("EXEMPT = {'gravitation': 'no'}", "EXEMPT: no check 'gravitation': there are read after write"),
         ("FEATURES = {'gravty', 'tether'}", "./mine.py: unknown feature 'gravty': did you mean 'gravity'?"),
         ("ORDERS = {'semi-implicit-euler': -1}", "ORDERS: semi-implicit-euler: must be a number above 0, is -1"),
         ("ORDERS = {'semi-implicit-euler': 'one'}", "what it says of itself cannot be read: "),
@@ -291,7 +291,7 @@ def test_the_command_says_which_laws_hold(tumble):
     assert done.returncode == 0, done.stderr
     head, *lines = done.stdout.splitlines()
     assert head == "mine: semi-implicit-euler"
-    assert [line.split("  ")[1].strip() for line in lines] == ["passed"] * (len(contract.LAWS) - 1) + ["skipped"]
+    assert [line.split("  ")[1].strip() for line in lines] == ["passed"] * (len(contract.CHECKS) - 1) + ["skipped"]
     assert "steps add up      advance(a) then advance(b) = advance(a + b), bit by bit" in done.stdout
 
 
@@ -309,7 +309,7 @@ def test_a_law_that_kills_the_engine_is_a_line(tumble, tmp_path):
     done = tumble("engines", "--check", "./mine.py")
     assert done.returncode == 1
     assert "FAILED   read after write  semi-implicit-euler: crashed: its process ended with code 7" in done.stdout
-    assert len(done.stdout.splitlines()) == 1 + len(contract.LAWS)
+    assert len(done.stdout.splitlines()) == 1 + len(contract.CHECKS)
 
 
 def test_after_a_timeout_no_more_is_asked(tumble, tmp_path):
@@ -322,8 +322,8 @@ def test_after_a_timeout_no_more_is_asked(tumble, tmp_path):
     assert monotonic() - begun < 60
     assert done.returncode == 1
     assert done.stdout.count("timeout: no answer within 2 s") == 1
-    assert done.stdout.count("after a timeout no more is asked") == len(contract.LAWS) - 4
-    assert len(done.stdout.splitlines()) == 1 + len(contract.LAWS)
+    assert done.stdout.count("after a timeout no more is asked") == len(contract.CHECKS) - 4
+    assert len(done.stdout.splitlines()) == 1 + len(contract.CHECKS)
 
 
 class FixedWhenBuilt:
@@ -355,8 +355,8 @@ class FixedWhenBuilt:
 
 def test_an_engine_that_fixes_its_step_is_told_of_it_before():
     engine = FixedWhenBuilt()
-    assert law_broken(engine, "steps add up", "fixed") == ""
-    assert law_broken(engine, "straight", "fixed") == ""
+    assert check_failure(engine, "steps add up", "fixed") == ""
+    assert check_failure(engine, "straight", "fixed") == ""
     world = engine.build(None, "fixed")
     engine.write(world, np.zeros((1, 13)))
     with pytest.raises(AssertionError):

@@ -9,7 +9,7 @@ import pytest
 from apart import engine, throw
 
 from tumble.compare.judge import mechanics
-from tumble.compare.judge.family import family
+from tumble.compare.judge.gyroscopic_scheme import gyroscopic_scheme
 from tumble.compare.run.engines.brick import scene
 from tumble.compare.run.running_engines import launched
 from tumble.scenarios.read import read_scene
@@ -58,8 +58,8 @@ def running_engines():
 def test_found_blind_it_is_what_the_source_says(contestant, running_engines):
     ours, method = running_engines[contestant], contestant.partition(":")[2]
     assert ours.info.gyroscopic.get(method, "") == SAID[contestant]
-    coarse, fine = (ours.fly(QUESTION, method, dt).states[:, 0] for dt in (STEP, STEP / 2))
-    found = family(coarse, fine, QUESTION.body, round(QUESTION.duration / STEP), ours.rounding)
+    coarse, fine = (ours.simulate(QUESTION, method, dt).states[:, 0] for dt in (STEP, STEP / 2))
+    found = gyroscopic_scheme(coarse, fine, QUESTION.body, round(QUESTION.duration / STEP), ours.rounding)
     # The midpoint rule keeps both, as does all that keeps the momentum: its order tells it, and its notes.
     assert found == SAID[contestant].replace("midpoint", "keeps-momentum") or (contestant, found) == (
         "drake:rk5",
@@ -73,7 +73,7 @@ def test_who_rescales_the_angular_momentum_drifts_to_the_middle_axis(contestant,
     """2 T B / L^2 is B/A = 2 about the least axis, 2/3 about the largest, 1 at the separatrix of the middle one."""
     question = read_scene(str(DOCS / "gyroscopic" / f"near-the-{which}.toml"))
     ours, method = running_engines[contestant], contestant.partition(":")[2]
-    states = ours.fly(question, method, question.step).states[:, 0]
+    states = ours.simulate(question, method, question.step).states[:, 0]
     length = np.linalg.norm(mechanics.angular_momentum(states, question.body), axis=-1)
     middle = 2 * mechanics.spin_energy(states, question.body) * np.sort(question.body.moments)[1] / length**2
     assert (middle[0] - 1) * towards < 0, "it begins on the other side"

@@ -45,15 +45,15 @@ def test_mujoco_warp_steps_as_mujocos_implicitfast_does():
     question = replace(scene(START, mass=1.0, moments=MOMENTS), duration=0.5, times=np.array([0.5]))
     with engine("newton", "mujoco") as ours, launched(["mujoco:implicitfast"]) as (reference,):
         ours.worker.time_limit = 300.0  # forty milliseconds a step on a busy machine
-        found, expected = ours.fly(question, "mujoco", STEP), reference.fly(question, "implicitfast", STEP)
+        found, expected = ours.simulate(question, "mujoco", STEP), reference.simulate(question, "implicitfast", STEP)
     np.testing.assert_allclose(found.states[-1], expected.states[-1], rtol=0, atol=16 * 10 * EPS)
 
 
 def test_moments_that_no_body_has_are_taken_as_they_are_and_mujoco_refuses_them():
     flat = scene(START, mass=1.0, moments=(1.0, 1.0, 10.0))
     with engine("newton", "xpbd", "mujoco") as ours:
-        flown = ours.fly(replace(flat, duration=STEP, times=np.array([STEP])), "xpbd", STEP)
-        assert str(ours.fly(flat, "mujoco", STEP)).startswith("skipped: MuJoCo refuses the body")
+        flown = ours.simulate(replace(flat, duration=STEP, times=np.array([STEP])), "xpbd", STEP)
+        assert str(ours.simulate(flat, "mujoco", STEP)).startswith("skipped: MuJoCo refuses the body")
     spin = START[0, 10:13]
     w = spin + STEP / np.array([1.0, 1.0, 10.0]) * np.cross([0.2, 1.0, 3.0], spin)
     np.testing.assert_allclose(flown.states[-1, 0, 10:13], w, rtol=0, atol=4 * EPS)

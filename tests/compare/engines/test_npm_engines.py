@@ -45,7 +45,9 @@ def test_its_gyroscopic_torque_is_the_bodys_and_of_first_order(name):
     true = truth(scene)
     with engine(name) as ours:
         errors = [
-            float(Run(scene, name, ours.methods[0], dt, ours.fly(scene, ours.methods[0], dt), true).distances.max())
+            float(
+                Run(scene, name, ours.methods[0], dt, ours.simulate(scene, ours.methods[0], dt), true).distances.max()
+            )
             for dt in (0.004, 0.002)
         ]
     assert errors[0] / errors[1] == pytest.approx(2.0, rel=0.05)
@@ -58,7 +60,7 @@ def test_who_leaves_the_gyroscopic_torque_out_is_told(contestant):
     scene = replace(read_scene("brick-tumble"), gravity=None)
     name, _, method = contestant.partition(":")
     with engine(name, method) as ours:
-        run = Run(scene, name, method, 0.002, ours.fly(scene, method, 0.002), truth(scene))
+        run = Run(scene, name, method, 0.002, ours.simulate(scene, method, 0.002), truth(scene))
     assert run.status is Status.FLAGGED
     assert "lost gyroscopic torque" in run.reason or "damped" in run.reason
     assert float(run.distances.max()) > 0.1
@@ -117,9 +119,9 @@ def test_a_held_force_is_held_as_mujoco_holds_it(name):
     with engine(name) as ours, launched(["mujoco:euler+held"]) as (mujoco,):
         for running_engine, method in ((ours, ours.methods[-1]), (mujoco, "euler+held")):
             assert method.endswith("+held")
-            flown = running_engine.fly(scene, method, scene.step)
+            flown = running_engine.simulate(scene, method, scene.step)
             worst.append(float(Run(scene, name, method, scene.step, flown, true).distances.max()))
-        assert str(ours.fly(scene, ours.methods[0], scene.step)).startswith("skipped: it has none of these laws; ")
+        assert str(ours.simulate(scene, ours.methods[0], scene.step)).startswith("skipped: it has none of these laws; ")
     assert worst[0] == pytest.approx(worst[1], rel=0.01)
 
 

@@ -49,7 +49,7 @@ def test_its_order_is_one_and_it_takes_energy():
     question = replace(scene(START, mass=1.0, moments=MOMENTS), duration=4.0, times=np.array([4.0]))
     true = truth(question)
     with engine("ode", "step") as ours:
-        flights = [ours.fly(question, "step", dt) for dt in (0.004, 0.002)]
+        flights = [ours.simulate(question, "step", dt) for dt in (0.004, 0.002)]
     coarse, fine = (float(Run(question, "ode", "step", 0.0, each, true).distances.max()) for each in flights)
     assert np.log2(coarse / fine) == pytest.approx(1.0, abs=0.1)
     w = rotation_matrix(flights[0].states[-1, 0, 3:7]).T @ flights[0].states[-1, 0, 10:13]
@@ -59,9 +59,9 @@ def test_its_order_is_one_and_it_takes_energy():
 def test_a_number_that_is_none_costs_a_flight_and_the_next_one_is_flown():
     with engine("ode", "step") as ours:
         question = scene(START, mass=1.0, moments=MOMENTS)
-        lost = ours.fly(replace(question, start=throw(w=(np.nan, 0.0, 0.0))), "step", 0.01)
+        lost = ours.simulate(replace(question, start=throw(w=(np.nan, 0.0, 0.0))), "step", 0.01)
         assert str(lost) == "crashed: its process was killed by SIGABRT", "ODE's own assertion"
-        assert not isinstance(ours.fly(question, "step", 0.01), Failure)
+        assert not isinstance(ours.simulate(question, "step", 0.01), Failure)
 
 
 def test_another_release_than_debians_is_refused_and_leaves_nothing(monkeypatch, tmp_path):

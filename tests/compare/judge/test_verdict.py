@@ -16,7 +16,7 @@ from tumble.compare.judge.balance import energies, mechanical_energy
 from tumble.compare.judge.errors import Run
 from tumble.compare.judge.verdict import AUDITED, HOLDS, WORDS, bounded, verdict
 from tumble.compare.run.engines.registry import Finding
-from tumble.compare.run.flight import Trajectory, fly
+from tumble.compare.run.flight import Trajectory, simulate
 from tumble.compare.run.status import Failure, Status
 from tumble.compare.stability.columns import columns
 from tumble.scenarios.frames import Array, quaternion_product, vertices
@@ -248,7 +248,7 @@ def column():
 def probed(engine, column, method, w_dt, steps=300) -> Run:
     dt = w_dt / column.mode.rate
     scene = column.probe(dt, steps)
-    return Run(scene, "planted", method, dt, fly(engine, scene, method, dt), None)
+    return Run(scene, "planted", method, dt, simulate(engine, scene, method, dt), None)
 
 
 @pytest.mark.parametrize("method", ["clamped", "speed-clamped", "reset"])

@@ -12,8 +12,8 @@ from tumble.compare.releases.ledger import Ledger, ledger
 from tumble.compare.releases.notes import Notes, shipped_notes
 from tumble.compare.releases.schemas import ReleaseRow
 from tumble.compare.run.engines.environments import folder, in_order
-from tumble.compare.run.process.kept import Kept
 from tumble.compare.run.running_engines import launched
+from tumble.compare.run.task_cache import TaskCache
 from tumble.compare.run.timing.readings import Reading, Sampling
 from tumble.reports.releases import answer, ledger_markdown, ledger_text, sentence
 from tumble.scenarios.read import read_scene
@@ -149,22 +149,22 @@ def test_it_goes_on_where_it_was_interrupted(tmp_path):
     scene = read_scene("die-straight")
     with launched(["mujoco@4.0.0"]) as running_engines:
         flown = []
-        fly = running_engines[0].fly
+        simulate = running_engines[0].simulate
 
         def counted(scene, method, dt, **more):
             flown.append(method)
-            return fly(scene, method, dt, **more)
+            return simulate(scene, method, dt, **more)
 
         def interrupt(what):
             if what.endswith("rk4"):
                 raise KeyboardInterrupt
 
-        running_engines[0].fly = counted
+        running_engines[0].simulate = counted
         with pytest.raises(KeyboardInterrupt):
-            ledger(running_engines, [scene], interrupt, Kept(tmp_path, "one"))
+            ledger(running_engines, [scene], interrupt, TaskCache(tmp_path, "one"))
         before = {*flown}
         flown.clear()
-        found = ledger(running_engines, [scene], kept=Kept(tmp_path, "one"), sampling=Sampling(0.0, 4, 0.1))
+        found = ledger(running_engines, [scene], cached=TaskCache(tmp_path, "one"), sampling=Sampling(0.0, 4, 0.1))
     assert {"euler", "rk4"} <= before
     assert not {"euler", "rk4"} & {*flown}
     assert {row.method for row in found.rows} >= {"euler", "rk4", "implicit"}

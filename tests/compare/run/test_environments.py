@@ -75,7 +75,7 @@ def test_no_other_command_than_install_makes_anything(tumble, folder):
     [
         (("--install", "nope"), "unknown engine 'nope'"),
         (("--install", "mujoco@"), "mujoco@: a release is written as in mujoco@1.2.3"),
-        (("--install", "mujoco:rk4"), "mujoco:rk4: what is installed is ENGINE or ENGINE@RELEASE"),
+        (("--install", "mujoco:rk4"), "mujoco:rk4: give ENGINE or ENGINE@RELEASE, without a method"),
         (("--install", "handcalc"), "handcalc comes with Tumble: there is nothing to install"),
         (("--remove", "mujoco"), "mujoco is not installed in an environment of its own; there is none"),
     ],

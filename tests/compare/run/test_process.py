@@ -22,7 +22,7 @@ from tumble.compare.run.engines.environments import Place
 from tumble.compare.run.flight import Trajectory
 from tumble.compare.run.process.message import PREFIX, Malformed, frame, lengths, unpacked
 from tumble.compare.run.process.process import environment
-from tumble.compare.run.questions import Fly, Question
+from tumble.compare.run.questions import Question, Simulate
 from tumble.compare.run.status import Failure, Status
 from tumble.compare.run.worker import Worker
 from tumble.scenarios.read import read_scene
@@ -52,7 +52,7 @@ def engine(folder: Path, advance: str) -> str:
 def flown(path: str, **limits) -> str:
     with Worker(path, **{"time_limit": PATIENCE_S, **limits}) as worker:
         worker.describe()
-        answer = worker.fly(SCENE, "still", SCENE.step)
+        answer = worker.simulate(SCENE, "still", SCENE.step)
     return str(answer) if isinstance(answer, Failure) else "ok"
 
 
@@ -183,13 +183,13 @@ def test_a_flight_that_is_not_of_the_scene_is_a_crash(tmp_path, off):
 
 
 def test_a_question_arrives_as_it_was_asked():
-    question = Fly(read_scene("tether-critical"), "rk4", 0.1 + 0.2, frozenset({"drag", "floor"}))
+    question = Simulate(read_scene("tether-critical"), "rk4", 0.1 + 0.2, frozenset({"drag", "floor"}))
     parts = [bytes(part) for part in frame(question)]
     head, body = lengths(parts[0][: PREFIX.size])
     assert len(parts[0]) == PREFIX.size + head
     assert sum(map(len, parts[1:])) == body
     found = unpacked(Question, parts[0][PREFIX.size :], b"".join(parts[1:]))
-    assert isinstance(found, Fly)
+    assert isinstance(found, Simulate)
     assert (found.method, found.dt, found.keep) == ("rk4", 0.1 + 0.2, {"drag", "floor"})
     assert spelled(found.scene) == spelled(question.scene)
     assert not found.scene.start.flags.writeable
@@ -222,8 +222,8 @@ def test_an_alias_of_arrays_is_an_array():
             {"key": "k", "scene": 1, "method": "rk4", "pace": {"legs": [], "by_step": True}, "keep": []},
             "what it sent is no Scene (scene)",
         ),
-        ({"law": "light", "method": 3}, "what it sent has a int where a str belongs (method)"),
-        ({"law": "light"}, "what it sent is no Fly or PrepareTimer or TakeSample or StepMatrices or PutLaw"),
+        ({"check": "light", "method": 3}, "what it sent has a int where a str belongs (method)"),
+        ({"check": "light"}, "what it sent is no Simulate or PrepareTimer or TakeSample or StepMatrices or RunCheck"),
     ],
 )
 def test_what_is_none_of_several_types_says_what_is_wrong_with_the_nearest(plain, said):
@@ -233,7 +233,7 @@ def test_what_is_none_of_several_types_says_what_is_wrong_with_the_nearest(plain
 
 
 def test_how_deep_a_wrong_value_lies_is_said():
-    parts = [bytes(part) for part in frame(Fly(SCENE, "rk4", 0.1, frozenset()))]
+    parts = [bytes(part) for part in frame(Simulate(SCENE, "rk4", 0.1, frozenset()))]
     asked = json.loads(parts[0][PREFIX.size :])
     asked["scene"]["body"]["mass"] = "heavy"
     with pytest.raises(Malformed, match=re.escape("has a str where a float belongs (mass of body of scene)")):
@@ -243,7 +243,7 @@ def test_how_deep_a_wrong_value_lies_is_said():
 def test_a_question_that_cannot_be_read_is_one_line_and_no_traceback(tmp_path, capfd):
     with Worker(engine(tmp_path, "pass"), 30.0) as worker:
         worker.describe()
-        answer = worker.law_broken("light", 3)  # type: ignore[arg-type]
+        answer = worker.check_failure("light", 3)  # type: ignore[arg-type]
     assert answer == Failure(
         Status.CRASHED, "it could not read what it was asked: what it sent has a int where a str belongs (method)"
     )
@@ -345,7 +345,7 @@ def test_an_interpreter_with_nothing_but_numpy_serves(tmp_path):
     Path(path).write_text(text + Path(path).read_text())
     with Worker(path, PATIENCE_S, place=Place(str(tmp_path / "env" / "bin" / "python"))) as worker:
         assert worker.describe().methods == ("still",)  # type: ignore[union-attr]
-        flight = worker.fly(SCENE, "still", SCENE.step)
+        flight = worker.simulate(SCENE, "still", SCENE.step)
     assert not isinstance(flight, Failure), flight
     assert flight.states.shape == (len(SCENE.rows), 1, 13)
 

@@ -12,7 +12,7 @@ import pytest
 from patience import PATIENCE_S, until
 
 from tools import programs_page
-from tumble.compare.engines import LAWS
+from tumble.compare.engines import CHECKS
 from tumble.compare.run.engines.examine import examined
 from tumble.compare.run.flight import Trajectory
 from tumble.compare.run.running_engines import launched
@@ -137,8 +137,8 @@ def test_a_template_keeps_the_laws_and_flies_as_the_one_in_python_does(language,
         for each in (ours, reference):
             asked = list(examined(each))
             assert [one for one in asked if one.broken] == []
-            assert {one.law for one in asked if one.holds} == {*LAWS} - {"optional"}
-        flown, expected = (each.fly(scene, each.methods[0], scene.step) for each in (ours, reference))
+            assert {one.check for one in asked if one.holds} == {*CHECKS} - {"optional"}
+        flown, expected = (each.simulate(scene, each.methods[0], scene.step) for each in (ours, reference))
     assert isinstance(flown, Trajectory), flown
     assert ours.info.version == "1.0"
     np.testing.assert_allclose(flown.vertices, expected.vertices, rtol=0, atol=1e-9)
@@ -148,7 +148,7 @@ def test_a_template_overwrites_nothing(tmp_path, tumble):
     (tmp_path / "mine.toml").write_text("mine")
     done = tumble("engines", "--template", "js")
     assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr == "tumble: mine.toml is here already: nothing was written\n"
+    assert done.stderr == "tumble: mine.toml exists already: nothing was written\n"
     assert (tmp_path / "mine.toml").read_text() == "mine"
     assert not (tmp_path / "engine.mjs").exists()
 
@@ -170,12 +170,12 @@ def test_what_a_program_does_wrong_costs_one_row(name, tmp_path):
     with launched([script(tmp_path, once)], time_limit=PATIENCE_S) as (ours,):
         if said.startswith("timeout"):
             ours.worker.time_limit = 1.0  # only where it is to be passed
-        answer = ours.fly(scene, "euler", scene.step)
+        answer = ours.simulate(scene, "euler", scene.step)
         ours.worker.time_limit = PATIENCE_S
         assert isinstance(answer, Failure)
         assert str(answer).startswith(said), str(answer)
         assert len(answer.reason) < 300
-        again = ours.fly(scene, "euler", scene.step)
+        again = ours.simulate(scene, "euler", scene.step)
         if always:
             assert again == answer
         else:
@@ -185,15 +185,15 @@ def test_what_a_program_does_wrong_costs_one_row(name, tmp_path):
 def test_what_is_not_finite_is_null(tmp_path):
     scene = read_scene("die-straight")
     with launched([script(tmp_path, "if told['do'] == 'read' and states[0][0]: states[0][0] = None")]) as (ours,):
-        assert ours.fly(scene, "euler", scene.step).diverged_at == scene.times[0]
+        assert ours.simulate(scene, "euler", scene.step).diverged_at == scene.times[0]
 
 
 def test_numbers_round_trip(tmp_path):
     scene = read_scene("brick-tumble")
     with launched([script(tmp_path)]) as (ours,):
-        flown = ours.fly(scene, "euler", scene.duration)
-        assert flown.states[0, 0].tolist() == ours.fly(scene, "euler", scene.duration).states[0, 0].tolist()
-        assert ours.worker.law_broken("read after write", "euler") == ""
+        flown = ours.simulate(scene, "euler", scene.duration)
+        assert flown.states[0, 0].tolist() == ours.simulate(scene, "euler", scene.duration).states[0, 0].tolist()
+        assert ours.worker.check_failure("read after write", "euler") == ""
 
 
 @pytest.mark.parametrize(
@@ -227,7 +227,7 @@ def test_its_whole_group_ends_with_it(tmp_path):
     scene = read_scene("die-straight")
     with launched([script(tmp_path, wrong)], time_limit=PATIENCE_S) as (ours,):
         ours.worker.time_limit = 20.0  # by then the program has begun what it hangs in
-        assert ours.fly(scene, "euler", scene.step).status is Status.TIMEOUT
+        assert ours.simulate(scene, "euler", scene.step).status is Status.TIMEOUT
     child = int((tmp_path / "pid").read_text())
     until(lambda: not alive(child))
 

@@ -16,12 +16,12 @@ import numpy as np
 import pytest
 from patience import PATIENCE_S, until
 
-from tumble.compare.judge.errors import Flown
+from tumble.compare.judge.errors import RunAnswer
 from tumble.compare.run.flight import Trajectory
 from tumble.compare.run.process.callers import Callers
-from tumble.compare.run.process.kept import FOLDER, Kept
 from tumble.compare.run.process.process import Died
 from tumble.compare.run.running_engines import Halted, RunningEngine, launched
+from tumble.compare.run.task_cache import FOLDER, TaskCache, resumable
 from tumble.compare.run.tasks import Task, run
 from tumble.compare.run.truths import Truths
 from tumble.scenarios.read import read_scene
@@ -56,7 +56,7 @@ def engine_file(folder: Path, name: str) -> str:
 def flight(number: int, running_engine: RunningEngine, title: str = "") -> Task:
     scene = replace(SCENE, title=title)
     key = f"{number}", running_engine.title, "still"
-    return Task(key, running_engine, lambda able: (number, able.fly(scene, "still", scene.step)))
+    return Task(key, running_engine, lambda able: (number, able.simulate(scene, "still", scene.step)))
 
 
 def statuses(results) -> list[str]:
@@ -83,21 +83,25 @@ def test_what_is_done_already_is_not_flown_again(tmp_path):
     with launched([engine_file(tmp_path, "a")]) as (a,):
 
         def counted(number: int) -> Task:
-            return Task((str(number),), a, lambda able: asked.append(number) or number)
+            return Task((str(number),), a, lambda able: asked.append(number) or number, int)
 
         tasks = [counted(number) for number in range(5)]
-        kept = {}
+        results = {}
 
-        def keep(key, result):
-            kept[key] = result
-            if len(kept) == 2:
+        def interrupt(key, result):
+            results[key] = result
+            if len(results) == 2:
                 raise KeyboardInterrupt
 
-        with pytest.raises(KeyboardInterrupt):
-            run(tasks, finished=keep)
+        with pytest.raises(KeyboardInterrupt, match="again to continue"), resumable(tmp_path, "") as cached:
+            run(tasks, finished=interrupt, cached=cached)
         assert asked == [0, 1]
-        assert run(tasks, done=kept) == [2, 3, 4]
+        results.clear()
+        with resumable(tmp_path, "") as cached:
+            assert run(tasks, finished=results.__setitem__, cached=cached) == [0, 1, 2, 3, 4]
         assert asked == [0, 1, 2, 3, 4]
+        assert [*results.values()] == [0, 1, 2, 3, 4], "results that were found count as finished"
+        assert not (tmp_path / FOLDER).exists()
         assert statuses(run([flight(9, a)])) == ["ok"], "it flies again after it was stopped"
         a.halt(for_good=True)
         with pytest.raises(Halted):
@@ -111,7 +115,7 @@ def test_an_engine_that_dies_or_hangs_is_replaced_for_the_next_task(tmp_path):
         def ask(able: RunningEngine):
             able.ensure_running()
             able.worker.time_limit = 1.0 if title == "hang" else PATIENCE_S
-            answer = able.fly(replace(SCENE, title=title), "still", SCENE.step)
+            answer = able.simulate(replace(SCENE, title=title), "still", SCENE.step)
             able.worker.time_limit = PATIENCE_S
             return number, answer
 
@@ -318,23 +322,23 @@ def test_ctrl_c_leaves_no_process(tmp_path, words):
             os.kill(left, signal.SIGKILL)
 
 
-def counting(able: RunningEngine, scene, counted: list) -> list[Flown]:
+def counting(able: RunningEngine, scene, counted: list) -> list[RunAnswer]:
     counted.append(scene.title)
-    return [Flown("still", dt, able.fly(scene, "still", dt)) for dt in (scene.step, scene.step / 2)]
+    return [RunAnswer("still", dt, able.simulate(scene, "still", dt)) for dt in (scene.step, scene.step / 2)]
 
 
-def test_a_kept_task_is_found_again_bit_for_bit_and_under_the_same_circumstances_only(tmp_path):
+def test_a_cached_task_is_found_again_bit_for_bit_and_under_the_same_circumstances_only(tmp_path):
     counted: list[str] = []
     scenes = [replace(SCENE, title=title) for title in ("one", "die", "three")]
     with launched([engine_file(tmp_path, "a")]) as (a,):
 
-        def flown(under: object, most: int | None = None) -> list[list[Flown]]:
+        def flown(under: object, most: int | None = None) -> list[list[RunAnswer]]:
             counted.clear()
             tasks = [
-                Task((scene.title, "a"), a, partial(counting, scene=scene, counted=counted), list[Flown])
+                Task((scene.title, "a"), a, partial(counting, scene=scene, counted=counted), list[RunAnswer])
                 for scene in scenes[:most]
             ]
-            return run(tasks, kept=Kept(tmp_path / "out", under))
+            return run(tasks, cached=TaskCache(tmp_path / "out", under))
 
         first = flown("then", 2)
         assert counted == ["one", "die"]
@@ -347,18 +351,26 @@ def test_a_kept_task_is_found_again_bit_for_bit_and_under_the_same_circumstances
             assert before.answer.wall_s == after.answer.wall_s
         flown("now")
         assert counted == ["one", "die", "three"]
-        for number, file in enumerate(sorted((tmp_path / "out" / FOLDER).iterdir())):
-            file.write_bytes(file.read_bytes()[: -1 if number % 2 else 5])
+        for damage in (lambda data: data[:-1], lambda data: data[:5], lambda data: data[:-1] + bytes([data[-1] ^ 1])):
+            for file in (tmp_path / "out" / FOLDER).iterdir():
+                file.write_bytes(damage(file.read_bytes()))
+            flown("then")
+            assert counted == ["one", "die", "three"], "a damaged file is taken for a result"
+        for file in (tmp_path / "out" / FOLDER).iterdir():
+            file.unlink()
+            os.mkfifo(file)
         flown("then")
-        assert counted == ["one", "die", "three"], "a file that was cut short is taken for an answer"
-        Kept(tmp_path / "out", "then").forget()
+        assert counted == ["one", "die", "three"], "a pipe is not waited for"
+        TaskCache(tmp_path / "out", "then").remove()
         assert list((tmp_path / "out").iterdir()) == []
 
 
-@pytest.mark.parametrize("words", [("sweep", "die-straight"), ("check", "die-straight", "--accept", "--no-times")])
-def test_an_interrupted_study_flies_only_what_is_missing(tmp_path, tumble, words):
-    path = Path(engine_file(tmp_path, "slow"))
-    # Its second method hangs until a file is there, and every build leaves a line.
+def interrupted(folder: Path, *words: str) -> tuple[list[str], str, str]:
+    """Run a command with an engine whose second method hangs until a file is there, and interrupt it then.
+
+    Return its words, output and notes; every build leaves a line in the file `log`.
+    """
+    path = Path(engine_file(folder, "slow"))
     slow = ENGINE.replace('("still",)', '("still", "later")', 1).replace(
         "    if scene.title",
         "    with open(str(pathlib.Path(__file__).with_name('log')), 'a') as log: log.write(method + '\\n')\n"
@@ -367,25 +379,49 @@ def test_an_interrupted_study_flies_only_what_is_missing(tmp_path, tumble, words
         1,
     )
     path.write_text(slow)
-    words = (*words, "-e", str(path), "-o", "out", "--time-limit", "900")
-    command = subprocess.Popen([sys.executable, "-P", "-m", "tumble", *words], cwd=tmp_path, stderr=subprocess.PIPE)
-    log = tmp_path / "log"
+    whole = [*words, "-e", str(path), "-o", "out", "--time-limit", "900"]
+    command = subprocess.Popen(
+        [sys.executable, "-P", "-m", "tumble", *whole],
+        cwd=folder,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        # Whoever started the tests, `nohup` for one, may have told them to ignore it.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+    )
+    log = folder / "log"
     try:
         until(lambda: log.exists() and "later" in log.read_text())
         command.send_signal(signal.SIGINT)
-        _, err = command.communicate(timeout=PATIENCE_S)
+        out, err = command.communicate(timeout=PATIENCE_S)
     finally:
         command.kill()
-    assert command.returncode == 130
-    assert b"run the same command again to continue" in err
-    before = log.read_text().split().count("still")
-    assert before >= 1
+    assert command.returncode == 130, err
+    assert "Traceback" not in err
+    assert not list((folder / "out").glob("*.csv"))
+    (folder / "go").touch()
+    return whole, out, err
+
+
+def test_an_interrupted_study_runs_only_what_is_missing(tmp_path, tumble):
+    words, out, err = interrupted(tmp_path, "stability", "spin-fast")
+    assert "run the same command again to continue" in err
+    assert "still" in out, "what was finished is shown"
+    log = tmp_path / "log"
+    assert log.read_text().split().count("still") > 1
     log.unlink()
-    (tmp_path / "go").touch()
     done = tumble(*words)
     assert done.returncode == 0, done.stderr
-    flown = log.read_text().split()
-    # The clock builds each method once, in a sweep.
-    assert flown.count("still") <= (1 if words[0] == "sweep" else 0), "what was done is flown again"
-    assert flown.count("later") >= before
+    assert "continuing: 1 of 2" in done.stderr
+    assert {*log.read_text().split()} == {"later"}, "what was finished is run again"
     assert not (tmp_path / "out" / FOLDER).exists()
+    resumed = {path.name: path.read_bytes() for path in (tmp_path / "out").iterdir()}
+    assert tumble(*words).returncode == 0
+    assert {path.name: path.read_bytes() for path in (tmp_path / "out").iterdir()} == resumed
+
+
+@pytest.mark.parametrize("words", [("sweep", "die-straight"), ("check", "die-straight", "--accept", "--no-times")])
+def test_an_interrupted_command_of_seconds_writes_nothing(tmp_path, words):
+    _, _, err = interrupted(tmp_path, *words)
+    assert "interrupted; nothing was written" in err
+    assert not list((tmp_path / "out").iterdir())

@@ -15,8 +15,8 @@ from tumble.compare.ablation.optional_features import QUICK
 from tumble.compare.run.provenance import conditions
 from tumble.compare.run.running_engines import launched
 from tumble.compare.run.status import Failure, Status
-from tumble.compare.run.timing import others
-from tumble.compare.run.timing.others import Machine, other_work
+from tumble.compare.run.timing import machine_load
+from tumble.compare.run.timing.machine_load import Machine, other_work
 from tumble.compare.run.timing.readings import PROCESS, Ratio, Reading, Sampling, narrow, ratio, reading, round_robin
 from tumble.compare.run.timing.timer import Pace, Ready, Sample
 from tumble.compare.run.timing.timing import Cost, Load, costs
@@ -460,18 +460,18 @@ def looks(work: float, stolen: float = 0.0) -> tuple[Machine, Machine]:
 
 
 def test_other_work_on_the_machine_is_seen(monkeypatch):
-    monkeypatch.setattr(others, "share_of_frequency", lambda: 1.0)
-    monkeypatch.setattr(others.os, "cpu_count", lambda: 4)
+    monkeypatch.setattr(machine_load, "share_of_frequency", lambda: 1.0)
+    monkeypatch.setattr(machine_load.os, "cpu_count", lambda: 4)
     assert other_work(*looks(0.1, 0.01)) == ""
     assert other_work(*looks(1.5)) == "other processes used 1.5 of 4 cores"
     assert other_work(*looks(0.0, 0.4)) == "the host took 10% of the time"
-    monkeypatch.setattr(others, "share_of_frequency", lambda: 0.5)
+    monkeypatch.setattr(machine_load, "share_of_frequency", lambda: 0.5)
     assert other_work(*looks(0.0)) == "the processors ran at 50% of their frequency"
 
 
 def test_other_work_is_logged_once_and_stands_in_the_conditions(monkeypatch, caplog):
     """Beside processes of the test's own that burn two cores; the clock's own work is no other work's."""
-    monkeypatch.setattr(others, "seen", [])
+    monkeypatch.setattr(machine_load, "seen", [])
     burners = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(2)]
     sample = Sample((1e6,) * 4, (0.0,) * 4)  # type: ignore[arg-type]
 
@@ -490,4 +490,4 @@ def test_other_work_is_logged_once_and_stands_in_the_conditions(monkeypatch, cap
             burner.wait()
     assert len(caplog.messages) == 1, "twice sampled, once logged"
     assert "other processes used" in caplog.messages[0]
-    assert [row.value for row in conditions("x") if row.what == "other work"] == others.seen
+    assert [row.value for row in conditions("x") if row.what == "other work"] == machine_load.seen

@@ -15,7 +15,7 @@ from patience import PATIENCE_S, until
 from tumble.compare.run.process import process, usage
 from tumble.compare.run.process.process import Died, Process
 from tumble.compare.run.provenance import processor
-from tumble.compare.run.timing import others, timer
+from tumble.compare.run.timing import machine_load, timer
 
 ROOT = Path(process.__file__).absolute().parents[4]
 # Starts a child that holds all that it has open, and ends; or waits.
@@ -133,9 +133,9 @@ def test_what_proc_tells_is_done_without(monkeypatch):
     monkeypatch.setattr(timer, "SCHEDULE", None)
     assert timer.queued_ns() == 0
     monkeypatch.setattr(psutil, "cpu_times", nowhere)
-    assert others.machine() is None
+    assert machine_load.machine() is None
     monkeypatch.setattr(psutil, "getloadavg", lambda: (3.0, 3.0, 3.0))
-    assert others.other_work(None, None).startswith("other processes used about 2.0 of ")
+    assert machine_load.other_work(None, None).startswith("other processes used about 2.0 of ")
     assert processor()
 
 

@@ -7,7 +7,7 @@ from importlib import import_module
 import numpy as np
 import pytest
 
-from tumble.compare.run.flight import fly, legs
+from tumble.compare.run.flight import legs, simulate
 from tumble.compare.run.running_engines import launched
 from tumble.compare.stability.extremes import (
     BEST,
@@ -158,7 +158,7 @@ def test_what_does_not_fit_the_budget_is_told_from_its_first_steps():
         )
     for row in (rk4, dop853):
         assert row.verdict == "no-return"
-        assert "of 0.001" in row.why
+        assert "0.001" in row.why
     assert "1e+07 steps" in rk4.why
     assert exact.verdict == "stable", "one step for all"
 
@@ -212,12 +212,12 @@ def test_a_long_flight_takes_no_more_memory():
     def peak(steps: int) -> int:
         flown = flight(steps)
         tracemalloc.start()
-        fly(engine, flown, "rk4", scene.step)
+        simulate(engine, flown, "rk4", scene.step)
         _, most = tracemalloc.get_traced_memory()
         tracemalloc.stop()
         return most
 
-    fly(engine, flight(1600), "rk4", scene.step)  # compiles, which takes memory once
+    simulate(engine, flight(1600), "rk4", scene.step)  # compiles, which takes memory once
     assert peak(1_600_000) < 1.5 * peak(1600)
 
 

@@ -1,22 +1,19 @@
 """Maps, limits and their theory, on a hand-written engine with a known limit and on the real ones; and going on."""
 
-import csv
-import io
 import math
-import signal
-import subprocess
-import sys
+import shutil
+from collections.abc import Mapping
 from concurrent.futures import Future
-from contextlib import suppress
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from patience import PATIENCE_S, until
 
 from tumble.compare.run.running_engines import RunningEngine, launched
 from tumble.compare.run.truths import Answer
+from tumble.compare.stability import tasks
 from tumble.compare.stability.columns import (
     FACTORS,
     PROBED,
@@ -29,8 +26,8 @@ from tumble.compare.stability.columns import (
     truth_of,
 )
 from tumble.compare.stability.modes import Mode, stiffest_mode
-from tumble.compare.stability.store import store, tables_of
-from tumble.compare.stability.tasks import STIFF, keys, stability
+from tumble.compare.stability.study import map_scenes
+from tumble.compare.stability.tasks import STIFF
 from tumble.compare.stability.theory import (
     damping_implicit_euler,
     held_parabola,
@@ -39,9 +36,7 @@ from tumble.compare.stability.theory import (
     semi_implicit_euler,
     theory,
 )
-from tumble.compare.stability.trials import STEPS, Piece, Trials
-from tumble.compare.tables.circumstances import circumstances
-from tumble.compare.tables.store import Store
+from tumble.compare.stability.trials import STEPS, Effort, Piece, Trials
 from tumble.scenarios.read import BadScene, read_scene
 from tumble.scenarios.scene import Scene
 from tumble.scenarios.truth import truth
@@ -225,100 +220,89 @@ def test_a_free_spin_is_held_against_the_truth():
     errors = {row.dt_s: row.max_error_m for row in rk4.rows}
     inside = [dt for dt, error in errors.items() if error <= 1e-3]
     assert max(inside) <= rk4.limit.dt_1mm_s < 2 * max(inside)
-    assert exact.limit.note == "takes steps of its own"
+    assert exact.limit.note == "chooses its own steps"
     assert all(row.max_error_m <= 10 * row.resolution_m for row in exact.rows)
     turned = {row.verdict for row in bullet.rows if row.dt_s * bullet.limit.w_rad_s > 1.0}
     assert turned == {"under-rotated"}
     assert bullet.limit.w_dt_limit == pytest.approx(math.pi / 4, rel=0.1)
 
 
-# Keeping what is done, and going on.
+# Continuing an interrupted study.
+
+CONTESTANTS = ("tumble:splitting", "tumble:magnus6", "tumble:exact")
 
 
-def kept_in(folder: Path, running_engines: list[RunningEngine], scenes: list[Scene]) -> Store:
-    return store(
-        folder, keys(running_engines, scenes, []), circumstances(running_engines, scenes, {}, "tumble stability")
-    )
+@pytest.fixture
+def counted(monkeypatch) -> list[str]:
+    """Return the methods whose pieces are measured, as they are; with few steps, which is quicker."""
+    measured: list[str] = []
+    piece = tasks.piece
+
+    def counting(method: str, question: Question, _: Effort, running_engine: RunningEngine) -> Piece:
+        measured.append(method)
+        return piece(method, question, Effort(STEPS[:4], 0.1), running_engine)
+
+    monkeypatch.setattr(tasks, "piece", counting)
+    return measured
 
 
-def finish(
-    folder: Path, running_engines: list[RunningEngine], scenes: list[Scene], stop_after: int | None = None
-) -> str:
-    """Do all that is not done, or stop as Ctrl-C does after so many pieces; return what was said of the folder."""
-    kept = kept_in(folder, running_engines, scenes)
-    said = kept.resume()
-    pieces = 0
+@contextmanager
+def interrupt(total: float = 0.0, doing: str = "running"):
+    """Display that stops the study, as Ctrl-C does, after its first piece."""
 
-    def keep(piece):
-        nonlocal pieces
-        kept.keep(piece.key, tables_of(piece))
-        pieces += 1
-        if pieces == stop_after:
-            raise KeyboardInterrupt
+    def after_one(what: str, share: float = 1.0) -> None:
+        raise KeyboardInterrupt
 
-    with suppress(KeyboardInterrupt):
-        stability(running_engines, scenes, [], keep, done=kept.done)
-    kept.write()
-    return said
+    yield after_one
+
+
+def interrupted(folder: Path, scene: Scene, *contestants: str, **how) -> None:
+    shown: list[Mapping] = []
+    with pytest.raises(KeyboardInterrupt, match="run the same command again to continue"):
+        map_scenes([scene], (), contestants, folder=folder, display=interrupt, ended=shown.append, **how)
+    assert [len(tables["limits.csv"]) for tables in shown] == [1], "what was finished is passed on"
+    assert not list(folder.glob("*.csv")), "a map that is not complete is not written"
 
 
 def files(folder: Path) -> dict[str, str]:
     return {path.name: path.read_text(encoding="utf-8") for path in folder.iterdir()}
 
 
-CONTESTANTS = ("tumble:splitting", "tumble:magnus6", "tumble:exact")
+def test_an_interrupted_study_continues_to_the_same_tables(tmp_path, counted):
+    interrupted(tmp_path / "parts", SPIN, *CONTESTANTS)
+    assert counted == ["splitting"]
+    map_scenes([SPIN], (), CONTESTANTS, folder=tmp_path / "parts")
+    assert counted == ["splitting", "magnus6", "exact"]
+    map_scenes([SPIN], (), CONTESTANTS, folder=tmp_path / "whole")
+    assert files(tmp_path / "parts") == files(tmp_path / "whole")
+    (header, *_) = files(tmp_path / "whole")["stability.csv"].splitlines()
+    assert header == CELL_COLUMNS
 
 
-def test_an_interrupted_run_goes_on_to_the_same_rows(tmp_path):
-    with launched(CONTESTANTS, 60.0) as running_engines:
-        finish(tmp_path / "parts", running_engines, [SPIN], stop_after=1)
-    assert len(files(tmp_path / "parts")["limits.csv"].splitlines()) == 1 + 1
-    with launched(CONTESTANTS, 60.0) as running_engines:
-        said = finish(tmp_path / "parts", running_engines, [SPIN])
-        assert "has 1 of 3 already" in said
-        finish(tmp_path / "whole", running_engines, [SPIN])
-        assert files(tmp_path / "parts") == files(tmp_path / "whole")
-        (header, *_) = files(tmp_path / "whole")["stability.csv"].splitlines()
-        assert header == CELL_COLUMNS
-        assert "has 3 of 3 already" in kept_in(tmp_path / "whole", running_engines, [SPIN]).resume()
+def test_results_of_other_circumstances_are_not_used(tmp_path, counted):
+    plugins = shutil.copytree(Path(SPRINGS).parent, tmp_path / "plugins")
+    engine = plugins / "springs.py"
+    asked = (f"{engine}:symplectic", f"{engine}:clamped")
+    heavier = replace(SPIN, body=replace(SPIN.body, mass=3.0))
+    interrupted(tmp_path / "out", SPIN, *asked)
+    interrupted(tmp_path / "out", heavier, *asked)
+    interrupted(tmp_path / "out", SPIN, *asked, time_limit=30.0)
+    interrupted(tmp_path / "out", SPIN, *asked, memory_limit=2**33)
+    interrupted(tmp_path / "out", SPIN, asked[0])
+    with engine.open("a") as file:
+        file.write("# another law\n")
+    interrupted(tmp_path / "out", SPIN, *asked)
+    assert len(counted) == 6
+    map_scenes([SPIN], (), asked, folder=tmp_path / "out")
+    assert len(counted) == 7, "only the last one's result is used"
 
 
-def test_what_was_measured_under_other_conditions_does_not_count(tmp_path):
-    other = replace(SPIN, body=replace(SPIN.body, mass=3.0))
-    with launched(["tumble:exact"], 60.0) as running_engines:
-        finish(tmp_path, running_engines, [SPIN])
-        assert "begun anew: scene spin-fast was" in kept_in(tmp_path, running_engines, [other]).resume()
-        with (tmp_path / "limits.csv").open("a") as file:
-            file.write("half a row")
-        damaged = kept_in(tmp_path, running_engines, [SPIN])
-        assert "is damaged, and is begun anew: limits.csv: line 3" in damaged.resume()
-        assert damaged.done == frozenset()
-    with launched(["tumble:exact", "tumble:rk4"], 60.0) as running_engines:
-        assert "begun anew: engine tumble was" in kept_in(tmp_path, running_engines, [SPIN]).resume()
-
-
-def test_ctrl_c_keeps_what_was_done(tmp_path):
-    words = ["stability", "spin-fast", "-e", "tumble", "-o", "kept"]
-    run = subprocess.Popen(
-        [sys.executable, "-P", "-m", "tumble", *words],
-        cwd=tmp_path,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        # Whoever started the tests, `nohup` for one, may have told them to ignore it.
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
-    )
-    limits = tmp_path / "kept" / "limits.csv"
-    until(lambda: limits.exists() and len(limits.read_text().splitlines()) > 1)
-    run.send_signal(signal.SIGINT)
-    out, err = run.communicate(timeout=PATIENCE_S)
-    assert run.returncode == 130
-    assert b"run the same command again to continue" in err
-    assert b"Traceback" not in err
-    assert b"spin-fast" in out
-    names = {row["method"] for row in csv.DictReader(io.StringIO(limits.read_text()))}
-    cells = {row["method"] for row in csv.DictReader(io.StringIO((limits.parent / "stability.csv").read_text()))}
-    assert names == cells
-    assert names
+def test_a_folder_that_cannot_be_written_is_one_line(tmp_path, tumble):
+    (tmp_path / "out").write_text("a file")
+    done = tumble("stability", "spin-fast", "-e", "tumble:exact", "-o", "out")
+    assert done.returncode == 2
+    assert done.stderr.splitlines()[-1].startswith("tumble: out")
+    assert "Traceback" not in done.stderr
 
 
 def test_a_user_s_mistake_is_one_line(tumble):

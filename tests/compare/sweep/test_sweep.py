@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from tumble.compare.judge.errors import Run
-from tumble.compare.judge.orders import Rung, local_orders
+from tumble.compare.judge.orders import Level, local_orders
 from tumble.compare.run.engines.registry import Finding
 from tumble.compare.run.flight import Trajectory
 from tumble.compare.run.running_engines import launched
@@ -83,7 +83,7 @@ def test_the_order_is_read_off_the_steps_that_were_taken():
 
 
 def test_steps_that_samples_cut_to_one_length_are_one_run_and_hide_no_order():
-    ladder = [Rung(0.02, 1e-4, 0.0), Rung(0.02, 1e-4, 0.0), Rung(0.01, 2.5e-5, 0.0), Rung(0.005, 6.25e-6, 0.0)]
+    ladder = [Level(0.02, 1e-4, 0.0), Level(0.02, 1e-4, 0.0), Level(0.01, 2.5e-5, 0.0), Level(0.005, 6.25e-6, 0.0)]
     assert local_orders(ladder, 1.0) == pytest.approx([2.0, 2.0])
 
 
@@ -299,7 +299,7 @@ def test_a_ladder_has_the_same_rungs_whatever_the_machine_does(tmp_path):
                 burner.wait()
     quiet, busy = found
     assert quiet == busy
-    # 66 steps by what it says of itself, so that the rung beyond them is its last.
+    # 66 steps by what it says of itself, so that the level beyond them is its last.
     assert [round(SCENE.duration / dt) for dt in quiet][-2:] == [64, 96]
 
 

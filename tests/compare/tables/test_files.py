@@ -1,6 +1,7 @@
 """Writing never destroys what is no plain file, nor what a file was besides its text."""
 
 import os
+import signal
 import stat
 import subprocess
 import sys
@@ -12,7 +13,7 @@ from pathlib import Path
 import pytest
 from patience import PATIENCE_S
 
-from tumble.compare.tables.files import write_together, write_whole
+from tumble.compare.tables.files import DRAFTS, READY, place, settle, write_folder, write_together, write_whole
 
 RUN = [sys.executable, "-P", "-m", "tumble", "run", "table-4-1", "-o"]
 
@@ -128,3 +129,53 @@ def test_a_full_stream_leaves_the_files_as_they_were(tmp_path):
         write_together({old: "new", Path("/dev/full"): "more"})
     assert old.read_text() == "old"
     assert os.listdir(tmp_path) == ["old.csv"]
+
+
+# A folder as a whole.
+
+STOPPED = """
+import os, signal, sys
+from pathlib import Path
+from tumble.compare.tables import files
+count, put, fill = int(sys.argv[1]), files.put, files.fill
+def stop(do):
+    def wrapped(*arguments):
+        global count
+        if not count:
+            os.kill(os.getpid(), signal.SIGKILL)
+        count -= 1
+        do(*arguments)
+    return wrapped
+files.put, files.fill = stop(put), stop(fill)
+files.write_folder(Path("."), {name: "new" for name in ("a.csv", "b.csv", "c.csv")})
+"""
+
+
+def files(folder: Path) -> dict[str, str]:
+    return {path.name: path.read_text(encoding="utf-8") for path in folder.iterdir()}
+
+
+@pytest.mark.parametrize("at", range(7))
+def test_a_folder_is_old_or_new_wherever_a_kill_comes(tmp_path, at):
+    names = ("a.csv", "b.csv", "c.csv")
+    write_folder(tmp_path, dict.fromkeys(names, "old"))
+    path = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    done = subprocess.run([sys.executable, "-P", "-c", STOPPED, str(at)], cwd=tmp_path, env=path, timeout=PATIENCE_S)
+    assert done.returncode == (-signal.SIGKILL if at < 6 else 0)
+    (seen,) = {place(tmp_path, name).read_text() for name in names}
+    assert seen == ("old" if at < 3 else "new")
+    settle(tmp_path)
+    assert files(tmp_path) == dict.fromkeys(names, seen), "no draft of the dead run is left"
+
+
+def test_drafts_of_the_dead_are_swept_and_of_the_living_left(tmp_path):
+    dead = subprocess.run([sys.executable, "-c", "import os; print(os.getpid())"], capture_output=True, text=True)
+    for pid in (dead.stdout.strip(), str(os.getppid())):
+        (tmp_path / f"{DRAFTS}{pid}-x").mkdir()
+        (tmp_path / f".t.csv.{pid}-x").write_text("half")
+    write_whole(tmp_path / "t.csv", "whole")
+    write_folder(tmp_path, {"u.csv": "whole"})
+    assert {path.name for path in tmp_path.iterdir()} == {
+        "t.csv", "u.csv", f"{DRAFTS}{os.getppid()}-x", f".t.csv.{os.getppid()}-x"
+    }  # fmt: skip
+    assert not (tmp_path / READY).exists()

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from patience import PATIENCE_S
 
-from tumble.compare.engines import LAWS
+from tumble.compare.engines import CHECKS
 from tumble.testing import ON_A_SCENE, slug
 
 ROOT = Path(__file__).parents[3]
@@ -83,7 +83,7 @@ def test_a_faulty_engine_fails_by_name_and_an_expected_failure_is_strict(tmp_pat
 
 def name_of(test: str) -> str:
     """Return the check of a test id."""
-    return next(name for name in (*LAWS, *ON_A_SCENE) if test.endswith(f"-{slug(name)}]"))
+    return next(name for name in (*CHECKS, *ON_A_SCENE) if test.endswith(f"-{slug(name)}]"))
 
 
 def test_an_expected_failure_of_no_check_is_refused(tmp_path):

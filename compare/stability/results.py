@@ -1,35 +1,39 @@
-"""The tables of finished pieces: one contestant in one scene or extreme case."""
+"""The tables of stability maps and extreme cases, by file name."""
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 
 import pandas as pd
 
 from tumble.compare.run.progress import ProgressCallback, no_progress
-from tumble.compare.run.provenance import ConditionRow
 from tumble.compare.run.running_engines import RunningEngine
+from tumble.compare.run.tasks import Key
 from tumble.compare.run.truths import Truths
 from tumble.compare.stability.columns import limits_steps
 from tumble.compare.stability.extremes import PAGE_BUDGET_S
-from tumble.compare.stability.schemas import CELLS, EXTREMES, LIMITS, TABLES, ExtremeRow
-from tumble.compare.stability.tasks import Done, Key, keys, stability
+from tumble.compare.stability.schemas import CELLS, EXTREMES, LIMITS, ExtremeRow
+from tumble.compare.stability.tasks import Done, stability
 from tumble.compare.stability.trials import BRIEF, Piece
 from tumble.compare.tables.frames import frame, rows
-from tumble.compare.tables.shared import CONTESTANT
-from tumble.compare.tables.store import Store
 from tumble.scenarios.scene import Scene
 
 
-def store(folder: Path | None, order: Sequence[Key], under: Sequence[ConditionRow] = ()) -> Store:
-    """Return the store of pieces; order: their keys; under: the conditions."""
-    return Store(folder, TABLES, CONTESTANT, order, under)
+def tables_of(done: Sequence[Done]) -> dict[str, pd.DataFrame]:
+    """Return the tables of pieces.
 
+    Parameters
+    ----------
+    done : maps with limits, and extreme cases
 
-def tables_of(piece: Done) -> dict[str, pd.DataFrame]:
-    """Return the rows of a piece, by table."""
-    if isinstance(piece, ExtremeRow):
-        return {EXTREMES.file: frame(EXTREMES, [piece])}
-    return {CELLS.file: frame(CELLS, piece.rows), LIMITS.file: frame(LIMITS, [piece.limit])}
+    Returns
+    -------
+    table by file name
+    """
+    mapped = [piece for piece in done if isinstance(piece, Piece)]
+    return {
+        CELLS.file: frame(CELLS, (row for piece in mapped for row in piece.rows)),
+        LIMITS.file: frame(LIMITS, (piece.limit for piece in mapped)),
+        EXTREMES.file: frame(EXTREMES, (row for row in done if isinstance(row, ExtremeRow))),
+    }
 
 
 def pieces(tables: Mapping[str, pd.DataFrame]) -> list[Piece]:
@@ -74,11 +78,5 @@ def quick_tables(
     table by file name
     """
     scenes = [scene for scene in scenes if limits_steps(scene)]
-    found = store(None, keys(running_engines, scenes, cases, few=True))
-
-    def keep(piece: Done) -> None:
-        found.keep(piece.key, tables_of(piece))
-
     quickly = {"factors": [1.0], "few": True, "effort": BRIEF, "budget_s": PAGE_BUDGET_S}
-    stability(running_engines, scenes, cases, keep, on_progress, truths=truths, **quickly)
-    return found.tables
+    return tables_of(stability(running_engines, scenes, cases, on_progress, truths=truths, **quickly))

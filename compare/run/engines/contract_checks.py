@@ -1,4 +1,4 @@
-"""The laws of tumble.compare.engines, put to an engine: what `tumble engines --check` and the tests of engines ask."""
+"""The checks of the engine contract: what `tumble engines --check` and the tests of engines run."""
 
 import math
 from collections.abc import Callable, Iterable
@@ -6,7 +6,7 @@ from types import ModuleType
 
 import numpy as np
 
-from tumble.compare.engines import LAWS
+from tumble.compare.engines import CHECKS
 from tumble.compare.run.engines.brick import (
     GRAVITY,
     THROWS,
@@ -19,7 +19,7 @@ from tumble.compare.run.engines.brick import (
     step,
     with_signs_of,
 )
-from tumble.compare.run.engines.motion_laws import comes_nearer_with_the_step, spins_steadily
+from tumble.compare.run.engines.motion_checks import comes_nearer_with_the_step, spins_steadily
 from tumble.compare.run.process.message import frame
 from tumble.scenarios.scene import Scene
 
@@ -104,7 +104,7 @@ def falls_by_gravity(engine: ModuleType, method: str) -> None:
 
 
 def flies_light_as_heavy(engine: ModuleType, method: str) -> None:
-    """A millionth of the mass and of the moments is flown the same way: ratios alone matter."""
+    """A body of a millionth of the mass and of the moments moves the same way: only ratios matter."""
     heavy, light = (flown(engine, method, THROWS, (50, 0.01), weight=weight) for weight in (1.0, LIGHTER))
     demand(light, heavy, by_other_roundings(engine, method), "with a millionth of the mass")
 
@@ -148,9 +148,9 @@ def optional_is_optional(engine: ModuleType, method: str) -> None:
         demand(np.array(engine.read(world)), bare, off, f"with {', '.join(keep)}")
 
 
-Law = Callable[[ModuleType, str], None]
+Check = Callable[[ModuleType, str], None]
 
-ASKED: dict[str, Law] = {
+FUNCTIONS: dict[str, Check] = {
     "read after write": reads_what_was_written,
     "digits": digits_are_all_there,
     "steps add up": steps_add_up,
@@ -166,16 +166,16 @@ ASKED: dict[str, Law] = {
 }
 
 
-def laws_for(features: Iterable[str], optional: Iterable[str], exempt: Iterable[str]) -> list[str]:
-    """Return the laws that bind an engine with those FEATURES, OPTIONAL and EXEMPT."""
+def checks_for(features: Iterable[str], optional: Iterable[str], exempt: Iterable[str]) -> list[str]:
+    """Return the checks that apply to an engine with those FEATURES, OPTIONAL and EXEMPT."""
     free = {*exempt, *(() if "gravity" in features else ("gravity",)), *(() if tuple(optional) else ("optional",))}
-    return [law for law in LAWS if law not in free]
+    return [check for check in CHECKS if check not in free]
 
 
-def law_broken(engine: ModuleType, law: str, method: str) -> str:
-    """Return how a law does not hold for a method, '' where it does.  Raises what the engine raises."""
+def check_failure(engine: ModuleType, check: str, method: str) -> str:
+    """Return why a check fails for a method, '' if it passes.  Raises what the engine raises."""
     try:
-        ASKED[law](engine, method)
+        FUNCTIONS[check](engine, method)
     except Broken as broken:
         return str(broken)
     return ""

@@ -1,6 +1,6 @@
-"""The laws of a free body's motion: it turns about its axes, and half the step comes nearer.
+"""Checks of a free body's motion: it turns about its axes, and half the step comes nearer.
 
-Where one does not hold, the mistake that leads to where the body is.
+A failure names the mistake that leads to where the body is.
 """
 
 import math

@@ -1,4 +1,4 @@
-"""How an integrator takes the gyroscopic torque, found blind: from what a free flight keeps, and from nothing else.
+"""The scheme with which an integrator takes the gyroscopic torque, found only from what a free run conserves.
 
 A step of Euler's equations in body axes leaves L + dt L x w, and L x w stands at right angles to L: taken explicitly it
 lengthens |L| at every step, and energy grows with it; taken implicitly it shortens both; set back to its length, |L|
@@ -11,15 +11,15 @@ from tumble.compare.judge import mechanics
 from tumble.scenarios.frames import Array
 from tumble.scenarios.scene import Body
 
-# A step rounds more numbers than one: what is less than so many roundings a step is kept.
+# A step rounds several numbers: a change below this many roundings a step counts as conserved.
 ROUNDINGS = 4.0
-# What turns at all turns by more in a flight.
+# A relative change of the angular velocity below this is none.
 STOOD = 1e-6
 # Halving the step halves what is of first order, and leaves a quarter of what is of second.
 HIGHER = 2.8
 
 
-def family(coarse: Array, fine: Array, body: Body, steps: int, rounding: float) -> str:
+def gyroscopic_scheme(coarse: Array, fine: Array, body: Body, steps: int, rounding: float) -> str:
     """Return one of compare.engines.GYROSCOPIC_NAMES, `keeps-momentum` where energy is kept too, '' for none of them.
 
     coarse, fine: states of a free body of unequal moments that turns about no axis of its own, (R, 13), the second in
