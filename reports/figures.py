@@ -1,6 +1,6 @@
 """One figure of a command's tables as SVG or PNG, by Altair and vl-convert, which are the extra `figures`."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,7 +10,7 @@ import pandas as pd
 
 from tumble.compare.run.contestant import Contestant
 from tumble.compare.tables.files import write_whole
-from tumble.scenarios.refusal import UsersError
+from tumble.scenarios.refusal import UserError
 
 if TYPE_CHECKING:
     import altair
@@ -20,7 +20,7 @@ PNG_SCALE = 2.0
 WIDTH = 560
 
 
-class NoFigures(UsersError):
+class NoFigures(UserError):
     """The libraries that draw figures are missing; the message is the one line for the user."""
 
 
@@ -42,6 +42,30 @@ def save_figures(svg: str | None, png: str | None, figure: Callable[[pd.DataFram
         write_whole(Path(svg), vl_convert.vegalite_to_svg(spec))
     if png:
         write_whole(Path(png), vl_convert.vegalite_to_png(spec, scale=PNG_SCALE))
+
+
+def figure_of(tables: Mapping[str, pd.DataFrame]) -> "altair.TopLevelMixin":
+    """Return the figure of a command's tables.
+
+    Parameters
+    ----------
+    tables : table by file name
+
+    Returns
+    -------
+    error against run time, the largest stable step, or the error of each contestant, by what the tables hold
+
+    Raises
+    ------
+    NoFigures : Altair is not installed, or the tables have no figure
+    """
+    if find_spec("altair") is None:
+        raise NoFigures("plot() needs altair: install the extra `figures`, pip install 'tumble[figures]'")
+    figures = {"work-precision.csv": cost_figure, "limits.csv": limit_figure, "runs.csv": error_figure}
+    for name, draw in figures.items():
+        if name in tables and len(tables[name]):
+            return draw(tables[name])
+    raise NoFigures(f"no figure: plot() draws {', '.join(figures)}, and none of them is here")
 
 
 def error_figure(runs: pd.DataFrame) -> "altair.TopLevelMixin":

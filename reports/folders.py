@@ -25,7 +25,26 @@ def gathered(folder: Path) -> dict[str, pd.DataFrame]:
     """Return the tables in a folder, whichever command wrote them.  Raises BadTable, OSError."""
     if not folder.is_dir():
         raise BadTable(f"{folder}: no such folder; give --from a folder that -o wrote")
-    found = read_tables(folder)
+    return completed(read_tables(folder), str(folder))
+
+
+def completed(tables: Mapping[str, pd.DataFrame], shown: str = "these tables") -> dict[str, pd.DataFrame]:
+    """Return a command's tables as those of a page.
+
+    Parameters
+    ----------
+    tables : table by file name
+    shown : what refusals call them
+
+    Returns
+    -------
+    table by file name, with findings
+
+    Raises
+    ------
+    BadTable : the page shows none of them
+    """
+    found = dict(tables)
     if found.keys() & {*SWEPT}:
         return {(SWEEP if name in (*SWEPT, "runs.csv") else "") + name: table for name, table in found.items()}
     if "cells.csv" in found:
@@ -36,7 +55,7 @@ def gathered(folder: Path) -> dict[str, pd.DataFrame]:
         findings += extreme_findings(rows(EXTREMES, found[EXTREMES.file])) if EXTREMES.file in found else []
         found[FINDINGS.file] = frame(FINDINGS, findings)
     if not found.keys() & {RUNS.file, LIMITS.file, EXTREMES.file, RELEASES.file}:
-        raise BadTable(f"{folder}: has no tables of report, compare, sweep, stability, releases or check")
+        raise BadTable(f"{shown}: has no tables of report, compare, sweep, stability, releases or check")
     return found
 
 

@@ -92,6 +92,12 @@ class SphereTable(BodyTable, tag="sphere", kw_only=True):
     radius: Annotated[Positive, _key("m", "radius")]
 
 
+# The keys of [body] that some shape has.
+BODY_KEYS = frozenset(
+    name for table in (BoxTable, MeshTable, RigidTable, SphereTable) for name in table.__struct_fields__
+)
+
+
 class RayTable(_Table):
     """A click: the impulse acts where the ray first meets the body."""
 

@@ -4,11 +4,11 @@ import numpy as np
 
 from tumble.scenarios.frames import Array, rotation_matrix
 from tumble.scenarios.ray import first_hit
-from tumble.scenarios.refusal import UsersError
+from tumble.scenarios.refusal import UserError
 from tumble.scenarios.scene import Body, Impulse
 
 
-class RayMissed(UsersError):
+class RayMissed(UserError):
     """The ray of an impulse does not meet the body's surface from outside."""
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from tumble.scenarios.build import scene_from
 from tumble.scenarios.files import plain_bytes, why_unread
 from tumble.scenarios.format import Refused, dotted, nearest, printable, short, tables, value_at
-from tumble.scenarios.refusal import UsersError
+from tumble.scenarios.refusal import UserError
 from tumble.scenarios.scene import Scene
 
 CATALOGUE = Path(__file__).parent / "catalogue"
@@ -23,7 +23,7 @@ CONTACT = CATALOGUE / "contact"
 EXTREMES = Path(__file__).parent / "extremes"
 
 
-class BadScene(UsersError):
+class BadScene(UserError):
     """A scene that cannot be read; its text is the one line to show."""
 
 
@@ -106,7 +106,27 @@ def scene_of(text: str, path: Path, shown: str, to_run: bool = True) -> Scene:
     ------
     BadScene
     """
-    document = _document(text, shown)
+    return scene_of_document(_document(text, shown), path, shown, to_run)
+
+
+def scene_of_document(document: dict, path: Path, shown: str, to_run: bool = True) -> Scene:
+    """Return the scene that the tables of a scene file describe.
+
+    Parameters
+    ----------
+    document : tables as in TOML
+    path : of the file; a mesh is looked up beside it
+    shown : what refusals call the scene
+    to_run : whether it needs a step and sample instants
+
+    Returns
+    -------
+    the scene
+
+    Raises
+    ------
+    BadScene : a value is not allowed; the message names its key
+    """
     try:
         # What overflows is refused by its result, not by a warning on the way.
         with np.errstate(all="ignore"):
@@ -191,6 +211,25 @@ def scene_text(path: Path, shown: str) -> str:
     except UnicodeDecodeError as error:
         line = error.object.count(b"\n", 0, error.start) + 1
         raise BadScene(f"{shown}: not UTF-8 text (at line {line})") from None
+
+
+def read_document(path: Path, shown: str) -> dict:
+    """Return the tables of a scene file.
+
+    Parameters
+    ----------
+    path : of the file
+    shown : what refusals call the scene
+
+    Returns
+    -------
+    tables as in TOML
+
+    Raises
+    ------
+    BadScene : the file cannot be read or is not TOML
+    """
+    return _document(scene_text(path, shown), shown)
 
 
 def _document(text: str, shown: str) -> dict:

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 
-class UsersError(ValueError):
+class UserError(ValueError):
     """Something of the user's that cannot be used: a scene, an engine, a step, a ray, a record, a trajectory."""
 
 

@@ -146,9 +146,9 @@ def interrupt(number: int, frame: object) -> None:
 
 def is_users(error: Exception) -> bool:
     """Whether the mistake is the user's."""
-    from tumble.scenarios.refusal import UsersError
+    from tumble.scenarios.refusal import UserError
 
-    return isinstance(error, UsersError)
+    return isinstance(error, UserError)
 
 
 def refuse(line: str, code: int) -> int:

@@ -20,6 +20,7 @@ from tumble.compare.motion.findings import film_findings
 from tumble.compare.motion.results import film_tables
 from tumble.compare.releases.schemas import TABLES as RELEASES
 from tumble.compare.run.flight import check_step
+from tumble.compare.run.local import Asked
 from tumble.compare.run.progress import Display, ProgressCallback, no_display
 from tumble.compare.run.running_engines import TIME_LIMIT_S, RunningEngine, flights
 from tumble.compare.run.starting import started
@@ -47,7 +48,7 @@ Tables = dict[str, pd.DataFrame]
 
 def report_tables(
     scenes: Sequence[Scene],
-    contestants: Sequence[str] = (),
+    contestants: Sequence[Asked] = (),
     *,
     dt: float | None = None,
     every_method: bool = False,

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from tumble.compare.ablation.optional_features import Ablation, ablate
+from tumble.compare.run.local import Asked
 from tumble.compare.run.progress import Display, no_display
 from tumble.compare.run.running_engines import TIME_LIMIT_S, flights
 from tumble.compare.run.starting import started
@@ -23,7 +24,7 @@ class Ablated:
 
 def ablate_scenes(
     scenes: Sequence[Scene],
-    contestants: Sequence[str] = (),
+    contestants: Sequence[Asked] = (),
     *,
     time_limit: float = TIME_LIMIT_S,
     memory_limit: int = MEMORY_LIMIT,

@@ -19,7 +19,7 @@ from tumble.compare.tables.schema import BadTable, Table
 from tumble.compare.tables.shared import CONDITIONS, ENGINES
 from tumble.scenarios.files import why_unread
 from tumble.scenarios.format import printable, short
-from tumble.scenarios.refusal import UsersError
+from tumble.scenarios.refusal import UserError
 
 log = logging.getLogger(__name__)
 
@@ -35,7 +35,7 @@ FINISHED = ("ok", "flagged", "diverged")  # of a run with figures, if its scene 
 LARGEST_COUNT = 10**18
 
 
-class BadRecord(UsersError):
+class BadRecord(UserError):
     """A folder that is not a record, or cannot be read; the message is the one line for the user."""
 
 

@@ -13,12 +13,14 @@ from tumble.compare.check.schemas import TIMES
 from tumble.compare.check.times import nearer
 from tumble.compare.check.tolerances import Tolerances
 from tumble.compare.run.engines.registry import is_file
+from tumble.compare.run.local import Asked, LocalEngine
 from tumble.compare.run.progress import Display, no_display
 from tumble.compare.run.running_engines import TIME_LIMIT_S, flights, known_contestant, wanted
 from tumble.compare.run.starting import started
 from tumble.compare.run.worker import MEMORY_LIMIT
 from tumble.compare.tables.files import write_folder
 from tumble.scenarios.read import catalogue, read_scenes
+from tumble.scenarios.scene import Scene
 
 log = logging.getLogger(__name__)
 
@@ -27,13 +29,14 @@ log = logging.getLogger(__name__)
 class Measuring:
     """How a record is measured.
 
-    scenes, contestants: words as on the command line, which the record keeps so that it can be repeated; empty: those
-    of the baseline, or all; trust: run the engine files that the baseline names; timed: measure run times;
-    time_limit: for each run [s]; memory_limit: for each engine's process [B]; command: repeats the study.
+    scenes, contestants: words as on the command line, which the record keeps so that it can be repeated, or scenes and
+    engines of the calling program, of which it keeps the names; empty: those of the baseline, or all; trust: run the
+    engine files that the baseline names; timed: measure run times; time_limit: for each run [s]; memory_limit: for each
+    engine's process [B]; command: repeats the study.
     """
 
-    scenes: Sequence[str] = ()
-    contestants: Sequence[str] = ()
+    scenes: Sequence[str | Scene] = ()
+    contestants: Sequence[Asked] = ()
     trust: bool = False
     timed: bool = True
     time_limit: float = TIME_LIMIT_S
@@ -62,24 +65,22 @@ def measure_record(how: Measuring, baseline: Record | None = None, display: Disp
     """
     asked_scenes = how.scenes or (baseline.scenes if baseline else ())
     contestants = how.contestants or (baseline.contestants if baseline else ())
-    if (
-        not how.contestants
-        and not how.trust
-        and (files := [word for word in contestants if is_file(known_contestant(word).engine)])
-    ):
+    files = [word for word in contestants if isinstance(word, str) and is_file(known_contestant(word).engine)]
+    if not how.contestants and not how.trust and files:
         named = shlex.join(part for word in files for part in ("-e", word))
         raise BadRecord(
             f"the baseline names the engine files {', '.join(files)}, which are not run without your consent: "
             f"give them again ({named}), or --trust"
         )
-    scenes = read_scenes(asked_scenes or catalogue())
+    scenes = given_scenes(asked_scenes)
     timed = how.timed and (baseline is None or baseline.times is not None)
     beside = baseline.contestants if baseline else ()
     with (
         started(contestants, how.time_limit, how.memory_limit, display, beside=beside) as running_engines,
         display(flights(running_engines, scenes) + len(scenes) * (1 + timed)) as on_progress,
     ):
-        return measure(running_engines, scenes, (asked_scenes, contestants), how.command, timed, on_progress)
+        words = names(asked_scenes), names(contestants)
+        return measure(running_engines, scenes, words, how.command, timed, on_progress)
 
 
 def check_scenes(
@@ -109,8 +110,11 @@ def check_scenes(
     as `measure_record`
     """
     measured = candidate or measured_twice(baseline, tolerances, how, display)
-    engines = wanted(how.contestants) if how.contestants else {}
-    old, new = (within(record, how.scenes, engines, baseline.contestants) for record in (baseline, measured))
+    files_and_names = [one for one in how.contestants if isinstance(one, str)]
+    engines = {**wanted(files_and_names)} if files_and_names else {}
+    engines |= {one.name: [""] for one in how.contestants if isinstance(one, LocalEngine)}
+    scenes = names(how.scenes)
+    old, new = (within(record, scenes, engines, baseline.contestants) for record in (baseline, measured))
     return new, compare_records(old, new, tolerances)
 
 
@@ -125,10 +129,28 @@ def measured_twice(baseline: Record, tolerances: Tolerances, how: Measuring, dis
     if not changed or baseline.times is None or new.times is None:
         return new
     log.info(f"run times changed on {', '.join(sorted(changed))}: measuring them again")
-    words = [word for word in how.scenes or baseline.scenes or sorted(changed) if Path(word).stem in changed]
-    again = measure_record(replace(how, scenes=words), baseline, display)
+    asked = how.scenes or baseline.scenes or sorted(changed)
+    again = measure_record(
+        replace(how, scenes=[one for one in asked if Path(name_of(one)).stem in changed]), baseline, display
+    )
     assert again.times is not None  # the baseline has them
     return replace(new, times=nearer(baseline.times, new.times, again.times))
+
+
+def given_scenes(asked: Sequence[str | Scene]) -> list[Scene]:
+    """Return scenes that were given by name, by path or as they are; all of the catalogue where none was."""
+    given = [one for one in asked if isinstance(one, Scene)]
+    return given if given else read_scenes([one for one in asked if isinstance(one, str)] or catalogue())
+
+
+def names(given: Sequence[str | Scene | LocalEngine]) -> list[str]:
+    """Return the words by which a record keeps scenes and contestants."""
+    return [name_of(one) for one in given]
+
+
+def name_of(one: str | Scene | LocalEngine) -> str:
+    """Return a word of the command line, or the name of what was given as it is."""
+    return one if isinstance(one, str) else one.name
 
 
 def accept_record(folder: Path, record: Record, with_failures: bool = False) -> dict[str, str]:

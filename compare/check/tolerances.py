@@ -7,10 +7,10 @@ from pathlib import Path
 
 from tumble.scenarios.files import plain_bytes, why_unread
 from tumble.scenarios.format import nearest, printable, short
-from tumble.scenarios.refusal import UsersError
+from tumble.scenarios.refusal import UserError
 
 
-class BadTolerance(UsersError):
+class BadTolerance(UserError):
     """A tolerance file that cannot be used; the message is the one line for the user."""
 
 

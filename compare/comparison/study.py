@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from tumble.compare.comparison.against_truth import Comparison, compare
 from tumble.compare.run.flight import check_step
+from tumble.compare.run.local import Asked
 from tumble.compare.run.progress import Display, no_display
 from tumble.compare.run.running_engines import TIME_LIMIT_S, flights
 from tumble.compare.run.starting import started
@@ -24,7 +25,7 @@ class Compared:
 
 def compare_scenes(
     scenes: Sequence[Scene],
-    contestants: Sequence[str] = (),
+    contestants: Sequence[Asked] = (),
     *,
     dt: float | None = None,
     time_limit: float = TIME_LIMIT_S,

@@ -4,13 +4,13 @@ import re
 from dataclasses import dataclass, replace
 from typing import Self
 
-from tumble.scenarios.refusal import UsersError
+from tumble.scenarios.refusal import UserError
 
 FILES = (".py", ".toml")  # endings of a user's own engine file or program
 RELEASE = re.compile(r"[0-9A-Za-z][0-9A-Za-z.!+_-]*")
 
 
-class BadEngine(UsersError):
+class BadEngine(UserError):
     """An engine name or file that cannot be used; the message is the one line for the user."""
 
 

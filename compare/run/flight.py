@@ -12,7 +12,7 @@ from tumble.compare.run.engines.registry import Finding, built, findings
 from tumble.compare.run.timing.timer import prepare, process_ns, wall_of_steps
 from tumble.scenarios.frames import Array, quaternion_product, vertices
 from tumble.scenarios.impulse import RayMissed, jump
-from tumble.scenarios.refusal import UsersError
+from tumble.scenarios.refusal import UserError
 from tumble.scenarios.scene import Scene
 
 # The other start of a probe differs by this share of the body's size, of a radian and of the velocities; a probe runs
@@ -22,7 +22,7 @@ ALTERED, PROBE_STEPS = 1e-4, 100
 SAME_STEP = 1e-12
 
 
-class BadStep(UsersError):
+class BadStep(UserError):
     """A step that cannot be flown; the message is the one line for the user."""
 
 

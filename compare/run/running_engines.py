@@ -4,6 +4,7 @@ import os
 import threading
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
+from contextvars import ContextVar
 from dataclasses import dataclass, field
 from itertools import combinations, count
 from pathlib import Path
@@ -13,6 +14,7 @@ from tumble.compare.run.engines import registry
 from tumble.compare.run.engines.environments import split_release
 from tumble.compare.run.engines.registry import BadEngine, EngineInfo
 from tumble.compare.run.flight import Trajectory
+from tumble.compare.run.local import Asked, LocalEngine, LocalWorker
 from tumble.compare.run.precision import DOUBLE, rounding
 from tumble.compare.run.status import Failure, Status
 from tumble.compare.run.timing.timer import Pace, Ready, Sample
@@ -24,6 +26,22 @@ from tumble.scenarios.scene import Scene
 TIME_LIMIT_S = 60.0
 # What a contestant is to its engine: what it does where nobody sets anything, or a method that the user named.
 DEFAULT, AS_ASKED = "default", "as asked"
+
+
+class Pool:
+    """Where the processes of engines come from: a new one for every study."""
+
+    def worker(self, engine: str, time_limit: float, memory_limit: int) -> Worker:
+        """Return a process that begins to load the engine."""
+        return Worker(engine, time_limit, memory_limit)
+
+    def release(self, worker: Worker | LocalWorker) -> None:
+        """End a process that a study has done with."""
+        worker.close()
+
+
+# The pool of whoever runs a study: a session of `import tumble` puts its own here, for its block alone.
+POOL: ContextVar[Pool] = ContextVar("pool of engine processes", default=Pool())  # noqa: B039
 
 
 class Halted(Exception):
@@ -43,7 +61,7 @@ class RunningEngine:
     methods: tuple[str, ...]
     named: frozenset[str]
     info: EngineInfo | Failure
-    worker: Worker
+    worker: Worker | LocalWorker
     unasked: bool = False
     _halted: bool = field(default=False, init=False)
     _ended: bool = field(default=False, init=False)
@@ -232,36 +250,51 @@ def truth_limit(running_engines: Sequence[RunningEngine]) -> float:
 
 @contextmanager
 def launched(
-    asked: Iterable[str],
+    asked: Iterable[Asked],
     time_limit: float = TIME_LIMIT_S,
     memory_limit: int = MEMORY_LIMIT,
     few: bool = False,
     beside: Iterable[str] = (),
 ) -> Iterator[list[RunningEngine]]:
-    """Give who takes part, each with a process of its own, and end the processes afterwards, whatever happened.
+    """Give the engines that take part, each with a process of its own, and end the processes afterwards.
 
-    asked: ENGINE[:METHOD] ..., nothing for every engine of ours; time_limit [s] for each answer of an engine;
-    memory_limit [B] for each of its processes; few: of an engine asked for without a method only those that a page is
-    made of; beside: others, asked for in the same way at another time, that titles must tell them from.
+    asked: ENGINE[:METHOD] ..., and engines of the calling program, which run in this process; nothing for every engine
+    of ours; time_limit [s] for each answer of an engine; memory_limit [B] for each of its processes; few: of an engine
+    asked for without a method only those that a page is made of; beside: others, asked for in the same way at another
+    time, from which titles must differ.
     Raises BadEngine with one line.
     """
     asked = [*asked]
-    engines = wanted(asked)
+    local = {one.name: one for one in asked if isinstance(one, LocalEngine)}
+    words = [one for one in asked if not isinstance(one, LocalEngine)]
+    engines = wanted(words) if words or not local else {}
     named = titles((*engines, *engine_files(beside)))
     for one, other in combinations(engines, 2):
         if named[one] == named[other]:
             raise BadEngine(f"{one} and {other} are one file: name it once")
+    for name, engine in local.items():
+        others = {one for one in asked if isinstance(one, LocalEngine) and one.name == name} - {engine}
+        if others or name in named.values() or name in registry.names():
+            raise BadEngine(f"{name}: two engines have this name; give the function another one")
     # All are started before any is waited for: importing the engines takes longest.
-    workers = [Worker(engine, time_limit, memory_limit) for engine in engines]
+    pool = POOL.get()
+    workers = [pool.worker(engine, time_limit, memory_limit) for engine in engines]
+    workers += [LocalWorker(engine, time_limit) for engine in local.values()]
     running_engines: list[RunningEngine] = []
     try:
-        for worker, (engine, methods) in zip(workers, engines.items(), strict=True):
+        methods_asked = [*engines.items(), *((name, [""]) for name in local)]
+        for worker, (engine, methods) in zip(workers, methods_asked, strict=True):
             info = worker.describe()
             taking_part, asked_by_name = chosen(engine, methods, info, few), frozenset(filter(None, methods))
+            title = named.get(engine, engine)
             running_engines.append(
-                RunningEngine(engine, named[engine], taking_part, asked_by_name, info, worker, unasked=not asked)
+                RunningEngine(engine, title, taking_part, asked_by_name, info, worker, unasked=not asked)
             )
         yield running_engines
+    except BaseException:
+        for running_engine in running_engines:
+            running_engine.worker.close()  # it may be killed, or at work still: no other study takes it over
+        raise
     finally:
         for worker in {*workers, *(running_engine.worker for running_engine in running_engines)}:
-            worker.close()
+            pool.release(worker)

@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Iterator
 from contextlib import ExitStack, contextmanager
 
+from tumble.compare.run.local import Asked
 from tumble.compare.run.progress import Display, no_display
 from tumble.compare.run.running_engines import TIME_LIMIT_S, RunningEngine, launched
 from tumble.compare.run.worker import MEMORY_LIMIT
@@ -10,7 +11,7 @@ from tumble.compare.run.worker import MEMORY_LIMIT
 
 @contextmanager
 def started(
-    contestants: Iterable[str] = (),
+    contestants: Iterable[Asked] = (),
     time_limit: float = TIME_LIMIT_S,
     memory_limit: int = MEMORY_LIMIT,
     display: Display = no_display,

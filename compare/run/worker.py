@@ -53,6 +53,7 @@ class Worker:
         self.engine, self.time_limit, self.memory_limit, self._place = engine, time_limit, memory_limit, place
         self._turn = threading.Lock()
         self._process: Process | None = None
+        self._info: EngineInfo | None = None  # which it says once
         self._why_gone = Failure(Status.CRASHED, "its process was ended", process_died=True)
         name, why = engine, ""
         if place is None:
@@ -80,11 +81,15 @@ class Worker:
 
     def describe(self) -> EngineInfo | Failure:
         """Return the engine's info, or why it has none.  Raises BadEngine for a user's file that cannot be used."""
+        if self._info is not None and self._process is not None:
+            return self._info
         answer = self._ask(None, EngineInfo | Failure | Refusal)
         if isinstance(answer, Refusal):
             raise BadEngine(answer.line)
         if isinstance(answer, Failure) and is_file(self.engine):
             raise BadEngine(f"{self.engine}: cannot be loaded: {answer}")
+        if isinstance(answer, EngineInfo):
+            self._info = answer
         return answer
 
     def simulate(

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pandas as pd
 
+from tumble.compare.run.local import Asked
 from tumble.compare.run.progress import Display, no_display
 from tumble.compare.run.starting import started
 from tumble.compare.run.task_cache import resumable
@@ -25,7 +26,7 @@ RUN_LIMIT_S = 20.0
 def map_scenes(
     scenes: Sequence[Scene],
     cases: Sequence[Scene] = (),
-    contestants: Sequence[str] = (),
+    contestants: Sequence[Asked] = (),
     *,
     folder: Path | None = None,
     time_limit: float = RUN_LIMIT_S,
@@ -74,7 +75,7 @@ def map_scenes(
                 *limit_findings(rows(LIMITS, tables[LIMITS.file])),
                 *extreme_findings(rows(EXTREMES, tables[EXTREMES.file])),
             ]
-            tables |= {FINDINGS.file: frame(FINDINGS, found)}
+            tables |= {FINDINGS.file: frame(FINDINGS, found), CONDITIONS.file: frame(CONDITIONS, conditions)}
             if folder:
-                write_tables(folder, tables | {CONDITIONS.file: frame(CONDITIONS, conditions)})
+                write_tables(folder, tables)
     return tables

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 import pandas as pd
 
 from tumble.compare.judge.cost import REFERENCE
+from tumble.compare.run.local import Asked
 from tumble.compare.run.progress import Display, no_display
 from tumble.compare.run.running_engines import TIME_LIMIT_S, flights
 from tumble.compare.run.starting import started
@@ -28,7 +29,7 @@ SEQUENCE, TIMING_S = 5.0, 5.0
 
 def sweep_scenes(
     scenes: Sequence[Scene],
-    contestants: Sequence[str] = (),
+    contestants: Sequence[Asked] = (),
     *,
     reference: str = REFERENCE,
     time_limit: float = TIME_LIMIT_S,
@@ -76,7 +77,7 @@ def sweep_scenes(
 def advise_scenes(
     scenes: Sequence[Scene],
     tolerance_m: float,
-    contestants: Sequence[str] = (),
+    contestants: Sequence[Asked] = (),
     *,
     beyond_samples: bool = False,
     time_limit: float = TIME_LIMIT_S,

@@ -10,7 +10,7 @@ from functools import cached_property
 from types import NoneType
 from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
-from tumble.scenarios.refusal import UsersError
+from tumble.scenarios.refusal import UserError
 
 # The longest first: `wall_ns_per_step` is no number of steps.
 UNITS = {
@@ -28,7 +28,7 @@ EMPTY = "may be empty"  # said of a column of floats, in which NaN then is an em
 DTYPES = {str: "str", int: "int64", float: "float64", bool: "bool"}
 
 
-class BadTable(UsersError):
+class BadTable(UserError):
     """A file that is not the table it should be; the message is the one line for the user."""
 
 
@@ -47,9 +47,7 @@ class Column:
     @property
     def unit(self) -> str:
         """The unit that its name ends with, nothing for text and pure numbers."""
-        if self.kind not in (int, float):
-            return ""
-        return next((unit for ending, unit in UNITS.items() if self.name.endswith(ending)), "")
+        return unit_of(self.name) if self.kind in (int, float) else ""
 
     @property
     def dtype(self) -> str:
@@ -79,6 +77,11 @@ class Table:
     def names(self) -> list[str]:
         """The names of the columns, which are the file's first line."""
         return [column.name for column in self.columns]
+
+
+def unit_of(name: str) -> str:
+    """Return the unit that a column's name ends with, nothing for pure numbers."""
+    return next((unit for ending, unit in UNITS.items() if name.endswith(ending)), "")
 
 
 def columns(row: type) -> Iterator[Column]:

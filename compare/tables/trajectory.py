@@ -3,11 +3,13 @@
 from collections.abc import Iterator
 
 import numpy as np
+import pandas as pd
 
 from tumble.compare.run.flight import Trajectory
 from tumble.compare.tables.cells import float_cells, lines_text
 from tumble.scenarios.frames import Array, quaternion_product
 from tumble.scenarios.scene import Body
+from tumble.scenarios.truth import Truth
 
 STATE_COLUMNS = [
     "t_s", "x_m", "y_m", "z_m", "qw", "qx", "qy", "qz",
@@ -29,11 +31,19 @@ def trajectory_text(flight: Trajectory, body: Body, first: int = 0, of: int | No
     samples, throws = flight.states.shape[:2]
     header = trajectory_header(len(body.points), of or throws)
     numbers = [[str(first + throw) for throw in range(throws) for _ in range(samples)]] * (header[0] == "member")
-    text = lines_text(header, numbers + [float_cells(each, "nan") for each in columns(flight, body)])
+    text = lines_text(header, numbers + [float_cells(each, "nan") for each in trajectory_columns(flight, body)])
     return text[text.index("\n") + 1 :] if first else text
 
 
-def columns(flight: Trajectory, body: Body) -> Iterator[Array]:
+def trajectory_frame(flight: Trajectory | Truth, body: Body) -> pd.DataFrame:
+    """Return a trajectory as a table, member after member; the quaternion is that of the scene file's axes."""
+    samples, members = flight.states.shape[:2]
+    header = trajectory_header(len(body.points), members)
+    which = [np.repeat(np.arange(members), samples)] if members > 1 else []
+    return pd.DataFrame(dict(zip(header, [*which, *trajectory_columns(flight, body)], strict=True)))
+
+
+def trajectory_columns(flight: Trajectory | Truth, body: Body) -> Iterator[Array]:
     """Yield time, the thirteen numbers of the states and the vertices, each (throws * samples,)."""
     samples, throws = flight.states.shape[:2]
     states = flight.states.swapaxes(0, 1).reshape(-1, 13).copy()

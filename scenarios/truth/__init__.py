@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from tumble.scenarios.frames import Array
-from tumble.scenarios.refusal import UsersError
+from tumble.scenarios.refusal import UserError
 from tumble.scenarios.scene import Scene
 from tumble.scenarios.truth.deadline import PARTS, Late, current, within
 from tumble.scenarios.truth.flight import Pose, quaternion
@@ -35,7 +35,7 @@ AT_A_TIME = 32
 ShareCallback = Callable[[float], object]
 
 
-class NoTruth(UsersError):
+class NoTruth(UserError):
     """The trajectory cannot be computed accurately enough to be a reference; the message says why."""
 
 

@@ -50,6 +50,16 @@ def test_the_commands_of_a_block_run_as_printed_one_after_the_other(folder, bloc
         assert written or done.stdout
 
 
+@pytest.mark.parametrize("block", blocks("python"))
+def test_the_python_runs_as_printed(folder, block):
+    done = subprocess.run(
+        [sys.executable, "-P", "-"], input=block, cwd=folder, capture_output=True, text=True, timeout=PATIENCE_S
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    assert re.search(r"mine +step", done.stdout)
+    assert re.search(r"mujoco +rk4", done.stdout)
+
+
 def test_there_are_commands_to_run():
     assert len(COMMANDS) >= 7
 

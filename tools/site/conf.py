@@ -52,9 +52,6 @@ nb_execution_mode = "force"
 nb_execution_raise_on_error = True
 nb_execution_timeout = 600
 nb_ipywidgets_js: dict[str, Any] = {}
-NOTEBOOKS_NEED = "compare"  # the notebooks use `import tumble`
-if NOTEBOOKS_NEED not in getattr(__import__("tumble"), "__all__", ()):
-    exclude_patterns.append("notebooks/*")
 
 # The API
 nitpicky = True
@@ -82,8 +79,6 @@ def setup(app: Sphinx) -> None:
 def without_links_outside(app: Sphinx, page: str, source: list[str]) -> None:
     """Make plain text of links to files that are not part of the site."""
     source[0] = OUTSIDE.sub(r"\1", source[0])
-    if "notebooks/*" in exclude_patterns:
-        source[0] = re.sub(r"```\{toctree\}\n:caption: Notebooks\n.*?```\n", "", source[0], flags=re.DOTALL)
 
 
 def meanings_below_names(app: Sphinx, what: str, name: str, found: Any, options: Any, lines: list[str]) -> None:
@@ -102,6 +97,6 @@ def docstring_of_the_command(app: Sphinx, what: str, name: str, found: Any, opti
     if name == "tumble.compare" and what == "function":
         from inspect import getdoc
 
-        from tumble.api.compare import compare  # pyright: ignore[reportMissingImports]
+        from tumble.api.compare import compare
 
         lines[:] = (getdoc(compare) or "").splitlines()

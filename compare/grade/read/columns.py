@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from math import pi
 from typing import NamedTuple
 
-from tumble.scenarios.refusal import UsersError
+from tumble.scenarios.refusal import UserError
 
 IGNORED = "ignore"
 UNITS: dict[str, dict[str, float]] = {
@@ -35,7 +35,7 @@ TIME, THROW = "t", "member"
 VERTEX = re.compile(r"v(0|[1-9]\d{0,5})[xyz]", re.ASCII)
 
 
-class BadTrajectory(UsersError):
+class BadTrajectory(UserError):
     """A trajectory that cannot be graded as it is; the message is the one line for the user."""
 
 

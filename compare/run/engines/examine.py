@@ -21,8 +21,8 @@ class Examined:
     not_asked: dict[str, str]
 
 
-def examined(running_engine: RunningEngine) -> Iterator[Examined]:
-    """Yield the outcome of each check, run on every method, and on an adaptive one also at a loose tolerance.
+def examined(running_engine: RunningEngine, only: str | None = None) -> Iterator[Examined]:
+    """Yield the outcome of each check, or of one, on every method, and on an adaptive one also at a loose tolerance.
 
     After the first timeout no more is asked.
     """
@@ -31,7 +31,7 @@ def examined(running_engine: RunningEngine) -> Iterator[Examined]:
     loose = [f"{method}@{LOOSE:g}" for method in running_engine.methods if method in info.adaptive]
     binding = checks_for(info.features, info.optional, info.exempt)
     late = ""
-    for check in CHECKS:
+    for check in CHECKS if only is None else (only,):
         if check not in binding or late:
             lacking = "it has no gravity" if check == "gravity" else "it has nothing optional"
             why = info.exempt.get(check) or (late if check in binding else lacking)

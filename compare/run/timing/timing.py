@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from tumble.compare.run.flight import legs
+from tumble.compare.run.local import LocalWorker
 from tumble.compare.run.running_engines import RunningEngine
 from tumble.compare.run.status import Failure, Status
 from tumble.compare.run.tasks import Task, run
@@ -71,7 +72,7 @@ class StandingTimer:
 
     def __init__(self, key: str, load: Load) -> None:
         self._key, self._load = key, load
-        self._worker: Worker | None = None
+        self._worker: Worker | LocalWorker | None = None
 
     @property
     def task(self) -> Task[Ready | Failure]:

@@ -1,0 +1,108 @@
+"""The study of `tumble grade`: a file and a scene in, its errors and the diagnosis out."""
+
+import logging
+import os
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
+from dataclasses import replace
+from pathlib import Path
+
+from tumble.compare.grade.grade import TASKS, Grade, grade
+from tumble.compare.grade.hypotheses.explanation import Explanation
+from tumble.compare.grade.measure.errors import Measured
+from tumble.compare.grade.read.columns import AmbiguousFile, BadTrajectory
+from tumble.compare.grade.read.formats import as_csv
+from tumble.compare.grade.read.mapping import mapping_file
+from tumble.compare.grade.read.reading_options import ReadingOptions
+from tumble.compare.grade.read.refusals import refusal
+from tumble.compare.run.progress import Display, no_display
+from tumble.scenarios.scene import Scene
+
+log = logging.getLogger(__name__)
+
+
+def grade_file(
+    file: str,
+    scene: Scene,
+    options: ReadingOptions | None = None,
+    *,
+    like: str | None = None,
+    map_file: str | None = None,
+    names: Sequence[str] = (),
+    shown: str | None = None,
+    on_measured: Callable[[str, Measured, Sequence[str]], object] = lambda name, measured, observed: None,
+    on_nearest: Callable[[Explanation], object] = lambda nearest: None,
+    display: Display = no_display,
+) -> Grade:
+    """Grade one file.
+
+    Parameters
+    ----------
+    file : CSV, JSON lines or Parquet; - is standard input
+    scene : the scene that it is graded against
+    options : how the file is to be read
+    like : read it as one of this program: unity, unreal, blender, godot, ros, mujoco
+    map_file : TOML with a table [columns]; None: FILE.toml, if there is one
+    names : names of the columns of a file without a header
+    shown : what messages call the file; None: its path
+    on_measured : called with the file's name, the errors and the observations, before a search
+    on_nearest : called with the nearest engine scheme if none fits and a search begins
+    display : shows progress
+
+    Returns
+    -------
+    the grade
+
+    Raises
+    ------
+    BadTrajectory : the file cannot be read, or how to read it is not clear; the message has what to type
+    NoTruth : the scene has no reference solution
+    """
+    given = options or ReadingOptions()
+    beside = Path(map_file or f"{file}.toml")
+    source = ""
+    if map_file or os.path.isfile(beside):
+        given = replace(given, mapping={**mapping_file(beside), **given.mapping})
+        source = f"columns are named by {beside}"
+    with ExitStack() as drafts:
+        path, name, first_line = as_csv(file, list(names), given.decimal, drafts)
+        name = shown or name
+        reading = replace(given, conventions=replace(given.conventions, name=name, first_line=first_line))
+        try:
+            if like:
+                reading = _like(like, path, scene, reading)
+            with display(TASKS) as on_progress:
+                found = grade(
+                    path,
+                    scene,
+                    reading.mapping,
+                    reading.by,
+                    reading.decimal,
+                    lambda measured, observed: on_measured(name, measured, observed),  # type: ignore[arg-type, return-value]
+                    reading.conventions,
+                    on_nearest=on_nearest,  # type: ignore[arg-type]
+                    on_progress=on_progress,
+                )
+        except AmbiguousFile as question:
+            raise _with_source(refusal(path, scene, reading, question), source) from None
+        except BadTrajectory as error:
+            raise _with_source(error, source) from None
+    for line in (*reading.conventions.notes, source):
+        if line:
+            log.info(line)
+    return found
+
+
+def _like(program: str, path: Path, scene: Scene, given: ReadingOptions) -> ReadingOptions:
+    """Return the options that read a file as a program writes it, and log them."""
+    from tumble.compare.grade.read.programs import misfit_remark, read_as_program
+
+    reading, error = read_as_program(path, scene, given, program)
+    options = reading.command_line(given) or "no further options"
+    log.info(f"--like {program} reads the file with {options}{misfit_remark(error)}")
+    return reading
+
+
+def _with_source(error: BadTrajectory, source: str) -> BadTrajectory:
+    """Return an error with the file that named the columns, if there is one."""
+    return BadTrajectory(f"{error} ({source})") if source else error

@@ -1,0 +1,84 @@
+"""What a result has: tables with units and meanings, its answer, its page in a frame, its figure, and its files."""
+
+import altair
+import pytest
+
+import tumble
+from tumble.compare.tables.known import schema
+
+
+@pytest.fixture(scope="module")
+def result() -> tumble.Result:
+    return tumble.compare("two-hits", ["tumble:rk4", "tumble:exact"], film=True)
+
+
+def test_every_table_is_an_attribute_with_units_and_meanings(result):
+    for file, table in result.tables.items():
+        assert getattr(result, file.removesuffix(".csv").replace("-", "_")) is table
+        assert list(table.columns) == list(schema(file).names)
+        assert set(table.attrs["meanings"]) == set(table.columns)
+        assert table.attrs["table"] == schema(file).meaning
+    assert result.runs.attrs["units"]["max_error_m"] == "m"
+    assert result.conditions is result.tables["conditions.csv"]
+    assert {"runs", "vertex_errors", "plot", "save"} <= set(dir(result))
+    with pytest.raises(AttributeError, match=r"no rums; tables: .*runs"):
+        _ = result.rums
+
+
+def test_the_answer_names_the_scene_and_the_text_the_contestants(result):
+    assert "two-hits" in result.answer
+    assert "\n" not in result.answer
+    assert "tumble:rk4" in str(result)
+
+
+def test_what_is_saved_is_read_and_saved_again_byte_for_byte(result, tmp_path):
+    result.save(tmp_path / "one")
+    read = tumble.read(tmp_path / "one")
+    read.save(tmp_path / "two")
+    names = sorted(path.name for path in (tmp_path / "one").iterdir())
+    assert {"runs.csv", "conditions.csv", "datapackage.json"} <= set(names)
+    assert names == sorted(path.name for path in (tmp_path / "two").iterdir())
+    assert [
+        name for name in names if (tmp_path / "one" / name).read_bytes() != (tmp_path / "two" / name).read_bytes()
+    ] == []
+    assert read.runs.attrs == result.runs.attrs
+
+
+def test_a_folder_without_tables_is_refused_in_one_line(tmp_path):
+    with pytest.raises(tumble.UserError, match="has no tables") as refused:
+        tumble.read(tmp_path)
+    assert "\n" not in str(refused.value)
+
+
+def test_the_figure_is_altairs(result):
+    drawn = result.plot()
+    assert isinstance(drawn, altair.TopLevelMixin)
+    assert "rk4" in str(drawn.to_dict())
+
+
+def test_in_a_notebook_it_is_a_page_whose_style_and_the_notebooks_do_not_meet(result, browser, tmp_path):
+    """The notebook's style would colour every cell; the page's own has rules for `body`, `table` and `td`."""
+    outside = "<style>* { color: rgb(255, 0, 0) !important } table { display: none !important }</style><p id=own>x</p>"
+    file = tmp_path / "notebook.html"
+    file.write_text(f"<!doctype html>{outside}{result._repr_html_()}", encoding="utf-8")
+    context = browser.new_context(viewport={"width": 1000, "height": 900}, offline=True)
+    context.set_default_timeout(120_000)
+    tab = context.new_page()
+    errors: list[str] = []
+    tab.on("pageerror", lambda error: errors.append(str(error)))
+    tab.goto(file.as_uri())
+    before = tab.evaluate("getComputedStyle(document.querySelector('#own')).fontFamily")
+    frame = tab.frame_locator("iframe")
+    frame.get_by_text("two-hits").first.wait_for(state="attached")
+    table = frame.locator("table").first
+    table.wait_for(state="attached")
+    assert table.evaluate("one => getComputedStyle(one).display") != "none"
+    assert frame.locator("body").evaluate("one => getComputedStyle(one).color") != "rgb(255, 0, 0)"
+    assert tab.evaluate("getComputedStyle(document.querySelector('#own')).fontFamily") == before
+    assert "Times" in before or "serif" in before, "the notebook has the page's font"
+    assert "rk4" in frame.locator("body").inner_text()
+    assert result.answer in tab.locator("body").inner_text()
+    assert tab.evaluate("document.documentElement.scrollWidth") <= 1000
+    tab.screenshot(path=tmp_path / "notebook.png")
+    assert errors == []
+    context.close()

@@ -1,0 +1,69 @@
+"""`tumble.advise`: the cheapest engine, method and step within a tolerance."""
+
+from tumble.api.contestants import Contestants, contestant_list
+from tumble.api.progress import display
+from tumble.api.result import Result, call, text_of
+from tumble.api.scene import Scenes, questions
+from tumble.compare.judge.cost import REFERENCE
+from tumble.compare.run.provenance import conditions
+from tumble.compare.run.running_engines import TIME_LIMIT_S
+from tumble.compare.run.worker import MEMORY_LIMIT
+from tumble.compare.sweep.results import measured
+from tumble.compare.sweep.study import advise_scenes
+from tumble.compare.tables.frames import frame
+from tumble.compare.tables.shared import CONDITIONS
+from tumble.reports.sweep_text import advice_text
+
+
+def advise(
+    scenes: Scenes,
+    contestants: Contestants = (),
+    *,
+    tolerance_m: float,
+    beyond_samples: bool = False,
+    time_limit: float = TIME_LIMIT_S,
+    memory_limit: int = MEMORY_LIMIT,
+    progress: bool = True,
+) -> Result:
+    """Find the cheapest engine, method and step that stays within an error.
+
+    Parameters
+    ----------
+    scenes : one or several: a name, a path, a table as in TOML, or a `Scene`.
+    contestants : one or several: ENGINE[@RELEASE][:METHOD], FILE[:METHOD], or a function as `tumble.engine` takes it.
+        Empty: every installed engine.
+    tolerance_m : largest acceptable vertex error [m].
+    beyond_samples : also try fixed steps longer than the sampling interval.
+    time_limit : of each run [s].
+    memory_limit : of each engine's process [B].
+    progress : draw a bar in a terminal or a notebook.
+
+    Returns
+    -------
+    Result
+        `answer` has the advice; tables as `tumble.sweep` has them.
+
+    Raises
+    ------
+    UserError
+        For a scene, an engine or a method that cannot be used.
+
+    Examples
+    --------
+    >>> import tumble
+    >>> advice = tumble.advise("two-hits", ["tumble:exact", "tumble:rk4"], tolerance_m=1e-6, progress=False)
+    >>> "tumble:exact" in advice.answer
+    True
+    """
+    found, named = advise_scenes(
+        questions(scenes),
+        tolerance_m,
+        contestant_list(contestants),
+        beyond_samples=beyond_samples,
+        time_limit=time_limit,
+        memory_limit=memory_limit,
+        display=display(progress),
+    )
+    command = call("advise", scenes, contestants, tolerance_m=tolerance_m)
+    tables = measured(found, REFERENCE) | {CONDITIONS.file: frame(CONDITIONS, conditions(command))}
+    return Result(tables, text_of(piece for one in found for piece in advice_text(one, tolerance_m, named)))

@@ -1,0 +1,66 @@
+"""`tumble.compare`: every contestant on every scene, compared with the reference solution."""
+
+from tumble.api.contestants import Contestants, contestant_list
+from tumble.api.limits import Limits
+from tumble.api.progress import display, in_notebook
+from tumble.api.result import Result, call, text_of
+from tumble.api.scene import Scenes, questions
+from tumble.api.session import kept_ready
+from tumble.compare.comparison.results import comparison_tables
+from tumble.compare.comparison.study import compare_scenes
+from tumble.compare.coursework.results import coursework_tables
+from tumble.compare.motion.study import film_scenes
+from tumble.compare.run.running_engines import TIME_LIMIT_S
+from tumble.compare.run.worker import MEMORY_LIMIT
+from tumble.compare.tables.frames import merged
+from tumble.reports.comparison_text import comparison_text
+
+
+def compare(
+    scenes: Scenes,
+    contestants: Contestants = (),
+    *,
+    dt: float | None = None,
+    film: bool | None = None,
+    time_limit: float = TIME_LIMIT_S,
+    memory_limit: int = MEMORY_LIMIT,
+    progress: bool = True,
+) -> Result:
+    """Run every scene with every contestant, and compare the vertices with the reference solution.
+
+    Parameters
+    ----------
+    scenes : one or several: a name, a path, a table as in TOML, or a `Scene`.
+    contestants : one or several: ENGINE[@RELEASE][:METHOD], FILE[:METHOD], or a function as `tumble.engine` takes it.
+        Empty: every installed engine.
+    dt : step [s]; None: each scene's own.
+    film : also sample the motion finely, so that the page shows it; None: in a notebook.
+    time_limit : of each run [s].
+    memory_limit : of each engine's process [B].
+    progress : draw a bar in a terminal or a notebook.
+
+    Returns
+    -------
+    Result
+        Tables `runs`, `vertex_errors`, `error_over_time`, `agreement`, `scenes`, `engines`, `findings`, `conditions`.
+
+    Raises
+    ------
+    UserError
+        For a scene, an engine, a method or a step that cannot be used.
+
+    Examples
+    --------
+    >>> import tumble
+    >>> result = tumble.compare("two-hits", ["tumble:rk4", "tumble:exact"])
+    >>> result.runs.sort_values("max_error_m").method.iloc[0]
+    'exact'
+    """
+    asked, engines = questions(scenes), contestant_list(contestants)
+    limits: Limits = {"time_limit": time_limit, "memory_limit": memory_limit, "display": display(progress)}
+    with kept_ready():
+        found = compare_scenes(asked, engines, dt=dt, **limits)
+        watched = film_scenes(asked, engines, dt=dt, **limits) if (in_notebook() if film is None else film) else {}
+    own = comparison_tables(found.comparisons, found.engines, call("compare", scenes, contestants, dt=dt))
+    text = text_of(piece for one in found.comparisons for piece in comparison_text(one, None))
+    return Result(merged(own, coursework_tables(found.comparisons), watched), text)

@@ -1,0 +1,58 @@
+"""`tumble.releases`: what changed between an engine's releases."""
+
+from tumble.api.progress import display
+from tumble.api.result import Result, call, text_of
+from tumble.api.scene import Scenes, questions
+from tumble.compare.releases.ledger import SCENES
+from tumble.compare.releases.results import ledger_tables
+from tumble.compare.releases.study import compare_releases
+from tumble.compare.run.running_engines import TIME_LIMIT_S
+from tumble.compare.run.worker import MEMORY_LIMIT
+from tumble.reports.releases import ledger_text
+
+
+def releases(
+    engine: str,
+    scenes: Scenes = SCENES,
+    *,
+    first: str | None = None,
+    last: str | None = None,
+    install: bool = False,
+    time_limit: float = TIME_LIMIT_S,
+    memory_limit: int = MEMORY_LIMIT,
+    progress: bool = True,
+) -> Result:
+    """Run the same scenes with every release of an engine, and find what changed at each.
+
+    Parameters
+    ----------
+    engine : its name, without release and method.
+    scenes : one or several: a name, a path, a table as in TOML, or a `Scene`.
+    first, last : leave out older and newer releases.
+    install : first install the releases that the package index has, each into its own environment.
+    time_limit : of each run [s].
+    memory_limit : of each engine's process [B].
+    progress : draw a bar in a terminal or a notebook.
+
+    Returns
+    -------
+    Result
+        Tables `releases`, `release_changes`, `engines`, `conditions`.
+
+    Raises
+    ------
+    UserError
+        For an engine that has fewer than two releases here.
+    """
+    found = compare_releases(
+        engine,
+        questions(scenes),
+        first=first,
+        last=last,
+        install=install,
+        time_limit=time_limit,
+        memory_limit=memory_limit,
+        display=display(progress),
+    )
+    tables = ledger_tables(found.ledger, found.changes, found.engines, call("releases", engine, scenes))
+    return Result(tables, text_of(ledger_text(found.ledger, found.changes)))

@@ -1,0 +1,96 @@
+"""Engine processes that outlive one call."""
+
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, contextmanager, nullcontext
+
+from tumble.compare.run.engines.registry import is_file
+from tumble.compare.run.local import LocalWorker
+from tumble.compare.run.running_engines import POOL, Pool
+from tumble.compare.run.worker import Worker
+
+
+class Session(Pool):
+    """Engine processes that stay ready between calls, one for each engine and memory limit."""
+
+    def __init__(self) -> None:
+        self._ready: dict[tuple[str, int], Worker] = {}
+
+    def worker(self, engine: str, time_limit: float, memory_limit: int) -> Worker:
+        """Return a process that has the engine loaded, or begins to load it.
+
+        Parameters
+        ----------
+        engine : ENGINE[@RELEASE] or the path of an engine file.
+        time_limit : of each answer [s].
+        memory_limit : of the process [B].
+
+        Returns
+        -------
+        Worker
+        """
+        found = self._ready.pop((engine, memory_limit), None)
+        if found is None or not found.alive:
+            return super().worker(engine, time_limit, memory_limit)
+        found.time_limit = time_limit
+        return found
+
+    def release(self, worker: Worker | LocalWorker) -> None:
+        """Keep a process for the next call; end it where one of its kind waits already, or its file may change.
+
+        Parameters
+        ----------
+        worker : a process that a call has done with.
+        """
+        if (
+            isinstance(worker, LocalWorker)
+            or is_file(worker.engine)
+            or not worker.alive
+            or self._key(worker) in self._ready
+        ):
+            worker.close()
+        else:
+            self._ready[self._key(worker)] = worker
+
+    def close(self) -> None:
+        """End every process."""
+        while self._ready:
+            self._ready.popitem()[1].close()
+
+    @staticmethod
+    def _key(worker: Worker) -> tuple[str, int]:
+        return worker.engine, worker.memory_limit
+
+
+@contextmanager
+def session() -> Iterator[Session]:
+    """Keep engine processes ready between the calls inside the block.
+
+    Without a session every call starts the engines that it needs and ends them.  A session belongs to the thread or the
+    asynchronous task that opened it.
+
+    Examples
+    --------
+    >>> import tumble
+    >>> with tumble.session():
+    ...     coarse = tumble.run("two-hits", "tumble:rk4", dt=0.004)
+    ...     fine = tumble.run("two-hits", "tumble:rk4", dt=0.002)
+    >>> len(coarse) == len(fine)
+    True
+    """
+    opened = Session()
+    before = POOL.set(opened)
+    try:
+        yield opened
+    finally:
+        POOL.reset(before)
+        opened.close()
+
+
+def kept_ready() -> AbstractContextManager[object]:
+    """Return a context in which engines stay ready: the session that is open, or one for this call alone.
+
+    Returns
+    -------
+    contextlib.AbstractContextManager
+    """
+    return nullcontext() if isinstance(POOL.get(), Session) else session()

@@ -1,0 +1,64 @@
+"""`tumble.stability`: stability maps, the largest stable step of each method, and extreme cases."""
+
+from tumble.api.contestants import Contestants, contestant_list
+from tumble.api.progress import display
+from tumble.api.result import Result, call, text_of
+from tumble.api.scene import Scenes, questions
+from tumble.compare.run.worker import MEMORY_LIMIT
+from tumble.compare.stability.results import pieces
+from tumble.compare.stability.schemas import EXTREMES
+from tumble.compare.stability.study import RUN_LIMIT_S, map_scenes
+from tumble.compare.stability.tasks import STIFF
+from tumble.compare.tables.frames import rows
+from tumble.reports.stability_text import stability_text
+from tumble.scenarios.read import extremes
+
+
+def stability(
+    scenes: Scenes = (),
+    contestants: Contestants = (),
+    *,
+    time_limit: float = RUN_LIMIT_S,
+    memory_limit: int = MEMORY_LIMIT,
+    progress: bool = True,
+) -> Result:
+    """Map the stability of every contestant, and run extreme cases.
+
+    Parameters
+    ----------
+    scenes : one or several: a name, a path, a table as in TOML, or a `Scene`.
+        Extreme cases, such as "spin-1e4", are run as they are, the others mapped.  Empty: the stiff scenes of the
+        catalogue and all extreme cases, which take minutes.
+    contestants : one or several: ENGINE[@RELEASE][:METHOD], FILE[:METHOD], or a function as `tumble.engine` takes it.
+        Empty: every installed engine.
+    time_limit : of each run [s].
+    memory_limit : of each engine's process [B].
+    progress : draw a bar in a terminal or a notebook.
+
+    Returns
+    -------
+    Result
+        Tables `stability`, `limits`, `extremes`, `findings`, `conditions`.
+
+    Raises
+    ------
+    UserError
+        For a scene, an engine or a method that cannot be used.
+
+    Examples
+    --------
+    >>> import tumble
+    >>> tumble.stability("spin-1e2", "tumble:exact", progress=False).extremes.verdict.tolist()
+    ['stable']
+    """
+    asked = questions((*STIFF, *extremes()) if isinstance(scenes, tuple) and not scenes else scenes)
+    tables = map_scenes(
+        [scene for scene in asked if scene.name not in extremes()],
+        [scene for scene in asked if scene.name in extremes()],
+        contestant_list(contestants),
+        time_limit=time_limit,
+        memory_limit=memory_limit,
+        command=call("stability", scenes, contestants),
+        display=display(progress),
+    )
+    return Result(tables, text_of(stability_text(pieces(tables), rows(EXTREMES, tables[EXTREMES.file]), False)))
