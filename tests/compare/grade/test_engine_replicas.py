@@ -71,7 +71,7 @@ def test_an_engine_is_named_by_what_its_replica_writes(tmp_path, engine):
 
 def test_bullets_constant_is_one_of_single_precision(tmp_path):
     found = flown(tmp_path, Replica(1 / 60, damps=bullet))
-    assert found.diagnosis.best.mistakes[0].hypothesis.name == "damping as PyBullet's default"
+    assert found.diagnosis.best.mistakes[0].hypothesis.name == "pybullet-default-damping"
 
 
 def test_a_start_that_single_precision_rounds_is_no_mistake(tmp_path):

@@ -453,8 +453,8 @@ def test_tables_are_written_all_or_none(tumble, right, tmp_path):
     before = contents(tables)
     assert sorted(before) == [
         "conditions.csv",
+        "datapackage.json",
         "diagnosis.csv",
-        "explanations.csv",
         "grade-parts.csv",
         "grade-vertices.csv",
         "grade.csv",
