@@ -6,6 +6,7 @@ from contextlib import ExitStack, contextmanager
 from tumble.compare.run.local import Asked
 from tumble.compare.run.progress import Display, no_display
 from tumble.compare.run.running_engines import TIME_LIMIT_S, RunningEngine, launched
+from tumble.compare.run.timing import machine_load
 from tumble.compare.run.worker import MEMORY_LIMIT
 
 
@@ -37,6 +38,7 @@ def started(
     ------
     BadEngine : an engine or a method is unknown
     """
+    machine_load.seen.clear()  # what was seen while another study took times is none of this one's conditions
     with ExitStack() as engines:
         with display(doing="starting engines"):
             running_engines = engines.enter_context(launched(contestants, time_limit, memory_limit, few, beside))

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from apart import engine, throw
+from gyroscopic_scheme import gyroscopic_scheme
 
 from tumble.compare.judge import mechanics
-from tumble.compare.judge.gyroscopic_scheme import gyroscopic_scheme
 from tumble.compare.run.engines.brick import scene
 from tumble.compare.run.running_engines import launched
 from tumble.scenarios.read import read_scene
