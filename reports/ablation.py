@@ -41,7 +41,16 @@ def band(row: AblationRow) -> str:
 
 
 def ablation_text(ablation: Ablation) -> Iterator[RenderableType]:
-    """Yield what `tumble ablate` prints of one scene."""
+    """Yield what `tumble ablate` prints of one scene.
+
+    Parameters
+    ----------
+    ablation : the results of the scene
+
+    Yields
+    ------
+    title, table of times per step [ns], contestants without figures, contestants whose motions differ
+    """
     yield plain(f"{ablation.scene.name}: {ablation.scene.title}")
     limit = "no reference solution" if ablation.resolution_m is None else f"resolution {ablation.resolution_m:.1e} m"
     yield plain(f"time per step with and without features the scene does not need; {limit}")

@@ -14,7 +14,16 @@ from tumble.scenarios.scene import Scene
 
 
 def body_lines(scene: Scene) -> Iterator[str]:
-    """Yield mass, volume, centre, moments and axes of a scene's body, as comments of TOML."""
+    """Yield mass, volume, centre, moments and axes of a scene's body, as comments of TOML.
+
+    Parameters
+    ----------
+    scene : the scene
+
+    Yields
+    ------
+    one line each, with SI units
+    """
     body = scene.body
     yield "# Computed from [body]:"
     yield f"# mass     {body.mass:.9g} kg"
@@ -39,6 +48,14 @@ def scene_list(scenes: Sequence[Scene]) -> Iterator[str]:
     """Yield the catalogue: name and needs of each scene, and below them its title.
 
     As wide as the terminal; in a pipe, where lines are searched, all that a scene needs is on the line of its name.
+
+    Parameters
+    ----------
+    scenes : the scenes, at least one
+
+    Yields
+    ------
+    two paragraphs for each scene, in the given order
     """
     margin = 2 + max(len(scene.name) for scene in scenes)
     width = shutil.get_terminal_size().columns if sys.stdout.isatty() else sys.maxsize

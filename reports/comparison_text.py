@@ -38,9 +38,18 @@ MOST_NAMED = 4  # engines in one sentence
 def comparison_text(
     comparison: Comparison, vertex: int | None, everything: bool = False, charts: bool = False
 ) -> Iterator[RenderableType]:
-    """Yield the text: the answer, the ranking, and error tables of each engine's first method, or of all.
+    """Yield what `tumble compare` prints of one scene: the answer, the ranking and error tables.
 
-    vertex: the one to print, None for the one with the largest error; charts: whether to draw a chart.
+    Parameters
+    ----------
+    comparison : the runs of the scene and their errors
+    vertex : index of the vertex in the error tables; None: the one with the largest error
+    everything : print an error table of every run, not only of each engine's first method
+    charts : draw a chart
+
+    Yields
+    ------
+    the parts of the text, from top to bottom
     """
     scene, truth, runs = comparison.scene, comparison.truth, comparison.runs
     if truth is None:

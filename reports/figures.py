@@ -25,14 +25,35 @@ class NoFigures(UserError):
 
 
 def check_figures(*files: str | None) -> None:
-    """Raise NoFigures if a figure is asked for and what draws it is not installed; before anything is run."""
+    """Check that figures can be drawn, before anything is run.
+
+    Parameters
+    ----------
+    *files : file of each figure; None or empty: this figure is not asked for
+
+    Raises
+    ------
+    NoFigures : a figure is asked for, and a library that draws it is not installed
+    """
     missing = [name.replace("_", "-") for name in LIBRARIES if find_spec(name) is None]
     if any(files) and missing:
         raise NoFigures(f"--svg and --png need {' and '.join(missing)}: in Tumble's checkout, pip install '.[figures]'")
 
 
 def save_figures(svg: str | None, png: str | None, figure: Callable[[pd.DataFrame], Any], table: pd.DataFrame) -> None:
-    """Save the figure of a table if it is asked for.  Raises OSError."""
+    """Save the figure of a table as SVG, PNG, both or neither.
+
+    Parameters
+    ----------
+    svg : SVG file to write; None or empty: none
+    png : PNG file to write; None or empty: none
+    figure : draws the table, for example `cost_figure`
+    table : table that the figure shows
+
+    Raises
+    ------
+    OSError : a file cannot be written
+    """
     if not (svg or png):
         return
     import vl_convert
@@ -69,7 +90,16 @@ def figure_of(tables: Mapping[str, pd.DataFrame]) -> "altair.TopLevelMixin":
 
 
 def error_figure(runs: pd.DataFrame) -> "altair.TopLevelMixin":
-    """Return each contestant's largest error, scene beside scene; runs: as in runs.csv."""
+    """Return each contestant's largest error.
+
+    Parameters
+    ----------
+    runs : table as in runs.csv
+
+    Returns
+    -------
+    the figure, one panel for each scene
+    """
     import altair
 
     shown = named(runs.loc[finite(runs, "max_error_m")])
@@ -85,7 +115,16 @@ def error_figure(runs: pd.DataFrame) -> "altair.TopLevelMixin":
 
 
 def cost_figure(measured: pd.DataFrame) -> "altair.TopLevelMixin":
-    """Return error against time of every run, a line a contestant; measured: as in work-precision.csv."""
+    """Return error against time of every run, one line for each contestant.
+
+    Parameters
+    ----------
+    measured : table as in work-precision.csv
+
+    Returns
+    -------
+    the figure, one panel for each scene
+    """
     import altair
 
     shown = named(measured.loc[finite(measured, "error_m") & (measured["status"] == "ok").to_numpy()])
@@ -104,7 +143,16 @@ def cost_figure(measured: pd.DataFrame) -> "altair.TopLevelMixin":
 
 
 def limit_figure(limits: pd.DataFrame) -> "altair.TopLevelMixin":
-    """Return the largest stable step of each contestant, and theory's as a line; limits: as in limits.csv."""
+    """Return the largest stable step of each contestant, with the predicted one as a line.
+
+    Parameters
+    ----------
+    limits : table as in limits.csv
+
+    Returns
+    -------
+    the figure, one panel for each scene
+    """
     import altair
 
     shown = named(limits.loc[finite(limits, "w_dt_limit") & (limits["w_dt_limit"] > 0).to_numpy()])

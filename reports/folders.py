@@ -22,7 +22,21 @@ ERRORS = ["max_error_m", "resolution_m", "status"]
 
 
 def gathered(folder: Path) -> dict[str, pd.DataFrame]:
-    """Return the tables in a folder, whichever command wrote them.  Raises BadTable, OSError."""
+    """Return the tables in a folder, whichever command wrote them.
+
+    Parameters
+    ----------
+    folder : folder that `-o` wrote
+
+    Returns
+    -------
+    table by file name
+
+    Raises
+    ------
+    BadTable : the folder does not exist, or its tables are not Tumble's
+    OSError : a file cannot be read
+    """
     if not folder.is_dir():
         raise BadTable(f"{folder}: no such folder; give --from a folder that -o wrote")
     return completed(read_tables(folder), str(folder))
@@ -76,7 +90,21 @@ def of_record(cells: pd.DataFrame, questions: pd.DataFrame) -> dict[str, pd.Data
 
 
 def changes(before: Mapping[str, pd.DataFrame], after: Mapping[str, pd.DataFrame]) -> dict[str, pd.DataFrame]:
-    """Return the runs whose status or error changed, and the conditions that changed.  Raises BadTable."""
+    """Return the runs whose status or error changed, and the conditions that changed.
+
+    Parameters
+    ----------
+    before : earlier tables, by file name
+    after : later tables, by file name
+
+    Returns
+    -------
+    changed-runs.csv and changed-conditions.csv, by file name
+
+    Raises
+    ------
+    BadTable : runs.csv is missing before or after
+    """
     if not all("runs.csv" in tables for tables in (before, after)):
         raise BadTable("both folders must have runs.csv, as `tumble report` and `tumble compare -o` write it")
     runs = pd.merge(

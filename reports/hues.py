@@ -17,10 +17,18 @@ PLACES = (
 
 
 def places(engines: Iterable[str]) -> dict[str, int]:
-    """Return the place of each engine, ENGINE or ENGINE@RELEASE.
+    """Return the place of each engine.
 
     An engine without a place in PLACES takes, in the order given, the first place whose colour is free, and if none is
     left the places after those.  The hand calculation has no place.
+
+    Parameters
+    ----------
+    engines : ENGINE or ENGINE@RELEASE of each; duplicates are ignored
+
+    Returns
+    -------
+    place by engine, as given
     """
     named = [engine for engine in dict.fromkeys(engines) if engine != BY_HAND]
     found = {engine: PLACES.index(name) for engine in named if (name := Contestant.of(engine).engine) in PLACES}
@@ -35,7 +43,16 @@ def places(engines: Iterable[str]) -> dict[str, int]:
 
 
 def rgb(place: int) -> tuple[int, int, int]:
-    """Return the colour of a place on light paper."""
+    """Return the colour of a place on light paper.
+
+    Parameters
+    ----------
+    place : place of an engine, from `places`
+
+    Returns
+    -------
+    red, green and blue, each 0 to 255
+    """
     code = LIGHT[place % len(LIGHT)]
     red, green, blue = (int(code[at : at + 2], 16) for at in (1, 3, 5))
     return red, green, blue

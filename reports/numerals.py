@@ -36,12 +36,31 @@ def at_most(limit: float, digits: int = 3) -> str:
 
 
 def fixed(value: float, decimals: int) -> str:
-    """Return a number with this many decimals, without a minus sign before zero."""
+    """Return a number with this many decimals, without a minus sign before zero.
+
+    Parameters
+    ----------
+    value : the number
+    decimals : number of decimals
+
+    Returns
+    -------
+    the text
+    """
     return f"{value:z.{decimals}f}".replace("-", MINUS)
 
 
 def given(value: float) -> str:
-    """Return a number that a person chose, such as a time or a step, in full."""
+    """Return a number that a person chose, such as a time or a step, in full.
+
+    Parameters
+    ----------
+    value : the number
+
+    Returns
+    -------
+    the text, at most 12 significant digits
+    """
     return f"{value:.12g}".replace("-", MINUS)
 
 
@@ -51,5 +70,15 @@ def listed(names: list[str]) -> str:
 
 
 def counted(count: int, noun: str) -> str:
-    """Return a count with its noun: 1 scene, 2 scenes."""
+    """Return a count with its noun: 1 scene, 2 scenes.
+
+    Parameters
+    ----------
+    count : the count
+    noun : the noun in the singular; its plural ends in s
+
+    Returns
+    -------
+    the text
+    """
     return f"{count} {noun}" if count == 1 else f"{count} {noun}s"

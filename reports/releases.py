@@ -71,7 +71,17 @@ def entries(changes: Sequence[ReleaseChangeRow]) -> list[Entry]:
 
 
 def ledger_text(ledger: Ledger, changes: Sequence[ReleaseChangeRow]) -> Iterator[RenderableType]:
-    """Yield what `tumble releases` prints: the answer, what changed at which release, and figures of those releases."""
+    """Yield what `tumble releases` prints: the answer, what changed at which release, and figures of those releases.
+
+    Parameters
+    ----------
+    ledger : the releases of an engine
+    changes : what changed at each release
+
+    Yields
+    ------
+    the parts of the text, from top to bottom
+    """
     yield Constrain(plain(answer(ledger, changes)), LIST_WIDTH)
     quoted: set[str] = set()
     for entry in entries(changes):
@@ -105,7 +115,18 @@ def cells(row: ReleaseRow) -> tuple[str, ...]:
 
 
 def ledger_markdown(ledger: Ledger, changes: Sequence[ReleaseChangeRow], command: str) -> str:
-    """Return the ledger as Markdown; command made it."""
+    """Return the ledger as Markdown.
+
+    Parameters
+    ----------
+    ledger : the releases of an engine
+    changes : what changed at each release
+    command : command line that repeats the study, printed below the answer
+
+    Returns
+    -------
+    the Markdown text
+    """
     lines = [f"# {ledger.engine}: changes by release", "", answer(ledger, changes), "", f"    {command}", ""]
     lines += ["| release | method | measured changes | release notes |", "|---|---|---|---|"]
     for entry in entries(changes):

@@ -20,7 +20,18 @@ FULL = 6  # contestants up to which each has a line in an extreme case
 def stability_text(
     pieces: Sequence[Piece], extremes: Sequence[ExtremeRow], charts: bool = False
 ) -> Iterator[RenderableType]:
-    """Yield the text of all scenes, with a chart of each if wanted, then that of the extreme cases."""
+    """Yield what `tumble stability` prints: the text of each scene, then that of the extreme cases.
+
+    Parameters
+    ----------
+    pieces : results of each contestant in each scene
+    extremes : runs of the extreme cases; may be empty
+    charts : draw a chart of each scene
+
+    Yields
+    ------
+    the parts of the text, from top to bottom
+    """
     scenes: dict[str, list[Piece]] = {}
     for piece in pieces:
         scenes.setdefault(piece.limit.scene, []).append(piece)

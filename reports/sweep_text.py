@@ -33,7 +33,15 @@ WIDE = 2.0
 def sweep_text(sweep: Sweep, reference: str, charts: bool = False) -> Iterator[RenderableType]:
     """Yield what `tumble sweep` prints: the cost of each error, the fastest contestants, and equal integrators.
 
-    charts: whether to draw a chart.
+    Parameters
+    ----------
+    sweep : the runs of one scene
+    reference : ENGINE:METHOD that run times are divided by
+    charts : draw a chart
+
+    Yields
+    ------
+    the parts of the text, from top to bottom
     """
     yield plain(f"{sweep.scene.name}: {sweep.scene.title}")
     if charts:
@@ -137,7 +145,15 @@ def cheapest(rows: Sequence[AccuracyCostRow]) -> list[str]:
 def advice_text(sweep: Sweep, tolerance_m: float, named: Collection[str] = ()) -> Iterator[RenderableType]:
     """Yield what `tumble advise` prints: what to use, and of each engine its fastest run or its smallest error.
 
-    named: ENGINE:METHOD of contestants given with a method, each of which has a line.
+    Parameters
+    ----------
+    sweep : the runs of one scene
+    tolerance_m : largest acceptable vertex error [m]
+    named : ENGINE:METHOD of contestants given with a method, each of which has a line
+
+    Yields
+    ------
+    the parts of the text, from top to bottom
     """
     reached, missed = answers(sweep, tolerance_m)
     yield Constrain(plain(advice(sweep, tolerance_m, reached, missed)), LIST_WIDTH)

@@ -35,7 +35,16 @@ class Results(Console):
 
 
 def console(**settings: object) -> Console:
-    """Return a console for results: as wide as the terminal, or in a pipe wide enough not to wrap."""
+    """Return a console for results: as wide as the terminal, or in a pipe wide enough not to wrap.
+
+    Parameters
+    ----------
+    **settings : arguments of `rich.console.Console`
+
+    Returns
+    -------
+    the console
+    """
     found = Results(highlight=False, markup=False, emoji=False, **settings)  # type: ignore[arg-type]
     if not found.is_terminal:
         found.width = PIPE_WIDTH
@@ -43,7 +52,16 @@ def console(**settings: object) -> Console:
 
 
 def plain(text: str) -> Text:
-    """Return text with control characters made visible and no markup."""
+    """Return text with control characters made visible and no markup.
+
+    Parameters
+    ----------
+    text : the text
+
+    Returns
+    -------
+    the text for `rich`
+    """
     return Text(visible(text))
 
 
@@ -67,7 +85,16 @@ def reasons_text(reasons: Iterable[tuple[str, str]]) -> Iterator[Constrain]:
 
 
 def engine_list(rows: Sequence[EngineRow]) -> Table:
-    """Return the engines: version, precision, methods and features switched off, or why one is missing."""
+    """Return the engines: version, precision, methods and features switched off, or why one is missing.
+
+    Parameters
+    ----------
+    rows : the engines
+
+    Returns
+    -------
+    the table, one line for each engine
+    """
     table = columns("engine", "version", "precision", "methods", "switched off")
     for row in rows:
         if row.status == "ok":
@@ -83,7 +110,16 @@ def figure(value: float) -> str:
 
 
 def length(metres: float) -> str:
-    """Return a length in two digits and a suitable unit."""
+    """Return a length in two digits and a suitable unit.
+
+    Parameters
+    ----------
+    metres : the length [m]
+
+    Returns
+    -------
+    the text
+    """
     if metres == 0.0 or not math.isfinite(metres):
         return f"{metres:g} m"
     unit, size = unit_of(metres)
@@ -91,7 +127,17 @@ def length(metres: float) -> str:
 
 
 def unit_of(metres: float) -> tuple[str, float]:
-    """Return a suitable unit for a length, and its size [m]; a power of ten beyond the named units."""
+    """Return a suitable unit for a length; a power of ten beyond the named units.
+
+    Parameters
+    ----------
+    metres : the length [m]; if beyond the named units, neither 0 nor infinite
+
+    Returns
+    -------
+    unit
+    its size [m]
+    """
     if abs(metres) >= BEYOND * LENGTHS[0][1] or abs(metres) < LENGTHS[-1][1] / BEYOND:
         power = math.floor(math.log10(abs(metres)))
         return f"10{superscript(power)} m", 10.0**power

@@ -81,6 +81,8 @@ def public() -> dict[Place, Definition]:
         for place in used(path):
             if place.module.partition(".")[0] not in (home, "") and (there := definition(place)):
                 found[there[0]] = there[1]
+    # The annotations of a table's row state what its columns mean.
+    found = {place: node for place, node in found.items() if not place.name.endswith("Row")}
     return {place: node for place, node in found.items() if place.module.partition(".")[0] in PACKAGES}
 
 

@@ -38,10 +38,16 @@ ALIKE = 2.0
 
 @dataclass(frozen=True)
 class Ablation:
-    """All rows of one scene; resolution_m: of its reference solution [m], None if it has none.
+    """The results of one scene.
 
-    Rows whose motions differ by more than that are `inexact` if the method's own error explains it, for example by
-    other steps, and `altered` if the lean run is worse.
+    Parameters
+    ----------
+    scene : the scene
+    rows : one for each contestant and feature, with its times or the reason that there are none
+    resolution_m : resolution of the reference solution [m]; None: there is no reference solution
+    inexact : rows whose motions differ by more than the resolution, because of the method's own error, for example by
+        other steps
+    altered : rows whose motions differ by more than the resolution, because the run without the feature is worse
     """
 
     scene: Scene

@@ -38,9 +38,18 @@ Column = Any
 
 @dataclass(frozen=True)
 class Change:
-    """One column of one cell that differs, with its values in both records or None.
+    """One column of one cell that differs.
 
-    A change of a whole scene has neither engine nor method.  reference: contestant that run times are divided by.
+    Parameters
+    ----------
+    verdict : one of VERDICTS
+    scene : name of the scene
+    engine : name of the engine; empty if the whole scene changed
+    method : name of the method; empty if the whole scene changed
+    column : name of the column that differs
+    old : value in the baseline, in the unit of the column; None: there is none
+    new : value in the candidate, in the unit of the column; None: there is none
+    reference : ENGINE:METHOD that run times are divided by; empty in other columns
     """
 
     verdict: Verdict
@@ -65,7 +74,15 @@ class Change:
 
 @dataclass(frozen=True)
 class Outcome:
-    """The comparison of two records: all changes, the bad ones first, and the number of unchanged cells."""
+    """The comparison of two records.
+
+    Parameters
+    ----------
+    baseline : the record that is compared with
+    candidate : the record that is compared
+    changes : all changes, the bad ones first
+    unchanged : number of cells without a change
+    """
 
     baseline: Record
     candidate: Record

@@ -43,9 +43,17 @@ class BadRecord(UserError):
 class Record:
     """Everything one check measured.
 
-    scenes, contestants: words of the command line, so that it can be repeated; empty: all.
-    questions, engines, cells, times: the tables of `tumble.compare.check.schemas` and `tumble.compare.tables.shared`;
-    times: None if run times were not measured.
+    The tables are those of `tumble.compare.check.schemas` and `tumble.compare.tables.shared`.
+
+    Parameters
+    ----------
+    scenes : scenes of the command line, so that it can be repeated; empty: all
+    contestants : contestants of the command line, so that it can be repeated; empty: all
+    command : command line that repeats the check
+    questions : table of the scenes
+    engines : table of the engines
+    cells : table of errors, drifts and orders, one row for each scene and contestant
+    times : table of run times; None: they were not measured
     """
 
     scenes: tuple[str, ...]
@@ -81,7 +89,16 @@ def texts(record: Record) -> dict[str, str]:
 
 
 def is_record(folder: Path) -> bool:
-    """Whether the folder has something that may be a record."""
+    """Whether the folder has something that may be a record.
+
+    Parameters
+    ----------
+    folder : the folder, which need not exist
+
+    Returns
+    -------
+    whether it has the file of the conditions
+    """
     return place(folder, CONDITIONS.file).exists()
 
 

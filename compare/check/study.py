@@ -29,10 +29,17 @@ log = logging.getLogger(__name__)
 class Measuring:
     """How a record is measured.
 
-    scenes, contestants: words as on the command line, which the record keeps so that it can be repeated, or scenes and
-    engines of the calling program, of which it keeps the names; empty: those of the baseline, or all; trust: run the
-    engine files that the baseline names; timed: measure run times; time_limit: for each run [s]; memory_limit: for each
-    engine's process [B]; command: repeats the study.
+    Of scenes and engines of the calling program, the record has the names.
+
+    Parameters
+    ----------
+    scenes : words as on the command line, or scenes; empty: those of the baseline, or all
+    contestants : words as on the command line, or engines; empty: those of the baseline, or all
+    trust : run the engine files that the baseline names
+    timed : measure run times
+    time_limit : for each run [s]
+    memory_limit : for each engine's process [B]
+    command : command line that repeats the study
     """
 
     scenes: Sequence[str | Scene] = ()

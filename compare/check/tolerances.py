@@ -18,8 +18,19 @@ class BadTolerance(UserError):
 class Tolerances:
     """How much each column may change.
 
-    Errors and drifts: relative, beyond what rounding explains; orders: absolute; time_ratio: relative, and large,
-    because processors differ.
+    Changes of errors and drifts count beyond what rounding explains.
+
+    Parameters
+    ----------
+    max_error_m : relative change of the largest error
+    rms_error_m : relative change of the root mean square error
+    final_error_m : relative change of the error at the last sample
+    energy_drift : relative change of the drift of the energy
+    momentum_drift : relative change of the drift of the momentum
+    angular_momentum_drift : relative change of the drift of the angular momentum
+    attitude_order : absolute change of the order of the attitude
+    translation_order : absolute change of the order of the translation
+    time_ratio : relative change of the run time's ratio; large, because processors differ
     """
 
     max_error_m: float = 0.05

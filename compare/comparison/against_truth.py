@@ -18,10 +18,16 @@ from tumble.scenarios.truth.rounded_inputs import input_rounding_error
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """A scene, its reference solution or why it has none, and the runs of all contestants.
+    """The runs of all contestants in one scene, compared with its reference solution.
 
-    lost_m: how far a vertex moves if the inputs are rounded to double precision, at most [m]; 0 if unknown;
-    roles: of contestants for their engines (`RunningEngine.role`), by ENGINE:METHOD.
+    Parameters
+    ----------
+    scene : the scene
+    truth : its reference solution; None: there is none
+    why_no_truth : why there is no reference solution; empty if there is one
+    runs : the run of each contestant
+    lost_m : how far a vertex moves if the inputs are rounded to double precision, at most [m]; 0 if unknown
+    roles : role of each contestant for its engine, as `RunningEngine.role` returns it, by ENGINE:METHOD
     """
 
     scene: Scene

@@ -62,8 +62,15 @@ TOO_COARSE = "too coarse to grade"
 class Grade:
     """The result of `tumble grade` for one file.
 
-    diagnosis: None if there is nothing to explain; spin: what is wrong with the angular velocity, or empty; scale: what
-    residuals are compared to; observations: sentences.
+    Parameters
+    ----------
+    file : name of the file
+    scene : the scene
+    measured : the errors
+    diagnosis : explanations of the errors; None: none was searched for
+    spin : what is wrong with the angular velocity; empty: nothing
+    scale : what residuals are compared to
+    observations : sentences about the file
     """
 
     file: str

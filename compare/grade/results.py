@@ -80,7 +80,16 @@ def _value(mistake: Mistake) -> str:
 
 
 def json_document(grade: Grade) -> dict[str, object]:
-    """Return the grade as `tumble grade --json` prints it."""
+    """Return the grade as `tumble grade --json` prints it.
+
+    Parameters
+    ----------
+    grade : the grade of one file
+
+    Returns
+    -------
+    value by key
+    """
     m = grade.measured
     return {
         "file": grade.file,

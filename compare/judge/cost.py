@@ -21,9 +21,15 @@ REFERENCE = "tumble:rk4"
 
 @dataclass(frozen=True, eq=False)
 class Timed:
-    """One run of the ladder with its time: the native loop of one throw's flight [ns], and the reading it comes from.
+    """One run of the ladder with its time.
 
-    ready: what making its timer ready has shown; nothing of that is in run_ns.
+    Parameters
+    ----------
+    run : the run
+    run_ns : time of the native loop for one throw of the run [ns], without the preparation of the timer
+    reading : the timer's samples that run_ns comes from
+    per_step : whether the reading is of one step; otherwise it is of the whole run
+    ready : what preparing the timer measured
     """
 
     run: Run

@@ -59,12 +59,20 @@ class RunAnswer:
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """One contestant on one scene: the flight it made or why there is none, beside the truth.
+    """One contestant on one scene: its trajectory, or why there is none, and the reference solution.
 
-    truth is None where the scene has none yet; dt [s]; tolerance: under which the method chose its own steps, None of
-    one that does not, nan where it is not told; rounding: what one moves a number of size 1 in the engine's precision.
-    Beyond the truth's horizon nobody is judged: scene, answer and
-    truth end there.
+    Beyond the reference's horizon no error is computed: scene, answer and truth end there.
+
+    Parameters
+    ----------
+    scene : the scene
+    engine : title of the engine
+    method : name of the method
+    dt : step that was asked for [s]
+    answer : the trajectory, or why there is none
+    truth : reference solution; None where the scene has none yet
+    tolerance : tolerance by which the method chose its steps; nan: not stated; None: the method takes none
+    rounding : half an ulp of 1 in the engine's precision
     """
 
     scene: Scene

@@ -21,7 +21,15 @@ FRAMES = 64
 
 @dataclass(frozen=True, eq=False)
 class Film:
-    """One scene with its instants, step [s], reference solution up to the horizon, and runs by engine and method."""
+    """The runs of one scene, sampled finely enough to be watched.
+
+    Parameters
+    ----------
+    scene : the scene, with the instants of the film
+    dt : step [s]
+    truth : reference solution, up to its horizon
+    trajectories : run by engine and method
+    """
 
     scene: Scene
     dt: float

@@ -38,7 +38,15 @@ class Runs:
 
 @dataclass(frozen=True, eq=False)
 class Ledger:
-    """The releases of an engine, the oldest first; a row per method, release and scene; times of the first scene."""
+    """The runs of an engine's releases.
+
+    Parameters
+    ----------
+    engine : name of the engine
+    releases : the releases, the oldest first
+    rows : one for each scene, release and method; times are of the first scene only
+    speeds : time per step [ns] in the first scene, by release and method
+    """
 
     engine: str
     releases: tuple[str, ...]

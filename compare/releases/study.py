@@ -25,7 +25,14 @@ log = logging.getLogger(__name__)
 
 @dataclass(frozen=True, eq=False)
 class Releases:
-    """The ledger of an engine's releases, what changed at each, and the releases as engines."""
+    """The result of `tumble releases`.
+
+    Parameters
+    ----------
+    ledger : the runs of the releases, the oldest release first
+    changes : what changed at each release
+    engines : the releases as engines
+    """
 
     ledger: Ledger
     changes: tuple[ReleaseChangeRow, ...]

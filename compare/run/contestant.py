@@ -16,7 +16,14 @@ class BadEngine(UserError):
 
 @dataclass(frozen=True)
 class MethodName:
-    """METHOD[+VARIANT...][@TOLERANCE]; the tolerance as it was written, empty if there is none."""
+    """METHOD[+VARIANT...][@TOLERANCE].
+
+    Parameters
+    ----------
+    name : name of the method; empty: the usual methods of the engine
+    variants : names of the variants, in order
+    tolerance : the tolerance as text, as it was written; empty if there is none
+    """
 
     name: str = ""
     variants: tuple[str, ...] = ()
@@ -44,8 +51,11 @@ class MethodName:
 class Contestant:
     """An engine, one of its releases and one of its methods.
 
-    engine: its name, or the path of a user's file; release: empty for the one beside Tumble; method: with an empty name
-    for the usual methods of the engine.
+    Parameters
+    ----------
+    engine : name of the engine, or path of a user's file
+    release : release of the engine; empty: the one installed beside Tumble
+    method : method of the engine; one with an empty name: the usual methods
     """
 
     engine: str

@@ -49,12 +49,21 @@ class Probe:
 
 @dataclass(frozen=True, eq=False)
 class Trajectory:
-    """What an engine answered: one row for t = 0 and one a sample.
+    """What an engine answered: R rows, one for t = 0 and one a sample, of N throws.
 
-    times [s], (R,); states (R, N, 13); vertices [m], (R, N, n, 3), world; steps in all; wall_s, cpu_s: their native
-    loops by the wall clock, and in CPU time of the process and of children that have ended [s]; findings: those of the
-    engine's own audit; remark: what else it has to say; probe: its short runs from
-    the scene's start and another.  After the state stopped being finite the rows are NaN.
+    After the state stopped being finite the rows are NaN.
+
+    Parameters
+    ----------
+    times : instants of the rows [s], (R,)
+    states : state of each throw in each row, (R, N, 13)
+    vertices : positions of the n vertices [m], (R, N, n, 3), world axes
+    steps : number of steps of the whole run
+    wall_s : wall time of the engine's native loops [s]
+    findings : findings of the engine's own audit
+    remark : further remark of the engine; empty if there is none
+    probe : short runs from the scene's start and from a start next to it; None if not asked for
+    cpu_s : CPU time of the native loops [s], of the process and of its children that have ended
     """
 
     times: Array
@@ -80,7 +89,17 @@ class Trajectory:
 
 
 def check_step(scene: Scene, dt: float | None) -> None:
-    """Raise BadStep where a step [s] asked for instead of the scene's own makes more steps than a flight may have."""
+    """Check that a step makes no more steps than a run may have.
+
+    Parameters
+    ----------
+    scene : the scene
+    dt : step [s]; None: the scene's own, which is not checked
+
+    Raises
+    ------
+    BadStep : the step is too short for the scene
+    """
     from tumble.scenarios.build import MOST_STEPS  # by the one who asks: who flies may have nothing but numpy
 
     if dt is not None and scene.duration / dt > MOST_STEPS:
@@ -106,7 +125,18 @@ def legs(scene: Scene, dt: float) -> list[Leg]:
 
 
 def mean_step(duration: float, steps: int, dt: float) -> float:
-    """Return the mean of the steps that a run took [s], where dt was asked for; dt itself where all of them are it."""
+    """Return the mean of the steps that a run took.
+
+    Parameters
+    ----------
+    duration : duration of the run [s]
+    steps : number of steps that it took
+    dt : step that was asked for [s]
+
+    Returns
+    -------
+    the mean step [s]; dt itself if the mean equals it but for rounding
+    """
     taken = duration / steps
     return dt if math.isclose(taken, dt, rel_tol=SAME_STEP) else taken
 

@@ -20,7 +20,13 @@ NOT_ISOLATED = "a function of the calling program: not isolated, timed in Python
 
 @dataclass(eq=False)
 class LocalEngine:
-    """An engine that is no file: its name in tables, and what an engine file would have as a module."""
+    """An engine that is no file.
+
+    Parameters
+    ----------
+    name : name of the engine in tables
+    module : what an engine file would have as a module
+    """
 
     name: str
     module: ModuleType
@@ -37,7 +43,13 @@ Asked = str | LocalEngine
 
 
 class LocalWorker:
-    """Answers as a Worker does, in this process and without its limits; who interrupts it interrupts the caller."""
+    """Answers as a Worker does, in this process and without its limits; who interrupts it interrupts the caller.
+
+    Parameters
+    ----------
+    engine : the engine
+    time_limit : limit of a Worker [s]; recorded here, not enforced
+    """
 
     memory_limit = 0
     alive = True

@@ -18,7 +18,13 @@ class ProgressCallback(Protocol):
 
 
 def no_progress(what: str, share: float = 1.0) -> None:
-    """Report nothing."""
+    """Report nothing.
+
+    Parameters
+    ----------
+    what : name of the piece of work, ignored
+    share : share of it that is done, ignored
+    """
 
 
 class Display(Protocol):
@@ -31,7 +37,17 @@ class Display(Protocol):
 
 @contextmanager
 def no_display(total: float = 0.0, doing: str = "running") -> Iterator[ProgressCallback]:
-    """Show nothing."""
+    """Show nothing.
+
+    Parameters
+    ----------
+    total : number of pieces, ignored
+    doing : what the stage does, ignored
+
+    Returns
+    -------
+    a context that gives a callback without effect
+    """
     yield no_progress
 
 

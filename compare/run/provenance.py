@@ -27,7 +27,16 @@ class ConditionRow:
 
 
 def conditions(command: str) -> Iterator[ConditionRow]:
-    """Yield the format of the tables beside it, command, machine and versions."""
+    """Yield the format of the tables beside it, command, machine and versions.
+
+    Parameters
+    ----------
+    command : the command line that produced the tables
+
+    Yields
+    ------
+    one row a condition
+    """
     yield ConditionRow("format", FORMAT)
     yield ConditionRow("command", command)
     yield ConditionRow("processor", processor())

@@ -50,10 +50,17 @@ class Halted(Exception):
 
 @dataclass(eq=False)
 class RunningEngine:
-    """An engine that takes part: its name or file, its methods, its info or why it has none, and its worker.
+    """An engine that takes part.
 
-    title: its name in tables; named: those of the methods that were asked for by name, which run whatever the scene;
-    unasked: whether it takes part because no engine was asked for, and so only where it can.
+    Parameters
+    ----------
+    engine : ENGINE[@RELEASE], or path of a user's file
+    title : name of the engine in tables
+    methods : methods that take part
+    named : methods that were asked for by name, which run in every scene
+    info : what the engine's file states, or why the engine is not available
+    worker : the process that runs the engine, or the same in this process
+    unasked : whether no engine was asked for; the engine then skips scenes whose sample instants it does not support
     """
 
     engine: str
@@ -168,13 +175,36 @@ class RunningEngine:
 
 
 def flights(running_engines: Iterable[RunningEngine], scenes: Iterable[Scene]) -> int:
-    """Return how many pairs there are of a method and a scene that it takes part in."""
+    """Return the number of runs: pairs of a method and a scene that it takes part in.
+
+    Parameters
+    ----------
+    running_engines : the engines
+    scenes : the scenes
+
+    Returns
+    -------
+    the number of runs
+    """
     running_engines = list(running_engines)
     return sum(len(running_engine.methods_for(scene)) for scene in scenes for running_engine in running_engines)
 
 
 def known_contestant(item: str) -> Contestant:
-    """Return the contestant that a text names.  Raises BadEngine for an unknown engine or a file that is not there."""
+    """Return the contestant that a text names, and check that its engine exists.
+
+    Parameters
+    ----------
+    item : ENGINE[@RELEASE][:METHOD] or FILE[:METHOD]
+
+    Returns
+    -------
+    the contestant; its method is not checked
+
+    Raises
+    ------
+    BadEngine : the engine is unknown or has no releases, its release is malformed, or the file does not exist
+    """
     asked = Contestant.parse(item)
     if registry.is_file(asked.engine):
         if not Path(asked.engine).is_file():
@@ -187,9 +217,19 @@ def known_contestant(item: str) -> Contestant:
 
 
 def wanted(asked: Iterable[str]) -> dict[str, list[str]]:
-    """Return the engines asked for, each with what was asked of it in that order: a method, or '' for its usual ones.
+    """Return the engines that were asked for, with their methods.
 
-    Nothing asked means the usual engines of ours.
+    Parameters
+    ----------
+    asked : ENGINE[@RELEASE][:METHOD] or FILE[:METHOD] of each; empty: the usual engines of Tumble
+
+    Returns
+    -------
+    the methods asked for, by engine, in the order given; an empty name stands for the usual methods
+
+    Raises
+    ------
+    BadEngine : an engine is unknown or has no releases, its release is malformed, or a file does not exist
     """
     engines: dict[str, dict[str, None]] = {}
     for one in map(known_contestant, asked):
@@ -206,7 +246,16 @@ def engine_files(asked: Iterable[str]) -> Iterator[str]:
 
 
 def titles(engines: Iterable[str]) -> dict[str, str]:
-    """Return the names of engines in tables: of files of one name as much of their paths as tells them apart."""
+    """Return the names of engines in tables.
+
+    Parameters
+    ----------
+    engines : ENGINE[@RELEASE], or path of a user's file, of each
+
+    Returns
+    -------
+    the title of each engine, by engine; files of one name have as much of their paths as makes the titles distinct
+    """
     named = {engine: registry.title(engine) for engine in engines}
     for title in set(named.values()):
         folders = {file: Path(os.path.abspath(file)).parts[:-1] for file in named if named[file] == title}
@@ -218,9 +267,22 @@ def titles(engines: Iterable[str]) -> dict[str, str]:
 
 
 def chosen(engine: str, asked: list[str], info: EngineInfo | Failure, few: bool = False) -> tuple[str, ...]:
-    """Return the methods that take part, each once; of an engine that is not here, what was asked.  Raises BadEngine.
+    """Return the methods of an engine that take part.
 
-    asked: methods, '' for the usual ones: all of them, or, if few, those that a page is made of.
+    Parameters
+    ----------
+    engine : ENGINE[@RELEASE], or path of a user's file
+    asked : methods that were asked for; an empty name: the usual ones
+    info : what the engine's file states, or why the engine is not available
+    few : whether the usual methods are only those that a page shows
+
+    Returns
+    -------
+    the methods, each once; of an engine that is not available, those in `asked`
+
+    Raises
+    ------
+    BadEngine : the engine has no method of that name
     """
     if isinstance(info, Failure):
         return tuple(asked)
@@ -258,11 +320,21 @@ def launched(
 ) -> Iterator[list[RunningEngine]]:
     """Give the engines that take part, each with a process of its own, and end the processes afterwards.
 
-    asked: ENGINE[:METHOD] ..., and engines of the calling program, which run in this process; nothing for every engine
-    of ours; time_limit [s] for each answer of an engine; memory_limit [B] for each of its processes; few: of an engine
-    asked for without a method only those that a page is made of; beside: others, asked for in the same way at another
-    time, from which titles must differ.
-    Raises BadEngine with one line.
+    Parameters
+    ----------
+    asked : ENGINE[@RELEASE][:METHOD] or FILE[:METHOD] of each, or engines of this program; empty: the usual ones
+    time_limit : for each answer of an engine [s]
+    memory_limit : for each engine's process [B]
+    few : of an engine without a method, only the methods that a page shows
+    beside : contestants of another run, from which the titles of these must differ
+
+    Returns
+    -------
+    a context that gives the running engines, in the order of `asked`, engines of this program last
+
+    Raises
+    ------
+    BadEngine : an engine or a method is unknown, or two engines have one file or one name
     """
     asked = [*asked]
     local = {one.name: one for one in asked if isinstance(one, LocalEngine)}

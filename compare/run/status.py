@@ -24,7 +24,11 @@ FINISHED = (Status.OK, Status.FLAGGED)
 class Failure:
     """Why there is no trajectory, or no time.
 
-    process_died: whether the process of the engine ended by itself, or could not be started.
+    Parameters
+    ----------
+    status : kind of the failure
+    reason : the reason, in words
+    process_died : whether the process of the engine ended by itself, or could not be started
     """
 
     status: Status

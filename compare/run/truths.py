@@ -65,12 +65,16 @@ def true_answer(
 
 
 class Truths:
-    """The true answers of scenes, each a Future, in the order of the scenes.
+    """The reference solutions of scenes, each a Future, in the order of the scenes.
 
-    A context: when it is left what is still at work ends at once, and who waits for it is told (`stop`).
-    on_progress: told of every truth as it is done, and of long ones with the share, below 1, that has been done since;
-    floor: whether the truths are to judge by, or only to be seen; limit_s: wall time that each part of each
-    may take [s], once it has begun.
+    A context: leaving it ends unfinished work at once, and pending futures get an error (`stop`).
+
+    Parameters
+    ----------
+    scenes : the scenes
+    on_progress : called for each solution that is done, and for a long one with each share, below 1, that is done
+    floor : whether to compute `Truth.input_error`, which is needed to evaluate errors but not to show a motion
+    limit_s : wall time for each part of each solution [s], counted from the start of that part
     """
 
     def __init__(

@@ -41,10 +41,14 @@ FLOAT = np.dtype(float)
 
 
 class Worker:
-    """A process that has one engine loaded and flies what it is sent.
+    """A process that has one engine loaded and simulates the scenes it is sent.
 
-    engine: ENGINE[@RELEASE] of ours or the path of a user's file; time_limit [s] for each answer; memory_limit [B];
-    place: where it runs; without one in the engine's environment, or beside Tumble.
+    Parameters
+    ----------
+    engine : ENGINE[@RELEASE] of Tumble's engines, or path of a user's file
+    time_limit : for each answer [s]
+    memory_limit : for the process [B]
+    place : where the process runs; None: in the engine's environment, or beside Tumble
     """
 
     def __init__(

@@ -48,7 +48,13 @@ ONE_PERCENT, ONE_MM = 0.01, 1e-3
 
 @dataclass(frozen=True)
 class Piece:
-    """The results of one contestant in one scene, which are complete or absent."""
+    """The results of one contestant in one scene, which are complete or absent.
+
+    Parameters
+    ----------
+    rows : one for each run
+    limit : the largest stable step
+    """
 
     rows: tuple[StabilityRow, ...]
     limit: LimitRow

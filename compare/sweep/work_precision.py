@@ -49,9 +49,14 @@ BRIEF = Effort(0.05, TOLERANCES[::3], Sampling(span_s=0.0, rounds=12, budget_s=2
 
 @dataclass(frozen=True, eq=False)
 class Sweep:
-    """All runs of one scene; those without a trajectory have a reason and no time.
+    """All runs of one scene.
 
-    why_untimed: why contestants that ran could not be timed, by name.
+    Parameters
+    ----------
+    scene : the scene
+    timed : runs with a run time
+    untimed : runs without a run time, among them those without a trajectory, which have a reason
+    why_untimed : reason by name, of contestants that ran but could not be timed
     """
 
     scene: Scene

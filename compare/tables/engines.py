@@ -6,7 +6,16 @@ from tumble.compare.tables.shared import EngineRow
 
 
 def engine_row(running_engine: RunningEngine) -> EngineRow:
-    """Return the row of one engine."""
+    """Return the row of one engine.
+
+    Parameters
+    ----------
+    running_engine : the engine
+
+    Returns
+    -------
+    its row of engines.csv
+    """
     info = running_engine.info
     if isinstance(info, Failure):
         methods = ", ".join(running_engine.methods)

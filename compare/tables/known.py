@@ -14,7 +14,12 @@ SWEEP = "sweep-"  # before the name of a sweep's table where it lies beside thos
 
 @cache
 def tables() -> dict[str, Table]:
-    """Return every table by the name of its file."""
+    """Return every table by the name of its file.
+
+    Returns
+    -------
+    the tables, by name of the file
+    """
     compare = import_module(home.__name__.rpartition(".")[0])
     studies = [f"{compare.__name__}.{found.name}.schemas" for found in iter_modules(compare.__path__)]
     stated = [each for study in studies if find_spec(study) for each in import_module(study).TABLES]
@@ -22,5 +27,14 @@ def tables() -> dict[str, Table]:
 
 
 def schema(file: str) -> Table | None:
-    """Return the table of that file name, None where there is none."""
+    """Return the table of that file name.
+
+    Parameters
+    ----------
+    file : name of the file, such as runs.csv
+
+    Returns
+    -------
+    the table; None where there is none of that name
+    """
     return tables().get(file.removeprefix(SWEEP)) if file.startswith(SWEEP) else tables().get(file)

@@ -29,7 +29,16 @@ def status_columns(run: Run) -> dict[str, Any]:
 
 
 def run_row(run: Run) -> RunRow:
-    """Return the row of one run."""
+    """Return the row of one run.
+
+    Parameters
+    ----------
+    run : the run
+
+    Returns
+    -------
+    its row of runs.csv
+    """
     row = RunRow(**contestant_columns(run), **step_columns(run), **status_columns(run))
     if not isinstance(run.answer, Trajectory):
         return row

@@ -57,7 +57,14 @@ class Column:
 
 @dataclass(frozen=True)
 class Table:
-    """One table: the name of its file, the class that states its columns, and the columns that tell its rows apart."""
+    """One table: its file, its columns, and the columns that identify a row.
+
+    Parameters
+    ----------
+    file : name of the file
+    row : class that states the columns as annotations
+    key : names of the columns that together identify a row; empty if there are none
+    """
 
     file: str
     row: type
@@ -80,7 +87,16 @@ class Table:
 
 
 def unit_of(name: str) -> str:
-    """Return the unit that a column's name ends with, nothing for pure numbers."""
+    """Return the unit that a column's name ends with.
+
+    Parameters
+    ----------
+    name : name of the column
+
+    Returns
+    -------
+    the unit; empty for pure numbers
+    """
     return next((unit for ending, unit in UNITS.items() if name.endswith(ending)), "")
 
 

@@ -24,9 +24,18 @@ def trajectory_header(vertices: int, throws: int) -> list[str]:
 
 
 def trajectory_text(flight: Trajectory, body: Body, first: int = 0, of: int | None = None) -> str:
-    """Return a trajectory, throw after throw; the quaternion is that of the scene file's axes.
+    """Return a trajectory as CSV text, throw after throw; the quaternion is that of the scene file's axes.
 
-    first: the number of its first throw, where it is a part of one of so many throws; the first part has the header.
+    Parameters
+    ----------
+    flight : the trajectory, all throws of the scene or a part of them
+    body : the body of the scene
+    first : number of the first throw of this part; a part with 0 has the header
+    of : number of throws in all parts; None: those of `flight`
+
+    Returns
+    -------
+    the lines of the file, the header included if `first` is 0
     """
     samples, throws = flight.states.shape[:2]
     header = trajectory_header(len(body.points), of or throws)
@@ -36,7 +45,17 @@ def trajectory_text(flight: Trajectory, body: Body, first: int = 0, of: int | No
 
 
 def trajectory_frame(flight: Trajectory | Truth, body: Body) -> pd.DataFrame:
-    """Return a trajectory as a table, member after member; the quaternion is that of the scene file's axes."""
+    """Return a trajectory as a table, member after member; the quaternion is that of the scene file's axes.
+
+    Parameters
+    ----------
+    flight : the trajectory or the reference solution, of N members
+    body : the body of the scene
+
+    Returns
+    -------
+    one row a sample of each member; the column `member` is present if N > 1
+    """
     samples, members = flight.states.shape[:2]
     header = trajectory_header(len(body.points), members)
     which = [np.repeat(np.arange(members), samples)] if members > 1 else []

@@ -13,7 +13,16 @@ from tumble.scenarios.frames import Array
 
 
 def vertex_error_table(runs: Sequence[Run]) -> pd.DataFrame:
-    """Return vertex-errors.csv: the runs that have errors, each by sample and vertex, of many throws the first."""
+    """Return vertex-errors.csv: the runs that have errors, by sample and vertex; of many throws only the first.
+
+    Parameters
+    ----------
+    runs : the runs; those without errors are left out
+
+    Returns
+    -------
+    the table: position, reference position and error of each vertex [m]
+    """
     judged = [run for run in runs if run.has_errors and run.truth is not None]
     shapes = [run.distances[:, 0].shape for run in judged]
     counts = [samples * vertices for samples, vertices in shapes]

@@ -28,11 +28,17 @@ Mistakes = tuple[Mistake, ...]
 
 @dataclass(frozen=True, eq=False)
 class Explanation:
-    """Mistakes that together reproduce a trajectory, and what they leave of it.
+    """Mistakes that together reproduce a trajectory, and the residual.
 
-    rms_m, max_m: residual of the vertices at the sampled rows [m]; within_floor: the residual is within the floor;
-    is_noise: it is noise; weight: information criterion, smaller is better; weighted_rms_m: rms with each row weighted
-    by its precision.
+    Parameters
+    ----------
+    mistakes : the mistakes; empty: the trajectory without a mistake
+    rms_m : root mean square residual of the vertices at the sampled rows [m]
+    max_m : largest residual of a vertex at the sampled rows [m]
+    within_floor : whether the residual is within the floor
+    is_noise : whether the residual is noise
+    weight : information criterion; smaller is better
+    weighted_rms_m : root mean square residual with each row weighted by its precision [m]
     """
 
     mistakes: Mistakes

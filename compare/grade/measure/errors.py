@@ -95,13 +95,32 @@ def golden_subsample(count: int, most: int) -> np.ndarray:
 class Measured:
     """The errors of a whole trajectory.
 
-    spacing_s: of most rows; intervals: of the first rows [s]; rounding_s: of the times; worst_m: largest error, with
-    its time, throw and vertex; final_m: the largest in a throw's last row; half_m: the largest that the printed digits
-    allow; excess_m: the largest beyond that and the resolution; over_time_m: the largest in each of BINS equal parts of
-    the duration, nan without rows; autocorrelation: of neighbouring rows' errors, 0 for noise, 1 for a drift, over this
-    many pairs; lengths: of the shortest and the longest quaternion; single: the pose is of single precision; drifts:
-    of energy, momentum, angular momentum as in `tumble.compare.judge.errors`, None if unknown, by_differences if they
-    come from poses; resolution_m: of the reference; throw: the one with the largest error, of which `sample` is.
+    Parameters
+    ----------
+    description : columns that the pose is read from
+    rows : number of rows
+    throws : number of throws
+    spacing_s : interval between most neighbouring rows [s]
+    intervals : intervals between the first rows [s], (n,)
+    rounding_s : rounding of the printed times [s]
+    worst_m : largest error of a vertex [m]
+    worst_t_s : time of the largest error [s]
+    worst_throw : throw of the largest error
+    worst_vertex : vertex of the largest error
+    rms_m : root mean square error over vertices and rows [m]
+    final_m : largest error in the last row of a throw [m]
+    half_m : largest error that the printed digits allow [m]
+    excess_m : largest error beyond the printed digits and the resolution [m]
+    resolution_m : resolution of the reference solution [m]
+    over_time_m : largest error in each of equal parts of the duration [m], (BINS,); nan in a part without rows
+    autocorrelation : correlation of the errors of neighbouring rows; 0 for noise, 1 for a drift
+    pairs : number of pairs of neighbouring rows
+    lengths : length of the shortest and of the longest quaternion; None: there are no quaternions
+    single : whether the pose is of single precision
+    drifts : of energy, momentum and angular momentum, as in `tumble.compare.judge.errors`; None: unknown
+    by_differences : whether the drifts come from differences of poses
+    throw : throw that the sample is of, the one with the largest error
+    sample : sampled rows of this throw
     """
 
     description: Description

@@ -54,9 +54,15 @@ PREFIX = re.compile(r"(intrinsic|extrinsic)[-: ]?([xyz]{3})", re.IGNORECASE)
 class Conventions:
     """The conventions of a file.
 
-    euler: order of its Euler angles; axes: its axes; start: what its clock shows at the scene's start [s]; spin: axes
-    of its angular velocity, world or body; name: its name in messages; first_line: line of its first row; notes:
-    remarks for the user about how it was read.
+    Parameters
+    ----------
+    euler : name or order of its Euler angles; None: not given
+    axes : its axes that are the scene's x, y, z, or the name of a program; None: the scene's
+    start : what its clock shows at the scene's start [s]; None: not given
+    spin : axes of its angular velocity, world or body
+    name : its name in messages; None: its path
+    first_line : line of its first row
+    notes : remarks for the user about how it was read
     """
 
     euler: str | None = None

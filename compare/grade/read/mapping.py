@@ -10,7 +10,20 @@ from tumble.scenarios.format import printable, short
 
 
 def mapping_of(pairs: Sequence[str]) -> dict[str, str]:
-    """Return column -> name from COLUMN=NAME ...; a column's name may contain `=`.  Raises BadTrajectory."""
+    """Return the mapping of columns that `--map` gives.
+
+    Parameters
+    ----------
+    pairs : COLUMN=NAME of each; a column's name may contain `=`
+
+    Returns
+    -------
+    name by column
+
+    Raises
+    ------
+    BadTrajectory : a pair is not COLUMN=NAME, or a column is given twice
+    """
     mapping: dict[str, str] = {}
     for pair in pairs:
         column, equals, name = pair.rpartition("=")

@@ -22,7 +22,12 @@ ANY_ORDER = "xyz"
 class ReadingOptions:
     """Options for reading one file.
 
-    mapping: column -> name; decimal: decimal sign; by: the description to grade if the file has several.
+    Parameters
+    ----------
+    mapping : name by column, as `mapping_of` returns it
+    decimal : decimal sign
+    by : the description to grade if the file has several; None: not given
+    conventions : the conventions of the file
     """
 
     mapping: Mapping[str, str] = field(default_factory=dict)

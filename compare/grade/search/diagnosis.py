@@ -23,9 +23,15 @@ LEAST_HELP, MUCH_HELP = 1.1, 1.5
 class Diagnosis:
     """The result of a search.
 
-    null: the explanation without a mistake; best: the best one; alike: others that fit equally well; steps: from null
-    to best with one mistake more each, the least important first to be left out; trials: number of simulated programs;
-    program: the model of the best; engines: those that do the same at their defaults.
+    Parameters
+    ----------
+    null : the explanation without a mistake
+    best : the best explanation
+    alike : others that fit equally well
+    steps : explanations from null to best, each with a smaller error; the least important mistakes are added last
+    trials : number of simulated programs
+    program : program model of the best explanation
+    engines : engines that do the same at their defaults
     """
 
     null: Explanation

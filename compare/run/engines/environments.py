@@ -26,9 +26,18 @@ LIBRARIES = "libraries"  # what Debian has beside its package of Python
 
 @dataclass(frozen=True)
 class Environment:
-    """One that is there: engine, release, Python's release, what is installed, its size [bytes], node's release.
+    """One environment that is installed.
 
     One without a Python of its own has packages of npm, and its engine is a program.
+
+    Parameters
+    ----------
+    engine : name of the engine
+    release : release of the engine
+    python : release of Python; empty if the environment has none of its own
+    packages : installed packages, PACKAGE==RELEASE of each
+    size : size on disk [B]
+    node : release of node; empty if the engine does not need node
     """
 
     engine: str
@@ -83,7 +92,12 @@ def interpreter(place: Path) -> str:
 
 
 def environments() -> list[Environment]:
-    """Return those that are there, by name."""
+    """Return the environments that are installed.
+
+    Returns
+    -------
+    the environments, sorted by name
+    """
     found = []
     for mark in sorted(folder().glob(f"*/{MARK}")):
         with suppress(OSError, ValueError, TypeError):
@@ -114,7 +128,20 @@ def beside(engine: str) -> str | None:
 
 
 def located(engine: str) -> tuple[str, Place | None, str]:
-    """Return the name of ENGINE[@RELEASE] of ours and where it runs, or None and why it is nowhere."""
+    """Return where one of our own engines runs.
+
+    Parameters
+    ----------
+    engine : ENGINE[@RELEASE]
+
+    Returns
+    -------
+    name of the engine; where it runs, or None if it is not installed; the reason for None, else empty
+
+    Raises
+    ------
+    BadEngine : the release is malformed, or the engine has no releases
+    """
     name, release = split_release(engine)
     here = beside(name)
     if here is not None and release in ("", here):

@@ -13,7 +13,15 @@ LOOSE = 1e-3  # a tolerance at which the steps of an adaptive method are few
 
 @dataclass(frozen=True)
 class Examined:
-    """The outcome of one check: the methods that pass, why others fail, and why some or all were not checked."""
+    """The outcome of one check.
+
+    Parameters
+    ----------
+    check : name of the check
+    holds : methods that pass
+    broken : why the other methods fail, by method
+    not_asked : why methods were not checked, by method
+    """
 
     check: str
     holds: tuple[str, ...]
@@ -24,7 +32,16 @@ class Examined:
 def examined(running_engine: RunningEngine, only: str | None = None) -> Iterator[Examined]:
     """Yield the outcome of each check, or of one, on every method, and on an adaptive one also at a loose tolerance.
 
-    After the first timeout no more is asked.
+    After the first timeout no further check is run.
+
+    Parameters
+    ----------
+    running_engine : the engine to check; it must be loaded, that is, its info is no Failure
+    only : name of the one check to run; None: all of them
+
+    Yields
+    ------
+    the outcome of each check, in the order of the contract
     """
     info = running_engine.info
     assert not isinstance(info, Failure)

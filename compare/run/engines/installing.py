@@ -110,9 +110,20 @@ def taken(place: Path) -> int:
 
 
 def install(engine: str, on_progress: ProgressCallback = no_progress) -> Environment:
-    """Make the environment of ENGINE[@RELEASE], or find it there.  Raises BadEngine; then nothing of it is left.
+    """Make the environment of ENGINE[@RELEASE], or find the one that is installed.
 
-    on_progress: is told what is being done, as shares that come to nothing, for nobody knows how much is left.
+    Parameters
+    ----------
+    engine : ENGINE[@RELEASE]; without a release the pinned one
+    on_progress : called with each stage of the work, with share 0 because the remaining work is unknown
+
+    Returns
+    -------
+    the environment
+
+    Raises
+    ------
+    BadEngine : it cannot be installed; nothing of it is left on disk
     """
     name, release = split_release(engine)
     package = registry.package(name)
@@ -301,7 +312,20 @@ def size_of(place: Path) -> int:
 
 
 def remove(engine: str) -> list[Environment]:
-    """Remove the environment of ENGINE@RELEASE, or all of ENGINE, and return them.  Raises BadEngine for none."""
+    """Remove the environment of ENGINE@RELEASE, or all environments of ENGINE.
+
+    Parameters
+    ----------
+    engine : ENGINE[@RELEASE]
+
+    Returns
+    -------
+    the environments that were removed
+
+    Raises
+    ------
+    BadEngine : no such environment is installed
+    """
     name, release = split_release(engine)
     gone = [one for one in environments() if one.engine == name and release in ("", one.release)]
     if not gone:

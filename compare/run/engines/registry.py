@@ -65,17 +65,30 @@ class Package:
 
 @dataclass(frozen=True)
 class EngineInfo:
-    """What an engine says of itself: its methods, first the one taken where one is enough, force laws, and ABOUT.
+    """What an engine's file states: its methods, force laws, settings and numerical properties.
 
-    adaptive: methods that take a tolerance, and the one that each takes alone, nan where it is not told; whole: methods
-    that take a flight of any length in one step; forced: names that take part only where more than gravity acts;
-    on_request: names that take part only when asked for; default: those that do what the engine does where its user
-    sets nothing; shown: those that a page is made of; optional: what build
-    leaves out of a world that has no use for it, and keeps if told to; schemes and gyroscopic: names by method, as in
-    tumble.compare.engines, OWN_SCHEME for a function; largest_turn [rad] of a step; exempt: laws that it is there to
-    break, and why; defaults: what a user gets who sets nothing; step_ns: by method, or of all as *, about what a step
-    of one throw takes [ns]; orders: by method, by which power of the step the error of a free body falls; instants: the
-    only sample instants at which it has an answer [s], none where it has one at any.
+    Parameters
+    ----------
+    methods : names of the methods; the first is used where one is enough
+    adaptive : tolerance that each adaptive method takes by default, by method; nan where it is not stated
+    whole : methods that simulate a run of any length in one step
+    forced : methods that take part only in scenes with another force than gravity
+    on_request : methods that take part only when asked for
+    default : methods that do what the engine does with no settings by its user
+    shown : methods that a page shows
+    optional : features that build leaves out where a scene does not need them, unless asked to keep them
+    features : force laws that the engine can express exactly
+    version : release of the engine
+    precision : "single" or "double"
+    switched_off : settings switched off for a fair comparison, in words
+    defaults : settings that a user gets who sets none, in words
+    schemes : integration scheme by method, a name of tumble.compare.engines; OWN_SCHEME for a function
+    gyroscopic : how the gyroscopic torque is integrated, by method, a name of tumble.compare.engines
+    largest_turn : largest rotation in one step [rad]; None: not limited
+    exempt : reason for each check that the engine is meant to fail, by check
+    step_ns : approximate time of one step of one throw [ns], by method, or under * for all
+    orders : by method, the power of the step by which the error of a free body falls
+    instants : the only sample instants at which the engine has an answer [s]; empty: any instant
     """
 
     methods: tuple[str, ...]
@@ -111,7 +124,12 @@ class EngineInfo:
 
 
 def names() -> list[str]:
-    """Return the names of our own engine files and programs; a folder beside them is none."""
+    """Return the names of our own engine files and programs; a folder beside them is none.
+
+    Returns
+    -------
+    the names, Tumble's own solver first, the others sorted
+    """
     found = {module.name for module in pkgutil.iter_modules(engines.__path__) if not module.ispkg}
     found |= {path.stem for folder in engines.__path__ for path in Path(folder).glob("*.toml")}
     return sorted(found, key=lambda name: (name != OWN, name))
@@ -129,7 +147,16 @@ PARSING = threading.Lock()
 
 @cache
 def package(engine: str) -> Package:
-    """Return what brings one of our own engines."""
+    """Return what brings one of our own engines.
+
+    Parameters
+    ----------
+    engine : name of the engine
+
+    Returns
+    -------
+    the packages and how they are installed, as the engine's file states them
+    """
     if path := own_program(engine):
         stated = {key: value for key, value in program.stated_in(path).items() if key in program.BROUGHT}
         return Package(**{**stated, **{key: tuple(stated[key]) for key in ("packages", "pins")}})
@@ -151,7 +178,16 @@ def usual() -> list[str]:
 
 
 def is_file(engine: str) -> bool:
-    """Whether the name is that of a user's own file: an engine, or how a program is started."""
+    """Whether the name is that of a user's own file: an engine, or how a program is started.
+
+    Parameters
+    ----------
+    engine : name of an engine, or path of a file
+
+    Returns
+    -------
+    True for a path of a file
+    """
     return engine.endswith(FILES)
 
 

@@ -81,7 +81,13 @@ class Caller:
 
 
 def hand_on(done: "Future[Any]", future: "Future[Any]") -> None:
-    """Give a future what another has come to, unless it was cancelled meanwhile."""
+    """Give a future what another has come to, unless it was cancelled meanwhile.
+
+    Parameters
+    ----------
+    done : a future that is done: with a result, with an error, or cancelled
+    future : the future that gets the same outcome
+    """
     with suppress(InvalidStateError):
         if done.cancelled():
             if not future.cancel():  # it is waited for already

@@ -215,7 +215,12 @@ def environment() -> dict[str, str]:
 
 
 def kill_group(leader: int) -> None:
-    """Kill every process of a group; where there are no groups, a process and all that it has started."""
+    """Kill every process of a group; where there are no groups, a process and all that it has started.
+
+    Parameters
+    ----------
+    leader : process id of the group's leader
+    """
     if hasattr(os, "killpg"):
         with suppress(ProcessLookupError, PermissionError):  # macOS: all that is left of it has ended already
             os.killpg(leader, signal.SIGKILL)
