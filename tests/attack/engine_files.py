@@ -149,7 +149,7 @@ LOADS = {
     "says that nothing was switched off": (GOOD.replace('"switched_off": []', '"switched_off": 5'), "ABOUT a dict"),
     "has a version in red": (GOOD.replace('"version": "1"', '"version": "\\x1b[31m1"'), ""),
     "has verbs that are none": (GOOD.replace("def read(world): return", "read ="), ""),
-    "has an unknown law": (GOOD + "EXEMPT = {'gravity of the moon': ''}\n", "no law"),
+    "has an unknown law": (GOOD + "EXEMPT = {'gravity of the moon': ''}\n", "no check"),
     "takes no time at all": (GOOD + "STEP_NS = 0\n", "STEP_NS must be"),
     "builds nothing": (GOOD.replace('return {"scene": scene}', "return None"), ""),
     "builds for ever": (GOOD.replace('return {"scene": scene}', "time.sleep(1000)"), "timeout: "),

@@ -31,7 +31,7 @@ def broken_laws(name: str, *methods: str) -> dict[str, dict[str, str]]:
     with engine(name, *methods) as running_engine:
         found = list(examined(running_engine))
     assert sum(bool(one.holds) for one in found) >= 6
-    return {one.law: one.broken for one in found if one.broken}
+    return {one.check: one.broken for one in found if one.broken}
 
 
 def throw(v=(0.0, 0.0, 0.0), w=(0.0, 0.0, 0.0), x=(0.0, 0.0, 0.0)) -> Array:
