@@ -180,7 +180,7 @@ def test_a_loaded_trajectory_has_its_verdict_in_view(lab, wide, keep):
     refused = lab.folder / "refused.csv"
     refused.write_text((lab.folder / "right.csv").read_text(encoding="utf-8").replace("t_s,", "Time,", 1))
     upload.set_input_files(refused)
-    expect_message(wide, "refused.csv: no column says the time")
+    expect_message(wide, "refused.csv: the time, t_s, is missing")
     expect_message(wide, "command line")
     keep(wide, "loaded-refused")
     wide.get_by_text("Save and load", exact=True).click()
