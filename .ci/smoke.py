@@ -87,7 +87,7 @@ STEPS = (
     Step("scenes yardstick", prints="[body]"),
     Step("engines -e tumble -e mujoco -e scipy -e handcalc", prints="mujoco"),
     Step("engines --template python", writes="mine.py"),
-    Step("engines --check ./mine.py", prints="holds      converges"),
+    Step("engines --check ./mine.py", prints="passed   converges"),
     Step("run free.toml -e tumble:rk4 -o rk4.csv", writes="rk4.csv"),
     Step("run free.toml -e mujoco:euler -o euler.csv", writes="euler.csv"),
     Step(f"compare free.toml {TWO} -e scipy:dop853 -o compared", prints="most accurate", writes="compared/runs.csv"),
