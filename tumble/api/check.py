@@ -8,7 +8,7 @@ import pandas as pd
 from tumble.api.contestants import Contestants, contestant_list
 from tumble.api.progress import display
 from tumble.api.result import call
-from tumble.api.scene import Scenes, questions
+from tumble.api.scene import Scenes, is_empty, questions
 from tumble.compare.check.changes import Change, Outcome, compare_records
 from tumble.compare.check.markdown import summary
 from tumble.compare.check.record import Record, is_record, read_record
@@ -104,7 +104,7 @@ def check(
     folder = Path(baseline)
     old = read_record(folder) if is_record(folder) or not accept else None
     how = Measuring(
-        scenes=questions(scenes) if has_any(scenes) else (),
+        scenes=() if is_empty(scenes) else questions(scenes),
         contestants=contestant_list(contestants),
         timed=times,
         time_limit=time_limit,
@@ -119,17 +119,3 @@ def check(
         reasons = "; ".join(f"{contestant}: {status}" for contestant, status in failed.items())
         raise UserError(f"{folder}: nothing was recorded ({reasons}); to record failures, set accept_failures")
     return Check(new, None if old is None else compare_records(old, new, tolerances or Tolerances()), folder)
-
-
-def has_any(scenes: Scenes) -> bool:
-    """Return whether scenes were given.
-
-    Parameters
-    ----------
-    scenes : one or several, or an empty tuple or list.
-
-    Returns
-    -------
-    bool
-    """
-    return not (isinstance(scenes, tuple | list) and not scenes)

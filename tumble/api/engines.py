@@ -203,7 +203,7 @@ def check_engine(
 
     with started(contestant_list(contestant), time_limit, memory_limit, display(progress)) as (running_engine,):
         if isinstance(running_engine.info, Failure):
-            raise UserError(f"{running_engine.title}: {running_engine.info.status}")
+            raise UserError(f"{running_engine.title}: {running_engine.info}")
         rows = [
             (one.check, method, outcome, why)
             for one in examined(running_engine, only)

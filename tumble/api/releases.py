@@ -8,7 +8,7 @@ from tumble.compare.releases.results import ledger_tables
 from tumble.compare.releases.study import compare_releases
 from tumble.compare.run.running_engines import TIME_LIMIT_S
 from tumble.compare.run.worker import MEMORY_LIMIT
-from tumble.reports.releases import ledger_text
+from tumble.reports.releases import ledger_markdown, ledger_text
 
 
 def releases(
@@ -54,5 +54,9 @@ def releases(
         memory_limit=memory_limit,
         display=display(progress),
     )
-    tables = ledger_tables(found.ledger, found.changes, found.engines, call("releases", engine, scenes))
-    return Result(tables, text_of(ledger_text(found.ledger, found.changes)))
+    command = call("releases", engine, scenes)
+    return Result(
+        ledger_tables(found.ledger, found.changes, found.engines, command),
+        text_of(ledger_text(found.ledger, found.changes)),
+        documents={"releases.md": ledger_markdown(found.ledger, found.changes, command)},
+    )

@@ -5,7 +5,7 @@ from pathlib import Path
 from tumble.api.contestants import Contestants, contestant_list
 from tumble.api.progress import display
 from tumble.api.result import Result, call
-from tumble.api.scene import Scenes, questions
+from tumble.api.scene import Scenes, is_empty, questions
 from tumble.compare.run.running_engines import TIME_LIMIT_S
 from tumble.compare.run.worker import MEMORY_LIMIT
 from tumble.compare.tables.files import write_whole
@@ -49,7 +49,7 @@ def report(
     UserError
         For a scene, an engine or a method that cannot be used.
     """
-    whole = isinstance(scenes, tuple) and not scenes
+    whole = is_empty(scenes)
     tables = report_tables(
         questions(catalogue() if whole else scenes),
         contestant_list(contestants),

@@ -4,6 +4,7 @@ import html
 from collections.abc import Iterable, Mapping
 from io import StringIO
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import pandas as pd
@@ -34,11 +35,14 @@ class Result:
     ----------
     tables : file name -> table, as the command writes them.
     text : what the command prints.
+    documents : file name -> text of what the command writes beside its tables.
     """
 
-    def __init__(self, tables: Mapping[str, pd.DataFrame], text: str = "") -> None:
+    def __init__(
+        self, tables: Mapping[str, pd.DataFrame], text: str = "", *, documents: Mapping[str, str] = MappingProxyType({})
+    ) -> None:
         self._tables = {name: described(name, table) for name, table in tables.items()}
-        self._text = text
+        self._text, self._documents = text, dict(documents)
 
     @property
     def tables(self) -> dict[str, pd.DataFrame]:
@@ -57,7 +61,7 @@ class Result:
         return self._tables[CONDITIONS.file]
 
     def save(self, folder: str | Path) -> None:
-        """Write every table as CSV, whole or not at all, as the command's `-o` does.
+        """Write the files that the command's `-o` writes: every table as CSV, all or none.
 
         Parameters
         ----------
@@ -68,7 +72,7 @@ class Result:
         OSError
             Where the folder cannot be written.
         """
-        write_tables(Path(folder), self._tables)
+        write_tables(Path(folder), self._tables, self._documents)
 
     def page(self) -> str:
         """Return Tumble's page of these tables.

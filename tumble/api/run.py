@@ -59,7 +59,7 @@ def run(
         method = running_engine.methods[0]
         answer = running_engine.simulate(asked, method, dt or asked.step)
         if isinstance(answer, Failure):
-            raise BadEngine(f"{running_engine.title}:{method} on {asked.name}: {answer.status}")
+            raise BadEngine(f"{running_engine.title}:{method} on {asked.name}: {answer}")
     found = with_units(trajectory_frame(answer, asked.body))
     found.attrs |= {"findings": answer.notes, "steps": answer.steps}
     return found

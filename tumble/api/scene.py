@@ -324,6 +324,20 @@ def questions(scenes: Scenes) -> list[Question]:
     return [scene.replace(name=name).question for scene, name in found.items()]
 
 
+def is_empty(scenes: Scenes) -> bool:
+    """Return whether no scene was given, which asks for a function's default.
+
+    Parameters
+    ----------
+    scenes : one or several, or an empty tuple or list.
+
+    Returns
+    -------
+    bool
+    """
+    return isinstance(scenes, tuple | list) and not scenes
+
+
 def placed(document: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
     """Return a document with values changed, each where a scene file has its key; None removes one."""
     found = {**document, "body": dict(document["body"])}

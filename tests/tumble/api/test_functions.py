@@ -98,6 +98,14 @@ def test_a_name_that_is_taken_is_refused(named):
         tumble.compare("two-hits", 3)
 
 
+def test_the_reason_of_a_failure_is_in_the_message(monkeypatch, tmp_path):
+    monkeypatch.setenv("TUMBLE_ENVIRONMENTS", str(tmp_path))
+    with pytest.raises(tumble.UserError, match="physx: missing: not installed"):
+        tumble.check_engine("physx")
+    with pytest.raises(tumble.UserError, match="skipped: .*gravity"):
+        tumble.run("brick-tumble", lambda state, dt, body: state)
+
+
 def test_a_dict_a_path_and_a_scene_are_the_same_question(tmp_path):
     scene = tumble.Scene.read("two-hits")
     (tmp_path / "scene.toml").write_text(scene.to_toml(), encoding="utf-8")

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from patience import PATIENCE_S
 
+import tumble
 from tumble.compare.engines import CHECKS
 from tumble.testing import ON_A_SCENE, slug
 
@@ -91,6 +92,13 @@ def test_an_expected_failure_of_no_check_is_refused(tmp_path):
     code, _, said = run(tmp_path)
     assert code == 2
     assert "no check 'convergess'" in said
+
+
+@pytest.mark.parametrize("check", ON_A_SCENE)
+def test_a_scene_that_an_engine_has_no_force_for_is_skipped(check):
+    fast = tumble.Scene.read("die-straight").replace(gravity=(0, 0, -9.81))
+    with pytest.raises(pytest.skip.Exception, match="gravity"):
+        ON_A_SCENE[check](lambda state, dt, body: state, fast)
 
 
 def test_a_baseline_is_written_on_request_only_and_then_guards(tmp_path):

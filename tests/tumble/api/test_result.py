@@ -44,6 +44,12 @@ def test_what_is_saved_is_read_and_saved_again_byte_for_byte(result, tmp_path):
     assert read.runs.attrs == result.runs.attrs
 
 
+def test_what_the_command_writes_beside_its_tables_is_saved_too(result, tmp_path):
+    tumble.Result(result.tables, documents={"releases.md": "# Releases\n"}).save(tmp_path)
+    assert (tmp_path / "releases.md").read_text(encoding="utf-8") == "# Releases\n"
+    assert (tmp_path / "runs.csv").is_file()
+
+
 def test_a_folder_without_tables_is_refused_in_one_line(tmp_path):
     with pytest.raises(tumble.UserError, match="has no tables") as refused:
         tumble.read(tmp_path)
