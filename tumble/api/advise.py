@@ -3,7 +3,7 @@
 from argparse import ArgumentTypeError
 
 from tumble.api.contestants import Contestants, contestant_list
-from tumble.api.progress import display
+from tumble.api.limits import limits
 from tumble.api.result import Result, call, text_of
 from tumble.api.scene import Scenes, questions
 from tumble.compare.judge.cost import REFERENCE
@@ -65,9 +65,7 @@ def advise(
         tolerance_m,
         contestant_list(contestants),
         beyond_samples=beyond_samples,
-        time_limit=time_limit,
-        memory_limit=memory_limit,
-        display=display(progress),
+        **limits(time_limit, memory_limit, progress),
     )
     command = call("advise", scenes, contestants, tolerance=tolerance)
     tables = measured(found, REFERENCE) | {CONDITIONS.file: frame(CONDITIONS, conditions(command))}

@@ -6,8 +6,9 @@ from typing import Any, overload
 
 import pandas as pd
 
-from tumble.api.progress import display
+from tumble.api.limits import limits
 from tumble.api.result import described
+from tumble.compare.engines import CHECKS
 from tumble.compare.run.engines import registry
 from tumble.compare.run.engines.examine import examined
 from tumble.compare.run.local import LocalEngine
@@ -17,9 +18,10 @@ from tumble.compare.run.worker import MEMORY_LIMIT, Failure
 from tumble.compare.tables.engines import engine_row
 from tumble.compare.tables.frames import frame
 from tumble.compare.tables.shared import ENGINES
-from tumble.scenarios.refusal import UserError
+from tumble.scenarios.refusal import UserError, nearest
 
 Step = Callable[..., Any]
+PRECISIONS = ("double", "single")
 
 
 class Engine(LocalEngine):
@@ -86,7 +88,8 @@ def engine(
     Raises
     ------
     UserError
-        For a name that an engine of ours has.
+        For a name that an engine of ours has, and for a precision, a feature, a gyroscopic term or a check that does
+        not exist.
 
     Examples
     --------
@@ -112,18 +115,24 @@ def _named(
     gyroscopic: str | None,
     exempt: dict[str, str] | None,
 ) -> Engine:
+    if not callable(step):
+        raise UserError(f"{step!r}: must be a function step(state, dt, body)")
+    if precision not in PRECISIONS:
+        raise UserError(f"precision = {precision!r}: must be {' or '.join(map(repr, PRECISIONS))}")
     own = name or getattr(step, "__name__", type(step).__name__)
     if own in registry.names():
         raise UserError(f"{own}: an engine of ours has this name; give another with name=")
-    return Engine(
+    made = Engine(
         step,
         own,
-        FEATURES=tuple(features),
+        FEATURES=registry.words(features),
         ABOUT={"precision": precision},
         ORDERS={} if order is None else {"step": order},
         GYROSCOPIC={} if gyroscopic is None else {"step": gyroscopic},
         EXEMPT=exempt or {},
     )
+    registry.engine_info(own, made.module)  # refused here, at the line that made it
+    return made
 
 
 def engines() -> pd.DataFrame:
@@ -189,7 +198,7 @@ def check_engine(
     Raises
     ------
     UserError
-        For an engine that cannot be used, or is not installed.
+        For an engine that cannot be used, or is not installed, and for a check that does not exist.
 
     Examples
     --------
@@ -201,7 +210,10 @@ def check_engine(
     """
     from tumble.api.contestants import contestant_list
 
-    with started(contestant_list(contestant), time_limit, memory_limit, display(progress)) as (running_engine,):
+    if only is not None and only not in CHECKS:
+        raise UserError(f"only = {only!r}: {nearest(str(only), [*CHECKS])}")
+    limit = limits(time_limit, memory_limit, progress)
+    with started(contestant_list([contestant]), **limit) as (running_engine,):
         if isinstance(running_engine.info, Failure):
             raise UserError(f"{running_engine.title}: {running_engine.info}")
         rows = [

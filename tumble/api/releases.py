@@ -1,6 +1,6 @@
 """`tumble.releases`: what changed between an engine's releases."""
 
-from tumble.api.progress import display
+from tumble.api.limits import limits
 from tumble.api.result import Result, call, text_of
 from tumble.api.scene import Scenes, questions
 from tumble.compare.releases.ledger import SCENES
@@ -50,9 +50,7 @@ def releases(
         first=first,
         last=last,
         install=install,
-        time_limit=time_limit,
-        memory_limit=memory_limit,
-        display=display(progress),
+        **limits(time_limit, memory_limit, progress),
     )
     command = call("releases", engine, scenes)
     return Result(

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from tumble.api.contestants import Contestants, contestant_list
-from tumble.api.progress import display
+from tumble.api.limits import limits, step
 from tumble.api.result import Result, call
 from tumble.api.scene import Scenes, is_empty, questions
 from tumble.compare.run.running_engines import TIME_LIMIT_S
@@ -53,13 +53,11 @@ def report(
     tables = report_tables(
         questions(catalogue() if whole else scenes),
         contestant_list(contestants),
-        dt=dt,
+        dt=step(dt),
         every_method=every_method,
         whole_catalogue=whole,
-        time_limit=time_limit,
-        memory_limit=memory_limit,
         command=call("report", scenes, contestants, dt=dt),
-        display=display(progress),
+        **limits(time_limit, memory_limit, progress),
     )
     result = Result(tables)
     if file is not None:

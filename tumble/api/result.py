@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 # Height of the frame in a notebook [px]: the answer, the ranking and the film are seen without scrolling.
 FRAME_HEIGHT = 780
 WIDTH = 100
+# The column of an attribute's table that its file has not.
+CONTESTANT = "contestant"
 # Below the head of a printed table.
 RULE = "───"
 
@@ -28,8 +30,9 @@ RULE = "───"
 class Result:
     """The tables of one run of a command.
 
-    Each table is an attribute: `vertex-errors.csv` is `result.vertex_errors`.  A table's `attrs` have the `units` and
-    `meanings` of its columns.  In a notebook a result is shown as Tumble's page, in a frame of its own.
+    Each table is an attribute: `vertex-errors.csv` is `result.vertex_errors`, with one column that the file has not:
+    `contestant`, which is ENGINE:METHOD.  A table's `attrs` have the `units` and `meanings` of its columns.  In a
+    notebook a result is shown as Tumble's page, in a frame of its own.
 
     Parameters
     ----------
@@ -43,10 +46,11 @@ class Result:
     ) -> None:
         self._tables = {name: described(name, table) for name, table in tables.items()}
         self._text, self._documents = text, dict(documents)
+        self._attributes: dict[str, pd.DataFrame] = {}
 
     @property
     def tables(self) -> dict[str, pd.DataFrame]:
-        """Every table by the name of its file."""
+        """Every table as in its file, by the name of that file."""
         return dict(self._tables)
 
     @property
@@ -108,7 +112,9 @@ class Result:
         file = f"{name.replace('_', '-')}.csv"
         tables = self.__dict__.get("_tables", {})
         if file in tables:
-            return tables[file]
+            if file not in self._attributes:
+                self._attributes[file] = with_contestant(tables[file])
+            return self._attributes[file]
         raise AttributeError(f"{type(self).__name__} has no {name}; tables: {', '.join(map(attribute, tables))}")
 
     def __dir__(self) -> list[str]:
@@ -150,6 +156,27 @@ def described(name: str, table: pd.DataFrame) -> pd.DataFrame:
             "units": {column.name: column.unit for column in stated.columns if column.unit},
             "meanings": {column.name: column.meaning for column in stated.columns},
         }
+    return found
+
+
+def with_contestant(table: pd.DataFrame) -> pd.DataFrame:
+    """Return a table with a column `contestant` behind `method`, where it has engines and methods.
+
+    Parameters
+    ----------
+    table : as in its file; it is not changed.
+
+    Returns
+    -------
+    pandas.DataFrame
+    """
+    if not {"engine", "method"} <= set(table.columns):
+        return table
+    found = table.copy(deep=False)
+    column = found["engine"] + ":" + found["method"]
+    found.insert(int(found.columns.get_loc("method")) + 1, CONTESTANT, column)  # type: ignore[arg-type]
+    meanings = table.attrs.get("meanings", {})
+    found.attrs = {**table.attrs, "meanings": {**meanings, CONTESTANT: "engine and method of the row, ENGINE:METHOD"}}
     return found
 
 

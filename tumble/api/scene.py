@@ -313,7 +313,8 @@ def questions(scenes: Scenes) -> list[Question]:
     UserError
         For a scene that cannot be read, and where none is given.
     """
-    several: Iterable[Any] = [scenes] if isinstance(scenes, Scene | str | Path | Mapping) else scenes
+    one = isinstance(scenes, Scene | str | Path | Mapping) or not isinstance(scenes, Iterable)
+    several: Iterable[Any] = [scenes] if one else scenes  # type: ignore[assignment]
     found: dict[Scene, str] = {}
     for scene in map(Scene.of, several):
         if scene not in found:

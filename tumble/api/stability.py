@@ -1,7 +1,7 @@
 """`tumble.stability`: stability maps, the largest stable step of each method, and extreme cases."""
 
 from tumble.api.contestants import Contestants, contestant_list
-from tumble.api.progress import display
+from tumble.api.limits import limits
 from tumble.api.result import Result, call, text_of
 from tumble.api.scene import Scenes, is_empty, questions
 from tumble.compare.run.worker import MEMORY_LIMIT
@@ -53,9 +53,7 @@ def stability(
     tables = map_scenes(
         questions(default_scenes() if is_empty(scenes) else scenes),
         contestant_list(contestants),
-        time_limit=time_limit,
-        memory_limit=memory_limit,
         command=call("stability", scenes, contestants),
-        display=display(progress),
+        **limits(time_limit, memory_limit, progress),
     )
     return Result(tables, text_of(stability_text(pieces(tables), rows(EXTREMES, tables[EXTREMES.file]), False)))
