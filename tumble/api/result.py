@@ -20,7 +20,6 @@ if TYPE_CHECKING:
 
 # Height of the frame in a notebook [px]: the answer, the ranking and the film are seen without scrolling.
 FRAME_HEIGHT = 780
-WIDTH = 100
 # The column of an attribute's table that its file has not.
 CONTESTANT = "contestant"
 # Below the head of a printed table.
@@ -194,13 +193,12 @@ def attribute(file: str) -> str:
     return file.removesuffix(".csv").replace("-", "_")
 
 
-def text_of(pieces: Iterable["RenderableType"], width: int = WIDTH) -> str:
+def text_of(pieces: Iterable["RenderableType"]) -> str:
     """Return what a terminal would show, without colours.
 
     Parameters
     ----------
     pieces : as the functions of tumble.reports yield them.
-    width : columns of text.
 
     Returns
     -------
@@ -209,7 +207,7 @@ def text_of(pieces: Iterable["RenderableType"], width: int = WIDTH) -> str:
     from tumble.reports.terminal import console
 
     written = StringIO()
-    out = console(file=written, width=width)
+    out = console(file=written)
     for piece in pieces:
         out.print(piece)
     return written.getvalue()
