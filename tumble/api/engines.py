@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Collection
 from functools import update_wrapper
-from typing import Any, overload
+from typing import TYPE_CHECKING, Any, overload
 
 import pandas as pd
 
@@ -19,6 +19,9 @@ from tumble.compare.tables.engines import engine_row
 from tumble.compare.tables.frames import frame
 from tumble.compare.tables.shared import ENGINES
 from tumble.scenarios.refusal import UserError, nearest
+
+if TYPE_CHECKING:
+    from tumble.api.contestants import Contestants
 
 Step = Callable[..., Any]
 PRECISIONS = ("double", "single")
@@ -135,15 +138,33 @@ def _named(
     return made
 
 
-def engines() -> pd.DataFrame:
+def engines(contestants: "Contestants" = ()) -> pd.DataFrame:
     """Return the engines that take part here, and why others are missing.
+
+    Parameters
+    ----------
+    contestants : one or several: ENGINE[@RELEASE], FILE, or a function as `tumble.engine` takes it.
+        Empty: every engine that Tumble knows.
 
     Returns
     -------
     pandas.DataFrame
         Columns as `tumble columns engines` has them: engine, status, why, version, precision, methods, features.
+
+    Raises
+    ------
+    UserError
+        For an engine that cannot be used.
+
+    Examples
+    --------
+    >>> import tumble
+    >>> tumble.engines("mujoco")[["engine", "precision"]].values.tolist()
+    [['mujoco', 'double']]
     """
-    with started(registry.names()) as running_engines:
+    from tumble.api.contestants import contestant_list
+
+    with started(contestant_list(contestants) or registry.names()) as running_engines:
         return described(ENGINES.file, frame(ENGINES, map(engine_row, running_engines)))
 
 

@@ -43,6 +43,16 @@ def releases(
     ------
     UserError
         For an engine that has fewer than two releases here.
+
+    Examples
+    --------
+    >>> import tumble
+    >>> tumble.releases("handcalc")
+    Traceback (most recent call last):
+        ...
+    tumble.compare.run.contestant.BadEngine: handcalc has no releases of its own
+    >>> print(tumble.releases("mujoco", first="3.10.0", install=True).answer)  # doctest: +SKIP
+    mujoco, 2 releases from 3.10.0 to 4.0.0: 4.0.0 behaves differently from the previous release.
     """
     found = compare_releases(
         engine,

@@ -48,6 +48,13 @@ def report(
     ------
     UserError
         For a scene, an engine or a method that cannot be used.
+
+    Examples
+    --------
+    >>> import tumble
+    >>> result = tumble.report("die-straight", "tumble:exact", progress=False)
+    >>> result.page().startswith("<!doctype html>")
+    True
     """
     whole = is_empty(scenes)
     tables = report_tables(
