@@ -116,7 +116,7 @@ def test_the_reason_of_a_failure_is_in_the_message(monkeypatch, tmp_path):
         (lambda: tumble.compare(None), "None: must be a scene's name"),
         (lambda: tumble.check_engine(["tumble", "mujoco"]), "must be ENGINE[:METHOD]"),
         (lambda: tumble.check_engine("tumble", only="turn"), "only = 'turn': did you mean 'turns'?"),
-        (lambda: tumble.engine(3), "3: must be a function step(state, dt, body)"),
+        (lambda: tumble.engine(3), "3: must be a function step(state, dt, body)"),  # type: ignore[call-overload]
         (lambda: tumble.engine(len, features="wings"), "len: unknown feature 'wings'"),
         (lambda: tumble.engine(len, precision="half"), "precision = 'half': must be 'double' or 'single'"),
         (lambda: tumble.grade({"t_s": [0.0]}, "two-hits", spin="bdy"), "spin = 'bdy': must be 'world' or 'body'"),
