@@ -35,7 +35,8 @@ test-all: venv-test
 	$(BIN)/pytest -n auto
 
 check: venv-test
-	$(BIN)/ruff check . && $(BIN)/ruff format --check . && $(BIN)/python -m tools.words && $(BIN)/lint-imports && $(BIN)/pyright
+	$(BIN)/ruff check . && $(BIN)/ruff format --check . && $(BIN)/python -m tools.words && $(BIN)/lint-imports
+	$(BIN)/python -m tools.examples && $(BIN)/pyright
 	$(BIN)/python -m tools.page_types --check
 
 # The types of the tables' rows for the page's JavaScript, after a change of a column.
