@@ -72,7 +72,8 @@ class EngineInfo:
     methods : names of the methods; the first is used where one is enough
     adaptive : tolerance that each adaptive method takes by default, by method; nan where it is not stated
     whole : methods that simulate a run of any length in one step
-    forced : methods that take part only in scenes with another force than gravity
+    forced : methods that take part only in scenes with a tether, drag or a floor
+    contact : methods that take part only in scenes with a plane
     on_request : methods that take part only when asked for
     default : methods that do what the engine does with no settings by its user
     shown : methods that a page shows
@@ -95,6 +96,7 @@ class EngineInfo:
     adaptive: dict[str, float]
     whole: frozenset[str]
     forced: tuple[str, ...]
+    contact: tuple[str, ...]
     on_request: tuple[str, ...]
     default: tuple[str, ...]
     shown: tuple[str, ...]
@@ -111,6 +113,16 @@ class EngineInfo:
     step_ns: dict[str, float]
     orders: dict[str, float]
     instants: tuple[float, ...]
+
+    @property
+    def every_method(self) -> tuple[str, ...]:
+        """Every method that can be asked for by name."""
+        return (*self.methods, *self.forced, *self.contact, *self.on_request)
+
+    def without_use(self, scene: Scene) -> frozenset[str]:
+        """Return the methods that are another method in this scene: of forces or a plane that it does not have."""
+        forced = () if scene.is_forced else self.forced
+        return frozenset((*forced, *(() if scene.plane else self.contact)))
 
     def step_of(self, method: str) -> float:
         """Return about what a step of one throw takes by a method [ns]."""
@@ -292,6 +304,7 @@ def engine_info(engine: str, module: ModuleType) -> EngineInfo:
             adaptive=tolerances(module),
             whole=frozenset(words(getattr(module, "WHOLE", ()))),
             forced=words(getattr(module, "FORCED", ())),
+            contact=words(getattr(module, "CONTACT", ())),
             on_request=words(getattr(module, "ON_REQUEST", ())),
             default=words(getattr(module, "DEFAULT", as_shipped(methods, words(getattr(module, "ON_REQUEST", ()))))),
             shown=words(getattr(module, "SHOWN", methods)),
