@@ -13,7 +13,9 @@ a contact of MuJoCo's is another law.
 
 A plane is a geom, and a contact pair has the scene's friction: no mixing rule.  MuJoCo has no restitution: where
 the scene's is not zero, the pair's `solref` is the spring and damper that give it in a central impact, as its manual
-advises ("Restitution" in the chapter on modeling); at zero it is MuJoCo's own.  `+defaults` sets the friction of both geoms, and no `solref`.
+advises ("Restitution" in the chapter on modeling); at zero it is MuJoCo's own.  Friction's damper then stops a slip in
+one step, but only the elliptic cone has one apart from the spring's.  `+defaults` sets the friction of both geoms, and
+no `solref`.
 
 A free joint's angular velocity is in body axes there, everything else in world axes; its quaternions are w x y z.
 """
@@ -139,8 +141,8 @@ ACTUATOR = """
 <general site="{point}" refsite="{anchor}" gear="{axis} 0 0 0"
   gainprm="0" biastype="affine" biasprm="0 {minus_stiffness!r} {minus_damping!r}"/>
 """
-# Of a contact of given restitution: steps that it lasts, and its impedance, which is the largest of MuJoCo's own.
-CONTACT_STEPS, IMPEDANCE = 20, 0.95
+# Of an impact with restitution: it lasts this many steps at least, and its impedance is the largest of MuJoCo's own.
+LEAST_STEPS, IMPEDANCE = 10, 0.95
 # Of the second solver for friction, which is off by default.
 NOSLIP_ITERATIONS = 100
 # At its own 1e-8 the throws of one world, which it solves for together, disturb each other.
@@ -160,7 +162,7 @@ class World:
     scale: how many times the scene's masses, and so all forces, are what MuJoCo got.  told: what gives the wrench of
     the forces that are no part of the model, None where there are none; held: whether it is for a whole step, or else
     for every stage of it.  restitution: of the plane's pair, to be expressed as spring and damper; 0 where MuJoCo's
-    own stay.
+    own stay; pace [s]: in about that time the scene's motion changes.
     """
 
     model: mujoco.MjModel
@@ -169,6 +171,7 @@ class World:
     held: bool
     told: "Wrench | None" = None
     restitution: float = 0.0
+    pace: float = 1.0
     steps: int = 0
     elapsed: float = 0.0
 
@@ -193,7 +196,7 @@ def build(scene: "Scene", method: str, keep: Collection[str] = ()) -> World:
     model.opt.gravity[:] = 0.0 if scene.gravity is None else scene.gravity
     world = World(model, mujoco.MjData(model), scale, held=holds)
     if scene.plane and manner != "defaults":
-        world.restitution = scene.plane.restitution
+        world.restitution, world.pace = scene.plane.restitution, pace_of(scene)
     mujoco.mj_setConst(model, world.data)  # the mass matrix of a free body comes from constants derived from its masses
     if not outside.is_free:
         from tumble.scenarios.wrench import wrench  # it brings a compiler, which a free flight has no use for
@@ -315,7 +318,9 @@ def words(numbers: NDArray[np.float64]) -> str:
 
 
 def prepare(world: World, dt: float) -> None:
-    """Set spring and damper of every pair for the restitution, so that an impact lasts CONTACT_STEPS steps of dt [s].
+    """Set spring and damper of every pair for the restitution and steps of dt [s].
+
+    An impact lasts sqrt(pace dt): the motion meanwhile, and the error of its steps, are alike, and both vanish with dt.
 
     In an impact of a body on a spring k and a damper b a unit of mass, force and velocity change sign together: with
     w = sqrt(k) and the damping ratio z = b / 2w it ends where the force does, at e^(-2 z arccos(z) / sqrt(1 - z^2))
@@ -324,10 +329,19 @@ def prepare(world: World, dt: float) -> None:
     if not world.restitution:
         return
     ratio = damping_ratio(world.restitution)
-    rate = min(math.pi / (CONTACT_STEPS * dt), 1.0 / (2.0 * max(ratio, 1e-9) * dt))  # no damper stops more than all
+    lasts = max(LEAST_STEPS * dt, math.sqrt(world.pace * dt))
+    rate = min(math.pi / lasts, 0.5 / (ratio * dt) if ratio else math.inf)  # a damper stops all in a step, and no more
     world.model.pair_solref[:] = -rate * rate, -2.0 * ratio * rate
     world.model.pair_solreffriction[:] = -rate * rate, -1.0 / dt
     world.model.pair_solimp[:, 0:2] = IMPEDANCE
+
+
+def pace_of(scene: "Scene") -> float:
+    """Return the time in which a body falls half its reach, or without gravity moves that far [s]; 1 where neither."""
+    if scene.gravity is not None:
+        return math.sqrt(scene.body.reach / math.hypot(*scene.gravity))
+    fastest = float(np.linalg.norm(scene.start[:, 7:10], axis=1).max())
+    return scene.body.reach / fastest if fastest else 1.0
 
 
 def damping_ratio(restitution: float) -> float:
