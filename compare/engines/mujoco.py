@@ -34,6 +34,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from tumble.compare.engines.parts.impact import impact_duration
 from tumble.compare.engines.parts.scale import scale_to_one
 
 if TYPE_CHECKING:
@@ -141,8 +142,8 @@ ACTUATOR = """
 <general site="{point}" refsite="{anchor}" gear="{axis} 0 0 0"
   gainprm="0" biastype="affine" biasprm="0 {minus_stiffness!r} {minus_damping!r}"/>
 """
-# Of an impact with restitution: it lasts this many steps at least, and its impedance is the largest of MuJoCo's own.
-LEAST_STEPS, IMPEDANCE = 10, 0.95
+# Of an impact with restitution: the largest of MuJoCo's own.
+IMPEDANCE = 0.95
 # Of the second solver for friction, which is off by default.
 NOSLIP_ITERATIONS = 100
 # At its own 1e-8 the throws of one world, which it solves for together, disturb each other.
@@ -161,8 +162,8 @@ class World:
 
     scale: how many times the scene's masses, and so all forces, are what MuJoCo got.  told: what gives the wrench of
     the forces that are no part of the model, None where there are none; held: whether it is for a whole step, or else
-    for every stage of it.  restitution: of the plane's pair, to be expressed as spring and damper; 0 where MuJoCo's
-    own stay; pace [s]: in about that time the scene's motion changes.
+    for every stage of it.  bounces: the scene where its plane has a
+    restitution, which spring and damper are to give.
     """
 
     model: mujoco.MjModel
@@ -170,8 +171,7 @@ class World:
     scale: float
     held: bool
     told: "Wrench | None" = None
-    restitution: float = 0.0
-    pace: float = 1.0
+    bounces: "Scene | None" = None
     steps: int = 0
     elapsed: float = 0.0
 
@@ -195,8 +195,8 @@ def build(scene: "Scene", method: str, keep: Collection[str] = ()) -> World:
             model.opt.noslip_iterations, model.opt.noslip_tolerance = NOSLIP_ITERATIONS, SOLVER_TOLERANCE
     model.opt.gravity[:] = 0.0 if scene.gravity is None else scene.gravity
     world = World(model, mujoco.MjData(model), scale, held=holds)
-    if scene.plane and manner != "defaults":
-        world.restitution, world.pace = scene.plane.restitution, pace_of(scene)
+    if scene.plane and scene.plane.restitution and manner != "defaults":
+        world.bounces = scene
     mujoco.mj_setConst(model, world.data)  # the mass matrix of a free body comes from constants derived from its masses
     if not outside.is_free:
         from tumble.scenarios.wrench import wrench  # it brings a compiler, which a free flight has no use for
@@ -320,28 +320,21 @@ def words(numbers: NDArray[np.float64]) -> str:
 def prepare(world: World, dt: float) -> None:
     """Set spring and damper of every pair for the restitution and steps of dt [s].
 
-    An impact lasts sqrt(pace dt): the motion meanwhile, and the error of its steps, are alike, and both vanish with dt.
 
     In an impact of a body on a spring k and a damper b a unit of mass, force and velocity change sign together: with
     w = sqrt(k) and the damping ratio z = b / 2w it ends where the force does, at e^(-2 z arccos(z) / sqrt(1 - z^2))
     times the speed of the approach (Schwager & Poschel, Granular Matter 9 (2007) 465).
     """
-    if not world.restitution:
+    if world.bounces is None:
         return
-    ratio = damping_ratio(world.restitution)
-    lasts = max(LEAST_STEPS * dt, math.sqrt(world.pace * dt))
-    rate = min(math.pi / lasts, 0.5 / (ratio * dt) if ratio else math.inf)  # a damper stops all in a step, and no more
+    assert world.bounces.plane is not None
+    ratio = damping_ratio(world.bounces.plane.restitution)
+    rate = min(
+        math.pi / impact_duration(world.bounces, dt), 0.5 / (ratio * dt) if ratio else math.inf
+    )  # a damper stops all in a step, and no more
     world.model.pair_solref[:] = -rate * rate, -2.0 * ratio * rate
     world.model.pair_solreffriction[:] = -rate * rate, -1.0 / dt
     world.model.pair_solimp[:, 0:2] = IMPEDANCE
-
-
-def pace_of(scene: "Scene") -> float:
-    """Return the time in which a body falls half its reach, or without gravity moves that far [s]; 1 where neither."""
-    if scene.gravity is not None:
-        return math.sqrt(scene.body.reach / math.hypot(*scene.gravity))
-    fastest = float(np.linalg.norm(scene.start[:, 7:10], axis=1).max())
-    return scene.body.reach / fastest if fastest else 1.0
 
 
 def damping_ratio(restitution: float) -> float:
