@@ -3,7 +3,7 @@
 An engine file has at module level
 
     METHODS   the names of its integrators, first the one that is taken where one is enough
-    FEATURES  the force laws it can express exactly, of: gravity, tether, drag, floor
+    FEATURES  the force laws it can express exactly, of: gravity, tether, drag, floor, plane
     ABOUT     a dict: version, precision ("single" or "double"), switched_off (a list of what was switched off to be
               fair) and, where it has any, defaults (a list of what a user gets who sets nothing)
 

@@ -75,10 +75,10 @@ class RunningEngine:
     _lock: threading.Lock = field(default_factory=threading.Lock, init=False)
 
     def methods_for(self, scene: Scene) -> tuple[str, ...]:
-        """Return the methods that take part: those named, and the forced ones where another force than gravity acts."""
+        """Return the methods that take part: those named, and the forced ones where a tether, drag or a floor acts."""
         if self.unasked and not self.answers_at(scene):
             return ()
-        if not scene.is_free or isinstance(self.info, Failure):
+        if not scene.is_unforced or isinstance(self.info, Failure):
             return self.methods
         return tuple(method for method in self.methods if method in self.named or method not in self.info.forced)
 
