@@ -139,7 +139,7 @@ def build(scene: "Scene", method: str) -> World | Apart:
     asked, _, accuracy = method.partition("@")
     kind, _, manner = asked.partition("+")
     if kind in ADAPTIVE:
-        if scene.is_forced:
+        if not scene.is_unforced:
             raise NotImplementedError(
                 "it has none of these laws itself, and takes no force from outside in steps of its own"
             )

@@ -120,7 +120,7 @@ class World:
 def build(scene: "Scene", method: str, keep: Collection[str] = ()) -> World:
     """Return a world with the scene's body once for every throw, and with those OPTIONAL kept that are asked for."""
     kind, _, manner = method.partition("+")
-    if scene.is_forced and not manner:
+    if not scene.is_unforced and not manner:
         raise NotImplementedError(f"{kind} has none of these laws itself; {kind}+held is given their force once a step")
     if scene.plane and scene.plane.friction > LARGEST_FRICTION:
         raise NotImplementedError(f"Bullet cuts the friction of a pair at {LARGEST_FRICTION:g}")
@@ -133,7 +133,7 @@ def build(scene: "Scene", method: str, keep: Collection[str] = ()) -> World:
     weakref.finalize(world, pybullet.disconnect, client)
     if scene.gravity is not None:
         pybullet.setGravity(*scene.gravity, physicsClientId=client)
-    if scene.is_forced:
+    if not scene.is_unforced:
         from tumble.scenarios.wrench import wrench  # it brings a compiler, which a free flight has no use for
 
         world.held = wrench(scene)
