@@ -53,6 +53,7 @@ from pydrake.multibody.tree import SpatialInertia, UnitInertia
 from pydrake.systems.analysis import ResetIntegratorFromFlags, Simulator
 from pydrake.systems.framework import DiagramBuilder
 
+from tumble.compare.engines.parts.apart import Apart, from_each, in_each, of_each, to_each
 from tumble.compare.engines.parts.audits import stood_still
 from tumble.compare.engines.parts.held import held_wrench
 from tumble.compare.engines.parts.impact import approach_speed, impact_duration
@@ -127,13 +128,6 @@ class World:
     moved: int = 0
 
 
-@dataclass(eq=False)
-class Apart:
-    """A world for each throw."""
-
-    worlds: list[World]
-
-
 def build(scene: "Scene", method: str) -> World | Apart:
     """Return a world with the scene's body once for every throw, or one for every throw."""
     asked, _, accuracy = method.partition("@")
@@ -143,9 +137,13 @@ def build(scene: "Scene", method: str) -> World | Apart:
             raise NotImplementedError(
                 "it has none of these laws itself, and takes no force from outside in steps of its own"
             )
+        if scene.plane and not manner:
+            raise NotImplementedError("an explicit method under error control does not get through stiff contact")
         own = 0.0 if manner else float(accuracy or ADAPTIVE[kind])
         alone = (replace(scene, start=start[np.newaxis]) for start in scene.start)
         return Apart([placed(World(one, kind, None, None, own, shipped=bool(manner)), OWN_STEPS) for one in alone])
+    if scene.plane and len(scene.start) > 1:
+        return Apart([build(replace(scene, start=start[np.newaxis]), method) for start in scene.start])
     held = None if method in CONTACT else held_wrench(scene, method)
     return placed(World(scene, kind, None, None, held=held, point=method in CONTACT), 0.0)
 
@@ -266,12 +264,9 @@ def plant_of(
     return plant
 
 
-def prepare(world: World | Apart, dt: float) -> None:
+@in_each
+def prepare(world: World, dt: float) -> None:
     """Make a simulator for steps of dt [s] that goes on from the state as it is."""
-    if isinstance(world, Apart):
-        for one in world.worlds:
-            prepare(one, dt)
-        return
     if dt == world.dt:
         return
     context = context_of(world)
@@ -303,12 +298,9 @@ def restart(world: World, q: NDArray[np.float64], v: NDArray[np.float64]) -> Non
     world.steps = 0
 
 
-def write(world: World | Apart, states: NDArray[np.float64]) -> None:
+@to_each
+def write(world: World, states: NDArray[np.float64]) -> None:
     """Put the throws into these states, (N, 13)."""
-    if isinstance(world, Apart):
-        for one, state in zip(world.worlds, states, strict=True):
-            write(one, state[np.newaxis])
-        return
     q = states[:, 3:7] / np.linalg.norm(states[:, 3:7], axis=1, keepdims=True)
     positions = np.hstack((q, states[:, 0:3])).ravel()
     restart(world, positions, np.hstack((states[:, 10:13], states[:, 7:10])).ravel())
@@ -316,12 +308,9 @@ def write(world: World | Apart, states: NDArray[np.float64]) -> None:
     world.written = read(world)
 
 
-def advance(world: World | Apart, n: int, dt: float) -> None:
+@in_each
+def advance(world: World, n: int, dt: float) -> None:
     """Make n steps of dt [s], as prepared for: each to an instant that is counted, so that none is left over."""
-    if isinstance(world, Apart):
-        for one in world.worlds:
-            advance(one, n, dt)
-        return
     first, world.steps = world.steps, world.steps + n
     world.moved += n
     go = world.simulator.AdvanceTo
@@ -346,10 +335,9 @@ def hold(world: World, held: "Wrench") -> None:
     port.FixValue(context_of(world), forces)
 
 
-def read(world: World | Apart) -> NDArray[np.float64]:
+@from_each
+def read(world: World) -> NDArray[np.float64]:
     """Return the states of the throws, (N, 13)."""
-    if isinstance(world, Apart):
-        return np.vstack([read(one) for one in world.worlds])
     context = context_of(world)
     positions = world.plant.GetPositions(context).reshape(-1, 7)
     velocities = world.plant.GetVelocities(context).reshape(-1, 6)
@@ -358,10 +346,7 @@ def read(world: World | Apart) -> NDArray[np.float64]:
     return np.hstack((positions[:, 4:7], q, velocities[:, 3:6], velocities[:, 0:3]))
 
 
-def audit(world: World | Apart) -> Iterator[tuple[str, str]]:
+@of_each
+def audit(world: World) -> Iterator[tuple[str, str]]:
     """Yield what went wrong without a word since `write`."""
-    if isinstance(world, Apart):
-        for one in world.worlds:
-            yield from audit(one)
-        return
     yield from stood_still(world.written, read(world), world.moved)

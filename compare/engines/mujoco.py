@@ -34,6 +34,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from tumble.compare.engines.parts.apart import Apart, from_each, in_each, of_each, to_each
 from tumble.compare.engines.parts.impact import impact_duration
 from tumble.compare.engines.parts.scale import scale_to_one
 
@@ -176,8 +177,13 @@ class World:
     elapsed: float = 0.0
 
 
-def build(scene: "Scene", method: str, keep: Collection[str] = ()) -> World:
-    """Return a world with the scene's body once for every throw, and with those OPTIONAL kept that are asked for."""
+def build(scene: "Scene", method: str, keep: Collection[str] = ()) -> World | Apart:
+    """Return a world with the scene's body once for every throw, and with those OPTIONAL kept that are asked for.
+
+    Above a plane each throw has a world: MuJoCo solves for all contacts of one together.
+    """
+    if scene.plane and len(scene.start) > 1:
+        return Apart([build(replace(scene, start=start[np.newaxis]), method, keep) for start in scene.start])
     integrator, _, manner = method.partition("+")
     # What the model is made of, and what it must be told from outside.
     holds = bool(manner) and f"{integrator}+{manner}" not in CONTACT
@@ -317,6 +323,7 @@ def words(numbers: NDArray[np.float64]) -> str:
     return " ".join(map(repr, numbers.tolist()))
 
 
+@in_each
 def prepare(world: World, dt: float) -> None:
     """Set spring and damper of every pair for the restitution and steps of dt [s].
 
@@ -355,6 +362,7 @@ def rebound(ratio: float) -> float:
     return math.exp(-2 * ratio * math.acosh(ratio) / math.sqrt(ratio * ratio - 1)) if ratio > 1 else math.exp(-2)
 
 
+@to_each
 def write(world: World, states: NDArray[np.float64]) -> None:
     """Put the throws into these states, (N, 13), with no trace of any earlier flight."""
     mujoco.mj_resetData(world.model, world.data)
@@ -365,6 +373,7 @@ def write(world: World, states: NDArray[np.float64]) -> None:
     world.steps, world.elapsed = 0, 0.0
 
 
+@in_each
 def advance(world: World, n: int, dt: float) -> None:
     """Make n steps of dt [s], in MuJoCo's own loop where no force is held."""
     world.model.opt.timestep = dt
@@ -396,6 +405,7 @@ def telling(world: World, told: "Wrench") -> Iterator[None]:
         mujoco.set_mjcb_control(None)
 
 
+@from_each
 def read(world: World) -> NDArray[np.float64]:
     """Return the states of the throws, (N, 13)."""
     qpos, qvel = coordinates(world)
@@ -405,6 +415,7 @@ def read(world: World) -> NDArray[np.float64]:
     return states
 
 
+@of_each
 def audit(world: World) -> list[tuple[str, str]]:
     """Return what went wrong without a word since `write`."""
     resets = not world.model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_AUTORESET
