@@ -47,6 +47,8 @@ More names where they are not empty:
     INSTANTS    the only sample instants at which the engine has an answer [s]; it takes part in scenes with others only
                 when it is asked for
     EXEMPT      {law: why}: laws that the engine is there to break
+    KNOWN_FAILURES  {check: {method: why}}: checks that a method fails by its own law, and no mistake of the file; * is
+                every method.  They are made all the same: one that passes is stated wrongly
 
 An engine of ours says, as literals, which are read where the engine itself is not installed:
 
@@ -92,7 +94,16 @@ CHECKS = {
     "light": "a body of a millionth of the mass moves the same way, to rounding",
     "the scene": "is not altered",
     "optional": "what OPTIONAL keeps changes no motion",
+    "pair's friction": "a ball slows at mu g, mu the scene's whatever the rule that mixes two materials",
+    "pair's restitution": "a ball rebounds at e times its speed, e the scene's, wherever in a step it meets the plane",
+    "stays above": "nothing gets below a plane by more than five steps' way",
+    "adds no energy": "an impact adds no energy",
+    "holds": "a box at rest below the critical angle does not creep",
+    "any direction": "friction does not depend on a direction in the plane",
+    "mirror images": "mirror images stay mirror images",
 }
+# Those of scenes with a plane alone.
+IN_CONTACT = tuple(CHECKS)[-7:]
 
 FINDINGS = {
     "reset": "the state was put back to some start",

@@ -211,6 +211,7 @@ def check_engine(
                 ("passed", dict.fromkeys(one.holds, "")),
                 ("failed", one.broken),
                 ("skipped", one.not_asked),
+                ("known", one.known),
             )
             for method, why in found.items()
         ]

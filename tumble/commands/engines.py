@@ -110,12 +110,14 @@ def check(engines: list[str], time_limit: float) -> int:
 
 
 def lines(one: Examined) -> Iterator[str]:
-    """Yield the result of one check: a line if it passed, else one for each method that fails it."""
-    name = f"{one.check:<17}"
+    """Yield the result of one check: a line if it passed, and one for each method that fails it."""
+    name = f"{one.check:<18}"
     if one.holds:
         but = f"; skipped: {', '.join(one.not_asked)}" if one.not_asked else ""
         yield f"passed   {name} {CHECKS[one.check]}{but}"
-    elif not one.broken:
+    elif not one.broken and not one.known:
         yield f"skipped  {name} {next(iter(one.not_asked.values()))}"
+    for method, how in one.known.items():
+        yield f"known    {name} {method}: {how}"
     for method, how in one.broken.items():
         yield f"FAILED   {name} {method}: {how}"

@@ -90,6 +90,7 @@ class EngineInfo:
     step_ns : approximate time of one step of one throw [ns], by method, or under * for all
     orders : by method, the power of the step by which the error of a free body falls
     instants : the only sample instants at which the engine has an answer [s]; empty: any instant
+    known_failures : reason for each check that methods fail by the engine's own law, by check and method, * for all
     """
 
     methods: tuple[str, ...]
@@ -113,6 +114,7 @@ class EngineInfo:
     step_ns: dict[str, float]
     orders: dict[str, float]
     instants: tuple[float, ...]
+    known_failures: dict[str, dict[str, str]]
 
     @property
     def every_method(self) -> tuple[str, ...]:
@@ -321,15 +323,20 @@ def engine_info(engine: str, module: ModuleType) -> EngineInfo:
             step_ns={str(method): float(ns) for method, ns in of_each.items()},
             orders={str(method): float(order) for method, order in dict(getattr(module, "ORDERS", {})).items()},
             instants=tuple(float(instant) for instant in getattr(module, "INSTANTS", ())),
+            known_failures={
+                str(check): {str(method): str(why) for method, why in dict(reasons).items()}
+                for check, reasons in dict(getattr(module, "KNOWN_FAILURES", {})).items()
+            },
         )
     except (TypeError, ValueError, OverflowError) as error:
         raise BadEngine(f"{engine}: what it says of itself cannot be read: {error}") from error
     for method, order in info.orders.items():
         if not 0 < order < math.inf:
             raise BadEngine(f"{engine}: ORDERS: {method}: must be a number above 0, is {order:g}")
-    for law in info.exempt:
-        if law not in CHECKS:
-            raise BadEngine(f"{engine}: EXEMPT: no check {law!r}: there are {', '.join(CHECKS)}")
+    for table, checks in (("EXEMPT", info.exempt), ("KNOWN_FAILURES", info.known_failures)):
+        for check in checks:
+            if check not in CHECKS:
+                raise BadEngine(f"{engine}: {table}: no check {check!r}: there are {', '.join(CHECKS)}")
     return info
 
 
