@@ -82,7 +82,7 @@ SCHEMES = {"rk3+held": "held-parabola", "rk5+held": "held-parabola", "discrete+h
 ON_SLOPES = "its friction is viscous below a speed, which falls with the step"
 FALLS_WITH_STEP = "its implicit step damps the spring of an impact, the less the shorter the step"
 KNOWN_FAILURES = {
-    "pair's restitution": {"discrete": FALLS_WITH_STEP, "discrete+point": FALLS_WITH_STEP},
+    "restitution": {"discrete": FALLS_WITH_STEP, "discrete+point": FALLS_WITH_STEP},
     "holds": {"rk3": ON_SLOPES, "rk5": ON_SLOPES},
     "mirror images": {"discrete+point": "an edge meets a plane with one point"},
 }

@@ -86,7 +86,7 @@ SOFT = "its friction is soft: a body creeps at a speed that does not fall with t
 KNOWN_FAILURES = {
     "any direction": dict.fromkeys((*INTEGRATORS, *ON_REQUEST), PYRAMID),
     "holds": dict.fromkeys((*INTEGRATORS, *ON_REQUEST, "euler+elliptic"), SOFT),
-    "pair's restitution": {
+    "restitution": {
         "discrete": "its implicit step damps the spring of an impact, the less the shorter the step",
         **dict.fromkeys(ON_REQUEST, "it has no restitution; the spring and damper of its default give 0.13"),
     },

@@ -50,8 +50,8 @@ SCHEMES = dict.fromkeys((*FORCED, *ON_REQUEST), "semi-implicit-euler")
 PRODUCT = "a pair's friction and restitution are the products of both materials'"
 KNOWN_FAILURES = {
     "mirror images": {"*": "an edge meets a plane with one of its vertices first"},
-    "pair's friction": dict.fromkeys(("multibody+defaults", "rigidbody+defaults"), PRODUCT),
-    "pair's restitution": {
+    "friction": dict.fromkeys(("multibody+defaults", "rigidbody+defaults"), PRODUCT),
+    "restitution": {
         **dict.fromkeys(("multibody+defaults", "rigidbody+defaults"), PRODUCT),
         "rigidbody+recipe": "the velocity that takes a penetration out adds to a rebound",
     },

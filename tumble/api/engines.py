@@ -143,7 +143,8 @@ class EngineCheck:
 
     Parameters
     ----------
-    table : one row a check and method: `check`, `method`, `outcome` ("passed", "failed", "skipped") and `why`.
+    table : one row a check and method: `check`, `method`, `outcome` ("passed", "failed", "skipped", or "known"
+        where it fails as the engine's file states) and `why`.
     """
 
     def __init__(self, table: pd.DataFrame) -> None:

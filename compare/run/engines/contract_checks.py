@@ -7,7 +7,7 @@ from types import ModuleType
 
 import numpy as np
 
-from tumble.compare.engines import CHECKS, IN_CONTACT
+from tumble.compare.engines import CHECKS, CONTACT_CHECKS
 from tumble.compare.run.contestant import MethodName
 from tumble.compare.run.engines.brick import (
     GRAVITY,
@@ -85,7 +85,7 @@ def settings(engine: ModuleType, method: str) -> list[tuple[Scene, str]]:
     """Return the free brick and, for a method that has planes, the brick that comes down on one, each with words."""
     over = over_plane(LANDING)
     try:
-        if "plane" in engine.FEATURES:
+        if "plane" in getattr(engine, "FEATURES", ()):
             engine.build(over, method)
             return [(scene(), ""), (over, ", on a plane")]
     except NotImplementedError:
@@ -200,8 +200,8 @@ FUNCTIONS: dict[str, Check] = {
     "light": flies_light_as_heavy,
     "the scene": leaves_the_scene_alone,
     "optional": optional_is_optional,
-    "pair's friction": slides_by_the_pairs_friction,
-    "pair's restitution": rebounds_by_the_pairs_restitution,
+    "friction": slides_by_the_pairs_friction,
+    "restitution": rebounds_by_the_pairs_restitution,
     "stays above": stays_above,
     "adds no energy": adds_no_energy,
     "holds": holds_below_the_critical_angle,
@@ -213,8 +213,8 @@ FUNCTIONS: dict[str, Check] = {
 def checks_for(features: Iterable[str], optional: Iterable[str], exempt: Iterable[str]) -> list[str]:
     """Return the checks that apply to an engine with those FEATURES, OPTIONAL and EXEMPT."""
     without = {*exempt, *(() if "gravity" in features else ("gravity",)), *(() if tuple(optional) else ("optional",))}
-    without |= {*(() if {"plane", "gravity"} <= {*features} else IN_CONTACT)}
-    return [check for check in CHECKS if check not in without]
+    has_contact = {"gravity", "plane"} <= {*features}
+    return [check for check in (*CHECKS, *(CONTACT_CHECKS if has_contact else ())) if check not in without]
 
 
 def check_failure(engine: ModuleType, check: str, method: str) -> str:

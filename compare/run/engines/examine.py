@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from tumble.compare.engines import CHECKS, IN_CONTACT
+from tumble.compare.engines import CHECKS, CONTACT_CHECKS
 from tumble.compare.run.engines.contract_checks import checks_for, known_failure
 from tumble.compare.run.running_engines import RunningEngine
 from tumble.compare.run.status import Failure, Status
@@ -50,7 +50,8 @@ def examined(running_engine: RunningEngine, only: str | None = None) -> Iterator
     loose = [f"{method}@{LOOSE:g}" for method in running_engine.methods if method in info.adaptive]
     binding = checks_for(info.features, info.optional, info.exempt)
     late = ""
-    for check in CHECKS if only is None else (only,):
+    every = tuple(dict.fromkeys((*CHECKS, *binding)))  # those of contact where they apply
+    for check in every if only is None else (only,):
         if check not in binding or late:
             why = info.exempt.get(check) or (late if check in binding else lacking(check))
             not_asked = dict.fromkeys(running_engine.methods, why)
@@ -58,7 +59,7 @@ def examined(running_engine: RunningEngine, only: str | None = None) -> Iterator
             continue
         holds, broken, not_asked, known = [], {}, {}, {}
         # In contact no force is held: those methods are others under another name.
-        twice = info.forced if check in IN_CONTACT else ()
+        twice = info.forced if check in CONTACT_CHECKS else ()
         for method in (*(one for one in running_engine.methods if one not in twice), *loose):
             if late:
                 not_asked[method] = late
@@ -79,6 +80,6 @@ def examined(running_engine: RunningEngine, only: str | None = None) -> Iterator
 
 def lacking(check: str) -> str:
     """Return why a check does not apply to an engine that does not state what it needs."""
-    if check in IN_CONTACT:
+    if check in CONTACT_CHECKS:
         return "it has no plane"
     return "it has no gravity" if check == "gravity" else "it has nothing optional"

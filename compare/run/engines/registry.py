@@ -16,7 +16,7 @@ from types import ModuleType
 from typing import Any
 
 from tumble.compare import engines
-from tumble.compare.engines import CHECKS, FINDINGS, GYROSCOPIC_NAMES, OWN, SCHEME_NAMES, SHIPPED
+from tumble.compare.engines import CHECKS, CONTACT_CHECKS, FINDINGS, GYROSCOPIC_NAMES, OWN, SCHEME_NAMES, SHIPPED
 from tumble.compare.run.contestant import FILES, BadEngine, MethodName
 from tumble.compare.run.engines import program
 from tumble.compare.run.engines.program import ProgramEngine
@@ -335,8 +335,9 @@ def engine_info(engine: str, module: ModuleType) -> EngineInfo:
             raise BadEngine(f"{engine}: ORDERS: {method}: must be a number above 0, is {order:g}")
     for table, checks in (("EXEMPT", info.exempt), ("KNOWN_FAILURES", info.known_failures)):
         for check in checks:
-            if check not in CHECKS:
-                raise BadEngine(f"{engine}: {table}: no check {check!r}: there are {', '.join(CHECKS)}")
+            if check not in (*CHECKS, *CONTACT_CHECKS):
+                every = ", ".join((*CHECKS, *CONTACT_CHECKS))
+                raise BadEngine(f"{engine}: {table}: no check {check!r}: there are {every}")
     return info
 
 
