@@ -48,9 +48,9 @@ def test_a_box_stops_at_45_degrees_as_its_friction_cone_has_it(contestant, facto
 def test_a_rebound_comes_nearer_with_the_step_wherever_in_a_step_it_begins(contestant):
     name, _, method = contestant.partition(":")
     engine, errors = registry.load(name), []
-    for dt in (1e-3, 1e-5):
+    for dt in (1e-3, 1e-4):
         off = []
-        for height in (0.95, 1.03):
+        for height in (0.5, 0.77, 1.0, 1.31):
             scene = read_scene("ball-drop-half")
             start = scene.start.copy()
             start[0, 1] = 0.1 + height
@@ -60,8 +60,8 @@ def test_a_rebound_comes_nearer_with_the_step_wherever_in_a_step_it_begins(conte
             off.append(np.sqrt(rise / (2 * 9.81 * height)) - 0.5)
         errors.append(np.abs(off).max())
     assert errors[0] < 0.05
-    # A contact that lasts as the root of the step gains a factor of ten, one that takes a step a hundred.
-    assert errors[1] < errors[0] / 5 + 1e-4
+    # A contact that lasts as the root of the step gains a factor of three, one that takes a step ten.
+    assert errors[1] < errors[0] / 2.5 + 1e-4
 
 
 @pytest.mark.parametrize("contestant", ["mujoco:euler+elliptic", "pybullet:multibody", "pybullet:rigidbody"])
