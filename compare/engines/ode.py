@@ -57,8 +57,8 @@ ABOUT = {
 }
 
 
-# With a plane: quickstep's iterations; how fast a body that is below comes up, in diameters a second; where ODE's random
-# numbers are, which its Python module does not show.
+# With a plane: quickstep's iterations; how fast a body that is below comes up, in diameters a second; where the random
+# numbers are, which ODE's Python module does not show.
 ITERATIONS, PUSH_OUT = 100, 0.1
 random = ctypes.CDLL("libode.so.8")
 random.dRandGetSeed.restype, random.dRandSetSeed.argtypes = ctypes.c_ulong, (ctypes.c_ulong,)
