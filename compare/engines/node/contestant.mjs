@@ -78,7 +78,7 @@ export function* beyond(what, unit, largest, limit) {
 }
 
 const add = (a, b) => a.map((each, i) => each + b[i]);
-const scaled = (s, a) => a.map((each) => s * each);
+export const scaled = (s, a) => a.map((each) => s * each);
 const dot = (a, b) => a.reduce((sum, each, i) => sum + each * b[i], 0);
 const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 
