@@ -44,6 +44,7 @@ def moved(running_engine, scene: Scene) -> np.ndarray:
         ("dart:semi-implicit-euler", 0.5, ROUND),
         ("physx:tgs", 0.5, ROUND),
         ("ode:step", 0.5, PYRAMID),
+        ("cannon:semi-implicit-euler", 0.5, None),
         ("ammo:rigidbody", 0.5, None),
         ("jolt:semi-implicit-euler", 0.5, ROUND),
         ("dart:semi-implicit-euler+defaults", 0.25, None),  # the product of two materials with the pair's number
