@@ -41,6 +41,7 @@ APART = True
 MEGABYTES = 110
 SCHEMES = dict.fromkeys((*FORCED, *ON_REQUEST), "semi-implicit-euler")
 GYROSCOPIC = dict.fromkeys(METHODS, "implicit")
+KNOWN_FAILURES = {"any direction": {"*": "its friction cone is a pyramid: mu N along each of two axes"}}
 ABOUT = {
     "version": importlib.metadata.version("Py3ODE"),
     "precision": "double",

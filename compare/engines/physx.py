@@ -41,6 +41,7 @@ APART = True
 MEGABYTES = 430
 SCHEMES = dict.fromkeys((*FORCED, *ON_REQUEST), "semi-implicit-euler")
 GYROSCOPIC = dict.fromkeys(METHODS, "rescaled")
+KNOWN_FAILURES = {"mirror images": {"*": "the two ends of an edge that lands do not get the same impulse"}}
 # What it does unless told otherwise.
 ANGULAR_DAMPING, LARGEST_SPIN = 0.05, 100.0  # 1/s, rad/s
 NO_LIMIT = 1e30

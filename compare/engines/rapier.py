@@ -36,7 +36,7 @@ PINS = ("rapier3d==0.36.1", "numpy==2.4.6")
 APART = True
 MEGABYTES = 110
 GYROSCOPIC = {"tgs": "rescaled"}
-KNOWN_FAILURES = {"mirror images": {"*": "the points of an edge that lands are solved one after the other"}}
+KNOWN_FAILURES = {"mirror images": {"*": "the two ends of an edge that lands do not get the same impulse"}}
 SUBSTEPS = 4  # of a step, unless told otherwise
 LARGEST_SPEED = 400.0  # m/s, unless told otherwise
 CAPPED_TURN = math.pi / 4  # rad a step, however many substeps it has, unless allow_fast_rotation
