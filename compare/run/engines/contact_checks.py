@@ -10,7 +10,7 @@ from types import ModuleType
 
 import numpy as np
 
-from tumble.compare.run.engines.brick import Broken, flown_in, over_plane, step
+from tumble.compare.run.engines.brick import PLANE, SIZE, Broken, flown_in, over_plane, step
 from tumble.scenarios.frames import Array, vertices
 from tumble.scenarios.scene import Body, Plane, Scene, frozen_array
 
@@ -146,7 +146,7 @@ def holds_below_the_critical_angle(engine: ModuleType, method: str) -> None:
     pull = frozen_array(FALL * np.array([math.sin(angle), -math.cos(angle), 0.0]))
     flat = replace(
         question.body,
-        points=frozen_array(question.body.points * [0.5, 0.1, 0.4] / question.body.size),
+        points=frozen_array(question.body.points * [0.5, 0.1, 0.4] / np.array(SIZE)),
         size=frozen_array([0.5, 0.1, 0.4]),
     )
     held = replace(
@@ -187,7 +187,7 @@ def keeps_mirror_images(engine: ModuleType, method: str) -> None:
     corner = corner * np.where(np.arange(13) == 2, 0.0, 1.0)
     question = over_plane(np.array([corner, corner * MIRROR, edge * np.where(MIRROR < 0, 0.0, 1.0)]))
     tilted = replace(question, gravity=frozen_array(-FALL * UP))
-    plane = replace(tilted.plane, point=frozen_array(-0.2 * UP))
+    plane = replace(PLANE, point=frozen_array(-0.2 * UP))
     states = flown_in(engine, method, replace(tilted, plane=plane), (160, DT))
     size = np.linalg.norm(states[:, 7:13], axis=1).max()
     for one, other, what in ((0, 1, "a box that lands on a corner and its mirror image"), (2, 2, "a box on an edge")):
