@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, fields
 
 import numpy as np
 
-from tumble.scenarios.forces import GRAVITY, acting
+from tumble.scenarios.forces import GRAVITY, PLANE, acting
 from tumble.scenarios.frames import Array
 
 
@@ -259,6 +259,11 @@ class Scene(_Frozen):
     def is_free(self) -> bool:
         """Whether nothing acts between impulses but gravity."""
         return set(acting(self)) <= {GRAVITY}
+
+    @property
+    def is_unforced(self) -> bool:
+        """Whether no force acts between impulses and impacts but gravity: no tether, no drag, no penalty floor."""
+        return set(acting(self)) <= {GRAVITY, PLANE}
 
     @property
     def rows(self) -> Array:
