@@ -27,6 +27,7 @@ SAID = {
     "dart:semi-implicit-euler": "explicit",
     "ammo:rigidbody": "explicit",
     "ode:step": "implicit",
+    "box3d:semi-implicit-euler": "implicit",
     "pybullet:rigidbody": "implicit",
     "mujoco:implicit": "implicit",
     "mujoco:implicitfast": "implicit",
