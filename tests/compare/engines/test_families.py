@@ -37,6 +37,7 @@ SAID = {
     "jolt:semi-implicit-euler": "rescaled",
     "mujoco@3.10.0:implicitfast": "midpoint",
     "cannon:semi-implicit-euler": "none",
+    "havok:semi-implicit-euler": "none",
     "jolt:semi-implicit-euler+defaults": "none",
     "ammo:rigidbody+defaults": "none",
     "mujoco:rk4": "",

@@ -46,6 +46,7 @@ def moved(running_engine, scene: Scene) -> np.ndarray:
         ("ode:step", 0.5, PYRAMID),
         ("rapier-js:tgs", 0.5, ROUND),
         ("box3d:semi-implicit-euler", 0.5, ROUND),
+        ("havok:semi-implicit-euler", 0.5, ROUND),
         ("cannon:semi-implicit-euler", 0.5, None),
         ("ammo:rigidbody", 0.5, None),
         ("jolt:semi-implicit-euler", 0.5, ROUND),
