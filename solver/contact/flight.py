@@ -124,6 +124,19 @@ class ContactFlight:
         """Return where points of the body are [m], (N, n, 3); points [m], (n, 3), body axes."""
         return self.read()[:, None, 0:3] + turned(self.matrices()[:, None], np.asarray(points, dtype=float))
 
+    @property
+    def findings(self) -> list[str]:
+        """What the states do not show: why a motion is not known to its end."""
+        return self.method.findings(self.rows)
+
+    @property
+    def remark(self) -> str:
+        """Whether an impact has gained energy, which the law allows."""
+        gained = self.method.gained(self.rows)
+        if not gained > 0.0:
+            return ""
+        return f"impacts gained {gained:.3g} J, as Newton's restitution with friction can (Kane and Levinson)"
+
     def compile(self) -> None:
         """Compile the method's kernel."""
         nothing: Any = (0.0,) if self.method.dense else (0, 0.0)

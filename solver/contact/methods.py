@@ -3,7 +3,25 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from tumble.solver.contact.events import WIDTH, events
+import numpy as np
+from numpy.typing import NDArray
+
+from tumble.solver.contact.events import GAINED, REASONS, SINCE, WHY, WIDTH, events
+
+Rows = NDArray[np.float64]
+
+
+def _nothing(rows: Rows) -> list[str]:
+    return []
+
+
+def _none(rows: Rows) -> float:
+    return 0.0
+
+
+def why_events_end(rows: Rows) -> list[str]:
+    """Return why and when the motion of throws is not known any more."""
+    return [f"the motion is known up to {row[SINCE]:.6g} s: {REASONS[int(row[WHY])]}" for row in rows if row[WHY]]
 
 
 @dataclass(frozen=True)
@@ -13,16 +31,26 @@ class ContactMethod:
     steps: the kernel.  width: numbers in its row.
     order: by which power of the step the error of what a contact does falls; None where it does not depend on the step.
     dense: it goes to an instant and not by steps.
+    findings: of its rows, what the states do not show.  gained: of its rows, energy that impacts gained [J].
     """
 
     steps: Callable
     width: int
     order: int | None
     dense: bool = False
+    findings: Callable[[Rows], list[str]] = _nothing
+    gained: Callable[[Rows], float] = _none
 
 
 CONTACT_METHODS = {
-    "events": ContactMethod(events, WIDTH, order=None, dense=True),
+    "events": ContactMethod(
+        events,
+        WIDTH,
+        order=None,
+        dense=True,
+        findings=why_events_end,
+        gained=lambda rows: float(rows[:, GAINED].sum()),
+    ),
 }
 
 

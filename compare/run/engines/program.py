@@ -33,6 +33,7 @@ STATED = (
     "adaptive",
     "whole",
     "forced",
+    "contact",
     "on_request",
     "default",
     "shown",

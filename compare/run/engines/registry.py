@@ -73,6 +73,7 @@ class EngineInfo:
     adaptive : tolerance that each adaptive method takes by default, by method; nan where it is not stated
     whole : methods that simulate a run of any length in one step
     forced : methods that take part only in scenes with another force than gravity
+    contact : methods that take part only in scenes with a plane
     on_request : methods that take part only when asked for
     default : methods that do what the engine does with no settings by its user
     shown : methods that a page shows
@@ -95,6 +96,7 @@ class EngineInfo:
     adaptive: dict[str, float]
     whole: frozenset[str]
     forced: tuple[str, ...]
+    contact: tuple[str, ...]
     on_request: tuple[str, ...]
     default: tuple[str, ...]
     shown: tuple[str, ...]
@@ -292,6 +294,7 @@ def engine_info(engine: str, module: ModuleType) -> EngineInfo:
             adaptive=tolerances(module),
             whole=frozenset(words(getattr(module, "WHOLE", ()))),
             forced=words(getattr(module, "FORCED", ())),
+            contact=words(getattr(module, "CONTACT", ())),
             on_request=words(getattr(module, "ON_REQUEST", ())),
             default=words(getattr(module, "DEFAULT", as_shipped(methods, words(getattr(module, "ON_REQUEST", ()))))),
             shown=words(getattr(module, "SHOWN", methods)),
