@@ -409,9 +409,7 @@ def _gauge(state: State, first: int, second: int, number: int, ground: Ground) -
 
 
 @inner
-def _rocks(
-    row: Array, touching: NDArray[np.int64], meets: int, stays: int, count: int, ground: Ground
-) -> bool:
+def _rocks(row: Array, touching: NDArray[np.int64], meets: int, stays: int, count: int, ground: Ground) -> bool:
     """Land a body that turned about an edge on another that is parallel, e = 0; whether that is what happens.
 
     The angular momentum about the new edge stays, and the old one leaves the plane, or both hold: Housner, Bull. Seism.
@@ -452,7 +450,9 @@ def _rocks(
 
 
 @inner
-def _count_energy(row: Array, v: Vector, w: Vector, v_then: Vector, w_then: Vector, q: Quaternion, ground: Ground) -> None:
+def _count_energy(
+    row: Array, v: Vector, w: Vector, v_then: Vector, w_then: Vector, q: Quaternion, ground: Ground
+) -> None:
     """Count an impact, and the energy that it lost or gained [J]."""
     before = ground.mass * dot(v, v) + dot(w, rotate(q, momentum_of(q, w, ground)))
     after = ground.mass * dot(v_then, v_then) + dot(w_then, rotate(q, momentum_of(q, w_then, ground)))

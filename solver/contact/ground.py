@@ -137,7 +137,9 @@ def solved(matrix: Symmetric, a: Vector) -> Vector:
 
 
 @inner
-def struck(q: Quaternion, v: Vector, w: Vector, lever: Vector, impulse: Vector, ground: Ground) -> tuple[Vector, Vector]:
+def struck(
+    q: Quaternion, v: Vector, w: Vector, lever: Vector, impulse: Vector, ground: Ground
+) -> tuple[Vector, Vector]:
     """Return velocity and spin after an impulse at a point, all in the plane's frame."""
     return (
         add(v, scale(1.0 / ground.mass, impulse)),

@@ -4,31 +4,36 @@ The impulse P along the normal grows from zero.  The slip s of the point, of len
 
     ds/dP = d - mu M c,     u_n = u_n0 + K_nn P - mu K_nt . (integral of c over P),
 
-and the impact is over where u_n = -e u_n0.  In T with dP = r dT direction and length come apart: c' = k(c) times c turned
-by a right angle, r' = h(c) r, P' = r.  The direction goes to one that keeps itself, along which all is a straight line:
+and the impact is over where u_n = -e u_n0.  In T with dP = r dT direction and length come apart: c' is k(c)
+times c turned by a right angle, r' = h(c) r, P' = r.  The direction goes to one that keeps itself, along which all is a straight line:
 Routh's case.  Sources: Routh, "Dynamics of a System of Rigid Bodies", Elementary Part (1905), arts. 181-198; Keller,
 J. Appl. Mech. 53 (1986) 1; Bhatt & Koechling, J. Appl. Mech. 62 (1995) 893.
 """
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
 from tumble.solver.compilation import inner
 from tumble.solver.contact.ground import Symmetric
 from tumble.solver.dop853 import ERROR_3, ERROR_5, STAGES, WEIGHTS
+from tumble.solver.fused import fused_stretch
 from tumble.solver.integrators.adaptive import combined
+from tumble.solver.quaternion import norm_squared
 from tumble.solver.vectors import Vector
 
-Array = NDArray[np.float64]
 Pair = tuple[float, float]
+# c, r and P.
+Flow = tuple[float, float, float, float]
+# d and mu M over the unit of P: d_x, d_y, M_xx, M_yy, M_xy.
+Rates = tuple[float, float, float, float, float]
 
-# Of the slip that the impact begins with: what a step may be off, and what counts as none.
-TOLERANCE, NO_SLIP = 1e-16, 1e-15
+A = STAGES
+NOTHING = (0.0, 0.0, 0.0, 0.0)
+
+# Of the slip that the impact begins with: what a step may seem to be off, a tenth of it in truth, and what is no slip.
+TOLERANCE, NO_SLIP = 1e-14, 1e-15
 # Of the rates of the flow: turns slower than this are none; below the second what they still do is known to rounding.
 STEADY, NEARLY_STEADY = 1e-15, 1e-7
-FIRST_STEP, LONGEST_STEP, MOST_STEPS, MOST_HALVINGS = 0.2, 8.0, 400, 80
+FIRST_STEP, LONGEST_STEP, MOST_STEPS, MOST_HALVINGS = 0.5, 8.0, 400, 80
 
 
 @inner
@@ -96,10 +101,10 @@ def _from_stick(K: Symmetric, rising: float, target: float, friction: float) -> 
 
 
 @inner
-def _rates(K: Symmetric, friction: float, unit: float, c: Pair) -> Pair:
-    """Return h and k: how fast the slip grows and turns, per T times unit."""
-    along = (K[4] - friction * (K[0] * c[0] + K[3] * c[1])) * unit
-    across = (K[5] - friction * (K[3] * c[0] + K[1] * c[1])) * unit
+def _rates(rates: Rates, c: Pair) -> Pair:
+    """Return h and k: how fast the slip grows and turns, per T."""
+    d_x, d_y, xx, yy, xy = rates
+    along, across = d_x - xx * c[0] - xy * c[1], d_y - xy * c[0] - yy * c[1]
     return c[0] * along + c[1] * across, c[0] * across - c[1] * along
 
 
@@ -124,38 +129,63 @@ def _straight(
 
 
 @inner
-def _step(
-    state: tuple[float, float, float, float], length: float, K: Symmetric, friction: float, unit: float, slopes: Array
-) -> tuple[float, float, float, float]:
-    """Return c, r and P a step of T on, and leave the stages' slopes in slopes, (12, 4)."""
-    for stage in range(13):
-        x, y, r, P = state
-        for before in range(min(stage, 12)):
-            weight = length * (STAGES[stage, before] if stage < 12 else WEIGHTS[before])
-            x += weight * slopes[before, 0]
-            y += weight * slopes[before, 1]
-            r += weight * slopes[before, 2]
-            P += weight * slopes[before, 3]
-        if stage == 12:
-            break
-        h, k = _rates(K, friction, unit, (x, y))
-        slopes[stage, 0], slopes[stage, 1], slopes[stage, 2], slopes[stage, 3] = -k * y, k * x, h * r, r
-    size = math.sqrt(x * x + y * y)
-    return x / size, y / size, r, P
+def _slope(state: Flow, rates: Rates) -> Flow:
+    """Return dc/dT, dr/dT and dP/dT."""
+    x, y, r, _ = state
+    h, k = _rates(rates, (x, y))
+    return -k * y, k * x, h * r, r
 
 
 @inner
-def _off(slopes: Array, length: float) -> float:
-    """Return about how far a step was off."""
-    fifth, third = 0.0, 0.0
-    for part in range(4):
-        five, three = 0.0, 0.0
-        for stage in range(12):
-            five += ERROR_5[stage] * slopes[stage, part]
-            three += ERROR_3[stage] * slopes[stage, part]
-        fifth += five * five
-        third += three * three
-    return combined(fifth, third, length)
+def _step(state: Flow, t: float, rates: Rates) -> tuple[Flow, float]:
+    """Return c, r and P a step t of T on, and about how far that is off: all twelve stages in registers."""
+    k_0 = _slope(state, rates)
+    k_1 = _slope(fused_stretch(t * A[1, 0], k_0, state), rates)
+    k_2 = _slope(fused_stretch(t * A[2, 1], k_1, fused_stretch(t * A[2, 0], k_0, state)), rates)
+    k_3 = _slope(fused_stretch(t * A[3, 2], k_2, fused_stretch(t * A[3, 0], k_0, state)), rates)
+    k_4 = _slope(
+        fused_stretch(t * A[4, 3], k_3, fused_stretch(t * A[4, 2], k_2, fused_stretch(t * A[4, 0], k_0, state))), rates
+    )
+    k_5 = _slope(
+        fused_stretch(t * A[5, 4], k_4, fused_stretch(t * A[5, 3], k_3, fused_stretch(t * A[5, 0], k_0, state))), rates
+    )
+    at = fused_stretch(t * A[6, 4], k_4, fused_stretch(t * A[6, 3], k_3, fused_stretch(t * A[6, 0], k_0, state)))
+    at = fused_stretch(t * A[6, 5], k_5, at)
+    k_6 = _slope(at, rates)
+    at = fused_stretch(t * A[7, 4], k_4, fused_stretch(t * A[7, 3], k_3, fused_stretch(t * A[7, 0], k_0, state)))
+    at = fused_stretch(t * A[7, 6], k_6, fused_stretch(t * A[7, 5], k_5, at))
+    k_7 = _slope(at, rates)
+    at = fused_stretch(t * A[8, 4], k_4, fused_stretch(t * A[8, 3], k_3, fused_stretch(t * A[8, 0], k_0, state)))
+    at = fused_stretch(t * A[8, 7], k_7, fused_stretch(t * A[8, 6], k_6, fused_stretch(t * A[8, 5], k_5, at)))
+    k_8 = _slope(at, rates)
+    at = fused_stretch(t * A[9, 4], k_4, fused_stretch(t * A[9, 3], k_3, fused_stretch(t * A[9, 0], k_0, state)))
+    at = fused_stretch(t * A[9, 7], k_7, fused_stretch(t * A[9, 6], k_6, fused_stretch(t * A[9, 5], k_5, at)))
+    at = fused_stretch(t * A[9, 8], k_8, at)
+    k_9 = _slope(at, rates)
+    at = fused_stretch(t * A[10, 4], k_4, fused_stretch(t * A[10, 3], k_3, fused_stretch(t * A[10, 0], k_0, state)))
+    at = fused_stretch(t * A[10, 7], k_7, fused_stretch(t * A[10, 6], k_6, fused_stretch(t * A[10, 5], k_5, at)))
+    at = fused_stretch(t * A[10, 9], k_9, fused_stretch(t * A[10, 8], k_8, at))
+    k_10 = _slope(at, rates)
+    at = fused_stretch(t * A[11, 4], k_4, fused_stretch(t * A[11, 3], k_3, fused_stretch(t * A[11, 0], k_0, state)))
+    at = fused_stretch(t * A[11, 7], k_7, fused_stretch(t * A[11, 6], k_6, fused_stretch(t * A[11, 5], k_5, at)))
+    at = fused_stretch(t * A[11, 10], k_10, fused_stretch(t * A[11, 9], k_9, fused_stretch(t * A[11, 8], k_8, at)))
+    k_11 = _slope(at, rates)
+    then = fused_stretch(
+        t * WEIGHTS[6], k_6, fused_stretch(t * WEIGHTS[5], k_5, fused_stretch(t * WEIGHTS[0], k_0, state))
+    )
+    then = fused_stretch(
+        t * WEIGHTS[9], k_9, fused_stretch(t * WEIGHTS[8], k_8, fused_stretch(t * WEIGHTS[7], k_7, then))
+    )
+    then = fused_stretch(t * WEIGHTS[11], k_11, fused_stretch(t * WEIGHTS[10], k_10, then))
+    fifth = fused_stretch(ERROR_5[6], k_6, fused_stretch(ERROR_5[5], k_5, fused_stretch(ERROR_5[0], k_0, NOTHING)))
+    fifth = fused_stretch(ERROR_5[9], k_9, fused_stretch(ERROR_5[8], k_8, fused_stretch(ERROR_5[7], k_7, fifth)))
+    fifth = fused_stretch(ERROR_5[11], k_11, fused_stretch(ERROR_5[10], k_10, fifth))
+    third = fused_stretch(ERROR_3[6], k_6, fused_stretch(ERROR_3[5], k_5, fused_stretch(ERROR_3[0], k_0, NOTHING)))
+    third = fused_stretch(ERROR_3[9], k_9, fused_stretch(ERROR_3[8], k_8, fused_stretch(ERROR_3[7], k_7, third)))
+    third = fused_stretch(ERROR_3[11], k_11, fused_stretch(ERROR_3[10], k_10, third))
+    x, y, r, P = then
+    size = math.sqrt(x * x + y * y)
+    return (x / size, y / size, r, P), combined(norm_squared(fifth), norm_squared(third), t)
 
 
 @inner
@@ -165,46 +195,42 @@ def _slipping(K: Symmetric, u: Vector, slip: float, target: float, friction: flo
     r is counted in the first slip, P in slip times unit, so that all numbers of the flow are about 1.
     """
     unit = 1.0 / max(K[2], friction * K[0], friction * K[1], abs(K[4]), abs(K[5]))
+    push = friction * unit
+    rates = (K[4] * unit, K[5] * unit, K[0] * push, K[1] * push, K[3] * push)
     state = (u[0] / slip, u[1] / slip, 1.0, 0.0)
-    slopes = np.empty((12, 4))
     length, per_P = FIRST_STEP, slip * unit
     for _ in range(MOST_STEPS):
         c, r, P = (state[0], state[1]), state[2] * slip, state[3] * per_P
-        h, k = _rates(K, friction, unit, c)
+        h, k = _rates(rates, c)
         if abs(k) <= STEADY:
             return _straight(K, u, c, r, P, h / unit, target, friction)
         if r <= NO_SLIP * slip:
             return _from_stick(K, _rising(K, u, (0.0, 0.0), P), target, friction)
         if abs(k) <= NEARLY_STEADY and h < -0.01:
-            ended, P_end = _tail(K, friction, unit, c, h, k, state[2])
+            ended, P_end = _tail(rates, c, h, k, state[2])
             rising = _rising(K, u, (0.0, 0.0), P + P_end * per_P)
             if ended and rising < target:
                 return _from_stick(K, rising, target, friction)
-        then = _step(state, length, K, friction, unit, slopes)
-        off = _off(slopes, length) / TOLERANCE
+        then, off = _step(state, length, rates)
+        off /= TOLERANCE
         if off <= 1.0:
             s = (then[0] * then[2] * slip, then[1] * then[2] * slip)
             if _rising(K, u, s, then[3] * per_P) >= target:
-                return _met(K, u, state, length, slip, per_P, target, friction, unit, slopes)
+                return _met(K, u, state, length, slip, per_P, target, friction, rates)
             state = then
         length = min(LONGEST_STEP, length * min(6.0, max(0.2, 0.9 * off**-0.125 if off > 0.0 else 6.0)))
     return (math.nan, math.nan, math.nan)
 
 
 @inner
-def _tail(
-    K: Symmetric, friction: float, unit: float, c: Pair, h: float, k: float, r: float
-) -> tuple[bool, float]:
+def _tail(rates: Rates, c: Pair, h: float, k: float, r: float) -> tuple[bool, float]:
     """Return whether the slip ends along nearly this direction, and by what P, to the first order of what it turns.
 
     With z the angle to the direction that keeps itself, z' = b z and r' = (h0 + g z) r.
     """
     bend = 1e-4
     left, right = (c[0] - bend * c[1], c[1] + bend * c[0]), (c[0] + bend * c[1], c[1] - bend * c[0])
-    (h_left, k_left), (h_right, k_right) = (
-        _rates(K, friction, unit, left),
-        _rates(K, friction, unit, right),
-    )
+    (h_left, k_left), (h_right, k_right) = _rates(rates, left), _rates(rates, right)
     b, g = (k_left - k_right) / (2.0 * bend), (h_left - h_right) / (2.0 * bend)
     if b >= -0.01:
         return False, 0.0
@@ -217,20 +243,19 @@ def _tail(
 def _met(
     K: Symmetric,
     u: Vector,
-    state: tuple[float, float, float, float],
+    state: Flow,
     length: float,
     slip: float,
     per_P: float,
     target: float,
     friction: float,
-    unit: float,
-    slopes: Array,
+    rates: Rates,
 ) -> Vector:
     """Return the velocity where u_n is the target, within a step from state; by Newton's steps and halving."""
     low, high, T = 0.0, length, length
     s = (0.0, 0.0)
     for _ in range(MOST_HALVINGS):
-        then = _step(state, T, K, friction, unit, slopes)
+        then, _ = _step(state, T, rates)
         r, c = then[2], (then[0], then[1])
         s = (c[0] * r * slip, c[1] * r * slip)
         beyond = _rising(K, u, s, then[3] * per_P) - target
@@ -240,7 +265,7 @@ def _met(
         moved = T - change
         if not low <= moved <= high:
             moved = 0.5 * (low + high)
-        if abs(moved - T) <= 1e-16 * length:
+        if abs(moved - T) <= 1e-15 * length:
             break
         T = moved
     return (s[0], s[1], target)

@@ -6,7 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from tumble.solver.contact.compliant import COMPLIANT_WIDTH, compliant
 from tumble.solver.contact.events import GAINED, REASONS, SINCE, WHY, WIDTH, events
+from tumble.solver.contact.moreau import MOREAU_WIDTH, UNSOLVED, moreau
 
 Rows = NDArray[np.float64]
 
@@ -22,6 +24,12 @@ def _none(rows: Rows) -> float:
 def why_events_end(rows: Rows) -> list[str]:
     """Return why and when the motion of throws is not known any more."""
     return [f"the motion is known up to {row[SINCE]:.6g} s: {REASONS[int(row[WHY])]}" for row in rows if row[WHY]]
+
+
+def unsolved_steps(rows: Rows) -> list[str]:
+    """Return in how many steps the impulses of several contacts did not settle."""
+    steps = int(rows[:, UNSOLVED].sum())
+    return [f"Gauss-Seidel did not settle in {steps} steps"] if steps else []
 
 
 @dataclass(frozen=True)
@@ -51,6 +59,8 @@ CONTACT_METHODS = {
         findings=why_events_end,
         gained=lambda rows: float(rows[:, GAINED].sum()),
     ),
+    "moreau": ContactMethod(moreau, MOREAU_WIDTH, order=1, findings=unsolved_steps),
+    "compliant": ContactMethod(compliant, COMPLIANT_WIDTH, order=None),
 }
 
 
