@@ -88,7 +88,7 @@ def build(scene, method, keep=frozenset()):
 
 def contact_flight(scene, body, method, keep):
     """Return a flight above the scene's plane, or a free one where it has none."""
-    others = [law for law in LAWS if law != "gravity" and numbers(getattr(scene, law)) is not None]
+    others = [law for law in LAWS if law != "gravity" and getattr(scene, law)]
     if others or keep:
         lacking = [*(law.removesuffix("s") for law in others), *(f"way to keep {name}" for name in sorted(keep))]
         raise NotImplementedError(f"{method} has no {' or '.join(lacking)}")
@@ -168,7 +168,7 @@ def vertices(world, points):
 
 
 def remark(world):
-    """Say what `auto` took, and of a contact whether an impact gained energy; other methods are what they are called."""
+    """Say what `auto` took, or that an impact gained energy; the other methods are what they are called."""
     return world.flight.remark if isinstance(world.flight, ContactFlight) else world.took
 
 

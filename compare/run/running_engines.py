@@ -75,7 +75,7 @@ class RunningEngine:
     _lock: threading.Lock = field(default_factory=threading.Lock, init=False)
 
     def methods_for(self, scene: Scene) -> tuple[str, ...]:
-        """Return the methods that take part: those named, and all others that the scene has the force or the plane for."""
+        """Return the methods that take part: those named, and those that the scene has the forces or the plane for."""
         if self.unasked and not self.answers_at(scene):
             return ()
         if isinstance(self.info, Failure):

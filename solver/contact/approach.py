@@ -1,8 +1,8 @@
 """When a body in free flight meets the plane: no contact is passed, by a bound of every point's third derivative.
 
-From an instant, a point's height stays above h + h' t + h'' t^2 / 2 - J t^3 / 6, J the greatest |h'''| there can be; so a
-step that keeps all of these above zero passes no contact: conservative advancement (Mirtich & Canny, "Impulse-based
-simulation of rigid bodies", I3D (1995) 181), here of order three.  The last digits are Newton's.
+From an instant, a point's height stays above h + h' t + h'' t^2 / 2 - J t^3 / 6, J the greatest |h'''| there can be;
+so a step that keeps all of these above zero passes no contact: conservative advancement (Mirtich & Canny,
+"Impulse-based simulation of rigid bodies", I3D (1995) 181), here of order three.  The last digits are Newton's.
 """
 
 import math

@@ -2,14 +2,17 @@
 
     N = max(0, -k y - c y')  where y < 0,     F = -mu N s / sqrt(s.s + v_s^2)
 
-y is a point's height over the plane, s its slip.  The numbers follow from the scene: a body that lies on one point sinks
-by SAG of its reach, so k = m g / (SAG reach); c gives a central impact of the whole mass the restitution of the scene
-(Schwager & Poschel, Granular Matter 9 (2007) 465), but no less than what LARGEST_DAMPING leaves; v_s is SLOW of
-sqrt(g reach).  So it is not the rigid law: it sinks, an impact at a corner is more damped, and it creeps on an incline at
-v_s t / sqrt(1 - t^2), t = tan(angle) / mu.
+y is a point's height over the plane, s its slip.  The numbers follow from the scene: a body that lies on one point
+sinks by SAG of its reach, so k = m g / (SAG reach); c gives a central impact of the whole mass the restitution of the
+scene (Schwager & Poschel, Granular Matter 9 (2007) 465), but no less than what LARGEST_DAMPING leaves; v_s is SLOW of
+sqrt(g reach).  So it is not the rigid law: it sinks, an impact at a corner is more damped, and it creeps on an incline
+at v_s t / sqrt(1 - t^2), t = tan(angle) / mu.
 
 A step is cut into parts that resolve the spring; far from the plane it is free flight in closed form.
 """
+
+# `motion.State` is also that of a body that never turns; here every body has q and L.
+# pyright: reportArgumentType=false, reportReturnType=false, reportOptionalIterable=false
 
 import math
 from typing import NamedTuple
@@ -21,12 +24,11 @@ from tumble.solver.body import momentum_rate
 from tumble.solver.compilation import inner, kernel
 from tumble.solver.contact.approach import fastest_spin, turned_freely
 from tumble.solver.contact.ground import Ground, lever_of, point_count, velocity_at
-from tumble.solver.motion import plus_times
+from tumble.solver.motion import State, plus_times
 from tumble.solver.quaternion import normalise, product_vector, rotate, rotate_back
 from tumble.solver.vectors import Vector, add, cross, dot, scale, times
 
 Array = NDArray[np.float64]
-State = tuple[Vector, tuple[float, float, float, float], Vector, Vector]
 
 COMPLIANT_WIDTH = 26
 SAG, SLOW = 1e-5, 1e-3

@@ -1,6 +1,6 @@
 """The impulse of one contact in Coulomb's round cone, solved exactly, and of several by turns.
 
-    u = W p + b,   u_n >= 0, p_n >= 0, u_n p_n = 0,   |p_t| <= mu p_n, and where there is slip, p_t = -mu p_n u_t / |u_t|.
+    u = W p + b,   u_n >= 0, p_n >= 0, u_n p_n = 0,   |p_t| <= mu p_n,   p_t = -mu p_n u_t / |u_t| where u_t is not 0.
 
 Source: Acary & Brogliato, "Numerical Methods for Nonsmooth Dynamical Systems" (2008), section 13.4 (nonlinear
 Gauss-Seidel) and 3.9 (the law).
@@ -9,7 +9,7 @@ Gauss-Seidel) and 3.9 (the law).
 import math
 
 from tumble.solver.compilation import inner
-from tumble.solver.contact.ground import Symmetric, applied, solved
+from tumble.solver.contact.ground import Symmetric, solved
 from tumble.solver.vectors import Vector, scale
 
 MOST_HALVINGS = 100
@@ -68,10 +68,3 @@ def _beyond(
     x, y = (off * c[1] - d * c[0]) / determinant, (off * c[0] - a * c[1]) / determinant
     z = -(b[2] + W[4] * x + W[5] * y) / W[2]
     return math.hypot(x, y) - friction * z, (x, y, z)
-
-
-@inner
-def velocity_of(W: Symmetric, p: Vector, b: Vector) -> Vector:
-    """Return u = W p + b."""
-    gained = applied(W, p)
-    return (gained[0] + b[0], gained[1] + b[1], gained[2] + b[2])

@@ -212,7 +212,7 @@ def _spun_up(force: Vector, ground: Ground) -> Vector:
 @inner
 def _begin_lasting(row: Array, touching: NDArray[np.int64], stays: int, still: float, ground: Ground) -> None:
     """Let a body with corners on the plane rest, slide, or turn about an edge or a tip."""
-    x, q, v, l_body = _load(row, ANCHOR)
+    _, q, _, _ = _load(row, ANCHOR)
     near = face.ROUNDED * ground.reach
     places = face.places_of(q, touching, stays, ground)
     if stays == 1:
@@ -358,7 +358,7 @@ def _next_step(row: Array, state: State, first: int, second: int, ground: Ground
 @inner
 def _lowest(state: State, first: int, second: int, ground: Ground) -> int:
     """Return the lowest point of the body beside those that stay; -1 where there is none."""
-    x, q, _, _ = state
+    _, q, _, _ = state
     lowest, least = -1, math.inf
     near = face.ROUNDED * ground.reach
     stay = lever_of(q, first, ground)
@@ -515,7 +515,7 @@ def _slipping(row: Array, t: float, ground: Ground) -> State:
     if not is_sphere:
         s = placed(slip, velocity(slip, y))
         return x, q, (s[0], s[1], 0.0), l_body
-    steps = max(int(math.ceil(max(-y * (slip.hold / slip.pull + 1.0), math.sqrt(dot(w, w)) * t) / FINE)), 4)
+    steps = max(math.ceil(max(-y * (slip.hold / slip.pull + 1.0), math.sqrt(dot(w, w)) * t) / FINE), 4)
     steps = min(steps, MOST_TURNS)
     length = y / steps
     for step in range(steps):

@@ -87,7 +87,7 @@ class ContactFlight:
             raise ValueError(f"states must have the shape (N, 13), got {start.shape}")
         q = start[:, 3:7] / np.sqrt(np.sum(start[:, 3:7] ** 2, axis=1, keepdims=True))
         w_body = turned(np.swapaxes(to_matrix(q), -2, -1), start[:, 10:13])
-        self.rows = np.zeros((len(start), self.method.width))
+        self.rows = np.zeros((len(start), self.method.width(self.ground)))
         self.rows[:, 0:3] = turned(self._axes, start[:, 0:3] - self._origin)
         self.rows[:, 3:7] = _products(self._turn, q)
         self.rows[:, 7:10] = turned(self._axes, start[:, 7:10])
@@ -152,9 +152,9 @@ def ground_of(body: Body, axes: Array, gravity: ArrayLike | None, plane: Plane |
     return Ground(
         restitution=0.0 if plane is None else float(plane.restitution),
         friction=0.0 if plane is None else float(plane.friction),
-        gravity=tuple(pull.tolist()),
+        gravity=(float(pull[0]), float(pull[1]), float(pull[2])),
         mass=float(body.mass),
-        moments=tuple(float(moment) for moment in body.moments),
+        moments=body.moments,
         inverse_moments=body.inverse_moments,
         gyroscopic=body.gyroscopic or (0.0, 0.0, 0.0),
         points=points,

@@ -4,10 +4,10 @@ The impulse P along the normal grows from zero.  The slip s of the point, of len
 
     ds/dP = d - mu M c,     u_n = u_n0 + K_nn P - mu K_nt . (integral of c over P),
 
-and the impact is over where u_n = -e u_n0.  In T with dP = r dT direction and length come apart: c' is k(c)
-times c turned by a right angle, r' = h(c) r, P' = r.  The direction goes to one that keeps itself, along which all is a straight line:
-Routh's case.  Sources: Routh, "Dynamics of a System of Rigid Bodies", Elementary Part (1905), arts. 181-198; Keller,
-J. Appl. Mech. 53 (1986) 1; Bhatt & Koechling, J. Appl. Mech. 62 (1995) 893.
+and the impact is over where u_n = -e u_n0.  In T with dP = r dT direction and length come apart: c' is k(c) times c
+turned by a right angle, r' = h(c) r, P' = r.  The direction goes to one that keeps itself, along which all is a
+straight line: Routh's case.  Sources: Routh, "Dynamics of a System of Rigid Bodies", Elementary Part (1905), arts.
+181-198; Keller, J. Appl. Mech. 53 (1986) 1; Bhatt & Koechling, J. Appl. Mech. 62 (1995) 893.
 """
 
 import math

@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 
 from tumble.solver.contact.compliant import COMPLIANT_WIDTH, compliant
 from tumble.solver.contact.events import GAINED, REASONS, SINCE, WHY, WIDTH, events
-from tumble.solver.contact.moreau import MOREAU_WIDTH, UNSOLVED, moreau
+from tumble.solver.contact.ground import Ground
+from tumble.solver.contact.moreau import UNSOLVED, moreau, moreau_width
 
 Rows = NDArray[np.float64]
 
@@ -36,14 +37,14 @@ def unsolved_steps(rows: Rows) -> list[str]:
 class ContactMethod:
     """A contact method and its claims.
 
-    steps: the kernel.  width: numbers in its row.
+    steps: the kernel.  width: how many numbers its row has above a ground.
     order: by which power of the step the error of what a contact does falls; None where it does not depend on the step.
     dense: it goes to an instant and not by steps.
     findings: of its rows, what the states do not show.  gained: of its rows, energy that impacts gained [J].
     """
 
     steps: Callable
-    width: int
+    width: Callable[[Ground], int]
     order: int | None
     dense: bool = False
     findings: Callable[[Rows], list[str]] = _nothing
@@ -53,14 +54,14 @@ class ContactMethod:
 CONTACT_METHODS = {
     "events": ContactMethod(
         events,
-        WIDTH,
+        lambda ground: WIDTH,
         order=None,
         dense=True,
         findings=why_events_end,
         gained=lambda rows: float(rows[:, GAINED].sum()),
     ),
-    "moreau": ContactMethod(moreau, MOREAU_WIDTH, order=1, findings=unsolved_steps),
-    "compliant": ContactMethod(compliant, COMPLIANT_WIDTH, order=None),
+    "moreau": ContactMethod(moreau, moreau_width, order=1, findings=unsolved_steps),
+    "compliant": ContactMethod(compliant, lambda ground: COMPLIANT_WIDTH, order=None),
 }
 
 

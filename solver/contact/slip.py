@@ -1,9 +1,9 @@
 """Slip on an incline in closed form: s' = g - m s/|s|, where friction is the same in all directions.
 
-With p the angle from g to s and u = tan(p/2), r = |s| is C u^(k-1) (1 + u^2) / 2, k = m/|g|, and dt = -r dp / (|g| sin p):
-time, slip and path are sums of powers of u (the hodograph).  Here u = u0 exp(y), and c, s are cos(p0/2), sin(p0/2), so
-that nothing is lost where the slip is with gravity or against it.  Source: MacMillan, "Statics and the Dynamics of a
-Particle" (1927), on a particle on a rough inclined plane.
+With p the angle from g to s and u = tan(p/2), r = |s| is C u^(k-1) (1 + u^2) / 2, k = m/|g|, and the time is
+dt = -r dp / (|g| sin p): time, slip and path are sums of powers of u (the hodograph).  Here u = u0 exp(y), and c, s are
+cos(p0/2), sin(p0/2), so that nothing is lost where the slip is with gravity or against it.  Source: MacMillan,
+"Statics and the Dynamics of a Particle" (1927), on a particle on a rough inclined plane.
 """
 
 import math
