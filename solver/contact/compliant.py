@@ -12,7 +12,7 @@ A step is cut into parts that resolve the spring; far from the plane it is free 
 """
 
 # `motion.State` is also that of a body that never turns; here every body has q and L.
-# pyright: reportArgumentType=false, reportReturnType=false, reportOptionalIterable=false
+# pyright: reportArgumentType=false, reportReturnType=false, reportOptionalIterable=false, reportGeneralTypeIssues=false
 
 import math
 from typing import NamedTuple

@@ -7,9 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tumble.solver.contact.compliant import COMPLIANT_WIDTH, compliant
-from tumble.solver.contact.events import GAINED, REASONS, SINCE, WHY, WIDTH, events
+from tumble.solver.contact.events import events
 from tumble.solver.contact.ground import Ground
 from tumble.solver.contact.moreau import UNSOLVED, moreau, moreau_width
+from tumble.solver.contact.throw import GAINED, REASONS, SINCE, WHY, WIDTH
 
 Rows = NDArray[np.float64]
 
