@@ -397,8 +397,9 @@ class Page:
         by_engine: dict[str, list[Contestant]] = {}
         for one in pool.all_contestants():
             info = pool.engines.get(one.engine)
-            idle = () if info is None else (*(info.forced if scene.is_free else ()), *(() if scene.plane else info.contact))
-            if one.method not in idle or one in chosen_ones:
+            is_forced = info is not None and one.method in info.forced
+            is_contact = info is not None and one.method in info.contact
+            if not ((is_forced and scene.is_free) or (is_contact and scene.plane is None)) or one in chosen_ones:
                 by_engine.setdefault(one.engine, []).append(one)
         for one in chosen_ones:  # METHOD@TOLERANCE, and what is missing
             own = by_engine.setdefault(one.engine, [])
