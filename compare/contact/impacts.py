@@ -23,13 +23,13 @@ from tumble.scenarios.truth.contact.record import ContactEvent, ContactRecord, O
 MOST_IMPACTS = 4
 # Where in a step the plane is met, as a share of the step: the answer of some engines depends on it.
 PHASES = (0.3, 0.8)
-# The flight before: so many steps, and at least as long as the body takes for a share of its size.
-LEAD_STEPS, LEAD_SHARE = 2, 0.1
+# The flight before: as long as the body takes for a share of its size, of at least and at most so many steps.
+LEAD_SHARE, LEAD_STEPS = 0.1, (2, 200)
 # The motion after: a share of the time to the next event, so that being late does not reach that; at most so many of
 # the finest steps.  A soft contact takes tens of steps, so the longest step leaves FEWEST of them.
-FOLLOW_SHARE, MOST_STEPS, FEWEST = 0.6, 3000, 40
-# Steps that are all seen, from the start on; and samples in all.
-EACH_STEP, SAMPLES = 64, 160
+FOLLOW_SHARE, MOST_STEPS, FEWEST = 0.6, 2000, 40
+# Samples of the flight before; steps after the impact that are all seen; and samples of the rest.
+LEAD_SAMPLES, EACH_STEP, SAMPLES = 20, 64, 100
 # The plane has let go when so many steps pass without a push.
 LET_GO = 3
 # A contact that still pushes with this share of its mean force is not over.
@@ -121,12 +121,14 @@ def runs(
 ) -> Iterator[ImpactRun]:
     """Yield the runs of one impact at one step, the plane being met at each of PHASES."""
     for phase in PHASES:
-        count = max(LEAD_STEPS, math.ceil(lead_s / dt))
+        count = int(np.clip(math.ceil(lead_s / dt), *LEAD_STEPS))
         near = known.near(number, (count + phase) * dt, 0.0)
         lead = near.time_s - near.begins_s
         steps = math.ceil((lead + follow_s) / dt)
-        each = min(steps, math.ceil(lead / dt) + EACH_STEP)
-        seen = np.unique(np.concatenate((np.arange(1, each + 1), np.linspace(each, steps, SAMPLES).astype(int))))
+        hits = math.floor(lead / dt)
+        each = min(steps, hits + EACH_STEP)
+        before, rest = np.linspace(1, hits, LEAD_SAMPLES), np.linspace(each, steps, SAMPLES)
+        seen = np.unique(np.concatenate((before.astype(int), np.arange(hits, each + 1), rest.astype(int))))
         times = seen[seen > 0] * dt
         after = known.near(number, 0.0, float(times[-1]) - lead).after
         yield ImpactRun(run_scene(scene, near.before, times, dt), lead, after)

@@ -24,13 +24,19 @@ def verdicts(contact: Contact) -> list[str]:
         if said in ("another law", "depends on the step") or (said == RIGHT and law and one.asked.observable == DISTANCE):
             if law and one.asked.observable in OF_A_STOP:
                 found[number] = law
-            else:
+            elif follows_from_rebound(contact, one):
                 found[number] = of_the_rebound(contact, found, one.asked.impact or 1) or said
     return found
 
 
+def follows_from_rebound(contact: Contact, one: Observation) -> bool:
+    """Whether a wrong rebound alone makes an observable wrong: without friction every one."""
+    plane = contact.scene.plane
+    return bool(contact.question.impacts) and plane is not None and plane.friction == 0
+
+
 def of_the_rebound(contact: Contact, said: list[str], impact: int) -> str:
-    """Return what is wrong with the rebound of an impact, which all that follows from it has wrong; or nothing."""
+    """Return what is wrong with the rebound of an impact; or nothing."""
     for one, verdict in zip(contact.observations, said, strict=True):
         if one.asked.key == (REBOUND, impact) and verdict not in (RIGHT, "another law"):
             return verdict
