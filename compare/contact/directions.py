@@ -64,7 +64,7 @@ class Rose:
 class Law:
     """The pyramid that explains a rose: its kind, its axes' angle from the plane's first axis [rad], and the factor.
 
-    factor: of the distance in the direction where it is most wrong.
+    factor: of the law's distance, in the direction of the rose where it is most wrong.
     """
 
     kind: str
@@ -161,8 +161,8 @@ def law_of(rose: Rose) -> Law | None:
     found = min(candidates(angles), key=lambda one: largest(ways - one[1]))
     if largest(ways - found[1]) > max(EXPLAINS * round_cone, rose.tolerance / rose.true):
         return None
-    ratios = rose.ratios
-    return Law(*found[0], factor=float(ratios[np.argmax(abs(ratios - 1))]))
+    lengths = np.linalg.norm(found[1], axis=1)
+    return Law(*found[0], factor=float(lengths[np.argmax(abs(lengths - 1))]))
 
 
 def is_round(rose: Rose) -> bool:

@@ -162,8 +162,9 @@ def asked(scene: Scene, record: ContactRecord, event: ContactEvent, number: int,
         if name != one.name:
             scale = abs(one.value) if name.startswith("apex") else scales[one.unit]
             yield Asked(name, number, one.unit, one.value, scale, SHIFTS * dt * steps[one.unit], known_to(one))
-    for name in (GAP, DEEPEST):
-        yield Asked(name, number, "m", 0.0, reach, SHIFTS * dt * steps["m"], 0.0)
+    # The gap is that of one step already: free fall within it is all that it may be off.
+    yield Asked(GAP, number, "m", 0.0, reach, dt * dt * pull, 0.0)
+    yield Asked(DEEPEST, number, "m", 0.0, reach, SHIFTS * dt * steps["m"], 0.0)
 
 
 def known_to(one: Observable) -> float:

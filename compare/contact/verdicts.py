@@ -78,7 +78,8 @@ def rebound_verdict(contact: Contact, one: Observation) -> str:
     approach = -float(impact.event.velocity_before @ plane.normal)
     if one.is_right:
         return RIGHT
-    if impact.flies and one.asked.impact in contact.readings.stays:
+    stays = one.asked.impact in contact.readings.stays or max(-limit.low, limit.high) <= one.asked.one_step
+    if impact.flies and stays:
         return "no restitution"
     if one.scatters:
         low, high = limit.low / approach, limit.high / approach
