@@ -261,9 +261,9 @@ class Scene(_Frozen):
         return set(acting(self)) <= {GRAVITY}
 
     @property
-    def is_forced(self) -> bool:
-        """Whether a tether, drag or a penalty floor acts: forces that an engine can be given from outside."""
-        return not set(acting(self)) <= {GRAVITY, PLANE}
+    def is_unforced(self) -> bool:
+        """Whether no force acts between impulses and impacts but gravity: no tether, no drag, no penalty floor."""
+        return set(acting(self)) <= {GRAVITY, PLANE}
 
     @property
     def rows(self) -> Array:

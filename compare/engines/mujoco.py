@@ -13,7 +13,9 @@ a contact of MuJoCo's is another law.
 
 A plane is a geom, and a contact pair has the scene's friction: no mixing rule.  MuJoCo has no restitution: where
 the scene's is not zero, the pair's `solref` is the spring and damper that give it in a central impact, as its manual
-advises ("Restitution" in the chapter on modeling); at zero it is MuJoCo's own.  `+defaults` sets the friction of both geoms, and no `solref`.
+advises ("Restitution" in the chapter on modeling); at zero it is MuJoCo's own.  Friction's damper then stops a slip in
+one step, but only the elliptic cone has one apart from the spring's.  `+defaults` sets the friction of both geoms, and
+no `solref`.
 
 A free joint's angular velocity is in body axes there, everything else in world axes; its quaternions are w x y z.
 """
@@ -32,6 +34,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from tumble.compare.engines.parts.apart import Apart, from_each, in_each, of_each, to_each
+from tumble.compare.engines.parts.impact import impact_duration
 from tumble.compare.engines.parts.scale import scale_to_one
 
 if TYPE_CHECKING:
@@ -139,8 +143,8 @@ ACTUATOR = """
 <general site="{point}" refsite="{anchor}" gear="{axis} 0 0 0"
   gainprm="0" biastype="affine" biasprm="0 {minus_stiffness!r} {minus_damping!r}"/>
 """
-# Of a contact of given restitution: steps that it lasts, and its impedance, which is the largest of MuJoCo's own.
-CONTACT_STEPS, IMPEDANCE = 20, 0.95
+# Of an impact with restitution: the largest of MuJoCo's own.
+IMPEDANCE = 0.95
 # Of the second solver for friction, which is off by default.
 NOSLIP_ITERATIONS = 100
 # At its own 1e-8 the throws of one world, which it solves for together, disturb each other.
@@ -159,8 +163,8 @@ class World:
 
     scale: how many times the scene's masses, and so all forces, are what MuJoCo got.  told: what gives the wrench of
     the forces that are no part of the model, None where there are none; held: whether it is for a whole step, or else
-    for every stage of it.  restitution: of the plane's pair, to be expressed as spring and damper; 0 where MuJoCo's
-    own stay.
+    for every stage of it.  bounces: the scene where its plane has a
+    restitution, which spring and damper are to give.
     """
 
     model: mujoco.MjModel
@@ -168,13 +172,18 @@ class World:
     scale: float
     held: bool
     told: "Wrench | None" = None
-    restitution: float = 0.0
+    bounces: "Scene | None" = None
     steps: int = 0
     elapsed: float = 0.0
 
 
-def build(scene: "Scene", method: str, keep: Collection[str] = ()) -> World:
-    """Return a world with the scene's body once for every throw, and with those OPTIONAL kept that are asked for."""
+def build(scene: "Scene", method: str, keep: Collection[str] = ()) -> World | Apart:
+    """Return a world with the scene's body once for every throw, and with those OPTIONAL kept that are asked for.
+
+    Above a plane each throw has a world: MuJoCo solves for all contacts of one together.
+    """
+    if scene.plane and len(scene.start) > 1:
+        return Apart([build(replace(scene, start=start[np.newaxis]), method, keep) for start in scene.start])
     integrator, _, manner = method.partition("+")
     # What the model is made of, and what it must be told from outside.
     holds = bool(manner) and f"{integrator}+{manner}" not in CONTACT
@@ -192,8 +201,8 @@ def build(scene: "Scene", method: str, keep: Collection[str] = ()) -> World:
             model.opt.noslip_iterations, model.opt.noslip_tolerance = NOSLIP_ITERATIONS, SOLVER_TOLERANCE
     model.opt.gravity[:] = 0.0 if scene.gravity is None else scene.gravity
     world = World(model, mujoco.MjData(model), scale, held=holds)
-    if scene.plane and manner != "defaults":
-        world.restitution = scene.plane.restitution
+    if scene.plane and scene.plane.restitution and manner != "defaults":
+        world.bounces = scene
     mujoco.mj_setConst(model, world.data)  # the mass matrix of a free body comes from constants derived from its masses
     if not outside.is_free:
         from tumble.scenarios.wrench import wrench  # it brings a compiler, which a free flight has no use for
@@ -314,17 +323,22 @@ def words(numbers: NDArray[np.float64]) -> str:
     return " ".join(map(repr, numbers.tolist()))
 
 
+@in_each
 def prepare(world: World, dt: float) -> None:
-    """Set spring and damper of every pair for the restitution, so that an impact lasts CONTACT_STEPS steps of dt [s].
+    """Set spring and damper of every pair for the restitution and steps of dt [s].
+
 
     In an impact of a body on a spring k and a damper b a unit of mass, force and velocity change sign together: with
     w = sqrt(k) and the damping ratio z = b / 2w it ends where the force does, at e^(-2 z arccos(z) / sqrt(1 - z^2))
     times the speed of the approach (Schwager & Poschel, Granular Matter 9 (2007) 465).
     """
-    if not world.restitution:
+    if world.bounces is None:
         return
-    ratio = damping_ratio(world.restitution)
-    rate = min(math.pi / (CONTACT_STEPS * dt), 1.0 / (2.0 * max(ratio, 1e-9) * dt))  # no damper stops more than all
+    assert world.bounces.plane is not None
+    ratio = damping_ratio(world.bounces.plane.restitution)
+    rate = min(
+        math.pi / impact_duration(world.bounces, dt), 0.5 / (ratio * dt) if ratio else math.inf
+    )  # a damper stops all in a step, and no more
     world.model.pair_solref[:] = -rate * rate, -2.0 * ratio * rate
     world.model.pair_solreffriction[:] = -rate * rate, -1.0 / dt
     world.model.pair_solimp[:, 0:2] = IMPEDANCE
@@ -348,6 +362,7 @@ def rebound(ratio: float) -> float:
     return math.exp(-2 * ratio * math.acosh(ratio) / math.sqrt(ratio * ratio - 1)) if ratio > 1 else math.exp(-2)
 
 
+@to_each
 def write(world: World, states: NDArray[np.float64]) -> None:
     """Put the throws into these states, (N, 13), with no trace of any earlier flight."""
     mujoco.mj_resetData(world.model, world.data)
@@ -358,6 +373,7 @@ def write(world: World, states: NDArray[np.float64]) -> None:
     world.steps, world.elapsed = 0, 0.0
 
 
+@in_each
 def advance(world: World, n: int, dt: float) -> None:
     """Make n steps of dt [s], in MuJoCo's own loop where no force is held."""
     world.model.opt.timestep = dt
@@ -389,6 +405,7 @@ def telling(world: World, told: "Wrench") -> Iterator[None]:
         mujoco.set_mjcb_control(None)
 
 
+@from_each
 def read(world: World) -> NDArray[np.float64]:
     """Return the states of the throws, (N, 13)."""
     qpos, qvel = coordinates(world)
@@ -398,6 +415,7 @@ def read(world: World) -> NDArray[np.float64]:
     return states
 
 
+@of_each
 def audit(world: World) -> list[tuple[str, str]]:
     """Return what went wrong without a word since `write`."""
     resets = not world.model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_AUTORESET

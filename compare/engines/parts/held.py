@@ -8,11 +8,11 @@ if TYPE_CHECKING:
 
 
 def held_wrench(scene: "Scene", method: str) -> "Wrench | None":
-    """Return what gives the wrench of a step, None of a scene without tether, drag and floor.
+    """Return what gives the wrench of a step, None of a scene in which only gravity and a plane act.
 
     Raises NotImplementedError for a method that is not told of forces.
     """
-    if not scene.is_forced:
+    if scene.is_unforced:
         return None
     kind, _, manner = method.partition("+")
     if not manner:

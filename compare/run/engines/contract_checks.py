@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 from types import ModuleType
 
 import numpy as np
@@ -9,11 +10,14 @@ import numpy as np
 from tumble.compare.engines import CHECKS
 from tumble.compare.run.engines.brick import (
     GRAVITY,
+    LANDING,
     THROWS,
     Broken,
     by_other_roundings,
     demand,
     flown,
+    flown_in,
+    over_plane,
     rounding,
     scene,
     step,
@@ -21,7 +25,7 @@ from tumble.compare.run.engines.brick import (
 )
 from tumble.compare.run.engines.motion_checks import comes_nearer_with_the_step, spins_steadily
 from tumble.compare.run.process.message import frame
-from tumble.scenarios.scene import Scene
+from tumble.scenarios.scene import Scene, frozen_array
 
 # Numbers of which six digits say too little for single precision, too: half a unit of the sixth is left over.
 ALL_DIGITS = 1 + np.arange(39).reshape(3, 13) * 0.01371 + 4.9e-6 / np.sqrt(2)
@@ -61,20 +65,38 @@ def same_digits(a: float, b: float) -> int:
 
 def steps_add_up(engine: ModuleType, method: str) -> None:
     """advance(a) then advance(b) = advance(a + b)."""
-    at_once = flown(engine, method, THROWS, (11, 0.1 / 11), (28, 0.003))
-    in_parts = flown(engine, method, THROWS, (3, 0.1 / 11), (8, 0.1 / 11), (1, 0.003), (27, 0.003))
-    demand(in_parts, at_once, 0.0, "3 + 8 and 1 + 27 steps instead of 11 and 28")
+    for question, where in settings(engine, method):
+        at_once = flown_in(engine, method, question, (11, 0.1 / 11), (28, 0.003))
+        in_parts = flown_in(engine, method, question, (3, 0.1 / 11), (8, 0.1 / 11), (1, 0.003), (27, 0.003))
+        demand(in_parts, at_once, 0.0, f"3 + 8 and 1 + 27 steps instead of 11 and 28{where}")
+
+
+def settings(engine: ModuleType, method: str) -> list[tuple[Scene, str]]:
+    """Return the free brick and, for a method that has planes, the brick that comes down on one, each with words."""
+    over = over_plane(LANDING)
+    try:
+        if "plane" in engine.FEATURES:
+            engine.build(over, method)
+            return [(scene(), ""), (over, ", on a plane")]
+    except NotImplementedError:
+        pass
+    return [(scene(), "")]
 
 
 def forgets(engine: ModuleType, method: str) -> None:
     """A flight after write is that of a new world."""
-    fresh = flown(engine, method, THROWS, (50, 0.01))
-    world = engine.build(scene(), method)
-    engine.write(world, THROWS[::-1].copy())
-    step(engine, world, (37, 0.07))
-    engine.write(world, THROWS)
-    step(engine, world, (50, 0.01))
-    demand(np.array(engine.read(world)), fresh, 0.0, "after another flight")
+    for question, where in settings(engine, method):
+        fresh = flown_in(engine, method, question, (50, 0.01))
+        world = engine.build(question, method)
+        if question.plane is None:
+            engine.write(world, question.start[::-1].copy())
+            step(engine, world, (37, 0.07))
+        else:  # what is kept of a contact is kept near its place
+            engine.write(world, question.start.copy())
+            step(engine, world, (7, 0.01))
+        engine.write(world, question.start.copy())
+        step(engine, world, (50, 0.01))
+        demand(np.array(engine.read(world)), fresh, 0.0, f"after another flight{where}")
 
 
 def goes_straight(engine: ModuleType, method: str) -> None:
@@ -128,10 +150,11 @@ def spelled(question: Scene) -> bytes:
 
 def throws_are_apart(engine: ModuleType, method: str) -> None:
     """A throw flies as it would alone."""
-    together = flown(engine, method, THROWS, (100, 0.01))
-    for number, start in enumerate(THROWS):
-        alone = flown(engine, method, start[np.newaxis].copy(), (100, 0.01))
-        demand(together[number : number + 1], alone, 0.0, f"throw {number} beside the others")
+    for question, where in settings(engine, method):
+        together = flown_in(engine, method, question, (100, 0.01))
+        for number, start in enumerate(question.start):
+            alone = flown_in(engine, method, replace(question, start=frozen_array([start])), (100, 0.01))
+            demand(together[number : number + 1], alone, 0.0, f"throw {number} beside the others{where}")
 
 
 def optional_is_optional(engine: ModuleType, method: str) -> None:
