@@ -15,8 +15,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tumble.compare.contact.whole_run import WholeRun, slip_end, turned
 from tumble.compare.contact.watched import Watched, gravity
+from tumble.compare.contact.whole_run import WholeRun, slip_end, turned
 from tumble.scenarios.frames import Array
 from tumble.scenarios.scene import Scene
 
@@ -79,10 +79,11 @@ def plane_axes(normal: Array) -> tuple[Array, Array]:
     both and the normal are right-handed.
     """
     world = np.eye(3)
-    first = world[int(np.argmin(np.round(abs(normal), 12)))]
-    first = first - (first @ normal) * normal
+    axis = world[int(np.argmin(np.round(abs(normal), 12)))]
+    first: Array = axis - (axis @ normal) * normal
     first /= np.linalg.norm(first)
-    return first, np.cross(normal, first)
+    second: Array = np.cross(normal, first)
+    return first, second
 
 
 def axis_names(normal: Array) -> tuple[str, str]:

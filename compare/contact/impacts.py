@@ -116,9 +116,7 @@ def phase_after(record: ContactRecord, time: float) -> str:
     return next((phase.name for phase in record.phases if phase.begins_s <= time < phase.ends_s), "flight")
 
 
-def runs(
-    scene: Scene, known: ImpactMap, number: int, dt: float, lead_s: float, follow_s: float
-) -> Iterator[ImpactRun]:
+def runs(scene: Scene, known: ImpactMap, number: int, dt: float, lead_s: float, follow_s: float) -> Iterator[ImpactRun]:
     """Yield the runs of one impact at one step, the plane being met at each of PHASES."""
     for phase in PHASES:
         count = int(np.clip(math.ceil(lead_s / dt), *LEAD_STEPS))
@@ -129,7 +127,7 @@ def runs(
         each = min(steps, hits + EACH_STEP)
         before, rest = np.linspace(1, hits, LEAD_SAMPLES), np.linspace(each, steps, SAMPLES)
         seen = np.unique(np.concatenate((before.astype(int), np.arange(hits, each + 1), rest.astype(int))))
-        times = seen[seen > 0] * dt
+        times: Array = seen[seen > 0].astype(float) * dt
         after = known.near(number, 0.0, float(times[-1]) - lead).after
         yield ImpactRun(run_scene(scene, near.before, times, dt), lead, after)
 
@@ -246,7 +244,9 @@ def numbers(impact: Impact, run: ImpactRun, seen: Watched, touched: int, left: i
         "energy lost in impact": float(
             mechanics.kinetic_energy(event.before, body) - mechanics.kinetic_energy(after, body)
         ),
-        "apex after impact": float(seen.height[int(np.argmin(seen.height)) :].max()) if left is None else apex(seen, left),
+        "apex after impact": float(seen.height[int(np.argmin(seen.height)) :].max())
+        if left is None
+        else apex(seen, left),
     }
     for name, vector in (("velocity", v), ("spin", w)):
         values |= {f"{name} after impact, {axis}": float(value) for axis, value in zip("xyz", vector, strict=True)}
@@ -257,9 +257,7 @@ def hit_time(seen: Watched, left: int) -> float:
     """Return when the flights before and after the contact are at one height [s], which is when a hard plane is hit."""
     pull, up = float(seen.pull @ seen.plane.normal), seen.states[:, 7:10] @ seen.plane.normal
     time, height = float(seen.times[left]), seen.height
-    return float(
-        (height[left] - height[0] - up[left] * time + pull * time**2 / 2) / (up[0] - up[left] + pull * time)
-    )
+    return float((height[left] - height[0] - up[left] * time + pull * time**2 / 2) / (up[0] - up[left] + pull * time))
 
 
 def apex(seen: Watched, left: int) -> float:

@@ -65,7 +65,8 @@ def limit(ladder: Sequence[Level], resolution: float) -> Limit:
     if len(known) < LAST or width(known[-LAST:]) <= resolution:
         return around(last.mean, max(resolution, width(known)))
     if not falls(known, resolution):
-        low, high = (edge(level.mean + sign * level.spread for level in known[-LAST:]) for edge, sign in EDGES)
+        low = min(level.mean - level.spread for level in known[-LAST:])
+        high = max(level.mean + level.spread for level in known[-LAST:])
         middle = (low + high) / 2
         return Limit(middle, min(low, middle - resolution), max(high, middle + resolution), None, converges=False)
     slopes = regular_slopes(known)
@@ -73,7 +74,7 @@ def limit(ladder: Sequence[Level], resolution: float) -> Limit:
     if order is None or order < LEAST_ORDER:
         remains = float(abs(np.diff([level.mean for level in known[-LAST:]])).max()) + last.spread
         return around(last.mean, max(resolution, remains))
-    best, before = (richardson(*pair, order) for pair in (known[-2:], known[-3:-1]))
+    best, before = (richardson(known[at - 1], known[at], order) for at in (-1, -2))
     return around(best, max(resolution, abs(best - before), last.spread), order)
 
 
@@ -83,9 +84,6 @@ def falls(ladder: Sequence[Level], resolution: float) -> bool:
     spread = ladder[-1].spread
     settles = spread <= max(resolution, FALLS * max(level.spread for level in late))
     return settles and width(late) <= FALLS * width(early)
-
-
-EDGES = ((min, -1.0), (max, 1.0))
 
 
 def around(value: float, half: float, order: float | None = None) -> Limit:

@@ -1,4 +1,4 @@
-"""The study of contact: every contestant above a plane, over a ladder of steps, against the observables of the truth."""
+"""The study of contact: every contestant above a plane, over a ladder of steps, against the true observables."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -208,8 +208,7 @@ def contacts(
     ]
     readings = run([task for _, task in tasks], on_progress=on_progress)
     return [
-        judged(one, task.running_engine, task.key[2], read)
-        for (one, task), read in zip(tasks, readings, strict=True)
+        judged(one, task.running_engine, task.key[2], read) for (one, task), read in zip(tasks, readings, strict=True)
     ]
 
 

@@ -21,7 +21,9 @@ def verdicts(contact: Contact) -> list[str]:
     found = [own_verdict(contact, one) for one in contact.observations]
     law = stop_verdict(contact)
     for number, (one, said) in enumerate(zip(contact.observations, found, strict=True)):
-        if said in ("another law", "depends on the step") or (said == RIGHT and law and one.asked.observable == DISTANCE):
+        if said in ("another law", "depends on the step") or (
+            said == RIGHT and law and one.asked.observable == DISTANCE
+        ):
             if law and one.asked.observable in OF_A_STOP:
                 found[number] = law
             elif follows_from_rebound(contact, one):

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tumble.compare.run.flight import Trajectory
 from tumble.scenarios.frames import Array, rotation_matrix
@@ -53,7 +54,7 @@ class Watched:
         return lowest(self.scene, self.states)
 
     @cached_property
-    def pushed(self) -> Array:
+    def pushed(self) -> NDArray[np.bool_]:
         """Whether the plane pushed between an instant and the next, (R - 1,)."""
         took, velocity = np.diff(self.times), self.states[:, 7:10]
         gained = (np.diff(velocity, axis=0) - took[:, None] * self.pull) @ self.plane.normal

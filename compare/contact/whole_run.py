@@ -44,7 +44,9 @@ def whole_run(scene: Scene, truth: Truth, steps: Sequence[float], step: float) -
     steps: of the ladder [s], the longest first; step: at which values are reported.
     """
     record = truth.contacts[0]
-    found = {one.name: (asked(scene, record, one, step), one) for one in record.observables if " impact " not in one.name}
+    found = {
+        one.name: (asked(scene, record, one, step), one) for one in record.observables if " impact " not in one.name
+    }
     if not any(event.kind == "impact" for event in record.events) and math.isinf(record.ended_s):
         deepest = Observable(DEEPEST, "m", 0.0, 0.0, 0.0, 0.0, scene.duration)
         found[DEEPEST] = asked(scene, record, deepest, step), deepest

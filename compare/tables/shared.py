@@ -202,7 +202,9 @@ class FindingRow:
     scene: Annotated[str, "name of the scene; empty if the finding is about all scenes"] = ""
     engine: Annotated[str, "engine that the finding is about; empty if none"] = ""
     method: Annotated[str, "METHOD[@TOLERANCE] that the finding is about; empty if none"] = ""
-    other: Annotated[str, "second contestant, ENGINE:METHOD, the column of a printed table, or the observable; empty if none"] = ""
+    other: Annotated[
+        str, "second contestant, ENGINE:METHOD, the column of a printed table, or the observable; empty if none"
+    ] = ""
     value: Annotated[float | None, "the number; empty where there is a name and no number"]
     unit: Annotated[str, "its unit; 1 of a pure number"]
     resolution: Annotated[

@@ -33,7 +33,11 @@ def main(options: Namespace) -> int:
     folder = Path(options.output) if options.output else None
     if folder:
         folder.mkdir(parents=True, exist_ok=True)
-    limits: Limits = {"time_limit": options.time_limit, "memory_limit": options.memory_limit, "display": display(options)}
+    limits: Limits = {
+        "time_limit": options.time_limit,
+        "memory_limit": options.memory_limit,
+        "display": display(options),
+    }
     with kept_ready():
         found = compare_scenes(scenes, options.engine, dt=options.dt, **limits)
         contacts = contact_scenes(found.comparisons, options.engine, dt=options.dt, **limits)

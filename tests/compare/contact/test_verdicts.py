@@ -59,13 +59,22 @@ def laws(scene, *methods):
 
 @pytest.fixture(scope="module")
 def slides():
-    return laws(scene_of(SLIDE, Path("slide.toml"), "slide"), "right", "diamond", "square", "another-friction", "creeps")
+    return laws(
+        scene_of(SLIDE, Path("slide.toml"), "slide"), "right", "diamond", "square", "another-friction", "creeps"
+    )
 
 
 @pytest.fixture(scope="module")
 def bounces():
     return laws(
-        scene_of(BALL, Path("ball.toml"), "ball"), "right", "e-squared", "dead", "by-the-step", "early", "tunnels", "gains"
+        scene_of(BALL, Path("ball.toml"), "ball"),
+        "right",
+        "e-squared",
+        "dead",
+        "by-the-step",
+        "early",
+        "tunnels",
+        "gains",
     )
 
 
