@@ -7,13 +7,15 @@ from rich.constrain import Constrain
 from rich.table import Table
 from rich.text import Text
 
-from tumble.compare.contact.findings import ContestantLaw, contestant_laws, largest, law_share
+from tumble.compare.contact.findings import ContestantLaw, contestant_laws, largest, law_share, step_share
 from tumble.compare.contact.schemas import ContactRow
 from tumble.compare.engines import OWN
 from tumble.reports.charts import GOOD
 from tumble.reports.numerals import listed
-from tumble.reports.terminal import LIST_WIDTH, columns, figure, plain
+from tumble.reports.terminal import LIST_WIDTH, columns, figure, length, plain
 
+LEAST_SHARE = 1e-4  # a smaller step error is not worth its place in the table
+MOST_NAMED = 4  # contestants in one sentence
 POSITIONS = (
     "Positions at samples, below, also contain the speed times the delay of a contact: an error of the order of "
     "v dt in every engine."
@@ -54,14 +56,17 @@ def contact_answer(laws: Sequence[ContestantLaw], rows: Sequence[ContactRow]) ->
     scene = laws[0].scene
     right = [one.contestant for one in laws if one.is_right]
     wrong = [one for one in laws if not one.is_right]
+    more = len(right) - MOST_NAMED
+    named = listed(right) if more <= 0 else f"{', '.join(right[:MOST_NAMED])} and {more} more"
+    follow = f"{named} follow{'s' if len(right) == 1 else ''} Coulomb and Newton."
     if not wrong:
-        return f"{scene}: {listed(right)} follow Coulomb and Newton."
+        return f"{scene}: {follow}"
     worst = largest(wrong)
     said = f"{scene}: the largest law error is that of {worst.contestant}: {error_words(worst, rows)}."
     if worst.share:
         said += f" No smaller step removes it. Verdict: {worst.verdict}."
     if right:
-        said += f" {listed(right)} follow{'s' if len(right) == 1 else ''} Coulomb and Newton."
+        said += f" {follow}"
     return said
 
 
@@ -88,12 +93,21 @@ def percent(share: float) -> str:
 
 def law_table(laws: Sequence[ContestantLaw], rows: Sequence[ContactRow]) -> Table:
     """Return the verdict and the largest law error of each contestant, the smallest first."""
-    table = columns("contestant", "verdict", "largest law error")
+    table = columns("contestant", "verdict", "largest law error", "largest step error")
     for one in sorted(laws, key=lambda one: (not one.is_right, one.share)):
         verdict = Text(one.verdict, style=GOOD) if one.is_right else plain(one.verdict)
         words = error_words(one, rows) if one.share else ""
-        table.add_row(plain(one.contestant), verdict, plain(words))
+        table.add_row(plain(one.contestant), verdict, plain(words), plain(step_words(of_contestant(rows, one))))
     return table
+
+
+def step_words(rows: Sequence[ContactRow]) -> str:
+    """Return the largest error that the step adds, in words: a share, and what a body at rest creeps."""
+    found = [(share, row.observable) for row in rows if (share := step_share(row, rows)) is not None]
+    share, observable = max(found, key=lambda one: abs(one[0]), default=(0.0, ""))
+    said = f"{observable} {percent(share)}" if abs(share) >= LEAST_SHARE else ""
+    creeps = [row.step_error for row in rows if row.observable == "creep speed" and row.step_error is not None]
+    return "; ".join(filter(None, (said, *(f"creeps at {length(abs(one))}/s" for one in creeps if abs(one) > 1e-4))))
 
 
 def is_worth_showing(row: ContactRow) -> bool:

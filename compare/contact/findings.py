@@ -78,9 +78,9 @@ def law(rows: Sequence[ContactRow]) -> tuple[str, ContactRow | None, float]:
     if verdict.startswith(SINKS):
         return f"{RIGHT}, {verdict}", None, 0.0
     wrong = [row for row in rows if row.verdict != RIGHT and not row.verdict.startswith(SINKS)]
-    shares = [(abs(share), row) for row in wrong if (share := law_share(row, rows)) is not None]
-    share, row = max(shares, key=lambda one: one[0], default=(0.0, None))
-    return verdict, row or next(iter(wrong), None), share
+    shares = [(abs(error), row) for row in wrong if (error := law_share(row, rows)) is not None]
+    largest_share, row = max(shares, key=lambda one: one[0], default=(0.0, None))
+    return verdict, row or next(iter(wrong), None), largest_share
 
 
 def worst_verdict(said: Sequence[str]) -> str:
@@ -101,12 +101,30 @@ def law_share(row: ContactRow, rows: Iterable[ContactRow]) -> float | None:
     -------
     the share, of a component that of the whole vector; None where the true value is zero, or the law error unknown
     """
+    return share(row, rows, row.law_error)
+
+
+def step_share(row: ContactRow, rows: Iterable[ContactRow]) -> float | None:
+    """Return the error that the step adds over the true value.
+
+    Parameters
+    ----------
+    row, rows : as of `law_share`
+
+    Returns
+    -------
+    the share, as of `law_share`
+    """
+    return share(row, rows, row.step_error)
+
+
+def share(row: ContactRow, rows: Iterable[ContactRow], error: float | None) -> float | None:
+    """Return an error of a row over the true value."""
     name = COMPONENT.sub("", row.observable)
-    true = [one.true for one in rows if one.blow == row.blow and COMPONENT.sub("", one.observable) == name]
-    size = math.hypot(*true)
-    if row.law_error is None or size == 0 or row.unit == "s" or name.startswith("turn"):
+    size = math.hypot(*(one.true for one in rows if one.blow == row.blow and COMPONENT.sub("", one.observable) == name))
+    if error is None or size == 0 or row.unit == "s" or name.startswith("turn"):
         return None
-    return row.law_error / size
+    return error / size
 
 
 def contact_findings(rows: Iterable[ContactRow]) -> Iterator[FindingRow]:

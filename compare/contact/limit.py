@@ -19,6 +19,8 @@ LEAST_ORDER = 0.4
 # Of a ladder that converges, the last levels span at most this share of what the levels before them span.
 FALLS = 0.6
 LAST = 3
+# An order this near to a whole number is that number.
+NEARLY = 0.1
 
 
 @dataclass(frozen=True)
@@ -74,8 +76,10 @@ def limit(ladder: Sequence[Level], resolution: float) -> Limit:
     if order is None or order < LEAST_ORDER:
         remains = float(abs(np.diff([level.mean for level in known[-LAST:]])).max()) + last.spread
         return around(last.mean, max(resolution, remains))
-    best, before = (richardson(known[at - 1], known[at], order) for at in (-1, -2))
-    return around(best, max(resolution, abs(best - before), last.spread), order)
+    plain = round(order) if abs(order - round(order)) <= NEARLY else order
+    best, before = (richardson(known[at - 1], known[at], plain) for at in (-1, -2))
+    measured = richardson(known[-2], last, order)
+    return around(best, max(resolution, abs(best - before), abs(best - measured), last.spread), order)
 
 
 def falls(ladder: Sequence[Level], resolution: float) -> bool:

@@ -18,7 +18,7 @@ VERDICT_WORDS = {
     "restitution that depends on the step": "no rebound is approached as the step falls",
     "another law: restitution": "the rebound is that of another coefficient of restitution, which is named",
     "depends on the step": "no value is approached as the step falls",
-    "does not stop": "a body that must stop, or roll, slips on to the end of the run",
+    "does not come to rest": "a body that must stop, rest or roll slips or bounces on to the end of the run",
     "soft": "the impact was not over when the next one was due",
     "sinks by": "the plane yields: the named depth remains as the step falls",
     "another law": "the law error is not zero, and none of the above names it",

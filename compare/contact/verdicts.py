@@ -11,6 +11,7 @@ from tumble.compare.contact.directions import DIAMOND, DISTANCE, Law, axis_names
 from tumble.compare.contact.findings import RIGHT
 from tumble.compare.contact.impacts import DEEPEST, GAP
 from tumble.compare.contact.study import Contact, Observation
+from tumble.compare.contact.whole_run import REST
 
 REBOUND = "rebound speed after impact"
 OF_A_STOP = ("instant it stops", DISTANCE, "turn of the path until it stops")
@@ -53,7 +54,8 @@ def own_verdict(contact: Contact, one: Observation) -> str:
     if math.isnan(limit.value):
         if one.asked.impact in seen.unfinished:
             return "soft: the impact is not over when the next is due"
-        return "does not stop" if name in OF_A_STOP or "begins to roll" in name else "depends on the step"
+        rests = name in (*OF_A_STOP, REST, "height at rest") or "begins to roll" in name
+        return "does not come to rest" if rests else "depends on the step"
     if name == REBOUND:
         return rebound_verdict(contact, one)
     if one.is_right:

@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tumble.compare.contact.asked import Asked
 from tumble.compare.contact.impacts import DEEPEST, SHIFTS, known_to
@@ -55,16 +56,26 @@ def whole_run(scene: Scene, truth: Truth, steps: Sequence[float], step: float) -
     last = max((event.time_s for event in record.events if event.kind == "stops"), default=0.0)
     duration = max(scene.duration, LONGER * last)
     apart = steps[0] * max(1, math.ceil(duration / SAMPLES / steps[0]))
-    if REST in found:  # how far the bounces below the least speed reach, of a ball that follows the law
+    if REST in found:
         apart = max(steps[0], duration / SAMPLES_TO_REST)
-        assert scene.plane is not None
-        one, _ = found[REST]
-        unseen = 2 * REST_STEPS * apart / (1 - scene.plane.restitution)
-        found[REST] = replace(one, one_step=unseen), found[REST][1]
+        found[REST] = replace(found[REST][0], one_step=rest_shift(scene, record, step, apart)), found[REST][1]
     times = apart * np.arange(1, math.floor(duration / apart) + 1)
     times = times if math.isclose(times[-1], duration) else np.append(times, duration)
     scenes = {dt: replace(scene, times=times, duration=float(times[-1]), step=dt) for dt in steps}
     return WholeRun(found, scenes, truth)
+
+
+def rest_shift(scene: Scene, record: ContactRecord, dt: float, apart: float) -> float:
+    """Return by how much the instant of rest may be off [s] of a ball that follows the law; apart: of the samples [s].
+
+    The bounces below the least speed that is seen take some time; and a first rebound that is off by SHIFTS steps, of
+    e by de, moves the end t1 (1 + e) / (1 - e).
+    """
+    assert scene.plane is not None
+    e, pull = scene.plane.restitution, float(np.linalg.norm(gravity(scene)))
+    first = next(event for event in record.events if event.kind == "impact")
+    de = SHIFTS * dt * pull / abs(float(first.velocity_before @ scene.plane.normal))
+    return 4 * REST_STEPS * apart / (1 - e) + 2 * first.time_s * de / (1 - e) ** 2
 
 
 def asked(scene: Scene, record: ContactRecord, one: Observable, dt: float) -> Asked:
@@ -198,15 +209,19 @@ def creep(whole: WholeRun, one: Observable, seen: Watched) -> float:
 
 
 def height_at_rest(whole: WholeRun, one: Observable, seen: Watched) -> float:
-    """Return the height of the centre of mass at the end of the window [m]."""
-    return float(np.interp(one.ends_s, seen.times, seen.height))
+    """Return the height of the centre of mass at the end of the window [m], nan where it still moves there."""
+    return math.nan if bounces(seen)[-1] else float(np.interp(one.ends_s, seen.times, seen.height))
+
+
+def bounces(seen: Watched) -> NDArray[np.bool_]:
+    """Return whether the body moves faster along the normal than gravity makes it between samples, (R,)."""
+    up = abs(seen.states[:, 7:10] @ seen.plane.normal)
+    return up > REST_STEPS * float(seen.times[1] - seen.times[0]) * float(np.linalg.norm(seen.pull))
 
 
 def instant_of_rest(whole: WholeRun, one: Observable, seen: Watched) -> float:
-    """Return from when on the body moves no faster along the normal than gravity makes it between samples [s]."""
-    up = abs(seen.states[:, 7:10] @ seen.plane.normal)
-    least = REST_STEPS * float(seen.times[1] - seen.times[0]) * float(np.linalg.norm(seen.pull))
-    moving = np.flatnonzero(up > least)
+    """Return from when on the body bounces no more [s]."""
+    moving = np.flatnonzero(bounces(seen))
     last = int(moving[-1]) if len(moving) else 0
     return math.nan if last + 1 >= len(seen.times) else float(seen.times[last + 1])
 

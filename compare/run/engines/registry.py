@@ -121,7 +121,7 @@ class EngineInfo:
 
     def without_use(self, scene: Scene) -> frozenset[str]:
         """Return the methods that are another method in this scene: of forces or a plane that it does not have."""
-        forced = self.forced if not scene.is_unforced else ()
+        forced = self.forced if scene.is_unforced else ()
         return frozenset((*forced, *(() if scene.plane else self.contact)))
 
     def step_of(self, method: str) -> float:
