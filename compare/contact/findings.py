@@ -17,10 +17,16 @@ COMPONENT = re.compile(r", [xyz]$")
 
 @dataclass(frozen=True, eq=False)
 class ContestantLaw:
-    """One contestant in one scene: the gravest of its verdicts, and the row whose law error is largest.
+    """One contestant in one scene: the gravest of its verdicts, and its largest law error.
 
-    share: that law error over the true value, of a component over its vector; 0 where every row is right, and where
-    none of those that are not has a true value to be held against.
+    Parameters
+    ----------
+    scene : name of the scene
+    engine : name of the engine
+    method : METHOD[@TOLERANCE]
+    verdict : the gravest
+    worst : row with the largest law error; None where every row is right
+    share : that law error over the true value, of a component over its vector; 0 where there is none
     """
 
     scene: str
