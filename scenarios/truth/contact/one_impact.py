@@ -32,7 +32,15 @@ class OneImpact(NamedTuple):
 class ImpactMap:
     """The impacts of one throw of a scene, from whose neighbourhood a run may start.
 
-    Raises RayMissed.
+    Parameters
+    ----------
+    scene
+    row
+        of the throw
+
+    Raises
+    ------
+    RayMissed
     """
 
     def __init__(self, scene: Scene, row: int) -> None:
