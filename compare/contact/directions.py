@@ -112,11 +112,11 @@ def is_turnable(scene: Scene, whole: WholeRun) -> bool:
     _, one = whole.asked[DISTANCE]
     if not level or one.begins_s > 0 or start[10:13].any() or scene.body.radius is not None:
         return False
-    return cannot_tip(scene)
+    return scene.plane.friction < reaches_edge(scene)
 
 
-def cannot_tip(scene: Scene) -> bool:
-    """Whether friction is less than what tips the body over any edge of the face that it lies on."""
+def reaches_edge(scene: Scene) -> float:
+    """Return the tangent of the tilt at which the body tips over the nearest edge of its face; 0 if it lies on none."""
     from scipy.spatial import ConvexHull  # slow to load
 
     from tumble.scenarios.frames import vertices
@@ -126,10 +126,10 @@ def cannot_tip(scene: Scene) -> bool:
     heights = (points - scene.plane.point) @ scene.plane.normal
     face = points[heights <= heights.min() + 1e-9 * scene.body.reach]
     if len(face) < 3:
-        return False
+        return 0.0
     flat = (face - centre) @ np.stack(plane_axes(scene.plane.normal), axis=1)
     nearest = float((-ConvexHull(flat).equations[:, 2]).min())
-    return scene.plane.friction * float((centre - scene.plane.point) @ scene.plane.normal) < nearest
+    return nearest / float((centre - scene.plane.point) @ scene.plane.normal)
 
 
 def turned_scenes(scene: Scene, whole: WholeRun, dt: float, count: int = DIRECTIONS) -> Iterator[tuple[float, Scene]]:

@@ -105,6 +105,11 @@ def impacts(scene: Scene, record: ContactRecord, steps: Sequence[float], step: f
         )
 
 
+def row_step(impact: Impact, step: float) -> float:
+    """Return the step [s] at which an impact's values are reported: the one asked for, or the longest it can take."""
+    return step if step in impact.runs else max(impact.runs)
+
+
 def normal(scene: Scene) -> Array:
     """Return the plane's normal, (3,)."""
     assert scene.plane is not None
@@ -122,14 +127,18 @@ def runs(scene: Scene, known: ImpactMap, number: int, dt: float, lead_s: float, 
         count = int(np.clip(math.ceil(lead_s / dt), *LEAD_STEPS))
         near = known.near(number, (count + phase) * dt, 0.0)
         lead = near.time_s - near.begins_s
-        steps = math.ceil((lead + follow_s) / dt)
-        hits = math.floor(lead / dt)
-        each = min(steps, hits + EACH_STEP)
-        before, rest = np.linspace(1, hits, LEAD_SAMPLES), np.linspace(each, steps, SAMPLES)
-        seen = np.unique(np.concatenate((before.astype(int), np.arange(hits, each + 1), rest.astype(int))))
-        times: Array = seen[seen > 0].astype(float) * dt
+        times = sample_times(lead, follow_s, dt)
         after = known.near(number, 0.0, float(times[-1]) - lead).after
         yield ImpactRun(run_scene(scene, near.before, times, dt), lead, after)
+
+
+def sample_times(lead_s: float, follow_s: float, dt: float) -> Array:
+    """Return the instants [s], (S,), at which a run about an impact is looked at, all whole numbers of steps."""
+    steps, hits = math.ceil((lead_s + follow_s) / dt), max(1, math.floor(lead_s / dt))
+    each = min(steps, hits + EACH_STEP)
+    before, rest = np.linspace(1, hits, LEAD_SAMPLES), np.linspace(each, steps, SAMPLES)
+    seen = np.unique(np.concatenate((before.astype(int), np.arange(hits, each + 1), rest.astype(int))))
+    return seen[seen > 0].astype(float) * dt
 
 
 def run_scene(scene: Scene, start: Array, times: Array, dt: float) -> Scene:

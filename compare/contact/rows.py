@@ -43,7 +43,16 @@ def contact_rows(contact: Contact) -> Iterator[ContactRow]:
 
 
 def scan_rows(contact: Contact) -> Iterator[ContactScanRow]:
-    """Yield a contestant's slides in all directions."""
+    """Yield a contestant's slides in all directions, and its other scans.
+
+    Parameters
+    ----------
+    contact : the contestant's results
+
+    Returns
+    -------
+    rows of contact-scans.csv
+    """
     rose = contact.rose
     for slide in rose.slides if rose else ():
         for observable, value, true, unit in (
@@ -63,6 +72,20 @@ def scan_rows(contact: Contact) -> Iterator[ContactScanRow]:
                 true=true,
                 unit=unit,
             )
+    for one, value in zip(contact.question.scans, contact.readings.scanned, strict=False):
+        yield ContactScanRow(
+            scene=contact.scene.name,
+            engine=contact.engine,
+            method=contact.method,
+            dt_s=one.scene.step,
+            scan=one.scan,
+            at=one.at,
+            at_unit=one.at_unit,
+            observable=one.observable,
+            value=known(value),
+            true=one.true,
+            unit=one.unit,
+        )
 
 
 def known(value: float) -> float | None:

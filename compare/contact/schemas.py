@@ -62,7 +62,11 @@ class ContactScanRow:
     engine: Engine
     method: Method
     dt_s: Annotated[float, "step"]
-    scan: Annotated[str, "what is changed: direction of the first velocity, from the plane's first axis"]
+    scan: Annotated[
+        str,
+        "what is changed: direction, that of the first velocity from the plane's first axis; tilt, the tangent of the "
+        "plane's tilt over friction; drop height, of a ball",
+    ]
     at: Annotated[float, "the changed number, in at_unit"]
     at_unit: Annotated[str, "unit of at"]
     observable: Annotated[str, "what is observed"]

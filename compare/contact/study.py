@@ -9,8 +9,9 @@ import numpy as np
 
 from tumble.compare.contact.asked import Asked
 from tumble.compare.contact.directions import DISTANCE, Rose, Slide, is_turnable, read_slide, turned_scenes
-from tumble.compare.contact.impacts import Impact, impacts, read_impact
+from tumble.compare.contact.impacts import Impact, impacts, read_impact, row_step
 from tumble.compare.contact.limit import Level, Limit, limit
+from tumble.compare.contact.scans import ScanRun, heights, tilts
 from tumble.compare.contact.watched import Watched
 from tumble.compare.contact.whole_run import WholeRun, read_whole, whole_run
 from tumble.compare.run.flight import Trajectory
@@ -26,6 +27,8 @@ from tumble.scenarios.truth import Truth
 
 # The ladder, in steps of the scene; the first few are for the order, the last for the limit.
 LADDER = (4.0, 2.0, 1.0, 0.5, 0.25, 0.125)
+# For the page: one level less.
+BRIEF = LADDER[:-1]
 # Run time of one run, by the engine's stated cost of a step [s]; finer levels are left out.
 BUDGET_S = 2.0
 # From this share of an error on what the last steps span is more than a blur of it.
@@ -48,7 +51,7 @@ class Answered(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Question:
-    """What a scene asks: of a whole run, of runs in other directions, and of each impact alone.
+    """What a scene asks: of a whole run, of runs in other directions, of each impact alone, and of changed scenes.
 
     step: at which values are reported [s].
     """
@@ -58,6 +61,7 @@ class Question:
     whole: WholeRun | None
     turned: tuple[tuple[float, Scene], ...]
     impacts: tuple[Impact, ...]
+    scans: tuple[ScanRun, ...]
 
     @property
     def asked(self) -> Iterator[Asked]:
@@ -73,7 +77,7 @@ Key = tuple[str, int | None]
 
 @dataclass
 class Readings:
-    """What one contestant's runs showed: ladders by observable and impact, and slides in other directions.
+    """What one contestant's runs showed: ladders by observable and impact, slides in other directions, and scans.
 
     By impact, None for the whole run: unfinished: not over when the next was due; stays: the body did not leave the
     plane, at the finest step; through: it passed the plane, at the step of the values or a finer one.
@@ -82,6 +86,7 @@ class Readings:
 
     ladders: dict[Key, list[Level]] = field(default_factory=dict)
     slides: list[Slide] = field(default_factory=list)
+    scanned: list[float] = field(default_factory=list)
     unfinished: set[int | None] = field(default_factory=set)
     stays: set[int | None] = field(default_factory=set)
     through: set[int | None] = field(default_factory=set)
@@ -179,6 +184,7 @@ def contacts(
     answers: Sequence[Answered],
     dt: float | None = None,
     on_progress: ProgressCallback = no_progress,
+    ladder: Sequence[float] = LADDER,
 ) -> list[Contact]:
     """Measure the contact law of every contestant in the scenes that have a plane and a reference solution.
 
@@ -188,12 +194,13 @@ def contacts(
     answers : scenes with their reference solutions
     dt : step at which values are reported [s]; None: each scene's own
     on_progress : called for every contestant and scene
+    ladder : steps, the longest first, in those at which values are reported
 
     Returns
     -------
     the contestants' results, scene by scene
     """
-    found = (question(answer.scene, answer.truth, dt) for answer in answers if answer.truth)
+    found = (question(answer.scene, answer.truth, dt, ladder) for answer in answers if answer.truth)
     asked = [one for one in found if one]
 
     def task(one: Question, running_engine: RunningEngine, method: str) -> Task[Readings]:
@@ -212,15 +219,19 @@ def contacts(
     ]
 
 
-def question(scene: Scene, truth: Truth | None, dt: float | None = None) -> Question | None:
+def question(
+    scene: Scene, truth: Truth | None, dt: float | None = None, ladder: Sequence[float] = LADDER
+) -> Question | None:
     """Return what a scene asks, None where it has no plane, or nothing that an engine can be held to."""
     if scene.plane is None or truth is None or not truth.contacts:
         return None
     step = dt or scene.step
-    steps = [step * factor for factor in LADDER]
+    steps = [step * factor for factor in ladder]
     whole = whole_run(scene, truth, steps, step)
     turned = tuple(turned_scenes(scene, whole, step)) if whole and is_turnable(scene, whole) else ()
-    found = Question(scene, step, whole, turned, tuple(impacts(scene, truth.contacts[0], steps, step)))
+    known = tuple(impacts(scene, truth.contacts[0], steps, step))
+    scans = (*(tilts(scene, whole, step) if whole else ()), *(heights(scene, known[0], step) if known else ()))
+    found = Question(scene, step, whole, turned, known, scans)
     return found if any(found.asked) else None
 
 
@@ -250,6 +261,9 @@ def read(running_engine: RunningEngine, asked: Question, method: str) -> Reading
         read_ladder(running_engine, asked, method, impact, found)
         if found.failure:
             return found
+    for one in asked.scans:
+        answer = running_engine.simulate(one.scene, method, one.scene.step)
+        found.scanned.append(one.read(Watched(one.scene, answer)) if isinstance(answer, Trajectory) else math.nan)
     return found
 
 
@@ -284,11 +298,6 @@ def skips(
     if own_steps or dt >= first or isinstance(running_engine.info, Failure):
         return own_steps and dt != first
     return duration / dt * running_engine.info.step_of(method) > 1e9 * BUDGET_S
-
-
-def row_step(impact: Impact, step: float) -> float:
-    """Return the step [s] at which an impact's values are reported: the one asked for, or the longest it can take."""
-    return step if step in impact.runs else max(impact.runs)
 
 
 def judged(asked: Question, running_engine: RunningEngine, method: str, found: Readings) -> Contact:
