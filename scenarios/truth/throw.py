@@ -47,7 +47,7 @@ class Ground(NamedTuple):
 
 
 class Mount(NamedTuple):
-    """A sensor: point [m], (3,); its axes in the file's, (3, 3); the world's direction that it reads, (3,), 0 if none."""
+    """A sensor: point [m], (3,); its axes along the file's, (3, 3); the field that it reads, world, (3,), 0 if none."""
 
     point: Numbers
     axes: Numbers

@@ -43,7 +43,10 @@ class Readings(NamedTuple):
 
 
 def readings(scene: Scene, row: int, sensors: tuple[Sensor, ...]) -> Readings:
-    """Return what the sensors read at a scene's rows in one throw, impulses of an instant applied.  Raises RayMissed."""
+    """Return what the sensors read at a scene's rows in one throw, after the impulses of the instant.
+
+    Raises RayMissed.
+    """
     throw = read_throw(scene, row)
     mounts = [read_mount(scene, sensor, throw) for sensor in sensors]
     flights = [Integration(throw, accuracy, Budget()) for accuracy in (FINE, ROUGH)]
