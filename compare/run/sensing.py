@@ -63,7 +63,10 @@ def sensed(engine: ModuleType, scene: Scene, method: str, dt: float) -> SensorRe
             break
     columns = [run.column(number) for number in range(len(scene.sensors))]
     return SensorReadings(
-        tuple(values for values, _ in columns), tuple(why for _, why in columns), run.how, tuple(dict.fromkeys(run.found))
+        tuple(values for values, _ in columns),
+        tuple(why for _, why in columns),
+        run.how,
+        tuple(dict.fromkeys(run.found)),
     )
 
 
