@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -84,12 +85,12 @@ def sensor_error_rows(run: SensorRun) -> Iterator[SensorErrorRow]:
                 )
 
 
-def figures(errors: SensorErrors, columns: slice, place: int, status: Status) -> dict[str, float | int]:
+def figures(errors: SensorErrors, columns: slice, place: int, status: Status) -> dict[str, Any]:
     """Return the numbers of one quantity: largest and mean error, and what they are compared with."""
     distances = errors.distances(columns)
     known = np.isfinite(distances)
     true = np.linalg.norm(errors.true[:, columns], axis=1)
-    found: dict[str, float | int] = {"readings": int(known.sum()), "left_out": int((~known).sum())}
+    found: dict[str, Any] = {"readings": int(known.sum()), "left_out": int((~known).sum())}
     if known.any():
         found |= {
             "max_error": math.inf if status == Status.DIVERGED else float(distances[known].max()),

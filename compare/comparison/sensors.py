@@ -77,6 +77,29 @@ def _runs(
         yield SensorRun(scene, engine.title, method, dt, next(answers), true, engine.tolerance(method))
 
 
+def sensor_run(running_engine: RunningEngine, scene: Scene, method: str, dt: float) -> SensorRun:
+    """Read the sensors of one scene with one contestant.
+
+    Parameters
+    ----------
+    running_engine : the engine
+    scene : has sensors
+    method : of the engine
+    dt : step [s]
+
+    Returns
+    -------
+    the readings, with their true values
+
+    Raises
+    ------
+    RayMissed : the ray of a later impulse misses the true body
+    """
+    answer = running_engine.read_sensors(scene, method, dt)
+    true = first_throw(scene, truth_limit([running_engine]))
+    return SensorRun(scene, running_engine.title, method, dt, answer, true, running_engine.tolerance(method))
+
+
 def first_throw(scene: Scene, limit_s: float) -> tuple[SensorTruth, ...]:
     """Return the true readings of a scene's first throw; limit_s: wall time of each part [s]."""
     return sensor_truths(replace(scene, start=scene.start[:1]), limit_s)

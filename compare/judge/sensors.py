@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from tumble.compare.run.sensing import FIELD, FORCE, SPIN, SensorReadings
+from tumble.compare.run.sensing import FIELD, FORCE, SPIN, SensorReadings, of_kind
 from tumble.compare.run.status import Failure, Status
 from tumble.scenarios.frames import Array
 from tumble.scenarios.scene import Scene, Sensor
@@ -86,8 +86,7 @@ class SensorErrors:
         """The true readings, (K, 9); nan where there is none, or the sensor does not read it."""
         truth = self.truth
         found = np.hstack((truth.specific_force[:, 0], truth.angular_velocity[:, 0], truth.field_direction[:, 0]))
-        kinds = (self.sensor.reads_force, self.sensor.reads_spin, self.sensor.field is not None)
-        return np.where(np.repeat(kinds, 3), found, np.nan)
+        return np.where(of_kind(self.sensor), found, np.nan)
 
     @property
     def errors(self) -> Array:
@@ -97,9 +96,9 @@ class SensorErrors:
     @cached_property
     def why(self) -> list[str]:
         """Why a row lacks a reading or its true value, (K,)."""
-        lacks = np.isnan(self.true)[:, ~np.isnan(self.true).all(axis=0)].any(axis=1)
-        pairs = zip(self.why_not_read, self.truth.why, lacks, strict=True)
-        return [here or (there if lost else "") for here, there, lost in pairs]
+        read = of_kind(self.sensor)
+        pairs = zip(self.why_not_read, self.truth.why, self.true[:, read], strict=True)
+        return [here or (there if np.isnan(true).any() else "") for here, there, true in pairs]
 
     def distances(self, columns: slice) -> Array:
         """Return the lengths of the errors of one quantity, (K,); nan where a reading or its truth is missing."""

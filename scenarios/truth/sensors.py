@@ -128,12 +128,15 @@ def _together(scene: Scene, sensors: tuple[Sensor, ...], times: Array, limit_s: 
     why[struck & (why == "")] = IMPULSE
     return [
         SensorTruth(
-            sensor,
-            times,
-            *(values[:, :, number, quantity] for quantity in range(4)),
-            bound[:, :, number],
-            moved[:, :, number],
-            tuple(why),
+            sensor=sensor,
+            times=times,
+            specific_force=values[:, :, number, 0],
+            angular_velocity=values[:, :, number, 1],
+            angular_acceleration=values[:, :, number, 2],
+            field_direction=values[:, :, number, 3],
+            bound=bound[:, :, number],
+            input_error=moved[:, :, number],
+            why=tuple(why),
         )
         for number, sensor in enumerate(sensors)
     ]
