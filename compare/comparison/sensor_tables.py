@@ -63,7 +63,16 @@ def reading_table(runs: Sequence[SensorRun]) -> pd.DataFrame:
 
 
 def sensor_error_rows(run: SensorRun) -> Iterator[SensorErrorRow]:
-    """Yield the rows of one run: a sensor's quantities, or why there are none."""
+    """Yield the rows of one run: a sensor's quantities, or why there are none.
+
+    Parameters
+    ----------
+    run : the readings of one contestant in one scene
+
+    Returns
+    -------
+    rows of sensor-errors.csv
+    """
     for number, sensor in enumerate(run.scene.sensors):
         errors = run.sensors[number] if run.sensors else None
         reads = (sensor.reads_force, sensor.reads_spin, sensor.field is not None)
