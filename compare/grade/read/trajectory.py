@@ -9,10 +9,13 @@ import numpy as np
 from tumble.compare.grade.read.block import Block
 from tumble.compare.grade.read.cells import LARGEST, Cells
 from tumble.compare.grade.read.columns import (
+    ACCELEROMETER,
     ANGLES,
     CENTRE,
+    GYRO,
     MATRIX,
     QUATERNION,
+    READINGS,
     SPIN,
     THROW,
     TIME,
@@ -52,8 +55,8 @@ SPARSEST = 0.1
 class Trajectory:
     """An open file whose header has been read.
 
-    descriptions: how the file describes the body's pose, the one to grade first; digits: quantity -> how it is
-    printed; clock: how printed times are read.
+    descriptions: how the file describes the body's pose, the one to grade first, none if it has only readings of a
+    sensor; digits: quantity -> how it is printed; clock: how printed times are read.
     Raises BadTrajectory if the file cannot be read or is ambiguous.
     """
 
@@ -72,10 +75,12 @@ class Trajectory:
         self.header = self._cells.header
         self._most_rows = max(1, BLOCK // len(scene.body.points))
         self._matrix = matrix_of(self._conventions.axes, scene)
-        self.columns: dict[str, Column] = renamed(layout(self.name, self.header, mapping), self._matrix)
+        self.columns: dict[str, Column] = renamed(
+            layout(self.name, self.header, mapping, with_readings=bool(scene.sensors)), self._matrix
+        )
         described = self._described()
         self.descriptions: list[Description] = descriptions(
-            self.name, self.header, mapping, described, len(scene.body.points), by
+            self.name, self.header, mapping, described, len(scene.body.points), by, bool(scene.sensors)
         )
         first_rows, others = self._cells.sampled_rows()
         self.digits = self._printed([*first_rows, *others])
@@ -101,7 +106,8 @@ class Trajectory:
     def places(self) -> list[list[str]]:
         """Return the columns of the pose in groups with one print format each: centre, attitude, vertices."""
         corners = [name for name in self.columns if VERTEX.fullmatch(name)]
-        groups = ([name for name in group if name in self.columns] for group in (CENTRE, QUATERNION, MATRIX, ANGLES))
+        described = (CENTRE, QUATERNION, MATRIX, ANGLES, ACCELEROMETER, GYRO)
+        groups = ([name for name in group if name in self.columns] for group in described)
         return [group for group in (*groups, corners) if group]
 
     def _described(self) -> dict[str, Column]:
@@ -146,6 +152,16 @@ class Trajectory:
         """Return the first times [s], as long as they increase."""
         times = self.columns[TIME].factor * np.array(self._first_times)
         return times[: 1 + int(np.argmax(np.append(np.diff(times) <= 0, True)))]
+
+    @property
+    def devices(self) -> dict[str, tuple[str, str, str]]:
+        """The columns of an accelerometer and of a gyro; without a pose, w is read as a gyro's."""
+        found = {"accelerometer": ACCELEROMETER} if ACCELEROMETER[0] in self.columns else {}
+        if GYRO[0] in self.columns:
+            found["gyro"] = GYRO
+        elif SPIN[0] in self.columns and not self.descriptions:
+            found["gyro"] = SPIN
+        return found
 
     @property
     def share(self) -> float:
