@@ -99,6 +99,7 @@ MODEL = """
   <worldbody> {anchors} {bodies} </worldbody>
   <tendon> {tendons} </tendon>
   <actuator> {actuators} </actuator>
+  <sensor> {sensors} </sensor>
 </mujoco>
 """
 BODY = """
@@ -118,6 +119,9 @@ ACTUATOR = """
 <general site="{point}" refsite="{anchor}" gear="{axis} 0 0 0"
   gainprm="0" biastype="affine" biasprm="0 {minus_stiffness!r} {minus_damping!r}"/>
 """
+# What an accelerometer at a site reads is its acceleration less gravity's, in the site's axes.
+MOUNTED = '<site name="{name}" pos="{place}" quat="{turn}"/>'
+SENSOR = '<accelerometer site="{name}"/> <gyro site="{name}"/>'
 # At its own 1e-8 the throws of one world, which it solves for together, disturb each other.
 SOLVER_TOLERANCE = 1e-15
 AXES = ("1 0 0", "0 1 0", "0 0 1")
@@ -173,6 +177,7 @@ def bare(scene: "Scene", integrator: str, scale: float, keep: Collection[str]) -
     along = [tether for tether in scene.tethers if tether.rest_length]
     used = {
         "actuation": scene.floor or len(along) < len(scene.tethers),  # the callback for a floor is a part of it
+        "sensor": scene.sensors,
         "spring": along,
         "damper": scene.drag or any(tether.damping for tether in along),
         "gravity": scene.gravity is not None,
@@ -210,9 +215,13 @@ def compiled(
     """Return a model of the scene's tethers and a body a throw, of that mass and moments, with those flags off."""
     numbers = range(len(scene.tethers))
     anchors = [SITE.format(name=f"anchor{t}", place=words(scene.tethers[t].anchor)) for t in numbers]
-    bodies, tendons, actuators = [], [], []
+    bodies, tendons, actuators, sensors = [], [], [], []
     for throw in range(len(scene.start)):
         points = [SITE.format(name=f"point{t}-{throw}", place=words(scene.tethers[t].point_body)) for t in numbers]
+        for s, sensor in enumerate(scene.sensors):
+            name = f"sensor{s}-{throw}"
+            points.append(MOUNTED.format(name=name, place=words(sensor.point_body), turn=words(sensor.orientation)))
+            sensors.append(SENSOR.format(name=name))
         bodies.append(BODY.format(mass=mass, moments=words(moments), parts=" ".join((geom, *points))))
         for t, tether in enumerate(scene.tethers):
             ends = {"anchor": f"anchor{t}", "point": f"point{t}-{throw}"}
@@ -233,6 +242,7 @@ def compiled(
             bodies=" ".join(bodies),
             tendons=" ".join(tendons),
             actuators=" ".join(actuators),
+            sensors=" ".join(sensors),
         )
     )
 
@@ -290,6 +300,22 @@ def read(world: World) -> NDArray[np.float64]:
     states[:, 0:7], states[:, 7:10] = qpos, qvel[:, 0:3]
     states[:, 10:13] = turned(qvel[:, 3:6], qpos[:, 3:7])
     return states
+
+
+def sense(world: World) -> NDArray[np.float64]:
+    """Return what its accelerometers and gyros read in the state as it is, (N, S, 6).
+
+    After a step they have the readings of its start: they are evaluated anew.
+    """
+    if world.told is None:
+        mujoco.mj_forward(world.model, world.data)
+    elif world.held:
+        tell(world, world.told)
+        mujoco.mj_forward(world.model, world.data)
+    else:
+        with telling(world, world.told):
+            mujoco.mj_forward(world.model, world.data)
+    return world.data.sensordata.reshape(len(world.data.qpos) // 7, -1, 6).copy()
 
 
 def audit(world: World) -> list[tuple[str, str]]:

@@ -9,7 +9,17 @@ from tumble.compare.run.engines.program import ProgramFailed
 from tumble.compare.run.engines.registry import EngineInfo, engine_info, in_one_line
 from tumble.compare.run.engines.step_function import StepEngine
 from tumble.compare.run.flight import Trajectory
-from tumble.compare.run.questions import Loaded, PrepareTimer, Question, RunCheck, Simulate, StepMatrices, TakeSample
+from tumble.compare.run.questions import (
+    Loaded,
+    PrepareTimer,
+    Question,
+    ReadSensors,
+    RunCheck,
+    Simulate,
+    StepMatrices,
+    TakeSample,
+)
+from tumble.compare.run.sensing import SensorReadings
 from tumble.compare.run.status import Failure, Status
 from tumble.compare.run.timing.timer import NoTime, Pace, Ready, Sample
 from tumble.scenarios.frames import Array
@@ -71,6 +81,10 @@ class LocalWorker:
     ) -> Trajectory | Failure:
         """Return the run, or why there is none."""
         return self._answer(Simulate(scene, method, dt, keep, probe))
+
+    def read_sensors(self, scene: Scene, method: str, dt: float) -> SensorReadings | Failure:
+        """Return what the scene's sensors read, or why they cannot be read."""
+        return self._answer(ReadSensors(scene, method, dt))
 
     def prepare_timer(
         self, key: str, scene: Scene, method: str, pace: Pace, keep: frozenset[str] = frozenset()
