@@ -1,8 +1,10 @@
 """Grades the readings of one sensor in a file: their errors, the mistakes that explain them, and a verdict."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
+
+import numpy as np
 
 from tumble.compare.grade.grade import (
     COARSE,
@@ -18,23 +20,31 @@ from tumble.compare.grade.grade import (
     TOO_FEW,
     TOO_LITTLE,
     UNEXPLAINED,
+    Grade,
 )
-from tumble.compare.grade.measure.readings import MeasuredReadings, measure_readings, read_readings
+from tumble.compare.grade.measure.readings import (
+    MeasuredReadings,
+    certified,
+    measure_readings,
+    model_readings,
+    read_readings,
+)
 from tumble.compare.grade.model.kinematics import Motion, TrueMotion
-from tumble.compare.grade.model.reference import Reference
-from tumble.compare.grade.model.sensor_model import right_model
+from tumble.compare.grade.model.sensor_model import ACCELEROMETER, right_model
 from tumble.compare.grade.read.columns import BadTrajectory
-from tumble.compare.grade.read.trajectory import Trajectory
+from tumble.compare.grade.read.trajectory import Trajectory, without_sensor
 from tumble.compare.grade.search.sensor_search import SensorDiagnosis, SensorExplanation, SensorMistake, SensorSearch
 from tumble.compare.run.progress import Progress, ProgressCallback, no_progress
 from tumble.scenarios.format import short
-from tumble.scenarios.scene import Scene, Sensor
+from tumble.scenarios.scene import Scene, Sensor, frozen_array
+from tumble.scenarios.truth import NoTruth
+from tumble.scenarios.truth.sensors import sensor_truth
 
 NO_MISTAKE_SEEN = "no mistake above its noise"
 # Fewer rows determine no mistake.
 FEWEST_ROWS = 8
-# An error of the attitude by an angle changes a reading by at most this many times that share of it.
-BY_ATTITUDE = 10.0
+# Times at which the readings of the quick motion are compared with the truth.
+CERTIFIED = 12
 RIGHT = (CORRECT_TO_RESOLUTION, CORRECT_TO_SINGLE, CORRECT_TO_DIGITS, CORRECT_TO_NOISE)
 # The verdicts of a file, of which the last one among its devices counts.
 UNDECIDED = (NO_MISTAKE_SEEN, TOO_COARSE, TOO_LITTLE, TOO_FEW)
@@ -131,10 +141,7 @@ def chosen_sensor(scene: Scene, name: str | None) -> Sensor:
     """
     names = ", ".join(short(sensor.name) for sensor in scene.sensors)
     if not scene.sensors:
-        raise BadTrajectory(
-            f"{scene.name} has no sensor: declare it in the scene file, e.g. [[sensor]] with name = \"imu\", "
-            'kind = "imu", rate = 100.0 and point = [0.1, 0.0, 0.0]'
-        )
+        raise without_sensor(scene)
     if name is None and len(scene.sensors) > 1:
         raise BadTrajectory(f"{scene.name} has several sensors: give one of them with --sensor NAME: {names}")
     found = [sensor for sensor in scene.sensors if name in (None, sensor.name)]
@@ -172,24 +179,20 @@ def grade_readings(
     BadTrajectory : a row cannot be read
     NoTruth : the scene has no reference solution over the file's duration
     """
-    throws = read_readings(trajectory)
-    working, searching = Progress(f"{scene.name} truth", on_progress), Progress("search", on_progress)
+    searching = Progress("search", on_progress)
     found: dict[str, tuple[MeasuredReadings, Motion]] = {}
-    for throw, devices in throws.items():
+    for throw, devices in read_readings(trajectory).items():
         motion = TrueMotion(scene, throw)
-        times = next(iter(devices.values())).times
-        share = Reference(scene).resolution(throw, times, working) / scene.body.reach
         for device, readings in devices.items():
-            single = all(trajectory.digits[name].single for name in trajectory.devices[device]) and any(
-                trajectory.digits[name].is_decisive for name in trajectory.devices[device]
-            )
-            model = right_model(sensor, device)
-            measured = measure_readings(readings, model, motion, scene, single, BY_ATTITUDE * share, throw)
+            measured = measure_readings(readings, right_model(sensor, device), motion, scene, throw)
             if device not in found or measured.worst > found[device][0].worst:
                 found[device] = measured, motion
-    working.end()
-    if any(measured.excess > 0 for measured, _ in found.values()):
+    if any(measured.worst > measured.resolution for measured, _ in found.values()):
         on_measured([measured for measured, _ in found.values()])
+    for device, (measured, motion) in found.items():
+        error = reference_error(scene, sensor, measured, motion)
+        found[device] = certified(measured, error, is_single(trajectory, device)), motion
+    on_progress(f"{scene.name} truth")
     grades = []
     for number, (device, (measured, motion)) in enumerate(found.items(), 1):
         diagnosis, hidden = None, ()
@@ -202,6 +205,30 @@ def grade_readings(
         searching(number / len(found))
     searching.end()
     return SensorGrade(trajectory.name, scene, sensor, tuple(agreeing(grades)))
+
+
+def is_single(trajectory: Trajectory, device: str) -> bool:
+    """Return whether every reading of a device is printed as a number of single precision."""
+    printed = [trajectory.digits[name] for name in trajectory.devices[device]]
+    return all(each.single for each in printed) and any(each.is_decisive for each in printed)
+
+
+def reference_error(scene: Scene, sensor: Sensor, measured: MeasuredReadings, motion: Motion) -> float:
+    """Return the error of the quick motion's readings against the truth's at a dozen times [m/s2 or rad/s].
+
+    Raises NoTruth.
+    """
+    times, device = measured.readings.times, measured.device
+    usable = times[~np.isin(times, [impulse.time for impulse in scene.impulses])]
+    some = usable[np.unique(np.linspace(0, len(usable) - 1, CERTIFIED).round().astype(int))]
+    start = frozen_array(scene.start[measured.throw : measured.throw + 1])
+    instantly = replace(sensor, average=False)
+    true = sensor_truth(replace(scene, start=start, times=frozen_array(some)), instantly, some)
+    place, values = (0, true.specific_force) if device == ACCELEROMETER else (1, true.angular_velocity)
+    if not np.isfinite(values).all():
+        raise NoTruth(f"the readings of {short(sensor.name)} have no reference: {next(filter(None, true.why))}")
+    apart = model_readings(right_model(instantly, device), motion, some) - values[:, 0]
+    return float(np.linalg.norm(apart, axis=1).max() + true.resolution[:, 0, place].max())
 
 
 def agreeing(grades: Sequence[DeviceGrade]) -> list[DeviceGrade]:
@@ -221,3 +248,32 @@ def agreeing(grades: Sequence[DeviceGrade]) -> list[DeviceGrade]:
             )
     return found
 
+
+
+@dataclass(frozen=True, eq=False)
+class FileGrade:
+    """The grade of one file: of its poses, of its readings of a sensor, or of both.
+
+    Parameters
+    ----------
+    pose : the grade of the trajectory; None: the file has no pose
+    sensor : the grade of the readings; None: the file has none, or the scene has no sensor
+    """
+
+    pose: Grade | None
+    sensor: SensorGrade | None
+
+    @property
+    def verdict(self) -> str:
+        """The verdict: that of the poses, or that of the readings if the poses are right."""
+        if self.pose is None or (self.sensor is not None and self.pose.verdict in RIGHT):
+            assert self.sensor is not None
+            return self.sensor.verdict
+        return self.pose.verdict
+
+    @property
+    def file(self) -> str:
+        """Name of the file."""
+        found = self.pose or self.sensor
+        assert found is not None
+        return found.file

@@ -108,13 +108,13 @@ def _of_accelerometer(model: SensorModel) -> Iterator[SensorHypothesis]:
     yield SensorHypothesis(
         "sensor-gravity-missing",
         "gravity",
-        "gravity is missing: it reads the acceleration, not the specific force",
+        "gravity is missing: the reading is the acceleration, not the specific force",
         _terms(gravity=0.0),
     )
     yield SensorHypothesis(
         "sensor-gravity-reversed",
         "gravity",
-        "gravity has the wrong sign and so counts twice: a falling body reads 2 g, not 0",
+        "gravity has the wrong sign and counts twice: a falling body reads 2 g, not 0",
         _terms(gravity=-1.0),
     )
     yield SensorHypothesis(
@@ -156,20 +156,20 @@ def _of_accelerometer(model: SensorModel) -> Iterator[SensorHypothesis]:
     yield SensorHypothesis(
         "sensor-at-wrong-point",
         "lever",
-        "it is at another point of the body, ({}, {}, {}) m from the centre of mass",
+        "the sensor is at another point of the body, ({}, {}, {}) m from the centre of mass",
         _free("point"),
         parameter="point",
         unit="m",
         free_names=("x", "y", "z"),
     )
-    yield from _units({1 / STANDARD_GRAVITY: "it is in g, not m/s2", STANDARD_GRAVITY: "it is multiplied by g"}, "g")
+    yield from _units({1 / STANDARD_GRAVITY: "the reading is in g, not m/s2", STANDARD_GRAVITY: "the reading is multiplied by g"}, "g")
 
 
 def _of_gyro() -> Iterator[SensorHypothesis]:
     yield from _units(
-        {180 / np.pi: "it is in degrees per second", np.pi / 180: "it is converted to radians twice"}, "degrees"
+        {180 / np.pi: "the reading is in degrees per second", np.pi / 180: "degrees are converted to radians twice"}, "degrees"
     )
-    yield from _units({1 / (2 * np.pi): "it is in revolutions per second", 30 / np.pi: "it is in rpm"}, "revolutions")
+    yield from _units({1 / (2 * np.pi): "the reading is in revolutions per second", 30 / np.pi: "the reading is in rpm"}, "revolutions")
 
 
 def _units(texts: dict[float, str], unit: str) -> Iterator[SensorHypothesis]:
@@ -182,7 +182,7 @@ def _units(texts: dict[float, str], unit: str) -> Iterator[SensorHypothesis]:
 
 def _of_any(model: SensorModel, spacing_s: float) -> Iterator[SensorHypothesis]:
     """Yield the mistakes of any device."""
-    yield SensorHypothesis("sensor-in-world-axes", "axes", "it is in world axes, not in the sensor's", _axes(WORLD))
+    yield SensorHypothesis("sensor-in-world-axes", "axes", "the reading is in world axes, not in the sensor's", _axes(WORLD))
     yield SensorHypothesis(
         "sensor-attitude-transposed",
         "axes",
@@ -193,7 +193,7 @@ def _of_any(model: SensorModel, spacing_s: float) -> Iterator[SensorHypothesis]:
         yield SensorHypothesis(
             "sensor-orientation-missing",
             "axes",
-            "it is in the body's axes: the orientation of the sensor is left out",
+            "the reading is in the body's axes: the orientation of the sensor is left out",
             _axes(BODY),
         )
         yield SensorHypothesis(
@@ -205,14 +205,14 @@ def _of_any(model: SensorModel, spacing_s: float) -> Iterator[SensorHypothesis]:
         yield SensorHypothesis(
             "sensor-in-world-axes",
             "axes",
-            "it is in world axes: its orientation and the body's are left out",
+            "the reading is in world axes: the orientations of the sensor and of the body are left out",
             _axes(WORLD_WITHOUT_ORIENTATION),
         )
     yield from _signed_permutations()
     yield SensorHypothesis(
         "sensor-wrong-scale",
         "factor",
-        "it has another scale, by a factor of {}",
+        "the reading has another scale, by a factor of {}",
         _free("factor"),
         parameter="factor",
         free_names=("factor",),
@@ -220,7 +220,7 @@ def _of_any(model: SensorModel, spacing_s: float) -> Iterator[SensorHypothesis]:
     yield SensorHypothesis(
         "sensor-biased",
         "bias",
-        "it has a constant bias of ({}, {}, {}) " + ("m/s2" if model.device == ACCELEROMETER else "rad/s"),
+        "the reading has a constant bias of ({}, {}, {}) " + ("m/s2" if model.device == ACCELEROMETER else "rad/s"),
         _free("bias"),
         parameter="bias",
         unit="m/s2" if model.device == ACCELEROMETER else "rad/s",
@@ -229,7 +229,7 @@ def _of_any(model: SensorModel, spacing_s: float) -> Iterator[SensorHypothesis]:
     yield SensorHypothesis(
         "sensor-late",
         "delay",
-        "it is late by {} s",
+        "the reading is late by {} s",
         lambda model, value: replace(model, delay_s=value),
         values=tuple(spacing_s * rows for rows in DELAYS),
         named=tuple((spacing_s * rows, name) for rows, name in NAMED_DELAYS.items()),
@@ -240,7 +240,7 @@ def _of_any(model: SensorModel, spacing_s: float) -> Iterator[SensorHypothesis]:
     yield SensorHypothesis(
         "sensor-low-pass",
         "filter",
-        "it has a low-pass filter, of which each row adds a share of {}",
+        "the reading has a low-pass filter, of which each row adds a share of {}",
         lambda model, value: replace(model, cutoff=ROW_FILTER, cutoff_value=value),
         values=(0.9, 0.75, 0.5, 0.35, 0.2, 0.1, 0.05, 0.02),
         fitted=True,
@@ -249,7 +249,7 @@ def _of_any(model: SensorModel, spacing_s: float) -> Iterator[SensorHypothesis]:
     yield SensorHypothesis(
         "sensor-low-pass",
         "filter",
-        "it has a low-pass filter with a time constant of {} s",
+        "the reading has a low-pass filter with a time constant of {} s",
         lambda model, value: replace(model, cutoff=TIME_FILTER, cutoff_value=value),
         values=tuple(spacing_s * rows for rows in (0.3, 0.7, 1.5, 3.0, 6.0, 12.0, 25.0, 50.0)),
         fitted=True,
@@ -259,7 +259,7 @@ def _of_any(model: SensorModel, spacing_s: float) -> Iterator[SensorHypothesis]:
     yield SensorHypothesis(
         "sensor-moving-average",
         "filter",
-        "it is the mean of {} rows",
+        "the reading is the mean of {} rows",
         lambda model, value: replace(model, cutoff=MOVING_AVERAGE, cutoff_value=value),
         values=(2.0, 3.0, 4.0, 5.0, 8.0, 10.0, 16.0),
         parameter="rows",
@@ -275,10 +275,10 @@ def _signed_permutations() -> Iterator[SensorHypothesis]:
         matrix[range(3), order] = signs
         if not (np.array_equal(matrix, np.eye(3)) or np.array_equal(matrix, -np.eye(3))):
             (rotated if np.linalg.det(matrix) > 0 else mirrored).append(matrix)
-    yield _choice("sensor-axes-permuted", "its axes are permuted: it writes {} as x, y, z", rotated)
-    yield _choice("sensor-axes-left-handed", "its axes are left-handed: it writes {} as x, y, z", mirrored)
+    yield _choice("sensor-axes-permuted", "the axes are permuted: {} is written as x, y, z", rotated)
+    yield _choice("sensor-axes-left-handed", "the axes are left-handed: {} is written as x, y, z", mirrored)
     yield SensorHypothesis(
-        "sensor-reversed", "output", "it has the wrong sign", lambda model, value: replace(model, output_axes=-np.eye(3))
+        "sensor-reversed", "output", "all components have the wrong sign", lambda model, value: replace(model, output_axes=-np.eye(3))
     )
 
 

@@ -1,6 +1,6 @@
 """The readings of a sensor in a file, and their errors against those of the reference motion."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -67,8 +67,8 @@ class MeasuredReadings:
     readings: of the throw with the largest error, without rows at impulses; true: (N, 3); rows: number in the file;
     left_out: rows at impulses; worst: largest error, of three axes; worst_t_s: its time [s]; rms: of three axes;
     size: root mean square of the true readings, at least that of gravity for an accelerometer; half: largest error
-    that the printed digits allow; excess: largest error beyond the digits and the resolution; resolution: of the
-    reference; floor: of the root mean square of one axis' residual; single: whether every number is of single precision; throw: number of the throw.
+    that the printed digits allow; throw: its number; excess: largest error beyond the digits and the resolution; resolution: of the
+    reference; floor: of the root mean square of one axis' residual; single: whether every number is of single precision.
     """
 
     readings: Readings
@@ -80,11 +80,11 @@ class MeasuredReadings:
     rms: float
     size: float
     half: float
-    excess: float
-    resolution: float
-    floor: float
-    single: bool
     throw: int
+    excess: float = 0.0
+    resolution: float = 0.0
+    floor: float = 0.0
+    single: bool = False
 
     @property
     def device(self) -> str:
@@ -132,19 +132,15 @@ def read_readings(trajectory: Trajectory) -> dict[int, dict[str, Readings]]:
 
 
 def measure_readings(
-    readings: Readings, model: SensorModel, motion: Motion, scene: Scene, single: bool, unsure: float, throw: int
+    readings: Readings, model: SensorModel, motion: Motion, scene: Scene, throw: int
 ) -> MeasuredReadings:
-    """Return the errors of one device's readings; unsure: error of the reference over the size of a reading."""
+    """Return the errors of one device's readings, as if the reference were exact."""
     kept = _away_from_impulses(readings, scene)
     true = model_readings(model, motion, kept.times)
-    errors = kept.values - true
-    distances = np.linalg.norm(errors, axis=1)
+    distances = np.linalg.norm(kept.values - true, axis=1)
     least = float(np.linalg.norm(motion.gravity)) if kept.device == ACCELEROMETER else 0.0
-    size = max(float(np.sqrt((true**2).sum(axis=1).mean())), least)
-    resolution = (unsure + KERNEL_ERROR) * size
-    room = resolution + (SINGLE * size if single else 0.0)
     worst = int(np.argmax(distances))
-    return MeasuredReadings(
+    measured = MeasuredReadings(
         readings=kept,
         true=true,
         rows=len(readings),
@@ -152,13 +148,25 @@ def measure_readings(
         worst=float(distances[worst]),
         worst_t_s=float(kept.times[worst]),
         rms=float(np.sqrt((distances**2).mean())),
-        size=size,
+        size=max(float(np.sqrt((true**2).sum(axis=1).mean())), least),
         half=float(np.linalg.norm(kept.half, axis=1).max()),
-        excess=float((np.abs(errors) - kept.half).max()) - room,
-        resolution=resolution,
-        floor=float(np.sqrt(((kept.half**2).mean() + room**2) / 3)),
-        single=single,
         throw=throw,
+    )
+    return certified(measured, 0.0, False)
+
+
+def certified(measured: MeasuredReadings, truth_error: float, single: bool) -> MeasuredReadings:
+    """Return the errors with what follows from the error of the reference, and from single precision."""
+    resolution = truth_error + KERNEL_ERROR * measured.size
+    room = resolution + (SINGLE * measured.size if single else 0.0)
+    half, errors = measured.readings.half, measured.readings.values - measured.true
+    in_file = float(np.sqrt((measured.readings.values**2).mean()))
+    return replace(
+        measured,
+        excess=float((np.abs(errors) - half).max()) - room,
+        resolution=resolution,
+        floor=float(np.sqrt(((half**2).mean() + max(room, KERNEL_ERROR * in_file) ** 2) / 3)),
+        single=single,
     )
 
 

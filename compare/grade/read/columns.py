@@ -106,6 +106,12 @@ def parsed(name: str) -> tuple[str, float] | None:
     return quantity, UNITS[measured][unit]
 
 
+def is_reading(name: str) -> bool:
+    """Whether a name is that of a sensor's reading, with or without its unit."""
+    found = parsed(name)
+    return (found[0] if found else name.lower()) in READINGS
+
+
 @dataclass(frozen=True)
 class Description:
     """How a trajectory describes the body's pose.

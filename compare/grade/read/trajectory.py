@@ -15,7 +15,6 @@ from tumble.compare.grade.read.columns import (
     GYRO,
     MATRIX,
     QUATERNION,
-    READINGS,
     SPIN,
     THROW,
     TIME,
@@ -26,6 +25,7 @@ from tumble.compare.grade.read.columns import (
     Column,
     Description,
     Suggestion,
+    is_reading,
 )
 from tumble.compare.grade.read.conventions import (
     BODY,
@@ -79,9 +79,17 @@ class Trajectory:
             layout(self.name, self.header, mapping, with_readings=bool(scene.sensors)), self._matrix
         )
         described = self._described()
-        self.descriptions: list[Description] = descriptions(
-            self.name, self.header, mapping, described, len(scene.body.points), by, bool(scene.sensors)
-        )
+        points, with_readings = len(scene.body.points), bool(scene.sensors)
+        try:
+            self.descriptions: list[Description] = descriptions(
+                self.name, self.header, mapping, described, points, by, with_readings
+            )
+        except BadTrajectory:
+            if not with_readings and any(map(is_reading, self.header)):
+                raise without_sensor(scene) from None
+            raise
+        if not with_readings and any(map(is_reading, mapping.values())):
+            raise without_sensor(scene)
         first_rows, others = self._cells.sampled_rows()
         self.digits = self._printed([*first_rows, *others])
         self._first_times, self._last_times = self._instants(first_rows), self._instants(others)
@@ -321,6 +329,14 @@ class Trajectory:
             if empty.any():
                 line = block.lines[int(np.argmax(empty))]
                 raise BadTrajectory(f"{self.name}: line {line}: the quaternion is zero")
+
+
+def without_sensor(scene: Scene) -> BadTrajectory:
+    """Return the error for readings in a scene that has no sensor."""
+    return BadTrajectory(
+        f'{scene.name} has no sensor, so readings have no reference: add [[sensor]] to the scene file, with name = "imu", '
+        'kind = "imu", rate = 100.0 and point = [0.1, 0.0, 0.0]'
+    )
 
 
 def _spin_in_world(values: Mapping[str, Array]) -> dict[str, Array]:

@@ -11,7 +11,6 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import least_squares
-from scipy.signal import lfilter
 
 from tumble.compare.grade.hypotheses.hypothesis import figures
 from tumble.compare.grade.hypotheses.sensor_mistakes import SensorHypothesis, sensor_hypotheses
@@ -34,6 +33,8 @@ NAMES = 32
 HELPS = 0.5
 # A mistake is found in noise if it changes the readings by this many standard deviations of their noise, in all rows.
 SEEN = 10.0
+# Share of a row that is no part of a filter's sum.
+NEGLIGIBLE = 1e-18
 # Equally good explanations that are reported.
 SHOWN = 5
 
@@ -194,8 +195,16 @@ def _low_pass(signal: Array, start: Array, kind: int, value: float, spacing_s: f
         mean = value / spacing_s * (1.0 - kept)
         now, before = 1.0 - mean, mean - kept
     forced = now * signal[1:] + before * signal[:-1]
-    state = (kept * start)[None]
-    return np.concatenate((start[None], lfilter([1.0], [1.0, -kept], forced, axis=0, zi=state)[0]))
+    return _decaying(np.concatenate((start[None], forced)), kept)
+
+
+def _decaying(terms: Array, kept: float) -> Array:
+    """Return y, y_k = kept y_{k-1} + terms_k along the first axis, by sums over twice as many rows in each pass."""
+    found, step = terms, 1
+    while step < len(found) and kept**step > NEGLIGIBLE:
+        found = np.concatenate((found[:step], found[step:] + kept**step * found[:-step]))
+        step *= 2
+    return found
 
 
 def cost(mistake: SensorMistake, numbers: int) -> float:
