@@ -74,7 +74,8 @@ def sensor_headline(grade: SensorGrade) -> str:
         sizes = "; ".join(f"{d.measured.device} {size(d.measured, d.measured.rms)} rms" for d in grade.devices)
         return f"{grade.file}: {names} {verb} {RIGHTLY.get(grade.verdict, grade.verdict)} ({sizes})."
     causes = causes_text(wrong)
-    off = f"The largest error is {' and '.join(f'{size(d.measured, d.measured.worst)} ({d.measured.device})' for d in wrong)}."
+    largest = " and ".join(f"{size(d.measured, d.measured.worst)} ({d.measured.device})" for d in wrong)
+    off = f"The largest error is {largest}."
     if not causes:
         return f"{grade.file} is wrong, and no known mistake explains it. {off}{rest}"
     hedge = ""
@@ -134,8 +135,10 @@ def device_lines(device: DeviceGrade) -> Iterator[str]:
         else:
             yield f"The {m.device} {in_words(device)}."
         return
-    yield "The best partial explanation:" if device.verdict == EXPLAINED_PARTLY else (
-        "The first of several equally good explanations:" if diagnosis.alike else "The most likely cause:"
+    yield (
+        "The best partial explanation:"
+        if device.verdict == EXPLAINED_PARTLY
+        else ("The first of several equally good explanations:" if diagnosis.alike else "The most likely cause:")
     )
     for number, mistake in enumerate(diagnosis.best.mistakes, 1):
         yield f"  {number}. {mistake.text}"

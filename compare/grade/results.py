@@ -135,7 +135,9 @@ def json_document(found: FileGrade) -> dict[str, object]:
     -------
     value by key; `sensor` is there if the file has readings, the keys of poses if it has poses
     """
-    document = _of_poses(found.pose) if found.pose else {"file": found.file, "scene": _scene_name(found)}
+    document: dict[str, object] = {"file": found.file, "scene": found.scene.name}
+    if found.pose:
+        document |= _of_poses(found.pose)
     document["verdict"] = found.verdict
     if found.sensor:
         document["sensor"] = {
@@ -145,11 +147,6 @@ def json_document(found: FileGrade) -> dict[str, object]:
             "diagnosis": [asdict(row) for row in sensor_diagnosis_rows(found.sensor)],
         }
     return document
-
-
-def _scene_name(found: FileGrade) -> str:
-    grade = found.pose or found.sensor
-    return grade.scene.name if grade else ""
 
 
 def _of_poses(grade: Grade) -> dict[str, object]:

@@ -249,7 +249,6 @@ def agreeing(grades: Sequence[DeviceGrade]) -> list[DeviceGrade]:
     return found
 
 
-
 @dataclass(frozen=True, eq=False)
 class FileGrade:
     """The grade of one file: of its poses, of its readings of a sensor, or of both.
@@ -274,6 +273,15 @@ class FileGrade:
     @property
     def file(self) -> str:
         """Name of the file."""
+        return self._either.file
+
+    @property
+    def scene(self) -> Scene:
+        """The scene that it is graded against."""
+        return self._either.scene
+
+    @property
+    def _either(self) -> Grade | SensorGrade:
         found = self.pose or self.sensor
         assert found is not None
-        return found.file
+        return found

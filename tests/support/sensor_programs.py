@@ -85,18 +85,18 @@ class Motion:
                 state[3:6] += push / self.mass
                 state[15:18] += np.cross(turn @ np.array(hit["point_body"]), push)
 
-    def spin(self, state):  # noqa: ANN001, ANN201
+    def spin(self, state):
         """Return R and w in world axes."""
         turn = state[6:15].reshape(3, 3)
         return turn, turn @ ((turn.T @ state[15:18]) / self.inertia)
 
-    def rates(self, t, state):  # noqa: ANN001, ANN201
+    def rates(self, t, state):
         """Return the derivative of x, v, R and L."""
         turn, w = self.spin(state)
         a = self.gravity - self.linear / self.mass * state[3:6]
         return np.concatenate((state[3:6], a, np.cross(w, turn.T).T.ravel(), -self.angular * w))
 
-    def at(self, t):  # noqa: ANN001, ANN201
+    def at(self, t):
         """Return R, v, a, w and alpha in world axes."""
         sol = [piece for begin, piece in self.pieces if begin <= t][-1]
         state = sol(t)
@@ -106,7 +106,7 @@ class Motion:
         return turn, state[3:6], rates[3:6], w, turn @ ((turn.T @ torque) / self.inertia)
 
 
-def rotation(wxyz) -> np.ndarray:  # noqa: ANN001
+def rotation(wxyz) -> np.ndarray:
     """Return the matrix of a quaternion w x y z."""
     return Rotation.from_quat(np.roll(np.array(wxyz, dtype=float), -1)).as_matrix()
 
@@ -137,7 +137,7 @@ def readings(scene: dict, motion: Motion, times: np.ndarray, program: Imu, rng: 
     return both.reshape(-1, 6)
 
 
-def write(path, times: np.ndarray, rows: np.ndarray, digits: int = 0) -> None:  # noqa: ANN001
+def write(path, times: np.ndarray, rows: np.ndarray, digits: int = 0) -> None:
     """Write readings as CSV."""
     with open(path, "w", newline="") as file:
         out = csv.writer(file)

@@ -38,7 +38,10 @@ def main(options: Namespace) -> int:
         sys.stdout.write(json.dumps(json_document(found), indent=2) + "\n")
     else:
         out = console()
-        pieces = [*(grade_text(found.pose) if found.pose else ()), *(sensor_grade_text(found.sensor) if found.sensor else ())]
+        pieces = [
+            *(grade_text(found.pose) if found.pose else ()),
+            *(sensor_grade_text(found.sensor) if found.sensor else ()),
+        ]
         for piece in pieces:
             out.print(piece)
     if options.output:

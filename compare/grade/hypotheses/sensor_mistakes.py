@@ -117,9 +117,7 @@ def _of_accelerometer(model: SensorModel) -> Iterator[SensorHypothesis]:
         "gravity has the wrong sign and counts twice: a falling body reads 2 g, not 0",
         _terms(gravity=-1.0),
     )
-    yield SensorHypothesis(
-        "sensor-gravity-doubled", "gravity", "gravity is subtracted twice", _terms(gravity=2.0)
-    )
+    yield SensorHypothesis("sensor-gravity-doubled", "gravity", "gravity is subtracted twice", _terms(gravity=2.0))
     yield SensorHypothesis(
         "sensor-gravity-not-rotated",
         "gravity",
@@ -162,14 +160,20 @@ def _of_accelerometer(model: SensorModel) -> Iterator[SensorHypothesis]:
         unit="m",
         free_names=("x", "y", "z"),
     )
-    yield from _units({1 / STANDARD_GRAVITY: "the reading is in g, not m/s2", STANDARD_GRAVITY: "the reading is multiplied by g"}, "g")
+    yield from _units(
+        {1 / STANDARD_GRAVITY: "the reading is in g, not m/s2", STANDARD_GRAVITY: "the reading is multiplied by g"}, "g"
+    )
 
 
 def _of_gyro() -> Iterator[SensorHypothesis]:
     yield from _units(
-        {180 / np.pi: "the reading is in degrees per second", np.pi / 180: "degrees are converted to radians twice"}, "degrees"
+        {180 / np.pi: "the reading is in degrees per second", np.pi / 180: "degrees are converted to radians twice"},
+        "degrees",
     )
-    yield from _units({1 / (2 * np.pi): "the reading is in revolutions per second", 30 / np.pi: "the reading is in rpm"}, "revolutions")
+    yield from _units(
+        {1 / (2 * np.pi): "the reading is in revolutions per second", 30 / np.pi: "the reading is in rpm"},
+        "revolutions",
+    )
 
 
 def _units(texts: dict[float, str], unit: str) -> Iterator[SensorHypothesis]:
@@ -182,7 +186,9 @@ def _units(texts: dict[float, str], unit: str) -> Iterator[SensorHypothesis]:
 
 def _of_any(model: SensorModel, spacing_s: float) -> Iterator[SensorHypothesis]:
     """Yield the mistakes of any device."""
-    yield SensorHypothesis("sensor-in-world-axes", "axes", "the reading is in world axes, not in the sensor's", _axes(WORLD))
+    yield SensorHypothesis(
+        "sensor-in-world-axes", "axes", "the reading is in world axes, not in the sensor's", _axes(WORLD)
+    )
     yield SensorHypothesis(
         "sensor-attitude-transposed",
         "axes",
@@ -278,7 +284,10 @@ def _signed_permutations() -> Iterator[SensorHypothesis]:
     yield _choice("sensor-axes-permuted", "the axes are permuted: {} is written as x, y, z", rotated)
     yield _choice("sensor-axes-left-handed", "the axes are left-handed: {} is written as x, y, z", mirrored)
     yield SensorHypothesis(
-        "sensor-reversed", "output", "all components have the wrong sign", lambda model, value: replace(model, output_axes=-np.eye(3))
+        "sensor-reversed",
+        "output",
+        "all components have the wrong sign",
+        lambda model, value: replace(model, output_axes=-np.eye(3)),
     )
 
 

@@ -67,8 +67,9 @@ class MeasuredReadings:
     readings: of the throw with the largest error, without rows at impulses; true: (N, 3); rows: number in the file;
     left_out: rows at impulses; worst: largest error, of three axes; worst_t_s: its time [s]; rms: of three axes;
     size: root mean square of the true readings, at least that of gravity for an accelerometer; half: largest error
-    that the printed digits allow; throw: its number; excess: largest error beyond the digits and the resolution; resolution: of the
-    reference; floor: of the root mean square of one axis' residual; single: whether every number is of single precision.
+    that the printed digits allow; throw: its number; excess: largest error beyond the digits and the resolution;
+    resolution: of the reference; floor: of the root mean square of one axis' residual; single: whether every number is
+    of single precision.
     """
 
     readings: Readings
@@ -182,6 +183,4 @@ def _away_from_impulses(readings: Readings, scene: Scene) -> Readings:
         away = readings.times - impulse.time
         keep &= np.abs(away) >= NEAR_IMPULSE[readings.device] * readings.spacing_s
         run[away >= 0] += 1
-    return Readings(
-        readings.device, readings.times, readings.values, readings.half, run, readings.spacing_s
-    ).some(keep)
+    return Readings(readings.device, readings.times, readings.values, readings.half, run, readings.spacing_s).some(keep)

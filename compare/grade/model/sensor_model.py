@@ -41,6 +41,9 @@ class Terms(NamedTuple):
     lever_rotated: bool = True
 
 
+RIGHT_TERMS = Terms()
+
+
 @dataclass(frozen=True, eq=False)
 class SensorModel:
     """One device of a sensor as a program models it.
@@ -56,7 +59,7 @@ class SensorModel:
     point: Array
     orientation: Array
     window_s: float = 0.0
-    terms: Terms = Terms()
+    terms: Terms = RIGHT_TERMS
     axes: int = SENSOR
     output_axes: Array = field(default_factory=lambda: np.eye(3))
     factor: float = 1.0

@@ -1,8 +1,8 @@
 """What a column of a trajectory is: a quantity and its unit, given by its name or by the user.
 
 A name is QUANTITY_UNIT, as in our own trajectories: t_s, x_m, qw, vx_m_s, wx_rad_s, v0x_m; also r11 ... r33 for a
-matrix body to world, row then column, ax_m_s2 and gx_rad_s for the readings of a sensor, and `throw`.  Other units are named alike: t_ms, x_cm, wx_deg_s.  Nothing
-is guessed.
+matrix body to world, row then column, ax_m_s2 and gx_rad_s for the readings of a sensor, and `throw`.  Other units are
+named alike: t_ms, x_cm, wx_deg_s.  Nothing is guessed.
 """
 
 import re

@@ -213,5 +213,6 @@ def _from_parquet(path: Path, name: str, stack: ExitStack) -> Path:
 
 
 def draft_file(stack: ExitStack) -> Path:
+    """Return the path of a temporary file, which the stack removes."""
     folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="tumble-grade-")))
     return folder / "trajectory.csv"

@@ -120,7 +120,10 @@ def _allowed(name: str) -> str:
     quantity = name.partition("_")[0]
     measured = dimension(quantity)
     if measured is None:
-        return f"unknown name; names are t_s, x_m .., qw .., r11 .., vx_m_s .., wx_rad_s .., v0x_m .., ax_m_s2 .., gx_rad_s .., and {IGNORED}"
+        return (
+            "unknown name; names are t_s, x_m .., qw .., r11 .., vx_m_s .., wx_rad_s .., v0x_m .., ax_m_s2 .., "
+            f"gx_rad_s .., and {IGNORED}"
+        )
     units = [f"{quantity}_{unit}" if unit else quantity for unit in UNITS[measured]]
     return f"must be one of {', '.join(units)}"
 
@@ -136,8 +139,9 @@ def descriptions(
 ) -> list[Description]:
     """Return how a file describes the body's pose, the description to grade first.
 
-    points: number of the body's vertices; by: the kind that the user chose, or None.  with_readings: a file of a
-    sensor's readings alone has none.  Raises BadTrajectory if a description is incomplete, a vertex does not exist, or there is no description.
+    points: number of the body's vertices; by: the kind that the user chose, or None; with_readings: a file of a
+    sensor's readings alone has none.  Raises BadTrajectory if a description is incomplete, a vertex does not exist, or
+    there is no description.
     """
     if TIME not in columns:
         raise _column_question(file, "the time, t_s, is missing", "which column is the time", header, mapping, columns)

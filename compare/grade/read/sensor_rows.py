@@ -49,7 +49,9 @@ def _written(file: str, header: list[str], rows: Iterator[list[str]], sensor: Se
     who = [header.index(name) for name in CONTESTANT if name in header]
     quantities = [(parsed(name) or ("",))[0] for name in header]
     unread = (*ACCELEROMETER * (not sensor.reads_force), *(*GYRO, *SPIN) * (not sensor.reads_spin))
-    needed = [k for k, name in enumerate(quantities) if name in (TIME, *ACCELEROMETER, *GYRO, *SPIN) and name not in unread]
+    needed = [
+        k for k, name in enumerate(quantities) if name in (TIME, *ACCELEROMETER, *GYRO, *SPIN) and name not in unread
+    ]
     names: dict[str, None] = {}
     contestants: dict[tuple[str, ...], None] = {}
     path: Path = draft_file(stack)

@@ -334,8 +334,8 @@ class Trajectory:
 def without_sensor(scene: Scene) -> BadTrajectory:
     """Return the error for readings in a scene that has no sensor."""
     return BadTrajectory(
-        f'{scene.name} has no sensor, so readings have no reference: add [[sensor]] to the scene file, with name = "imu", '
-        'kind = "imu", rate = 100.0 and point = [0.1, 0.0, 0.0]'
+        f"{scene.name} has no sensor, so readings have no reference: add [[sensor]] to the scene file, "
+        'with name = "imu", kind = "imu", rate = 100.0 and point = [0.1, 0.0, 0.0]'
     )
 
 

@@ -6,7 +6,7 @@ and a filter are fitted around the first values that help.  Explanations are com
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -17,8 +17,8 @@ from tumble.compare.grade.hypotheses.sensor_mistakes import SensorHypothesis, se
 from tumble.compare.grade.measure.readings import MOST_ROWS, MeasuredReadings, Readings
 from tumble.compare.grade.measure.significance import ALIKE, EXPLAINED, FITTED_VALUES, choice_cost
 from tumble.compare.grade.measure.whiteness import is_white
-from tumble.compare.grade.model.kinematics import Motion
-from tumble.compare.grade.model.sensor_model import MOVING_AVERAGE, NO_FILTER, ROW_FILTER, TIME_FILTER, SensorModel
+from tumble.compare.grade.model.kinematics import Kinematics, Motion
+from tumble.compare.grade.model.sensor_model import MOVING_AVERAGE, NO_FILTER, ROW_FILTER, SensorModel
 from tumble.scenarios.frames import Array
 
 # Mistakes in an explanation at most, explanations that each round continues, and those whose values are refined.
@@ -171,9 +171,10 @@ class _Cached:
 
     def __init__(self, motion: Motion) -> None:
         self._motion, self.gravity = motion, motion.gravity
-        self._found: dict[tuple[float, int], object] = {}
+        self._found: dict[tuple[float, int], Kinematics] = {}
 
-    def at(self, times: Array):  # noqa: ANN202
+    def at(self, times: Array) -> Kinematics:
+        """Return the motion at increasing times [s]."""
         key = float(times[0]), len(times)
         if key not in self._found:
             if len(self._found) > 64:
@@ -228,7 +229,10 @@ def _with_fitted(mistakes: tuple[SensorMistake, ...], values: Sequence[float]) -
 
 
 class SensorSearch:
-    """Searches the mistakes of one device: measured: its readings; model: of the right device; motion: that it measures."""
+    """Searches the mistakes of one device.
+
+    measured: its readings; model: of the right device; motion: that it measures.
+    """
 
     def __init__(self, measured: MeasuredReadings, model: SensorModel, motion: Motion) -> None:
         self._model = model
@@ -238,12 +242,14 @@ class SensorSearch:
         self.trials = 0
 
     def model(self, mistakes: Sequence[SensorMistake]) -> SensorModel:
+        """Return the model with mistakes."""
         made = self._model
         for mistake in mistakes:
             made = mistake.hypothesis.change(made, mistake.value)
         return made
 
     def explanation(self, mistakes: tuple[SensorMistake, ...]) -> SensorExplanation:
+        """Return the explanation by mistakes, with the values that least squares give."""
         return self.rows.explanation(mistakes, self.model(mistakes))
 
     def _weight(self, rows: _Rows, mistakes: tuple[SensorMistake, ...]) -> float:
@@ -340,7 +346,10 @@ def _chosen(null: SensorExplanation, pool: list[SensorExplanation], trials: int)
     """Return the best explanation of a pool; one that leaves neither noise nor rounding must halve the residual."""
     best = min(pool, key=lambda each: each.weight)
     if not best.is_whole:
-        by_count = [min((e for e in pool if len(e.mistakes) == n), key=lambda e: e.weight, default=None) for n in range(MOST_MISTAKES + 1)]
+        by_count = [
+            min((e for e in pool if len(e.mistakes) == n), key=lambda e: e.weight, default=None)
+            for n in range(MOST_MISTAKES + 1)
+        ]
         best = null
         for each in by_count[1:]:
             if each is not None and each.rms <= HELPS ** (len(each.mistakes) - len(best.mistakes)) * best.rms:
