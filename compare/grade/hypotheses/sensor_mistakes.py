@@ -53,7 +53,7 @@ class SensorHypothesis:
 
 def sensor_hypotheses(model: SensorModel, spacing_s: float) -> tuple[SensorHypothesis, ...]:
     """Return the mistakes of one device that have an effect on some motion; spacing_s: interval of rows [s]."""
-    of_device = _of_accelerometer(model) if model.device == ACCELEROMETER else _of_gyro()
+    of_device = _of_accelerometer(model, spacing_s) if model.device == ACCELEROMETER else _of_gyro()
     return (*of_device, *_of_any(model, spacing_s))
 
 
@@ -69,7 +69,7 @@ def _free(name: str) -> Change:
     return lambda model, value: replace(model, free=model.free | {name})
 
 
-def _of_accelerometer(model: SensorModel) -> Iterator[SensorHypothesis]:
+def _of_accelerometer(model: SensorModel, spacing_s: float) -> Iterator[SensorHypothesis]:
     """Yield the mistakes of an accelerometer; those of a lever only if there is one."""
     if model.point.any():
         yield SensorHypothesis(
@@ -151,6 +151,17 @@ def _of_accelerometer(model: SensorModel) -> Iterator[SensorHypothesis]:
             "the velocity of the centre of mass is differentiated in the rotating frame, so the term w x v is lost",
             _terms(transport=1.0, of_point=False),
         )
+    yield SensorHypothesis(
+        "sensor-acceleration-by-differences",
+        "acceleration",
+        "the acceleration is the difference of velocities over {} s",
+        lambda model, value: replace(model, difference_s=value),
+        values=tuple(spacing_s * rows for rows in (1.0, 0.5, 0.25, 0.1, 2.0)),
+        named=((spacing_s, "a row"),),
+        fitted=True,
+        parameter="time",
+        unit="s",
+    )
     yield SensorHypothesis(
         "sensor-at-wrong-point",
         "lever",

@@ -51,8 +51,9 @@ class SensorModel:
     device: accelerometer or gyro; point: [m], (3,), and orientation: sensor to body, (3, 3), both in principal axes;
     window_s: length of the mean that a reading is, 0: at one instant; terms: of the specific force; axes: of the
     readings, one of the constants above; output_axes: signed permutation of the readings, (3, 3); factor: on them;
-    delay_s: how late they are; cutoff: kind of the low-pass filter; cutoff_value: its coefficient, time constant [s] or
-    number of rows; free: names of quantities whose values are fitted: point, bias, gravity.
+    delay_s: how late they are; difference_s: interval of the difference of velocities that the acceleration is, 0: a
+    derivative; cutoff: kind of the low-pass filter; cutoff_value: its coefficient, time constant [s] or number of rows;
+    free: names of quantities whose values are fitted: point, bias, gravity, factor.
     """
 
     device: str
@@ -64,6 +65,7 @@ class SensorModel:
     output_axes: Array = field(default_factory=lambda: np.eye(3))
     factor: float = 1.0
     delay_s: float = 0.0
+    difference_s: float = 0.0
     cutoff: int = NO_FILTER
     cutoff_value: float = 0.0
     free: frozenset[str] = frozenset()
@@ -71,30 +73,35 @@ class SensorModel:
     def columns_at(self, motion: Motion, times: Array) -> tuple[Array, Array]:
         """Return `columns` at increasing times [s], late by the delay, or their mean over the window before each."""
         late = times - self.delay_s
-        if not self.window_s:
-            return self.columns(motion.at(late), motion.gravity)
-        parts = [
-            self.columns(motion.at(late + self.window_s * (node - 1) / 2), motion.gravity) for node in NODES.tolist()
-        ]
-        known, free = (
-            sum(weight / 2 * part[k] for weight, part in zip(NODE_WEIGHTS, parts, strict=True)) for k in (0, 1)
-        )
+        nodes, weights = (NODES.tolist(), NODE_WEIGHTS / 2) if self.window_s else ([1.0], np.ones(1))
+        parts = [self._columns_of(motion, late + self.window_s * (node - 1) / 2) for node in nodes]
+        known, free = (sum(weight * part[k] for weight, part in zip(weights, parts, strict=True)) for k in (0, 1))
         return np.asarray(known), np.asarray(free)
 
-    def columns(self, motion: Kinematics, gravity: Array) -> tuple[Array, Array]:
-        """Return the readings without a filter, (T, 3), and their change per unit of each free value, (T, 3, n)."""
+    def _columns_of(self, motion: Motion, times: Array) -> tuple[Array, Array]:
+        before = motion.at(times - self.difference_s) if self.difference_s else None
+        return self.columns(motion.at(times), before, motion.gravity)
+
+    def columns(self, motion: Kinematics, before: Kinematics | None, gravity: Array) -> tuple[Array, Array]:
+        """Return the readings without a filter, (T, 3), and their change per unit of each free value, (T, 3, n).
+
+        before: the motion by the interval of a difference earlier; None: accelerations are derivatives.
+        """
         free = []
         if self.device == GYRO:
             body = motion.w_body
         else:
-            body = self._force(motion, gravity)
+            point, pull = self.point, self._gravity(motion, gravity)
+            body = self.terms.acceleration * self._centre(motion, before)
             if "point" in self.free:
-                body = body - self._lever_terms(motion, self.point)
-                free += [self._lever_terms(motion, axis) for axis in np.eye(3)]
+                point = np.zeros(3)
+                free += [self._lever(motion, before, axis) for axis in np.eye(3)]
+            if point.any():
+                body = body + self._lever(motion, before, point)
             if "gravity" in self.free:
-                pull = self._gravity(motion, gravity)
-                body = body + self.terms.gravity * pull
                 free.append(-pull)
+            elif self.terms.gravity:
+                body = body - self.terms.gravity * pull
         known = self._output(motion, body)
         columns = [self._output(motion, each) for each in free]
         if "bias" in self.free:
@@ -104,31 +111,40 @@ class SensorModel:
             known = np.zeros_like(known)
         return known, np.stack(columns, axis=2) if columns else np.empty((*known.shape, 0))
 
-    def _force(self, motion: Kinematics, gravity: Array) -> Array:
-        terms = self.terms
-        body = terms.acceleration * in_axes(motion.axes, motion.a_world)
-        if terms.gravity:
-            body = body - terms.gravity * self._gravity(motion, gravity)
-        if self.point.any():
-            body = body + self._lever_terms(motion, self.point)
-        if terms.transport:
-            v_body = in_axes(motion.axes, motion.v_world)
-            if terms.of_point:
-                v_body = v_body + np.cross(motion.w_body, self.point)
-            body = body - terms.transport * np.cross(motion.w_body, v_body)
+    def _centre(self, motion: Kinematics, before: Kinematics | None) -> Array:
+        """Return the acceleration of the centre of mass, body axes."""
+        if before is not None:
+            return self._difference(motion, before, motion.v_world, before.v_world)
+        body = in_axes(motion.axes, motion.a_world)
+        if self.terms.transport:
+            body = body - np.cross(motion.w_body, in_axes(motion.axes, motion.v_world))
         return body
+
+    def _lever(self, motion: Kinematics, before: Kinematics | None, lever: Array) -> Array:
+        """Return what the lever adds, alpha x r + w x (w x r) with their factors, body axes.
+
+        A lever that is not rotated is of world axes.
+        """
+        terms, w = self.terms, motion.w_body
+        if before is not None and terms.centripetal == terms.tangential:
+            now, then = (in_world(each.axes, np.cross(each.w_body, lever)) for each in (motion, before))
+            return terms.centripetal * self._difference(motion, before, now, then)
+        arm = np.broadcast_to(lever, w.shape)
+        if not terms.lever_rotated:
+            arm = in_axes(motion.axes, arm)
+        toward = np.cross(w, np.cross(w, arm))
+        lost = 1.0 if terms.transport and terms.of_point else 0.0
+        return terms.tangential * np.cross(motion.alpha_body, arm) + (terms.centripetal - lost) * toward
+
+    def _difference(self, motion: Kinematics, before: Kinematics, v_now: Array, v_before: Array) -> Array:
+        """Return the difference of velocities of world axes over its interval, body axes."""
+        if self.terms.transport:
+            return (in_axes(motion.axes, v_now) - in_axes(before.axes, v_before)) / self.difference_s
+        return in_axes(motion.axes, v_now - v_before) / self.difference_s
 
     def _gravity(self, motion: Kinematics, gravity: Array) -> Array:
         everywhere = np.broadcast_to(gravity, motion.w_body.shape)
         return in_axes(motion.axes, everywhere) if self.terms.gravity_rotated else everywhere
-
-    def _lever_terms(self, motion: Kinematics, lever: Array) -> Array:
-        """Return alpha x r + w x (w x r) with their factors, body axes; without rotation, r is of world axes."""
-        w, alpha = motion.w_body, motion.alpha_body
-        arm = np.broadcast_to(lever, w.shape)
-        if not self.terms.lever_rotated:
-            arm = in_axes(motion.axes, arm)
-        return self.terms.tangential * np.cross(alpha, arm) + self.terms.centripetal * np.cross(w, np.cross(w, arm))
 
     def _output(self, motion: Kinematics, body: Array) -> Array:
         """Return vectors of the body's axes as the program writes them."""

@@ -239,6 +239,7 @@ class SensorSearch:
         self.rows = _Rows(measured.readings.sampled(MOST_ROWS), measured.floor, motion)
         self._quick = _Rows(self.rows.readings.sampled(QUICK_ROWS, QUICK_RUNS), measured.floor, motion)
         self._hypotheses = sensor_hypotheses(model, measured.readings.spacing_s)
+        self._order = {hypothesis: number for number, hypothesis in enumerate(self._hypotheses)}
         self.trials = 0
 
     def model(self, mistakes: Sequence[SensorMistake]) -> SensorModel:
@@ -250,7 +251,8 @@ class SensorSearch:
 
     def explanation(self, mistakes: tuple[SensorMistake, ...]) -> SensorExplanation:
         """Return the explanation by mistakes, with the values that least squares give."""
-        return self.rows.explanation(mistakes, self.model(mistakes))
+        ordered = tuple(sorted(mistakes, key=lambda mistake: self._order[mistake.hypothesis]))
+        return self.rows.explanation(ordered, self.model(ordered))
 
     def _weight(self, rows: _Rows, mistakes: tuple[SensorMistake, ...]) -> float:
         self.trials += 1
