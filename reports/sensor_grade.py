@@ -100,7 +100,10 @@ def causes_text(devices: Sequence[DeviceGrade]) -> str:
     for device in devices:
         for mistake in device.mistakes:
             by_text.setdefault(mistake.text, []).append(device.measured.device)
-    return "; and ".join(f"{text} ({' and '.join(names)})" for text, names in by_text.items())
+    by_names: dict[str, list[str]] = {}
+    for text, names in by_text.items():
+        by_names.setdefault(" and ".join(names), []).append(text)
+    return "; ".join(f"{'; and '.join(texts)} ({names})" for names, texts in by_names.items())
 
 
 def in_words(device: DeviceGrade) -> str:

@@ -6,6 +6,7 @@ import sys
 from argparse import Namespace
 from pathlib import Path
 
+from tumble.compare.grade.read.columns import BadTrajectory
 from tumble.compare.grade.read.conventions import Conventions
 from tumble.compare.grade.read.mapping import mapping_of
 from tumble.compare.grade.read.reading_options import ReadingOptions
@@ -50,6 +51,8 @@ def main(options: Namespace) -> int:
 
         write_tables(Path(options.output), grade_tables(found, shlex.join(options.words)))
         note(f"tables written to {options.output}")
+    if options.tolerance is not None and found.pose is None:
+        raise BadTrajectory(f"{found.file}: --tolerance is of vertex errors, but the file has only readings")
     worst_m = found.pose.measured.worst_m if found.pose else 0.0
     if options.tolerance is not None and worst_m > options.tolerance:
         note(f"{found.file}: error of {worst_m:.3g} m exceeds the tolerance of {options.tolerance:g} m")

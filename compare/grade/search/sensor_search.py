@@ -265,8 +265,13 @@ class SensorSearch:
         pool, beam = [null], [null]
         for _ in range(MOST_MISTAKES):
             candidates = {_key(each): (weight, each) for one in beam for weight, each in self.more(one.mistakes)}
-            some = sorted(candidates.values(), key=lambda pair: pair[0])[:REFINED]
-            fresh = sorted((self.refined(mistakes) for _, mistakes in some), key=lambda each: each.weight)
+            ranked = [mistakes for _, mistakes in sorted(candidates.values(), key=lambda pair: pair[0])]
+            fresh = [self.refined(mistakes) for mistakes in ranked[:REFINED]]
+            if not any(each.is_whole for each in fresh):
+                # The first values of a delay and a filter may both be far from the pair that fits.
+                smooth = [each for each in ranked[REFINED:] if all(one.hypothesis.fitted for one in each)]
+                fresh += [self.refined(mistakes) for mistakes in smooth[:REFINED]]
+            fresh.sort(key=lambda each: each.weight)
             least = min(each.weight for each in pool)
             pool += fresh
             if not fresh or fresh[0].weight > least - ALIKE:
