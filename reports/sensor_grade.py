@@ -45,8 +45,9 @@ def sensor_grade_text(grade: SensorGrade) -> Iterator[RenderableType]:
     for device in grade.devices:
         m = device.measured
         yield Text()
-        yield plain(f"{m.device}, {m.unit}, in the sensor's axes")
-        yield reading_table(m)
+        if not device.is_right:
+            yield plain(f"{m.device}, {m.unit}, in the sensor's axes")
+            yield reading_table(m)
         yield plain(f"error: largest {size(m, m.worst)} at t = {m.worst_t_s:g} s; rms {size(m, m.rms)}")
         if m.left_out:
             rows = "1 row" if m.left_out == 1 else f"{m.left_out} rows"

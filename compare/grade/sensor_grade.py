@@ -187,8 +187,8 @@ def grade_readings(
             measured = measure_readings(readings, right_model(sensor, device), motion, scene, throw)
             if device not in found or measured.worst > found[device][0].worst:
                 found[device] = measured, motion
-    if any(measured.worst > measured.resolution for measured, _ in found.values()):
-        on_measured([measured for measured, _ in found.values()])
+    if wrong := [measured for measured, _ in found.values() if measured.excess > 0]:
+        on_measured(wrong)
     for device, (measured, motion) in found.items():
         error = reference_error(scene, sensor, measured, motion)
         found[device] = certified(measured, error, is_single(trajectory, device)), motion

@@ -69,7 +69,7 @@ class Motion:
         self.inertia = self.mass / 12 * (np.sum(edges**2) - edges**2)
         self.gravity = np.array(scene.get("gravity", (0.0, 0.0, 0.0)))
         self.linear, self.angular = drag.get("linear", 0.0), drag.get("angular", 0.0)
-        turn = rotation(body["orientation"])
+        turn = rotation(body.get("orientation", (1, 0, 0, 0)))
         momentum = turn @ (self.inertia * (turn.T @ np.array(body["angular_velocity"])))
         state = np.concatenate((body.get("position", (0.0,) * 3), body["velocity"], turn.ravel(), momentum))
         self.pieces, begin = [], 0.0
@@ -202,3 +202,31 @@ def combined(*names: str) -> Imu:
     wrong = {key: value for name in names for key, value in MISTAKES[name].items()}
     assert set(wrong) <= known
     return Imu(**wrong)
+
+
+def bug_reports(scene: dict, times: np.ndarray) -> dict:
+    """Return what three programs read: isaac-sim/IsaacSim issues 735 and 825, RocketPy-Team/RocketPy PR 1175."""
+    rocketpy = readings(scene, Motion(scene), times, Imu(gravity=-1.0), np.random.default_rng(0))
+    return {
+        "isaacsim-735": isaacsim(scene, times, of_point=True, in_body_axes=True),
+        "isaacsim-825": isaacsim(scene, times, of_point=False, in_body_axes=False),
+        "rocketpy-1175": rocketpy,
+    }
+
+
+def isaacsim(scene: dict, times: np.ndarray, of_point: bool, in_body_axes: bool) -> np.ndarray:
+    """Return readings as IsaacSim made them: the velocities of two physics steps are differenced.
+
+    in_body_axes: their components are (issue 735); of_point: of the sensor's point, not of the centre (issue 825).
+    """
+    motion, mount = Motion(scene), rotation(scene["sensor"][0].get("orientation", (1, 0, 0, 0)))
+    point, rows, last = np.array(scene["sensor"][0]["point"]), [], None
+    for t in times:
+        turn, v, _, w, _ = motion.at(t)
+        velocity = v + np.cross(w, turn @ point) * of_point
+        velocity = turn.T @ velocity if in_body_axes else velocity
+        rate = (velocity - last) / (times[1] - times[0]) if last is not None else np.zeros(3)
+        last = velocity
+        acceleration = rate if in_body_axes else turn.T @ rate
+        rows.append(np.concatenate((mount.T @ (acceleration - turn.T @ motion.gravity), mount.T @ turn.T @ w)))
+    return np.array(rows)

@@ -160,6 +160,21 @@ interface Tables {
     to_s: number;
     max_error_m: number;
   };
+  "grade-readings.csv": {
+    file: string;
+    scene: string;
+    sensor: string;
+    device: string;
+    unit: string;
+    t_s: number;
+    true_x: number;
+    true_y: number;
+    true_z: number;
+    x: number;
+    y: number;
+    z: number;
+    error: number;
+  };
   "grade-vertices.csv": {
     file: string;
     scene: string;
@@ -344,6 +359,34 @@ interface Tables {
     input_error_m: number | null;
     horizon_s: number | null;
     rounding_inputs_m: number | null;
+  };
+  "sensor-diagnosis.csv": {
+    file: string;
+    sensor: string;
+    device: string;
+    rank: number;
+    mistake: string;
+    parameter: string;
+    value: string;
+    unit: string;
+    residual: number;
+  };
+  "sensor-grade.csv": {
+    file: string;
+    scene: string;
+    sensor: string;
+    device: string;
+    unit: string;
+    rows: number;
+    rows_at_impulses: number;
+    verdict: string;
+    max_error: number;
+    at_t_s: number;
+    rms_error: number;
+    residual: number;
+    resolution: number;
+    print_precision: number;
+    hidden: string;
   };
   "stability.csv": {
     scene: string;

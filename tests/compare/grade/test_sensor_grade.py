@@ -1,15 +1,26 @@
-"""Readings of a sensor: mistakes that a program of its own plants are named, noise is none, and bad input is one line."""
+"""Readings of a sensor: planted mistakes are named, noise is no mistake, and bad input is one line."""
 
-import json
+import re
+import tomllib
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from in_process import tumble as command
-from sensor_programs import MISTAKES, Imu, Motion, combined, random_scene, random_times, readings, rotation, toml, write
+from sensor_programs import (
+    MISTAKES,
+    Imu,
+    Motion,
+    bug_reports,
+    combined,
+    random_scene,
+    random_times,
+    readings,
+    toml,
+    write,
+)
 
-import tumble
 from tumble.compare.grade.grade import CORRECT_TO_DIGITS, CORRECT_TO_NOISE, CORRECT_TO_RESOLUTION, EXPLAINED_WHOLLY
 from tumble.compare.grade.measure.whiteness import is_white
 from tumble.compare.grade.sensor_grade import NO_MISTAKE_SEEN, RIGHT, SensorGrade
@@ -17,8 +28,9 @@ from tumble.compare.grade.study import grade_file
 from tumble.reports.sensor_grade import sensor_headline
 from tumble.scenarios.read import scene_of
 
+ROOT = Path(__file__).parents[3]
+EXAMPLES = ROOT / "docs/sensors"
 LATE = "sensor-late"
-RATE = 200.0
 
 
 def scene_like(seed: int, gravity: bool = True) -> dict:
@@ -56,44 +68,35 @@ def test_a_right_program_is_right_and_to_its_digits(tmp_path):
     assert graded(tmp_path, scene, times, rows).verdict == CORRECT_TO_RESOLUTION
     assert graded(tmp_path, scene, times, rows, digits=5).verdict == CORRECT_TO_DIGITS
     rows[60, 1] += 0.1
-    assert graded(tmp_path, scene, times, rows, digits=5).verdict not in RIGHT, "one reading is off by far more than its digits"
+    assert graded(tmp_path, scene, times, rows, digits=5).verdict not in RIGHT, (
+        "one reading is off by far more than its digits"
+    )
 
 
-def isaac(scene: dict, times: np.ndarray, of_point: bool, in_body_axes: bool) -> np.ndarray:
-    """Return readings as IsaacSim made them: velocities of two physics steps, differenced.
-
-    in_body_axes: their components are (issue 735); of_point: of the sensor's point, not of the centre (issue 825).
-    """
-    motion, mount = Motion(scene), rotation(scene["sensor"][0].get("orientation", (1, 0, 0, 0)))
-    point, rows, last = np.array(scene["sensor"][0]["point"]), [], None
-    for t in times:
-        turn, v, _, w, _ = motion.at(t)
-        velocity = v + np.cross(w, turn @ point) * of_point
-        velocity = turn.T @ velocity if in_body_axes else velocity
-        rate = (velocity - last) / (times[1] - times[0]) if last is not None else np.zeros(3)
-        last = velocity
-        acceleration = rate if in_body_axes else turn.T @ rate
-        rows.append(np.concatenate((mount.T @ (acceleration - turn.T @ motion.gravity), mount.T @ turn.T @ w)))
-    return np.array(rows)
+def test_the_files_of_three_bug_reports_are_what_those_programs_write():
+    scene = tomllib.loads((EXAMPLES / "brick-imu.toml").read_text(encoding="utf-8"))
+    for name, rows in bug_reports(scene, np.arange(101) / 50).items():
+        seen = np.loadtxt(EXAMPLES / f"{name}.csv", delimiter=",", skiprows=1)[:, 1:]
+        assert np.abs(seen - rows).max() < 1e-4, name
+    assert np.allclose(
+        np.linalg.norm(bug_reports(at_centre(scene), np.arange(3) / 50)["rocketpy-1175"][:, :3], axis=1), 19.62
+    )
 
 
-def test_isaacsim_735_and_825_and_rocketpy_1175_are_named_in_the_first_sentence(tmp_path):
-    scene = scene_like(5)
-    scene.pop("impulse", None)
-    times = np.arange(201) / 100
-    sentences = {}
-    for issue, of_point, in_body_axes in ((735, True, True), (825, False, False)):
-        found = graded(tmp_path, scene, times, isaac(scene, times, of_point, in_body_axes))
-        sentences[issue] = sensor_headline(found).partition(". The ")[0]
-        assert found.verdict == EXPLAINED_WHOLLY
-    assert "differentiated in the rotating frame, so the term w x v is lost" in sentences[735]
-    assert "the lever arm from the centre of mass to the sensor is left out" in sentences[825]
-    free_fall = {key: value for key, value in scene.items() if key != "drag"}
-    free_fall["sensor"] = [scene["sensor"][0] | {"point": [0.0, 0.0, 0.0]}]
-    rows = readings(free_fall, Motion(free_fall), times, Imu(gravity=-1.0), np.random.default_rng(0))
-    assert np.allclose(np.linalg.norm(rows[:, :3], axis=1), 19.62), "what the pull request shows"
-    found = graded(tmp_path, free_fall, times, rows)
-    assert "gravity has the wrong sign and counts twice" in sensor_headline(found).partition(". The ")[0]
+def at_centre(scene: dict) -> dict:
+    return scene | {"sensor": [scene["sensor"][0] | {"point": [0.0, 0.0, 0.0]}]}
+
+
+def test_the_examples_of_the_guide_print_what_it_shows(tmp_path):
+    """The three bug reports are named in the first sentence."""
+    guide = (ROOT / "docs/grade.md").read_text(encoding="utf-8")
+    shown = re.findall(r"^ {4}\$ tumble (grade docs/sensors/.*)\n((?: {4}.*\n)+)", guide, re.MULTILINE)
+    assert len(shown) == 3
+    for words, printed in shown:
+        found = command(ROOT, *words.split())
+        assert found.returncode == 0
+        first = " ".join(found.stdout.partition("\n\n")[0].split())
+        assert " ".join(printed.split()) == first
 
 
 def test_noise_is_no_mistake_and_hides_none(tmp_path):
