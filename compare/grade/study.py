@@ -76,8 +76,6 @@ def grade_file(
         name = shown or name
         reading = replace(given, conventions=replace(given.conventions, name=name, first_line=first_line))
         try:
-            if like and not reading.opened(path, scene).descriptions:
-                raise BadTrajectory(f"{name}: --like needs a pose: name the columns of readings with --map")
             if like:
                 reading = _like(like, path, scene, reading)
             trajectory = reading.opened(path, scene)
