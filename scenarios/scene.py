@@ -125,8 +125,17 @@ class Impulse(_Frozen):
 class Tether(_Frozen):
     """Spring and damper from a body point to a fixed one.
 
-    point_body [m], (3,), principal axes; anchor [m], (3,), world; stiffness [N/m]; damping [N s/m]; rest_length [m].
     F = -k d - c p' where rest_length is 0, else F = -(k (|d| - l0) + c d'.u) u, with d = p - anchor and u = d/|d|.
+
+    Parameters
+    ----------
+    point_body : (3,), m
+        principal axes
+    anchor : (3,), m
+        world axes
+    stiffness : N/m
+    damping : N s/m
+    rest_length : m
     """
 
     point_body: Array
@@ -138,7 +147,13 @@ class Tether(_Frozen):
 
 @dataclass(frozen=True)
 class Drag:
-    """F = -linear v [N s/m];  tau = -angular w [N m s/rad]."""
+    """F = -linear v;  tau = -angular w.
+
+    Parameters
+    ----------
+    linear : N s/m
+    angular : N m s/rad
+    """
 
     linear: float
     angular: float

@@ -190,6 +190,11 @@ def parser() -> Parser:
     step_option(run)
     limit_options(run)
     run.add_argument("-o", "--output", metavar="FILE", help="CSV file to write (default: standard output)")
+    run.add_argument(
+        "--sensors",
+        metavar="DIR",
+        help="folder for sensors.csv and sensor-errors.csv: readings of the scene's sensors, true readings and errors",
+    )
 
     compare = command("compare", "compare every engine with the reference solution: ranking and error tables")
     compare.add_argument("scene", nargs="+", metavar="SCENE", help=SCENE_HELP)

@@ -187,7 +187,7 @@ def questions(stream: BinaryIO) -> Iterator[Question]:
 
 def send(
     line: socket.socket,
-    answer: EngineInfo | Trajectory | SensorReadings | Ready | Sample | Failure | Refusal | Ended | Array | str
+    answer: EngineInfo | Trajectory | SensorReadings | Ready | Sample | Failure | Refusal | Ended | Array | str,
 ) -> None:
     """Send an answer.  Raises TypeError where it holds what is no plain value."""
     for part in frame(answer):

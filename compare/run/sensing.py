@@ -63,7 +63,10 @@ def sensed(engine: ModuleType, scene: Scene, method: str, dt: float) -> SensorRe
             break
     columns = [run.column(number) for number in range(len(scene.sensors))]
     return SensorReadings(
-        tuple(values for values, _ in columns), tuple(why for _, why in columns), run.how, tuple(dict.fromkeys(run.found))
+        tuple(values for values, _ in columns),
+        tuple(why for _, why in columns),
+        run.how,
+        tuple(dict.fromkeys(run.found)),
     )
 
 
@@ -117,7 +120,7 @@ class SensorRun:
             values[np.isin(times, [impulse.time for impulse in self._scene.impulses]), FORCE] = np.nan
         read = of_kind(sensor)
         values[:, ~read] = np.nan
-        missing = ~np.isfinite(values[:, read]).all(axis=1)
+        missing = (not np.isfinite(row).all() for row in values[:, read])
         return values, tuple(self._why(sensor, time, gone) for time, gone in zip(times.tolist(), missing, strict=True))
 
     def _why(self, sensor: Sensor, time: float, missing: bool) -> str:
@@ -205,6 +208,6 @@ def point_velocity(state: Array, sensor: Sensor) -> Array:
     return state[7:10] + np.cross(state[10:13], rotation_matrix(state[3:7]) @ sensor.point_body)
 
 
-def of_kind(sensor: Sensor) -> Array:
+def of_kind(sensor: Sensor) -> np.ndarray:
     """Return which of the nine numbers a sensor reads, (9,)."""
     return np.repeat([sensor.reads_force, sensor.reads_spin, sensor.field is not None], 3)

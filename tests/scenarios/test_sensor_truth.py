@@ -106,7 +106,7 @@ average = true
 def test_closed_forms_and_what_is_left_out(tmp_path):
     path = tmp_path / "spin.toml"
     path.write_text(SPIN, encoding="utf-8")
-    out, centre = sensor_truths(read_scene(str(path)))[:2]
+    out, centre, mean = sensor_truths(read_scene(str(path)))
     left = [k for k, why in enumerate(out.why) if why]
     assert out.times[left].tolist() == [0.5]
     assert np.isnan(out.specific_force[left]).all()
@@ -116,3 +116,19 @@ def test_closed_forms_and_what_is_left_out(tmp_path):
     np.testing.assert_allclose(out.specific_force[there, 0], np.tile([-0.9, 0.0, 0.0], (10, 1)), rtol=4e-16)
     assert (centre.specific_force[there] == 0).all()
     assert (centre.bound[there, :, 0] == 0).all()
+    # A mean over the last 0.1 s has the impulse of 4.8 N s along y on 2.4 kg, when x has turned by 1.5 rad.
+    expected = np.zeros((10, 3))
+    expected[4] = 20 * np.sin(1.5), 20 * np.cos(1.5), 0.0
+    np.testing.assert_allclose(mean.specific_force[1:, 0], expected, atol=1e-14)
+    assert mean.why == ("no interval before the first reading", *[""] * 10)
+    assert np.isnan(mean.specific_force[0]).all()
+
+
+def test_a_mean_is_that_of_dense_readings(tmp_path):
+    scene = read_scene(str(drawn_with_sensor("tether", tmp_path)))
+    (sensor,) = scene.sensors
+    mean = sensor_truth(scene, replace(sensor, average=True))
+    dense = sensor_truth(scene, sensor, np.linspace(0.25, 0.5, 4001)).specific_force[:, 0]
+    simpson = (dense[0:-1:2] + 4 * dense[1::2] + dense[2::2]).sum(axis=0) / 12000
+    np.testing.assert_allclose(mean.specific_force[2, 0], simpson, rtol=1e-11, atol=1e-11)
+    assert (mean.bound[2, 0] < 1e-11).all()

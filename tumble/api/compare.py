@@ -42,7 +42,8 @@ def compare(
     Returns
     -------
     Result
-        Tables `runs`, `vertex_errors`, `error_over_time`, `agreement`, `scenes`, `engines`, `findings`, `conditions`.
+        Tables `runs`, `vertex_errors`, `error_over_time`, `agreement`, `scenes`, `engines`, `findings`, `conditions`;
+        `sensors` and `sensor_errors`, which have no rows where no scene has a sensor.
 
     Raises
     ------

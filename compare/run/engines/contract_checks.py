@@ -1,7 +1,7 @@
 """The checks of the engine contract: what `tumble engines --check` and the tests of engines run."""
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from types import ModuleType
 
 import numpy as np
@@ -20,6 +20,8 @@ from tumble.compare.run.engines.brick import (
     with_signs_of,
 )
 from tumble.compare.run.engines.motion_checks import comes_nearer_with_the_step, spins_steadily
+from tumble.compare.run.engines.registry import EngineInfo
+from tumble.compare.run.engines.sensor_checks import reads_what_a_body_feels
 from tumble.compare.run.process.message import frame
 from tumble.scenarios.scene import Scene
 
@@ -163,12 +165,14 @@ FUNCTIONS: dict[str, Check] = {
     "light": flies_light_as_heavy,
     "the scene": leaves_the_scene_alone,
     "optional": optional_is_optional,
+    "sensors": reads_what_a_body_feels,
 }
 
 
-def checks_for(features: Iterable[str], optional: Iterable[str], exempt: Iterable[str]) -> list[str]:
-    """Return the checks that apply to an engine with those FEATURES, OPTIONAL and EXEMPT."""
-    free = {*exempt, *(() if "gravity" in features else ("gravity",)), *(() if tuple(optional) else ("optional",))}
+def checks_for(info: EngineInfo) -> list[str]:
+    """Return the checks that apply to an engine."""
+    lacks = {"gravity": "gravity" not in info.features, "optional": not info.optional, "sensors": not info.senses}
+    free = {*info.exempt, *(check for check, lacking in lacks.items() if lacking)}
     return [check for check in CHECKS if check not in free]
 
 

@@ -8,6 +8,8 @@ from tumble.compare.run.engines.contract_checks import checks_for
 from tumble.compare.run.running_engines import RunningEngine
 from tumble.compare.run.status import Failure, Status
 
+# Why a check does not apply to an engine.
+LACKING = {"gravity": "it has no gravity", "optional": "it has nothing optional", "sensors": "it has no sensors"}
 LOOSE = 1e-3  # a tolerance at which the steps of an adaptive method are few
 
 
@@ -46,12 +48,11 @@ def examined(running_engine: RunningEngine, only: str | None = None) -> Iterator
     info = running_engine.info
     assert not isinstance(info, Failure)
     loose = [f"{method}@{LOOSE:g}" for method in running_engine.methods if method in info.adaptive]
-    binding = checks_for(info.features, info.optional, info.exempt)
+    binding = checks_for(info)
     late = ""
     for check in CHECKS if only is None else (only,):
         if check not in binding or late:
-            lacking = "it has no gravity" if check == "gravity" else "it has nothing optional"
-            why = info.exempt.get(check) or (late if check in binding else lacking)
+            why = info.exempt.get(check) or (late if check in binding else LACKING[check])
             yield Examined(check=check, holds=(), broken={}, not_asked=dict.fromkeys(running_engine.methods, why))
             continue
         holds, broken, not_asked = [], {}, {}

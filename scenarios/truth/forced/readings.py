@@ -12,8 +12,10 @@ import numpy as np
 from tumble.scenarios.frames import Array
 from tumble.scenarios.scene import Scene, Sensor
 from tumble.scenarios.truth.compilation import kernel
+from tumble.scenarios.truth.double_double import fractions_of, pairs
+from tumble.scenarios.truth.flight import lever
 from tumble.scenarios.truth.forced.flight import Budget, Integration
-from tumble.scenarios.truth.forced.laws import SIZE, floor_gauges, motion_of, pull
+from tumble.scenarios.truth.forced.laws import AXES, MOMENTUM, SIZE, V, X, floor_gauges, motion_of, pull
 from tumble.scenarios.truth.forced.passage import Accuracy
 from tumble.scenarios.truth.forced.resolution import FINE, PLAIN, ROUGH, ROUNDING_PER_STEP, SAFETY
 from tumble.scenarios.truth.forced.series import Program, Script, expand
@@ -21,10 +23,12 @@ from tumble.scenarios.truth.forced.switches import HEIGHT, THRUST
 from tumble.scenarios.truth.inertia import inverse
 from tumble.scenarios.truth.rational import cross
 from tumble.scenarios.truth.resolution import PATTERNS, PROPORTIONAL, SMALL
-from tumble.scenarios.truth.throw import Throw, changing, read_mount, read_throw
+from tumble.scenarios.truth.throw import ExactImpulse, Mount, Throw, changing, read_mount, read_throw
 
-# What a sensor reads, three numbers each, in its own axes.
-QUANTITIES = ("specific force", "angular velocity", "angular acceleration", "field direction")
+# What a sensor reads, three numbers each, in its own axes; the last is what impulses of that instant add to its point's
+# velocity.
+QUANTITIES = ("specific force", "angular velocity", "angular acceleration", "field direction", "velocity jump")
+JUMP = len(QUANTITIES) - 1
 # The changes of the inputs that a derivative is taken from, in half last bits; the last is the change itself.
 CHANGES = ((PLAIN, 2.0**23), (PLAIN, 2.0**8), (ROUGH, 1.0))
 
@@ -113,7 +117,7 @@ def _distance(one: Array, other: Array) -> Array:
     return np.linalg.norm(differ, axis=-1)
 
 
-def _read(throw: Throw, mounts: list, rows: Array) -> Array:
+def _read(throw: Throw, mounts: list[Mount], rows: Array) -> Array:
     """Return the readings of states, (R, 2, SIZE), as pairs, (2, R, sensors, quantities, 3)."""
     nothing = np.zeros(len(throw.points), dtype=bool)
     pressing = np.zeros((len(rows), len(throw.points)), dtype=bool)
@@ -125,11 +129,28 @@ def _read(throw: Throw, mounts: list, rows: Array) -> Array:
     for pattern in np.unique(pressing, axis=0):
         program, wanted, _ = _program(throw, mounts, pattern)
         same = (pressing == pattern).all(axis=1)
-        values[:, same] = _outputs(program, rows[same], wanted).reshape(2, -1, *values.shape[2:])
+        values[:, same, :, :JUMP] = _outputs(program, rows[same], wanted).reshape(2, -1, len(mounts), JUMP, 3)
+    values[:, :, :, JUMP] = 0.0
+    for row, time in enumerate(throw.times[: len(rows)]):
+        if impulses := [impulse for impulse in throw.impulses if impulse.time == time]:
+            values[:, row, :, JUMP] = _jumps(throw, mounts, impulses, rows[row])
     return values
 
 
-def _program(throw: Throw, mounts: list, pressing: np.ndarray) -> tuple[Program, np.ndarray, np.ndarray]:
+def _jumps(throw: Throw, mounts: list[Mount], impulses: list[ExactImpulse], state: Array) -> Array:
+    """Return what impulses add to the velocity of each sensor's point, (2, sensors, 3), given the state after them.
+
+    They change neither place nor attitude: J/m + (I^-1 R^T (lever x J)) x r along the body's axes.
+    """
+    exact = fractions_of(state)
+    axes, x = exact[AXES:MOMENTUM].reshape(3, 3), exact[X:V]
+    total = sum((impulse.value for impulse in impulses), 0 * x)
+    torque = sum((cross(lever(impulse, x, axes, throw), impulse.value) for impulse in impulses), 0 * x)
+    push, turn = axes.T @ total / throw.solid.mass, inverse(throw.solid.tensor) @ (axes.T @ torque)
+    return pairs([list(mount.axes.T @ (push + cross(turn, mount.point))) for mount in mounts])
+
+
+def _program(throw: Throw, mounts: list[Mount], pressing: np.ndarray) -> tuple[Program, np.ndarray, np.ndarray]:
     """Return the operations, the series of the readings, (sensors quantities 3,), and of the floor's gauges, (n, 2)."""
     script = Script(SIZE)
     state, inverse_tensor = script.state(), inverse(throw.solid.tensor)

@@ -44,6 +44,7 @@ def graded(folder: Path, scene: dict, times: np.ndarray, rows: np.ndarray, digit
     write(folder / "imu.csv", times, rows, digits)
     found = grade_file(str(folder / "imu.csv"), scene_of(toml(scene), folder / "scene.toml", "scene.toml"))
     assert found.pose is None
+    assert found.sensor is not None
     return found.sensor
 
 
