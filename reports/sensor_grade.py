@@ -21,7 +21,7 @@ from tumble.compare.grade.grade import (
 )
 from tumble.compare.grade.measure.readings import MeasuredReadings
 from tumble.compare.grade.search.sensor_search import SensorExplanation, SensorMistake
-from tumble.compare.grade.sensor_grade import NO_MISTAKE_SEEN, DeviceGrade, SensorGrade
+from tumble.compare.grade.sensor_grade import FOLLOWS_MOTION, NO_MISTAKE_SEEN, DeviceGrade, SensorGrade
 from tumble.reports.terminal import LIST_WIDTH, columns, plain, thinned, vector
 
 # Significant digits of a vector's largest component.
@@ -72,18 +72,19 @@ def sensor_headline(grade: SensorGrade) -> str:
         if len({d.verdict for d in grade.devices}) > 1 or grade.verdict == NO_MISTAKE_SEEN:
             return f"{grade.file}:{rest}"
         names, verb = " and ".join(d.measured.device for d in grade.devices), "are" if len(grade.devices) > 1 else "is"
-        sizes = "; ".join(f"{d.measured.device} {size(d.measured, d.measured.rms)} rms" for d in grade.devices)
+        judged = (d.own or d.measured for d in grade.devices)
+        sizes = "; ".join(f"{m.device} {size(m, m.rms)} rms" for m in judged)
         return f"{grade.file}: {names} {verb} {RIGHTLY.get(grade.verdict, grade.verdict)} ({sizes})."
     causes = causes_text(wrong)
     largest = " and ".join(f"{size(d.measured, d.measured.worst)} ({d.measured.device})" for d in wrong)
     off = f"The largest error is {largest}."
     if not causes:
         return f"{grade.file} is wrong, and no known mistake explains it. {off}{rest}"
-    hedge = ""
+    hedge = "compared with the file's own motion, " if any(d.own for d in wrong) else ""
     if grade.verdict == EXPLAINED_PARTLY:
-        hedge = "best partial explanation: "
+        hedge += "best partial explanation: "
     elif any(d.diagnosis and d.diagnosis.alike for d in wrong):
-        hedge = "one of several equally good explanations: "
+        hedge += "one of several equally good explanations: "
     return f"{grade.file} is wrong: {hedge}{causes}. {off}{rest}"
 
 
@@ -92,6 +93,7 @@ RIGHTLY = {
     CORRECT_TO_DIGITS: "right to the printed digits",
     CORRECT_TO_SINGLE: "right to single precision",
     CORRECT_TO_NOISE: "right to the noise",
+    FOLLOWS_MOTION: "right for the motion in the file, which is wrong",
 }
 
 
@@ -112,6 +114,9 @@ def in_words(device: DeviceGrade) -> str:
     m = device.measured
     if device.verdict == NO_MISTAKE_SEEN:
         return f"shows no mistake above its noise of {size(m, m.rms)}, which would hide {hidden_text(device.hidden)}"
+    if device.verdict == FOLLOWS_MOTION and device.own is not None:
+        own = size(m, device.own.rms)
+        return f"is off by up to {size(m, m.worst)}, but follows the file's own motion to {own}: the motion is wrong"
     if device.verdict == CORRECT_TO_NOISE:
         return f"is right to its noise of {size(m, m.rms)}"
     if device.verdict in RIGHTLY:
@@ -146,12 +151,12 @@ def device_lines(device: DeviceGrade) -> Iterator[str]:
     )
     for number, mistake in enumerate(diagnosis.best.mistakes, 1):
         yield f"  {number}. {mistake.text}"
-    left = size(m, diagnosis.best.rms)
+    left, before = size(m, diagnosis.best.rms), size(m, diagnosis.null.rms)
     kind = "within the file's print precision" if diagnosis.best.within_floor else "noise"
     if device.verdict == EXPLAINED_WHOLLY:
-        yield f"The rms error falls from {size(m, m.rms)} to {left}, which is {kind}."
+        yield f"The rms error falls from {before} to {left}, which is {kind}."
     else:
-        yield f"The rms error falls from {size(m, m.rms)} to {left}, which is neither noise nor rounding."
+        yield f"The rms error falls from {before} to {left}, which is neither noise nor rounding."
     for other in diagnosis.alike:
         yield f"Equally good: {explanation_text(other)} ({size(m, other.rms)} left)"
 

@@ -14,6 +14,7 @@ from tumble.compare.grade.grade import (
     CORRECT_TO_SINGLE,
     EXPLAINED_PARTLY,
     EXPLAINED_WHOLLY,
+    LEFT_AS_NOISE,
     LITTLE,
     MOST_LEFT,
     TOO_COARSE,
@@ -22,6 +23,7 @@ from tumble.compare.grade.grade import (
     UNEXPLAINED,
     Grade,
 )
+from tumble.compare.grade.measure.own_motion import own_motion
 from tumble.compare.grade.measure.readings import (
     MeasuredReadings,
     certified,
@@ -30,6 +32,7 @@ from tumble.compare.grade.measure.readings import (
     read_readings,
 )
 from tumble.compare.grade.model.kinematics import Motion, TrueMotion
+from tumble.compare.grade.model.program_motion import ProgramMotion
 from tumble.compare.grade.model.sensor_model import ACCELEROMETER, right_model
 from tumble.compare.grade.read.columns import BadTrajectory
 from tumble.compare.grade.read.trajectory import Trajectory, without_sensor
@@ -41,13 +44,18 @@ from tumble.scenarios.truth import NoTruth
 from tumble.scenarios.truth.sensors import sensor_truth
 
 NO_MISTAKE_SEEN = "no mistake above its noise"
+FOLLOWS_MOTION = "right for the motion in the file"
+# Readings follow the motion in the file if they are off from it by this share of their true error.
+FOLLOWS = 0.1
 # Fewer rows determine no mistake.
 FEWEST_ROWS = 8
+# The spline through every second row is off by at least this many times as much as that through all.
+COARSER = 4.0
 # Times at which the readings of the quick motion are compared with the truth.
 CERTIFIED = 12
 RIGHT = (CORRECT_TO_RESOLUTION, CORRECT_TO_SINGLE, CORRECT_TO_DIGITS, CORRECT_TO_NOISE)
 # The verdicts of a file, of which the last one among its devices counts.
-UNDECIDED = (NO_MISTAKE_SEEN, TOO_COARSE, TOO_LITTLE, TOO_FEW)
+UNDECIDED = (FOLLOWS_MOTION, NO_MISTAKE_SEEN, TOO_COARSE, TOO_LITTLE, TOO_FEW)
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,13 +65,15 @@ class DeviceGrade:
     Parameters
     ----------
     measured : the errors
-    diagnosis : explanations of the errors; None: none was searched for
+    diagnosis : explanations of the errors, against the motion in the file if `own` is given; None: not searched for
     hidden : mistakes that the noise of the file would hide
+    own : the errors against what the motion in the file implies; None: that motion is right, or not in the file
     """
 
     measured: MeasuredReadings
     diagnosis: SensorDiagnosis | None
     hidden: tuple[SensorMistake, ...] = ()
+    own: MeasuredReadings | None = None
 
     @cached_property
     def verdict(self) -> str:
@@ -74,6 +84,8 @@ class DeviceGrade:
         if m.excess <= 0:
             coarse = m.half > COARSE * m.size
             return TOO_COARSE if coarse else CORRECT_TO_SINGLE if m.single else CORRECT_TO_DIGITS
+        if self.own is not None and self._follows_own:
+            return FOLLOWS_MOTION
         if diagnosis is None:
             return TOO_FEW
         if not diagnosis.best.mistakes:
@@ -82,7 +94,18 @@ class DeviceGrade:
             return TOO_LITTLE if m.worst <= LITTLE * m.size else UNEXPLAINED
         if diagnosis.best.is_whole:
             return EXPLAINED_WHOLLY
-        return EXPLAINED_PARTLY if diagnosis.best.rms <= MOST_LEFT * diagnosis.null.rms else UNEXPLAINED
+        # Any fitted value explains a part of the error of a wrong motion.
+        has_number = any(mistake.hypothesis.fitted or mistake.fitted for mistake in diagnosis.best.mistakes)
+        most_left = LEFT_AS_NOISE if has_number else MOST_LEFT
+        return EXPLAINED_PARTLY if diagnosis.best.rms <= most_left * diagnosis.null.rms else UNEXPLAINED
+
+    @property
+    def _follows_own(self) -> bool:
+        """Whether the readings are right for the motion in the file."""
+        own = self.own
+        assert own is not None
+        is_noise = self.diagnosis is not None and self.diagnosis.null.is_noise and not self.diagnosis.best.mistakes
+        return own.excess <= 0 or own.rms <= FOLLOWS * self.measured.rms or is_noise
 
     @property
     def is_right(self) -> bool:
@@ -160,6 +183,7 @@ def grade_readings(
     sensor: Sensor,
     on_measured: Callable[[Sequence[MeasuredReadings]], object] = lambda measured: None,
     on_progress: ProgressCallback = no_progress,
+    pose: Grade | None = None,
 ) -> SensorGrade:
     """Grade the readings of one sensor.
 
@@ -169,6 +193,7 @@ def grade_readings(
     scene, sensor : the scene that it is graded against, and its sensor
     on_measured : called with the errors of each device, before a search
     on_progress : called with the shares of the tasks: rows, truth, search
+    pose : the grade of the poses in the file; if they are wrong, mistakes are sought against their own motion
 
     Returns
     -------
@@ -195,16 +220,44 @@ def grade_readings(
     on_progress(f"{scene.name} truth")
     grades = []
     for number, (device, (measured, motion)) in enumerate(found.items(), 1):
-        diagnosis, hidden = None, ()
-        if measured.excess > 0 and len(measured.readings) >= FEWEST_ROWS:
-            search = SensorSearch(measured, right_model(sensor, device), motion)
+        diagnosis, hidden, judged = None, (), measured
+        own = None
+        if pose is not None and pose.verdict not in RIGHT and measured.excess > 0:
+            own = against_own(trajectory, measured, sensor, pose)
+        if own is not None:
+            judged, motion = own
+        if judged.excess > 0 and len(judged.readings) >= FEWEST_ROWS:
+            search = SensorSearch(judged, right_model(sensor, device), motion)
             diagnosis = search.diagnosis()
             if diagnosis.null.is_noise and not diagnosis.best.mistakes:
                 hidden = search.hidden(diagnosis.null)
-        grades.append(DeviceGrade(measured, diagnosis, hidden))
+        grades.append(DeviceGrade(measured, diagnosis, hidden, own[0] if own else None))
         searching(number / len(found))
     searching.end()
     return SensorGrade(trajectory.name, scene, sensor, tuple(agreeing(grades)))
+
+
+def against_own(
+    trajectory: Trajectory, measured: MeasuredReadings, sensor: Sensor, pose: Grade
+) -> tuple[MeasuredReadings, Motion] | None:
+    """Return the errors against what the motion in the file implies, and this motion; None if it is not in the file.
+
+    The motion is that of the program that explains the poses, else a spline through them.
+    """
+    readings, model, scene = measured.readings, right_model(sensor, measured.device), pose.scene
+    if pose.verdict == EXPLAINED_WHOLLY and pose.diagnosis and pose.measured.throw == measured.throw:
+        simulated = ProgramMotion(pose.diagnosis.program, scene)
+        return measure_readings(readings, model, simulated, scene, measured.throw), simulated
+    motion = own_motion(trajectory, measured.throw, scene)
+    if motion is None:
+        return None
+    implied, coarsely = (model_readings(model, each, readings.times) for each in (motion, motion.coarser()))
+    usable = np.isfinite(implied + coarsely).all(axis=1) & motion.inner_rows(readings.times, 2 * readings.spacing_s)
+    if usable.sum() < FEWEST_ROWS:
+        return None
+    error = float(np.linalg.norm(implied - coarsely, axis=1)[usable].max()) / COARSER
+    own = measure_readings(readings.some(usable), model, motion, scene, measured.throw)
+    return certified(own, error, measured.single), motion
 
 
 def is_single(trajectory: Trajectory, device: str) -> bool:
@@ -243,9 +296,7 @@ def agreeing(grades: Sequence[DeviceGrade]) -> list[DeviceGrade]:
         best = max(every, key=lambda each: len(each.names & others) - len(each.names))
         if best is not diagnosis.best and len(best.names & others) > len(diagnosis.best.names & others):
             rest = tuple(each for each in every if each is not best)
-            found[number] = DeviceGrade(
-                grade.measured, SensorDiagnosis(diagnosis.null, best, rest, diagnosis.trials), grade.hidden
-            )
+            found[number] = replace(grade, diagnosis=SensorDiagnosis(diagnosis.null, best, rest, diagnosis.trials))
     return found
 
 

@@ -107,6 +107,7 @@ def grade_file(
                         read_by,
                         lambda measured: on_readings(name, measured),
                         on_progress,
+                        pose=pose,
                     )
         except AmbiguousFile as question:
             raise _with_source(refusal(path, scene, reading, question), source) from None

@@ -6,6 +6,7 @@ from itertools import permutations, product
 
 import numpy as np
 
+from tumble.compare.grade.hypotheses.hypothesis import NEAR, STEPS
 from tumble.compare.grade.model.sensor_model import (
     ACCELEROMETER,
     ATTITUDE_TRANSPOSED,
@@ -71,6 +72,7 @@ def _free(name: str) -> Change:
 
 def _of_accelerometer(model: SensorModel, spacing_s: float) -> Iterator[SensorHypothesis]:
     """Yield the mistakes of an accelerometer; those of a lever only if there is one."""
+    steps = {step: name for step, name in STEPS.items() if step < spacing_s * (1 - NEAR)}
     if model.point.any():
         yield SensorHypothesis(
             "sensor-centripetal-term-missing", "lever", "the term w x (w x r) is missing", _terms(centripetal=0.0)
@@ -156,8 +158,8 @@ def _of_accelerometer(model: SensorModel, spacing_s: float) -> Iterator[SensorHy
         "acceleration",
         "the acceleration is the difference of velocities over {} s",
         lambda model, value: replace(model, difference_s=value),
-        values=tuple(spacing_s * rows for rows in (1.0, 0.5, 0.25, 0.1, 2.0)),
-        named=((spacing_s, "a row"),),
+        values=(*(spacing_s * rows for rows in (1.0, 0.5, 0.25, 0.1, 2.0)), *steps),
+        named=((spacing_s, "a row"), *steps.items()),
         fitted=True,
         parameter="time",
         unit="s",

@@ -11,7 +11,7 @@ MOST_DEVIATIONS = 5.0
 # Lags of the autocorrelation, and numbers of equal parts of the rows whose means are compared.
 LAGS, PARTS = (1, 2, 3, 4, 5, 6, 8, 12), (4, 16, 64)
 # The fewest rows that show it, and rows in a part.
-FEWEST_ROWS, FEWEST_IN_PART = 16, 4
+FEWEST_ROWS, FEWEST_IN_PART = 24, 4
 # Largest error over the root mean square of three axes.
 SPIKE = 5.0
 

@@ -35,6 +35,9 @@ HELPS = 0.5
 SEEN = 10.0
 # Share of a row that is no part of a filter's sum.
 NEGLIGIBLE = 1e-18
+# If the body turns by more between two rows [rad], errors of any kind look like noise, and only this share of a reading
+# can be noise.
+SLOW, LITTLE_NOISE = 0.7, 0.02
 # Equally good explanations that are reported.
 SHOWN = 5
 
@@ -107,8 +110,10 @@ class SensorDiagnosis:
 class _Rows:
     """Evaluates models of one device on some rows, with the motion at each delay computed once."""
 
-    def __init__(self, readings: Readings, floor: float, motion: Motion) -> None:
-        self.readings, self.floor, self._motion = readings, floor, _Cached(motion)
+    def __init__(self, readings: Readings, floor: float, motion: Motion, most_noise: float = np.inf) -> None:
+        """Prepare the rows; floor: of a residual; most_noise: largest noise that can be told from a mistake."""
+        self.readings, self.floor, self._most_noise = readings, floor, most_noise
+        self._motion = _Cached(motion)
         self.numbers = readings.values.size
         starts = np.flatnonzero(np.append(True, np.diff(readings.run) != 0))
         self.runs = [slice(*pair) for pair in zip(starts, [*starts[1:], len(readings)], strict=True)]
@@ -161,7 +166,7 @@ class _Rows:
             rms=rms * np.sqrt(3.0),
             worst=float(np.linalg.norm(left, axis=1).max()),
             within_floor=rms <= EXPLAINED * self.floor,
-            is_noise=is_white(left, self.runs),
+            is_noise=rms <= self._most_noise and is_white(left, self.runs),
             weight=self.weight(left) + sum(cost(mistake, self.numbers) for mistake in mistakes),
         )
 
@@ -236,7 +241,10 @@ class SensorSearch:
 
     def __init__(self, measured: MeasuredReadings, model: SensorModel, motion: Motion) -> None:
         self._model = model
-        self.rows = _Rows(measured.readings.sampled(MOST_ROWS), measured.floor, motion)
+        spins = motion.at(measured.readings.times).w_body
+        turned = measured.readings.spacing_s * float(np.sqrt((spins**2).sum(axis=1).mean()))
+        most_noise = np.inf if turned <= SLOW else LITTLE_NOISE * measured.size
+        self.rows = _Rows(measured.readings.sampled(MOST_ROWS), measured.floor, motion, most_noise)
         self._quick = _Rows(self.rows.readings.sampled(QUICK_ROWS, QUICK_RUNS), measured.floor, motion)
         self._hypotheses = sensor_hypotheses(model, measured.readings.spacing_s)
         self._order = {hypothesis: number for number, hypothesis in enumerate(self._hypotheses)}
