@@ -161,7 +161,16 @@ class Floor(_Frozen):
 class Plane(_Frozen):
     """A rigid plane below the body: Newton's restitution and Coulomb's friction of the pair of body and plane.
 
-    point [m], (3,), world; normal: unit, (3,), world, towards the body's side; restitution: 0 to 1; friction: >= 0.
+    Parameters
+    ----------
+    point : (3,), m
+        world axes
+    normal : (3,)
+        unit vector towards the body's side, world axes
+    restitution
+        0 to 1
+    friction
+        at least 0
     """
 
     point: Array

@@ -26,8 +26,7 @@ More names where they are not empty:
     FORCED      names, not in METHODS, that take part only in scenes with a tether, drag or a floor: without one they
                 are the method they are named after.  METHOD+held is told the force once a step and holds it, which is
                 what scripts do; METHOD evaluates it wherever the method does, or says that it cannot
-    CONTACT     names, not in METHODS, that take part only in scenes with a plane; without one they are the method they
-                are named after
+    CONTACT     names, not in METHODS, that take part only in scenes with a plane; METHOD+VARIANT is METHOD without one
     ON_REQUEST  names, not in METHODS, that take part only when asked for.  METHOD+defaults leaves every setting of the
                 engine as it ships, which is what its users have; its audit tells what those do to a flight
     DEFAULT     of METHODS and ON_REQUEST those that do what the engine does where its user sets nothing, and that alone

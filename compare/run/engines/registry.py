@@ -11,8 +11,9 @@ import traceback
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
+from importlib.machinery import SourceFileLoader
 from pathlib import Path
-from types import ModuleType
+from types import CodeType, ModuleType
 from typing import Any
 
 from tumble.compare import engines
@@ -250,9 +251,17 @@ def files(engine: str) -> list[Path]:
     return program.files(Path(engine)) if engine.endswith(".toml") else [Path(engine)]
 
 
+class FromSource(SourceFileLoader):
+    """Loads a file from its source: bytecode cannot tell edits within a second apart that leave its size."""
+
+    def get_code(self, fullname: str) -> CodeType:
+        """Return the compiled source."""
+        return self.source_to_code(self.get_data(self.path), self.path)
+
+
 def load_file(path: str) -> ModuleType:
     """Return a user's own engine file as a module; its folder is importable to it, as for a script."""
-    spec = importlib.util.spec_from_file_location(title(path), path)
+    spec = importlib.util.spec_from_file_location(title(path), path, loader=FromSource(title(path), path))
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)

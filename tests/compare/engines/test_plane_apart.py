@@ -45,6 +45,8 @@ def moved(running_engine, scene: Scene) -> np.ndarray:
         ("physx:tgs", 0.5, ROUND),
         ("ode:step", 0.5, PYRAMID),
         ("rapier-js:tgs", 0.5, ROUND),
+        ("box3d:semi-implicit-euler", 0.5, ROUND),
+        ("havok:semi-implicit-euler", 0.5, ROUND),
         ("cannon:semi-implicit-euler", 0.5, None),
         ("ammo:rigidbody", 0.5, None),
         ("jolt:semi-implicit-euler", 0.5, ROUND),
