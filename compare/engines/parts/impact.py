@@ -38,3 +38,21 @@ def approach_speed(scene: "Scene") -> float:
     falls = -float(state[0, 7:10] @ plane.normal)
     pressing = 0.0 if scene.gravity is None else -float(scene.gravity @ plane.normal)
     return math.sqrt(max(0.0, falls * abs(falls) + 2 * pressing * max(height, 0.0)))
+
+
+def damping_ratio(restitution: float) -> float:
+    """Return the damping ratio of a spring and damper, which only push, with that restitution, above 0."""
+    low, high = 0.0, 1.0
+    while rebound(high) > restitution:
+        low, high = high, 2.0 * high
+    for _ in range(100):
+        middle = (low + high) / 2
+        low, high = (middle, high) if rebound(middle) > restitution else (low, middle)
+    return low
+
+
+def rebound(ratio: float) -> float:
+    """Return the restitution of a spring and damper, which only push, by the damping ratio."""
+    if ratio < 1:
+        return math.exp(-2 * ratio * math.acos(ratio) / math.sqrt(1 - ratio * ratio))
+    return math.exp(-2 * ratio * math.acosh(ratio) / math.sqrt(ratio * ratio - 1)) if ratio > 1 else math.exp(-2)
