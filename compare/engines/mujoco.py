@@ -35,7 +35,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tumble.compare.engines.parts.apart import Apart, from_each, in_each, of_each, to_each
-from tumble.compare.engines.parts.impact import damping_ratio, impact_duration
+from tumble.compare.engines.parts.impact import damping_ratio, impact_duration, of_steps
 from tumble.compare.engines.parts.scale import scale_to_one
 
 if TYPE_CHECKING:
@@ -353,18 +353,6 @@ def prepare(world: World, dt: float) -> None:
     world.model.pair_solref[:] = -stiffness, -damping
     world.model.pair_solreffriction[:] = -stiffness, -1.0 / dt  # a slip that friction can stop stops in one step
     world.model.pair_solimp[:, 0:2] = IMPEDANCE
-
-
-def of_steps(rate: float, ratio: float, dt: float) -> tuple[float, float]:
-    """Return stiffness and damping by which semi-implicit steps of dt [s] make the oscillation of that rate and ratio.
-
-    Of v' = v - (k x + b v) dt, x' = x + v' dt two steps are as z^2 - (2 - b dt - k dt^2) z + (1 - b dt) = 0 has it.
-    """
-    shrinks = math.exp(-ratio * rate * dt)
-    angle = rate * dt * math.sqrt(abs(1.0 - ratio * ratio))
-    damping = (1.0 - shrinks * shrinks) / dt
-    turned = math.cos(angle) if ratio < 1 else math.cosh(angle)
-    return (1.0 + shrinks * shrinks - 2.0 * shrinks * turned) / (dt * dt), damping
 
 
 @to_each

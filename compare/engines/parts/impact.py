@@ -56,3 +56,15 @@ def rebound(ratio: float) -> float:
     if ratio < 1:
         return math.exp(-2 * ratio * math.acos(ratio) / math.sqrt(1 - ratio * ratio))
     return math.exp(-2 * ratio * math.acosh(ratio) / math.sqrt(ratio * ratio - 1)) if ratio > 1 else math.exp(-2)
+
+
+def of_steps(rate: float, ratio: float, dt: float) -> tuple[float, float]:
+    """Return stiffness and damping by which semi-implicit steps of dt [s] make the oscillation of that rate and ratio.
+
+    Of v' = v - (k x + b v) dt, x' = x + v' dt two steps are as z^2 - (2 - b dt - k dt^2) z + (1 - b dt) = 0 has it.
+    """
+    shrinks = math.exp(-ratio * rate * dt)
+    angle = rate * dt * math.sqrt(abs(1.0 - ratio * ratio))
+    damping = (1.0 - shrinks * shrinks) / dt
+    turned = math.cos(angle) if ratio < 1 else math.cosh(angle)
+    return (1.0 + shrinks * shrinks - 2.0 * shrinks * turned) / (dt * dt), damping
