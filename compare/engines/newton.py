@@ -227,7 +227,7 @@ def mujoco(model: Any, defaults: bool, scene: "Scene", method: str) -> Any:
 
     Its integrator is implicitfast: rk4, which it has too, takes four times as long and ends on the same floor.
     """
-    settings = {} if defaults or scene.plane else {"disable_contacts": True}
+    settings: dict[str, Any] = {} if defaults or scene.plane else {"disable_contacts": True}
     if method in CONTACT or (scene.plane and not scene.plane.friction):  # of no friction its pyramid makes NaN
         settings["cone"] = "elliptic"
     try:
