@@ -120,7 +120,7 @@ class World:
 def build(scene: "Scene", method: str) -> World:
     """Return a model with the scene's body once for every throw, each in a world of its own."""
     kind, _, manner = method.partition("+")
-    defaults, held = manner == "defaults", None if method in CONTACT else held_wrench(scene, method)
+    defaults, held = manner == "defaults", held_wrench(scene, kind if method in CONTACT else method)
     scale = 1.0 if defaults else scale_to_one(scene.body.mass, *scene.body.moments)
     model = model_of(scene, scale, kind)
     damping = DAMPING.get(kind, 0.0) if defaults else 0.0
@@ -134,7 +134,7 @@ def build(scene: "Scene", method: str) -> World:
 
 
 def touch(builder: Any, scene: "Scene", kind: str) -> None:
-    """Give the last body its shape: a sphere, a box, or the hull of its points."""
+    """Give the last body its shape: a sphere or a box."""
     body, number = scene.body, builder.body_count - 1
     cfg = material(scene, kind)
     if body.radius is not None:
