@@ -157,7 +157,7 @@ def build(scene: "Scene", method: str) -> World | Apart:
         return Apart([placed(World(one, kind, None, None, own, shipped=bool(manner)), OWN_STEPS) for one in alone])
     if scene.plane and len(scene.start) > 1:
         return Apart([build(replace(scene, start=start[np.newaxis]), method) for start in scene.start])
-    held = None if method in CONTACT else held_wrench(scene, method)
+    held = held_wrench(scene, kind if method in CONTACT else method)
     return placed(World(scene, kind, None, None, held=held, point=method in CONTACT), 0.0)
 
 

@@ -35,7 +35,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tumble.compare.engines.parts.apart import Apart, from_each, in_each, of_each, to_each
-from tumble.compare.engines.parts.impact import impact_duration
+from tumble.compare.engines.parts.impact import damping_ratio, impact_duration, of_steps
 from tumble.compare.engines.parts.scale import scale_to_one
 
 if TYPE_CHECKING:
@@ -363,36 +363,6 @@ def prepare(world: World, dt: float) -> None:
     world.model.pair_solref[:] = -stiffness, -damping
     world.model.pair_solreffriction[:] = -stiffness, -1.0 / dt  # a slip that friction can stop stops in one step
     world.model.pair_solimp[:, 0:2] = IMPEDANCE
-
-
-def of_steps(rate: float, ratio: float, dt: float) -> tuple[float, float]:
-    """Return stiffness and damping by which semi-implicit steps of dt [s] make the oscillation of that rate and ratio.
-
-    Of v' = v - (k x + b v) dt, x' = x + v' dt two steps are as z^2 - (2 - b dt - k dt^2) z + (1 - b dt) = 0 has it.
-    """
-    shrinks = math.exp(-ratio * rate * dt)
-    angle = rate * dt * math.sqrt(abs(1.0 - ratio * ratio))
-    damping = (1.0 - shrinks * shrinks) / dt
-    turned = math.cos(angle) if ratio < 1 else math.cosh(angle)
-    return (1.0 + shrinks * shrinks - 2.0 * shrinks * turned) / (dt * dt), damping
-
-
-def damping_ratio(restitution: float) -> float:
-    """Return the damping ratio of a spring and damper, which only push, with that restitution, above 0."""
-    low, high = 0.0, 1.0
-    while rebound(high) > restitution:
-        low, high = high, 2.0 * high
-    for _ in range(100):
-        middle = (low + high) / 2
-        low, high = (middle, high) if rebound(middle) > restitution else (low, middle)
-    return low
-
-
-def rebound(ratio: float) -> float:
-    """Return the restitution of a spring and damper, which only push, by the damping ratio."""
-    if ratio < 1:
-        return math.exp(-2 * ratio * math.acos(ratio) / math.sqrt(1 - ratio * ratio))
-    return math.exp(-2 * ratio * math.acosh(ratio) / math.sqrt(ratio * ratio - 1)) if ratio > 1 else math.exp(-2)
 
 
 @to_each

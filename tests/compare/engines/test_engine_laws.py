@@ -82,8 +82,8 @@ def cases() -> Iterator:
 def test_law(law: str, method: str, engine: ModuleType):
     try:
         assert check_failure(engine, law, method) == ""
-    except KnownFailure:
-        assert law in contract.CONTACT_CHECKS  # stated, and seen to fail
+    except NotImplementedError:  # stated and seen to fail, or a method without a plane
+        assert law in contract.CONTACT_CHECKS
 
 
 @pytest.mark.parametrize("law", contract.CHECKS)
