@@ -173,7 +173,8 @@ class EngineCheck:
 
     Parameters
     ----------
-    table : one row a check and method: `check`, `method`, `outcome` ("passed", "failed", "skipped") and `why`.
+    table : one row a check and method: `check`, `method`, `outcome` ("passed", "failed", "skipped", or "known"
+        where it fails as the engine's file states) and `why`.
     """
 
     def __init__(self, table: pd.DataFrame) -> None:
@@ -244,6 +245,7 @@ def check_engine(
                 ("passed", dict.fromkeys(one.holds, "")),
                 ("failed", one.broken),
                 ("skipped", one.not_asked),
+                ("known", one.known),
             )
             for method, why in found.items()
         ]
