@@ -216,7 +216,7 @@ def text_of(pieces: Iterable["RenderableType"]) -> str:
     from tumble.reports.terminal import console
 
     written = StringIO()
-    out = console(file=written)
+    out = console(file=written, force_terminal=False)  # a kernel of Jupyter asks for colours by FORCE_COLOR
     for piece in pieces:
         out.print(piece)
     return written.getvalue()
