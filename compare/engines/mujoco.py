@@ -81,6 +81,17 @@ SCHEMES = {
     **dict.fromkeys((*FORCED, *ON_REQUEST), "semi-implicit-euler"),
     **dict.fromkeys(("rk4+held", "rk4+defaults"), "held-parabola"),
 }
+PYRAMID = "its friction cone is a pyramid with edges along x and y of the contact"
+SOFT = "its friction is soft: a body creeps at a speed that does not fall with the step"
+KNOWN_FAILURES = {
+    "any direction": dict.fromkeys((*INTEGRATORS, *ON_REQUEST), PYRAMID),
+    "holds": dict.fromkeys((*INTEGRATORS, *ON_REQUEST, "euler+elliptic"), SOFT),
+    "restitution": {
+        "discrete": "its implicit step damps the spring of an impact, the less the shorter the step",
+        **dict.fromkeys(ON_REQUEST, "it has no restitution; the spring and damper of its default give 0.13"),
+    },
+    "stays above": dict.fromkeys(ON_REQUEST, "its default contact is soft: 20 ms"),
+}
 GYROSCOPIC = {"euler": "explicit"} | {method: "implicit" for method in INTEGRATORS if method not in ("euler", "rk4")}
 ORDERS = {"rk4": 4.0}
 # As its notes have it, and docs/releases/mujoco shows: `implicitfast` had no derivative of the torque before 3.7; the
@@ -327,7 +338,6 @@ def words(numbers: NDArray[np.float64]) -> str:
 def prepare(world: World, dt: float) -> None:
     """Set spring and damper of every pair for the restitution and steps of dt [s].
 
-
     In an impact of a body on a spring k and a damper b a unit of mass, force and velocity change sign together: with
     w = sqrt(k) and the damping ratio z = b / 2w it ends where the force does, at e^(-2 z arccos(z) / sqrt(1 - z^2))
     times the speed of the approach (Schwager & Poschel, Granular Matter 9 (2007) 465).
@@ -336,12 +346,25 @@ def prepare(world: World, dt: float) -> None:
         return
     assert world.bounces.plane is not None
     ratio = damping_ratio(world.bounces.plane.restitution)
-    rate = min(
-        math.pi / impact_duration(world.bounces, dt), 0.5 / (ratio * dt) if ratio else math.inf
-    )  # a damper stops all in a step, and no more
-    world.model.pair_solref[:] = -rate * rate, -2.0 * ratio * rate
-    world.model.pair_solreffriction[:] = -rate * rate, -1.0 / dt
+    rate = math.pi / impact_duration(world.bounces, dt)
+    stiffness, damping = rate * rate, 2.0 * ratio * rate
+    if world.model.opt.integrator != mujoco.mjtIntegrator.mjINT_RK4:
+        stiffness, damping = of_steps(rate, ratio, dt)
+    world.model.pair_solref[:] = -stiffness, -damping
+    world.model.pair_solreffriction[:] = -stiffness, -1.0 / dt  # a slip that friction can stop stops in one step
     world.model.pair_solimp[:, 0:2] = IMPEDANCE
+
+
+def of_steps(rate: float, ratio: float, dt: float) -> tuple[float, float]:
+    """Return stiffness and damping by which semi-implicit steps of dt [s] make the oscillation of that rate and ratio.
+
+    Of v' = v - (k x + b v) dt, x' = x + v' dt two steps are as z^2 - (2 - b dt - k dt^2) z + (1 - b dt) = 0 has it.
+    """
+    shrinks = math.exp(-ratio * rate * dt)
+    angle = rate * dt * math.sqrt(abs(1.0 - ratio * ratio))
+    damping = (1.0 - shrinks * shrinks) / dt
+    turned = math.cos(angle) if ratio < 1 else math.cosh(angle)
+    return (1.0 + shrinks * shrinks - 2.0 * shrinks * turned) / (dt * dt), damping
 
 
 def damping_ratio(restitution: float) -> float:

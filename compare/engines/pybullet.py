@@ -47,6 +47,15 @@ PINS = ("pybullet==3.2.7", "numpy==2.4.6")
 PYTHON = "3.11"
 # Read in btMultiBody.cpp and btRigidBody.cpp; a force of a script's is held over a step by both.
 SCHEMES = dict.fromkeys((*FORCED, *ON_REQUEST), "semi-implicit-euler")
+PRODUCT = "a pair's friction and restitution are the products of both materials'"
+KNOWN_FAILURES = {
+    "mirror images": {"*": "an edge meets a plane with one of its vertices first"},
+    "friction": dict.fromkeys(("multibody+defaults", "rigidbody+defaults"), PRODUCT),
+    "restitution": {
+        **dict.fromkeys(("multibody+defaults", "rigidbody+defaults"), PRODUCT),
+        "rigidbody+recipe": "the velocity that takes a penetration out adds to a rebound",
+    },
+}
 GYROSCOPIC = {"multibody": "explicit", "rigidbody": "implicit"}
 LARGEST_TURN = math.pi / 4  # rad a step; ANGULAR_MOTION_THRESHOLD in Bullet's btTransformUtil.h
 ABOUT = {

@@ -287,7 +287,7 @@ def chosen(engine: str, asked: list[str], info: EngineInfo | Failure, few: bool 
     """
     if isinstance(info, Failure):
         return tuple(asked)
-    usual = info.shown if few else (*info.methods, *info.forced, *info.contact)
+    usual = (*info.shown, *info.contact) if few else (*info.methods, *info.forced, *info.contact)
     found: dict[str, None] = {}
     for method in asked:
         known = info.every_method

@@ -1,8 +1,8 @@
 """`tumble.compare`: every contestant on every scene, compared with the reference solution."""
 
 from tumble.api.contestants import Contestants, contestant_list
-from tumble.api.limits import Limits
-from tumble.api.progress import display, in_notebook
+from tumble.api.limits import limits, step
+from tumble.api.progress import in_notebook
 from tumble.api.result import Result, call, text_of
 from tumble.api.scene import Scenes, questions
 from tumble.api.session import kept_ready
@@ -62,11 +62,11 @@ def compare(
     'exact'
     """
     asked, engines = questions(scenes), contestant_list(contestants)
-    limits: Limits = {"time_limit": time_limit, "memory_limit": memory_limit, "display": display(progress)}
+    dt, limit = step(dt), limits(time_limit, memory_limit, progress)
     with kept_ready():
-        found = compare_scenes(asked, engines, dt=dt, **limits)
-        contacts = contact_scenes(found.comparisons, engines, dt=dt, **limits)
-        watched = film_scenes(asked, engines, dt=dt, **limits) if (in_notebook() if film is None else film) else {}
+        found = compare_scenes(asked, engines, dt=dt, **limit)
+        contacts = contact_scenes(found.comparisons, engines, dt=dt, **limit)
+        watched = film_scenes(asked, engines, dt=dt, **limit) if (in_notebook() if film is None else film) else {}
     own = comparison_tables(found.comparisons, found.engines, call("compare", scenes, contestants, dt=dt))
     text = text_of(
         piece

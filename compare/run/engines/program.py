@@ -42,6 +42,7 @@ STATED = (
     "orders",
     "largest_turn",
     "exempt",
+    "known_failures",
 )
 # What brings one of ours: tumble.compare.run.engines.registry.Package.
 BROUGHT = ("packages", "pins", "installer", "apart", "megabytes")
