@@ -13,6 +13,7 @@ from tumble.compare.ablation.schemas import ABLATION
 from tumble.compare.comparison.against_truth import Comparison, compare
 from tumble.compare.comparison.results import comparison_tables
 from tumble.compare.contact.results import contact_tables
+from tumble.compare.contact.schemas import TABLES as CONTACT
 from tumble.compare.contact.study import BRIEF as BRIEF_LADDER
 from tumble.compare.contact.study import contacts
 from tumble.compare.coursework.results import coursework_tables
@@ -129,7 +130,7 @@ def report_tables(
         # Without rows where there is none: a table of an earlier run is removed.
         (kept_tables(folder / "releases", RELEASES) if folder else {})
         or {table.file: frame(table, []) for table in RELEASES},
-        contact_tables(landed),
+        contact_tables(landed) or {table.file: frame(table, []) for table in CONTACT},
         {ABLATION.file: frame(ABLATION, ablation.rows)},
         {(SWEEP if name != FINDINGS.file else "") + name: table for name, table in swept_tables.items()},
         findings([*film_findings(films), *ablation_findings(ablation.rows), *map_findings(maps)]),

@@ -136,9 +136,8 @@ function scanChart(host, all) {
   const series = [...groupBy(all, nameOf)].map(([name, own]) => ({
     name,
     points: [...groupBy(own, (row) => row.at)]
-      .map(([at, each]) => ({ at, worst: each.filter((row) => finite(row.value)).sort((a, b) => Math.abs(b.value - b.true) - Math.abs(a.value - a.true))[0] }))
-      .filter(({ worst }) => worst)
-      .map(({ at, worst }) => ({ x: at, y: Math.max(worst.value, said.least), plain: true, lines: [`${figure(worst.value)} ${worst.unit === "1" ? "" : worst.unit}, true ${figure(worst.true)}`, `${scan} ${figure(at)}`, `step ${figure(worst.dt_s)} s`] }))
+      .flatMap(([, each]) => each.flatMap((row) => (row.value === null ? [] : [{ row, value: row.value }])).sort((a, b) => Math.abs(b.value - b.row.true) - Math.abs(a.value - a.row.true)).slice(0, 1))
+      .map(({ row, value }) => ({ x: row.at, y: Math.max(value, said.least), plain: true, lines: [`${figure(value)} ${row.unit === "1" ? "" : row.unit}, true ${figure(row.true)}`, `${scan} ${figure(row.at)}`, `step ${figure(row.dt_s)} s`] }))
       .sort((a, b) => a.x - b.x),
   }));
   host.append(make("h3", {}, `${said.title} (${scene})`));
