@@ -6,6 +6,7 @@ friction in finite freedom dynamics" (1988), section 10.
 """
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -32,7 +33,7 @@ def whole_impulse(response: Array, velocity: Array, plane: Plane) -> Array:
     """Return the impulse [N s], (3,); response: change of the point's velocity per impulse [1/kg], (3, 3)."""
     normal, along = plane.normal, np.stack(plane_axes(plane.normal))
     wanted = -plane.restitution * (velocity @ normal) * normal - velocity
-    sticking = np.linalg.solve(response, wanted)
+    sticking: Array = np.linalg.solve(response, wanted).astype(float)
     pressing = sticking @ normal
     if np.linalg.norm(sticking - pressing * normal) <= plane.friction * pressing:
         return sticking
@@ -53,4 +54,5 @@ def whole_impulse(response: Array, velocity: Array, plane: Plane) -> Array:
     from scipy.optimize import brentq  # slow to load
 
     first = int(changes[0])
-    return slipping(float(brentq(lambda angle: slipping(angle)[1], angles[first], angles[first + 1])))[0]
+    root: Any = brentq(lambda angle: slipping(angle)[1], angles[first], angles[first + 1])
+    return slipping(root)[0]
