@@ -22,8 +22,8 @@ VERDICT_WORDS = {
     "depends on the step": "no value is approached as the step falls",
     "does not come to rest": "a body that must stop, rest or roll slips or bounces on to the end of the run",
     "soft": "the impact was not over when the next one was due",
+    "another law": "the law error is not zero, and nothing else in this list names it",
     "sinks by": "the plane yields: the named depth remains as the step falls",
-    "another law": "the law error is not zero, and none of the above names it",
 }
 
 

@@ -24,8 +24,8 @@ class Scene:
     """One question for every engine: a body, its start, what acts on it, and when it is sampled.
 
     Make one with `Scene.box`, `Scene.sphere`, `Scene.rigid` or `Scene.mesh`, from a table as in TOML with
-    `Scene.from_dict`, or from a name or a file with `Scene.read`.  Scenes do not change: `replace`, `with_impulse` and
-    `with_tether` return new ones.
+    `Scene.from_dict`, or from a name or a file with `Scene.read`.  Scenes do not change: `replace`, `with_impulse`,
+    `with_tether` and `with_sensor` return new ones.
 
     Parameters
     ----------
@@ -284,6 +284,22 @@ class Scene:
         80.0
         """
         return self._with("tether", {"vertex": vertex, "anchor": anchor, "stiffness": stiffness, **values})
+
+    def with_sensor(self, name: str, kind: str = "imu", *, rate: float, **values: Any) -> Self:
+        """Return the scene with one more sensor, fixed to the body.
+
+        Parameters
+        ----------
+        name : of the sensor, unique in the scene.
+        kind : imu, accelerometer, gyro or magnetometer-direction.
+        rate : readings per second [Hz].
+        **values : `point` [m, body axes], `orientation` (w x y z, sensor to body), `average`, `field`.
+
+        Returns
+        -------
+        Scene
+        """
+        return self._with("sensor", {"name": name, "kind": kind, "rate": rate, **values})
 
     def _with(self, kind: str, table: dict[str, Any]) -> Self:
         given = {key: value for key, value in table.items() if value is not None}

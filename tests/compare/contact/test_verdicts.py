@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import pytest
 
 from tests.support import planted_contact
-from tumble.compare.contact.findings import contestant_laws
+from tumble.compare.contact.findings import contestant_laws, worst_verdict
 from tumble.compare.contact.rows import contact_rows
 from tumble.compare.contact.study import BRIEF, contacts
 from tumble.compare.run.local import LocalEngine
@@ -74,6 +74,12 @@ RESTITUTION = {
     "tunnels": "tunnels",
     "gains": "gains energy in an impact: ",
 }
+
+
+def test_who_sinks_besides_is_not_right():
+    assert worst_verdict(["Coulomb and Newton", "another law", "sinks by 0.06 mm"]) == "another law"
+    assert worst_verdict(["sinks by 0.06 mm", "Coulomb and Newton"]) == "sinks by 0.06 mm"
+    assert worst_verdict(["another law: friction of 0.5", "another law"]) == "another law: friction of 0.5"
 
 
 def test_each_law_of_friction_is_named():
