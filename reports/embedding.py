@@ -22,7 +22,7 @@ X, V, W = ([f"{name}{axis}{unit}" for axis in "xyz"] for name, unit in (("", "_m
 Q = ["qw", "qx", "qy", "qz"]
 MOMENTUM = [f"l{axis}_kg_m2_s" for axis in (1, 2, 3)]
 FIGURES = ["error_m", "energy_drift", "angular_momentum_drift"]
-OF_RUNS = ("runs.csv", "sweep-runs.csv", "limits.csv", "extremes.csv")
+OF_RUNS = ("runs.csv", "sweep-runs.csv", "limits.csv", "extremes.csv", "contact.csv")
 # A number that is repeated this often is shorter as a reference.
 OFTEN = 3
 TRUE = [*X, *Q, *V, *W, *MOMENTUM]

@@ -425,12 +425,13 @@ def complete(top: Parser) -> None:
     import argcomplete
     from argcomplete.completers import FilesCompleter
 
-    from tumble.scenarios.read import catalogue
+    from tumble.scenarios.read import catalogue, contact_catalogue
 
+    names = [*catalogue(), *contact_catalogue()]
     for command in next(
         action for action in top._actions if isinstance(action, argparse._SubParsersAction)
     ).choices.values():
         for action in command._actions:
             if action.metavar in ("SCENE", "NAME"):
-                action.completer = lambda prefix, **_: [*catalogue(), *FilesCompleter(["toml"])(prefix)]
+                action.completer = lambda prefix, **_: [*names, *FilesCompleter(["toml"])(prefix)]
     argcomplete.autocomplete(top)

@@ -12,7 +12,7 @@ import tomli_w
 
 from tumble.scenarios.format import BODY_KEYS
 from tumble.scenarios.needs import needs
-from tumble.scenarios.read import BadScene, catalogue, read_document, scene_of_document, scene_path
+from tumble.scenarios.read import BadScene, catalogue, contact_catalogue, read_document, scene_of_document, scene_path
 from tumble.scenarios.scene import Scene as Question
 
 # A step [s] that is short for a body that tumbles a few times a second; it is also MuJoCo's default.
@@ -450,7 +450,7 @@ def scenes() -> pd.DataFrame:
     """
     rows = [
         (name, one.title, ", ".join(needs(one)), one.duration, one.step)
-        for name in catalogue()
+        for name in [*catalogue(), *contact_catalogue()]
         for one in (Scene.read(name).question,)
     ]
     return pd.DataFrame(rows, columns=["scene", "title", "needs", "duration_s", "step_s"])
