@@ -27,7 +27,7 @@ export function sensorFold(host, scene) {
   const fill = () => {
     if (made || !fold.open) return;
     made = true;
-    fold.append(make("p", { class: "note" }, "Specific force is acceleration less gravity, along the sensor's axes: 0 in free fall at the centre of mass. The dark line is the true reading."));
+    fold.append(make("p", { class: "note" }, "Specific force is acceleration less gravity, along the sensor's axes: 0 in free fall at the centre of mass. The thick grey line is the true reading."));
     for (const [sensor, own] of groupBy(list, (row) => row.sensor)) for (const quantity of QUANTITIES) reading(fold, `${id}-${sensor}`, sensor, quantity, own);
     errorTable(fold, scene, errors);
   };
@@ -56,7 +56,7 @@ function reading(host, id, sensor, { name, unit, columns }, list) {
     id: `${id}-${name.replace(" ", "-")}`,
     label: `Magnitude of the ${name} that the sensor ${sensor} reads, ${unit}`,
     x: { label: "time [s]", show: given },
-    y: { label: `${sensor}: ${name}, magnitude [${unit}]` },
+    y: { label: `${sensor}: ${name}, magnitude [${unit}]`, show: given },
     series: [...groupBy(read, contestantOf)].map(([contestant, own]) => ({ name: contestant, points: own.map(point) })),
     under: ({ X, Y }) => trueCurve(true_, X, Y),
     height: 240,
@@ -88,7 +88,7 @@ function errorTable(host, scene, list) {
       { key: "status", label: "result", words: true, show: (row) => statusInWords(row) },
       { key: "max_error", label: "largest error", show: (row) => (finite(row.max_error) ? `${row.max_error <= (row.resolution ?? 0) ? `≤ ${figure(row.resolution)}` : figure(row.max_error)} ${row.unit === "1" ? "" : row.unit}` : "") },
       { key: "true_max", label: "largest true reading", show: (row) => (finite(row.true_max) ? `${figure(row.true_max)} ${row.unit === "1" ? "" : row.unit}` : "") },
-      { key: "left_out", label: "instants left out" },
+      { key: "left_out", label: "instants left out", show: (row) => (row.left_out === null ? "" : String(row.left_out)) },
     ],
   });
 }
