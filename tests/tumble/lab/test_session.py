@@ -20,7 +20,7 @@ from tumble.compare.run.status import Failure
 from tumble.lab.background import Job, Workers
 from tumble.lab.draft import Draft
 from tumble.lab.pool import Contestant, Pool
-from tumble.lab.readings import error_rows, errors_over_time, readings
+from tumble.lab.readings import error_rows, errors_over_time, readings, sensor_readings
 from tumble.lab.refusals import Refused
 from tumble.lab.sentences import sentence
 from tumble.lab.session import LEAD_S, Session
@@ -340,6 +340,15 @@ def test_the_numbers_are_those_of_the_coursework(session, until):
     assert told["impulse"].values == pytest.approx((5.0,))
     assert told["hit point"].values == pytest.approx(tuple(place))
     assert (told["mass"].unit, told["angular velocity"].unit, told["time"].unit) == ("kg", "rad/s", "s")
+    # An accelerometer at the clicked point of a cube that spins freely: w^2 r towards the axis; a gyro beside it.
+    scene, point = session.thrown.scene, session.struck_point(shown.time)
+    force, spin = (np.array(one.values) for one in sensor_readings(scene, shown.state, point, None, at_impulse=False))
+    axes = rotation_matrix(shown.state[3:7])
+    w = shown.state[10:13]
+    arm = place - scene.start[0, :3]  # as it was at the click, when the body was not turned
+    assert axes @ spin == pytest.approx(w)
+    assert force == pytest.approx(np.cross(spin, np.cross(spin, arm)))
+    assert sensor_readings(scene, shown.state, point, None, at_impulse=True)[0].values == ()
     corners = np.array([told[f"vertex {number}"].values for number in range(8)])
     assert np.linalg.norm(corners - told["centre of mass"].values, axis=1) == pytest.approx(np.full(8, 2.5 * 3**0.5))
 
