@@ -298,6 +298,11 @@ class Scene:
         Returns
         -------
         Scene
+
+        Examples
+        --------
+        >>> Scene.read("two-hits").with_sensor("imu", rate=100.0, point=(0.2, 0.0, 0.0)).question.sensors[0].rate
+        100.0
         """
         return self._with("sensor", {"name": name, "kind": kind, "rate": rate, **values})
 
