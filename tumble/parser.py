@@ -279,7 +279,8 @@ def parser() -> Parser:
         action="append",
         default=[],
         metavar="COLUMN=NAME",
-        help="name of a column, with its unit: t_s, t_ms, x_cm, qw, r11, vx_m_s, wx_deg_s, v0x_m, ..., or ignore",
+        help="name of a column, with its unit: t_s, t_ms, x_cm, qw, r11, vx_m_s, wx_deg_s, v0x_m, ax_g, gx_rad_s, ..., "
+        "or ignore",
     )
     grade.add_argument(
         "--map-file", metavar="TOML", help="names of columns, in a table [columns] (default: FILE.toml, if it exists)"
@@ -292,6 +293,9 @@ def parser() -> Parser:
     )
     grade.add_argument(
         "--by", choices=("pose", "matrix", "vertices"), help="description of the pose to grade, if the file has several"
+    )
+    grade.add_argument(
+        "--sensor", metavar="NAME", help="sensor of the scene that readings are of (default: the scene's only one)"
     )
     grade.add_argument("--columns", metavar="NAME,...", help="names of the columns of a file without a header")
     grade.add_argument(

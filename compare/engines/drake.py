@@ -275,11 +275,11 @@ def plant_of(
     for number in range(len(scene.start)):
         plant.AddRigidBody(f"throw {number}", inertia)
     plant.mutable_gravity_field().set_gravity_vector(np.zeros(3) if scene.gravity is None else scene.gravity)
+    if world is not None:
+        touch(plant, scene_graph, world, contact_dt)
     if scene.sensors and time_step:
         # As sampled they have the acceleration of the step before.
         plant.SetUseSampledOutputPorts(False)
-    if world is not None:
-        touch(plant, scene_graph, world, contact_dt)
     plant.Finalize()
     return plant
 

@@ -155,13 +155,13 @@ ACTUATOR = """
 <general site="{point}" refsite="{anchor}" gear="{axis} 0 0 0"
   gainprm="0" biastype="affine" biasprm="0 {minus_stiffness!r} {minus_damping!r}"/>
 """
-# What an accelerometer at a site reads is its acceleration less gravity's, in the site's axes.
-MOUNTED = '<site name="{name}" pos="{place}" quat="{turn}"/>'
-SENSOR = '<accelerometer site="{name}"/> <gyro site="{name}"/>'
 # Of an impact with restitution: the largest of MuJoCo's own.
 IMPEDANCE = 0.95
 # Of the second solver for friction, which is off by default.
 NOSLIP_ITERATIONS = 100
+# What an accelerometer at a site reads is its acceleration less gravity's, in the site's axes.
+MOUNTED = '<site name="{name}" pos="{place}" quat="{turn}"/>'
+SENSOR = '<accelerometer site="{name}"/> <gyro site="{name}"/>'
 # At its own 1e-8 the throws of one world, which it solves for together, disturb each other.
 SOLVER_TOLERANCE = 1e-15
 AXES = ("1 0 0", "0 1 0", "0 0 1")

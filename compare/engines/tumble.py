@@ -173,6 +173,8 @@ def sense(world):
     # Compiled by itself: a scene without sensors does not load it.
     from tumble.solver.sensors import readings
 
+    if world.scene.plane is not None:
+        raise NotImplementedError("no method of Tumble has sensors above a plane")
     forces, sensors, body = forces_of(world.scene)._replace(gravity=None), world.scene.sensors, world.body
     points = np.array([sensor.point_body for sensor in sensors])
     axes = np.array([np.swapaxes(to_matrix(sensor.orientation), -1, -2) for sensor in sensors])

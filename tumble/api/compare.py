@@ -47,8 +47,8 @@ def compare(
     -------
     Result
         Tables `runs`, `vertex_errors`, `error_over_time`, `agreement`, `scenes`, `engines`, `findings`, `conditions`;
-        of scenes with a plane also `contact` and `contact_scans`.  `sensors` and `sensor_errors` have no rows where
-        no scene has a sensor.
+        of scenes with a plane also `contact` and `contact_scans`, of scenes with a sensor `sensors` and
+        `sensor_errors`.
 
     Raises
     ------

@@ -217,7 +217,7 @@ def checks_for(info: EngineInfo) -> list[str]:
     """Return the checks that apply to an engine."""
     lacks = {"gravity": "gravity" not in info.features, "optional": not info.optional, "sensors": not info.senses}
     without = {*info.exempt, *(check for check, lacking in lacks.items() if lacking)}
-    has_contact = {"gravity", "plane"} <= {*info.features}
+    has_contact = {"gravity", "plane"} <= info.features
     return [check for check in (*CHECKS, *(CONTACT_CHECKS if has_contact else ())) if check not in without]
 
 

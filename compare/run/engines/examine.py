@@ -9,7 +9,12 @@ from tumble.compare.run.running_engines import RunningEngine
 from tumble.compare.run.status import Failure, Status
 
 # Why a check does not apply to an engine.
-LACKING = {"gravity": "it has no gravity", "optional": "it has nothing optional", "sensors": "it has no sensors"}
+LACKING = {
+    "gravity": "it has no gravity",
+    "optional": "it has nothing optional",
+    "sensors": "it has no sensors",
+    **dict.fromkeys(CONTACT_CHECKS, "it has no plane"),
+}
 LOOSE = 1e-3  # a tolerance at which the steps of an adaptive method are few
 
 
@@ -55,7 +60,7 @@ def examined(running_engine: RunningEngine, only: str | None = None) -> Iterator
     every = tuple(dict.fromkeys((*CHECKS, *binding)))  # those of contact where they apply
     for check in every if only is None else (only,):
         if check not in binding or late:
-            why = info.exempt.get(check) or (late if check in binding else lacking(check))
+            why = info.exempt.get(check) or (late if check in binding else LACKING[check])
             not_asked = dict.fromkeys(running_engine.methods, why)
             yield Examined(check=check, holds=(), broken={}, not_asked=not_asked, known={})
             continue
@@ -78,10 +83,3 @@ def examined(running_engine: RunningEngine, only: str | None = None) -> Iterator
             else:
                 holds.append(method)
         yield Examined(check=check, holds=tuple(holds), broken=broken, not_asked=not_asked, known=known)
-
-
-def lacking(check: str) -> str:
-    """Return why a check does not apply to an engine that does not state what it needs."""
-    if check in CONTACT_CHECKS:
-        return "it has no plane"
-    return LACKING[check]

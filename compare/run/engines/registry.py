@@ -91,8 +91,8 @@ class EngineInfo:
     step_ns : approximate time of one step of one throw [ns], by method, or under * for all
     orders : by method, the power of the step by which the error of a free body falls
     instants : the only sample instants at which the engine has an answer [s]; empty: any instant
-    senses : whether it reads sensors itself; otherwise their readings are differences of its velocities
     known_failures : reason for each check that methods fail by the engine's own law, by check and method, * for all
+    senses : whether it reads sensors itself; otherwise their readings are differences of its velocities
     """
 
     methods: tuple[str, ...]
@@ -334,11 +334,11 @@ def engine_info(engine: str, module: ModuleType) -> EngineInfo:
             step_ns={str(method): float(ns) for method, ns in of_each.items()},
             orders={str(method): float(order) for method, order in dict(getattr(module, "ORDERS", {})).items()},
             instants=tuple(float(instant) for instant in getattr(module, "INSTANTS", ())),
-            senses=callable(getattr(module, "sense", None)),
             known_failures={
                 str(check): {str(method): str(why) for method, why in dict(reasons).items()}
                 for check, reasons in dict(getattr(module, "KNOWN_FAILURES", {})).items()
             },
+            senses=callable(getattr(module, "sense", None)),
         )
     except (TypeError, ValueError, OverflowError) as error:
         raise BadEngine(f"{engine}: what it says of itself cannot be read: {error}") from error

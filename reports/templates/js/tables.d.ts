@@ -192,6 +192,21 @@ interface Tables {
     to_s: number;
     max_error_m: number;
   };
+  "grade-readings.csv": {
+    file: string;
+    scene: string;
+    sensor: string;
+    device: string;
+    unit: string;
+    t_s: number;
+    true_x: number;
+    true_y: number;
+    true_z: number;
+    x: number;
+    y: number;
+    z: number;
+    error: number;
+  };
   "grade-vertices.csv": {
     file: string;
     scene: string;
@@ -377,6 +392,17 @@ interface Tables {
     horizon_s: number | null;
     rounding_inputs_m: number | null;
   };
+  "sensor-diagnosis.csv": {
+    file: string;
+    sensor: string;
+    device: string;
+    rank: number;
+    mistake: string;
+    parameter: string;
+    value: string;
+    unit: string;
+    residual: number;
+  };
   "sensor-errors.csv": {
     scene: string;
     engine: string;
@@ -395,6 +421,23 @@ interface Tables {
     rms_error: number | null;
     resolution: number | null;
     true_max: number | null;
+  };
+  "sensor-grade.csv": {
+    file: string;
+    scene: string;
+    sensor: string;
+    device: string;
+    unit: string;
+    rows: number;
+    rows_at_impulses: number;
+    verdict: string;
+    max_error: number;
+    at_t_s: number;
+    rms_error: number;
+    residual: number;
+    resolution: number;
+    print_precision: number;
+    hidden: string;
   };
   "sensors.csv": {
     scene: string;
