@@ -7,7 +7,7 @@ from rich.constrain import Constrain
 from rich.text import Text
 
 from tumble.compare.comparison.schemas import SensorErrorRow
-from tumble.compare.comparison.sensor_tables import sensor_error_rows
+from tumble.compare.comparison.sensor_errors import sensor_error_rows
 from tumble.compare.judge.sensors import SensorRun
 from tumble.reports.charts import GOOD
 from tumble.reports.numerals import counted

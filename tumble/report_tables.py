@@ -97,7 +97,8 @@ def report_tables(
     stiff = [] if maps else [scene for scene in scenes if scene.name in STIFF or not scene.is_free]
     cases = [read_scene(name) for name in OF_A_PAGE] if whole_catalogue and not maps else []
     landing = [scene for scene in scenes if scene.plane]
-    runs = (*scenes, *scenes, *swept, *stiff, *cases, *landing)
+    sensing = [scene for scene in scenes if scene.sensors]
+    runs = (*scenes, *scenes, *swept, *stiff, *cases, *landing, *sensing)
     with (
         started(contestants, time_limit, memory_limit, display, few=not every_method) as running_engines,
         display(flights(running_engines, runs) + 2 * len(scenes) + len(swept) + len(stiff) + len(cases)) as on_progress,

@@ -371,7 +371,7 @@ def sense(world: World) -> NDArray[np.float64]:
     """Return what its Accelerometers and Gyroscopes read in the state as it is, (N, S, 6)."""
     if world.held is not None:
         hold(world, world.held)
-    plant, context = world.plant, world.simulator.get_context()
+    plant, context = world.plant, context_of(world)
     gravity = plant.gravity_field().gravity_vector()
     ports = [getattr(plant, f"get_body_{part}_output_port")() for part in PARTS]
     found = np.empty((len(world.scene.start), len(world.scene.sensors), 6))

@@ -134,6 +134,8 @@ class RunningEngine:
 
     def read_sensors(self, scene: Scene, method: str, dt: float) -> SensorReadings | Failure:
         """Return what the scene's sensors read in its first throw, or why they cannot be read.  Raises Halted."""
+        if scene.plane is not None:
+            return Failure(Status.SKIPPED, "sensors are not read above a rigid plane")
         return self.unsupported(scene) or self.ensure_running() or self.worker.read_sensors(scene, method, dt)
 
     def prepare_timer(

@@ -301,8 +301,8 @@ class Scene:
 
         Examples
         --------
-        >>> Scene.read("two-hits").with_sensor("imu", rate=100.0).document["sensor"]
-        [{'name': 'imu', 'kind': 'imu', 'rate': 100.0}]
+        >>> Scene.read("two-hits").with_sensor("imu", rate=100.0, point=(0.2, 0.0, 0.0)).question.sensors[0].rate
+        100.0
         """
         return self._with("sensor", {"name": name, "kind": kind, "rate": rate, **values})
 
