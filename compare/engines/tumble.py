@@ -8,6 +8,8 @@ import numpy as np
 
 from tumble.solver.body import Body
 from tumble.solver.compilation import without_blas
+from tumble.solver.contact.flight import ContactFlight, Plane
+from tumble.solver.contact.methods import CONTACT_METHODS
 from tumble.solver.flight import Flight
 from tumble.solver.forces import LAWS, Forces, only_gravity
 from tumble.solver.quaternion import to_matrix
@@ -19,11 +21,14 @@ METHODS = tuple(REGISTRY)
 # Of these NAME@TOLERANCE is a method too, e.g. adaptive@1e-9; the plain name means its default.
 ADAPTIVE = {name: method.tolerance for name, method in REGISTRY.items() if method.tolerance is not None}
 # These take a flight of any length in one step.
-WHOLE = tuple(name for name, method in REGISTRY.items() if method.order is None and method.tolerance is None)
+FREE_WHOLE = tuple(name for name, method in REGISTRY.items() if method.order is None and method.tolerance is None)
+WHOLE = (*FREE_WHOLE, *(name for name, method in CONTACT_METHODS.items() if method.dense))
+# These alone know a plane; without one they take part only when asked for, and run the free flight.
+CONTACT = tuple(CONTACT_METHODS)
 ON_REQUEST = ("auto",)
 SHOWN = ("rk4", "exact", "adaptive", "symplectic-euler", "quaternion-euler", "matrix-euler")
-# Every law of the solver, by the name that a scene has it under: the key of one of its kind.
-FEATURES = {law.removesuffix("s") for law in LAWS}
+# Every law of the solver, by the name that a scene has it under: the key of one of its kind; and contact's.
+FEATURES = {*(law.removesuffix("s") for law in LAWS), "plane"}
 # Most take less; what a solver of equations or many stages take.
 SLOW_NS = {"magnus6": 90.0, "taylor8": 80.0, "taylor12": 140.0, "splitting8": 800.0, "gauss6": 3500.0, "radau5": 3500.0}
 STEP_NS = dict.fromkeys((*METHODS, *ON_REQUEST), 50.0) | SLOW_NS
@@ -63,7 +68,7 @@ LARGEST_STRAIN = 0.1
 class World(NamedTuple):
     """A flight of a body in a scene, and what `auto` took for it and why."""
 
-    flight: Flight
+    flight: Flight | ContactFlight
     body: Body
     scene: Any
     took: str = ""
@@ -71,16 +76,37 @@ class World(NamedTuple):
 
 def build(scene, method, keep=frozenset()):
     """Return a flight; keep: of OPTIONAL, what is computed although the scene has not got it."""
-    forces = forces_of(scene, keep)
     a, b, c = scene.body.moments.tolist()
     body = Body(scene.body.mass, (a, b, c))
+    if method in CONTACT:
+        return World(contact_flight(scene, body, method, keep), body, scene)
+    if scene.plane is not None:
+        raise NotImplementedError(f"{method} has no plane: of Tumble's methods {', '.join(CONTACT)} do")
+    forces = forces_of(scene, keep)
     name, took = choice(body, forces, scene) if method in ON_REQUEST else (method, "")
-    if "gyroscopic" in keep and name in WHOLE:
+    if "gyroscopic" in keep and name in FREE_WHOLE:
         raise NotImplementedError(f"{name} is a closed form, not a sum of terms")
     least = find(name).least_throws
     if len(scene.start) < least:
         raise NotImplementedError(f"{name} is for {least} throws or more")
     return World(Flight(body, name, forces, keep), body, scene, took)
+
+
+def contact_flight(scene, body, method, keep):
+    """Return a flight above the scene's plane, or a free one where it has none."""
+    others = [law for law in LAWS if law != "gravity" and getattr(scene, law)]
+    if others or keep:
+        lacking = [*(law.removesuffix("s") for law in others), *(f"way to keep {name}" for name in sorted(keep))]
+        raise NotImplementedError(f"{method} has no {' or '.join(lacking)}")
+    plane = scene.plane and Plane(
+        scene.plane.point,
+        scene.plane.normal,
+        scene.plane.restitution,
+        scene.plane.friction,
+        scene.body.points,
+        scene.body.radius or 0.0,
+    )
+    return ContactFlight(body, method, scene.gravity, plane)
 
 
 def forces_of(scene, keep=frozenset()):
@@ -147,6 +173,8 @@ def sense(world):
     # Compiled by itself: a scene without sensors does not load it.
     from tumble.solver.sensors import readings
 
+    if world.scene.plane is not None:
+        raise NotImplementedError("no method of Tumble has sensors above a plane")
     forces, sensors, body = forces_of(world.scene)._replace(gravity=None), world.scene.sensors, world.body
     points = np.array([sensor.point_body for sensor in sensors])
     axes = np.array([np.swapaxes(to_matrix(sensor.orientation), -1, -2) for sensor in sensors])
@@ -159,14 +187,16 @@ def vertices(world, points):
 
 
 def remark(world):
-    """Say what `auto` took; the other methods are what they are called."""
-    return world.took
+    """Say what `auto` took, or that an impact gained energy; the other methods are what they are called."""
+    return world.flight.remark if isinstance(world.flight, ContactFlight) else world.took
 
 
 @np.errstate(over="ignore", invalid="ignore")
 def audit(world):
     """Return what a state does not show: steps not found or beyond the stable one, a matrix that is no rotation."""
     flight, findings = world.flight, []
+    if isinstance(flight, ContactFlight):
+        return [("other", text) for text in flight.findings]
     if flight.unsolved:
         findings.append(("unsolved", f"Newton did not converge in {flight.unsolved} steps"))
     turn, stable = np.max(np.linalg.norm(flight.read()[:, 10:13], axis=1)) * flight.dt, flight.method.stable_turn

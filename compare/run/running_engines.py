@@ -76,12 +76,13 @@ class RunningEngine:
     _lock: threading.Lock = field(default_factory=threading.Lock, init=False)
 
     def methods_for(self, scene: Scene) -> tuple[str, ...]:
-        """Return the methods that take part: those named, and the forced ones where another force than gravity acts."""
+        """Return the methods that take part: those named, and of the others those with a use in the scene."""
         if self.unasked and not self.answers_at(scene):
             return ()
-        if not scene.is_free or isinstance(self.info, Failure):
+        if isinstance(self.info, Failure):
             return self.methods
-        return tuple(method for method in self.methods if method in self.named or method not in self.info.forced)
+        unused = self.info.without_use(scene)
+        return tuple(method for method in self.methods if method in self.named or method not in unused)
 
     @property
     def only_named(self) -> bool:
@@ -291,10 +292,10 @@ def chosen(engine: str, asked: list[str], info: EngineInfo | Failure, few: bool 
     """
     if isinstance(info, Failure):
         return tuple(asked)
-    usual = info.shown if few else (*info.methods, *info.forced)
+    usual = (*info.shown, *info.contact) if few else (*info.methods, *info.forced, *info.contact)
     found: dict[str, None] = {}
     for method in asked:
-        known = (*info.methods, *info.forced, *info.on_request)
+        known = info.every_method
         if method and method not in known and not is_tolerance(method, info):
             raise BadEngine(f"unknown method of {registry.title(engine)} {method!r}: {nearest(method, known)}")
         found |= dict.fromkeys([method] if method else usual)

@@ -21,9 +21,10 @@ NO_INTERVAL = "no interval before the first reading"
 BLURRED = "the last bits of the scene's numbers move the reading by more than a millionth"
 # The place of the velocity that impulses add, among the quantities.
 JUMP = 4
-# Points of the rougher and of the finer rule of a mean, panels that are tried, and how near the two must be.
-RULES, PANELS, AGREEMENT = (7, 10), (1, 4, 16, 64), 1e-14
-MORE, MOST_NODES = 4, 200_000
+# Points of the rougher and of the finer rule of a mean, and how near the two must be; how many times as many panels are
+# tried next, and how many nodes there may be.
+RULES, AGREEMENT = (7, 10), 1e-14
+MORE, MOST_NODES = 4, 50_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -183,11 +184,13 @@ def _means(scene: Scene, sensors: tuple[Sensor, ...], times: Array, limit_s: flo
     found = _nothing(scene, sensors, times, NO_INTERVAL)
     if len(times) < 2:
         return found
-    for panels in PANELS:
+    panels = 1
+    while True:
         means, apart = _quadrature(scene, sensors, times, panels, limit_s)
         size = np.linalg.norm(np.nan_to_num(means.values), axis=-1).max(axis=0)
         if not (apart > AGREEMENT * size).any() or len(times) * panels * MORE * sum(RULES) > MOST_NODES:
             break
+        panels *= MORE
     for every, own in zip(found, means, strict=True):
         every[1:] = own
     return found

@@ -72,7 +72,7 @@ def _after(s: Series) -> float:
 
 
 @inner
-def _turn(early: Vector, middle: Vector, late: Vector) -> Quaternion:
+def turn_of(early: Vector, middle: Vector, late: Vector) -> Quaternion:
     """Return exp(Omega~/2), the turn of a step, from dt w_body at the three nodes.
 
     Source: Blanes, Casas, Oteo & Ros, "The Magnus expansion and some of its applications" (2009), eqs. 257-258; every
@@ -104,6 +104,6 @@ def magnus6(spins: NDArray[np.float64], n: int, dt: float, inverse_moments: Vect
                 early = times(step, (_at(EARLY, x), _at(EARLY, y), _at(EARLY, z)))
                 middle = times(step, (_at(0.5, x), _at(0.5, y), _at(0.5, z)))
                 late = times(step, (_at(LATE, x), _at(LATE, y), _at(LATE, z)))
-                q = product(q, _turn(early, middle, late))
+                q = product(q, turn_of(early, middle, late))
                 momentum = (_after(x), _after(y), _after(z))
         store(spin, q, momentum)

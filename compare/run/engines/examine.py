@@ -3,13 +3,18 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from tumble.compare.engines import CHECKS
-from tumble.compare.run.engines.contract_checks import checks_for
+from tumble.compare.engines import CHECKS, CONTACT_CHECKS
+from tumble.compare.run.engines.contract_checks import checks_for, known_failure
 from tumble.compare.run.running_engines import RunningEngine
 from tumble.compare.run.status import Failure, Status
 
 # Why a check does not apply to an engine.
-LACKING = {"gravity": "it has no gravity", "optional": "it has nothing optional", "sensors": "it has no sensors"}
+LACKING = {
+    "gravity": "it has no gravity",
+    "optional": "it has nothing optional",
+    "sensors": "it has no sensors",
+    **dict.fromkeys(CONTACT_CHECKS, "it has no plane"),
+}
 LOOSE = 1e-3  # a tolerance at which the steps of an adaptive method are few
 
 
@@ -23,12 +28,14 @@ class Examined:
     holds : methods that pass
     broken : why the other methods fail, by method
     not_asked : why methods were not checked, by method
+    known : why the methods fail that are stated to fail it, by method
     """
 
     check: str
     holds: tuple[str, ...]
     broken: dict[str, str]
     not_asked: dict[str, str]
+    known: dict[str, str]
 
 
 def examined(running_engine: RunningEngine, only: str | None = None) -> Iterator[Examined]:
@@ -50,13 +57,17 @@ def examined(running_engine: RunningEngine, only: str | None = None) -> Iterator
     loose = [f"{method}@{LOOSE:g}" for method in running_engine.methods if method in info.adaptive]
     binding = checks_for(info)
     late = ""
-    for check in CHECKS if only is None else (only,):
+    every = tuple(dict.fromkeys((*CHECKS, *binding)))  # those of contact where they apply
+    for check in every if only is None else (only,):
         if check not in binding or late:
             why = info.exempt.get(check) or (late if check in binding else LACKING[check])
-            yield Examined(check=check, holds=(), broken={}, not_asked=dict.fromkeys(running_engine.methods, why))
+            not_asked = dict.fromkeys(running_engine.methods, why)
+            yield Examined(check=check, holds=(), broken={}, not_asked=not_asked, known={})
             continue
-        holds, broken, not_asked = [], {}, {}
-        for method in (*running_engine.methods, *loose):
+        holds, broken, not_asked, known = [], {}, {}, {}
+        # In contact no force is held: those methods are others under another name.
+        twice = info.forced if check in CONTACT_CHECKS else ()
+        for method in (*(one for one in running_engine.methods if one not in twice), *loose):
             if late:
                 not_asked[method] = late
                 continue
@@ -65,9 +76,10 @@ def examined(running_engine: RunningEngine, only: str | None = None) -> Iterator
                 # Each further answer would be waited for as long.
                 late = f"after a timeout no more is asked; {method} gave no answer to {check!r}"
             if isinstance(said, Failure) and said.status is Status.SKIPPED:
-                not_asked[method] = said.reason
+                by_law = known_failure(info.known_failures, check, method)
+                (known if by_law else not_asked)[method] = said.reason
             elif said:
                 broken[method] = str(said)
             else:
                 holds.append(method)
-        yield Examined(check=check, holds=tuple(holds), broken=broken, not_asked=not_asked)
+        yield Examined(check=check, holds=tuple(holds), broken=broken, not_asked=not_asked, known=known)

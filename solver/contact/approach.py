@@ -1,0 +1,201 @@
+"""When a body in free flight meets the plane: no contact is passed, by a bound of every point's third derivative.
+
+From an instant, a point's height stays above h + h' t + h'' t^2 / 2 - J t^3 / 6, J the greatest |h'''| there can be;
+so a step that keeps all of these above zero passes no contact: conservative advancement (Mirtich & Canny,
+"Impulse-based simulation of rigid bodies", I3D (1995) 181), here of order three.  The last digits are Newton's.
+"""
+
+import math
+from typing import NamedTuple
+
+from tumble.solver.body import momentum_rate
+from tumble.solver.compilation import inner
+from tumble.solver.contact.ground import Ground
+from tumble.solver.integrators.exact import _swept, _turned
+from tumble.solver.quaternion import Quaternion, exponential, normalise, product, rotate_back
+from tumble.solver.vectors import Vector, add, cross, dot, scale, times
+
+# Of the body's reach: the height at which Newton's steps take over; and what doubles lose, per radian turned.
+NEAR, LOST_PER_RADIAN = 2.0**-34, 2.0**-49
+# Of a step that the bound allows, what is taken: its root is found by few Newton's steps.
+SAFE, NEARLY = 1.0 - 1e-5, 1e-4
+MOST_ADVANCES, MOST_NEWTON = 20_000, 60
+# |h'''| <= THIRD |w|^3 |p|: |w'| <= |w|^2 / sqrt(3) and |w''| <= (1 + 1/sqrt(3)) |w|^3 by Euler's equations, whose
+# coefficients are below 1, and p''' = w'' x p + 2 w' x (w x p) + w x (w' x p) + w x (w x (w x p)).
+THIRD = 1.0 + 4.0 / math.sqrt(3.0) + 1.0
+NONE, MET, LOST = 0, 1, 2
+
+
+class Moving(NamedTuple):
+    """A flight at an instant: attitude, angular momentum, body axes, and as the body sees the plane: unit normal n,
+
+    n', n'', all body axes; height of the centre [m], its rate.
+    """
+
+    q: Quaternion
+    l_body: Vector
+    normal: Vector
+    first: Vector
+    second: Vector
+    height: float
+    rate: float
+
+
+@inner
+def turned_freely(q: Quaternion, l_body: Vector, t: float, ground: Ground) -> tuple[Quaternion, Vector]:
+    """Return attitude and angular momentum after t [s] of free rotation."""
+    if dot(l_body, l_body) == 0.0:
+        return q, l_body
+    g = ground.gyroscopic
+    if g[0] == 0.0 and g[1] == 0.0 and g[2] == 0.0:
+        turn = exponential(scale(t / 2.0, times(ground.inverse_moments, l_body)))
+        return normalise(product(q, turn)), l_body
+    q, l_body = _turned(q, _swept(l_body), t, ground.inverse_moments, g)
+    return normalise(q), l_body
+
+
+@inner
+def moving_at(z: float, q: Quaternion, v_z: float, l_body: Vector, t: float, ground: Ground) -> Moving:
+    """Return the flight from z, q, v_z, L after t [s]."""
+    q, l_body = turned_freely(q, l_body, t, ground)
+    pull = ground.gravity[2]
+    n = rotate_back(q, (0.0, 0.0, 1.0))
+    w = times(ground.inverse_moments, l_body)
+    w_rate = times(ground.inverse_moments, momentum_rate(l_body, ground.gyroscopic))
+    first = cross(n, w)
+    second = add(cross(first, w), cross(n, w_rate))
+    return Moving(q, l_body, n, first, second, z + t * v_z + 0.5 * pull * t * t, v_z + pull * t)
+
+
+@inner
+def fastest_spin(q: Quaternion, l_body: Vector, ground: Ground) -> float:
+    """Return what |w| never exceeds in free rotation [rad/s]: by energy and by angular momentum."""
+    w = times(ground.inverse_moments, l_body)
+    least = min(ground.moments[0], ground.moments[1], ground.moments[2])
+    if ground.moments[0] == ground.moments[1] == ground.moments[2]:
+        return math.sqrt(dot(w, w))
+    return math.sqrt(min(dot(l_body, l_body) / (least * least), dot(w, l_body) / least))
+
+
+@inner
+def safe_step(h: float, h_1: float, h_2: float, jerk: float) -> float:
+    """Return how long h + h_1 t + h_2 t^2 / 2 - jerk t^3 / 6 stays above zero, from h >= 0, not more."""
+    if jerk == 0.0:
+        return _safe_parabola(h, h_1, h_2)
+    t = 0.0
+    root = h_2 * h_2 + 2.0 * jerk * h_1
+    if h_1 < 0.0 or (h_1 == 0.0 and h_2 <= 0.0):
+        if h_2 > 0.0 and root > 0.0:
+            # It falls to a least value; if that is above zero it rises from there to a greatest, beyond which it falls.
+            t = -2.0 * h_1 / (h_2 + math.sqrt(root))
+        if t == 0.0 or h + t * (h_1 + t * (h_2 / 2.0 - t * jerk / 6.0)) <= 0.0:
+            return _first_zero(h, h_1, h_2, jerk, t)
+    return _last_zero(h, h_1, h_2, jerk)
+
+
+@inner
+def _safe_parabola(h: float, h_1: float, h_2: float) -> float:
+    square = h_1 * h_1 - 2.0 * h_2 * h
+    if square < 0.0 or (h_1 >= 0.0 and h_2 >= 0.0):
+        return math.inf
+    root = math.sqrt(square)
+    return 2.0 * h / (root - h_1) if h_1 < 0.0 else (h_1 + root) / -h_2
+
+
+@inner
+def _first_zero(h: float, h_1: float, h_2: float, jerk: float, least: float) -> float:
+    """Return the zero of a cubic that falls from h: where it is convex, Newton's steps from 0 stay before it."""
+    if h <= 0.0:
+        return 0.0
+    if least == 0.0:
+        # It falls all the way.
+        return _last_zero(h, h_1, h_2, jerk)
+    t = 0.0
+    for _ in range(6):
+        value = h + t * (h_1 + t * (h_2 / 2.0 - t * jerk / 6.0))
+        slope = h_1 + t * (h_2 - t * jerk / 2.0)
+        if slope >= 0.0:
+            break
+        t -= value / slope
+    return t * SAFE
+
+
+@inner
+def _last_zero(h: float, h_1: float, h_2: float, jerk: float) -> float:
+    """Return the last zero of the cubic, a little less: Newton's steps from where the cube outweighs all else.
+
+    Up to a place where it is not negative the cubic is nowhere so: it has no dip below zero where this is asked for.
+    """
+    t = max((18.0 * h / jerk) ** (1.0 / 3.0), math.sqrt(18.0 * max(h_1, 0.0) / jerk), 9.0 * h_2 / jerk)
+    for _ in range(MOST_NEWTON):
+        value = h + t * (h_1 + t * (h_2 / 2.0 - t * jerk / 6.0))
+        slope = h_1 + t * (h_2 - t * jerk / 2.0)
+        if slope >= 0.0:
+            break
+        then = max(t - value / slope, 0.0)
+        is_near, t = abs(then - t) <= NEARLY * t, then
+        if is_near:
+            break
+    t *= SAFE
+    while h + t * (h_1 + t * (h_2 / 2.0 - t * jerk / 6.0)) < 0.0:
+        t *= 0.5
+    return t
+
+
+@inner
+def search(
+    z: float, q: Quaternion, v_z: float, l_body: Vector, begun: float, until: float, ground: Ground
+) -> tuple[int, float, int]:
+    """Return whether a flight meets the plane by an instant, NONE, MET or LOST, when or up to where it does not, and by
+
+    which point.  begun: an instant up to which it is known to meet none [s].
+    """
+    points, pull = ground.points, ground.gravity[2]
+    fastest = fastest_spin(q, l_body, ground)
+    third = THIRD * fastest * fastest * fastest
+    t = begun
+    for _ in range(MOST_ADVANCES):
+        now = moving_at(z, q, v_z, l_body, t, ground)
+        close = ground.reach * (NEAR + LOST_PER_RADIAN * (1.0 + fastest * t))
+        clear = now.height - ground.reach - close
+        if clear > ground.reach:
+            step = _safe_parabola(clear, now.rate, pull)
+        else:
+            step = math.inf
+            for number in range(len(points)):
+                p = (points[number, 0], points[number, 1], points[number, 2])
+                height = max(now.height + dot(now.normal, p), 0.0)
+                rate = now.rate + dot(now.first, p)
+                # What has just left the plane is on it still, and rises.
+                if height < close and rate < 0.0 and t > 0.0:
+                    return _refined(z, q, v_z, l_body, t, number, close, ground)
+                jerk = third * math.sqrt(dot(p, p))
+                step = min(step, safe_step(height, rate, pull + dot(now.second, p), jerk))
+        if not step > 0.0:
+            return LOST, t, 0
+        t += step
+        if t > until:
+            return NONE, t, 0
+    return LOST, t, 0
+
+
+@inner
+def _refined(
+    z: float, q: Quaternion, v_z: float, l_body: Vector, t: float, number: int, close: float, ground: Ground
+) -> tuple[int, float, int]:
+    """Return when a point that is close meets the plane, by Newton's steps; another that does so before takes over."""
+    points = ground.points
+    for _ in range(MOST_NEWTON):
+        now = moving_at(z, q, v_z, l_body, t, ground)
+        least, rate = math.inf, 0.0
+        for other in range(len(points)):
+            p = (points[other, 0], points[other, 1], points[other, 2])
+            height, falls = now.height + dot(now.normal, p), -now.rate - dot(now.first, p)
+            if falls > 0.0 and height < 2.0 * close and height < least * falls:
+                number, least, rate = other, height / falls, falls
+        if not math.isfinite(least):
+            return LOST, t, number
+        t += least
+        if abs(least) <= 2.0**-52 * t or abs(least) * rate <= 2.0**-54 * ground.reach:
+            return MET, t, number
+    return MET, t, number
