@@ -21,32 +21,47 @@ from tumble.compare.grade.grade import (
 )
 from tumble.compare.grade.measure.readings import MeasuredReadings
 from tumble.compare.grade.search.sensor_search import SensorExplanation, SensorMistake
-from tumble.compare.grade.sensor_grade import FOLLOWS_MOTION, NO_MISTAKE_SEEN, DeviceGrade, SensorGrade
+from tumble.compare.grade.sensor_grade import FOLLOWS_MOTION, NO_MISTAKE_SEEN, DeviceGrade, FileGrade, SensorGrade
+from tumble.reports.grade import grade_text
 from tumble.reports.terminal import LIST_WIDTH, columns, plain, thinned, vector
 
 # Significant digits of a vector's largest component.
 DIGITS = 4
 
 
-def sensor_grade_text(grade: SensorGrade) -> Iterator[RenderableType]:
-    """Yield what `tumble grade` prints of readings.
+def file_text(found: FileGrade) -> Iterator[RenderableType]:
+    """Yield what `tumble grade` prints of a file: the headlines, then the poses, then the readings.
 
     Parameters
     ----------
-    grade : the grade of a sensor's readings
+    found : the grades of the file
 
     Returns
     -------
-    the headline, and for each device a table of readings, the errors and the diagnosis
+    pieces of text, and tables
     """
-    yield Constrain(plain(sensor_headline(grade)), LIST_WIDTH)
-    yield Text()
+    details: list[Iterator[RenderableType]] = []
+    if found.pose:
+        details.append(grade_text(found.pose))
+        yield next(details[0])
+    if found.sensor:
+        yield Constrain(plain(sensor_headline(found.sensor)), LIST_WIDTH)
+        yield Text()
+        details.append(sensor_text(found.sensor))
+    for number, pieces in enumerate(details):
+        if number:
+            yield Text()
+        yield from pieces
+
+
+def sensor_text(grade: SensorGrade) -> Iterator[RenderableType]:
+    """Yield for each device a table of readings unless they are right, the errors and the diagnosis."""
     yield plain(f"{grade.file} compared with sensor {grade.sensor.name} of {grade.scene.name}: {grade.scene.title}")
     for device in grade.devices:
         m = device.measured
         yield Text()
+        yield plain(f"{m.device}, {m.unit}, in the sensor's axes")
         if not device.is_right:
-            yield plain(f"{m.device}, {m.unit}, in the sensor's axes")
             yield reading_table(m)
         yield plain(f"error: largest {size(m, m.worst)} at t = {m.worst_t_s:g} s; rms {size(m, m.rms)}")
         if m.left_out:

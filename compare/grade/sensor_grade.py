@@ -102,10 +102,13 @@ class DeviceGrade:
     @property
     def _follows_own(self) -> bool:
         """Whether the readings are right for the motion in the file."""
-        own = self.own
+        own, diagnosis = self.own, self.diagnosis
         assert own is not None
-        is_noise = self.diagnosis is not None and self.diagnosis.null.is_noise and not self.diagnosis.best.mistakes
-        return own.excess <= 0 or own.rms <= FOLLOWS * self.measured.rms or is_noise
+        if own.excess <= 0 or diagnosis is None:
+            return own.excess <= 0
+        if diagnosis.best.mistakes and diagnosis.best.is_whole:
+            return False
+        return own.rms <= FOLLOWS * self.measured.rms or diagnosis.null.is_noise
 
     @property
     def is_right(self) -> bool:

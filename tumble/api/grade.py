@@ -19,8 +19,7 @@ from tumble.compare.grade.read.reading_options import ReadingOptions
 from tumble.compare.grade.sensor_grade import FileGrade
 from tumble.compare.grade.study import grade_file
 from tumble.compare.grade.tables import grade_tables
-from tumble.reports.grade import grade_text
-from tumble.reports.sensor_grade import sensor_grade_text
+from tumble.reports.sensor_grade import file_text
 from tumble.scenarios.read import scene_of_document
 from tumble.scenarios.refusal import UserError
 from tumble.scenarios.scene import Scene as Question
@@ -38,9 +37,7 @@ class GradeResult(Result):
     """The grade of a trajectory, of a sensor's readings, or of both: tables, verdict, mistakes that explain it."""
 
     def __init__(self, grade: FileGrade, command: str) -> None:
-        pieces = [*(grade_text(grade.pose) if grade.pose else ())]
-        pieces += sensor_grade_text(grade.sensor) if grade.sensor else ()
-        super().__init__(grade_tables(grade, command), text_of(pieces))
+        super().__init__(grade_tables(grade, command), text_of(file_text(grade)))
         self._grade = grade
 
     @property

@@ -13,8 +13,8 @@ from tumble.compare.grade.read.reading_options import ReadingOptions
 from tumble.compare.grade.results import json_document
 from tumble.compare.grade.study import grade_file
 from tumble.notes import display, note, notes
-from tumble.reports.grade import first_lines, grade_text, nearest_line
-from tumble.reports.sensor_grade import first_reading_lines, sensor_grade_text
+from tumble.reports.grade import first_lines, nearest_line
+from tumble.reports.sensor_grade import file_text, first_reading_lines
 from tumble.reports.terminal import console
 from tumble.scenarios.read import read_scene
 
@@ -39,11 +39,7 @@ def main(options: Namespace) -> int:
         sys.stdout.write(json.dumps(json_document(found), indent=2) + "\n")
     else:
         out = console()
-        pieces = [
-            *(grade_text(found.pose) if found.pose else ()),
-            *(sensor_grade_text(found.sensor) if found.sensor else ()),
-        ]
-        for piece in pieces:
+        for piece in file_text(found):
             out.print(piece)
     if options.output:
         from tumble.compare.grade.tables import grade_tables  # pandas is slow to load

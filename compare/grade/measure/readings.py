@@ -64,12 +64,24 @@ class Readings:
 class MeasuredReadings:
     """The errors of one device's readings.
 
-    readings: of the throw with the largest error, without rows at impulses; true: (N, 3); rows: number in the file;
-    left_out: rows at impulses; worst: largest error, of three axes; worst_t_s: its time [s]; rms: of three axes;
-    size: root mean square of the true readings, at least that of gravity for an accelerometer; half: largest error
-    that the printed digits allow; throw: its number; excess: largest error beyond the digits and the resolution;
-    resolution: of the reference; floor: of the root mean square of one axis' residual; single: whether every number is
-    of single precision.
+    Errors are lengths of vectors of three axes, in m/s2 or rad/s.
+
+    Parameters
+    ----------
+    readings : of the throw with the largest error, without rows at impulses
+    true : true readings, (N, 3)
+    rows : number of rows in the file
+    left_out : number of rows at impulses
+    worst : largest error
+    worst_t_s : time of the largest error [s]
+    rms : root mean square error
+    size : root mean square of the true readings, at least gravity for an accelerometer
+    half : largest error that the printed digits allow
+    throw : number of the throw
+    excess : largest error of one axis beyond the digits and the resolution
+    resolution : of the reference
+    floor : below it, the root mean square residual of one axis is indistinguishable from zero
+    single : whether every number is of single precision
     """
 
     readings: Readings

@@ -43,7 +43,14 @@ SHOWN = 5
 
 
 class SensorMistake(NamedTuple):
-    """A hypothesis with its value, and the values that least squares gave."""
+    """A hypothesis with its value.
+
+    Parameters
+    ----------
+    hypothesis : the mistake
+    value : its value; 0 if it has none
+    fitted : the values of a bias, a point or a factor, which least squares gave
+    """
 
     hypothesis: SensorHypothesis
     value: float = 0.0
@@ -75,8 +82,14 @@ class SensorMistake(NamedTuple):
 class SensorExplanation:
     """Mistakes that together reproduce a device's readings, and the residual.
 
-    rms, worst: of the residual over the three axes; within_floor: it is within the floor; is_noise: it is noise;
-    weight: information criterion.
+    Parameters
+    ----------
+    mistakes : the mistakes; empty: the readings without a mistake
+    rms : root mean square of the residual's length [m/s2 or rad/s]
+    worst : largest length of the residual [m/s2 or rad/s]
+    within_floor : whether the residual is within the floor
+    is_noise : whether the residual is noise
+    weight : information criterion; smaller is better
     """
 
     mistakes: tuple[SensorMistake, ...]

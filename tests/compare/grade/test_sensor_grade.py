@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from in_process import tumble as command
+from scipy.spatial.transform import Rotation
 from sensor_programs import (
     MISTAKES,
     Imu,
@@ -23,10 +24,10 @@ from sensor_programs import (
 
 from tumble.compare.grade.grade import CORRECT_TO_DIGITS, CORRECT_TO_NOISE, CORRECT_TO_RESOLUTION, EXPLAINED_WHOLLY
 from tumble.compare.grade.measure.whiteness import is_white
-from tumble.compare.grade.sensor_grade import NO_MISTAKE_SEEN, RIGHT, SensorGrade
+from tumble.compare.grade.sensor_grade import FOLLOWS_MOTION, NO_MISTAKE_SEEN, RIGHT, SensorGrade
 from tumble.compare.grade.study import grade_file
 from tumble.reports.sensor_grade import sensor_headline
-from tumble.scenarios.read import scene_of
+from tumble.scenarios.read import read_scene, scene_of
 
 ROOT = Path(__file__).parents[3]
 EXAMPLES = ROOT / "docs/sensors"
@@ -112,6 +113,32 @@ def test_noise_is_no_mistake_and_hides_none(tmp_path):
         rows = readings(scene, Motion(scene), times, replace(program, noise=(0.02, 0.002)), rng)
         verdict = graded(tmp_path, scene, times, rows, digits=8).verdict
         assert (verdict in (CORRECT_TO_NOISE, NO_MISTAKE_SEEN)) if mistake is None else (verdict not in RIGHT), mistake
+
+
+def test_readings_of_a_wrong_motion_are_compared_with_that_motion(tmp_path):
+    """A falling brick without gravity: a right sensor on it, and one that also leaves out w x (w x r)."""
+    scene = tomllib.loads((EXAMPLES / "brick-imu.toml").read_text(encoding="utf-8"))
+    (tmp_path / "scene.toml").write_text(toml(scene), encoding="utf-8")
+    weightless = Motion({key: value for key, value in scene.items() if key != "gravity"})
+    times = np.arange(101) / 50
+    states = [weightless.pieces[-1][1](t) for t in times]
+    poses = [(*s[0:3], *np.roll(Rotation.from_matrix(s[6:15].reshape(3, 3)).as_quat(), 1)) for s in states]
+    weightless.gravity = np.array(scene["gravity"])  # which its accelerometer takes off all the same
+    weightless.rates = lambda t, state: (
+        Motion.rates(weightless, t, state) - np.concatenate((np.zeros(3), weightless.gravity, np.zeros(12)))
+    )
+    for program, verdict, named_ones in (
+        (Imu(), FOLLOWS_MOTION, set()),
+        (Imu(centripetal=0.0), EXPLAINED_WHOLLY, {"sensor-centripetal-term-missing"}),
+    ):
+        rows = readings(scene, weightless, times, program, np.random.default_rng(0))
+        header = "t_s,x_m,y_m,z_m,qw,qx,qy,qz,ax_m_s2,ay_m_s2,az_m_s2"
+        table = np.column_stack((times, poses, rows[:, :3]))
+        np.savetxt(tmp_path / "both.csv", table, "%.12g", ",", header=header, comments="")
+        found = grade_file(str(tmp_path / "both.csv"), read_scene(str(tmp_path / "scene.toml")))
+        assert {m.hypothesis.name for m in found.pose.diagnosis.best.mistakes} == {"gravity-missing"}
+        assert found.sensor.devices[0].measured.worst > 5.0, "against the true motion"
+        assert (found.sensor.verdict, named(found.sensor)) == (verdict, named_ones)
 
 
 def test_mistakes_that_noise_hides_are_listed(tmp_path):
