@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from tumble.solver.compilation import inner, kernel
 from tumble.solver.contact import face, pinned
 from tumble.solver.contact.ground import Ground, lever_of, momentum_of, point_count, spin_of, velocity_at
-from tumble.solver.contact.slip import Slip, ending, path, placed, slip_from, time_at, velocity, y_at
+from tumble.solver.contact.slip import Slip, bend, ending, path, placed, slip_from, time_at, velocity, y_at
 from tumble.solver.contact.throw import (
     ANCHOR,
     CORNER,
@@ -50,7 +50,7 @@ from tumble.solver.quaternion import Quaternion, rotate, rotate_back
 from tumble.solver.vectors import Vector, add, cross, dot, scale
 
 # How finely the turn of a sphere is followed whose slip turns.
-FINE, MOST_TURNS = 0.05, 4000
+FINE, MOST_TURNS = 0.05, 100_000
 
 
 @inner
@@ -346,18 +346,21 @@ def _slipping(row: Array, t: float, ground: Ground) -> State:
     if not is_sphere:
         s = placed(slip, velocity(slip, y))
         return x, q, (s[0], s[1], 0.0), l_body
-    steps = max(math.ceil(max(-y * (slip.hold / slip.pull + 1.0), math.sqrt(dot(w, w)) * t) / FINE), 4)
-    steps = min(steps, MOST_TURNS)
-    length = y / steps
-    for step in range(steps):
-        begins = step * length
+    at = 0.0
+    for _ in range(MOST_TURNS):
+        spin = _spin_per_y(slip, v, w, begun, slope, at, ground)
+        length = -FINE / max(bend(slip, at), math.sqrt(dot(spin, spin)))
+        length = max(length, y - at)
         q = turned_by(
             q,
-            _spin_per_y(slip, v, w, begun, slope, begins + EARLY * length, ground),
-            _spin_per_y(slip, v, w, begun, slope, begins + 0.5 * length, ground),
-            _spin_per_y(slip, v, w, begun, slope, begins + LATE * length, ground),
+            _spin_per_y(slip, v, w, begun, slope, at + EARLY * length, ground),
+            _spin_per_y(slip, v, w, begun, slope, at + 0.5 * length, ground),
+            _spin_per_y(slip, v, w, begun, slope, at + LATE * length, ground),
             length,
         )
+        at += length
+        if at <= y:
+            break
     v_then, w_then = _spinning(slip, v, w, begun, slope, y, t, ground)
     return x, q, v_then, momentum_of(q, w_then, ground)
 

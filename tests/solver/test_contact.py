@@ -36,7 +36,7 @@ def test_events_has_no_error_but_rounding(name):
 @pytest.mark.parametrize("family", FAMILIES[:12])
 def test_events_on_random_scenes(family, tmp_path):
     path, tried = tmp_path / "drawn.toml", 0
-    for seed in range(40, 44):
+    for seed in range(40, 42):
         path.write_text(drawn(family, seed), encoding="utf-8")
         scene = read_scene(str(path))
         try:
