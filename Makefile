@@ -2,6 +2,8 @@
 
 PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
+# Hundreds of processes start here: each would compile every module that it imports.
+unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: report docs pictures lab test test-rest test-all attack check bench truth-check requirements venv venv-lab venv-test venv-docs
 
@@ -33,7 +35,8 @@ test-all: venv-test
 	$(BIN)/pytest -n auto
 
 check: venv-test
-	$(BIN)/ruff check . && $(BIN)/ruff format --check . && $(BIN)/python -m tools.words && $(BIN)/lint-imports && $(BIN)/pyright
+	$(BIN)/ruff check . && $(BIN)/ruff format --check . && $(BIN)/python -m tools.words && $(BIN)/lint-imports
+	$(BIN)/python -m tools.examples && $(BIN)/pyright
 	$(BIN)/python -m tools.page_types --check
 
 # The types of the tables' rows for the page's JavaScript, after a change of a column.

@@ -12,7 +12,7 @@ LIGHT = ("#0072b2", "#a63d7c", "#c25100", "#007a5a", "#7a5b00", "#4f4fb5")
 PLACES = (
     "tumble", "heyoka", "mujoco", "pybullet", "scipy", "drake",
     "physx", "rapier", "jolt", "ode", "dart", "newton",
-    "ammo", "cannon", "rapier-js",
+    "ammo", "cannon", "rapier-js", "box3d", "havok",
 )  # fmt: skip
 
 

@@ -45,7 +45,8 @@ def console(**settings: object) -> Console:
     -------
     the console
     """
-    found = Results(highlight=False, markup=False, emoji=False, **settings)  # type: ignore[arg-type]
+    # In a notebook rich would otherwise display what is printed there, also where it goes to a file.
+    found = Results(highlight=False, markup=False, emoji=False, force_jupyter=False, **settings)  # type: ignore[arg-type]
     if not found.is_terminal:
         found.width = PIPE_WIDTH
     return found

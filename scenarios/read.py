@@ -18,7 +18,7 @@ from tumble.scenarios.refusal import UserError
 from tumble.scenarios.scene import Scene
 
 CATALOGUE = Path(__file__).parent / "catalogue"
-# Scenes above a rigid plane, which no engine here simulates yet: read by name, listed apart.
+# Scenes above a rigid plane: read by name, listed apart.
 CONTACT = CATALOGUE / "contact"
 EXTREMES = Path(__file__).parent / "extremes"
 

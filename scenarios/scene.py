@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, fields
 
 import numpy as np
 
-from tumble.scenarios.forces import GRAVITY, acting
+from tumble.scenarios.forces import GRAVITY, PLANE, acting
 from tumble.scenarios.frames import Array
 
 
@@ -161,7 +161,16 @@ class Floor(_Frozen):
 class Plane(_Frozen):
     """A rigid plane below the body: Newton's restitution and Coulomb's friction of the pair of body and plane.
 
-    point [m], (3,), world; normal: unit, (3,), world, towards the body's side; restitution: 0 to 1; friction: >= 0.
+    Parameters
+    ----------
+    point : (3,), m
+        world axes
+    normal : (3,)
+        unit vector towards the body's side, world axes
+    restitution
+        0 to 1
+    friction
+        at least 0
     """
 
     point: Array
@@ -259,6 +268,11 @@ class Scene(_Frozen):
     def is_free(self) -> bool:
         """Whether nothing acts between impulses but gravity."""
         return set(acting(self)) <= {GRAVITY}
+
+    @property
+    def is_unforced(self) -> bool:
+        """Whether no force acts between impulses and impacts but gravity: no tether, no drag, no penalty floor."""
+        return set(acting(self)) <= {GRAVITY, PLANE}
 
     @property
     def rows(self) -> Array:

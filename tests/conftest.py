@@ -14,9 +14,8 @@ from patience import PATIENCE_S, without_progress
 from tiers import (  # noqa: F401, the hooks of the two tiers
     pytest_addoption,
     pytest_collection_modifyitems,
-    pytest_runtest_call,
+    pytest_runtest_protocol,
     pytest_terminal_summary,
-    too_slow,
 )
 
 if TYPE_CHECKING:
@@ -37,8 +36,6 @@ def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo):
     if report.skipped and os.environ.get("CI") and not hasattr(report, "wasxfail"):
         report.outcome = "failed"
         report.longrepr = f"skipped in CI, where everything is installed: {report.longrepr}"
-    if report.when == "call" and report.passed and (why := too_slow(item)):
-        report.outcome, report.longrepr = "failed", why
     return report
 
 

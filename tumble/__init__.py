@@ -87,6 +87,10 @@ class _CallablePackage(ModuleType):
         return import_module(_HOMES["compare"]).compare(*arguments, **options)
 
     @property
+    def __doc__(self) -> str | None:  # type: ignore[override]
+        return import_module(_HOMES["compare"]).compare.__doc__
+
+    @property
     def __signature__(self) -> "Any":
         return import_module("inspect").signature(import_module(_HOMES["compare"]).compare)
 

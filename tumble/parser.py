@@ -85,7 +85,20 @@ def port(text: str) -> int:
 
 
 def metres(text: str) -> float:
-    """Return a positive number of metres, from a length with its unit or a bare number of metres."""
+    """Return a positive number of metres, from a length with its unit or a bare number of metres.
+
+    Parameters
+    ----------
+    text : such as 0.001, 1mm or 50um
+
+    Returns
+    -------
+    float [m]
+
+    Raises
+    ------
+    argparse.ArgumentTypeError : the text is no such length
+    """
     match = LENGTH.fullmatch(text.strip())
     unit = match[2] if match else ""
     if match is None or unit not in METRES:

@@ -3,7 +3,7 @@
 An engine file has at module level
 
     METHODS   the names of its integrators, first the one that is taken where one is enough
-    FEATURES  the force laws it can express exactly, of: gravity, tether, drag, floor
+    FEATURES  the force laws it can express exactly, of: gravity, tether, drag, floor, plane
     ABOUT     a dict: version, precision ("single" or "double"), switched_off (a list of what was switched off to be
               fair) and, where it has any, defaults (a list of what a user gets who sets nothing)
 
@@ -15,7 +15,8 @@ and four verbs on whole states (N, 13): x [m], q (w x y z, body to world), v [m/
     advance(world, n, dt)            n steps of dt [s] in the engine's native loop: the only timed call
     read(world) -> states            (N, 13)
 
-`tumble engines --check ./mine.py` runs the CHECKS below on a file (compare/run/engines/contract_checks.py).
+`tumble engines --check ./mine.py` runs the CHECKS below on a file, and the CONTACT_CHECKS where it has a plane
+(compare/run/engines/contract_checks.py).
 
 More names where they are not empty:
 
@@ -25,7 +26,7 @@ More names where they are not empty:
     FORCED      names, not in METHODS, that take part only in scenes with a tether, drag or a floor: without one they
                 are the method they are named after.  METHOD+held is told the force once a step and holds it, which is
                 what scripts do; METHOD evaluates it wherever the method does, or says that it cannot
-    CONTACT     names, not in METHODS, that take part only in scenes with a plane
+    CONTACT     names, not in METHODS, that take part only in scenes with a plane; METHOD+VARIANT is METHOD without one
     ON_REQUEST  names, not in METHODS, that take part only when asked for.  METHOD+defaults leaves every setting of the
                 engine as it ships, which is what its users have; its audit tells what those do to a flight
     DEFAULT     of METHODS and ON_REQUEST those that do what the engine does where its user sets nothing, and that alone
@@ -46,6 +47,8 @@ More names where they are not empty:
     INSTANTS    the only sample instants at which the engine has an answer [s]; it takes part in scenes with others only
                 when it is asked for
     EXEMPT      {law: why}: laws that the engine is there to break
+    KNOWN_FAILURES  {check: {method: why}}: checks that a method fails by its own law, and no mistake of the file; * is
+                every method.  They are made all the same: one that passes is stated wrongly
 
 An engine of ours says, as literals, which are read where the engine itself is not installed:
 
@@ -91,6 +94,17 @@ CHECKS = {
     "light": "a body of a millionth of the mass moves the same way, to rounding",
     "the scene": "is not altered",
     "optional": "what OPTIONAL keeps changes no motion",
+}
+
+# Of engines with a plane; steps add up, write forgets and throws are apart there too.
+CONTACT_CHECKS = {
+    "friction": "a ball slows at mu g, mu the scene's whatever the rule that mixes two materials",
+    "restitution": "a ball rebounds at e times its speed, e the scene's, wherever in a step it meets the plane",
+    "stays above": "nothing gets below a plane by more than five steps' way",
+    "adds no energy": "an impact adds no energy",
+    "holds": "a box at rest below the critical angle does not creep",
+    "any direction": "friction does not depend on a direction in the plane",
+    "mirror images": "mirror images stay mirror images",
 }
 
 FINDINGS = {

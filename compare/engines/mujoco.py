@@ -3,11 +3,19 @@
     rk4 ...             the forces as parts of the model, evaluated at every stage of a step
     rk4+held ...        the forces computed once a step and held over it, as most scripts do
     rk4+defaults ...    every flag as MuJoCo ships it, auto-reset among them, and the forces held
+    euler+elliptic      above a plane: the elliptic friction cone in place of the pyramid
+    euler+noslip        above a plane: the elliptic cone, and friction solved once more without its softness
 
 Drag is joint damping.  A tether with a rest length is a spatial tendon.  One without damps the whole velocity of its
 point, where a tendon damps along the line only: it is three actuators, one an axis of the world, that pull the point to
 the anchor.  A penalty floor is a force from outside, which the callback for controls sets anew at every stage, for
 a contact of MuJoCo's is another law.
+
+A plane is a geom, and a contact pair has the scene's friction: no mixing rule.  MuJoCo has no restitution: where
+the scene's is not zero, the pair's `solref` is the spring and damper that give it in a central impact, as its manual
+advises ("Restitution" in the chapter on modeling); at zero it is MuJoCo's own.  Friction's damper then stops a slip in
+one step, but only the elliptic cone has one apart from the spring's.  `+defaults` sets the friction of both geoms, and
+no `solref`.
 
 A free joint's angular velocity is in body axes there, everything else in world axes; its quaternions are w x y z.
 """
@@ -15,6 +23,7 @@ A free joint's angular velocity is in body axes there, everything else in world 
 # MuJoCo's wheel has no type stubs.
 # pyright: reportAttributeAccessIssue=false
 
+import math
 import sys
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
@@ -25,10 +34,12 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from tumble.compare.engines.parts.apart import Apart, from_each, in_each, of_each, to_each
+from tumble.compare.engines.parts.impact import impact_duration
 from tumble.compare.engines.parts.scale import scale_to_one
 
 if TYPE_CHECKING:
-    from tumble.scenarios.scene import Scene
+    from tumble.scenarios.scene import Body, Plane, Scene
     from tumble.scenarios.wrench import Wrench
 
 # Those that put the whole state back to the model's start where auto-reset is on.
@@ -52,10 +63,11 @@ FLAGS = ("constraint", "contact", "actuation", "sensor", "spring", "damper", "gr
 
 METHODS = tuple(INTEGRATORS)
 FORCED = tuple(f"{integrator}+held" for integrator in INTEGRATORS)
+CONTACT = ("euler+elliptic", "euler+noslip")
 ON_REQUEST = ("euler+defaults", "rk4+defaults", "implicitfast+defaults")
 DEFAULT = ("euler", "euler+defaults")  # the flags that differ alter a flight only where a state is beyond 1e10
 SHOWN = ("euler", "euler+defaults", "rk4", "implicitfast")
-FEATURES = {"gravity", "tether", "drag", "floor"}
+FEATURES = {"gravity", "tether", "drag", "floor", "plane"}
 STEP_NS = 2000
 OPTIONAL = (*FLAGS, "geoms")
 PACKAGES = ("mujoco", "mujoco-core")
@@ -68,6 +80,17 @@ SCHEMES = {
     "implicitfast": "damping-implicit-euler",
     **dict.fromkeys((*FORCED, *ON_REQUEST), "semi-implicit-euler"),
     **dict.fromkeys(("rk4+held", "rk4+defaults"), "held-parabola"),
+}
+PYRAMID = "its friction cone is a pyramid with edges along x and y of the contact"
+SOFT = "its friction is soft: a body creeps at a speed that does not fall with the step"
+KNOWN_FAILURES = {
+    "any direction": dict.fromkeys((*INTEGRATORS, *ON_REQUEST), PYRAMID),
+    "holds": dict.fromkeys((*INTEGRATORS, *ON_REQUEST, "euler+elliptic"), SOFT),
+    "restitution": {
+        "discrete": "its implicit step damps the spring of an impact, the less the shorter the step",
+        **dict.fromkeys(ON_REQUEST, "it has no restitution; the spring and damper of its default give 0.13"),
+    },
+    "stays above": dict.fromkeys(ON_REQUEST, "its default contact is soft: 20 ms"),
 }
 GYROSCOPIC = {"euler": "explicit"} | {method: "implicit" for method in INTEGRATORS if method not in ("euler", "rk4")}
 ORDERS = {"rk4": 4.0}
@@ -83,20 +106,26 @@ ABOUT = {
     "version": mujoco.__version__,
     "precision": "double",
     "switched_off": [
-        *(f"flag {flag}" for flag in ("constraint", "contact", "sensor", "autoreset")),
-        "flags gravity, actuation, spring and damper where no force of the scene's needs them",
-        "geoms",
+        *(f"flag {flag}" for flag in ("sensor", "autoreset")),
+        "flags constraint, contact, gravity, actuation, spring and damper where nothing in the scene needs them",
+        "geoms without a plane",
         "the compiler's limits on mass and inertia",
         "errors of discrete's solver: its tolerance is 1e-15 instead of 1e-8, which costs nothing here",
     ],
-    "defaults": ["integrator Euler", "a state beyond 1e10 is put back to the start (auto-reset)"],
+    "defaults": [
+        "integrator Euler",
+        "a state beyond 1e10 is put back to the start (auto-reset)",
+        "contact: pyramidal friction cone, friction of a pair the larger of both, no restitution",
+    ],
 }
 
 MODEL = """
 <mujoco>
   <size memory="{memory_mb}M"/>
   <option integrator="{integrator}"> <flag {flags}/> </option>
-  <worldbody> {anchors} {bodies} </worldbody>
+  {assets}
+  <worldbody> {anchors} {plane} {bodies} </worldbody>
+  {contacts}
   <tendon> {tendons} </tendon>
   <actuator> {actuators} </actuator>
 </mujoco>
@@ -107,6 +136,13 @@ BODY = """
 SITE = '<site name="{name}" pos="{place}"/>'
 # It can collide with nothing, and inertial says what it weighs.
 GEOM = '<geom type="box" size="{half}" contype="0" conaffinity="0"/>'
+# Above a plane.  Its size is that of its picture; the normal is its z axis.
+PLANE = (
+    '<geom name="plane" type="plane" size="0 0 1" pos="{point}" zaxis="{normal}" contype="1" conaffinity="0" {own}/>'
+)
+SHAPE = '<geom name="body{throw}" {shape} contype="0" conaffinity="1" {own}/>'
+HULL = '<asset> <mesh name="hull" vertex="{points}"/> </asset>'
+PAIR = '<pair geom1="plane" geom2="body{throw}" {own}/>'
 # F = -(k (|d| - l0) + c d'.u) u, with d from the anchor to the point and u = d/|d|.
 TENDON = """
 <spatial stiffness="{stiffness!r}" damping="{damping!r}" springlength="{rest_length!r}">
@@ -118,6 +154,10 @@ ACTUATOR = """
 <general site="{point}" refsite="{anchor}" gear="{axis} 0 0 0"
   gainprm="0" biastype="affine" biasprm="0 {minus_stiffness!r} {minus_damping!r}"/>
 """
+# Of an impact with restitution: the largest of MuJoCo's own.
+IMPEDANCE = 0.95
+# Of the second solver for friction, which is off by default.
+NOSLIP_ITERATIONS = 100
 # At its own 1e-8 the throws of one world, which it solves for together, disturb each other.
 SOLVER_TOLERANCE = 1e-15
 AXES = ("1 0 0", "0 1 0", "0 0 1")
@@ -134,7 +174,8 @@ class World:
 
     scale: how many times the scene's masses, and so all forces, are what MuJoCo got.  told: what gives the wrench of
     the forces that are no part of the model, None where there are none; held: whether it is for a whole step, or else
-    for every stage of it.
+    for every stage of it.  bounces: the scene where its plane has a
+    restitution, which spring and damper are to give.
     """
 
     model: mujoco.MjModel
@@ -142,24 +183,37 @@ class World:
     scale: float
     held: bool
     told: "Wrench | None" = None
+    bounces: "Scene | None" = None
     steps: int = 0
     elapsed: float = 0.0
 
 
-def build(scene: "Scene", method: str, keep: Collection[str] = ()) -> World:
-    """Return a world with the scene's body once for every throw, and with those OPTIONAL kept that are asked for."""
+def build(scene: "Scene", method: str, keep: Collection[str] = ()) -> World | Apart:
+    """Return a world with the scene's body once for every throw, and with those OPTIONAL kept that are asked for.
+
+    Above a plane each throw has a world: MuJoCo solves for all contacts of one together.
+    """
+    if scene.plane and len(scene.start) > 1:
+        return Apart([build(replace(scene, start=start[np.newaxis]), method, keep) for start in scene.start])
     integrator, _, manner = method.partition("+")
     # What the model is made of, and what it must be told from outside.
-    inside = replace(scene, tethers=(), drag=None, floor=None) if manner else scene
-    outside = scene if manner else replace(scene, tethers=(), drag=None)
+    holds = bool(manner) and f"{integrator}+{manner}" not in CONTACT
+    inside = replace(scene, tethers=(), drag=None, floor=None) if holds else scene
+    outside = replace(scene if holds else replace(scene, tethers=(), drag=None), plane=None)
     if manner == "defaults":
         model, scale = as_shipped(inside, integrator), 1.0
     else:
         # MuJoCo takes a pivot below 1e-15 for singular and carries on with another.
         scale = scale_to_one(scene.body.mass, *scene.body.moments)
         model = bare(inside, integrator, scale, keep)
+        if manner in ("elliptic", "noslip"):
+            model.opt.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+        if manner == "noslip":
+            model.opt.noslip_iterations, model.opt.noslip_tolerance = NOSLIP_ITERATIONS, SOLVER_TOLERANCE
     model.opt.gravity[:] = 0.0 if scene.gravity is None else scene.gravity
-    world = World(model, mujoco.MjData(model), scale, held=bool(manner))
+    world = World(model, mujoco.MjData(model), scale, held=holds)
+    if scene.plane and scene.plane.restitution and manner != "defaults":
+        world.bounces = scene
     mujoco.mj_setConst(model, world.data)  # the mass matrix of a free body comes from constants derived from its masses
     if not outside.is_free:
         from tumble.scenarios.wrench import wrench  # it brings a compiler, which a free flight has no use for
@@ -172,13 +226,16 @@ def bare(scene: "Scene", integrator: str, scale: float, keep: Collection[str]) -
     """Return a model that has of all OPTIONAL only what the scene needs, and what is to be kept."""
     along = [tether for tether in scene.tethers if tether.rest_length]
     used = {
+        "constraint": scene.plane,
+        "contact": scene.plane,
         "actuation": scene.floor or len(along) < len(scene.tethers),  # the callback for a floor is a part of it
         "spring": along,
         "damper": scene.drag or any(tether.damping for tether in along),
         "gravity": scene.gravity is not None,
     }
     off = [flag for flag in FLAGS if not used.get(flag) and flag not in keep]
-    geom = GEOM.format(half=words(abs(scene.body.points).max(axis=0))) if "geoms" in keep else ""
+    shown = "geoms" in keep and not scene.plane
+    geom = GEOM.format(half=words(abs(scene.body.points).max(axis=0))) if shown else ""
     model = compiled(scene, integrator, off, scale, geom=geom)
     # Set after compilation, which refuses A + B < C and anything below 1e-15; row 0 is the world itself.
     model.body_mass[1:] = scale * scene.body.mass
@@ -193,7 +250,7 @@ def bare(scene: "Scene", integrator: str, scale: float, keep: Collection[str]) -
 def as_shipped(scene: "Scene", integrator: str) -> mujoco.MjModel:
     """Return a model with every setting as it is."""
     try:
-        return compiled(scene, integrator, mass=scene.body.mass, moments=scene.body.moments)
+        return compiled(scene, integrator, mass=scene.body.mass, moments=scene.body.moments, naive=True)
     except ValueError as refusal:
         raise NotImplementedError(f"MuJoCo refuses the body: {' '.join(str(refusal).split())}") from refusal
 
@@ -206,14 +263,22 @@ def compiled(
     mass: float = 1.0,
     moments: NDArray[np.float64] = UNIT_MOMENTS,
     geom: str = "",
+    naive: bool = False,
 ) -> mujoco.MjModel:
-    """Return a model of the scene's tethers and a body a throw, of that mass and moments, with those flags off."""
+    """Return a model of the scene's plane, tethers and a body a throw, of that mass and moments, with those flags off.
+
+    naive: whether both geoms have the plane's friction, and no pair.
+    """
     numbers = range(len(scene.tethers))
+    of_geom, of_pair = friction(scene.plane, naive) if scene.plane else ("", "")
+    shape = shape_of(scene.body) if scene.plane else ""
     anchors = [SITE.format(name=f"anchor{t}", place=words(scene.tethers[t].anchor)) for t in numbers]
     bodies, tendons, actuators = [], [], []
+    pairs = [PAIR.format(throw=throw, own=of_pair) for throw in range(len(scene.start))]
     for throw in range(len(scene.start)):
         points = [SITE.format(name=f"point{t}-{throw}", place=words(scene.tethers[t].point_body)) for t in numbers]
-        bodies.append(BODY.format(mass=mass, moments=words(moments), parts=" ".join((geom, *points))))
+        touching = SHAPE.format(throw=throw, shape=shape, own=of_geom) if scene.plane else ""
+        bodies.append(BODY.format(mass=mass, moments=words(moments), parts=" ".join((geom, touching, *points))))
         for t, tether in enumerate(scene.tethers):
             ends = {"anchor": f"anchor{t}", "point": f"point{t}-{throw}"}
             stiffness, damping = scale * tether.stiffness, scale * tether.damping
@@ -226,10 +291,13 @@ def compiled(
     return mujoco.MjModel.from_xml_string(
         MODEL.format(
             # Left to itself it reserves room for contacts of all with all: 14 GB for 3000 throws.
-            memory_mb=1 + len(scene.start) // 100,
+            memory_mb=1 + len(scene.start) // (2 if scene.plane else 100),
             integrator=INTEGRATORS[integrator],
             flags=" ".join(f'{flag}="disable"' for flag in off),
+            assets=HULL.format(points=words(scene.body.points.ravel())) if 'mesh="hull"' in shape else "",
             anchors=" ".join(anchors),
+            plane=plane_of(scene.plane, of_geom) if scene.plane else "",
+            contacts=f"<contact> {' '.join(pairs)} </contact>" if of_pair else "",
             bodies=" ".join(bodies),
             tendons=" ".join(tendons),
             actuators=" ".join(actuators),
@@ -237,11 +305,87 @@ def compiled(
     )
 
 
+def plane_of(plane: "Plane", own: str) -> str:
+    """Return the plane's geom."""
+    return PLANE.format(point=words(plane.point), normal=words(plane.normal), own=own)
+
+
+def shape_of(body: "Body") -> str:
+    """Return the attributes of the body's geom: a sphere, a box, or the convex hull of its points."""
+    if body.radius is not None:
+        return f'type="sphere" size="{body.radius!r}"'
+    return 'type="mesh" mesh="hull"' if body.size is None else f'type="box" size="{words(body.size / 2)}"'
+
+
+def friction(plane: "Plane", naive: bool) -> tuple[str, str]:
+    """Return the attributes of the geoms and of their pair: the pair's friction, or that number on both geoms.
+
+    Without friction a contact has no other than the normal direction: MuJoCo takes 1e-5 for the least.
+    """
+    mu = plane.friction
+    slides = f'condim="3" friction="{mu!r} 0 0"' if mu else 'condim="1"'
+    if naive:
+        return slides, ""
+    return "", f'condim="3" friction="{mu!r} {mu!r} 0 0 0"' if mu else 'condim="1"'
+
+
 def words(numbers: NDArray[np.float64]) -> str:
     """Return numbers as an attribute of MJCF, every digit of them."""
     return " ".join(map(repr, numbers.tolist()))
 
 
+@in_each
+def prepare(world: World, dt: float) -> None:
+    """Set spring and damper of every pair for the restitution and steps of dt [s].
+
+    In an impact of a body on a spring k and a damper b a unit of mass, force and velocity change sign together: with
+    w = sqrt(k) and the damping ratio z = b / 2w it ends where the force does, at e^(-2 z arccos(z) / sqrt(1 - z^2))
+    times the speed of the approach (Schwager & Poschel, Granular Matter 9 (2007) 465).
+    """
+    if world.bounces is None:
+        return
+    assert world.bounces.plane is not None
+    ratio = damping_ratio(world.bounces.plane.restitution)
+    rate = math.pi / impact_duration(world.bounces, dt)
+    stiffness, damping = rate * rate, 2.0 * ratio * rate
+    if world.model.opt.integrator != mujoco.mjtIntegrator.mjINT_RK4:
+        stiffness, damping = of_steps(rate, ratio, dt)
+    world.model.pair_solref[:] = -stiffness, -damping
+    world.model.pair_solreffriction[:] = -stiffness, -1.0 / dt  # a slip that friction can stop stops in one step
+    world.model.pair_solimp[:, 0:2] = IMPEDANCE
+
+
+def of_steps(rate: float, ratio: float, dt: float) -> tuple[float, float]:
+    """Return stiffness and damping by which semi-implicit steps of dt [s] make the oscillation of that rate and ratio.
+
+    Of v' = v - (k x + b v) dt, x' = x + v' dt two steps are as z^2 - (2 - b dt - k dt^2) z + (1 - b dt) = 0 has it.
+    """
+    shrinks = math.exp(-ratio * rate * dt)
+    angle = rate * dt * math.sqrt(abs(1.0 - ratio * ratio))
+    damping = (1.0 - shrinks * shrinks) / dt
+    turned = math.cos(angle) if ratio < 1 else math.cosh(angle)
+    return (1.0 + shrinks * shrinks - 2.0 * shrinks * turned) / (dt * dt), damping
+
+
+def damping_ratio(restitution: float) -> float:
+    """Return the damping ratio of a spring and damper, which only push, with that restitution, above 0."""
+    low, high = 0.0, 1.0
+    while rebound(high) > restitution:
+        low, high = high, 2.0 * high
+    for _ in range(100):
+        middle = (low + high) / 2
+        low, high = (middle, high) if rebound(middle) > restitution else (low, middle)
+    return low
+
+
+def rebound(ratio: float) -> float:
+    """Return the restitution of a spring and damper, which only push, by the damping ratio."""
+    if ratio < 1:
+        return math.exp(-2 * ratio * math.acos(ratio) / math.sqrt(1 - ratio * ratio))
+    return math.exp(-2 * ratio * math.acosh(ratio) / math.sqrt(ratio * ratio - 1)) if ratio > 1 else math.exp(-2)
+
+
+@to_each
 def write(world: World, states: NDArray[np.float64]) -> None:
     """Put the throws into these states, (N, 13), with no trace of any earlier flight."""
     mujoco.mj_resetData(world.model, world.data)
@@ -252,6 +396,7 @@ def write(world: World, states: NDArray[np.float64]) -> None:
     world.steps, world.elapsed = 0, 0.0
 
 
+@in_each
 def advance(world: World, n: int, dt: float) -> None:
     """Make n steps of dt [s], in MuJoCo's own loop where no force is held."""
     world.model.opt.timestep = dt
@@ -283,6 +428,7 @@ def telling(world: World, told: "Wrench") -> Iterator[None]:
         mujoco.set_mjcb_control(None)
 
 
+@from_each
 def read(world: World) -> NDArray[np.float64]:
     """Return the states of the throws, (N, 13)."""
     qpos, qvel = coordinates(world)
@@ -292,6 +438,7 @@ def read(world: World) -> NDArray[np.float64]:
     return states
 
 
+@of_each
 def audit(world: World) -> list[tuple[str, str]]:
     """Return what went wrong without a word since `write`."""
     resets = not world.model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_AUTORESET

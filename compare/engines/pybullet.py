@@ -3,8 +3,14 @@
 Its two kinds of body are two integrators: `multibody` (btMultiBody, the default kind) takes the gyroscopic torque
 explicitly, `rigidbody` (btRigidBody, "maximal coordinates") implicitly.  It has none of a scene's forces but gravity,
 its own damping being another law: `+held` is given them once a step and holds them over it, as scripts do.
-`+defaults` leaves every setting as PyBullet ships it, and holds the forces too.  Quaternions are x y z w there; every
-vector is in world axes.
+`+defaults` leaves every setting as PyBullet ships it, and holds the forces too.
+
+A pair's restitution and friction are products: the body has the scene's, and the plane 1.  A contact counts from
+touching on, not 2 cm before it.  No penetration is taken out by a velocity, which would add to a rebound: rigidbody
+moves the body out apart from that (split impulse), multibody leaves it where it is (contactERP 0).
+`rigidbody+recipe` has the settings of bulletphysics/bullet3#3094, and `+defaults` the scene's numbers on both.
+
+Quaternions are x y z w there; every vector is in world axes.
 """
 
 import importlib.metadata
@@ -22,7 +28,7 @@ from tumble.compare.engines.parts.scale import scale_to_one
 from tumble.compare.engines.parts.silence import silenced_stderr
 
 if TYPE_CHECKING:
-    from tumble.scenarios.scene import Scene
+    from tumble.scenarios.scene import Plane, Scene
     from tumble.scenarios.wrench import Wrench
 
 
@@ -31,9 +37,9 @@ with silenced_stderr():  # it prints its build date
 
 METHODS = ("multibody", "rigidbody")
 FORCED = ("multibody+held", "rigidbody+held")
-ON_REQUEST = ("multibody+defaults", "rigidbody+defaults")
+ON_REQUEST = ("multibody+defaults", "rigidbody+defaults", "rigidbody+recipe")
 SHOWN = ("multibody", "multibody+defaults", "rigidbody")
-FEATURES = {"gravity", "tether", "drag", "floor"}
+FEATURES = {"gravity", "tether", "drag", "floor", "plane"}
 STEP_NS = 1000
 OPTIONAL = ("collision shape",)
 PACKAGES = ("pybullet",)
@@ -41,6 +47,15 @@ PINS = ("pybullet==3.2.7", "numpy==2.4.6")
 PYTHON = "3.11"
 # Read in btMultiBody.cpp and btRigidBody.cpp; a force of a script's is held over a step by both.
 SCHEMES = dict.fromkeys((*FORCED, *ON_REQUEST), "semi-implicit-euler")
+PRODUCT = "a pair's friction and restitution are the products of both materials'"
+KNOWN_FAILURES = {
+    "mirror images": {"*": "an edge meets a plane with one of its vertices first"},
+    "friction": dict.fromkeys(("multibody+defaults", "rigidbody+defaults"), PRODUCT),
+    "restitution": {
+        **dict.fromkeys(("multibody+defaults", "rigidbody+defaults"), PRODUCT),
+        "rigidbody+recipe": "the velocity that takes a penetration out adds to a rebound",
+    },
+}
 GYROSCOPIC = {"multibody": "explicit", "rigidbody": "implicit"}
 LARGEST_TURN = math.pi / 4  # rad a step; ANGULAR_MOTION_THRESHOLD in Bullet's btTransformUtil.h
 ABOUT = {
@@ -49,17 +64,38 @@ ABOUT = {
     "switched_off": [
         "damping (multibody's default slows 10 m/s to 6.9 m/s in 1 s)",
         "multibody's limit of 100 m/s and 100 rad/s on every velocity component",
-        "collision shapes and collision pairs",
+        "collision shapes and collision pairs without a plane",
+        "contact: no restitution below 0.2 m/s, contact before touching, its slop, penetration taken out by a velocity",
+        "the residual at which the solver of contacts stops: it makes all 50 iterations",
     ],
     "defaults": [
         "multibody: linear and angular damping 0.04, velocity components cut at 100",
-        "rigidbody: none",
+        "contact: friction and restitution of a pair the products of both, no restitution below 0.2 m/s",
     ],
 }
 
 NO_SHAPE = -1
 BASE = -1  # PyBullet's link index of the body itself
 LEAST_PIVOT = sys.float_info.epsilon  # kg m2, or its cube: SIMD_EPSILON, below which Bullet inverts nothing
+# The largest friction of a pair: MAX_FRICTION in btManifoldResult.cpp.
+LARGEST_FRICTION = 10.0
+# Settings of contact by kind of body; a residual of 0 makes all iterations, so that a throw's are not another's.
+TOUCHING = {"restitutionVelocityThreshold": 0.0, "contactSlop": 0.0, "solverResidualThreshold": 0.0}
+CONTACT_SETTINGS = {
+    "multibody": {**TOUCHING, "contactERP": 0.0, "erp": 0.0},
+    "rigidbody": {**TOUCHING, "useSplitImpulse": 1, "splitImpulsePenetrationThreshold": 0.0},
+}
+RECIPE = {
+    "restitutionVelocityThreshold": 0.0,
+    "warmStartingFactor": 0.0,
+    "useSplitImpulse": 1,
+    "contactSlop": 0.0,
+    "enableConeFriction": 0,
+}
+# Groups of collision: a body meets the plane, and no other.
+PLANE_GROUP, BODY_GROUP = 1, 2
+# So many times its reach a body is above the plane where it touches nothing.
+AWAY = 10.0
 # What multibody does unless told otherwise.
 DAMPING, LIMIT = 0.04, 100.0
 
@@ -70,8 +106,8 @@ class World:
 
     kind: multibody or rigidbody; defaults: whether its settings are PyBullet's own; scale: how many times the scene's
     masses, and so all forces, are what PyBullet got: mass [kg] and moments [kg m2]; held: what gives the wrench of a
-    step, None where there is none.  fastest: largest |w| seen [rad/s]; peak: largest component of any v or w seen;
-    longest_step [s].
+    step, None where there is none; away [m]: with a plane, where nothing touches it; gravity [m/s2].  fastest: largest
+    |w| seen [rad/s]; peak: largest component of any v or w seen; longest_step [s].
     """
 
     client: int
@@ -81,6 +117,8 @@ class World:
     mass: float
     moments: tuple[float, ...]
     held: "Wrench | None" = None
+    away: tuple[float, ...] = ()
+    gravity: tuple[float, ...] = ()
     bodies: list[int] = field(default_factory=list)
     written: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 13)))
     fastest: float = 0.0
@@ -91,8 +129,10 @@ class World:
 def build(scene: "Scene", method: str, keep: Collection[str] = ()) -> World:
     """Return a world with the scene's body once for every throw, and with those OPTIONAL kept that are asked for."""
     kind, _, manner = method.partition("+")
-    if not scene.is_free and not manner:
+    if not scene.is_unforced and not manner:
         raise NotImplementedError(f"{kind} has none of these laws itself; {kind}+held is given their force once a step")
+    if scene.plane and scene.plane.friction > LARGEST_FRICTION:
+        raise NotImplementedError(f"Bullet cuts the friction of a pair at {LARGEST_FRICTION:g}")
     # Multibody ignores a torque about an axis with a moment below 2.2e-16 kg m2, and rigidbody drops the gyroscopic
     # torque where the product of the three is below that.
     scale = 1.0 if manner == "defaults" else scale_to_one(scene.body.mass, *scene.body.moments)
@@ -102,19 +142,64 @@ def build(scene: "Scene", method: str, keep: Collection[str] = ()) -> World:
     weakref.finalize(world, pybullet.disconnect, client)
     if scene.gravity is not None:
         pybullet.setGravity(*scene.gravity, physicsClientId=client)
-    if not scene.is_free:
+    if not scene.is_unforced:
         from tumble.scenarios.wrench import wrench  # it brings a compiler, which a free flight has no use for
 
         world.held = wrench(scene)
-    shape = collision_shape(world, scene) if "collision shape" in keep else NO_SHAPE
+    if scene.plane:
+        world.away = tuple(scene.plane.point + AWAY * scene.body.reach * scene.plane.normal)
+        world.gravity = (0.0, 0.0, 0.0) if scene.gravity is None else tuple(scene.gravity.tolist())
+        add_plane(world, scene.plane, manner)
+    shape = collision_shape(world, scene) if scene.plane or "collision shape" in keep else NO_SHAPE
     world.bodies = [add_body(world, shape) for _ in scene.start]
+    if scene.plane:
+        for body in world.bodies:
+            touch(world, body, scene.plane)
     return world
 
 
 def collision_shape(world: World, scene: "Scene") -> int:
-    """Return PyBullet's number for a box about the body."""
-    half = abs(scene.body.points).max(axis=0).tolist()
+    """Return PyBullet's number for a sphere, a box or the hull of points; without a plane for a box about the body."""
+    body = scene.body
+    if scene.plane and body.radius is not None:
+        return pybullet.createCollisionShape(pybullet.GEOM_SPHERE, radius=body.radius, physicsClientId=world.client)
+    if scene.plane and body.size is None:
+        points = body.points.tolist()
+        return pybullet.createCollisionShape(pybullet.GEOM_MESH, vertices=points, physicsClientId=world.client)
+    half = abs(body.points).max(axis=0).tolist()
     return pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=half, physicsClientId=world.client)
+
+
+def add_plane(world: World, plane: "Plane", manner: str) -> None:
+    """Add the plane, of the same kind as the bodies, and set how contacts are solved."""
+    settings = RECIPE if manner == "recipe" else {} if world.defaults else CONTACT_SETTINGS[world.kind]
+    pybullet.setPhysicsEngineParameter(**settings, physicsClientId=world.client)
+    normal = plane.normal.tolist()
+    shape = pybullet.createCollisionShape(pybullet.GEOM_PLANE, planeNormal=normal, physicsClientId=world.client)
+    ground = pybullet.createMultiBody(
+        0.0,
+        shape,
+        basePosition=plane.point.tolist(),
+        useMaximalCoordinates=world.kind == "rigidbody",
+        physicsClientId=world.client,
+    )
+    naive = (plane.friction, plane.restitution)
+    material(world, ground, *(naive if world.defaults else (1.0, 1.0)), group=PLANE_GROUP, mask=BODY_GROUP)
+
+
+def touch(world: World, body: int, plane: "Plane") -> None:
+    """Let a body collide with the plane, and give it the scene's friction and restitution."""
+    material(world, body, plane.friction, plane.restitution, group=BODY_GROUP, mask=PLANE_GROUP)
+
+
+def material(world: World, body: int, friction: float, restitution: float, group: int, mask: int) -> None:
+    """Set what a body or the plane brings to a contact; the pair has the products."""
+    fair = {} if world.defaults else {"contactProcessingThreshold": 0.0}
+    margin = {} if world.defaults or group == PLANE_GROUP else {"collisionMargin": 0.0}
+    pybullet.changeDynamics(
+        body, BASE, lateralFriction=friction, restitution=restitution, **fair, **margin, physicsClientId=world.client
+    )
+    pybullet.setCollisionFilterGroupMask(body, BASE, group, mask, physicsClientId=world.client)
 
 
 def add_body(world: World, shape: int) -> int:
@@ -136,9 +221,15 @@ def write(world: World, states: NDArray[np.float64]) -> None:
     """Put the throws into these states, (N, 13), with no trace of any earlier flight."""
     at_rest = states.copy()
     at_rest[:, 7:] = 0.0
+    if world.away:
+        # With nothing near, contacts and their impulses are forgotten.
+        at_rest[:, 0:3] = world.away
+        pybullet.setGravity(0.0, 0.0, 0.0, physicsClientId=world.client)
     place(world, at_rest)
     # Placing leaves rigidbody's world inertia as it was in the pose before; a step makes it anew.
     step(world, 1, 1.0)
+    if world.away:
+        pybullet.setGravity(*world.gravity, physicsClientId=world.client)
     place(world, states)
     world.written = states.copy()
     world.fastest = world.peak = world.longest_step = 0.0

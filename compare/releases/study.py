@@ -9,7 +9,7 @@ from tumble.compare.releases.changes import changes
 from tumble.compare.releases.ledger import Ledger, ledger
 from tumble.compare.releases.notes import shipped_notes
 from tumble.compare.releases.schemas import ReleaseChangeRow
-from tumble.compare.run.engines import environments, installing
+from tumble.compare.run.engines import environments, installing, registry
 from tumble.compare.run.engines.registry import BadEngine
 from tumble.compare.run.progress import Display, no_display
 from tumble.compare.run.running_engines import TIME_LIMIT_S, flights
@@ -92,6 +92,8 @@ def compare_releases(
 
 def releases(engine: str, first: str | None, last: str | None, install: bool, display: Display) -> list[str]:
     """Return the releases from first to last, the oldest first, installed if asked.  Raises BadEngine."""
+    if engine in registry.names() and not registry.package(engine).pins:
+        raise BadEngine(f"{engine} has no releases of its own")
     known = environments.releases_on_index(engine) if install else environments.releases_here(engine)
     for release in (first, last):
         if release and release not in known and (install or not environments.in_order([release])):

@@ -5,13 +5,22 @@ from dataclasses import dataclass
 from types import ModuleType, SimpleNamespace
 from typing import Any
 
-from tumble.compare.run.engines.program import ProgramFailed
-from tumble.compare.run.engines.registry import EngineInfo, engine_info, in_one_line
+from tumble.compare.run.engines.registry import EngineInfo, engine_info
 from tumble.compare.run.engines.step_function import StepEngine
 from tumble.compare.run.flight import Trajectory
-from tumble.compare.run.questions import Loaded, PrepareTimer, Question, RunCheck, Simulate, StepMatrices, TakeSample
-from tumble.compare.run.status import Failure, Status
-from tumble.compare.run.timing.timer import NoTime, Pace, Ready, Sample
+from tumble.compare.run.questions import (
+    Ended,
+    Loaded,
+    PrepareTimer,
+    Question,
+    RunCheck,
+    Simulate,
+    StepMatrices,
+    TakeSample,
+    failure_of,
+)
+from tumble.compare.run.status import Failure
+from tumble.compare.run.timing.timer import Pace, Ready, Sample
 from tumble.scenarios.frames import Array
 from tumble.scenarios.scene import Scene
 
@@ -100,11 +109,6 @@ class LocalWorker:
     def _answer(self, question: Question) -> Any:
         try:
             return question.answer(self._loaded)
-        except NoTime as error:
-            return Failure(Status.UNTIMED, str(error))
-        except NotImplementedError as error:
-            return Failure(Status.SKIPPED, str(error))
-        except ProgramFailed as error:
-            return Failure(Status.CRASHED, str(error))
         except Exception as error:
-            return Failure(Status.CRASHED, in_one_line(error))
+            failed = failure_of(error)
+            return failed.failure if isinstance(failed, Ended) else failed

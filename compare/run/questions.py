@@ -124,16 +124,10 @@ def answer_all(line: socket.socket, engine: str, memory_limit: int) -> None:
         for question in questions(line.makefile("rb")):
             try:
                 send(line, question.answer(loaded))
-            except NoTime as error:
-                send(line, Failure(Status.UNTIMED, str(error)))
-            except NotImplementedError as error:
-                send(line, Failure(Status.SKIPPED, str(error)))
-            except ProgramFailed as error:
-                send(line, Ended(Failure(Status.CRASHED, str(error))))
             except MemoryError:
                 send(line, too_much)
             except Exception as error:
-                send(line, Failure(Status.CRASHED, in_one_line(error)))
+                send(line, failure_of(error))
     except MemoryError:
         send(line, too_much)
     except Malformed as error:
@@ -146,6 +140,17 @@ def answer_all(line: socket.socket, engine: str, memory_limit: int) -> None:
             send(line, Ended(Failure(Status.CRASHED, reason, process_died=True)))
             raise SystemExit(1) from None  # reported once, and not on standard error as well
         raise
+
+
+def failure_of(error: Exception) -> Failure | Ended:
+    """Return the failure that an engine's exception means."""
+    if isinstance(error, NoTime):
+        return Failure(Status.UNTIMED, str(error))
+    if isinstance(error, NotImplementedError):
+        return Failure(Status.SKIPPED, str(error))
+    if isinstance(error, ProgramFailed):
+        return Ended(Failure(Status.CRASHED, str(error)))
+    return Failure(Status.CRASHED, in_one_line(error))
 
 
 def introduce(line: socket.socket, engine: str) -> Loaded | None:

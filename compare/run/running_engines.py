@@ -75,13 +75,13 @@ class RunningEngine:
     _lock: threading.Lock = field(default_factory=threading.Lock, init=False)
 
     def methods_for(self, scene: Scene) -> tuple[str, ...]:
-        """Return the methods that take part: those named, and those that the scene has the forces or the plane for."""
+        """Return the methods that take part: those named, and of the others those with a use in the scene."""
         if self.unasked and not self.answers_at(scene):
             return ()
         if isinstance(self.info, Failure):
             return self.methods
-        idle = (*(self.info.forced if scene.is_free else ()), *(self.info.contact if scene.plane is None else ()))
-        return tuple(method for method in self.methods if method in self.named or method not in idle)
+        unused = self.info.without_use(scene)
+        return tuple(method for method in self.methods if method in self.named or method not in unused)
 
     @property
     def only_named(self) -> bool:
@@ -290,7 +290,7 @@ def chosen(engine: str, asked: list[str], info: EngineInfo | Failure, few: bool 
     usual = (*info.shown, *info.contact) if few else (*info.methods, *info.forced, *info.contact)
     found: dict[str, None] = {}
     for method in asked:
-        known = (*info.methods, *info.forced, *info.contact, *info.on_request)
+        known = info.every_method
         if method and method not in known and not is_tolerance(method, info):
             raise BadEngine(f"unknown method of {registry.title(engine)} {method!r}: {nearest(method, known)}")
         found |= dict.fromkeys([method] if method else usual)

@@ -18,6 +18,7 @@ from tumble.compare.stability.tasks import Done, keys, stability
 from tumble.compare.tables.circumstances import binding, circumstances
 from tumble.compare.tables.frames import frame, rows, write_tables
 from tumble.compare.tables.shared import CONDITIONS, FINDINGS
+from tumble.scenarios.read import extremes
 from tumble.scenarios.scene import Scene
 
 RUN_LIMIT_S = 20.0
@@ -25,7 +26,6 @@ RUN_LIMIT_S = 20.0
 
 def map_scenes(
     scenes: Sequence[Scene],
-    cases: Sequence[Scene] = (),
     contestants: Sequence[Asked] = (),
     *,
     folder: Path | None = None,
@@ -39,8 +39,8 @@ def map_scenes(
 
     Parameters
     ----------
-    scenes : mapped over the step and over the number that makes each stiff
-    cases : extreme cases, run as they are
+    scenes : extreme cases, by their names, are run as they are; the others are mapped over the step and over the
+        number that makes each stiff
     contestants : ENGINE[@RELEASE][:METHOD] or FILE[:METHOD] of each; empty: the engines installed with Tumble
     folder : where the tables are written; if the call is interrupted, the next one continues from there
     time_limit : for each run [s]
@@ -59,15 +59,18 @@ def map_scenes(
     BadScene : nothing in a scene limits the step
     NoTruth : an extreme case has no reference solution
     """
+    known = extremes()
+    mapped = [scene for scene in scenes if scene.name not in known]
+    cases = [scene for scene in scenes if scene.name in known]
     with started(contestants, time_limit, memory_limit, display) as running_engines:
         asked = {"time limit [s]": f"{time_limit:g}"}
-        conditions = circumstances(running_engines, [*scenes, *cases], asked, command)
-        order = keys(running_engines, scenes, cases)
+        conditions = circumstances(running_engines, [*mapped, *cases], asked, command)
+        order = keys(running_engines, mapped, cases)
         pieces: dict[Key, Done] = {}
         with resumable(folder, (binding(conditions), memory_limit)) as cached:
             try:
                 with display(len(order)) as on_progress:
-                    stability(running_engines, scenes, cases, on_progress, pieces.__setitem__, cached)
+                    stability(running_engines, mapped, cases, on_progress, pieces.__setitem__, cached)
             finally:
                 tables = tables_of([pieces[key] for key in order if key in pieces])
                 ended(tables)

@@ -17,6 +17,7 @@ from tumble.compare.run.truths import Answer, Truths
 from tumble.compare.stability.columns import FACTORS, ROWS, Question, columns
 from tumble.compare.stability.extremes import BUDGET_S, ExtremeRow, extreme
 from tumble.compare.stability.trials import FULL, Effort, Piece, Trials
+from tumble.scenarios.read import extremes
 from tumble.scenarios.scene import Scene
 from tumble.scenarios.truth import NoTruth
 
@@ -31,6 +32,16 @@ STIFF = (
     "spin-fast",
 )
 Done = Piece | ExtremeRow
+
+
+def default_scenes() -> tuple[str, ...]:
+    """Return the scenes of a study that names none.
+
+    Returns
+    -------
+    names : the stiff scenes of the catalogue, and all extreme cases
+    """
+    return (*STIFF, *extremes())
 
 
 def contestants(running_engine: RunningEngine, scene: Scene, few: bool = False) -> tuple[str, ...]:

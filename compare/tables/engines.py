@@ -25,7 +25,7 @@ def engine_row(running_engine: RunningEngine) -> EngineRow:
         status="ok",
         version=info.version,
         precision=info.precision,
-        methods=", ".join((*info.methods, *info.forced, *info.contact, *info.on_request)),
+        methods=", ".join(info.every_method),
         features=", ".join(sorted(info.features)),
         switched_off="; ".join(info.switched_off),
     )

@@ -189,6 +189,7 @@ FINDING_WORDS = {
     "extreme cases": "number of extreme cases",
     "silent failures": "number of extreme cases in which a contestant ended with finite but unphysical numbers",
     "feature overhead": "contestant whose step gains most from switching off unneeded features, and the time ratio",
+    "largest law error": "contestant with the largest law error of contact, and that error over the true value",
     "edge stretch": "length at the end over true length of a deformed body's most distorted edge",
 }
 
@@ -201,7 +202,9 @@ class FindingRow:
     scene: Annotated[str, "name of the scene; empty if the finding is about all scenes"] = ""
     engine: Annotated[str, "engine that the finding is about; empty if none"] = ""
     method: Annotated[str, "METHOD[@TOLERANCE] that the finding is about; empty if none"] = ""
-    other: Annotated[str, "second contestant, ENGINE:METHOD, or the column of a printed table; empty if none"] = ""
+    other: Annotated[
+        str, "second contestant, ENGINE:METHOD, the column of a printed table, or the observable; empty if none"
+    ] = ""
     value: Annotated[float | None, "the number; empty where there is a name and no number"]
     unit: Annotated[str, "its unit; 1 of a pure number"]
     resolution: Annotated[

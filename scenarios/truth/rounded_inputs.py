@@ -31,9 +31,9 @@ def input_rounding_error(scene: Scene, answer: Truth) -> float:
     Returns
     -------
     distance : m
-        infinite where a ray hits the body as written, but not as rounded
+        infinite where a ray hits the body as written, but not as rounded; 0 above a plane, where it is not computed
     """
-    if scene.written is None:
+    if scene.written is None or scene.plane is not None:
         return 0.0
     from mpmath import MPContext
 

@@ -15,7 +15,13 @@ from tumble.compare.tables.known import tables
 from tumble.parser import parser
 
 ROOT = Path(__file__).parents[2]
-SHOWN = ("index.html", "guides/student.html", "generated/engines/pybullet.html", "generated/tables.html")
+SHOWN = (
+    "index.html",
+    "guides/student.html",
+    "generated/engines/pybullet.html",
+    "generated/tables.html",
+    "notebooks/engine-and-step.html",
+)
 
 
 class Page(HTMLParser):

@@ -9,6 +9,8 @@ from pathlib import Path
 import pytest
 from patience import PATIENCE_S
 
+from tumble.compare.grade import grade
+from tumble.compare.run.status import Status
 from tumble.parser import parser
 
 SKILL = Path(__file__).parents[2] / "skills/verify-an-engine/SKILL.md"
@@ -17,7 +19,7 @@ BLOCKS = re.findall(r"^ *```sh\n(.*?)^ *```", TEXT, re.MULTILINE | re.DOTALL)
 
 
 def test_it_is_short_and_has_the_head_that_agents_read():
-    assert len(TEXT.splitlines()) <= 110
+    assert len(TEXT.splitlines()) <= 100
     head = re.match(r"---\nname: ([a-z-]+)\ndescription: (.+)\n---\n", TEXT)
     assert head
     assert head[1] == SKILL.parent.name
@@ -29,6 +31,13 @@ def test_every_command_of_its_table_is_one_that_there_is():
     assert len(named) > 8
     for words in named:
         parser().parse_args(words.split())
+
+
+def test_it_names_every_verdict_and_every_status():
+    verdicts = {value for name, value in vars(grade).items() if name.isupper() and isinstance(value, str)}
+    assert len(verdicts) > 8
+    assert {verdict for verdict in verdicts if verdict.removeprefix("correct ") not in TEXT} == set()
+    assert {status for status in Status if f"`{status}`" not in TEXT} <= {Status.UNTIMED}
 
 
 @pytest.fixture(scope="module")

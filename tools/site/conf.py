@@ -72,6 +72,7 @@ def setup(app: Sphinx) -> None:
     """Make the generated pages before the build, and fit the pages of docs/ to the site."""
     app.connect("builder-inited", lambda app: write_pages(Path(app.srcdir) / "generated"))
     app.connect("source-read", without_links_outside)
+    app.connect("html-page-context", without_empty_headers)
     app.connect("autodoc-process-docstring", docstring_of_the_command, priority=300)
     app.connect("autodoc-process-docstring", meanings_below_names, priority=400)  # before napoleon
 
@@ -79,6 +80,12 @@ def setup(app: Sphinx) -> None:
 def without_links_outside(app: Sphinx, page: str, source: list[str]) -> None:
     """Make plain text of links to files that are not part of the site."""
     source[0] = OUTSIDE.sub(r"\1", source[0])
+
+
+def without_empty_headers(app: Sphinx, page: str, template: str, context: dict[str, Any], tree: Any) -> None:
+    """Make plain cells of the empty corner of a pandas table: a header without text says nothing to a screen reader."""
+    if "body" in context:
+        context["body"] = context["body"].replace("<th></th>", "<td></td>")
 
 
 def meanings_below_names(app: Sphinx, what: str, name: str, found: Any, options: Any, lines: list[str]) -> None:

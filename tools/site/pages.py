@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 import tumble
-from tumble.compare.engines import CHECKS, EULER, FINDINGS, GYROSCOPIC_NAMES, SCHEME_NAMES
+from tumble.compare.engines import CHECKS, CONTACT_CHECKS, EULER, FINDINGS, GYROSCOPIC_NAMES, SCHEME_NAMES
 from tumble.compare.run.engines import registry
 from tumble.compare.run.engines.registry import EngineInfo
 from tumble.compare.run.running_engines import launched
@@ -279,7 +279,9 @@ def api_page() -> str:
         "`step(state, dt, body)`; `tumble engines --template python` writes one to begin with.\n",
         f"```text\n{contract}\n```\n",
         "### Checks of `tumble engines --check`\n",
-        table_text(("check", "what must hold"), [(f"`{name}`", what) for name, what in CHECKS.items()]),
+        table_text(
+            ("check", "what must hold"), [(f"`{name}`", what) for name, what in (CHECKS | CONTACT_CHECKS).items()]
+        ),
         "### Findings of `audit`\n",
         table_text(("kind", "meaning"), [(f"`{name}`", what) for name, what in FINDINGS.items()]),
     ]

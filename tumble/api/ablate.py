@@ -1,7 +1,7 @@
 """`tumble.ablate`: the time saved by switching off features that a scene does not need."""
 
 from tumble.api.contestants import Contestants, contestant_list
-from tumble.api.progress import display
+from tumble.api.limits import limits
 from tumble.api.result import Result, call, text_of
 from tumble.api.scene import Scenes, questions
 from tumble.compare.ablation.optional_features import SCENES
@@ -51,9 +51,7 @@ def ablate(
     found = ablate_scenes(
         questions(scenes),
         contestant_list(contestants),
-        time_limit=time_limit,
-        memory_limit=memory_limit,
-        display=display(progress),
+        **limits(time_limit, memory_limit, progress),
     )
     tables = ablation_tables(found.ablations, found.engines, call("ablate", scenes, contestants))
     return Result(tables, text_of(piece for one in found.ablations for piece in ablation_text(one)))

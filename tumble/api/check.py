@@ -6,9 +6,9 @@ from pathlib import Path
 import pandas as pd
 
 from tumble.api.contestants import Contestants, contestant_list
-from tumble.api.progress import display
+from tumble.api.limits import limits
 from tumble.api.result import call
-from tumble.api.scene import Scenes, questions
+from tumble.api.scene import Scenes, is_empty, questions
 from tumble.compare.check.changes import Change, Outcome, compare_records
 from tumble.compare.check.markdown import summary
 from tumble.compare.check.record import Record, is_record, read_record
@@ -101,35 +101,21 @@ def check(
     ...     bool(tumble.check("two-hits", "tumble:rk4", baseline=folder, times=False))
     True
     """
-    folder = Path(baseline)
+    folder, limit = Path(baseline), limits(time_limit, memory_limit, progress)
     old = read_record(folder) if is_record(folder) or not accept else None
     how = Measuring(
-        scenes=questions(scenes) if has_any(scenes) else (),
+        scenes=() if is_empty(scenes) else questions(scenes),
         contestants=contestant_list(contestants),
         timed=times,
-        time_limit=time_limit,
-        memory_limit=memory_limit,
+        time_limit=limit["time_limit"],
+        memory_limit=limit["memory_limit"],
         command=call("check", scenes, contestants),
     )
     if not accept:
         assert old is not None
-        return Check(*check_scenes(old, tolerances or Tolerances(), how, display=display(progress)), folder)
-    new = measure_record(how, old, display(progress))
+        return Check(*check_scenes(old, tolerances or Tolerances(), how, display=limit["display"]), folder)
+    new = measure_record(how, old, limit["display"])
     if failed := accept_record(folder, new, accept_failures):
         reasons = "; ".join(f"{contestant}: {status}" for contestant, status in failed.items())
         raise UserError(f"{folder}: nothing was recorded ({reasons}); to record failures, set accept_failures")
     return Check(new, None if old is None else compare_records(old, new, tolerances or Tolerances()), folder)
-
-
-def has_any(scenes: Scenes) -> bool:
-    """Return whether scenes were given.
-
-    Parameters
-    ----------
-    scenes : one or several, or an empty tuple or list.
-
-    Returns
-    -------
-    bool
-    """
-    return not (isinstance(scenes, tuple | list) and not scenes)

@@ -1,19 +1,23 @@
 """`tumble.compare`: every contestant on every scene, compared with the reference solution."""
 
 from tumble.api.contestants import Contestants, contestant_list
-from tumble.api.limits import Limits
-from tumble.api.progress import display, in_notebook
+from tumble.api.limits import limits, step
+from tumble.api.progress import in_notebook
 from tumble.api.result import Result, call, text_of
 from tumble.api.scene import Scenes, questions
 from tumble.api.session import kept_ready
 from tumble.compare.comparison.results import comparison_tables
 from tumble.compare.comparison.study import compare_scenes
+from tumble.compare.contact.results import contact_tables
+from tumble.compare.contact.rows import contact_rows
+from tumble.compare.contact.study import contact_scenes
 from tumble.compare.coursework.results import coursework_tables
 from tumble.compare.motion.study import film_scenes
 from tumble.compare.run.running_engines import TIME_LIMIT_S
 from tumble.compare.run.worker import MEMORY_LIMIT
 from tumble.compare.tables.frames import merged
 from tumble.reports.comparison_text import comparison_text
+from tumble.reports.contact_text import contact_text
 
 
 def compare(
@@ -42,7 +46,8 @@ def compare(
     Returns
     -------
     Result
-        Tables `runs`, `vertex_errors`, `error_over_time`, `agreement`, `scenes`, `engines`, `findings`, `conditions`.
+        Tables `runs`, `vertex_errors`, `error_over_time`, `agreement`, `scenes`, `engines`, `findings`, `conditions`;
+        of scenes with a plane also `contact` and `contact_scans`.
 
     Raises
     ------
@@ -57,10 +62,19 @@ def compare(
     'exact'
     """
     asked, engines = questions(scenes), contestant_list(contestants)
-    limits: Limits = {"time_limit": time_limit, "memory_limit": memory_limit, "display": display(progress)}
+    dt, limit = step(dt), limits(time_limit, memory_limit, progress)
     with kept_ready():
-        found = compare_scenes(asked, engines, dt=dt, **limits)
-        watched = film_scenes(asked, engines, dt=dt, **limits) if (in_notebook() if film is None else film) else {}
+        found = compare_scenes(asked, engines, dt=dt, **limit)
+        contacts = contact_scenes(found.comparisons, engines, dt=dt, **limit)
+        watched = film_scenes(asked, engines, dt=dt, **limit) if (in_notebook() if film is None else film) else {}
     own = comparison_tables(found.comparisons, found.engines, call("compare", scenes, contestants, dt=dt))
-    text = text_of(piece for one in found.comparisons for piece in comparison_text(one, None))
-    return Result(merged(own, coursework_tables(found.comparisons), watched), text)
+    text = text_of(
+        piece
+        for one in found.comparisons
+        for pieces in (
+            contact_text([row for each in contacts if each.scene is one.scene for row in contact_rows(each)]),
+            comparison_text(one, None),
+        )
+        for piece in pieces
+    )
+    return Result(merged(own, coursework_tables(found.comparisons), contact_tables(contacts), watched), text)

@@ -2,12 +2,13 @@
 
 from collections.abc import Callable, Collection
 from functools import update_wrapper
-from typing import Any, overload
+from typing import TYPE_CHECKING, Any, overload
 
 import pandas as pd
 
-from tumble.api.progress import display
+from tumble.api.limits import limits
 from tumble.api.result import described
+from tumble.compare.engines import CHECKS
 from tumble.compare.run.engines import registry
 from tumble.compare.run.engines.examine import examined
 from tumble.compare.run.local import LocalEngine
@@ -17,9 +18,13 @@ from tumble.compare.run.worker import MEMORY_LIMIT, Failure
 from tumble.compare.tables.engines import engine_row
 from tumble.compare.tables.frames import frame
 from tumble.compare.tables.shared import ENGINES
-from tumble.scenarios.refusal import UserError
+from tumble.scenarios.refusal import UserError, nearest
+
+if TYPE_CHECKING:
+    from tumble.api.contestants import Contestants
 
 Step = Callable[..., Any]
+PRECISIONS = ("double", "single")
 
 
 class Engine(LocalEngine):
@@ -86,7 +91,8 @@ def engine(
     Raises
     ------
     UserError
-        For a name that an engine of ours has.
+        For a name that an engine of ours has, and for a precision, a feature, a gyroscopic term or a check that does
+        not exist.
 
     Examples
     --------
@@ -112,29 +118,53 @@ def _named(
     gyroscopic: str | None,
     exempt: dict[str, str] | None,
 ) -> Engine:
+    if not callable(step):
+        raise UserError(f"{step!r}: must be a function step(state, dt, body)")
+    if precision not in PRECISIONS:
+        raise UserError(f"precision = {precision!r}: must be {' or '.join(map(repr, PRECISIONS))}")
     own = name or getattr(step, "__name__", type(step).__name__)
     if own in registry.names():
         raise UserError(f"{own}: an engine of ours has this name; give another with name=")
-    return Engine(
+    made = Engine(
         step,
         own,
-        FEATURES=tuple(features),
+        FEATURES=registry.words(features),
         ABOUT={"precision": precision},
         ORDERS={} if order is None else {"step": order},
         GYROSCOPIC={} if gyroscopic is None else {"step": gyroscopic},
         EXEMPT=exempt or {},
     )
+    registry.engine_info(own, made.module)  # refused here, at the line that made it
+    return made
 
 
-def engines() -> pd.DataFrame:
+def engines(contestants: "Contestants" = ()) -> pd.DataFrame:
     """Return the engines that take part here, and why others are missing.
+
+    Parameters
+    ----------
+    contestants : one or several: ENGINE[@RELEASE], FILE, or a function as `tumble.engine` takes it.
+        Empty: every engine that Tumble knows.
 
     Returns
     -------
     pandas.DataFrame
         Columns as `tumble columns engines` has them: engine, status, why, version, precision, methods, features.
+
+    Raises
+    ------
+    UserError
+        For an engine that cannot be used.
+
+    Examples
+    --------
+    >>> import tumble
+    >>> tumble.engines("mujoco")[["engine", "precision"]].values.tolist()
+    [['mujoco', 'double']]
     """
-    with started(registry.names()) as running_engines:
+    from tumble.api.contestants import contestant_list
+
+    with started(contestant_list(contestants) or registry.names()) as running_engines:
         return described(ENGINES.file, frame(ENGINES, map(engine_row, running_engines)))
 
 
@@ -143,7 +173,8 @@ class EngineCheck:
 
     Parameters
     ----------
-    table : one row a check and method: `check`, `method`, `outcome` ("passed", "failed", "skipped") and `why`.
+    table : one row a check and method: `check`, `method`, `outcome` ("passed", "failed", "skipped", or "known"
+        where it fails as the engine's file states) and `why`.
     """
 
     def __init__(self, table: pd.DataFrame) -> None:
@@ -189,7 +220,7 @@ def check_engine(
     Raises
     ------
     UserError
-        For an engine that cannot be used, or is not installed.
+        For an engine that cannot be used, or is not installed, and for a check that does not exist.
 
     Examples
     --------
@@ -201,9 +232,12 @@ def check_engine(
     """
     from tumble.api.contestants import contestant_list
 
-    with started(contestant_list(contestant), time_limit, memory_limit, display(progress)) as (running_engine,):
+    if only is not None and only not in CHECKS:
+        raise UserError(f"only = {only!r}: {nearest(str(only), [*CHECKS])}")
+    limit = limits(time_limit, memory_limit, progress)
+    with started(contestant_list([contestant]), **limit) as (running_engine,):
         if isinstance(running_engine.info, Failure):
-            raise UserError(f"{running_engine.title}: {running_engine.info.status}")
+            raise UserError(f"{running_engine.title}: {running_engine.info}")
         rows = [
             (one.check, method, outcome, why)
             for one in examined(running_engine, only)
@@ -211,6 +245,7 @@ def check_engine(
                 ("passed", dict.fromkeys(one.holds, "")),
                 ("failed", one.broken),
                 ("skipped", one.not_asked),
+                ("known", one.known),
             )
             for method, why in found.items()
         ]

@@ -1,7 +1,9 @@
 """`tumble.grade`: the error of a trajectory that some other program wrote, and its most likely cause."""
 
+import math
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
+from numbers import Real
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +14,8 @@ from tumble.api.progress import display
 from tumble.api.result import Result, call, text_of
 from tumble.api.scene import Scene, SceneLike
 from tumble.compare.grade.grade import Grade
-from tumble.compare.grade.read.conventions import Conventions
+from tumble.compare.grade.read.conventions import BODY, WORLD, Conventions
+from tumble.compare.grade.read.programs import PROGRAMS
 from tumble.compare.grade.read.reading_options import ReadingOptions
 from tumble.compare.grade.study import grade_file
 from tumble.compare.grade.tables import grade_tables
@@ -20,6 +23,14 @@ from tumble.reports.grade import grade_text
 from tumble.scenarios.read import scene_of_document
 from tumble.scenarios.refusal import UserError
 from tumble.scenarios.scene import Scene as Question
+
+# Allowed words, as those of the command line.
+CHOICES: dict[str, Collection[str]] = {
+    "like": PROGRAMS,
+    "by": ("pose", "matrix", "vertices"),
+    "spin": (WORLD, BODY),
+    "decimal": (".", ","),
+}
 
 
 class GradeResult(Result):
@@ -100,6 +111,13 @@ def grade(
     >>> tumble.grade(motion, "two-hits", progress=False).verdict
     'correct'
     """
+    for name, value in {"like": like, "by": by, "spin": spin, "decimal": decimal}.items():
+        if value is not None and value not in CHOICES[name]:
+            raise UserError(f"{name} = {value!r}: must be {' or '.join(map(repr, CHOICES[name]))}")
+    if start is not None and not (isinstance(start, Real) and math.isfinite(start)):
+        raise UserError(f"start = {start!r}: must be a number of seconds")
+    if names and not isinstance(trajectory, str | Path):
+        raise UserError("names: are those of a file without a header; to rename columns of a table, give columns")
     conventions = Conventions(euler, axes, start, spin)
     options = ReadingOptions(dict(columns or {}), decimal, by, conventions)
     with tempfile.TemporaryDirectory(prefix="tumble-") as folder:

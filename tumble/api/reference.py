@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+import numpy as np
 import pandas as pd
 
 from tumble.api.result import with_units
@@ -38,8 +39,9 @@ def reference(scene: SceneLike, times: Sequence[float] | None = None) -> pd.Data
     """
     given = Scene.of(scene)
     if times is not None:
-        last = float(max(times, default=0.0))
-        given = given.replace(times=list(times), duration=max(given.document["duration"], last))
+        asked_for = np.ravel(times).tolist()
+        last = float(max(asked_for, default=0.0))
+        given = given.replace(times=asked_for, duration=max(given.document["duration"], last))
     asked = given.question
     true = truth(asked)
     errors = {"bound_m": true.bound.T.ravel(), "input_error_m": true.input_error.T.ravel()}

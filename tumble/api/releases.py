@@ -1,6 +1,6 @@
 """`tumble.releases`: what changed between an engine's releases."""
 
-from tumble.api.progress import display
+from tumble.api.limits import limits
 from tumble.api.result import Result, call, text_of
 from tumble.api.scene import Scenes, questions
 from tumble.compare.releases.ledger import SCENES
@@ -8,7 +8,7 @@ from tumble.compare.releases.results import ledger_tables
 from tumble.compare.releases.study import compare_releases
 from tumble.compare.run.running_engines import TIME_LIMIT_S
 from tumble.compare.run.worker import MEMORY_LIMIT
-from tumble.reports.releases import ledger_text
+from tumble.reports.releases import ledger_markdown, ledger_text
 
 
 def releases(
@@ -43,6 +43,16 @@ def releases(
     ------
     UserError
         For an engine that has fewer than two releases here.
+
+    Examples
+    --------
+    >>> import tumble
+    >>> tumble.releases("handcalc")
+    Traceback (most recent call last):
+        ...
+    tumble.compare.run.contestant.BadEngine: handcalc has no releases of its own
+    >>> print(tumble.releases("mujoco", first="3.10.0", install=True).answer)  # doctest: +SKIP
+    mujoco, 2 releases from 3.10.0 to 4.0.0: 4.0.0 behaves differently from the previous release.
     """
     found = compare_releases(
         engine,
@@ -50,9 +60,11 @@ def releases(
         first=first,
         last=last,
         install=install,
-        time_limit=time_limit,
-        memory_limit=memory_limit,
-        display=display(progress),
+        **limits(time_limit, memory_limit, progress),
     )
-    tables = ledger_tables(found.ledger, found.changes, found.engines, call("releases", engine, scenes))
-    return Result(tables, text_of(ledger_text(found.ledger, found.changes)))
+    command = call("releases", engine, scenes)
+    return Result(
+        ledger_tables(found.ledger, found.changes, found.engines, command),
+        text_of(ledger_text(found.ledger, found.changes)),
+        documents={"releases.md": ledger_markdown(found.ledger, found.changes, command)},
+    )

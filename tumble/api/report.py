@@ -3,9 +3,9 @@
 from pathlib import Path
 
 from tumble.api.contestants import Contestants, contestant_list
-from tumble.api.progress import display
+from tumble.api.limits import limits, step
 from tumble.api.result import Result, call
-from tumble.api.scene import Scenes, questions
+from tumble.api.scene import Scenes, is_empty, questions
 from tumble.compare.run.running_engines import TIME_LIMIT_S
 from tumble.compare.run.worker import MEMORY_LIMIT
 from tumble.compare.tables.files import write_whole
@@ -48,18 +48,23 @@ def report(
     ------
     UserError
         For a scene, an engine or a method that cannot be used.
+
+    Examples
+    --------
+    >>> import tumble
+    >>> result = tumble.report("die-straight", "tumble:exact", progress=False)
+    >>> result.page().startswith("<!doctype html>")
+    True
     """
-    whole = isinstance(scenes, tuple) and not scenes
+    whole = is_empty(scenes)
     tables = report_tables(
         questions(catalogue() if whole else scenes),
         contestant_list(contestants),
-        dt=dt,
+        dt=step(dt),
         every_method=every_method,
         whole_catalogue=whole,
-        time_limit=time_limit,
-        memory_limit=memory_limit,
         command=call("report", scenes, contestants, dt=dt),
-        display=display(progress),
+        **limits(time_limit, memory_limit, progress),
     )
     result = Result(tables)
     if file is not None:

@@ -4,6 +4,7 @@ import html
 from collections.abc import Iterable, Mapping
 from io import StringIO
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import pandas as pd
@@ -19,7 +20,8 @@ if TYPE_CHECKING:
 
 # Height of the frame in a notebook [px]: the answer, the ranking and the film are seen without scrolling.
 FRAME_HEIGHT = 780
-WIDTH = 100
+# The column of an attribute's table that its file has not.
+CONTESTANT = "contestant"
 # Below the head of a printed table.
 RULE = "───"
 
@@ -27,22 +29,27 @@ RULE = "───"
 class Result:
     """The tables of one run of a command.
 
-    Each table is an attribute: `vertex-errors.csv` is `result.vertex_errors`.  A table's `attrs` have the `units` and
-    `meanings` of its columns.  In a notebook a result is shown as Tumble's page, in a frame of its own.
+    Each table is an attribute: `vertex-errors.csv` is `result.vertex_errors`, with one column that the file has not:
+    `contestant`, which is ENGINE:METHOD.  A table's `attrs` have the `units` and `meanings` of its columns.  In a
+    notebook a result is shown as Tumble's page, in a frame of its own.
 
     Parameters
     ----------
     tables : file name -> table, as the command writes them.
     text : what the command prints.
+    documents : file name -> text of what the command writes beside its tables.
     """
 
-    def __init__(self, tables: Mapping[str, pd.DataFrame], text: str = "") -> None:
+    def __init__(
+        self, tables: Mapping[str, pd.DataFrame], text: str = "", *, documents: Mapping[str, str] = MappingProxyType({})
+    ) -> None:
         self._tables = {name: described(name, table) for name, table in tables.items()}
-        self._text = text
+        self._text, self._documents = text, dict(documents)
+        self._attributes: dict[str, pd.DataFrame] = {}
 
     @property
     def tables(self) -> dict[str, pd.DataFrame]:
-        """Every table by the name of its file."""
+        """Every table as in its file, by the name of that file."""
         return dict(self._tables)
 
     @property
@@ -57,7 +64,7 @@ class Result:
         return self._tables[CONDITIONS.file]
 
     def save(self, folder: str | Path) -> None:
-        """Write every table as CSV, whole or not at all, as the command's `-o` does.
+        """Write the files that the command's `-o` writes: every table as CSV, all or none.
 
         Parameters
         ----------
@@ -68,7 +75,7 @@ class Result:
         OSError
             Where the folder cannot be written.
         """
-        write_tables(Path(folder), self._tables)
+        write_tables(Path(folder), self._tables, self._documents)
 
     def page(self) -> str:
         """Return Tumble's page of these tables.
@@ -104,7 +111,9 @@ class Result:
         file = f"{name.replace('_', '-')}.csv"
         tables = self.__dict__.get("_tables", {})
         if file in tables:
-            return tables[file]
+            if file not in self._attributes:
+                self._attributes[file] = with_contestant(tables[file])
+            return self._attributes[file]
         raise AttributeError(f"{type(self).__name__} has no {name}; tables: {', '.join(map(attribute, tables))}")
 
     def __dir__(self) -> list[str]:
@@ -149,6 +158,27 @@ def described(name: str, table: pd.DataFrame) -> pd.DataFrame:
     return found
 
 
+def with_contestant(table: pd.DataFrame) -> pd.DataFrame:
+    """Return a table with a column `contestant` behind `method`, where it has engines and methods.
+
+    Parameters
+    ----------
+    table : as in its file; it is not changed.
+
+    Returns
+    -------
+    pandas.DataFrame
+    """
+    if not {"engine", "method"} <= set(table.columns):
+        return table
+    found = table.copy(deep=False)
+    column = found["engine"] + ":" + found["method"]
+    found.insert(int(found.columns.get_loc("method")) + 1, CONTESTANT, column)  # type: ignore[arg-type]
+    meanings = table.attrs.get("meanings", {})
+    found.attrs = {**table.attrs, "meanings": {**meanings, CONTESTANT: "engine and method of the row, ENGINE:METHOD"}}
+    return found
+
+
 def attribute(file: str) -> str:
     """Return the attribute by which a result has a table.
 
@@ -163,13 +193,12 @@ def attribute(file: str) -> str:
     return file.removesuffix(".csv").replace("-", "_")
 
 
-def text_of(pieces: Iterable["RenderableType"], width: int = WIDTH) -> str:
+def text_of(pieces: Iterable["RenderableType"]) -> str:
     """Return what a terminal would show, without colours.
 
     Parameters
     ----------
     pieces : as the functions of tumble.reports yield them.
-    width : columns of text.
 
     Returns
     -------
@@ -178,7 +207,7 @@ def text_of(pieces: Iterable["RenderableType"], width: int = WIDTH) -> str:
     from tumble.reports.terminal import console
 
     written = StringIO()
-    out = console(file=written, width=width)
+    out = console(file=written)
     for piece in pieces:
         out.print(piece)
     return written.getvalue()

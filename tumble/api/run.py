@@ -3,7 +3,7 @@
 import pandas as pd
 
 from tumble.api.contestants import ContestantLike, contestant_list
-from tumble.api.progress import display
+from tumble.api.limits import limits, step
 from tumble.api.result import with_units
 from tumble.api.scene import SceneLike, questions
 from tumble.compare.engines import OWN
@@ -53,13 +53,14 @@ def run(
     >>> motion.t_s.iloc[-1], motion.attrs["units"]["v0x_m"]
     (np.float64(2.0), 'm')
     """
-    (asked,) = questions(scene)
+    dt, limit = step(dt), limits(time_limit, memory_limit, progress)
+    (asked,) = questions([scene])
     check_step(asked, dt)
-    with started(contestant_list(contestant), time_limit, memory_limit, display(progress)) as (running_engine,):
+    with started(contestant_list([contestant]), **limit) as (running_engine,):
         method = running_engine.methods[0]
         answer = running_engine.simulate(asked, method, dt or asked.step)
         if isinstance(answer, Failure):
-            raise BadEngine(f"{running_engine.title}:{method} on {asked.name}: {answer.status}")
+            raise BadEngine(f"{running_engine.title}:{method} on {asked.name}: {answer}")
     found = with_units(trajectory_frame(answer, asked.body))
     found.attrs |= {"findings": answer.notes, "steps": answer.steps}
     return found

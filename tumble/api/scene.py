@@ -84,6 +84,11 @@ class Scene:
         Returns
         -------
         Scene
+
+        Examples
+        --------
+        >>> Scene.sphere(0.1, 1.0, duration=1.0, samples=2).question.body.moments.round(6).tolist()
+        [0.004, 0.004, 0.004]
         """
         return cls._of_shape("sphere", values, radius=radius, mass=mass)
 
@@ -103,6 +108,12 @@ class Scene:
         Returns
         -------
         Scene
+
+        Examples
+        --------
+        >>> tensor, corners = [[1, 0, 0], [0, 2, 0], [0, 0, 2.5]], [[0.5, 0, 0], [0, 0.5, 0]]
+        >>> Scene.rigid(tensor, corners, mass=1.0, duration=1.0, samples=2)
+        <tumble.Scene 'rigid': rigid of 1 kg, 1 s>
         """
         return cls._of_shape("rigid", values, inertia=inertia, points=points, mass=mass)
 
@@ -119,6 +130,13 @@ class Scene:
         Returns
         -------
         Scene
+
+        Examples
+        --------
+        >>> Scene.mesh("die.stl", 1.0, duration=1.0, samples=2)
+        Traceback (most recent call last):
+            ...
+        tumble.scenarios.read.BadScene: mesh: body.file = 'die.stl': no such file
         """
         path = Path(file)
         return cls._of_shape("mesh", {"folder": path.parent, **values}, file=path.name, mass=mass)
@@ -162,6 +180,12 @@ class Scene:
         Returns
         -------
         Scene
+
+        Examples
+        --------
+        >>> body = {"shape": "box", "size": [1, 2, 3], "mass": 1}
+        >>> Scene.from_dict({"title": "A box", "duration": 1.0, "samples": 2, "step": 0.01, "body": body}, "mine")
+        <tumble.Scene 'mine': box of 1 kg, 1 s>
         """
         return cls(document, name, folder=Path(folder))
 
@@ -181,6 +205,11 @@ class Scene:
         ------
         UserError
             For what is none of these.
+
+        Examples
+        --------
+        >>> Scene.of("two-hits") == Scene.read("two-hits")
+        True
         """
         if isinstance(scene, Scene):
             return scene
@@ -226,6 +255,11 @@ class Scene:
         Returns
         -------
         Scene
+
+        Examples
+        --------
+        >>> Scene.read("brick-tumble").with_impulse((0, 0, 1), vertex=0, time=0.5).document["impulse"]
+        [{'value': [0, 0, 1], 'vertex': 0, 'time': 0.5}]
         """
         return self._with("impulse", {"value": value, **where})
 
@@ -242,6 +276,12 @@ class Scene:
         Returns
         -------
         Scene
+
+        Examples
+        --------
+        >>> scene = Scene.read("brick-tumble").with_tether(0, (0, 2, 0), stiffness=80.0)
+        >>> scene.document["tether"][0]["stiffness"]
+        80.0
         """
         return self._with("tether", {"vertex": vertex, "anchor": anchor, "stiffness": stiffness, **values})
 
@@ -256,6 +296,11 @@ class Scene:
         -------
         dict
             As `tomllib` reads the file; changing it does not change the scene.
+
+        Examples
+        --------
+        >>> Scene.read("brick-tumble").to_dict()["body"]["shape"]
+        'box'
         """
         return plain(self.document)
 
@@ -266,6 +311,11 @@ class Scene:
         -------
         str
             TOML that `tumble` reads back as this scene, bit for bit.
+
+        Examples
+        --------
+        >>> print(Scene.sphere(0.1, 1.0, duration=1.0, samples=2).to_toml().splitlines()[0])
+        title = "sphere"
         """
         return tomli_w.dumps(self.to_dict())
 
@@ -313,7 +363,8 @@ def questions(scenes: Scenes) -> list[Question]:
     UserError
         For a scene that cannot be read, and where none is given.
     """
-    several: Iterable[Any] = [scenes] if isinstance(scenes, Scene | str | Path | Mapping) else scenes
+    one = isinstance(scenes, Scene | str | Path | Mapping) or not isinstance(scenes, Iterable)
+    several: Iterable[Any] = [scenes] if one else scenes  # type: ignore[assignment]
     found: dict[Scene, str] = {}
     for scene in map(Scene.of, several):
         if scene not in found:
@@ -322,6 +373,20 @@ def questions(scenes: Scenes) -> list[Question]:
     if not found:
         raise BadScene("no scene was given")
     return [scene.replace(name=name).question for scene, name in found.items()]
+
+
+def is_empty(scenes: Scenes) -> bool:
+    """Return whether no scene was given, which asks for a function's default.
+
+    Parameters
+    ----------
+    scenes : one or several, or an empty tuple or list.
+
+    Returns
+    -------
+    bool
+    """
+    return isinstance(scenes, tuple | list) and not scenes
 
 
 def placed(document: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:

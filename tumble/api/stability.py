@@ -1,17 +1,16 @@
 """`tumble.stability`: stability maps, the largest stable step of each method, and extreme cases."""
 
 from tumble.api.contestants import Contestants, contestant_list
-from tumble.api.progress import display
+from tumble.api.limits import limits
 from tumble.api.result import Result, call, text_of
-from tumble.api.scene import Scenes, questions
+from tumble.api.scene import Scenes, is_empty, questions
 from tumble.compare.run.worker import MEMORY_LIMIT
 from tumble.compare.stability.results import pieces
 from tumble.compare.stability.schemas import EXTREMES
 from tumble.compare.stability.study import RUN_LIMIT_S, map_scenes
-from tumble.compare.stability.tasks import STIFF
+from tumble.compare.stability.tasks import default_scenes
 from tumble.compare.tables.frames import rows
 from tumble.reports.stability_text import stability_text
-from tumble.scenarios.read import extremes
 
 
 def stability(
@@ -27,8 +26,8 @@ def stability(
     Parameters
     ----------
     scenes : one or several: a name, a path, a table as in TOML, or a `Scene`.
-        Extreme cases, such as "spin-1e4", are run as they are, the others mapped.  Empty: the stiff scenes of the
-        catalogue and all extreme cases, which take minutes.
+        Extreme cases, by their names, such as "spin-1e4", are run as they are; the others are mapped.
+        Empty: the stiff scenes of the catalogue and all extreme cases, which take minutes.
     contestants : one or several: ENGINE[@RELEASE][:METHOD], FILE[:METHOD], or a function as `tumble.engine` takes it.
         Empty: every installed engine.
     time_limit : of each run [s].
@@ -51,14 +50,10 @@ def stability(
     >>> tumble.stability("spin-1e2", "tumble:exact", progress=False).extremes.verdict.tolist()
     ['stable']
     """
-    asked = questions((*STIFF, *extremes()) if isinstance(scenes, tuple) and not scenes else scenes)
     tables = map_scenes(
-        [scene for scene in asked if scene.name not in extremes()],
-        [scene for scene in asked if scene.name in extremes()],
+        questions(default_scenes() if is_empty(scenes) else scenes),
         contestant_list(contestants),
-        time_limit=time_limit,
-        memory_limit=memory_limit,
         command=call("stability", scenes, contestants),
-        display=display(progress),
+        **limits(time_limit, memory_limit, progress),
     )
     return Result(tables, text_of(stability_text(pieces(tables), rows(EXTREMES, tables[EXTREMES.file]), False)))

@@ -1,7 +1,7 @@
 """`tumble.sweep`: error against run time."""
 
 from tumble.api.contestants import Contestants, contestant_list
-from tumble.api.progress import display
+from tumble.api.limits import limits
 from tumble.api.result import Result, call, text_of
 from tumble.api.scene import Scenes, questions
 from tumble.compare.judge.cost import REFERENCE
@@ -54,10 +54,8 @@ def sweep(
         questions(scenes),
         contestant_list(contestants),
         reference=reference,
-        time_limit=time_limit,
-        memory_limit=memory_limit,
         command=call("sweep", scenes, contestants),
-        display=display(progress),
+        **limits(time_limit, memory_limit, progress),
         finished=found.append,
     )
     return Result(tables, text_of(piece for one in found for piece in sweep_text(one, reference)))

@@ -4,11 +4,16 @@ import shlex
 from argparse import Namespace
 from pathlib import Path
 
+from tumble.api.limits import Limits
+from tumble.api.session import kept_ready
 from tumble.compare.comparison.study import compare_scenes
+from tumble.compare.contact.rows import contact_rows
+from tumble.compare.contact.study import contact_scenes
 from tumble.compare.run.flight import check_step
 from tumble.finished import exit_code
 from tumble.notes import display, note
 from tumble.reports.comparison_text import comparison_text
+from tumble.reports.contact_text import contact_text
 from tumble.reports.terminal import console
 from tumble.scenarios.read import BadScene, read_scenes
 
@@ -28,29 +33,35 @@ def main(options: Namespace) -> int:
     folder = Path(options.output) if options.output else None
     if folder:
         folder.mkdir(parents=True, exist_ok=True)
-    found = compare_scenes(
-        scenes,
-        options.engine,
-        dt=options.dt,
-        time_limit=options.time_limit,
-        memory_limit=options.memory_limit,
-        display=display(options),
-    )
+    limits: Limits = {
+        "time_limit": options.time_limit,
+        "memory_limit": options.memory_limit,
+        "display": display(options),
+    }
+    with kept_ready():
+        found = compare_scenes(scenes, options.engine, dt=options.dt, **limits)
+        contacts = contact_scenes(found.comparisons, options.engine, dt=options.dt, **limits)
     out = console()
     for number, comparison in enumerate(found.comparisons):
         if number:
             out.print()
+        rows = [row for one in contacts if one.scene is comparison.scene for row in contact_rows(one)]
+        for piece in contact_text(rows, options.all):
+            out.print(piece)
         for piece in comparison_text(comparison, options.vertex, options.all, out.is_terminal):
             out.print(piece)
     if folder or options.svg or options.png:
         from tumble.compare.comparison.results import comparison_tables  # pandas is slow to load
+        from tumble.compare.contact.results import contact_tables
         from tumble.compare.coursework.results import coursework_tables
         from tumble.compare.tables.frames import merged, write_tables
         from tumble.reports.figures import error_figure, save_figures
 
         command = shlex.join(options.words)
         tables = merged(
-            comparison_tables(found.comparisons, found.engines, command), coursework_tables(found.comparisons)
+            comparison_tables(found.comparisons, found.engines, command),
+            coursework_tables(found.comparisons),
+            contact_tables(contacts),
         )
         save_figures(options.svg, options.png, error_figure, tables["runs.csv"])
         if folder:

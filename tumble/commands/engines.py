@@ -4,7 +4,7 @@ from argparse import Namespace
 from collections.abc import Iterator
 from pathlib import Path
 
-from tumble.compare.engines import CHECKS
+from tumble.compare.engines import CHECKS, CONTACT_CHECKS
 from tumble.compare.run.engines import environments, installing, registry
 from tumble.compare.run.engines.examine import Examined, examined
 from tumble.compare.run.engines.registry import BadEngine
@@ -110,12 +110,14 @@ def check(engines: list[str], time_limit: float) -> int:
 
 
 def lines(one: Examined) -> Iterator[str]:
-    """Yield the result of one check: a line if it passed, else one for each method that fails it."""
+    """Yield the result of one check: a line if it passed, and one for each method that fails it."""
     name = f"{one.check:<17}"
     if one.holds:
         but = f"; skipped: {', '.join(one.not_asked)}" if one.not_asked else ""
-        yield f"passed   {name} {CHECKS[one.check]}{but}"
-    elif not one.broken:
+        yield f"passed   {name} {(CHECKS | CONTACT_CHECKS)[one.check]}{but}"
+    elif not one.broken and not one.known:
         yield f"skipped  {name} {next(iter(one.not_asked.values()))}"
+    for method, how in one.known.items():
+        yield f"known    {name} {method}: {how}"
     for method, how in one.broken.items():
         yield f"FAILED   {name} {method}: {how}"

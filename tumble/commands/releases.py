@@ -67,6 +67,4 @@ def with_releases(engine: str, beside: Sequence[str]) -> str:
             f"{' '.join([engine, *beside])}: give the engine without a method or a release: "
             f"type `tumble {shlex.join(['releases', name, *words])}`"
         )
-    if not registry.package(name).pins:
-        raise BadEngine(f"{name} has no releases of its own")
     return name

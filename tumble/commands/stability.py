@@ -10,27 +10,25 @@ import pandas as pd
 from tumble.compare.stability.results import pieces
 from tumble.compare.stability.schemas import CELLS, EXTREMES, LIMITS
 from tumble.compare.stability.study import map_scenes
-from tumble.compare.stability.tasks import STIFF
+from tumble.compare.stability.tasks import default_scenes
 from tumble.compare.tables.frames import rows
 from tumble.finished import exit_code
 from tumble.notes import display, note
 from tumble.reports.figures import check_figures, limit_figure, save_figures
 from tumble.reports.stability_text import stability_text
 from tumble.reports.terminal import console
-from tumble.scenarios.read import extremes, read_scenes
+from tumble.scenarios.read import read_scenes
 
 
 def main(options: Namespace) -> int:
     """Map every scene and run the extreme cases, and print limits and verdicts; write the tables if asked.
 
-    Of the scenes named, the extreme cases are run as they are and the others are mapped.
+    Extreme cases, by their names, are run as they are; the others are mapped.
     """
     check_figures(options.svg, options.png)
-    names = options.scene or (*STIFF, *extremes())
     folder = Path(options.output) if options.output else None
     tables = map_scenes(
-        read_scenes(name for name in names if name not in extremes()),
-        read_scenes(name for name in names if name in extremes()),
+        read_scenes(options.scene or default_scenes()),
         options.engine,
         folder=folder,
         time_limit=options.time_limit,

@@ -397,9 +397,8 @@ class Page:
         by_engine: dict[str, list[Contestant]] = {}
         for one in pool.all_contestants():
             info = pool.engines.get(one.engine)
-            is_forced = info is not None and one.method in info.forced
-            is_contact = info is not None and one.method in info.contact
-            if not ((is_forced and scene.is_free) or (is_contact and scene.plane is None)) or one in chosen_ones:
+            has_use = info is None or one.method not in info.without_use(scene)
+            if has_use or one in chosen_ones:
                 by_engine.setdefault(one.engine, []).append(one)
         for one in chosen_ones:  # METHOD@TOLERANCE, and what is missing
             own = by_engine.setdefault(one.engine, [])

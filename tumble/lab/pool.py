@@ -169,7 +169,7 @@ class Pool:
         found = []
         for engine in sorted(self._titles, key=lambda engine: engine not in self.engines):
             info = self.engines.get(engine)
-            methods = ("",) if info is None else (*info.methods, *info.forced, *info.contact, *info.on_request)
+            methods = ("",) if info is None else info.every_method
             found += [self.contestant(engine, method) for method in methods]
         return found
 

@@ -1,13 +1,52 @@
-// cannon-es.  A body without a shape; damping, 0.01 of v and w unless told otherwise, is off.
+// cannon-es.  Without a plane a body has no shape; damping, 0.01 of v and w unless told otherwise, is off.
 import { installed, serve } from "./contestant.mjs";
 
-const { Body, Vec3, World } = await installed("cannon-es/dist/cannon-es.js");
+const { Body, Box, ContactMaterial, Material, Plane, Sphere, Vec3, World } = await installed("cannon-es/dist/cannon-es.js");
+
+const THROWN = 1, GROUND = 2; // of collision groups and masks
+const ITERATIONS = 100; // of its solver, where there is a plane; it has 10 unless told otherwise
+
+// A contact is a spring and a damper over some steps: here one so stiff that it is rigid [N/m a kg], and so many steps
+// that what comes out of the plane gains no speed.
+const STIFFNESS = 1e12, RELAXATION = 100;
+const hard = (mass) => ({
+  contactEquationStiffness: STIFFNESS * mass, contactEquationRelaxation: RELAXATION,
+  frictionEquationStiffness: STIFFNESS * mass, frictionEquationRelaxation: RELAXATION,
+});
+
+// What touches the plane.
+function shapeOf(shape) {
+  if (shape.kind === "sphere") return new Sphere(shape.radius);
+  return new Box(new Vec3(...shape.size.map((edge) => edge / 2)));
+}
+
+// The plane, whose normal is its z axis, with the pair's coefficients; as it ships two materials are multiplied.
+function addPlane(world, { plane, mass }, manner) {
+  const material = new Material(manner === "defaults" ? plane : {});
+  if (manner !== "defaults") {
+    world.addContactMaterial(new ContactMaterial(material, material, { ...plane, ...hard(mass) }));
+    [world.solver.iterations, world.solver.tolerance] = [ITERATIONS, 0];
+  }
+  const ground = new Body({ mass: 0, shape: new Plane(), material, position: new Vec3(...plane.point) });
+  ground.quaternion.setFromVectors(new Vec3(0, 0, 1), new Vec3(...plane.normal));
+  [ground.collisionFilterGroup, ground.collisionFilterMask] = [GROUND, THROWN];
+  world.addBody(ground);
+  return material;
+}
 
 await serve({
-  build({ throws, mass, moments, gravity = [0, 0, 0] }, manner) {
+  cannot: ({ shape }) => (shape?.kind === "hull" ? "its convex hulls need faces, which a program does not receive" : ""),
+  build(told, manner) {
+    const { throws, mass, moments, plane, shape, gravity = [0, 0, 0] } = told;
     const world = new World({ gravity: new Vec3(...gravity) });
+    const material = plane ? addPlane(world, told, manner) : null;
     const bodies = Array.from({ length: throws }, () => {
       const body = new Body(manner === "defaults" ? { mass } : { mass, linearDamping: 0, angularDamping: 0 });
+      if (plane) {
+        body.addShape(shapeOf(shape));
+        body.material = material;
+        [body.collisionFilterGroup, body.collisionFilterMask] = [THROWN, GROUND];
+      }
       body.inertia.set(...moments);
       body.invInertia.set(...moments.map((moment) => 1 / moment));
       world.addBody(body);

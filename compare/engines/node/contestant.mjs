@@ -6,18 +6,25 @@ import { pathToFileURL } from "node:url";
 export const installed = (path) => import(pathToFileURL(`${process.env.TUMBLE_ENVIRONMENT}/node_modules/${path}`));
 
 // An engine is { build(told, manner) -> world, put(world, row, state), get(world, row) -> state, step(world, dt) } and,
-// where it has them, { push(world, row, force, torque) }, { audit(world) }, { end(world) }.  Forces are world axes.
+// where it has them, { cannot(told) -> why, or "" }, { push(world, row, force, torque) }, { audit(world) }, { end(world) }.
+// Forces are world axes.
 export async function serve(engine) {
   let world, told, manner, start, flown;
+  const forced = () => Boolean(told.tethers || told.drag || told.floor);
+  const make = () => ({ ...engine.build(told, manner), told, manner, held: forced(), longest: 0, fastest: [0, 0] });
   const get = () => Array.from({ length: told.throws }, (_, row) => engine.get(world, row));
   const verbs = {
     build(question) {
       [told, manner] = [question, question.method.split("+")[1] ?? ""];
-      const forces = told.tethers || told.drag || told.floor;
-      if (forces && !manner) return { skipped: `it has none of these laws; ${told.method}+held is given their force once a step` };
-      world = { ...engine.build(told, manner), told, manner, held: Boolean(forces), longest: 0, fastest: [0, 0] };
+      if (forced() && !manner) return { skipped: `it has none of these laws; ${told.method}+held is given their force once a step` };
+      if (engine.cannot?.(told)) return { skipped: engine.cannot(told) };
+      [world, flown] = [make(), 0];
     },
     write({ states }) {
+      if (told.plane && flown) { // what an engine keeps of a contact lives in its world: a new one has none
+        engine.end?.(world);
+        world = make();
+      }
       states.forEach((state, row) => engine.put(world, row, state));
       [world.longest, world.fastest, flown] = [0, [0, 0], 0];
       start = get();
@@ -73,7 +80,7 @@ export function* beyond(what, unit, largest, limit) {
 }
 
 const add = (a, b) => a.map((each, i) => each + b[i]);
-const scaled = (s, a) => a.map((each) => s * each);
+export const scaled = (s, a) => a.map((each) => s * each);
 const dot = (a, b) => a.reduce((sum, each, i) => sum + each * b[i], 0);
 const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 

@@ -1,39 +1,80 @@
 // Jolt.  Its gyroscopic torque is asked for; damping, limits of speed and sleep are off; masses are those of a body that
-// it does not take for nothing.  A body has the box around its points for a shape, by which Jolt sees whether it moves;
-// it collides with nothing.
+// it does not take for nothing.  Without a plane a body has the box around its points for a shape, by which Jolt sees
+// whether it moves; it collides with nothing.
 import { beyond, installed, scaleToOne, serve } from "./contestant.mjs";
 
 const { default: initJolt } = await installed("jolt-physics/dist/jolt-physics.wasm-compat.js");
 const jolt = await initJolt();
-const BOUNDLESS = 3e38, LAYER = 0;
+const BOUNDLESS = 3e38, LAYER = 0, GROUND = 1;
 const LARGEST_SPEED = 500, LARGEST_SPIN = 15 * Math.PI;
 // Moments whose root of squares is no larger it takes for nothing, and flies a sphere of 1 m [kg m2].
 const LEAST_MOMENTS = 1e-6;
 // Values that are handed over for the length of a call.
 const [first, second, position, rotation] = [new jolt.Vec3(), new jolt.Vec3(), new jolt.RVec3(), new jolt.Quat(0, 0, 0, 1)];
 
-// One layer, whose bodies collide with nothing.
+// Margins of contacts are lengths for bodies of 1 m [m]: here they are shares of the diameter.
+const LOOK_AHEAD = 0.02, LEFT_BELOW = 0.001, LARGEST_PLANE = 1e6;
+
+// Two layers: bodies collide with the plane alone.
 function settings(throws) {
   const made = new jolt.JoltSettings();
   made.mMaxBodies = throws + 8;
   made.mMaxWorkerThreads = 0;
-  const pairs = new jolt.ObjectLayerPairFilterTable(1);
-  const layers = new jolt.BroadPhaseLayerInterfaceTable(1, 1);
-  layers.MapObjectToBroadPhaseLayer(LAYER, new jolt.BroadPhaseLayer(0));
+  const pairs = new jolt.ObjectLayerPairFilterTable(2);
+  pairs.EnableCollision(LAYER, GROUND);
+  const layers = new jolt.BroadPhaseLayerInterfaceTable(2, 2);
+  for (const layer of [LAYER, GROUND]) layers.MapObjectToBroadPhaseLayer(layer, new jolt.BroadPhaseLayer(layer));
   made.mObjectLayerPairFilter = pairs;
   made.mBroadPhaseLayerInterface = layers;
-  made.mObjectVsBroadPhaseLayerFilter = new jolt.ObjectVsBroadPhaseLayerFilterTable(layers, 1, pairs, 1);
+  made.mObjectVsBroadPhaseLayerFilter = new jolt.ObjectVsBroadPhaseLayerFilterTable(layers, 2, pairs, 2);
   return made;
 }
 
-function body(mass, moments, points, manner) {
+// What touches the plane: a box, a sphere, or the convex hull of the points; none is rounded.
+function shapeOf({ shape, points }) {
+  if (shape?.kind === "sphere") return new jolt.SphereShape(shape.radius);
+  if (shape?.kind === "hull") {
+    const hull = new jolt.ConvexHullShapeSettings();
+    hull.mMaxConvexRadius = 0;
+    points.forEach((point) => (first.Set(...point), hull.mPoints.push_back(first)));
+    return hull.Create().Get();
+  }
   first.Set(...[0, 1, 2].map((axis) => Math.max(...points.map((point) => Math.abs(point[axis])))));
-  const shape = new jolt.BoxShape(first, 0);
+  return new jolt.BoxShape(first, 0);
+}
+
+// The pair's restitution is the larger of two, its friction their geometric mean: both have the pair's numbers.
+function touch(made, { restitution, friction }) {
+  made.mRestitution = restitution;
+  made.mFriction = friction;
+}
+
+// The plane, and where it is; contacts are solved as well as Jolt can, but where it is as it ships.
+function addPlane(system, { plane, points }, manner) {
+  position.Set(...plane.point);
+  first.Set(...plane.normal);
+  const shape = new jolt.PlaneShape(new jolt.Plane(first, 0), null, LARGEST_PLANE);
+  const made = new jolt.BodyCreationSettings(shape, position, jolt.Quat.prototype.sIdentity(), jolt.EMotionType_Static, GROUND);
+  touch(made, plane);
+  const ground = system.GetBodyInterface().CreateBody(made);
+  system.GetBodyInterface().AddBody(ground.GetID(), jolt.EActivation_DontActivate);
+  if (manner === "defaults") return;
+  const contacts = system.GetPhysicsSettings(), diameter = 2 * Math.max(...points.map((point) => Math.hypot(...point)));
+  contacts.mMinVelocityForRestitution = 0;
+  contacts.mSpeculativeContactDistance = LOOK_AHEAD * diameter;
+  contacts.mPenetrationSlop = LEFT_BELOW * diameter;
+  system.SetPhysicsSettings(contacts);
+}
+
+function body(mass, moments, told, manner) {
+  const shape = shapeOf(told);
+  position.Set(0, 0, 0);
   const made = new jolt.BodyCreationSettings(shape, position, rotation, jolt.EMotionType_Dynamic, LAYER);
   made.mOverrideMassProperties = jolt.EOverrideMassProperties_MassAndInertiaProvided;
   made.mMassPropertiesOverride.mMass = mass;
   first.Set(...moments);
   made.mMassPropertiesOverride.mInertia = jolt.Mat44.prototype.sScaleVec3(first);
+  if (told.plane) touch(made, told.plane);
   if (manner !== "defaults") {
     made.mApplyGyroscopicForce = true;
     made.mLinearDamping = made.mAngularDamping = 0;
@@ -44,14 +85,16 @@ function body(mass, moments, points, manner) {
 }
 
 await serve({
-  build({ throws, mass, moments, points, gravity = [0, 0, 0] }, manner) {
+  build(told, manner) {
+    const { throws, mass, moments, gravity = [0, 0, 0] } = told;
     const scale = manner === "defaults" ? 1 : scaleToOne(mass, ...moments);
     const world = new jolt.JoltInterface(settings(throws));
     const system = world.GetPhysicsSystem(), interfaceOf = system.GetBodyInterface();
     first.Set(...gravity);
     system.SetGravity(first);
+    if (told.plane) addPlane(system, told, manner);
     const bodies = Array.from({ length: throws }, () => {
-      const one = interfaceOf.CreateBody(body(scale * mass, moments.map((each) => scale * each), points, manner));
+      const one = interfaceOf.CreateBody(body(scale * mass, moments.map((each) => scale * each), told, manner));
       interfaceOf.AddBody(one.GetID(), jolt.EActivation_Activate);
       return one;
     });

@@ -1,4 +1,5 @@
-// Rapier.  One substep, so that a step is dt; its limits of 400 m/s and pi/4 a step cannot be lifted from JavaScript.
+// Rapier.  One substep, so that a step is dt, but four where there is a plane; its limits of 400 m/s and pi/4 a step
+// cannot be lifted from JavaScript.
 import { beyond, installed, serve } from "./contestant.mjs";
 
 const { default: rapier } = await installed("@dimforge/rapier3d-compat/dist/rapier.mjs");
@@ -7,13 +8,35 @@ const LARGEST_SPEED = 400, LARGEST_TURN = Math.PI / 4;
 const vector = ([x, y, z]) => ({ x, y, z });
 const ORIGIN = vector([0, 0, 0]), IDENTITY = { x: 0, y: 0, z: 0, w: 1 };
 
+const GROUND = 0x00010002, THROWN = 0x00020001; // groups: what it is, and what it touches
+
+// What touches the plane: a box, a sphere, or the convex hull of the points.
+function shapeOf({ shape, points }) {
+  if (shape.kind === "sphere") return rapier.ColliderDesc.ball(shape.radius);
+  if (shape.kind === "box") return rapier.ColliderDesc.cuboid(...shape.size.map((edge) => edge / 2));
+  return rapier.ColliderDesc.convexHull(new Float32Array(points.flat()));
+}
+
+// A shape with the pair's coefficients: Rapier takes the mean of two materials.
+const touching = (desc, { restitution, friction }, groups) =>
+  desc.setRestitution(restitution).setFriction(friction).setDensity(0).setCollisionGroups(groups);
+
 await serve({
-  build({ throws, mass, moments, gravity = [0, 0, 0] }, manner) {
-    const world = new rapier.World(vector(gravity));
-    if (manner !== "defaults") world.numSolverIterations = 1;
+  build(told, manner) {
+    const { throws, mass, moments, plane, points, gravity = [0, 0, 0] } = told;
+    const world = new rapier.World(vector(gravity)), diameter = 2 * Math.max(...points.map((point) => Math.hypot(...point)));
+    if (manner !== "defaults" && !plane) world.numSolverIterations = 1;
+    if (manner !== "defaults" && plane) world.lengthUnit = diameter; // its margins are shares of it
+    if (plane) {
+      const ground = new rapier.ColliderDesc(new rapier.HalfSpace(vector(plane.normal)));
+      world.createCollider(touching(ground, plane, GROUND).setTranslation(...plane.point));
+    }
     const bodies = Array.from({ length: throws }, () => {
       const desc = rapier.RigidBodyDesc.dynamic().setAdditionalMassProperties(mass, ORIGIN, vector(moments), IDENTITY);
-      return world.createRigidBody(desc.setCanSleep(manner === "defaults"));
+      if (manner !== "defaults" && plane) desc.setSoftCcdPrediction(diameter); // how far ahead it looks for the plane
+      const body = world.createRigidBody(desc.setCanSleep(manner === "defaults"));
+      if (plane) world.createCollider(touching(shapeOf(told), plane, THROWN), body);
+      return body;
     });
     return { world, bodies };
   },

@@ -8,11 +8,11 @@ if TYPE_CHECKING:
 
 
 def held_wrench(scene: "Scene", method: str) -> "Wrench | None":
-    """Return what gives the wrench of a step, None of a free scene.
+    """Return what gives the wrench of a step, None of a scene in which only gravity and a plane act.
 
     Raises NotImplementedError for a method that is not told of forces.
     """
-    if scene.is_free:
+    if scene.is_unforced:
         return None
     kind, _, manner = method.partition("+")
     if not manner:

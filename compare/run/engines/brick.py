@@ -4,6 +4,7 @@ Once near its middle axis, once near its third, once near none: a cube cannot sh
 is one of the engine's precision.
 """
 
+from dataclasses import replace
 from types import ModuleType
 
 import numpy as np
@@ -13,7 +14,7 @@ from tumble.compare.run.timing.timer import PARTS, prepare
 from tumble.scenarios.frames import Array
 from tumble.scenarios.mass import BOX_FACES, box_corners
 from tumble.scenarios.published import table_4_1
-from tumble.scenarios.scene import Body, Scene, frozen_array
+from tumble.scenarios.scene import Body, Plane, Scene, frozen_array
 
 SIZE = (0.4, 0.15, 0.1)
 MASS = 2.4
@@ -29,6 +30,18 @@ THROWS = np.array(
     ]
 )
 THROWS[:, 3:7] /= np.linalg.norm(THROWS[:, 3:7], axis=1, keepdims=True)
+
+
+# The same over a plane: one slides on it, one comes down on an edge, one on a corner, within 50 steps of 0.01 s.
+PLANE = Plane(frozen_array((0.1, -0.2, 0.3)), frozen_array((0.0, 1.0, 0.0)), 0.5, 0.3)
+LANDING = np.array(
+    [
+        [0.0, -0.15, 0.0, 1.0, 0.0, 0.0, 0.0, 0.6, 0.0, 0.3, 0.0, 0.0, 0.0],
+        [2.0, 0.1, 0.0, 0.95, 0.0, 0.0, 0.3, 0.2, 0.0, 0.0, 0.0, 0.0, 0.0],
+        [-2.0, 0.2, 1.0, 0.8, 0.3, -0.2, 0.4, 0.0, -0.5, 0.1, 1.0, 2.0, -1.0],
+    ]
+)
+LANDING[:, 3:7] /= np.linalg.norm(LANDING[:, 3:7], axis=1, keepdims=True)
 
 
 class Broken(Exception):
@@ -48,6 +61,12 @@ def scene(
     return Scene("triaxial", "Triaxial box", "", times[-1], times, 0.001, body, frozen_array(start), field)
 
 
+def over_plane(start: Array) -> Scene:
+    """Return a scene in which the box comes down on a plane or lies on it."""
+    falling = scene(start, GRAVITY)
+    return replace(falling, plane=PLANE, body=replace(falling.body, size=frozen_array(SIZE)))
+
+
 def step(engine: ModuleType, world: object, *steps: tuple[int, float]) -> None:
     """Make the steps (n, dt)."""
     for n, dt in steps:
@@ -59,7 +78,12 @@ def flown(
     engine: ModuleType, method: str, states: Array, *steps: tuple[int, float], gravity=None, weight: float = 1.0
 ) -> Array:
     """Return the states after the steps (n, dt), in a world of its own; weight: that many times the mass."""
-    world = engine.build(scene(states, gravity, weight * MASS, weight * MOMENTS), method)
+    return flown_in(engine, method, scene(states, gravity, weight * MASS, weight * MOMENTS), *steps)
+
+
+def flown_in(engine: ModuleType, method: str, question: Scene, *steps: tuple[int, float]) -> Array:
+    """Return the states that a scene's starts have after the steps (n, dt), in a world of its own."""
+    world, states = engine.build(question, method), question.start.copy()
     engine.write(world, states)
     step(engine, world, *steps)
     return np.array(engine.read(world))

@@ -3,8 +3,8 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from tumble.compare.engines import CHECKS
-from tumble.compare.run.engines.contract_checks import checks_for
+from tumble.compare.engines import CHECKS, CONTACT_CHECKS
+from tumble.compare.run.engines.contract_checks import checks_for, known_failure
 from tumble.compare.run.running_engines import RunningEngine
 from tumble.compare.run.status import Failure, Status
 
@@ -21,12 +21,14 @@ class Examined:
     holds : methods that pass
     broken : why the other methods fail, by method
     not_asked : why methods were not checked, by method
+    known : why the methods fail that are stated to fail it, by method
     """
 
     check: str
     holds: tuple[str, ...]
     broken: dict[str, str]
     not_asked: dict[str, str]
+    known: dict[str, str]
 
 
 def examined(running_engine: RunningEngine, only: str | None = None) -> Iterator[Examined]:
@@ -48,14 +50,17 @@ def examined(running_engine: RunningEngine, only: str | None = None) -> Iterator
     loose = [f"{method}@{LOOSE:g}" for method in running_engine.methods if method in info.adaptive]
     binding = checks_for(info.features, info.optional, info.exempt)
     late = ""
-    for check in CHECKS if only is None else (only,):
+    every = tuple(dict.fromkeys((*CHECKS, *binding)))  # those of contact where they apply
+    for check in every if only is None else (only,):
         if check not in binding or late:
-            lacking = "it has no gravity" if check == "gravity" else "it has nothing optional"
-            why = info.exempt.get(check) or (late if check in binding else lacking)
-            yield Examined(check=check, holds=(), broken={}, not_asked=dict.fromkeys(running_engine.methods, why))
+            why = info.exempt.get(check) or (late if check in binding else lacking(check))
+            not_asked = dict.fromkeys(running_engine.methods, why)
+            yield Examined(check=check, holds=(), broken={}, not_asked=not_asked, known={})
             continue
-        holds, broken, not_asked = [], {}, {}
-        for method in (*running_engine.methods, *loose):
+        holds, broken, not_asked, known = [], {}, {}, {}
+        # In contact no force is held: those methods are others under another name.
+        twice = info.forced if check in CONTACT_CHECKS else ()
+        for method in (*(one for one in running_engine.methods if one not in twice), *loose):
             if late:
                 not_asked[method] = late
                 continue
@@ -64,9 +69,17 @@ def examined(running_engine: RunningEngine, only: str | None = None) -> Iterator
                 # Each further answer would be waited for as long.
                 late = f"after a timeout no more is asked; {method} gave no answer to {check!r}"
             if isinstance(said, Failure) and said.status is Status.SKIPPED:
-                not_asked[method] = said.reason
+                by_law = known_failure(info.known_failures, check, method)
+                (known if by_law else not_asked)[method] = said.reason
             elif said:
                 broken[method] = str(said)
             else:
                 holds.append(method)
-        yield Examined(check=check, holds=tuple(holds), broken=broken, not_asked=not_asked)
+        yield Examined(check=check, holds=tuple(holds), broken=broken, not_asked=not_asked, known=known)
+
+
+def lacking(check: str) -> str:
+    """Return why a check does not apply to an engine that does not state what it needs."""
+    if check in CONTACT_CHECKS:
+        return "it has no plane"
+    return "it has no gravity" if check == "gravity" else "it has nothing optional"

@@ -21,7 +21,7 @@ import numpy as np
 
 from tumble.compare.run.process.process import signal_name
 from tumble.scenarios.frames import Array
-from tumble.scenarios.scene import Scene
+from tumble.scenarios.scene import Body, Scene
 
 # Where what is installed for it lies, told to engines of ours that no Python brings.
 ENVIRONMENT = "TUMBLE_ENVIRONMENT"
@@ -42,6 +42,7 @@ STATED = (
     "orders",
     "largest_turn",
     "exempt",
+    "known_failures",
 )
 # What brings one of ours: tumble.compare.run.engines.registry.Package.
 BROUGHT = ("packages", "pins", "installer", "apart", "megabytes")
@@ -277,7 +278,22 @@ def numbers_of(scene: Scene) -> dict[str, Any]:
             "stiffness": floor.stiffness,
             "damping": floor.damping,
         }
+    if plane := scene.plane:
+        numbers["plane"] = {
+            "point": plane.point.tolist(),
+            "normal": plane.normal.tolist(),
+            "restitution": plane.restitution,
+            "friction": plane.friction,
+        }
+        numbers["shape"] = shape_of(body)
     return numbers
+
+
+def shape_of(body: Body) -> dict[str, Any]:
+    """Return what touches a plane, in body axes [m]: a box, a sphere, or the convex hull of the points."""
+    if body.size is not None:
+        return {"kind": "box", "size": body.size.tolist()}
+    return {"kind": "hull"} if body.radius is None else {"kind": "sphere", "radius": body.radius}
 
 
 def installed_version(packages: Iterable[str]) -> str | None:

@@ -11,12 +11,13 @@ import traceback
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
+from importlib.machinery import SourceFileLoader
 from pathlib import Path
-from types import ModuleType
+from types import CodeType, ModuleType
 from typing import Any
 
 from tumble.compare import engines
-from tumble.compare.engines import CHECKS, FINDINGS, GYROSCOPIC_NAMES, OWN, SCHEME_NAMES, SHIPPED
+from tumble.compare.engines import CHECKS, CONTACT_CHECKS, FINDINGS, GYROSCOPIC_NAMES, OWN, SCHEME_NAMES, SHIPPED
 from tumble.compare.run.contestant import FILES, BadEngine, MethodName
 from tumble.compare.run.engines import program
 from tumble.compare.run.engines.program import ProgramEngine
@@ -72,7 +73,7 @@ class EngineInfo:
     methods : names of the methods; the first is used where one is enough
     adaptive : tolerance that each adaptive method takes by default, by method; nan where it is not stated
     whole : methods that simulate a run of any length in one step
-    forced : methods that take part only in scenes with another force than gravity
+    forced : methods that take part only in scenes with a tether, drag or a floor
     contact : methods that take part only in scenes with a plane
     on_request : methods that take part only when asked for
     default : methods that do what the engine does with no settings by its user
@@ -90,6 +91,7 @@ class EngineInfo:
     step_ns : approximate time of one step of one throw [ns], by method, or under * for all
     orders : by method, the power of the step by which the error of a free body falls
     instants : the only sample instants at which the engine has an answer [s]; empty: any instant
+    known_failures : reason for each check that methods fail by the engine's own law, by check and method, * for all
     """
 
     methods: tuple[str, ...]
@@ -113,6 +115,17 @@ class EngineInfo:
     step_ns: dict[str, float]
     orders: dict[str, float]
     instants: tuple[float, ...]
+    known_failures: dict[str, dict[str, str]]
+
+    @property
+    def every_method(self) -> tuple[str, ...]:
+        """Every method that can be asked for by name."""
+        return (*self.methods, *self.forced, *self.contact, *self.on_request)
+
+    def without_use(self, scene: Scene) -> frozenset[str]:
+        """Return the methods that are another method in this scene: of forces or a plane that it does not have."""
+        forced = self.forced if scene.is_unforced else ()
+        return frozenset((*forced, *(() if scene.plane else self.contact)))
 
     def step_of(self, method: str) -> float:
         """Return about what a step of one throw takes by a method [ns]."""
@@ -238,9 +251,17 @@ def files(engine: str) -> list[Path]:
     return program.files(Path(engine)) if engine.endswith(".toml") else [Path(engine)]
 
 
+class FromSource(SourceFileLoader):
+    """Loads a file from its source: bytecode cannot tell edits within a second apart that leave its size."""
+
+    def get_code(self, fullname: str) -> CodeType:
+        """Return the compiled source."""
+        return self.source_to_code(self.get_data(self.path), self.path)
+
+
 def load_file(path: str) -> ModuleType:
     """Return a user's own engine file as a module; its folder is importable to it, as for a script."""
-    spec = importlib.util.spec_from_file_location(title(path), path)
+    spec = importlib.util.spec_from_file_location(title(path), path, loader=FromSource(title(path), path))
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
@@ -311,15 +332,21 @@ def engine_info(engine: str, module: ModuleType) -> EngineInfo:
             step_ns={str(method): float(ns) for method, ns in of_each.items()},
             orders={str(method): float(order) for method, order in dict(getattr(module, "ORDERS", {})).items()},
             instants=tuple(float(instant) for instant in getattr(module, "INSTANTS", ())),
+            known_failures={
+                str(check): {str(method): str(why) for method, why in dict(reasons).items()}
+                for check, reasons in dict(getattr(module, "KNOWN_FAILURES", {})).items()
+            },
         )
     except (TypeError, ValueError, OverflowError) as error:
         raise BadEngine(f"{engine}: what it says of itself cannot be read: {error}") from error
     for method, order in info.orders.items():
         if not 0 < order < math.inf:
             raise BadEngine(f"{engine}: ORDERS: {method}: must be a number above 0, is {order:g}")
-    for law in info.exempt:
-        if law not in CHECKS:
-            raise BadEngine(f"{engine}: EXEMPT: no check {law!r}: there are {', '.join(CHECKS)}")
+    for table, checks in (("EXEMPT", info.exempt), ("KNOWN_FAILURES", info.known_failures)):
+        for check in checks:
+            if check not in (*CHECKS, *CONTACT_CHECKS):
+                every = ", ".join((*CHECKS, *CONTACT_CHECKS))
+                raise BadEngine(f"{engine}: {table}: no check {check!r}: there are {every}")
     return info
 
 

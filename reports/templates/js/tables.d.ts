@@ -73,6 +73,38 @@ interface Tables {
     what: string;
     value: string;
   };
+  "contact-scans.csv": {
+    scene: string;
+    engine: string;
+    method: string;
+    dt_s: number;
+    scan: string;
+    at: number;
+    at_unit: string;
+    observable: string;
+    value: number | null;
+    true: number;
+    unit: string;
+  };
+  "contact.csv": {
+    scene: string;
+    engine: string;
+    method: string;
+    dt_s: number | null;
+    tolerance: number | null;
+    observable: string;
+    blow: number | null;
+    value: number | null;
+    true: number;
+    unit: string;
+    error: number | null;
+    law_error: number | null;
+    law_error_low: number | null;
+    law_error_high: number | null;
+    step_error: number | null;
+    order: number | null;
+    verdict: string;
+  };
   "deformed.csv": {
     scene: string;
     engine: string;
@@ -525,4 +557,4 @@ interface Tables {
   };
 }
 
-type FindingName = "most accurate" | "most accurate engine" | "first method" | "engine default" | "named method" | "least accurate" | "unfinished" | "unsupported" | "agreement distance" | "agreement error" | "right column" | "wrong column" | "coordinate rounding" | "optimal step" | "largest stable step" | "smallest stable step" | "limits with theory" | "limits matching theory" | "extreme cases" | "silent failures" | "feature overhead" | "edge stretch";
+type FindingName = "most accurate" | "most accurate engine" | "first method" | "engine default" | "named method" | "least accurate" | "unfinished" | "unsupported" | "agreement distance" | "agreement error" | "right column" | "wrong column" | "coordinate rounding" | "optimal step" | "largest stable step" | "smallest stable step" | "limits with theory" | "limits matching theory" | "extreme cases" | "silent failures" | "feature overhead" | "largest law error" | "edge stretch";

@@ -14,10 +14,20 @@ from tumble.scenarios.truth.flight import Pose, quaternion
 
 @dataclass(frozen=True)
 class Observable:
-    """A number that an engine can be held to: its true value and unit; bound: how far that may be from the exact one;
+    """A number that an engine can be held to.
 
-    input_error: how far it moves when each number of the file moves by half its last bit; begins_s, ends_s: the window
-    of time in which the motion shows it.
+    Parameters
+    ----------
+    name
+    unit
+    value
+        true value
+    bound
+        how far that may be from the exact one
+    input_error
+        how far it moves when each number of the file moves by half its last bit
+    begins_s, ends_s : s
+        the window of time in which the motion shows it
     """
 
     name: str
@@ -31,10 +41,27 @@ class Observable:
 
 @dataclass(frozen=True, eq=False)
 class ContactEvent:
-    """One event: kind (impact, impulse, rolls, stops, rests, ...), when [s], which point of the body, -1 where none;
+    """One event.
 
-    place [m], (3,), world; states just before and after, (13,); of an impact also the point's velocities before and
-    after [m/s], (3,), the impulse [N s], (3,), modes in order, and the energy lost [J].
+    Parameters
+    ----------
+    kind
+        impact, impulse, rolls, stops, rests, ...
+    time_s : s
+    point
+        which point of the body, -1 where none
+    place : (3,), m
+        world axes
+    before, after : (13,)
+        states just before and after
+    velocity_before, velocity_after : (3,), m/s
+        of the point, of an impact
+    impulse : (3,), N s
+        of an impact
+    modes
+        of an impact, in order
+    energy_lost : J
+        of an impact
     """
 
     kind: str
@@ -52,7 +79,13 @@ class ContactEvent:
 
 @dataclass(frozen=True)
 class ContactPhase:
-    """A stretch of the motion: its name, from when until when [s]."""
+    """A stretch of the motion.
+
+    Parameters
+    ----------
+    name
+    begins_s, ends_s : s
+    """
 
     name: str
     begins_s: float
@@ -63,8 +96,20 @@ class ContactPhase:
 class ContactRecord:
     """What one throw does above its plane.
 
-    ended_s: from when on the motion is not known, infinite where it is; why: what ends it; several: where the law has
-    several answers there, the set of them.
+    Parameters
+    ----------
+    phases
+        in order of time
+    events
+        in order of time
+    observables
+        in order of time
+    ended_s : s
+        from when on the motion is not known, infinite where it is
+    why
+        what ends it
+    several
+        where the law has several answers there, the set of them
     """
 
     phases: tuple[ContactPhase, ...]

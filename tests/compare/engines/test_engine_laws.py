@@ -14,7 +14,7 @@ import pytest
 from tumble.compare import engines as contract
 from tumble.compare.run.engines import registry
 from tumble.compare.run.engines.brick import MOMENTS, THROWS, Broken, prepare, scene
-from tumble.compare.run.engines.contract_checks import FUNCTIONS, check_failure, checks_for
+from tumble.compare.run.engines.contract_checks import FUNCTIONS, KnownFailure, check_failure, checks_for
 from tumble.compare.run.engines.free_body import moved
 from tumble.compare.run.running_engines import launched
 from tumble.compare.stability.modes import Mode
@@ -73,13 +73,16 @@ def cases() -> Iterator:
             continue
         info = registry.engine_info(name, engine)
         for law in checks_for(info.features, info.optional, info.exempt):
-            for method in methods(engine):
+            for method in (*methods(engine), *(info.contact if law in contract.CONTACT_CHECKS else ())):
                 yield pytest.param(law, method, engine, id=f"{law}-{name}:{method}")
 
 
 @pytest.mark.parametrize(("law", "method", "engine"), list(cases()))
 def test_law(law: str, method: str, engine: ModuleType):
-    assert check_failure(engine, law, method) == ""
+    try:
+        assert check_failure(engine, law, method) == ""
+    except KnownFailure:
+        assert law in contract.CONTACT_CHECKS  # stated, and seen to fail
 
 
 @pytest.mark.parametrize("law", contract.CHECKS)
@@ -88,6 +91,46 @@ def test_law_is_broken_by_the_lawless(law: str):
     assert check_failure(lawless, law, BREAKS[law])
     with pytest.raises(Broken):
         FUNCTIONS[law](lawless, BREAKS[law])
+
+
+# What real engines fail in contact as they ship, and the words of it.
+FAILED_IN_CONTACT = {
+    "friction": ("pybullet:multibody+defaults", "a ball slows at 0.0877 g where the pair's friction is 0.2"),
+    "restitution": ("mujoco:euler+defaults", "a ball rebounds at 0.13 times"),
+    "stays above": ("mujoco:euler+defaults", "25 mm below the plane"),
+    "holds": ("mujoco:euler", "a box creeps at 1.45 mm/s"),
+    "any direction": ("mujoco:euler", "at 22.5 degrees to x friction is -0.319 mu N across the slip"),
+    "mirror images": ("pybullet:rigidbody", "a box on an edge differ by"),
+}
+
+
+@pytest.mark.parametrize("check", FAILED_IN_CONTACT)
+def test_a_check_of_contact_fails_where_an_engine_has_another_law(check):
+    contestant, said = FAILED_IN_CONTACT[check]
+    name, _, method = contestant.partition(":")
+    with pytest.raises(KnownFailure, match=said):
+        check_failure(registry.load(name), check, method)
+
+
+def test_an_engine_that_gains_energy_in_contact_fails(monkeypatch):
+    mujoco = registry.load("mujoco")
+    advance = mujoco.advance
+
+    def bounces(world, n, dt):
+        for _ in range(n):
+            advance(world, 1, dt)
+            for one in world.worlds:
+                if one.data.ncon:
+                    one.data.qvel *= 1.05
+
+    monkeypatch.setattr(mujoco, "advance", bounces)
+    assert "% more energy than it began with" in check_failure(mujoco, "adds no energy", "rk4")
+
+
+def test_what_is_stated_to_fail_and_passes_is_a_failure(monkeypatch):
+    mujoco = registry.load("mujoco")
+    monkeypatch.setattr(mujoco, "KNOWN_FAILURES", {"mirror images": {"*": "its solver"}})
+    assert check_failure(mujoco, "mirror images", "euler") == "it passes, and is stated to fail: its solver"
 
 
 def lawless_says(law: str, method: str) -> str:
@@ -181,7 +224,7 @@ def test_engine_says_what_it_is(name: str, engine: ModuleType):
     named = (*info.methods, *info.forced, *info.on_request)
     assert len(set(named)) == len(named)
     assert not any(set(method) & set(" :,") for method in named), "ENGINE:METHOD must be one word"
-    assert info.features <= {"gravity", "tether", "drag", "floor"}
+    assert info.features <= {"gravity", "tether", "drag", "floor", "plane"}
     assert set(engine.ABOUT) <= {"version", "precision", "switched_off", "defaults"}
     assert info.version
     assert info.precision in ("single", "double")

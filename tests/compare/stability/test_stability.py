@@ -259,7 +259,7 @@ def interrupt(total: float = 0.0, doing: str = "running"):
 def interrupted(folder: Path, scene: Scene, *contestants: str, **how) -> None:
     shown: list[Mapping] = []
     with pytest.raises(KeyboardInterrupt, match="run the same command again to continue"):
-        map_scenes([scene], (), contestants, folder=folder, display=interrupt, ended=shown.append, **how)
+        map_scenes([scene], contestants, folder=folder, display=interrupt, ended=shown.append, **how)
     assert [len(tables["limits.csv"]) for tables in shown] == [1], "what was finished is passed on"
     assert not list(folder.glob("*.csv")), "a map that is not complete is not written"
 
@@ -271,9 +271,9 @@ def files(folder: Path) -> dict[str, str]:
 def test_an_interrupted_study_continues_to_the_same_tables(tmp_path, counted):
     interrupted(tmp_path / "parts", SPIN, *CONTESTANTS)
     assert counted == ["splitting"]
-    map_scenes([SPIN], (), CONTESTANTS, folder=tmp_path / "parts")
+    map_scenes([SPIN], CONTESTANTS, folder=tmp_path / "parts")
     assert counted == ["splitting", "magnus6", "exact"]
-    map_scenes([SPIN], (), CONTESTANTS, folder=tmp_path / "whole")
+    map_scenes([SPIN], CONTESTANTS, folder=tmp_path / "whole")
     assert files(tmp_path / "parts") == files(tmp_path / "whole")
     (header, *_) = files(tmp_path / "whole")["stability.csv"].splitlines()
     assert header == CELL_COLUMNS
@@ -293,7 +293,7 @@ def test_results_of_other_circumstances_are_not_used(tmp_path, counted):
         file.write("# another law\n")
     interrupted(tmp_path / "out", SPIN, *asked)
     assert len(counted) == 6
-    map_scenes([SPIN], (), asked, folder=tmp_path / "out")
+    map_scenes([SPIN], asked, folder=tmp_path / "out")
     assert len(counted) == 7, "only the last one's result is used"
 
 

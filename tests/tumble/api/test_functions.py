@@ -98,6 +98,40 @@ def test_a_name_that_is_taken_is_refused(named):
         tumble.compare("two-hits", 3)
 
 
+def test_the_reason_of_a_failure_is_in_the_message(monkeypatch, tmp_path):
+    monkeypatch.setenv("TUMBLE_ENVIRONMENTS", str(tmp_path))
+    with pytest.raises(tumble.UserError, match="physx: missing: not installed"):
+        tumble.check_engine("physx")
+    with pytest.raises(tumble.UserError, match=r"skipped: .*gravity"):
+        tumble.run("brick-tumble", lambda state, dt, body: state)
+
+
+@pytest.mark.parametrize(
+    ("call", "said"),
+    [
+        (lambda: tumble.run("two-hits", dt=-1), "dt = -1: must be a positive number of seconds"),
+        (lambda: tumble.compare("two-hits", time_limit="1"), "time_limit = '1': must be"),
+        (lambda: tumble.sweep("two-hits", memory_limit=0), "memory_limit = 0: must be a positive number of bytes"),
+        (lambda: tumble.run(["two-hits", "die-straight"]), "must be a scene's name"),
+        (lambda: tumble.compare(None), "None: must be a scene's name"),
+        (lambda: tumble.check_engine(["tumble", "mujoco"]), "must be ENGINE[:METHOD]"),
+        (lambda: tumble.check_engine("tumble", only="turn"), "only = 'turn': did you mean 'turns'?"),
+        (lambda: tumble.engine(3), "3: must be a function step(state, dt, body)"),  # type: ignore[call-overload]
+        (lambda: tumble.engine(len, features="wings"), "len: unknown feature 'wings'"),
+        (lambda: tumble.engine(len, precision="half"), "precision = 'half': must be 'double' or 'single'"),
+        (lambda: tumble.grade({"t_s": [0.0]}, "two-hits", spin="bdy"), "spin = 'bdy': must be 'world' or 'body'"),
+        (lambda: tumble.grade({"t_s": [0.0]}, "two-hits", like="unty"), "like = 'unty': must be 'unity' or"),
+        (lambda: tumble.grade({"t_s": [0.0]}, "two-hits", start="0"), "start = '0': must be a number of seconds"),
+        (lambda: tumble.grade({"t_s": [0.0]}, "two-hits", names=["t_s"]), "names: are those of a file"),
+    ],
+)
+def test_a_value_that_cannot_be_used_is_refused_in_one_line(call, said):
+    with pytest.raises(tumble.UserError) as refused:
+        call()
+    assert said in str(refused.value)
+    assert "\n" not in str(refused.value)
+
+
 def test_a_dict_a_path_and_a_scene_are_the_same_question(tmp_path):
     scene = tumble.Scene.read("two-hits")
     (tmp_path / "scene.toml").write_text(scene.to_toml(), encoding="utf-8")

@@ -94,6 +94,14 @@ def test_signatures_are_as_they_were():
     assert signatures() == SIGNATURES.read_text(encoding="utf-8")
 
 
+def test_every_public_function_and_method_of_a_scene_has_an_example():
+    """Which tests/docs/test_examples.py runs."""
+    scene = {f"Scene.{name}": one for name, one in inspect.getmembers(tumble.Scene, callable) if name[0] != "_"}
+    functions = {name: getattr(tumble, name) for name in tumble.__all__ if callable(getattr(tumble, name))}
+    functions = {name: one for name, one in functions.items() if not inspect.isclass(one)}
+    assert [name for name, one in {**functions, **scene}.items() if ">>> " not in (inspect.getdoc(one) or "")] == []
+
+
 @pytest.mark.parametrize("name", [name for name in tumble.__all__ if inspect.isfunction(getattr(tumble, name))])
 def test_everything_after_two_operands_is_named(name):
     kinds = [one.kind for one in inspect.signature(getattr(tumble, name)).parameters.values()]

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from patience import PATIENCE_S
 
+import tumble
 from tumble.compare.engines import CHECKS
 from tumble.testing import ON_A_SCENE, slug
 
@@ -50,15 +51,18 @@ def run(folder: Path, *words: str) -> tuple[int, dict[str, str], str]:
     return done.returncode, {one or other: ended or end for ended, one, other, end in lines}, done.stdout + done.stderr
 
 
-@pytest.mark.parametrize("workers", ["0", "2"])
-def test_a_correct_engine_passes_every_check(tmp_path, workers):
-    project(tmp_path, TESTS.replace("{failures}", "{}"))
-    code, found, said = run(tmp_path, "-n", workers)
+@pytest.mark.parametrize(("workers", "which"), [("0", "laws"), ("2", "two-hits or turns or optional")])
+def test_a_correct_engine_passes_every_check(tmp_path, workers, which):
+    """As the engine author's guide prints it."""
+    guide = (ROOT / "docs/guides/engine-author.md").read_text(encoding="utf-8")
+    _, tests = re.findall(r"^```python\n(.*?)^```", guide, re.MULTILINE | re.DOTALL)
+    project(tmp_path, tests)
+    code, found, said = run(tmp_path, "-n", workers, "-k", which)
     assert code == 0, said
-    assert {"test_laws[mine-free-finishes]", "test_laws[mine-free-converges-on-it]"} <= set(found)
-    assert all(re.fullmatch(r"test_laws\[mine-(contract|free)-[\w-]+\]", name) for name in found)
+    assert {"test_laws[mine-two-hits-finishes]", "test_laws[mine-two-hits-converges-on-it]"} <= set(found)
+    assert all(re.fullmatch(r"test_laws\[mine-(contract|two-hits)-[\w-]+\]", name) for name in found)
     assert set(found.values()) <= {"PASSED", "SKIPPED"}
-    assert sum(outcome == "PASSED" for outcome in found.values()) >= 5
+    assert sum(outcome == "PASSED" for outcome in found.values()) >= (12 if which == "laws" else 3)
 
 
 def test_a_faulty_engine_fails_by_name_and_an_expected_failure_is_strict(tmp_path):
@@ -91,6 +95,13 @@ def test_an_expected_failure_of_no_check_is_refused(tmp_path):
     code, _, said = run(tmp_path)
     assert code == 2
     assert "no check 'convergess'" in said
+
+
+@pytest.mark.parametrize("check", ON_A_SCENE)
+def test_a_scene_that_an_engine_has_no_force_for_is_skipped(check):
+    fast = tumble.Scene.read("die-straight").replace(gravity=(0, 0, -9.81))
+    with pytest.raises(pytest.skip.Exception, match="gravity"):
+        ON_A_SCENE[check](lambda state, dt, body: state, fast)
 
 
 def test_a_baseline_is_written_on_request_only_and_then_guards(tmp_path):

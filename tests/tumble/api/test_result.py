@@ -14,10 +14,12 @@ def result() -> tumble.Result:
 
 def test_every_table_is_an_attribute_with_units_and_meanings(result):
     for file, table in result.tables.items():
-        assert getattr(result, file.removesuffix(".csv").replace("-", "_")) is table
+        found = getattr(result, file.removesuffix(".csv").replace("-", "_"))
         assert list(table.columns) == list(schema(file).names)
-        assert set(table.attrs["meanings"]) == set(table.columns)
-        assert table.attrs["table"] == schema(file).meaning
+        assert found.drop(columns="contestant", errors="ignore").equals(table)
+        assert set(found.attrs["meanings"]) == set(found.columns)
+        assert found.attrs["table"] == schema(file).meaning
+    assert set(result.runs["contestant"]) == {"tumble:rk4", "tumble:exact"}
     assert result.runs.attrs["units"]["max_error_m"] == "m"
     assert result.conditions is result.tables["conditions.csv"]
     assert {"runs", "vertex_errors", "plot", "save"} <= set(dir(result))
@@ -42,6 +44,12 @@ def test_what_is_saved_is_read_and_saved_again_byte_for_byte(result, tmp_path):
         name for name in names if (tmp_path / "one" / name).read_bytes() != (tmp_path / "two" / name).read_bytes()
     ] == []
     assert read.runs.attrs == result.runs.attrs
+
+
+def test_what_the_command_writes_beside_its_tables_is_saved_too(result, tmp_path):
+    tumble.Result(result.tables, documents={"releases.md": "# Releases\n"}).save(tmp_path)
+    assert (tmp_path / "releases.md").read_text(encoding="utf-8") == "# Releases\n"
+    assert (tmp_path / "runs.csv").is_file()
 
 
 def test_a_folder_without_tables_is_refused_in_one_line(tmp_path):

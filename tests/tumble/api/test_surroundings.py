@@ -57,6 +57,21 @@ def test_code_on_standard_input(project):
     assert (done.stdout, done.stderr) == ("['ok', 'ok', 'ok', 'ok']\n", "")
 
 
+def test_in_jupyter_the_bar_is_removed_and_the_result_is_its_answer_and_its_page(tmp_path):
+    """In a real kernel: nothing is printed, each bar is replaced by nothing, and the last output is the result."""
+    nbformat, nbclient = pytest.importorskip("nbformat"), pytest.importorskip("nbclient")
+    lines = "import tumble, tumble.api.progress as own; own.PERIOD_S = 0.02", 'tumble.compare("two-hits", "mujoco:rk4")'
+    notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell("\n".join(lines))])
+    nbclient.NotebookClient(notebook, timeout=PATIENCE_S, resources={"metadata": {"path": tmp_path}}).execute()
+    *bars, result = notebook.cells[0].outputs
+    assert bars
+    assert {bar.output_type for bar in bars} == {"display_data"}
+    assert {bar.data["text/html"] for bar in bars} == {""}
+    assert result.data["text/plain"].startswith("two-hits: ")
+    assert result.data["text/html"].startswith("<p>two-hits: ")
+    assert "<iframe srcdoc=" in result.data["text/html"]
+
+
 @pytest.mark.parametrize("workers", ["0", "2"])
 def test_pytest_in_a_project_of_its_own(project, workers):
     done = python(project, "-m", "pytest", "-q", "-n", workers, "-p", "no:cacheprovider", "tests")

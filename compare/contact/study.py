@@ -1,0 +1,331 @@
+"""The study of contact: every contestant above a plane, over a ladder of steps, against the true observables."""
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+
+from tumble.compare.contact.asked import Asked
+from tumble.compare.contact.directions import DISTANCE, Rose, Slide, is_turnable, read_slide, turned_scenes
+from tumble.compare.contact.impacts import Impact, impacts, read_impact, row_step
+from tumble.compare.contact.limit import Level, Limit, limit
+from tumble.compare.contact.scans import ScanRun, heights, tilts
+from tumble.compare.contact.watched import Watched
+from tumble.compare.contact.whole_run import WholeRun, read_whole, whole_run
+from tumble.compare.run.flight import Trajectory
+from tumble.compare.run.local import Asked as Named
+from tumble.compare.run.progress import Display, ProgressCallback, no_display, no_progress
+from tumble.compare.run.running_engines import TIME_LIMIT_S, RunningEngine, flights
+from tumble.compare.run.starting import started
+from tumble.compare.run.status import Failure
+from tumble.compare.run.tasks import Task, run
+from tumble.compare.run.worker import MEMORY_LIMIT
+from tumble.scenarios.scene import Scene
+from tumble.scenarios.truth import Truth
+
+# The ladder, in steps of the scene; the first few are for the order, the last for the limit.
+LADDER = (4.0, 2.0, 1.0, 0.5, 0.25, 0.125)
+# For the page: one level less.
+BRIEF = LADDER[:-1]
+# Run time of one run, by the engine's stated cost of a step [s]; finer levels are left out.
+BUDGET_S = 2.0
+# From this share of an error on what the last steps span is more than a blur of it.
+SCATTERS = 0.25
+
+
+class Answered(Protocol):
+    """A scene and its reference solution, as a comparison has them."""
+
+    @property
+    def scene(self) -> Scene:
+        """The scene."""
+        ...
+
+    @property
+    def truth(self) -> Truth | None:
+        """Its reference solution, if there is one."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class Question:
+    """What a scene asks: of a whole run, of runs in other directions, of each impact alone, and of changed scenes.
+
+    step: at which values are reported [s].
+    """
+
+    scene: Scene
+    step: float
+    whole: WholeRun | None
+    turned: tuple[tuple[float, Scene], ...]
+    impacts: tuple[Impact, ...]
+    scans: tuple[ScanRun, ...]
+
+    @property
+    def asked(self) -> Iterator[Asked]:
+        """Everything that is asked."""
+        if self.whole:
+            yield from (asked for asked, _ in self.whole.asked.values())
+        for impact in self.impacts:
+            yield from impact.asked
+
+
+Key = tuple[str, int | None]
+
+
+@dataclass
+class Readings:
+    """What one contestant's runs showed: ladders by observable and impact, slides in other directions, and scans.
+
+    By impact, None for the whole run: unfinished: not over when the next was due; stays: the body did not leave the
+    plane, at the finest step; through: it passed the plane, at the step of the values or a finer one.
+    failure: why there is nothing.
+    """
+
+    ladders: dict[Key, list[Level]] = field(default_factory=dict)
+    slides: list[Slide] = field(default_factory=list)
+    scanned: list[float] = field(default_factory=list)
+    unfinished: set[int | None] = field(default_factory=set)
+    stays: set[int | None] = field(default_factory=set)
+    through: set[int | None] = field(default_factory=set)
+    failure: Failure | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Observation:
+    """One observable of one contestant: its value at a step [s], and the limit of the ladder."""
+
+    asked: Asked
+    dt_s: float
+    value: float
+    limit: Limit
+
+    @property
+    def is_right(self) -> bool:
+        """Whether the interval of the limit has the true value in it, or is nearer to it than one step is."""
+        low, high, one_step = self.limit.low - self.asked.true, self.limit.high - self.asked.true, self.asked.one_step
+        return (self.limit.converges and low <= 0 <= high) or -one_step <= low <= high <= one_step
+
+    @property
+    def scatters(self) -> bool:
+        """Whether there is no limit, and what the last steps span is a good part of what they are off."""
+        low, high = self.limit.low, self.limit.high
+        return not self.limit.converges and high - low >= SCATTERS * abs(self.limit.value - self.asked.true)
+
+    @property
+    def share(self) -> float:
+        """The law error over the observable's scale."""
+        return abs(self.limit.value - self.asked.true) / (self.asked.scale or 1.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Contact:
+    """One contestant in one scene; readings: with the remarks on its runs."""
+
+    question: Question
+    engine: str
+    method: str
+    tolerance: float | None
+    observations: tuple[Observation, ...]
+    rose: Rose | None
+    readings: Readings
+
+    @property
+    def scene(self) -> Scene:
+        """The scene."""
+        return self.question.scene
+
+    @property
+    def name(self) -> str:
+        """ENGINE:METHOD."""
+        return f"{self.engine}:{self.method}" if self.method else self.engine
+
+
+def contact_scenes(
+    answers: Sequence[Answered],
+    contestants: Sequence[Named] = (),
+    *,
+    dt: float | None = None,
+    time_limit: float = TIME_LIMIT_S,
+    memory_limit: int = MEMORY_LIMIT,
+    display: Display = no_display,
+) -> list[Contact]:
+    """Measure the contact law of every contestant in the scenes that have a plane and a reference solution.
+
+    Parameters
+    ----------
+    answers : scenes with their reference solutions
+    contestants : ENGINE[@RELEASE][:METHOD] or FILE[:METHOD] of each; empty: the engines installed with Tumble
+    dt : step at which values are reported [s]; None: each scene's own
+    time_limit : for each run [s]
+    memory_limit : for each engine's process [B]
+    display : shows progress
+
+    Returns
+    -------
+    the contestants' results, scene by scene; empty where no scene has a plane
+
+    Raises
+    ------
+    BadEngine : an engine or a method is unknown
+    """
+    if not any(answer.scene.plane and answer.truth for answer in answers):
+        return []
+    with started(contestants, time_limit, memory_limit, display) as running_engines:
+        scenes = [answer.scene for answer in answers if answer.scene.plane and answer.truth]
+        with display(flights(running_engines, scenes)) as on_progress:
+            return contacts(running_engines, answers, dt, on_progress)
+
+
+def contacts(
+    running_engines: Sequence[RunningEngine],
+    answers: Sequence[Answered],
+    dt: float | None = None,
+    on_progress: ProgressCallback = no_progress,
+    ladder: Sequence[float] = LADDER,
+) -> list[Contact]:
+    """Measure the contact law of every contestant in the scenes that have a plane and a reference solution.
+
+    Parameters
+    ----------
+    running_engines : with their methods
+    answers : scenes with their reference solutions
+    dt : step at which values are reported [s]; None: each scene's own
+    on_progress : called for every contestant and scene
+    ladder : steps, the longest first, in those at which values are reported
+
+    Returns
+    -------
+    the contestants' results, scene by scene
+    """
+    found = (question(answer.scene, answer.truth, dt, ladder) for answer in answers if answer.truth)
+    asked = [one for one in found if one]
+
+    def task(one: Question, running_engine: RunningEngine, method: str) -> Task[Readings]:
+        key = one.scene.name, running_engine.title, method, "contact"
+        return Task(key, running_engine, lambda able: read(able, one, method))
+
+    tasks = [
+        (one, task(one, running_engine, method))
+        for one in asked
+        for running_engine in running_engines
+        for method in running_engine.methods_for(one.scene)
+    ]
+    readings = run([task for _, task in tasks], on_progress=on_progress)
+    return [
+        judged(one, task.running_engine, task.key[2], read) for (one, task), read in zip(tasks, readings, strict=True)
+    ]
+
+
+def question(
+    scene: Scene, truth: Truth | None, dt: float | None = None, ladder: Sequence[float] = LADDER
+) -> Question | None:
+    """Return what a scene asks, None where it has no plane, or nothing that an engine can be held to."""
+    if scene.plane is None or truth is None or not truth.contacts:
+        return None
+    step = dt or scene.step
+    steps = [step * factor for factor in ladder]
+    whole = whole_run(scene, truth, steps, step)
+    turned = tuple(turned_scenes(scene, whole, step)) if whole and is_turnable(scene, whole) else ()
+    known = tuple(impacts(scene, truth.contacts[0], steps, step))
+    scans = (*(tilts(scene, whole, step) if whole else ()), *(heights(scene, known[0], step) if known else ()))
+    found = Question(scene, step, whole, turned, known, scans)
+    return found if any(found.asked) else None
+
+
+def read(running_engine: RunningEngine, asked: Question, method: str) -> Readings:
+    """Run all that a scene asks, at every step, and return what it shows."""
+    found = Readings()
+    whole, own_steps = asked.whole, running_engine.takes_own_steps(method)
+    for dt, scene in whole.scenes.items() if whole else ():
+        if skips(running_engine, method, own_steps, dt, asked.step, scene.duration):
+            continue
+        answer = running_engine.simulate(scene, method, dt)
+        if isinstance(answer, Failure):
+            found.failure = answer
+            return found
+        assert whole is not None
+        seen = Watched(scene, answer)
+        if seen.through and dt <= asked.step:
+            found.through.add(None)
+        for name, value in read_whole(whole, seen).items():
+            found.ladders.setdefault((name, None), []).append(Level(dt, np.array([value])))
+    for direction, scene in asked.turned:
+        answer = running_engine.simulate(scene, method, asked.step)
+        if isinstance(answer, Trajectory):
+            assert whole is not None
+            found.slides.append(read_slide(whole, direction, Watched(scene, answer)))
+    for impact in asked.impacts:
+        read_ladder(running_engine, asked, method, impact, found)
+        if found.failure:
+            return found
+    for one in asked.scans:
+        answer = running_engine.simulate(one.scene, method, one.scene.step)
+        found.scanned.append(one.read(Watched(one.scene, answer)) if isinstance(answer, Trajectory) else math.nan)
+    return found
+
+
+def read_ladder(running_engine: RunningEngine, asked: Question, method: str, impact: Impact, found: Readings) -> None:
+    """Run one impact at every step, and add what it shows."""
+    own_steps, first = running_engine.takes_own_steps(method), row_step(impact, asked.step)
+    for dt, runs in impact.runs.items():
+        if skips(running_engine, method, own_steps, dt, first, runs[0].scene.duration):
+            continue
+        readings = []
+        for one in runs:
+            answer = running_engine.simulate(one.scene, method, dt)
+            if isinstance(answer, Failure):
+                found.failure = answer
+                return
+            if answer.diverged_at is None:
+                readings.append(read_impact(impact, one, Watched(one.scene, answer)))
+        if dt <= first and any(reading.through for reading in readings):
+            found.through.add(impact.number)
+        if any(reading.unfinished for reading in readings):
+            found.unfinished.add(impact.number)
+        (found.stays.add if any(reading.stays for reading in readings) else found.stays.discard)(impact.number)
+        for each in impact.asked:
+            values = np.array([reading.values.get(each.observable, math.nan) for reading in readings] or [math.nan])
+            found.ladders.setdefault(each.key, []).append(Level(dt, values))
+
+
+def skips(
+    running_engine: RunningEngine, method: str, own_steps: bool, dt: float, first: float, duration: float
+) -> bool:
+    """Whether a level is left out: all but the first of a method that takes its own steps, and what takes too long."""
+    if own_steps or dt >= first or isinstance(running_engine.info, Failure):
+        return own_steps and dt != first
+    return duration / dt * running_engine.info.step_of(method) > 1e9 * BUDGET_S
+
+
+def judged(asked: Question, running_engine: RunningEngine, method: str, found: Readings) -> Contact:
+    """Return a contestant's limits and rose."""
+    steps = {impact.number: row_step(impact, asked.step) for impact in asked.impacts}
+    observations = []
+    for each in asked.asked if found.failure is None else ():
+        ladder = found.ladders.get(each.key, [])
+        dt = asked.step if each.impact is None else steps[each.impact]
+        value = next((level.mean for level in ladder if level.dt_s == dt), math.nan)
+        reached = limit(ladder, each.resolution(running_engine.rounding))
+        observations.append(Observation(each, dt, value, reached))
+    return Contact(
+        question=asked,
+        engine=running_engine.title,
+        method=method,
+        tolerance=running_engine.tolerance(method),
+        observations=tuple(observations),
+        rose=rose(asked, found.slides, observations),
+        readings=found,
+    )
+
+
+def rose(asked: Question, slides: Sequence[Slide], observations: Sequence[Observation]) -> Rose | None:
+    """Return the slides in all directions, held to what the step changes in the scene's own direction."""
+    own = next((one for one in observations if one.asked.observable == DISTANCE), None)
+    if not slides or own is None:
+        return None
+    step_error = abs(own.value - own.limit.value)
+    tolerance = max(own.limit.high - own.limit.low, own.asked.one_step, 2 * step_error)
+    return Rose(asked.step, tuple(slides), own.asked.true, tolerance if math.isfinite(tolerance) else math.inf)

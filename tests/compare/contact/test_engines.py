@@ -1,0 +1,33 @@
+"""MuJoCo above a plane: its pyramid and its creep are named, and its round cone stops a box as Coulomb's law does."""
+
+from pathlib import Path
+
+import tumble
+
+SLIDE = {
+    "title": "slide",
+    "duration": 0.6,
+    "samples": 6,
+    "step": 0.004,
+    "gravity": [0.0, -9.81, 0.0],
+    "body": {
+        "shape": "box",
+        "size": [0.5, 0.1, 0.5],
+        "mass": 5.0,
+        "position": [0.0, 0.05, 0.0],
+        "velocity": [0.8, 0.0, 0.8],
+    },
+    "plane": {"restitution": 0.0, "friction": 0.4},
+}
+
+
+def test_the_pyramid_of_mujoco_is_named_and_its_round_cone_is_not(tmp_path: Path):
+    result = tumble.compare(SLIDE, ["mujoco:euler", "mujoco:euler+elliptic"], film=False, progress=False)
+    stops = result.contact[result.contact.observable == "distance until it stops"].set_index("method")
+    assert stops.verdict["euler"] == "another law: pyramid along x and z, 1.41 times as far"
+    assert abs(stops.law_error["euler"] / stops.true["euler"] - (2**0.5 - 1)) < 0.01
+    assert stops.verdict["euler+elliptic"] == "Coulomb and Newton"
+    assert "mujoco:euler: distance until it stops +41" in result.answer
+    assert len(result.contact_scans[result.contact_scans.method == "euler"]) == 2 * 16
+    result.save(tmp_path)
+    assert tumble.read(tmp_path).contact.equals(result.contact)

@@ -1,0 +1,97 @@
+"""Engines with a planted law of contact: each wrong one is named, the right one never."""
+
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+from tests.support import planted_contact
+from tumble.compare.contact.findings import contestant_laws
+from tumble.compare.contact.rows import contact_rows
+from tumble.compare.contact.study import contacts
+from tumble.compare.run.local import LocalEngine
+from tumble.compare.run.running_engines import launched
+from tumble.scenarios.read import scene_of
+from tumble.scenarios.truth import truth
+
+SLIDE = """
+title = "slide"
+duration = 0.6
+samples = 12
+step = 0.004
+gravity = [0.0, -9.81, 0.0]
+[body]
+shape = "box"
+size = [0.5, 0.1, 0.4]
+mass = 5.0
+position = [0.3, 0.05, -0.2]
+velocity = [1.0, 0.0, 0.5]
+[plane]
+restitution = 0.0
+friction = 0.4
+"""
+BALL = """
+title = "ball"
+duration = 0.9
+samples = 9
+step = 0.004
+gravity = [0.0, -9.81, 0.0]
+[body]
+shape = "sphere"
+radius = 0.05
+mass = 0.3
+position = [0.0, 0.6, 0.0]
+[plane]
+restitution = 0.6
+friction = 0.0
+"""
+
+
+def laws(scene, *methods):
+    """The verdict and rows of each planted law."""
+    engine = LocalEngine("planted", SimpleNamespace(**{**vars(planted_contact), "METHODS": methods}))
+    answered = SimpleNamespace(scene=scene, truth=truth(scene))
+    with launched([engine]) as running_engines:
+        found = contacts(running_engines, [answered])
+    rows = {one.method: list(contact_rows(one)) for one in found}
+    return {one.method: (one, rows[one.method]) for each in rows.values() for one in contestant_laws(each)}
+
+
+FRICTION = {
+    "right": "Coulomb and Newton",
+    "diamond": "another law: pyramid along x and z, 1.41 times as far",
+    "square": "another law: pyramid along x and z (each axis alone), 0.707 times as far",
+    "another-friction": "another law: friction of 0.5",
+    "creeps": "creeps at 2 mm/s",
+}
+# Of the others a number follows that the planted law does not say.
+RESTITUTION = {
+    "right": "Coulomb and Newton",
+    "e-squared": "another law: restitution of 0.36",
+    "dead": "no restitution",
+    "by-the-step": "restitution that depends on the step: e = 0.",
+    "early": "contact without touching, from ",
+    "tunnels": "tunnels",
+    "gains": "gains energy in an impact: ",
+}
+
+
+def test_each_law_of_friction_is_named():
+    """Semi-implicit Euler is of order 1; a wrong law stays, whatever the step."""
+    found = laws(scene_of(SLIDE, Path("slide.toml"), "slide"), *FRICTION)
+    assert {method: law.verdict for method, (law, _) in found.items()} == FRICTION
+    for method, factor in (("right", 1.0), ("another-friction", 0.8)):
+        (stop,) = (row for row in found[method][1] if row.observable == "distance until it stops")
+        assert stop.law_error_low <= (factor - 1) * stop.true <= stop.law_error_high
+        assert stop.order == pytest.approx(1.0, abs=0.2)
+
+
+def test_each_law_of_restitution_is_named():
+    found = laws(scene_of(BALL, Path("ball.toml"), "ball"), *RESTITUTION)
+    said = {method: law.verdict[: len(RESTITUTION[method])] for method, (law, _) in found.items()}
+    assert said == RESTITUTION
+    assert found["right"][0].verdict == RESTITUTION["right"]
+    rows = {row.observable: row for row in found["e-squared"][1] if row.blow == 1}
+    rebound = rows["rebound speed after impact"]
+    assert rebound.law_error_low <= (0.36 / 0.6 - 1) * rebound.true <= rebound.law_error_high
+    assert rebound.error == pytest.approx(rebound.law_error + rebound.step_error)

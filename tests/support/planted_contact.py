@@ -1,0 +1,97 @@
+"""An engine above a plane with a law of contact of its choice: right, or wrong in one way that has a name.
+
+One step is semi-implicit Euler.  The body does not turn: a ball that hits without friction, or a box on its face.
+"""
+
+import math
+
+import numpy as np
+
+METHODS = (
+    "right",
+    "diamond",
+    "square",
+    "another-friction",
+    "creeps",
+    "e-squared",
+    "dead",
+    "by-the-step",
+    "early",
+    "tunnels",
+    "gains",
+)
+FEATURES = {"gravity", "plane"}
+ABOUT = {"version": "1", "precision": "double", "switched_off": []}
+CREEP, EARLY, GAIN = 2e-3, 5e-3, 1.05
+
+
+class World:
+    """One body: where it is, and the law."""
+
+    def __init__(self, scene, method):
+        self.scene, self.method, self.plane = scene, method, scene.plane
+        self.normal = scene.plane.normal
+        self.half = scene.body.radius or float(scene.body.size[1]) / 2
+        self.friction = scene.plane.friction * (1.25 if method == "another-friction" else 1.0)
+
+
+def build(scene, method):
+    return World(scene, method)
+
+
+def write(world, states):
+    world.states = states.copy()
+
+
+def read(world):
+    return world.states.copy()
+
+
+def advance(world, n, dt):
+    state, normal = world.states[0], world.normal
+    pull = world.scene.gravity
+    for _ in range(n):
+        before, v = state[7:10] @ normal, state[7:10] + dt * pull
+        height = (state[0:3] - world.plane.point) @ normal - world.half
+        up = v @ normal
+        if height + dt * up < (EARLY if world.method == "early" else 0.0) and up < 0 and world.method != "tunnels":
+            v = v - up * normal
+            v = slowed(world, v, -dt * (pull @ normal))
+            if before < 2 * dt * (pull @ normal):  # faster than a body that lies there
+                v = v - restitution(world, height, up, dt) * up * normal
+        state[7:10] = v
+        state[0:3] += dt * v
+
+
+def restitution(world, height, up, dt):
+    """The ratio of speeds; by-the-step: by how much of the step is left when the plane is met."""
+    e = world.plane.restitution
+    if world.method == "by-the-step":
+        return e * (0.5 + height / (-up * dt))
+    return {"e-squared": e * e, "dead": 0.0, "gains": GAIN}.get(world.method, e)
+
+
+def slowed(world, v, weight):
+    """The velocity along the plane after friction at most mu times the weight [m/s] of one step."""
+    most, speed = world.friction * weight, math.sqrt(v @ v)
+    if world.method == "creeps" and speed <= max(most, CREEP):
+        return v * (CREEP / speed) if speed else v
+    if world.method in ("diamond", "square"):
+        return by_axes(world, v, most)
+    return v * (1 - most / speed) if speed > most else 0 * v
+
+
+def by_axes(world, v, most):
+    """The same by a pyramid along x and z, for a plane whose normal is y."""
+    x, z = v[0], v[2]
+    if world.method == "square":
+        x, z = (np.sign(one) * max(abs(one) - most, 0.0) for one in (x, z))
+    else:
+        first = min(most, abs(abs(x) - abs(z)))  # along the larger component, until both are equal
+        if abs(x) >= abs(z):
+            x -= np.sign(x) * first
+        else:
+            z -= np.sign(z) * first
+        rest = (most - first) / 2
+        x, z = (np.sign(one) * max(abs(one) - rest, 0.0) for one in (x, z))
+    return np.array((x, 0.0, z))
