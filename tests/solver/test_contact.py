@@ -58,25 +58,25 @@ def test_a_method_without_contact_says_so():
         tumble.build(read_scene("ball-drop-half"), "rk4")
 
 
-@pytest.mark.parametrize("name", ["tip-over", "box-incline-tips", "ball-drop-half", "die-corner-sticks"])
+@pytest.mark.parametrize("name", ["ball-drop-half", "die-corner-sticks"])
 def test_moreau_is_of_its_order(name):
     scene = read_scene(name)
     true = truth(scene, False)
     # Where in a step an impact falls is chance: the mean over steps that differ a little is not.
     shares = 1.0 + 0.37 * np.arange(6) / 6
-    steps = scene.step * np.array((1.0, 1 / 8, 1 / 64))
+    steps = scene.step * np.array((1.0, 1 / 4, 1 / 16))
     means = [np.mean([off(scene, true, "moreau", dt * share)[0] for share in shares]) for dt in steps]
     assert abs(np.polyfit(np.log(steps), np.log(means), 1)[0] - CONTACT_METHODS["moreau"].order) < 0.2, means
 
 
 def law_error(name, method, first, last):
-    """Of a vector of observables, how far it is from the truth when the step is a hundredth of the scene's, relative."""
+    """How far a vector of observables is from the truth, relative, where the step is a 20th of the scene's."""
     scene = read_scene(name)
     values = {one.name: one.value for one in truth(scene, False).contacts[0].observables}
     names = [f"{first}, {axis}" for axis in "xyz"] if first not in values else [first]
     true = np.array([values[one] for one in names])
     impact = truth(scene, False).contacts[0].events[0].time_s
-    flight = simulate(tumble, replace(scene, times=frozen_array([impact + last])), method, scene.step / 100)
+    flight = simulate(tumble, replace(scene, times=frozen_array([impact + last])), method, scene.step / 20)
     found = flight.states[-1, 0, 10:13] if len(true) == 3 else flight.states[-1, 0, 7:10] @ scene.plane.normal
     return float(np.linalg.norm(found - true) / np.linalg.norm(true))
 
@@ -134,7 +134,8 @@ def test_a_turn_about_the_normal_turns_the_motion(method):
 def test_events_takes_of_a_flat_landing_an_outcome_of_the_laws_set(friction, tmp_path):
     path = tmp_path / "flat.toml"
     path.write_text(
-        'title = "box"\nstep = 0.001\nduration = 2.0\nsamples = 200\ngravity = [0.0, -9.81, 0.0]\n[body]\nshape = "box"\n'
+        'title = "box"\nstep = 0.001\nduration = 2.0\nsamples = 200\ngravity = [0.0, -9.81, 0.0]\n'
+        '[body]\nshape = "box"\n'
         "size = [0.2, 0.1, 0.3]\nmass = 1.0\nposition = [0.0, 0.5, 0.0]\nvelocity = [0.7, 0.0, 0.2]\n"
         f"[plane]\nrestitution = 0.5\nfriction = {friction}\n"
     )
