@@ -134,7 +134,9 @@ class ContactFlight:
         """What the law leaves open or allows and happened: several points struck at once, an impact gained energy."""
         said = []
         if times := self.method.at_once(self.rows):
-            said.append(f"several points struck at once {times:.0f} times: of the law's answers the symmetric one")
+            said.append(
+                f"several points hit the plane at once {times:.0f} times: of the law's answers the symmetric one"
+            )
         if (gained := self.method.gained(self.rows)) > 0.0:
             said.append(f"impacts gained {gained:.3g} J, as Newton's restitution with friction can (Kane and Levinson)")
         return "; ".join(said)

@@ -146,6 +146,6 @@ def test_events_takes_of_a_flat_landing_an_outcome_of_the_laws_set(friction, tmp
     gained = 9.81 * (flight.times[31] - np.sqrt(0.9 / 9.81)) * np.array((0.0, 1.0, 0.0))
     assert several.is_in_set(after[7:10] + gained, after[10:13])
     assert not several.is_in_set(1.1 * (after[7:10] + gained), after[10:13])
-    assert "struck at once" in flight.remark
+    assert "hit the plane at once" in flight.remark
     assert flight.states[-1, 0, 1] == pytest.approx(0.05, abs=1e-13)
     assert flight.vertices[..., 1].min() > -1e-13
