@@ -53,6 +53,7 @@ bench: venv-test
 	$(BIN)/python tests/bench/one_throw.py -o report/bench/one-throw.csv
 	$(BIN)/python tests/bench/ensembles.py -o report/bench/ensembles.csv
 	$(BIN)/python tests/bench/trajectory.py -o report/bench/trajectory.csv
+	$(BIN)/python tests/bench/contact.py -o report/bench/contact.csv
 	$(BIN)/python tests/bench/grade.py -o report/bench/grade.csv
 	$(BIN)/python tests/bench/truth.py -o report/bench/truth.csv
 	$(BIN)/python tests/bench/lab.py -o report/bench/lab.csv

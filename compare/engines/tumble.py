@@ -41,10 +41,7 @@ SCHEMES = {
 }
 ORDERS = {name: float(method.order) for name, method in REGISTRY.items() if method.order is not None}
 GYROSCOPIC = {name: "keeps-momentum" for name, method in REGISTRY.items() if method.keeps_momentum}
-KNOWN_FAILURES = {
-    "mirror images": {"events": "it takes one impact at a time: an edge that lands strikes with one end first"},
-    "holds": {"compliant": "its friction is viscous below a speed"},
-}
+KNOWN_FAILURES = {"holds": {"compliant": "its friction is viscous below v_s, so it creeps: its own law"}}
 # Laws without strength, to keep where a scene has none: a slack tether off the centre, a floor out of reach.
 WITHOUT_STRENGTH = {
     "gravity": (0.0, 0.0, 0.0),

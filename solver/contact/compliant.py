@@ -36,8 +36,8 @@ SAG, SLOW = 1e-5, 1e-3
 LARGEST_DAMPING = 3.0
 # Where a scene has no gravity [m/s2].
 USUAL_GRAVITY = 9.81
-# Radians of the spring's phase, or of its damper's decay, that a part of a step goes.
-PART = 0.05
+# Radians of the spring's phase, or of its damper's or of friction's decay, that a part of a step goes.
+PART, FRICTION_PART = 0.025, 0.25
 
 
 class Softness(NamedTuple):
@@ -98,6 +98,23 @@ def push(state: State, softness: Softness, ground: Ground) -> tuple[Vector, Vect
                 one = (share * u[0], share * u[1], load)
                 force, torque = add(force, one), add(torque, cross(lever, one))
     return force, rotate_back(q, torque)
+
+
+@inner
+def _friction_rate(state: State, softness: Softness, ground: Ground) -> float:
+    """Return how fast friction can slow a slip now [1/s], no less."""
+    x, q, v, l_body = state
+    w = rotate(q, times(ground.inverse_moments, l_body))
+    most = 1.0 / ground.mass + ground.reach * ground.reach * max(ground.inverse_moments)
+    rate = 0.0
+    for number in range(point_count(ground)):
+        lever = lever_of(q, number, ground)
+        y = x[2] + lever[2]
+        if y < 0.0:
+            u = velocity_at(v, w, lever)
+            load = max(0.0, -softness.stiffness * y - softness.damping * u[2])
+            rate += load / math.sqrt(u[0] * u[0] + u[1] * u[1] + softness.slow * softness.slow)
+    return ground.friction * most * rate
 
 
 @inner
@@ -167,10 +184,14 @@ def compliant_steps(rows: Array, n: int, dt: float, ground: Ground, softness: So
                 g = ground.gravity
                 state = (add(x, scale(dt, add(v, scale(0.5 * dt, g)))), q, add(v, scale(dt, g)), l_body)
             else:
-                speed = math.sqrt(dot(state[3], state[3])) * max(ground.inverse_moments)
-                parts = max(math.ceil(dt * max(rate, speed) / PART), 1)
-                for _ in range(parts):
-                    state = _stepped(state, dt / parts, softness, ground)
+                left = dt
+                while left > 0.0:
+                    spin = math.sqrt(dot(state[3], state[3])) * max(ground.inverse_moments)
+                    part = PART / max(rate, spin, PART / FRICTION_PART * _friction_rate(state, softness, ground))
+                    # A step in equal parts, as far as their length stays what it is.
+                    part = left / math.ceil(left / part)
+                    state = _stepped(state, part, softness, ground)
+                    left = left - part if left > 1.5 * part else 0.0
         x, q, v, l_body = state
         row[0], row[1], row[2] = x
         row[3], row[4], row[5], row[6] = q

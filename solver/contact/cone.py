@@ -8,11 +8,19 @@ Gauss-Seidel) and 3.9 (the law).
 
 import math
 
-from tumble.solver.compilation import inner
-from tumble.solver.contact.ground import Symmetric, solved
-from tumble.solver.vectors import Vector, scale
+import numpy as np
+from numpy.typing import NDArray
 
-MOST_HALVINGS = 100
+from tumble.solver.compilation import inner
+from tumble.solver.contact.ground import Ground, Symmetric, applied, response, solved, struck, velocity_at
+from tumble.solver.quaternion import Quaternion
+from tumble.solver.vectors import Vector, dot, scale
+
+Array = NDArray[np.float64]
+
+MOST_HALVINGS, MOST_SWEEPS = 100, 1000
+# What of a contact stands in a row: its impulse, lever, response, and the speed that it is to rise with.
+IMPULSE, LEVER, RESPONSE, RISES, CONTACT = 0, 3, 6, 12, 13
 
 
 @inner
@@ -68,3 +76,54 @@ def _beyond(
     x, y = (off * c[1] - d * c[0]) / determinant, (off * c[0] - a * c[1]) / determinant
     z = -(b[2] + W[4] * x + W[5] * y) / W[2]
     return math.hypot(x, y) - friction * z, (x, y, z)
+
+
+@inner
+def set_contact(contact: Array, q: Quaternion, lever: Vector, rises: float, ground: Ground) -> None:
+    """Write a contact into a row, (CONTACT,), without an impulse; rises: its least speed afterwards [m/s]."""
+    W = response(q, lever, ground)
+    for part in range(3):
+        contact[IMPULSE + part], contact[LEVER + part] = 0.0, lever[part]
+    for part in range(6):
+        contact[RESPONSE + part] = W[part]
+    contact[RISES] = rises
+
+
+@inner
+def lever_in(contact: Array) -> Vector:
+    """Return the lever of a contact [m]."""
+    return contact[LEVER], contact[LEVER + 1], contact[LEVER + 2]
+
+
+@inner
+def _impulse_in(contact: Array) -> Vector:
+    return contact[IMPULSE], contact[IMPULSE + 1], contact[IMPULSE + 2]
+
+
+@inner
+def by_turns(
+    q: Quaternion, v: Vector, w: Vector, contacts: Array, within: float, ground: Ground
+) -> tuple[Vector, Vector, bool]:
+    """Return velocity and spin after the impulses of all contacts, found by turns, and whether they settled.
+
+    contacts: (n, CONTACT), with the impulses to begin with, which are replaced by those found.
+    within: of the largest impulse, what the last sweep may have changed.
+    """
+    for contact in contacts:
+        v, w = struck(q, v, w, lever_in(contact), _impulse_in(contact), ground)
+    for _ in range(MOST_SWEEPS):
+        changed, largest = 0.0, 0.0
+        for contact in contacts:
+            lever, p, at = lever_in(contact), _impulse_in(contact), RESPONSE
+            W = (contact[at], contact[at + 1], contact[at + 2], contact[at + 3], contact[at + 4], contact[at + 5])
+            u, own = velocity_at(v, w, lever), applied(W, p)
+            # What the point would do without its own impulse, counted from the speed that it has to rise with.
+            b = (u[0] - own[0], u[1] - own[1], u[2] - own[2] - contact[RISES])
+            then = impulse_in_cone(W, b, ground.friction)
+            change = (then[0] - p[0], then[1] - p[1], then[2] - p[2])
+            v, w = struck(q, v, w, lever, change, ground)
+            contact[IMPULSE], contact[IMPULSE + 1], contact[IMPULSE + 2] = then
+            changed, largest = max(changed, math.sqrt(dot(change, change))), max(largest, math.sqrt(dot(then, then)))
+        if len(contacts) == 1 or changed <= within * largest:
+            return v, w, True
+    return v, w, False

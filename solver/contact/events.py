@@ -23,6 +23,7 @@ from tumble.solver.contact.lasting import lasting
 from tumble.solver.contact.slip import ending, slip_from
 from tumble.solver.contact.throw import (
     ANCHOR,
+    ARRIVES,
     DONE,
     FREE,
     GOES_ON,
@@ -35,7 +36,6 @@ from tumble.solver.contact.throw import (
     POINT,
     PULL,
     SEARCHED,
-    SEVERAL,
     SINCE,
     SLIPPING,
     SPIN_RATE,
@@ -66,10 +66,7 @@ def _begin(row: Array, touching: NDArray[np.int64], ground: Ground) -> None:
     """Say which motion follows the state of the last event, and when it ends by itself."""
     meets, stays, still = touching_points(row, touching, ground)
     if meets > 1 or (meets == 1 and stays > 0):
-        if meets > 1 and stays > 1 and ground.restitution == 0.0:
-            row[KIND] = LASTING
-        else:
-            end(row, SEVERAL)
+        row[KIND] = LASTING
     elif meets == 1:
         row[KIND], row[UNTIL], row[THEN], row[POINT] = FREE, 0.0, STRIKES, touching[point_count(ground) - 1]
     elif stays > 0 and ground.gravity[2] < 0.0:
@@ -165,7 +162,10 @@ def _happens(row: Array, ground: Ground) -> None:
     t, then = row[UNTIL], row[THEN]
     x, q, v, l_body = load(row, ANCHOR) if t == 0.0 else _at(row, t, ground)
     row[SINCE] += t
-    if then == STRIKES:
+    if then == ARRIVES:
+        # Whether others do so too is for `_begin` to say.
+        x = (x[0], x[1], -lever_of(q, int(row[POINT]), ground)[2])
+    elif then == STRIKES:
         lever = lever_of(q, int(row[POINT]), ground)
         x = (x[0], x[1], -lever[2])
         w = spin_of(q, l_body, ground)
@@ -206,7 +206,7 @@ def flights(rows: Array, time: float, ground: Ground) -> None:
                 how, t, number = search(x[2], q, v[2], l_body, row[SEARCHED], left, ground)
                 row[SEARCHED] = t
                 if how == MET:
-                    row[UNTIL], row[THEN], row[POINT] = t, STRIKES, number
+                    row[UNTIL], row[THEN], row[POINT] = t, ARRIVES, number
                 elif how == LOST:
                     row[SINCE] += t
                     end(row, GRAZES)

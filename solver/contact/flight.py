@@ -131,11 +131,15 @@ class ContactFlight:
 
     @property
     def remark(self) -> str:
-        """Whether an impact has gained energy, which the law allows."""
-        gained = self.method.gained(self.rows)
-        if not gained > 0.0:
-            return ""
-        return f"impacts gained {gained:.3g} J, as Newton's restitution with friction can (Kane and Levinson)"
+        """What the law leaves open or allows and happened: several points struck at once, an impact gained energy."""
+        said = []
+        if times := self.method.at_once(self.rows):
+            said.append(
+                f"several points hit the plane at once {times:.0f} times: of the law's answers the symmetric one"
+            )
+        if (gained := self.method.gained(self.rows)) > 0.0:
+            said.append(f"impacts gained {gained:.3g} J, as Newton's restitution with friction can (Kane and Levinson)")
+        return "; ".join(said)
 
     def compile(self) -> None:
         """Compile the method's kernel."""

@@ -7,10 +7,12 @@ from numpy.typing import NDArray
 
 from tumble.solver.compilation import inner, kernel
 from tumble.solver.contact import face, pinned
+from tumble.solver.contact.cone import CONTACT, by_turns, set_contact
 from tumble.solver.contact.ground import Ground, lever_of, momentum_of, point_count, spin_of, velocity_at
-from tumble.solver.contact.slip import Slip, ending, path, placed, slip_from, time_at, velocity, y_at
+from tumble.solver.contact.slip import Slip, bend, ending, path, placed, slip_from, time_at, velocity, y_at
 from tumble.solver.contact.throw import (
     ANCHOR,
+    AT_ONCE,
     CORNER,
     DONE,
     ENDS,
@@ -25,7 +27,6 @@ from tumble.solver.contact.throw import (
     OTHER,
     PINNED,
     POINT,
-    SEVERAL,
     SINCE,
     SLIPPING,
     SLIPS,
@@ -50,7 +51,9 @@ from tumble.solver.quaternion import Quaternion, rotate, rotate_back
 from tumble.solver.vectors import Vector, add, cross, dot, scale
 
 # How finely the turn of a sphere is followed whose slip turns.
-FINE, MOST_TURNS = 0.05, 4000
+FINE, MOST_TURNS = 0.05, 100_000
+# Of the largest impulse of several points at once: what is left open.
+AT_ONCE_WITHIN = 1e-15
 
 
 @inner
@@ -59,9 +62,29 @@ def _begin(row: Array, touching: NDArray[np.int64], ground: Ground) -> None:
     meets, stays, still = touching_points(row, touching, ground)
     if meets > 0:
         if not _rocks(row, touching, meets, stays, point_count(ground), ground):
-            end(row, SEVERAL)
+            _strike_at_once(row, touching, meets, stays, ground)
     else:
         _begin_lasting(row, touching, stays, still, ground)
+
+
+@inner
+def _strike_at_once(row: Array, touching: NDArray[np.int64], meets: int, stays: int, ground: Ground) -> None:
+    """Let all points on the plane strike it at once, where the law has several answers: u_n >= -e u_n before, the least
+
+    impulses in the friction cones that make it so, which keep symmetric what is symmetric: Moreau (1988).
+    """
+    x, q, v, l_body = load(row, ANCHOR)
+    w, count = spin_of(q, l_body, ground), point_count(ground)
+    contacts = np.empty((meets + stays, CONTACT))
+    for each in range(meets + stays):
+        lever = lever_of(q, touching[each if each < stays else count - 1 - (each - stays)], ground)
+        rate = velocity_at(v, w, lever)[2]
+        set_contact(contacts[each], q, lever, -ground.restitution * min(rate, 0.0), ground)
+    v_then, w_then, _ = by_turns(q, v, w, contacts, AT_ONCE_WITHIN, ground)
+    count_impact(row, v, w, v_then, w_then, q, ground)
+    row[AT_ONCE] += 1.0
+    store(row, ANCHOR, (x, q, v_then, momentum_of(q, w_then, ground)))
+    row[KIND] = UNKNOWN
 
 
 @inner
@@ -346,18 +369,21 @@ def _slipping(row: Array, t: float, ground: Ground) -> State:
     if not is_sphere:
         s = placed(slip, velocity(slip, y))
         return x, q, (s[0], s[1], 0.0), l_body
-    steps = max(math.ceil(max(-y * (slip.hold / slip.pull + 1.0), math.sqrt(dot(w, w)) * t) / FINE), 4)
-    steps = min(steps, MOST_TURNS)
-    length = y / steps
-    for step in range(steps):
-        begins = step * length
+    at = 0.0
+    for _ in range(MOST_TURNS):
+        spin = _spin_per_y(slip, v, w, begun, slope, at, ground)
+        length = -FINE / max(bend(slip, at), math.sqrt(dot(spin, spin)))
+        length = max(length, y - at)
         q = turned_by(
             q,
-            _spin_per_y(slip, v, w, begun, slope, begins + EARLY * length, ground),
-            _spin_per_y(slip, v, w, begun, slope, begins + 0.5 * length, ground),
-            _spin_per_y(slip, v, w, begun, slope, begins + LATE * length, ground),
+            _spin_per_y(slip, v, w, begun, slope, at + EARLY * length, ground),
+            _spin_per_y(slip, v, w, begun, slope, at + 0.5 * length, ground),
+            _spin_per_y(slip, v, w, begun, slope, at + LATE * length, ground),
             length,
         )
+        at += length
+        if at <= y:
+            break
     v_then, w_then = _spinning(slip, v, w, begun, slope, y, t, ground)
     return x, q, v_then, momentum_of(q, w_then, ground)
 

@@ -10,7 +10,7 @@ from tumble.solver.contact.compliant import COMPLIANT_WIDTH, compliant
 from tumble.solver.contact.events import events
 from tumble.solver.contact.ground import Ground
 from tumble.solver.contact.moreau import UNSOLVED, moreau, moreau_width
-from tumble.solver.contact.throw import GAINED, REASONS, SINCE, WHY, WIDTH
+from tumble.solver.contact.throw import AT_ONCE, GAINED, REASONS, SINCE, WHY, WIDTH
 
 Rows = NDArray[np.float64]
 
@@ -41,15 +41,23 @@ class ContactMethod:
     steps: the kernel.  width: how many numbers its row has above a ground.
     order: by which power of the step the error of what a contact does falls; None where it does not depend on the step.
     dense: it goes to an instant and not by steps.
+    restitution: a point leaves the plane at e times the speed of its approach, wherever on the body, as dt -> 0.
+    follows_slip: friction of an impact is against the slip at every moment of it, as dt -> 0.
+    holds: a body at rest on an incline below the critical angle stays where it is, to rounding.
     findings: of its rows, what the states do not show.  gained: of its rows, energy that impacts gained [J].
+    at_once: of its rows, how often several points struck at once.
     """
 
     steps: Callable
     width: Callable[[Ground], int]
     order: int | None
     dense: bool = False
+    restitution: bool = False
+    follows_slip: bool = False
+    holds: bool = False
     findings: Callable[[Rows], list[str]] = _nothing
     gained: Callable[[Rows], float] = _none
+    at_once: Callable[[Rows], float] = _none
 
 
 CONTACT_METHODS = {
@@ -58,10 +66,14 @@ CONTACT_METHODS = {
         lambda ground: WIDTH,
         order=None,
         dense=True,
+        restitution=True,
+        follows_slip=True,
+        holds=True,
         findings=why_events_end,
         gained=lambda rows: float(rows[:, GAINED].sum()),
+        at_once=lambda rows: float(rows[:, AT_ONCE].sum()),
     ),
-    "moreau": ContactMethod(moreau, moreau_width, order=1, findings=unsolved_steps),
+    "moreau": ContactMethod(moreau, moreau_width, order=1, restitution=True, holds=True, findings=unsolved_steps),
     "compliant": ContactMethod(compliant, lambda ground: COMPLIANT_WIDTH, order=None),
 }
 

@@ -13,8 +13,8 @@ from tumble.solver.compilation import inner
 
 Pair = tuple[float, float]
 MOST_HALVINGS = 200
-# y beyond which all that falls with it is nothing.
-ENDLESS = -1e4
+# exp of it is nothing beside 1.
+NOTHING = -44.0
 
 
 class Slip(NamedTuple):
@@ -99,11 +99,15 @@ def y_at(slip: Slip, t: float) -> float:
     if t <= 0.0:
         return 0.0
     k, less = slip.hold / slip.pull, (slip.hold - slip.pull) / slip.pull
+    last = NOTHING / (less if slip.cos > 0.0 else k + 1.0) if less > 0.0 or slip.cos == 0.0 else -math.inf
     low, high = -1.0, 0.0
     while time_at(slip, low) < t:
         high, low = low, 2.0 * low
-        if low < ENDLESS:
-            return low
+        if low < last:
+            low = last
+            break
+    if time_at(slip, low) <= t:
+        return low
     y = 0.5 * (low + high)
     cc, ss = slip.cos * slip.cos, slip.sin * slip.sin
     for _ in range(MOST_HALVINGS):
@@ -117,6 +121,14 @@ def y_at(slip: Slip, t: float) -> float:
             return then
         y = then
     return y
+
+
+@inner
+def bend(slip: Slip, y: float) -> float:
+    """Return about how fast slip and its rate change with y, over their sizes."""
+    k, less = slip.hold / slip.pull, (slip.hold - slip.pull) / slip.pull
+    turned = slip.sin * math.exp(y)
+    return k + 1.0 if slip.cos == 0.0 else abs(less) + 2.0 * turned / (slip.cos + turned)
 
 
 @inner

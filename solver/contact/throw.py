@@ -19,17 +19,16 @@ State = tuple[Vector, Quaternion, Vector, Vector]
 
 # What a row holds: the state (13), that of the last event (13), and these.
 ANCHOR, SINCE, KIND, UNTIL, THEN, SEARCHED, FASTEST, POINT, OTHER = 13, 26, 27, 28, 29, 30, 31, 32, 33
-PULL, SPIN_RATE, WHY, IMPACTS, GAINED, LENGTH, DONE, WIDTH = 34, 37, 40, 41, 42, 43, 44, 45
+PULL, SPIN_RATE, WHY, IMPACTS, GAINED, LENGTH, DONE, AT_ONCE, WIDTH = 34, 37, 40, 41, 42, 43, 44, 45, 46
 
 # Motions.  Those from LASTING on, and what there is to say of a state on the plane, are of `lasting`.
 UNKNOWN, FREE, STEADY, ENDED, LASTING, SLIPPING, PINNED = 0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0
 # What happens where one ends.
-GOES_ON, STRIKES, STOPS, LANDS, ENDS = 0.0, 1.0, 2.0, 3.0, 4.0
+GOES_ON, ARRIVES, STRIKES, STOPS, LANDS, ENDS = 0.0, 1.0, 2.0, 3.0, 4.0, 5.0
 
 # Why the motion is not known any more.
 REASONS = (
     "",
-    "several points meet the plane at once, and the law has several answers",
     "a corner stays on the plane, or an edge in a motion that is not in a plane",
     "a face spins on the plane, and the law leaves open how its pressure is spread",
     "the body tips over its face while it slides or spins",
@@ -37,11 +36,13 @@ REASONS = (
     "a point grazes the plane, or impacts follow one another without end",
     "there were too many impacts",
 )
-SEVERAL, CORNER, FACE_SPINS, FACE_TIPS, SLIPS, GRAZES, TOO_MANY = 1, 2, 3, 4, 5, 6, 7
+CORNER, FACE_SPINS, FACE_TIPS, SLIPS, GRAZES, TOO_MANY = 1, 2, 3, 4, 5, 6
 MOST_IMPACTS = 1_000_000
 
 # Of body and distance, and of the greatest speed so far: what a gap and a speed are none below.
 TOUCHING, STILL = 2.0**-45, 2.0**-45
+# Of body and distance: what a bounce must rise by to be one.
+FLAT = 2.0**-48
 # Of the acceleration that presses the body on: what is no slope but for rounding.
 LEVEL = 2.0**-46
 
@@ -85,7 +86,11 @@ def touching_points(row: Array, touching: NDArray[np.int64], ground: Ground) -> 
     pull = math.sqrt(dot(ground.gravity, ground.gravity))
     row[FASTEST] = max(row[FASTEST], speed, math.sqrt(pull * ground.reach))
     still = STILL * row[FASTEST]
-    near = TOUCHING * (ground.reach + math.sqrt(dot(x, x)) + ground.far)
+    size = ground.reach + math.sqrt(dot(x, x)) + ground.far
+    near = TOUCHING * size
+    if ground.radius == 0.0:
+        # A corner that rises by no more than its height is known to does not rise.
+        still = max(still, math.sqrt(2.0 * abs(ground.gravity[2]) * FLAT * size))
     meets, stays = 0, 0
     count = point_count(ground)
     for number in range(count):

@@ -114,7 +114,7 @@ def demand(states: Array, expected: Array, within: Array | float, what: str) -> 
     if states.shape != expected.shape:
         raise Broken(f"{what}: shape {states.shape}, not {expected.shape}")
     off = np.abs(states - expected)
-    wrong = ~(off <= within)
+    wrong = ~((off <= within) | (np.isnan(states) & np.isnan(expected)))
     if wrong.any():
         throw, column = np.unravel_index(int(np.argmax(np.where(np.isnan(off), np.inf, off * wrong))), off.shape)
         part = PARTS[column] if off.shape[1] == len(PARTS) else f"component {column}"
