@@ -289,7 +289,21 @@ def load_file(path: str) -> ModuleType:
 
 
 def engine_info(engine: str, module: ModuleType) -> EngineInfo:
-    """Return what the engine says of itself.  Raises BadEngine where that has the wrong shape."""
+    """Return what the engine says of itself.
+
+    Parameters
+    ----------
+    engine : ENGINE[@RELEASE], or path of a user's file
+    module : the loaded engine file
+
+    Returns
+    -------
+    what its METHODS, FEATURES, ABOUT and optional names state
+
+    Raises
+    ------
+    BadEngine : one of these has the wrong shape
+    """
     try:
         methods = words(module.METHODS)
         features = frozenset(words(module.FEATURES))
@@ -400,7 +414,20 @@ def built(engine: ModuleType, scene: Scene, method: str, keep: frozenset[str]) -
 
 
 def words(names: object) -> tuple[str, ...]:
-    """Return one name or several as a tuple."""
+    """Return one name or several as a tuple.
+
+    Parameters
+    ----------
+    names : a name, or names in any iterable
+
+    Returns
+    -------
+    the names, in their order
+
+    Raises
+    ------
+    TypeError : it is neither
+    """
     if isinstance(names, str):
         return (names,)
     if not isinstance(names, Iterable):
