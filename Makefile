@@ -34,7 +34,7 @@ test-rest: venv-test
 test-all: venv-test
 	$(BIN)/pytest -n auto
 
-check: venv-test
+check: venv-docs
 	$(BIN)/ruff check . && $(BIN)/ruff format --check . && $(BIN)/python -m tools.words && $(BIN)/lint-imports
 	$(BIN)/python -m tools.examples && $(BIN)/pyright
 	$(BIN)/python -m tools.page_types --check

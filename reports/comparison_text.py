@@ -18,6 +18,7 @@ from tumble.compare.tables.shared import FindingRow
 from tumble.reports.charts import GOOD, coloured, error_chart
 from tumble.reports.coursework import coursework_text, printed_vertex
 from tumble.reports.numerals import counted, listed
+from tumble.reports.sensor_text import sensor_text
 from tumble.reports.terminal import (
     LIST_WIDTH,
     columns,
@@ -79,6 +80,7 @@ def comparison_text(
             yield plain(f"{counted(left, 'more table')} with --all; every vertex with -o DIR")
         if len(scene.start) > 1:
             yield plain("The ranking covers all throws; -o DIR writes each throw to members.csv.")
+    yield from sensor_text(comparison.sensors, everything)
     yield from coursework_text(comparison)
 
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from tumble.compare.comparison.schemas import SENSORS
 from tumble.compare.coursework.schemas import PUBLISHED
 from tumble.compare.engines import BY_HAND, OWN
 from tumble.reports.coursework import page_rows
@@ -21,8 +22,9 @@ PACKED = ("motion.csv", "deformed.csv", "vertex-errors.csv", "error-over-time.cs
 X, V, W = ([f"{name}{axis}{unit}" for axis in "xyz"] for name, unit in (("", "_m"), ("v", "_m_s"), ("w", "_rad_s")))
 Q = ["qw", "qx", "qy", "qz"]
 MOMENTUM = [f"l{axis}_kg_m2_s" for axis in (1, 2, 3)]
+FELT = [*(f"a{axis}_m_s2" for axis in "xyz"), *W]
 FIGURES = ["error_m", "energy_drift", "angular_momentum_drift"]
-OF_RUNS = ("runs.csv", "sweep-runs.csv", "limits.csv", "extremes.csv")
+OF_RUNS = ("runs.csv", "sweep-runs.csv", "limits.csv", "extremes.csv", "contact.csv")
 # A number that is repeated this often is shorter as a reference.
 OFTEN = 3
 TRUE = [*X, *Q, *V, *W, *MOMENTUM]
@@ -46,6 +48,7 @@ def data_of(tables: Mapping[str, pd.DataFrame]) -> str:
     films = dict(films_of(read))
     read["vertex-errors.csv"] = at_the_end(read.get("vertex-errors.csv", pd.DataFrame()))
     read[PUBLISHED.file] = page_rows(read.get(PUBLISHED.file, pd.DataFrame()))
+    read[SENSORS.file] = sensor_readings(read.get(SENSORS.file, pd.DataFrame()))
     read["error-over-time.csv"] = unfilmed(read.get("error-over-time.csv", pd.DataFrame()), films)
     whole_tables = {name: table for name, table in read.items() if len(table) and name not in PACKED[:2]}
     whole = {
@@ -103,6 +106,16 @@ def at_the_end(errors: pd.DataFrame) -> pd.DataFrame:
         return errors
     last = where(errors, errors["t_s"] == errors.groupby("scene")["t_s"].transform("max"))
     return last.filter(["scene", *CONTESTANT, "vertex", "true_x_m", "true_y_m", "true_z_m", *X, "error_m"])
+
+
+def sensor_readings(readings: pd.DataFrame) -> pd.DataFrame:
+    """Return the readings of sensors and the true ones, with as many digits as a chart shows; not their differences."""
+    if readings.empty:
+        return readings
+    found = readings.filter(["scene", *CONTESTANT, "sensor", "t_s", *FELT, *(f"true_{name}" for name in FELT)]).copy()
+    for name in found.columns[5:]:
+        found[name] = [value if math.isnan(value) else float(f"{value:.6g}") for value in found[name].tolist()]
+    return found
 
 
 def unfilmed(errors: pd.DataFrame, films: Mapping[str, object]) -> pd.DataFrame:

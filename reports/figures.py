@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 LIBRARIES = ("altair", "vl_convert")
 PNG_SCALE = 2.0
 WIDTH = 560
+PADDING = {"left": 5, "top": 5, "bottom": 5}  # [px], Vega's own
 
 
 class NoFigures(UserError):
@@ -139,7 +140,8 @@ def cost_figure(measured: pd.DataFrame) -> "altair.TopLevelMixin":
     drawn = (chart.mark_line(strokeWidth=1) + chart.mark_point(filled=True, size=40)).properties(
         width=WIDTH, height=380
     )
-    return drawn.facet(row=altair.Row("scene:N", title=None))
+    # Room beside the legend: where a font is wider than the one that was measured, its labels are not cut.
+    return drawn.facet(row=altair.Row("scene:N", title=None)).properties(padding={**PADDING, "right": 40})
 
 
 def limit_figure(limits: pd.DataFrame) -> "altair.TopLevelMixin":

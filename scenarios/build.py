@@ -9,6 +9,7 @@ import numpy as np
 
 from tumble.scenarios import mass
 from tumble.scenarios.format import (
+    MOST_SAMPLES,
     BodyTable,
     BoxTable,
     EnsembleTable,
@@ -19,6 +20,7 @@ from tumble.scenarios.format import (
     RayTable,
     Refused,
     RigidTable,
+    SensorTable,
     SphereTable,
 )
 from tumble.scenarios.frames import Array, quaternion_product, rotation_matrix, vertices
@@ -31,9 +33,11 @@ from tumble.scenarios.scene import (
     Plane,
     Ray,
     Scene,
+    Sensor,
     Tether,
     Written,
     WrittenImpulse,
+    WrittenSensor,
     frozen_array,
 )
 from tumble.scenarios.surface import read_surface
@@ -60,6 +64,7 @@ def scene_from(file: File, path: Path, to_run: bool) -> Scene:
     body, file_points = _body(file.body, path.parent)
     start = _start(file.body, body)
     impulses = [_impulse(table, ("impulse", i), file.duration, body, start) for i, table in enumerate(file.impulse)]
+    sensors = tuple(_sensor(table, ("sensor", i), file, body) for i, table in enumerate(file.sensor))
     pulls: dict[str, Any] = {part: law(file, body) for part, law in PULLS.items()}
     written = Written(
         body=body,
@@ -72,6 +77,7 @@ def scene_from(file: File, path: Path, to_run: bool) -> Scene:
         file_normal=None if file.floor is None else frozen_array(file.floor.normal),
         plane_normal=pulls["plane"].normal if pulls["plane"] else None,
         file_plane_normal=None if file.plane is None else frozen_array(file.plane.normal),
+        sensors=tuple(map(_written_sensor, sensors, file.sensor)),
     )
     if file.ensemble:
         start = _throws(file.ensemble, start, impulses, body)
@@ -89,6 +95,7 @@ def scene_from(file: File, path: Path, to_run: bool) -> Scene:
         start=start,
         written=written,
         impulses=tuple(sorted((impulse for impulse in impulses if impulse.value.any()), key=lambda it: it.time)),
+        sensors=sensors,
         **pulls,
     )
 
@@ -317,6 +324,37 @@ def _plane(file: File, body: Body) -> Plane | None:
         return None
     table, normal = file.plane, _unit(file.plane.normal, ("plane", "normal"))
     return Plane(frozen_array(table.point), normal, table.restitution, table.friction)
+
+
+def _sensor(table: SensorTable, keys: Keys, file: File, body: Body) -> Sensor:
+    if not table.name.strip() or not table.name.isprintable():
+        raise Refused((*keys, "name"), "must be printable text")
+    if any(other.name == table.name for other in file.sensor[: int(keys[1])]):
+        raise Refused((*keys, "name"), "must be unique; another sensor has that name")
+    if not file.duration * table.rate < MOST_SAMPLES:
+        raise Refused((*keys, "rate"), f"must make at most {MOST_SAMPLES} readings, duration x rate")
+    reads_field = table.kind == "magnetometer-direction"
+    if reads_field != (table.field is not None):
+        need = "missing; must be a list of 3 numbers" if reads_field else "is for a magnetometer-direction only"
+        raise Refused((*keys, "field"), need, not reads_field)
+    point = frozen_array(rotation_matrix(body.file_axes) @ table.point)
+    if not np.isfinite(point).all():
+        raise Refused((*keys, "point"), "must have finite coordinates")
+    return Sensor(
+        table.name,
+        table.kind,
+        table.rate,
+        point,
+        frozen_array(quaternion_product(body.file_axes, _unit(table.orientation, (*keys, "orientation")))),
+        table.average,
+        None if table.field is None else _unit(table.field, (*keys, "field")),
+    )
+
+
+def _written_sensor(sensor: Sensor, table: SensorTable) -> WrittenSensor:
+    """Return a sensor as its table gives it."""
+    field = None if table.field is None else frozen_array(table.field)
+    return WrittenSensor(sensor, frozen_array(table.point), frozen_array(table.orientation), field)
 
 
 def _refuse_below(plane: Plane, body: Body, start: Array) -> None:

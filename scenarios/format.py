@@ -8,7 +8,7 @@ import math
 import re
 import reprlib
 import sys
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import msgspec
 from msgspec import Meta, inspect
@@ -38,6 +38,11 @@ Times = Annotated[
     list[Number],
     Meta(min_length=1, max_length=MOST_SAMPLES, description=f"a list of 1 to {MOST_SAMPLES} numbers"),
 ]
+SensorKind = Annotated[
+    Literal["imu", "accelerometer", "gyro", "magnetometer-direction"],
+    Meta(description="'imu', 'accelerometer', 'gyro' or 'magnetometer-direction'"),
+]
+Switch = Annotated[bool, Meta(description="true or false")]
 Shape = Annotated[str, Meta(description="'box', 'mesh', 'rigid' or 'sphere'")]
 
 ORIGIN = (0.0, 0.0, 0.0)
@@ -156,6 +161,26 @@ class PlaneTable(_Table, kw_only=True):
     friction: Annotated[NotNegative, _key("", "mu: greatest friction over normal force, at rest and sliding")]
 
 
+class SensorTable(_Table, kw_only=True):
+    """A sensor fixed to the body: reads specific force R^T (a - g), angular velocity, or a field's direction.
+
+    All in its own axes.  An imu reads the first two.
+    """
+
+    name: Annotated[Text, _key("", "unique, not empty")]
+    kind: Annotated[SensorKind, _key("", "what it reads")]
+    rate: Annotated[Positive, _key("Hz", "readings at 0, 1/rate, 2/rate, ...")]
+    point: Annotated[Vector, _key("m", "where it is mounted, body axes from the centre of mass")] = ORIGIN
+    orientation: Annotated[Quaternion, _key("", "w x y z, sensor to body (Hamilton); scaled to length 1")] = (
+        1.0,
+        0.0,
+        0.0,
+        0.0,
+    )
+    average: Annotated[Switch, _key("", "true: each reading is the mean over the 1/rate before it")] = False
+    field: Annotated[Vector, _key("", "direction of the magnetic field, world axes, of any length")] | None = None
+
+
 class EnsembleTable(_Table):
     """Many throws of the one body around the one that is written, which is throw 0."""
 
@@ -183,6 +208,7 @@ class File(_Table, kw_only=True):
     drag: DragTable | None = None
     floor: FloorTable | None = None
     plane: PlaneTable | None = None
+    sensor: Annotated[list[SensorTable], Meta(description="tables headed [[sensor]]")] = []
     ensemble: EnsembleTable | None = None
 
 

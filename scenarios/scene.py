@@ -125,8 +125,17 @@ class Impulse(_Frozen):
 class Tether(_Frozen):
     """Spring and damper from a body point to a fixed one.
 
-    point_body [m], (3,), principal axes; anchor [m], (3,), world; stiffness [N/m]; damping [N s/m]; rest_length [m].
     F = -k d - c p' where rest_length is 0, else F = -(k (|d| - l0) + c d'.u) u, with d = p - anchor and u = d/|d|.
+
+    Parameters
+    ----------
+    point_body : (3,), m
+        principal axes
+    anchor : (3,), m
+        world axes
+    stiffness : N/m
+    damping : N s/m
+    rest_length : m
     """
 
     point_body: Array
@@ -138,7 +147,13 @@ class Tether(_Frozen):
 
 @dataclass(frozen=True)
 class Drag:
-    """F = -linear v [N s/m];  tau = -angular w [N m s/rad]."""
+    """F = -linear v;  tau = -angular w.
+
+    Parameters
+    ----------
+    linear : N s/m
+    angular : N m s/rad
+    """
 
     linear: float
     angular: float
@@ -180,6 +195,61 @@ class Plane(_Frozen):
 
 
 @dataclass(frozen=True, eq=False)
+class Sensor(_Frozen):
+    """A sensor fixed to the body, which reads in its own axes.
+
+    Parameters
+    ----------
+    name
+        unique in its scene
+    kind
+        imu, accelerometer, gyro or magnetometer-direction
+    rate : Hz
+        it reads at 0, 1/rate, 2/rate, ...
+    point_body : (3,), m
+        principal axes, from the centre of mass
+    orientation : (4,)
+        quaternion, sensor axes -> principal axes
+    average
+        whether a reading is the mean over the 1/rate before it, not the value at its instant
+    field : (3,)
+        unit vector, world axes, that a magnetometer-direction reads; None for the others
+    """
+
+    name: str
+    kind: str
+    rate: float
+    point_body: Array
+    orientation: Array
+    average: bool = False
+    field: Array | None = None
+
+    @property
+    def reads_force(self) -> bool:
+        """Whether it reads specific force."""
+        return self.kind in ("imu", "accelerometer")
+
+    @property
+    def reads_spin(self) -> bool:
+        """Whether it reads angular velocity."""
+        return self.kind in ("imu", "gyro")
+
+
+@dataclass(frozen=True, eq=False)
+class WrittenSensor(_Frozen):
+    """A sensor as the file gives it, and what was made of it.
+
+    point [m], (3,), and orientation, (4,), of any length, sensor to body: along the file's axes; field, (3,), of any
+    length, or None.
+    """
+
+    made: Sensor
+    point: Array
+    orientation: Array
+    field: Array | None
+
+
+@dataclass(frozen=True, eq=False)
 class WrittenImpulse(_Frozen):
     """An impulse as the file gives it, and what was made of it; None is what the file does not give.
 
@@ -214,6 +284,7 @@ class Written(_Frozen):
     file_normal: Array | None
     plane_normal: Array | None = None
     file_plane_normal: Array | None = None
+    sensors: tuple[WrittenSensor, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -246,6 +317,8 @@ class Scene(_Frozen):
     drag
     floor
     plane
+    sensors
+        in the order of the file; they act on nothing
     """
 
     name: str
@@ -263,6 +336,22 @@ class Scene(_Frozen):
     drag: Drag | None = None
     floor: Floor | None = None
     plane: Plane | None = None
+    sensors: tuple[Sensor, ...] = ()
+
+    def sensor_times(self, sensor: Sensor) -> Array:
+        """Return the instants at which a sensor reads, 0, 1/rate, ... up to the end.
+
+        Parameters
+        ----------
+        sensor
+
+        Returns
+        -------
+        times : (K,), s
+        """
+        # Whether the last one is within the duration is asked to the rounding of their product.
+        count = int(self.duration * sensor.rate * (1 + 2.0**-50)) + 1
+        return np.minimum(np.arange(count) / sensor.rate, self.duration)
 
     @property
     def is_free(self) -> bool:

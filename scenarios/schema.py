@@ -24,6 +24,7 @@ TABLES: dict[str, type] = {
     "[drag]": scene_format.DragTable,
     "[floor]": scene_format.FloorTable,
     "[plane]": scene_format.PlaneTable,
+    "[[sensor]]": scene_format.SensorTable,
     "[ensemble]": scene_format.EnsembleTable,
 }
 

@@ -237,7 +237,17 @@ def steady_turn(q: Quaternion, u: Vector, n: int) -> Quaternion:
 
 
 def to_matrix(q: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the matrices that turn body axes into world axes, (..., 3, 3), of unit quaternions, (..., 4)."""
+    """Return the matrices that turn body axes into world axes.
+
+    Parameters
+    ----------
+    q : (..., 4)
+        unit quaternions w x y z
+
+    Returns
+    -------
+    matrices : (..., 3, 3)
+    """
     w, x, y, z = q[..., 0], q[..., 1], q[..., 2], q[..., 3]
     ww, xx, yy, zz = w * w, x * x, y * y, z * z
     matrices = np.empty((*q.shape[:-1], 3, 3))

@@ -1,5 +1,6 @@
 """Writes the Python examples of the README and the guides to report/examples/, where pyright checks their types."""
 
+import argparse
 import re
 from pathlib import Path
 
@@ -26,6 +27,7 @@ def examples(page: Path) -> list[str]:
 
 def main() -> None:
     """Write every example to a file of its own."""
+    argparse.ArgumentParser(description=__doc__).parse_args()
     FOLDER.mkdir(parents=True, exist_ok=True)
     for old in FOLDER.glob("*.py"):
         old.unlink()

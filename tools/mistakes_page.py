@@ -18,9 +18,12 @@ from tumble.compare.grade.hypotheses.hypothesis import Context, Hypothesis
 from tumble.compare.grade.hypotheses.mistakes import hypotheses
 from tumble.compare.grade.hypotheses.names import RENAMED_MISTAKES, RENAMED_PARAMETERS
 from tumble.compare.grade.hypotheses.scheme_hypotheses import SchemeHypotheses
+from tumble.compare.grade.hypotheses.sensor_mistakes import SensorHypothesis, sensor_hypotheses
 from tumble.compare.grade.model.program_model import correct_program
+from tumble.compare.grade.model.sensor_model import ACCELEROMETER, GYRO, SensorModel
 from tumble.compare.grade.results import parameters
 from tumble.compare.tables.files import write_whole
+from tumble.scenarios.frames import rotation_matrix
 from tumble.scenarios.read import scene_of
 
 PAGE = Path(__file__).parents[1] / "docs/mistakes.md"
@@ -89,11 +92,24 @@ def tried() -> Iterator[Hypothesis]:
             yield from (mistake.hypothesis for mistake in schemes.mistakes(stepped))
 
 
+def tried_of_sensors() -> Iterator[SensorHypothesis]:
+    """Yield every mistake of a sensor that is tried."""
+    tilt = rotation_matrix(np.array((0.8, 0.6, 0.0, 0.0)))
+    for device in (ACCELEROMETER, GYRO):
+        yield from sensor_hypotheses(SensorModel(device, np.array((0.1, 0.0, 0.0)), tilt), SPACING_S)
+
+
 def names() -> dict[str, dict[str, str]]:
     """Return the unit of each parameter of each mistake, sorted by name."""
     found: dict[str, dict[str, str]] = {}
     for hypothesis in set(tried()):
         found.setdefault(hypothesis.name, {}).update(parameters(hypothesis))
+    for sensor_hypothesis in tried_of_sensors():
+        own = found.setdefault(sensor_hypothesis.name, {})
+        for parameter in sensor_hypothesis.free_names or (sensor_hypothesis.parameter,):
+            # A bias has the unit of its device.
+            units = dict.fromkeys((*filter(None, (own.get(parameter),)), sensor_hypothesis.unit))
+            own[parameter] = " or ".join(units)
     return {name: dict(sorted(found[name].items())) for name in sorted(found, key=str.lower)}
 
 
@@ -103,9 +119,10 @@ def page() -> str:
     lines = [
         "# The names of mistakes",
         "",
-        "The identifiers in the columns `mistake`, `parameter` and `unit` of `diagnosis.csv`, and in",
-        f"`tumble grade --json`: {len(known)} names, collected by `tools/mistakes_page.py` from the mistakes that are",
-        "tried. They change only with the format of the tables ([compatibility.md](compatibility.md)).",
+        "The identifiers in the columns `mistake`, `parameter` and `unit` of `diagnosis.csv` and",
+        f"`sensor-diagnosis.csv`, and in `tumble grade --json`: {len(known)} names, collected by",
+        "`tools/mistakes_page.py` from the mistakes that are tried. They change only with the format of the tables",
+        "([compatibility.md](compatibility.md)).",
         "A mistake has one row for each parameter that has an effect in the scene, and one row without a parameter",
         "if it has no value. A `choice` is a word.",
         "",

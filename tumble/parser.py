@@ -203,6 +203,11 @@ def parser() -> Parser:
     step_option(run)
     limit_options(run)
     run.add_argument("-o", "--output", metavar="FILE", help="CSV file to write (default: standard output)")
+    run.add_argument(
+        "--sensors",
+        metavar="DIR",
+        help="folder for sensors.csv and sensor-errors.csv: readings of the scene's sensors, true readings and errors",
+    )
 
     compare = command("compare", "compare every engine with the reference solution: ranking and error tables")
     compare.add_argument("scene", nargs="+", metavar="SCENE", help=SCENE_HELP)
@@ -274,7 +279,8 @@ def parser() -> Parser:
         action="append",
         default=[],
         metavar="COLUMN=NAME",
-        help="name of a column, with its unit: t_s, t_ms, x_cm, qw, r11, vx_m_s, wx_deg_s, v0x_m, ..., or ignore",
+        help="name of a column, with its unit: t_s, t_ms, x_cm, qw, r11, vx_m_s, wx_deg_s, v0x_m, ax_g, gx_rad_s, ..., "
+        "or ignore",
     )
     grade.add_argument(
         "--map-file", metavar="TOML", help="names of columns, in a table [columns] (default: FILE.toml, if it exists)"
@@ -287,6 +293,9 @@ def parser() -> Parser:
     )
     grade.add_argument(
         "--by", choices=("pose", "matrix", "vertices"), help="description of the pose to grade, if the file has several"
+    )
+    grade.add_argument(
+        "--sensor", metavar="NAME", help="sensor of the scene that readings are of (default: the scene's only one)"
     )
     grade.add_argument("--columns", metavar="NAME,...", help="names of the columns of a file without a header")
     grade.add_argument(
@@ -416,12 +425,13 @@ def complete(top: Parser) -> None:
     import argcomplete
     from argcomplete.completers import FilesCompleter
 
-    from tumble.scenarios.read import catalogue
+    from tumble.scenarios.read import catalogue, contact_catalogue
 
+    names = [*catalogue(), *contact_catalogue()]
     for command in next(
         action for action in top._actions if isinstance(action, argparse._SubParsersAction)
     ).choices.values():
         for action in command._actions:
             if action.metavar in ("SCENE", "NAME"):
-                action.completer = lambda prefix, **_: [*catalogue(), *FilesCompleter(["toml"])(prefix)]
+                action.completer = lambda prefix, **_: [*names, *FilesCompleter(["toml"])(prefix)]
     argcomplete.autocomplete(top)

@@ -12,6 +12,10 @@ from tumble.compare.ablation.optional_features import QUICK, ablate
 from tumble.compare.ablation.schemas import ABLATION
 from tumble.compare.comparison.against_truth import Comparison, compare
 from tumble.compare.comparison.results import comparison_tables
+from tumble.compare.contact.results import contact_tables
+from tumble.compare.contact.schemas import TABLES as CONTACT
+from tumble.compare.contact.study import BRIEF as BRIEF_LADDER
+from tumble.compare.contact.study import contacts
 from tumble.compare.coursework.results import coursework_tables
 from tumble.compare.judge.cost import REFERENCE
 from tumble.compare.judge.errors import Run
@@ -92,7 +96,9 @@ def report_tables(
     maps = kept_tables(folder / "stability", STABILITY) if folder else {}
     stiff = [] if maps else [scene for scene in scenes if scene.name in STIFF or not scene.is_free]
     cases = [read_scene(name) for name in OF_A_PAGE] if whole_catalogue and not maps else []
-    runs = (*scenes, *scenes, *swept, *stiff, *cases)
+    landing = [scene for scene in scenes if scene.plane]
+    sensing = [scene for scene in scenes if scene.sensors]
+    runs = (*scenes, *scenes, *swept, *stiff, *cases, *landing, *sensing)
     with (
         started(contestants, time_limit, memory_limit, display, few=not every_method) as running_engines,
         display(flights(running_engines, runs) + 2 * len(scenes) + len(swept) + len(stiff) + len(cases)) as on_progress,
@@ -108,6 +114,7 @@ def report_tables(
                     climbing = beside.submit(all_ladders, running_engines, swept, on_progress, truths)
                     comparisons = compare(running_engines, scenes, dt, on_progress, truths)
                     films = film(running_engines, scenes, dt, on_progress, truths)
+                    landed = contacts(running_engines, comparisons, dt, on_progress, BRIEF_LADDER)
                     compared = compared_tables(comparisons, films, running_engines, command)
                     sequences, maps = climbing.result(), maps or mapping.result()
             except BaseException:
@@ -124,6 +131,7 @@ def report_tables(
         # Without rows where there is none: a table of an earlier run is removed.
         (kept_tables(folder / "releases", RELEASES) if folder else {})
         or {table.file: frame(table, []) for table in RELEASES},
+        contact_tables(landed) or {table.file: frame(table, []) for table in CONTACT},
         {ABLATION.file: frame(ABLATION, ablation.rows)},
         {(SWEEP if name != FINDINGS.file else "") + name: table for name, table in swept_tables.items()},
         findings([*film_findings(films), *ablation_findings(ablation.rows), *map_findings(maps)]),

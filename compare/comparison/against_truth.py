@@ -4,7 +4,9 @@ from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass
 
+from tumble.compare.comparison.sensors import sensor_runs
 from tumble.compare.judge.errors import Run, RunAnswer
+from tumble.compare.judge.sensors import SensorRun
 from tumble.compare.run.flight import Trajectory
 from tumble.compare.run.progress import ProgressCallback, no_progress
 from tumble.compare.run.running_engines import AS_ASKED, DEFAULT, RunningEngine, truth_limit
@@ -28,6 +30,7 @@ class Comparison:
     runs : the run of each contestant
     lost_m : how far a vertex moves if the inputs are rounded to double precision, at most [m]; 0 if unknown
     roles : role of each contestant for its engine, as `RunningEngine.role` returns it, by ENGINE:METHOD
+    sensors : the readings of the scene's sensors by each contestant; empty if it has no sensors
     """
 
     scene: Scene
@@ -36,6 +39,7 @@ class Comparison:
     runs: tuple[Run, ...]
     lost_m: float
     roles: Mapping[str, str]
+    sensors: tuple[SensorRun, ...] = ()
 
     @property
     def defaults(self) -> frozenset[str]:
@@ -94,6 +98,7 @@ def compare(
         answers = iter(run([one for own in tasks for one in own], references, on_progress=on_progress))
         true = [references.answer(scene) for scene in scenes]
         lost = references.each(lost_m, scenes, [answer.truth for answer in true])
+        sensed = sensor_runs(running_engines, scenes, dt, on_progress, references)
     return [
         Comparison(
             scene=scene,
@@ -106,9 +111,10 @@ def compare(
                 for one in own
             ),
             lost_m=lost,
+            sensors=sensors,
             roles={f"{one.running_engine.title}:{one.key[-1]}": one.running_engine.role(one.key[-1]) for one in own},
         )
-        for scene, answer, own, lost in zip(scenes, true, tasks, lost, strict=True)
+        for scene, answer, own, lost, sensors in zip(scenes, true, tasks, lost, sensed, strict=True)
     ]
 
 

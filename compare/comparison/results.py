@@ -7,6 +7,7 @@ import pandas as pd
 from tumble.compare.comparison.against_truth import Comparison
 from tumble.compare.comparison.findings import agreement_findings, error_findings
 from tumble.compare.comparison.schemas import AGREEMENT
+from tumble.compare.comparison.sensor_tables import sensor_tables
 from tumble.compare.judge.agreement import agreements
 from tumble.compare.run.provenance import conditions
 from tumble.compare.tables.frames import frame
@@ -68,5 +69,6 @@ def comparison_tables(
         "members.csv": member_table(runs),
         "agreement.csv": frame(AGREEMENT, pairs),
         "findings.csv": frame(FINDINGS, findings),
+        **sensor_tables([run for comparison in comparisons for run in comparison.sensors]),
         "conditions.csv": frame(CONDITIONS, conditions(command)),
     }

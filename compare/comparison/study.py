@@ -55,9 +55,10 @@ def compare_scenes(
     """
     for scene in scenes:
         check_step(scene, dt)
+    sensing = [scene for scene in scenes if scene.sensors]
     with (
         started(contestants, time_limit, memory_limit, display) as running_engines,
-        display(flights(running_engines, scenes) + len(scenes)) as on_progress,
+        display(flights(running_engines, scenes) + flights(running_engines, sensing) + len(scenes)) as on_progress,
     ):
         comparisons = compare(running_engines, scenes, dt, on_progress)
         return Compared(tuple(comparisons), tuple(map(engine_row, running_engines)))

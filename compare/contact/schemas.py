@@ -17,11 +17,13 @@ VERDICT_WORDS = {
     "no restitution": "the body does not leave the plane",
     "restitution that depends on the step": "no rebound is approached as the step falls",
     "another law: restitution": "the rebound is that of another coefficient of restitution, which is named",
+    "another law: Coulomb on the whole impulse": "an impact is that of Coulomb's friction of the impulse as a whole, "
+    "as of time-stepping methods, and not at each instant of it",
     "depends on the step": "no value is approached as the step falls",
     "does not come to rest": "a body that must stop, rest or roll slips or bounces on to the end of the run",
     "soft": "the impact was not over when the next one was due",
+    "another law": "the law error is not zero, and nothing else in this list names it",
     "sinks by": "the plane yields: the named depth remains as the step falls",
-    "another law": "the law error is not zero, and none of the above names it",
 }
 
 

@@ -11,9 +11,11 @@ from tumble.compare.contact.directions import DIAMOND, DISTANCE, Law, axis_names
 from tumble.compare.contact.findings import RIGHT
 from tumble.compare.contact.impacts import DEEPEST, GAP
 from tumble.compare.contact.study import Contact, Observation
+from tumble.compare.contact.whole_impulse import after_whole_impulse
 from tumble.compare.contact.whole_run import REST
 
 REBOUND = "rebound speed after impact"
+WHOLE_IMPULSE = "another law: Coulomb on the whole impulse"
 OF_A_STOP = ("instant it stops", DISTANCE, "turn of the path until it stops")
 
 
@@ -29,7 +31,27 @@ def verdicts(contact: Contact) -> list[str]:
                 found[number] = law
             elif follows_from_rebound(contact, one):
                 found[number] = of_the_rebound(contact, found, one.asked.impact or 1) or said
+            elif said == "another law" and is_of_whole_impulse(contact, one.asked.impact):
+                found[number] = WHOLE_IMPULSE
     return found
+
+
+def is_of_whole_impulse(contact: Contact, number: int | None) -> bool:
+    """Whether the limits of velocity and spin after an impact are those of friction of the whole impulse."""
+    impact = next((each for each in contact.question.impacts if each.number == number), None)
+    plane = contact.scene.plane
+    if impact is None or plane is None:
+        return False
+    v, w = after_whole_impulse(contact.scene.body, plane, impact.event)
+    own = {one.asked.observable: one for one in contact.observations if one.asked.impact == number}
+    known = [
+        (own[f"{name} after impact, {axis}"], value)
+        for name, vector in (("velocity", v), ("spin", w))
+        for axis, value in zip("xyz", vector, strict=True)
+    ]
+    return all(
+        one.limit.low - one.asked.one_step <= value <= one.limit.high + one.asked.one_step for one, value in known
+    )
 
 
 def follows_from_rebound(contact: Contact, one: Observation) -> bool:

@@ -46,6 +46,8 @@ More names where they are not empty:
                 refuses what would take too long, so that their rows are the same whatever else the machine does
     INSTANTS    the only sample instants at which the engine has an answer [s]; it takes part in scenes with others only
                 when it is asked for
+    SENSE       how `sense` reads: "sensor", which is taken where it is not said: by the engine's own; "derivatives": by
+                the equations of motion in the state
     EXEMPT      {law: why}: laws that the engine is there to break
     KNOWN_FAILURES  {check: {method: why}}: checks that a method fails by its own law, and no mistake of the file; * is
                 every method.  They are made all the same: one that passes is stated wrongly
@@ -69,6 +71,9 @@ And verbs if it wishes
                                      verdict
     vertices(world, points)          where body points (n, 3) of a body that is no longer rigid are: (N, n, 3);
                                      without it the harness computes them from the state
+    sense(world) -> readings         what the sensors of scene.sensors read in the state as it is, (N, S, 6): specific
+                                     force [m/s2] and angular velocity [rad/s], each along the sensor's own axes;
+                                     without it the harness takes differences of velocity over a step (docs/sensors.md)
     remark(world) -> str             what the user should know and is no fault: which method was chosen, and why
 
 An engine file imports nothing of ours that a user's own could not: it reads the attributes of the scene it is given
@@ -94,6 +99,7 @@ CHECKS = {
     "light": "a body of a millionth of the mass moves the same way, to rounding",
     "the scene": "is not altered",
     "optional": "what OPTIONAL keeps changes no motion",
+    "sensors": "free fall reads 0, a spin w^2 r towards its axis, lever arms add, a held body +g upwards",
 }
 
 # Of engines with a plane; steps add up, write forgets and throws are apart there too.

@@ -36,6 +36,15 @@ PINS = ("dartpy==6.20.0", "numpy==2.4.6")
 APART = True
 MEGABYTES = 165
 SCHEMES = dict.fromkeys((*FORCED, *ON_REQUEST), "semi-implicit-euler")
+KNOWN_FAILURES = {
+    check: {"semi-implicit-euler+defaults": why}
+    for check, why in {
+        "restitution": "a pair's restitution is the product of both materials'",
+        "any direction": "its friction cone is a pyramid: mu N along each of two axes",
+        "holds": "the contacts that FCL finds under a face change from step to step",
+        "mirror images": "the two ends of an edge that lands do not get the same impulse",
+    }.items()
+}
 GYROSCOPIC = {"semi-implicit-euler": "explicit"}
 ABOUT = {
     "version": version("dartpy"),

@@ -27,6 +27,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 from pydrake.common import MemoryFile
+from pydrake.common.eigen_geometry import Quaternion
 from pydrake.geometry import (
     AddCompliantHydroelasticProperties,
     AddContactMaterial,
@@ -52,6 +53,7 @@ from pydrake.multibody.plant import (
 from pydrake.multibody.tree import SpatialInertia, UnitInertia
 from pydrake.systems.analysis import ResetIntegratorFromFlags, Simulator
 from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.sensors import Accelerometer, Gyroscope
 
 from tumble.compare.engines.parts.apart import Apart, from_each, in_each, of_each, to_each
 from tumble.compare.engines.parts.audits import stood_still
@@ -111,6 +113,10 @@ RIGID, LEAST_RESTITUTION, SHIPPED_MODULUS, STICTION = 1e9, 0.02, 1e7, 1e-3
 FIRST_STEP, OWN_STEPS = 1e-3, 1e-4
 
 
+# Of a plant's outputs on its bodies, those that its sensors take, in the order of their inputs.
+PARTS = ("poses", "spatial_velocities", "spatial_accelerations")
+
+
 @dataclass(eq=False)
 class World:
     """The scene, and a plant with its body once for every throw, in a simulator whose clock began `steps` steps ago.
@@ -151,7 +157,7 @@ def build(scene: "Scene", method: str) -> World | Apart:
         return Apart([placed(World(one, kind, None, None, own, shipped=bool(manner)), OWN_STEPS) for one in alone])
     if scene.plane and len(scene.start) > 1:
         return Apart([build(replace(scene, start=start[np.newaxis]), method) for start in scene.start])
-    held = None if method in CONTACT else held_wrench(scene, method)
+    held = held_wrench(scene, kind if method in CONTACT else method)
     return placed(World(scene, kind, None, None, held=held, point=method in CONTACT), 0.0)
 
 
@@ -271,6 +277,9 @@ def plant_of(
     plant.mutable_gravity_field().set_gravity_vector(np.zeros(3) if scene.gravity is None else scene.gravity)
     if world is not None:
         touch(plant, scene_graph, world, contact_dt)
+    if scene.sensors and time_step:
+        # As sampled they have the acceleration of the step before.
+        plant.SetUseSampledOutputPorts(False)
     plant.Finalize()
     return plant
 
@@ -355,6 +364,30 @@ def read(world: World) -> NDArray[np.float64]:
     with np.errstate(all="ignore"):  # of a flight that blew up
         q = positions[:, 0:4] / np.linalg.norm(positions[:, 0:4], axis=1, keepdims=True)
     return np.hstack((positions[:, 4:7], q, velocities[:, 3:6], velocities[:, 0:3]))
+
+
+@from_each
+def sense(world: World) -> NDArray[np.float64]:
+    """Return what its Accelerometers and Gyroscopes read in the state as it is, (N, S, 6)."""
+    if world.held is not None:
+        hold(world, world.held)
+    plant, context = world.plant, context_of(world)
+    gravity = plant.gravity_field().gravity_vector()
+    ports = [getattr(plant, f"get_body_{part}_output_port")() for part in PARTS]
+    found = np.empty((len(world.scene.start), len(world.scene.sensors), 6))
+    for throw, number in np.ndindex(found.shape[:2]):
+        sensor, body = world.scene.sensors[number], plant.GetBodyByName(f"throw {throw}")
+        turn = sensor.orientation / np.linalg.norm(sensor.orientation)
+        mounted = RigidTransform(Quaternion(turn), sensor.point_body)
+        read = []
+        for device in (Accelerometer(body, mounted, gravity), Gyroscope(body, mounted)):
+            own = device.CreateDefaultContext()
+            # Their inputs are a plant's outputs: poses, velocities and, of the first, accelerations.
+            for port in range(device.num_input_ports()):
+                device.get_input_port(port).FixValue(own, ports[port].Eval(context))
+            read.append(device.get_measurement_output_port().Eval(own))
+        found[throw, number] = np.concatenate(read)
+    return found
 
 
 @of_each

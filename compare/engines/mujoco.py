@@ -35,7 +35,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tumble.compare.engines.parts.apart import Apart, from_each, in_each, of_each, to_each
-from tumble.compare.engines.parts.impact import impact_duration
+from tumble.compare.engines.parts.impact import damping_ratio, impact_duration, of_steps
 from tumble.compare.engines.parts.scale import scale_to_one
 
 if TYPE_CHECKING:
@@ -128,6 +128,7 @@ MODEL = """
   {contacts}
   <tendon> {tendons} </tendon>
   <actuator> {actuators} </actuator>
+  <sensor> {sensors} </sensor>
 </mujoco>
 """
 BODY = """
@@ -158,6 +159,9 @@ ACTUATOR = """
 IMPEDANCE = 0.95
 # Of the second solver for friction, which is off by default.
 NOSLIP_ITERATIONS = 100
+# What an accelerometer at a site reads is its acceleration less gravity's, in the site's axes.
+MOUNTED = '<site name="{name}" pos="{place}" quat="{turn}"/>'
+SENSOR = '<accelerometer site="{name}"/> <gyro site="{name}"/>'
 # At its own 1e-8 the throws of one world, which it solves for together, disturb each other.
 SOLVER_TOLERANCE = 1e-15
 AXES = ("1 0 0", "0 1 0", "0 0 1")
@@ -229,6 +233,7 @@ def bare(scene: "Scene", integrator: str, scale: float, keep: Collection[str]) -
         "constraint": scene.plane,
         "contact": scene.plane,
         "actuation": scene.floor or len(along) < len(scene.tethers),  # the callback for a floor is a part of it
+        "sensor": scene.sensors,
         "spring": along,
         "damper": scene.drag or any(tether.damping for tether in along),
         "gravity": scene.gravity is not None,
@@ -273,10 +278,14 @@ def compiled(
     of_geom, of_pair = friction(scene.plane, naive) if scene.plane else ("", "")
     shape = shape_of(scene.body) if scene.plane else ""
     anchors = [SITE.format(name=f"anchor{t}", place=words(scene.tethers[t].anchor)) for t in numbers]
-    bodies, tendons, actuators = [], [], []
+    bodies, tendons, actuators, sensors = [], [], [], []
     pairs = [PAIR.format(throw=throw, own=of_pair) for throw in range(len(scene.start))]
     for throw in range(len(scene.start)):
         points = [SITE.format(name=f"point{t}-{throw}", place=words(scene.tethers[t].point_body)) for t in numbers]
+        for s, sensor in enumerate(scene.sensors):
+            name = f"sensor{s}-{throw}"
+            points.append(MOUNTED.format(name=name, place=words(sensor.point_body), turn=words(sensor.orientation)))
+            sensors.append(SENSOR.format(name=name))
         touching = SHAPE.format(throw=throw, shape=shape, own=of_geom) if scene.plane else ""
         bodies.append(BODY.format(mass=mass, moments=words(moments), parts=" ".join((geom, touching, *points))))
         for t, tether in enumerate(scene.tethers):
@@ -301,6 +310,7 @@ def compiled(
             bodies=" ".join(bodies),
             tendons=" ".join(tendons),
             actuators=" ".join(actuators),
+            sensors=" ".join(sensors),
         )
     )
 
@@ -355,36 +365,6 @@ def prepare(world: World, dt: float) -> None:
     world.model.pair_solimp[:, 0:2] = IMPEDANCE
 
 
-def of_steps(rate: float, ratio: float, dt: float) -> tuple[float, float]:
-    """Return stiffness and damping by which semi-implicit steps of dt [s] make the oscillation of that rate and ratio.
-
-    Of v' = v - (k x + b v) dt, x' = x + v' dt two steps are as z^2 - (2 - b dt - k dt^2) z + (1 - b dt) = 0 has it.
-    """
-    shrinks = math.exp(-ratio * rate * dt)
-    angle = rate * dt * math.sqrt(abs(1.0 - ratio * ratio))
-    damping = (1.0 - shrinks * shrinks) / dt
-    turned = math.cos(angle) if ratio < 1 else math.cosh(angle)
-    return (1.0 + shrinks * shrinks - 2.0 * shrinks * turned) / (dt * dt), damping
-
-
-def damping_ratio(restitution: float) -> float:
-    """Return the damping ratio of a spring and damper, which only push, with that restitution, above 0."""
-    low, high = 0.0, 1.0
-    while rebound(high) > restitution:
-        low, high = high, 2.0 * high
-    for _ in range(100):
-        middle = (low + high) / 2
-        low, high = (middle, high) if rebound(middle) > restitution else (low, middle)
-    return low
-
-
-def rebound(ratio: float) -> float:
-    """Return the restitution of a spring and damper, which only push, by the damping ratio."""
-    if ratio < 1:
-        return math.exp(-2 * ratio * math.acos(ratio) / math.sqrt(1 - ratio * ratio))
-    return math.exp(-2 * ratio * math.acosh(ratio) / math.sqrt(ratio * ratio - 1)) if ratio > 1 else math.exp(-2)
-
-
 @to_each
 def write(world: World, states: NDArray[np.float64]) -> None:
     """Put the throws into these states, (N, 13), with no trace of any earlier flight."""
@@ -436,6 +416,23 @@ def read(world: World) -> NDArray[np.float64]:
     states[:, 0:7], states[:, 7:10] = qpos, qvel[:, 0:3]
     states[:, 10:13] = turned(qvel[:, 3:6], qpos[:, 3:7])
     return states
+
+
+@from_each
+def sense(world: World) -> NDArray[np.float64]:
+    """Return what its accelerometers and gyros read in the state as it is, (N, S, 6).
+
+    After a step they have the readings of its start: they are evaluated anew.
+    """
+    if world.told is None:
+        mujoco.mj_forward(world.model, world.data)
+    elif world.held:
+        tell(world, world.told)
+        mujoco.mj_forward(world.model, world.data)
+    else:
+        with telling(world, world.told):
+            mujoco.mj_forward(world.model, world.data)
+    return world.data.sensordata.reshape(len(world.data.qpos) // 7, -1, 6).copy()
 
 
 @of_each

@@ -3,12 +3,20 @@
 `semi-implicit` and `xpbd` keep bodies by pose and twist, `featherstone` and `mujoco` by the coordinates of their free
 joints; the state carries both.  Warp may go on working when a launch returns: `read` waits.  It has none of a scene's
 forces but gravity: `+held` is given them once a step.  Every vector is in world axes, the velocity that of the centre
-of mass; its quaternions are x y z w.  Kernels are compiled where they lie: in the environment, the first time.
+of mass; its quaternions are x y z w.
+
+Above a plane both shapes have the scene's coefficients: a pair has their mean.  `xpbd` has a restitution, which it
+takes when asked; `semi-implicit` and `featherstone` have a spring, a damper that works on the approach alone, and
+friction that is viscous before it slips: they are set for the scene's restitution and for the step.  `mujoco` has none;
+its friction cone is a pyramid, and round with `+elliptic`.
+
+Kernels are compiled where they lie: in the environment, the first time.
 """
 
 # Its wheels are in an environment of its own; where they are not, its name is this file's.
 # pyright: reportMissingImports=false, reportAttributeAccessIssue=false, reportCallIssue=false
 
+import math
 import os
 import sys
 import warnings
@@ -24,6 +32,7 @@ from numpy.typing import NDArray
 
 from tumble.compare.engines.parts.audits import stood_still
 from tumble.compare.engines.parts.held import held_wrench
+from tumble.compare.engines.parts.impact import damping_ratio, impact_duration, of_steps
 from tumble.compare.engines.parts.scale import scale_to_one
 from tumble.compare.engines.parts.silence import silenced_stderr
 
@@ -42,9 +51,10 @@ with silenced_stderr():  # it looks for a graphics card
 
 METHODS = ("semi-implicit", "featherstone", "xpbd", "mujoco")
 FORCED = ("semi-implicit+held", "featherstone+held", "xpbd+held", "mujoco+held")
+CONTACT = ("mujoco+elliptic",)
 ON_REQUEST = ("semi-implicit+defaults", "featherstone+defaults", "mujoco+defaults")
 DEFAULT = ()  # a user has to choose a solver
-FEATURES = {"gravity", "tether", "drag", "floor"}
+FEATURES = {"gravity", "tether", "drag", "floor", "plane"}
 STEP_NS = 3_000_000
 PACKAGES = ("newton", "warp-lang")
 PINS = ("newton==1.8.0", "warp-lang==1.19.0", "mujoco-warp==3.17.0", "mujoco==3.17.0", "numpy==2.4.6")
@@ -52,13 +62,30 @@ APART = True
 MEGABYTES = 720
 SCHEMES = dict.fromkeys((*FORCED, *ON_REQUEST), "semi-implicit-euler")
 GYROSCOPIC = {"semi-implicit": "explicit", "featherstone": "explicit", "xpbd": "explicit", "mujoco": "implicit"}
+SPRINGS, WARP = ("semi-implicit", "featherstone"), ("mujoco", "mujoco+elliptic")
+KNOWN_FAILURES = {
+    "friction": {"xpbd": "friction is a correction of positions, and up to a tenth too strong"},
+    "restitution": {
+        **dict.fromkeys(SPRINGS, "the damper of its spring works on the approach alone, and in explicit steps"),
+        **dict.fromkeys(WARP, "it has no restitution; the spring and damper of its default give 0.13"),
+    },
+    "stays above": dict.fromkeys(WARP, "its default contact is soft: 20 ms"),
+    "holds": {
+        **dict.fromkeys(SPRINGS, "its friction is viscous below a speed, which falls with the step"),
+        **dict.fromkeys(WARP, "its friction is soft: a body creeps at a speed that does not fall with the step"),
+        "xpbd": "a body creeps on an incline",
+    },
+    "any direction": {"mujoco": "its friction cone is a pyramid with edges along x and y of the contact"},
+}
+# Of MuJoCo Warp, twice its MJ_MINMU, and of the spring of an impact.
+LEAST_FRICTION, LEAST_RESTITUTION = 2e-5, 0.01
 DAMPING = {"semi-implicit": 0.05, "featherstone": 0.05}  # 1/s, of w, unless told otherwise
 ABOUT = {
     "version": version("newton"),
     "precision": "single",
     "switched_off": [
         "angular damping (0.05 a second by default) of semi-implicit and featherstone",
-        "mujoco's contacts",
+        "mujoco's contacts without a plane",
         "the correction of moments that no body has",
     ],
     "defaults": ["angular damping 0.05 of semi-implicit and featherstone", "mujoco's integrator is implicitfast"],
@@ -69,7 +96,9 @@ ABOUT = {
 class World:
     """A model with one body a throw, two states that take turns, and what `audit` needs to know since `write`.
 
-    damping [1/s]: of the angular velocity; scale: how many times the scene's masses and forces are what Newton got.
+    pipeline, contacts: what finds them, where there is a plane and the solver does not itself; springs: whether they
+    are to be set for the step.  damping [1/s]: of the angular velocity; scale: how many times the scene's masses and
+    forces are what Newton got.
     """
 
     model: Any
@@ -79,6 +108,10 @@ class World:
     damping: float
     scale: float
     held: "Wrench | None"
+    scene: "Scene"
+    pipeline: Any = None
+    contacts: Any = None
+    springs: bool = False
     written: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 13)))
     steps: int = 0
     elapsed: float = 0.0
@@ -87,21 +120,82 @@ class World:
 def build(scene: "Scene", method: str) -> World:
     """Return a model with the scene's body once for every throw, each in a world of its own."""
     kind, _, manner = method.partition("+")
-    defaults, held = manner == "defaults", held_wrench(scene, method)
+    defaults, held = manner == "defaults", held_wrench(scene, kind if method in CONTACT else method)
     scale = 1.0 if defaults else scale_to_one(scene.body.mass, *scene.body.moments)
-    model = model_of(scene, scale)
+    model = model_of(scene, scale, kind)
     damping = DAMPING.get(kind, 0.0) if defaults else 0.0
-    return World(model, SOLVERS[kind](model, defaults), model.state(), model.state(), damping, scale, held)
+    solver = mujoco(model, defaults, scene, method) if kind == "mujoco" else SOLVERS[kind](model, defaults)
+    world = World(model, solver, model.state(), model.state(), damping, scale, held, scene)
+    if scene.plane and kind != "mujoco":
+        world.pipeline = newton.CollisionPipeline(model)
+        world.contacts = world.pipeline.contacts()
+        world.springs = kind != "xpbd" and not defaults
+    return world
 
 
-def model_of(scene: "Scene", scale: float) -> Any:
+def touch(builder: Any, scene: "Scene", kind: str) -> None:
+    """Give the last body its shape: a sphere or a box."""
+    body, number = scene.body, builder.body_count - 1
+    cfg = material(scene, kind)
+    if body.radius is not None:
+        builder.add_shape_sphere(number, radius=body.radius, cfg=cfg)
+    elif body.size is not None:
+        hx, hy, hz = (body.size / 2).tolist()
+        builder.add_shape_box(number, hx=hx, hy=hy, hz=hz, cfg=cfg)
+    else:
+        raise NotImplementedError("a convex hull needs faces, which a body of points does not have")
+
+
+def material(scene: "Scene", kind: str) -> Any:
+    """Return the coefficients of either shape; MuJoCo Warp may make NaN of friction below its least."""
+    plane = scene.plane
+    assert plane is not None
+    return newton.ModelBuilder.ShapeConfig(
+        density=0.0,
+        mu=max(plane.friction, LEAST_FRICTION) if kind == "mujoco" else plane.friction,
+        restitution=plane.restitution,
+        mu_torsional=0.0,
+        mu_rolling=0.0,
+    )
+
+
+def prepare(world: World, dt: float) -> None:
+    """Set the springs of contact for steps of dt [s].
+
+    The damper works on the approach alone: with a damping ratio z a body leaves with e^(-z arccos(z) / sqrt(1 - z^2))
+    of its speed, which is half the decay of a spring and damper that both work all the time.
+    """
+    if not world.springs:
+        return
+    plane, mass = world.scene.plane, world.scale * world.scene.body.mass
+    assert plane is not None
+    ratio = damping_ratio(max(plane.restitution, LEAST_RESTITUTION) ** 2)
+    stiffness, damping = of_steps(math.pi / impact_duration(world.scene, dt), ratio, dt)
+    # Explicit steps are stable for less at the corners of a face, of which each moves lightly and all work together.
+    share = 1.0 if world.scene.body.radius else 0.1
+    model = world.model
+    for array, value in (
+        (model.shape_material_ke, mass * stiffness),
+        (model.shape_material_kd, mass * min(damping, share / dt)),
+        (model.shape_material_kf, share / 2 * mass / dt),
+    ):
+        array.fill_(value)
+
+
+def model_of(scene: "Scene", scale: float, kind: str) -> Any:
     """Return the model; masses and moments are set once more, for its builder mends those that no body has."""
     gravity = (0.0, 0.0, 0.0) if scene.gravity is None else tuple(scene.gravity.tolist())
     mass, moments = scale * scene.body.mass, scale * scene.body.moments
     builder = newton.ModelBuilder(gravity=gravity)
+    if scene.plane:
+        normal = scene.plane.normal
+        equation = (*normal.tolist(), -float(normal @ scene.plane.point))
+        builder.add_shape_plane(equation, width=0.0, length=0.0, cfg=material(scene, kind))
     for _ in scene.start:
         builder.begin_world()
         builder.add_body(mass=mass, inertia=warp.mat33(*np.diag(moments).ravel().tolist()), lock_inertia=True)
+        if scene.plane:
+            touch(builder, scene, kind)
         builder.end_world()
     with warnings.catch_warnings(action="ignore"):  # that it has mended them
         model = builder.finalize(device="cpu")
@@ -124,16 +218,18 @@ def featherstone(model: Any, defaults: bool) -> Any:
 
 
 def xpbd(model: Any, defaults: bool) -> Any:
-    """Return that solver, which damps nothing as it ships."""
-    return newton.solvers.SolverXPBD(model)
+    """Return that solver, which damps nothing as it ships, and takes a restitution when asked."""
+    return newton.solvers.SolverXPBD(model, **({} if defaults else {"enable_restitution": True}))
 
 
-def mujoco(model: Any, defaults: bool) -> Any:
+def mujoco(model: Any, defaults: bool, scene: "Scene", method: str) -> Any:
     """Return MuJoCo Warp's.  Raises NotImplementedError for a body that it refuses.
 
     Its integrator is implicitfast: rk4, which it has too, takes four times as long and ends on the same floor.
     """
-    settings = {} if defaults else {"disable_contacts": True}
+    settings: dict[str, Any] = {} if defaults or scene.plane else {"disable_contacts": True}
+    if method in CONTACT or (scene.plane and not scene.plane.friction):  # of no friction its pyramid makes NaN
+        settings["cone"] = "elliptic"
     try:
         return newton.solvers.SolverMuJoCo(model, **settings)
     except ValueError as error:
@@ -144,7 +240,6 @@ SOLVERS: dict[str, Callable[[Any, bool], Any]] = {
     "semi-implicit": semi_implicit,
     "featherstone": featherstone,
     "xpbd": xpbd,
-    "mujoco": mujoco,
 }
 
 
@@ -159,6 +254,8 @@ def write(world: World, states: NDArray[np.float64]) -> None:
     world.now.body_qd.assign(twists)
     world.now.joint_q.assign(poses.ravel())
     world.now.joint_qd.assign(twists.ravel())
+    if hasattr(world.solver, "mjw_data"):  # from which the next solution would begin
+        world.solver.mjw_data.qacc_warmstart.zero_()
     world.steps, world.elapsed = 0, 0.0
     world.written = read(world)
 
@@ -171,7 +268,9 @@ def advance(world: World, n: int, dt: float) -> None:
     for _ in range(n):
         if world.held is not None:
             hold(world, world.held)
-        step(world.now, world.next, None, None, dt)
+        if world.pipeline is not None:
+            world.pipeline.collide(world.now, world.contacts)
+        step(world.now, world.next, None, world.contacts, dt)
         world.now, world.next = world.next, world.now
 
 

@@ -41,7 +41,11 @@ APART = True
 MEGABYTES = 110
 SCHEMES = dict.fromkeys((*FORCED, *ON_REQUEST), "semi-implicit-euler")
 GYROSCOPIC = dict.fromkeys(METHODS, "implicit")
-KNOWN_FAILURES = {"any direction": {"*": "its friction cone is a pyramid: mu N along each of two axes"}}
+KNOWN_FAILURES = {
+    "any direction": {"*": "its friction cone is a pyramid: mu N along each of two axes"},
+    "friction": {"step+defaults": "a friction coefficient is the largest force [N]"},
+    "holds": {"step+defaults": "a friction coefficient is the largest force [N]"},
+}
 ABOUT = {
     "version": importlib.metadata.version("Py3ODE"),
     "precision": "double",

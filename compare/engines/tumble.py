@@ -2,7 +2,7 @@
 
 from dataclasses import fields, is_dataclass
 from importlib.metadata import version
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from tumble.solver.contact.flight import ContactFlight, Plane
 from tumble.solver.contact.methods import CONTACT_METHODS
 from tumble.solver.flight import Flight
 from tumble.solver.forces import LAWS, Forces, only_gravity
+from tumble.solver.quaternion import to_matrix
 from tumble.solver.registry import METHODS as REGISTRY
 from tumble.solver.registry import find
 from tumble.solver.stiffness import fastest
@@ -58,14 +59,19 @@ ABOUT = {
     ],
 }
 
+# Specific force is that of the equations of motion in the state, without gravity.
+SENSE = "derivatives"
+
 # A die whose squared lengths and angles are off by a tenth is not the scene's body any more.
 LARGEST_STRAIN = 0.1
 
 
 class World(NamedTuple):
-    """A flight, and what `auto` took for it and why."""
+    """A flight of a body in a scene, and what `auto` took for it and why."""
 
     flight: Flight | ContactFlight
+    body: Body
+    scene: Any
     took: str = ""
 
 
@@ -74,7 +80,7 @@ def build(scene, method, keep=frozenset()):
     a, b, c = scene.body.moments.tolist()
     body = Body(scene.body.mass, (a, b, c))
     if method in CONTACT:
-        return World(contact_flight(scene, body, method, keep))
+        return World(contact_flight(scene, body, method, keep), body, scene)
     if scene.plane is not None:
         raise NotImplementedError(f"{method} has no plane: of Tumble's methods {', '.join(CONTACT)} do")
     forces = forces_of(scene, keep)
@@ -84,7 +90,7 @@ def build(scene, method, keep=frozenset()):
     least = find(name).least_throws
     if len(scene.start) < least:
         raise NotImplementedError(f"{name} is for {least} throws or more")
-    return World(Flight(body, name, forces, keep), took)
+    return World(Flight(body, name, forces, keep), body, scene, took)
 
 
 def contact_flight(scene, body, method, keep):
@@ -161,6 +167,19 @@ def advance(world, n, dt):
 def read(world):
     """Return the states, (N, 13)."""
     return world.flight.read()
+
+
+def sense(world):
+    """Return specific force [m/s2] and angular velocity [rad/s] of every sensor in its axes, (N, S, 6)."""
+    # Compiled by itself: a scene without sensors does not load it.
+    from tumble.solver.sensors import readings
+
+    if world.scene.plane is not None:
+        raise NotImplementedError("no method of Tumble has sensors above a plane")
+    forces, sensors, body = forces_of(world.scene)._replace(gravity=None), world.scene.sensors, world.body
+    points = np.array([sensor.point_body for sensor in sensors])
+    axes = np.array([np.swapaxes(to_matrix(sensor.orientation), -1, -2) for sensor in sensors])
+    return readings(read(world), body.inverse_moments, body.gyroscopic, forces, points, axes)
 
 
 def vertices(world, points):

@@ -20,7 +20,7 @@ from tumble.compare.grade.measure.single_precision import single_floor, stepwise
 from tumble.compare.grade.measure.spin import spin_mistake
 from tumble.compare.grade.model.program_model import correct_program
 from tumble.compare.grade.model.reference import Reference
-from tumble.compare.grade.read.columns import Description
+from tumble.compare.grade.read.columns import BadTrajectory, Description
 from tumble.compare.grade.read.conventions import Conventions
 from tumble.compare.grade.read.trajectory import Trajectory
 from tumble.compare.grade.search.diagnosis import Diagnosis, diagnosed
@@ -165,6 +165,8 @@ def grade(
     RayMissed : an impulse misses the body
     """
     trajectory = Trajectory(path, scene, mapping, by, decimal, conventions)
+    if not trajectory.descriptions:
+        raise BadTrajectory(f"{trajectory.name}: has readings of a sensor, but no pose")
     measured, searched = measure(trajectory, scene, on_progress), Progress("search", on_progress)
     sample, throw = measured.sample, measured.throw
     context = context_of(scene, throw, measured)

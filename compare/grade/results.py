@@ -1,4 +1,4 @@
-"""The results of a grade for scripts: the rows of `diagnosis.csv`, and the JSON document."""
+"""The results of a grade for scripts: the rows of `diagnosis.csv` and of a sensor's tables, and the JSON document."""
 
 from collections.abc import Iterator
 from dataclasses import asdict
@@ -6,7 +6,8 @@ from dataclasses import asdict
 from tumble.compare.grade.grade import Grade
 from tumble.compare.grade.hypotheses.explanation import Explanation, Mistake
 from tumble.compare.grade.hypotheses.hypothesis import Hypothesis
-from tumble.compare.grade.schemas import DiagnosisRow
+from tumble.compare.grade.schemas import DiagnosisRow, SensorDiagnosisRow, SensorGradeRow
+from tumble.compare.grade.sensor_grade import FileGrade, SensorGrade
 
 # Names of values in tables.
 STEP, RATE, FACTOR, CHOICE, SECONDS = "step", "rate", "factor", "choice", "time"
@@ -79,17 +80,76 @@ def _value(mistake: Mistake) -> str:
     return f"{mistake.value:.9g}" if "{}" in hypothesis.text else ""
 
 
-def json_document(grade: Grade) -> dict[str, object]:
-    """Return the grade as `tumble grade --json` prints it.
+def sensor_grade_rows(grade: SensorGrade) -> Iterator[SensorGradeRow]:
+    """Yield the row of each device."""
+    for device in grade.devices:
+        m = device.measured
+        yield SensorGradeRow(
+            file=grade.file,
+            scene=grade.scene.name,
+            sensor=grade.sensor.name,
+            device=m.device,
+            unit=m.unit,
+            rows=len(m.readings),
+            rows_at_impulses=m.left_out,
+            verdict=device.verdict,
+            max_error=m.worst,
+            at_t_s=m.worst_t_s,
+            rms_error=m.rms,
+            residual=device.diagnosis.best.rms if device.diagnosis else m.rms,
+            resolution=m.resolution,
+            print_precision=m.half,
+            hidden=" | ".join(dict.fromkeys(mistake.hypothesis.name for mistake in device.hidden)),
+        )
+
+
+def sensor_diagnosis_rows(grade: SensorGrade) -> Iterator[SensorDiagnosisRow]:
+    """Yield the rows of each device's explanations: one for each parameter of each mistake."""
+    for device in grade.devices:
+        if device.diagnosis is None or not device.mistakes:
+            continue
+        for rank, explanation in enumerate((device.diagnosis.best, *device.diagnosis.alike), 1):
+            for mistake in explanation.mistakes:
+                for parameter, value, unit in mistake.parameters or (("", "", ""),):
+                    yield SensorDiagnosisRow(
+                        file=grade.file,
+                        sensor=grade.sensor.name,
+                        device=device.measured.device,
+                        rank=rank,
+                        mistake=mistake.hypothesis.name,
+                        parameter=parameter,
+                        value=value,
+                        unit=unit,
+                        residual=explanation.rms,
+                    )
+
+
+def json_document(found: FileGrade) -> dict[str, object]:
+    """Return the grades as `tumble grade --json` prints them.
 
     Parameters
     ----------
-    grade : the grade of one file
+    found : the grades of one file
 
     Returns
     -------
-    value by key
+    value by key; `sensor` is there if the file has readings, the keys of poses if it has poses
     """
+    document: dict[str, object] = {"file": found.file, "scene": found.scene.name}
+    if found.pose:
+        document |= _of_poses(found.pose)
+    document["verdict"] = found.verdict
+    if found.sensor:
+        document["sensor"] = {
+            "name": found.sensor.sensor.name,
+            "verdict": found.sensor.verdict,
+            "devices": [asdict(row) for row in sensor_grade_rows(found.sensor)],
+            "diagnosis": [asdict(row) for row in sensor_diagnosis_rows(found.sensor)],
+        }
+    return document
+
+
+def _of_poses(grade: Grade) -> dict[str, object]:
     m = grade.measured
     return {
         "file": grade.file,

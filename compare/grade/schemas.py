@@ -98,9 +98,72 @@ class SampleRow:
     error_m: Annotated[float, "distance between the vertex in the file and the true one"]
 
 
+Device = Annotated[str, "accelerometer or gyro"]
+SensorName = Annotated[str, "name of the sensor in the scene"]
+ReadingUnit = Annotated[str, "unit of the readings and their errors: m/s2 or rad/s"]
+
+
+@dataclass(frozen=True)
+class SensorGradeRow:
+    """One device of a sensor: the errors of its readings, over all rows that are not at an impulse, and the verdict."""
+
+    file: File
+    scene: SceneName
+    sensor: SensorName
+    device: Device
+    unit: ReadingUnit
+    rows: Annotated[int, "number of graded rows"]
+    rows_at_impulses: Annotated[int, "number of rows left out, since an impulse acts next to them"]
+    verdict: Verdict
+    max_error: Annotated[float, "largest error, length of the vector of three axes"]
+    at_t_s: Annotated[float, "time of the largest error"]
+    rms_error: Annotated[float, "root mean square error, length of the vector of three axes"]
+    residual: Annotated[float, "root mean square that the best explanation leaves; rms_error if there is none"]
+    resolution: Annotated[float, "resolution of the reference: smaller errors are indistinguishable from zero"]
+    print_precision: Annotated[float, "largest uncertainty from the file's printed digits"]
+    hidden: Annotated[str, "mistakes that the noise of the file would hide, separated by |; empty if none"]
+
+
+@dataclass(frozen=True)
+class SensorDiagnosisRow:
+    """One parameter of one mistake of a sensor; explanations of rank 2 and more fit as well as the one of rank 1."""
+
+    file: File
+    sensor: SensorName
+    device: Device
+    rank: Annotated[int, "1 for the best explanation of the device"]
+    mistake: Annotated[str, "name of the mistake; docs/mistakes.md lists them"]
+    parameter: Annotated[str, "what the value is: time, factor, share, rows, choice, x, y or z; empty if none"]
+    value: Annotated[str, "a number, or a word"]
+    unit: Annotated[str, "unit of the value; empty for a ratio or a word"]
+    residual: Annotated[float, "root mean square that the explanation leaves, in the unit of the readings"]
+
+
+@dataclass(frozen=True)
+class ReadingRow:
+    """One reading of a device, in the sensor's axes: of many rows, some that are spread evenly."""
+
+    file: File
+    scene: SceneName
+    sensor: SensorName
+    device: Device
+    unit: ReadingUnit
+    t_s: Annotated[float, "time of the row"]
+    true_x: Annotated[float, "true x of the reading"]
+    true_y: Annotated[float, "true y of the reading"]
+    true_z: Annotated[float, "true z of the reading"]
+    x: Annotated[float, "x of the reading in the file"]
+    y: Annotated[float, "y of the reading in the file"]
+    z: Annotated[float, "z of the reading in the file"]
+    error: Annotated[float, "length of the difference"]
+
+
 GRADE = Table("grade.csv", GradeRow, ("file",))
 EXPLANATIONS = Table("explanations.csv", ExplanationRow)
 DIAGNOSIS = Table("diagnosis.csv", DiagnosisRow)
 PARTS = Table("grade-parts.csv", PartRow, ("file", "from_s"))
 VERTICES = Table("grade-vertices.csv", SampleRow, ("file", "member", "t_s", "vertex"))
-TABLES = (GRADE, DIAGNOSIS, EXPLANATIONS, PARTS, VERTICES)
+SENSOR_GRADE = Table("sensor-grade.csv", SensorGradeRow, ("file", "sensor", "device"))
+SENSOR_DIAGNOSIS = Table("sensor-diagnosis.csv", SensorDiagnosisRow)
+READINGS = Table("grade-readings.csv", ReadingRow, ("file", "sensor", "device", "t_s"))
+TABLES = (GRADE, DIAGNOSIS, EXPLANATIONS, PARTS, VERTICES, SENSOR_GRADE, SENSOR_DIAGNOSIS, READINGS)

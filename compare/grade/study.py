@@ -7,14 +7,17 @@ from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 
-from tumble.compare.grade.grade import TASKS, Grade, grade
+from tumble.compare.grade.grade import TASKS, grade
 from tumble.compare.grade.hypotheses.explanation import Explanation
 from tumble.compare.grade.measure.errors import Measured
+from tumble.compare.grade.measure.readings import MeasuredReadings
 from tumble.compare.grade.read.columns import AmbiguousFile, BadTrajectory
 from tumble.compare.grade.read.formats import as_csv
 from tumble.compare.grade.read.mapping import mapping_file
 from tumble.compare.grade.read.reading_options import ReadingOptions
 from tumble.compare.grade.read.refusals import refusal
+from tumble.compare.grade.read.sensor_rows import rows_of_sensor
+from tumble.compare.grade.sensor_grade import FileGrade, chosen_sensor, grade_readings
 from tumble.compare.run.progress import Display, no_display
 from tumble.scenarios.scene import Scene
 
@@ -30,11 +33,13 @@ def grade_file(
     map_file: str | None = None,
     names: Sequence[str] = (),
     shown: str | None = None,
+    sensor: str | None = None,
     on_measured: Callable[[str, Measured, Sequence[str]], object] = lambda name, measured, observed: None,
     on_nearest: Callable[[Explanation], object] = lambda nearest: None,
+    on_readings: Callable[[str, Sequence[MeasuredReadings]], object] = lambda name, measured: None,
     display: Display = no_display,
-) -> Grade:
-    """Grade one file.
+) -> FileGrade:
+    """Grade the poses of one file, and the readings of a sensor, as far as it has them.
 
     Parameters
     ----------
@@ -45,13 +50,15 @@ def grade_file(
     map_file : TOML with a table [columns]; None: FILE.toml, if there is one
     names : names of the columns of a file without a header
     shown : what messages call the file; None: its path
+    sensor : name of the sensor that readings are of; None: the scene's only one
     on_measured : called with the file's name, the errors and the observations, before a search
     on_nearest : called with the nearest engine scheme if none fits and a search begins
+    on_readings : called with the file's name and the errors of its readings, before a search
     display : shows progress
 
     Returns
     -------
-    the grade
+    the grades
 
     Raises
     ------
@@ -71,18 +78,37 @@ def grade_file(
         try:
             if like:
                 reading = _like(like, path, scene, reading)
-            with display(TASKS) as on_progress:
-                found = grade(
-                    path,
-                    scene,
-                    reading.mapping,
-                    reading.by,
-                    reading.decimal,
-                    lambda measured, observed: on_measured(name, measured, observed),  # type: ignore[arg-type, return-value]
-                    reading.conventions,
-                    on_nearest=on_nearest,  # type: ignore[arg-type]
-                    on_progress=on_progress,
-                )
+            trajectory = reading.opened(path, scene)
+            read_by = None
+            if trajectory.devices:
+                read_by = chosen_sensor(scene, sensor)
+                path = rows_of_sensor(path, name, read_by, drafts)
+            elif sensor is not None:
+                chosen_sensor(scene, sensor)
+                raise BadTrajectory(f"{name}: --sensor {sensor}: the file has no readings, ax, ay, az or gx, gy, gz")
+            pose = readings = None
+            with display(TASKS * (bool(trajectory.descriptions) + (read_by is not None))) as on_progress:
+                if trajectory.descriptions:
+                    pose = grade(
+                        path,
+                        scene,
+                        reading.mapping,
+                        reading.by,
+                        reading.decimal,
+                        lambda measured, observed: on_measured(name, measured, observed),  # type: ignore[arg-type, return-value]
+                        reading.conventions,
+                        on_nearest=on_nearest,  # type: ignore[arg-type]
+                        on_progress=on_progress,
+                    )
+                if read_by is not None:
+                    readings = grade_readings(
+                        reading.opened(path, scene),
+                        scene,
+                        read_by,
+                        lambda measured: on_readings(name, measured),
+                        on_progress,
+                        pose=pose,
+                    )
         except AmbiguousFile as question:
             raise _with_source(refusal(path, scene, reading, question), source) from None
         except BadTrajectory as error:
@@ -90,7 +116,7 @@ def grade_file(
     for line in (*reading.conventions.notes, source):
         if line:
             log.info(line)
-    return found
+    return FileGrade(pose, readings)
 
 
 def _like(program: str, path: Path, scene: Scene, given: ReadingOptions) -> ReadingOptions:

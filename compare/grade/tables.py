@@ -7,18 +7,24 @@ import pandas as pd
 
 from tumble.compare.grade.grade import Grade
 from tumble.compare.grade.measure.errors import BINS
-from tumble.compare.grade.results import diagnosis_rows
+from tumble.compare.grade.measure.readings import MOST_ROWS
+from tumble.compare.grade.results import diagnosis_rows, sensor_diagnosis_rows, sensor_grade_rows
 from tumble.compare.grade.schemas import (
     DIAGNOSIS,
     EXPLANATIONS,
     GRADE,
     PARTS,
+    READINGS,
+    SENSOR_DIAGNOSIS,
+    SENSOR_GRADE,
     VERTICES,
     ExplanationRow,
     GradeRow,
     PartRow,
+    ReadingRow,
     SampleRow,
 )
+from tumble.compare.grade.sensor_grade import FileGrade, SensorGrade
 from tumble.compare.run.provenance import conditions
 from tumble.compare.tables.frames import frame
 from tumble.compare.tables.runs import vector_columns
@@ -93,23 +99,50 @@ def sample_rows(grade: Grade) -> Iterator[SampleRow]:
         )
 
 
-def grade_tables(grade: Grade, command: str) -> dict[str, pd.DataFrame]:
-    """Return every table of a grade.
+def reading_rows(grade: SensorGrade) -> Iterator[ReadingRow]:
+    """Yield the readings of each device, by time."""
+    for device in grade.devices:
+        m = device.measured
+        for row in np.unique(np.linspace(0, len(m.readings) - 1, MOST_ROWS).round().astype(int)).tolist():
+            true, seen = m.true[row], m.readings.values[row]
+            yield ReadingRow(
+                file=grade.file,
+                scene=grade.scene.name,
+                sensor=grade.sensor.name,
+                device=m.device,
+                unit=m.unit,
+                t_s=float(m.readings.times[row]),
+                **vector_columns(true, "true_x", "true_y", "true_z"),
+                **vector_columns(seen, "x", "y", "z"),
+                error=float(np.linalg.norm(seen - true)),
+            )
+
+
+def grade_tables(found: FileGrade, command: str) -> dict[str, pd.DataFrame]:
+    """Return every table of a grade: those of poses, and those of readings, as far as the file has them.
 
     Parameters
     ----------
-    grade : the grade of a file
+    found : the grades of a file
     command : the command line, for `conditions.csv`
 
     Returns
     -------
     file name -> table
     """
-    return {
-        "grade.csv": frame(GRADE, [grade_row(grade)]),
-        "diagnosis.csv": frame(DIAGNOSIS, diagnosis_rows(grade)),
-        "explanations.csv": frame(EXPLANATIONS, explanation_rows(grade)),
-        "grade-parts.csv": frame(PARTS, part_rows(grade)),
-        "grade-vertices.csv": frame(VERTICES, sample_rows(grade)),
-        "conditions.csv": frame(CONDITIONS, conditions(command)),
-    }
+    tables: dict[str, pd.DataFrame] = {}
+    if found.pose:
+        tables |= {
+            "grade.csv": frame(GRADE, [grade_row(found.pose)]),
+            "diagnosis.csv": frame(DIAGNOSIS, diagnosis_rows(found.pose)),
+            "explanations.csv": frame(EXPLANATIONS, explanation_rows(found.pose)),
+            "grade-parts.csv": frame(PARTS, part_rows(found.pose)),
+            "grade-vertices.csv": frame(VERTICES, sample_rows(found.pose)),
+        }
+    if found.sensor:
+        tables |= {
+            "sensor-grade.csv": frame(SENSOR_GRADE, sensor_grade_rows(found.sensor)),
+            "sensor-diagnosis.csv": frame(SENSOR_DIAGNOSIS, sensor_diagnosis_rows(found.sensor)),
+            "grade-readings.csv": frame(READINGS, reading_rows(found.sensor)),
+        }
+    return {**tables, "conditions.csv": frame(CONDITIONS, conditions(command))}

@@ -13,12 +13,14 @@ from tumble.compare.run.questions import (
     Loaded,
     PrepareTimer,
     Question,
+    ReadSensors,
     RunCheck,
     Simulate,
     StepMatrices,
     TakeSample,
     failure_of,
 )
+from tumble.compare.run.sensing import SensorReadings
 from tumble.compare.run.status import Failure
 from tumble.compare.run.timing.timer import Pace, Ready, Sample
 from tumble.scenarios.frames import Array
@@ -80,6 +82,10 @@ class LocalWorker:
     ) -> Trajectory | Failure:
         """Return the run, or why there is none."""
         return self._answer(Simulate(scene, method, dt, keep, probe))
+
+    def read_sensors(self, scene: Scene, method: str, dt: float) -> SensorReadings | Failure:
+        """Return what the scene's sensors read, or why they cannot be read."""
+        return self._answer(ReadSensors(scene, method, dt))
 
     def prepare_timer(
         self, key: str, scene: Scene, method: str, pace: Pace, keep: frozenset[str] = frozenset()

@@ -13,6 +13,7 @@ from tumble.compare.run.engines.program import ProgramFailed
 from tumble.compare.run.engines.registry import BadEngine, EngineInfo, Missing, engine_info, in_one_line, load
 from tumble.compare.run.flight import Trajectory, simulate, with_impulses
 from tumble.compare.run.process.message import PREFIX, Malformed, frame, lengths, unpacked
+from tumble.compare.run.sensing import SensorReadings, sensed
 from tumble.compare.run.status import Failure, Status
 from tumble.compare.run.timing.timer import NoTime, Pace, Ready, Sample, Timer
 from tumble.scenarios.frames import Array
@@ -54,6 +55,19 @@ class Simulate:
     def answer(self, engine: Loaded) -> Trajectory:
         """Return the flight."""
         return simulate(engine.module, self.scene, self.method, self.dt, self.keep, self.probe)
+
+
+@dataclass(frozen=True)
+class ReadSensors:
+    """Run the scene's first throw with steps of dt [s] at most, and read its sensors."""
+
+    scene: Scene
+    method: str
+    dt: float
+
+    def answer(self, engine: Loaded) -> SensorReadings:
+        """Return the readings."""
+        return sensed(engine.module, self.scene, self.method, self.dt)
 
 
 @dataclass(frozen=True)
@@ -112,7 +126,7 @@ class RunCheck:
         return check_failure(engine.module, self.check, self.method)
 
 
-Question = Simulate | PrepareTimer | TakeSample | StepMatrices | RunCheck
+Question = Simulate | ReadSensors | PrepareTimer | TakeSample | StepMatrices | RunCheck
 
 
 def answer_all(line: socket.socket, engine: str, memory_limit: int) -> None:
@@ -177,7 +191,8 @@ def questions(stream: BinaryIO) -> Iterator[Question]:
 
 
 def send(
-    line: socket.socket, answer: EngineInfo | Trajectory | Ready | Sample | Failure | Refusal | Ended | Array | str
+    line: socket.socket,
+    answer: EngineInfo | Trajectory | SensorReadings | Ready | Sample | Failure | Refusal | Ended | Array | str,
 ) -> None:
     """Send an answer.  Raises TypeError where it holds what is no plain value."""
     for part in frame(answer):

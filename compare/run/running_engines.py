@@ -16,6 +16,7 @@ from tumble.compare.run.engines.registry import BadEngine, EngineInfo
 from tumble.compare.run.flight import Trajectory
 from tumble.compare.run.local import Asked, LocalEngine, LocalWorker
 from tumble.compare.run.precision import DOUBLE, rounding
+from tumble.compare.run.sensing import SensorReadings
 from tumble.compare.run.status import Failure, Status
 from tumble.compare.run.timing.timer import Pace, Ready, Sample
 from tumble.compare.run.worker import MEMORY_LIMIT, Worker
@@ -130,6 +131,12 @@ class RunningEngine:
         which finds an engine that looks its answers up.  Raises Halted.
         """
         return self.unsupported(scene) or self.ensure_running() or self.worker.simulate(scene, method, dt, keep, probe)
+
+    def read_sensors(self, scene: Scene, method: str, dt: float) -> SensorReadings | Failure:
+        """Return what the scene's sensors read in its first throw, or why they cannot be read.  Raises Halted."""
+        if scene.plane is not None:
+            return Failure(Status.SKIPPED, "sensors are not read above a rigid plane")
+        return self.unsupported(scene) or self.ensure_running() or self.worker.read_sensors(scene, method, dt)
 
     def prepare_timer(
         self, key: str, scene: Scene, method: str, pace: Pace, keep: frozenset[str] = frozenset()

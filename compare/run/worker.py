@@ -18,6 +18,7 @@ from tumble.compare.run.questions import (
     Ended,
     PrepareTimer,
     Question,
+    ReadSensors,
     Refusal,
     RunCheck,
     Simulate,
@@ -25,6 +26,7 @@ from tumble.compare.run.questions import (
     TakeSample,
     more_than,
 )
+from tumble.compare.run.sensing import SensorReadings
 from tumble.compare.run.status import Failure, Status
 from tumble.compare.run.timing.timer import Pace, Ready, Sample
 from tumble.scenarios.frames import Array
@@ -108,6 +110,19 @@ class Worker:
             return self._gone(Status.CRASHED, "what it sent is no trajectory of this scene")
         return answer
 
+    def read_sensors(self, scene: Scene, method: str, dt: float) -> SensorReadings | Failure:
+        """Return what the scene's sensors read, or why they cannot be read."""
+        counts = [len(scene.sensor_times(sensor)) for sensor in scene.sensors]
+        answer = self._ask(
+            ReadSensors(replace(scene, written=None), method, dt),
+            SensorReadings | Failure,
+            9 * sum(counts) * FLOAT.itemsize,
+        )
+        shapes = [(count, 9) for count in counts]
+        if isinstance(answer, SensorReadings) and [values.shape for values in answer.values] != shapes:
+            return self._gone(Status.CRASHED, "what it sent are no readings of this scene's sensors")
+        return answer
+
     def prepare_timer(
         self, key: str, scene: Scene, method: str, pace: Pace, keep: frozenset[str] = frozenset()
     ) -> Ready | Failure:
@@ -185,8 +200,11 @@ class Worker:
 
 
 def for_engine(scene: Scene) -> Scene:
-    """Return the scene that an engine gets: without the exact numbers of its file, which only the reference uses."""
-    return replace(scene, written=None)
+    """Return the scene that an engine gets: without the exact numbers of its file, which only the reference uses,
+
+    and without sensors, which have a run of their own (`read_sensors`): nothing here pays for them.
+    """
+    return replace(scene, written=None, sensors=())
 
 
 def is_flight_of(answer: Trajectory, scene: Scene) -> bool:

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tumble.scenarios.scene import Impulse, Scene, Tether, Written, WrittenImpulse
+from tumble.scenarios.scene import Impulse, Scene, Sensor, Tether, Written, WrittenImpulse
 from tumble.scenarios.truth.inertia import Numbers, Solid, box, identity, mesh, sphere, square_root
 from tumble.scenarios.truth.rational import Fraction
 
@@ -44,6 +44,14 @@ class Ground(NamedTuple):
 
     normal: Numbers
     strength: Numbers
+
+
+class Mount(NamedTuple):
+    """A sensor: point [m], (3,); its axes along the file's, (3, 3); the field that it reads, world, (3,), 0 if none."""
+
+    point: Numbers
+    axes: Numbers
+    field: Numbers
 
 
 class Throw(NamedTuple):
@@ -94,6 +102,31 @@ def read_throw(scene: Scene, row: int, read: Read = Fraction) -> Throw:
         drag=exact_numbers(np.array((scene.drag.linear, scene.drag.angular)), read) if scene.drag else None,
         ground=_ground(scene, read),
     )
+
+
+def read_mount(scene: Scene, sensor: Sensor, throw: Throw, read: Read = Fraction) -> Mount:
+    """Return where a sensor is on the body; what differs from the file's sensor of that name is taken as it is."""
+    written, turn = _written(scene), throw.state_axes.T
+    found = [one for one in written.sensors if one.made.name == sensor.name] if written else []
+    same = {
+        name: one
+        for one in found
+        for name in ("point_body", "orientation", "field")
+        if np.array_equal(getattr(one.made, name), getattr(sensor, name))
+    }
+    point = (
+        exact_numbers(same["point_body"].point, read)
+        if "point_body" in same
+        else turn @ exact_numbers(sensor.point_body, read)
+    )
+    axes = (
+        exact_axes(exact_numbers(same["orientation"].orientation, read))
+        if "orientation" in same
+        else turn @ exact_axes(exact_numbers(sensor.orientation, read))
+    )
+    field = same["field"].field if "field" in same else sensor.field
+    aim = 0 * point if field is None else _unit(exact_numbers(field, read))
+    return Mount(point, axes, aim)
 
 
 def exact_numbers(values: np.ndarray, read: Read = Fraction) -> Numbers:

@@ -16,6 +16,8 @@ METHODS = (
     "prints-six-digits",
     "reads-x-y-z-w",
     "reverses-the-torque",
+    "feels-gravity",
+    "feels-the-centre",
 )
 FEATURES = {"gravity"}
 OPTIONAL = ("drift",)
@@ -25,7 +27,7 @@ ABOUT = {"version": "1", "precision": "double", "switched_off": []}
 class World(mine.World):
     def __init__(self, scene, method):
         super().__init__(scene)
-        self.method = method
+        self.method, self.scene = method, scene
         self.flown = 0
 
 
@@ -73,6 +75,26 @@ def reverse(states, moments, dt):
         turn = mine.axes(state[3:7])
         w_body = turn.T @ state[10:13]
         state[10:13] = turn @ (w_body - 2 * dt * np.cross(moments * w_body, w_body) / moments)
+
+
+def sense(world):
+    """Specific force and angular velocity of every sensor of a free body, but for two methods."""
+    found = []
+    for state in world.states:
+        turn = mine.axes(state[3:7])
+        w = turn.T @ state[10:13]
+        alpha = np.cross(world.moments * w, w) / world.moments
+        rows = []
+        for sensor in world.scene.sensors:
+            mounted, r = mine.axes(sensor.orientation), sensor.point_body
+            felt = np.cross(alpha, r) + np.cross(w, np.cross(w, r))
+            if world.method == "feels-gravity" and world.scene.gravity is not None:
+                felt = felt - turn.T @ world.scene.gravity
+            if world.method == "feels-the-centre":
+                felt = 0 * felt
+            rows.append(np.concatenate((felt @ mounted, w @ mounted)))
+        found.append(rows)
+    return np.array(found)
 
 
 def read(world):

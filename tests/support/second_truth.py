@@ -17,6 +17,8 @@ BITS, ORDER = 260, 56
 TOLERANCE = mpfr(10) ** -62
 # Points at which a vertex's height is looked at in a step for a passage through the floor.
 LOOKS = 24
+# The time between two places or attitudes whose difference is a derivative [s].
+NUDGE = mpfr(10) ** -20
 
 
 class Body:
@@ -255,12 +257,57 @@ def vertices(path, times_s):
     """Where the corners are at the instants [s], blows of an instant included: (R, n, 3) rational-looking mpfr."""
     with gmpy2.context(precision=BITS):
         document = tomllib.loads(Path(path).read_text(encoding="utf-8"))
-        return _vertices(document, [mpq(float(time)) for time in times_s])
+        body = Body(document["body"])
+        rows = []
+        for state, _ in _states(document, body, [mpq(float(time)) for time in times_s]):
+            R = axes_of(state[6:10])
+            rows.append([[a + b for a, b in zip(state[0:3], times(R, p), strict=True)] for p in body.points])
+        return rows
 
 
-def _vertices(document, instants):
+def sensor_readings(path, sensor, times_s):
+    """Specific force, angular velocity and field direction that a sensor of the file reads: (R, 3, 3).
+
+    By differences of places and attitudes NUDGE apart, of which the second is right to NUDGE^2: no formula for the
+    acceleration of a point of a turning body is used.
+    """
+    with gmpy2.context(precision=BITS):
+        document = tomllib.loads(Path(path).read_text(encoding="utf-8"))
+        body, table = Body(document["body"]), document["sensor"][sensor]
+        p = [mpq(number) for number in table.get("point", (0, 0, 0))]
+        mounted = axes_of(unit(table.get("orientation", (1, 0, 0, 0))))
+        field = unit(table["field"]) if "field" in table else [mpfr(0)] * 3
+        gravity = [mpq(number) for number in document.get("gravity", (0, 0, 0))]
+        rows = []
+        for state, pressing in _states(document, body, [mpq(float(time)) for time in times_s]):
+            motion = Motion(body, document, pressing, state)
+            before, here, after = (_pose(motion, p, h) for h in (-NUDGE, mpfr(0), NUDGE))
+            a = [
+                (x - 2 * y + z) / NUDGE**2 for x, y, z in zip(*(pose[0] for pose in (before, here, after)), strict=True)
+            ]
+            felt = [x - g for x, g in zip(a, gravity, strict=True)]
+            R = here[1]
+            rate = [
+                [(y - x) / (2 * NUDGE) for x, y in zip(*pair, strict=True)]
+                for pair in zip(before[1], after[1], strict=True)
+            ]
+            # R^T R' is the cross product with w.
+            w = [sum(R[k][i] * rate[k][j] for k in range(3)) for i, j in ((2, 1), (0, 2), (1, 0))]
+            own = [[sum(R[k][i] * vector[k] for k in range(3)) for i in range(3)] for vector in (felt, field)]
+            rows.append([[sum(mounted[k][i] * v[k] for k in range(3)) for i in range(3)] for v in (own[0], w, own[1])])
+        return rows
+
+
+def _pose(motion, p, h):
+    """Where a point of the body is h [s] on, and the axes."""
+    state = [series.at(h) for series in motion.state]
+    R = axes_of(state[6:10])
+    return [a + b for a, b in zip(state[0:3], times(R, p), strict=True)], R
+
+
+def _states(document, body, instants):
+    """The states at the instants, blows included, each with how the vertices stand to the floor."""
     table = document["body"]
-    body = Body(table)
     q = unit(table.get("orientation", (1, 0, 0, 0)))
     R = axes_of(q)
     w_world = [mpq(number) for number in table.get("angular_velocity", (0, 0, 0))]
@@ -268,7 +315,7 @@ def _vertices(document, instants):
     place = [mpfr(mpq(number)) for key in ("position", "velocity") for number in table.get(key, (0, 0, 0))]
     state = [*place, *q, *w]
     blows = sorted(document.get("impulse", []), key=lambda blow: blow.get("time", 0))
-    now, rows = mpq(0), []
+    now = mpq(0)
     stops = sorted({*instants, *(mpq(blow.get("time", 0)) for blow in blows)})
     pressing = standing(document, body, state)
     for stop in stops:
@@ -286,9 +333,7 @@ def _vertices(document, instants):
                 state = struck(body, blow, state)
                 pressing = standing(document, body, state)
         if stop in instants:
-            R = axes_of(state[6:10])
-            rows.append([[a + b for a, b in zip(state[0:3], times(R, p), strict=True)] for p in body.points])
-    return rows
+            yield state, list(pressing)
 
 
 def standing(document, body, state):

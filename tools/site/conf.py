@@ -29,7 +29,7 @@ html_css_files = ["site.css"]
 html_copy_source = False
 html_show_sourcelink = False
 html_show_copyright = False
-html_sidebars = {"index": []}
+html_sidebars = {page: [] for page in ("index", "generated/api", "generated/commands", "generated/tables")}
 html_theme_options = {
     "navigation_with_keys": False,
     "show_prev_next": False,
@@ -73,7 +73,6 @@ def setup(app: Sphinx) -> None:
     app.connect("builder-inited", lambda app: write_pages(Path(app.srcdir) / "generated"))
     app.connect("source-read", without_links_outside)
     app.connect("html-page-context", without_empty_headers)
-    app.connect("autodoc-process-docstring", docstring_of_the_command, priority=300)
     app.connect("autodoc-process-docstring", meanings_below_names, priority=400)  # before napoleon
 
 
@@ -97,13 +96,3 @@ def meanings_below_names(app: Sphinx, what: str, name: str, found: Any, options:
         entry = re.match(r"(\*{0,2}\w+) : (.+)", line) if section == "Parameters" else None
         made += [entry[1], f"    {entry[2]}"] if entry else [line]
     lines[:] = made
-
-
-def docstring_of_the_command(app: Sphinx, what: str, name: str, found: Any, options: Any, lines: list[str]) -> None:
-    """Give `tumble.compare`, which is a package that can be called, the docstring of the function that it calls."""
-    if name == "tumble.compare" and what == "function":
-        from inspect import getdoc
-
-        from tumble.api.compare import compare
-
-        lines[:] = (getdoc(compare) or "").splitlines()

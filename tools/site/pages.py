@@ -3,11 +3,13 @@
 import argparse
 import ast
 import csv
+import inspect
 import tomllib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 import tumble
+from tumble import testing
 from tumble.compare.engines import CHECKS, CONTACT_CHECKS, EULER, FINDINGS, GYROSCOPIC_NAMES, SCHEME_NAMES
 from tumble.compare.run.engines import registry
 from tumble.compare.run.engines.registry import EngineInfo
@@ -272,6 +274,17 @@ def api_page() -> str:
             parts += [f"## {title}\n", "```{eval-rst}", ".. py:currentmodule:: tumble\n"]
             parts += [f".. {kind}:: tumble.{name}" + "\n   :members:\n" * (kind == "autoclass") for name in own]
             parts.append("```\n")
+    parts += [
+        "## In pytest\n",
+        "pytest loads `tumble.testing` as a plugin. "
+        "The [engine author's guide](/guides/engine-author.md) has a test file to copy.\n",
+        "```{eval-rst}",
+        ".. autofunction:: tumble.testing.parametrize_with_laws\n",
+        ".. py:function:: tumble_check(scenes, contestants, **options)\n",
+        f"   {inspect.getdoc(testing.tumble_check)}".replace("\n", "\n   "),
+        "```\n",
+        "`pytest --tumble-accept` writes the baselines of `tumble_check`; the tests still fail.\n",
+    ]
     contract = (ast.get_docstring(ast.parse((ROOT / "compare/engines/__init__.py").read_bytes())) or "").strip()
     parts += [
         "## The engine file\n",

@@ -16,6 +16,7 @@ from tumble.compare.check.study import Measuring, accept_record, check_scenes, m
 from tumble.compare.check.tolerances import Tolerances
 from tumble.compare.run.running_engines import TIME_LIMIT_S
 from tumble.compare.run.worker import MEMORY_LIMIT
+from tumble.reports.numerals import counted
 from tumble.scenarios.refusal import UserError
 
 
@@ -52,7 +53,7 @@ class Check:
         return summary(self._outcome, ["--baseline", str(self._folder)]) if self._outcome else ""
 
     def __repr__(self) -> str:
-        return self.summary.rstrip() or f"{len(self.cells)} cells recorded in {self._folder}"
+        return self.summary.rstrip() or f"{counted(len(self.cells), 'cell')} recorded in {self._folder}"
 
 
 def check(

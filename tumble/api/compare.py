@@ -47,7 +47,8 @@ def compare(
     -------
     Result
         Tables `runs`, `vertex_errors`, `error_over_time`, `agreement`, `scenes`, `engines`, `findings`, `conditions`;
-        of scenes with a plane also `contact` and `contact_scans`.
+        of scenes with a plane also `contact` and `contact_scans`, of scenes with a sensor `sensors` and
+        `sensor_errors`.
 
     Raises
     ------

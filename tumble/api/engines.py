@@ -8,7 +8,7 @@ import pandas as pd
 
 from tumble.api.limits import limits
 from tumble.api.result import described
-from tumble.compare.engines import CHECKS
+from tumble.compare.engines import CHECKS, CONTACT_CHECKS
 from tumble.compare.run.engines import registry
 from tumble.compare.run.engines.examine import examined
 from tumble.compare.run.local import LocalEngine
@@ -185,7 +185,7 @@ class EngineCheck:
 
     def __repr__(self) -> str:
         broken = self.table[self.table.outcome == "failed"]
-        checked = self.table[self.table.outcome != "skipped"].check.nunique()
+        checked = self.table[self.table.outcome == "passed"].check.nunique()
         if self:
             return f"{checked} checks passed"
         rows = zip(broken["check"], broken["method"], broken["why"], strict=True)
@@ -232,8 +232,8 @@ def check_engine(
     """
     from tumble.api.contestants import contestant_list
 
-    if only is not None and only not in CHECKS:
-        raise UserError(f"only = {only!r}: {nearest(str(only), [*CHECKS])}")
+    if only is not None and only not in (known := [*CHECKS, *CONTACT_CHECKS]):
+        raise UserError(f"only = {only!r}: {nearest(str(only), known)}")
     limit = limits(time_limit, memory_limit, progress)
     with started(contestant_list([contestant]), **limit) as (running_engine,):
         if isinstance(running_engine.info, Failure):

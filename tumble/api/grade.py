@@ -13,13 +13,13 @@ import pandas as pd
 from tumble.api.progress import display
 from tumble.api.result import Result, call, text_of
 from tumble.api.scene import Scene, SceneLike
-from tumble.compare.grade.grade import Grade
 from tumble.compare.grade.read.conventions import BODY, WORLD, Conventions
 from tumble.compare.grade.read.programs import PROGRAMS
 from tumble.compare.grade.read.reading_options import ReadingOptions
+from tumble.compare.grade.sensor_grade import FileGrade
 from tumble.compare.grade.study import grade_file
 from tumble.compare.grade.tables import grade_tables
-from tumble.reports.grade import grade_text
+from tumble.reports.sensor_grade import file_text
 from tumble.scenarios.read import scene_of_document
 from tumble.scenarios.refusal import UserError
 from tumble.scenarios.scene import Scene as Question
@@ -34,10 +34,10 @@ CHOICES: dict[str, Collection[str]] = {
 
 
 class GradeResult(Result):
-    """The grade of one trajectory: its tables, the verdict and the mistakes that explain it."""
+    """The grade of a trajectory, of a sensor's readings, or of both: tables, verdict, mistakes that explain it."""
 
-    def __init__(self, grade: Grade, command: str) -> None:
-        super().__init__(grade_tables(grade, command), text_of(grade_text(grade)))
+    def __init__(self, grade: FileGrade, command: str) -> None:
+        super().__init__(grade_tables(grade, command), text_of(file_text(grade)))
         self._grade = grade
 
     @property
@@ -48,18 +48,20 @@ class GradeResult(Result):
     @property
     def mistakes(self) -> list[str]:
         """The names (docs/mistakes.md) of the mistakes that explain the file best; empty if none was found."""
-        best = self.diagnosis[self.diagnosis["rank"] == 1] if "diagnosis.csv" in self.tables else pd.DataFrame()
-        return [name for name in dict.fromkeys(best["mistake"]) if name] if len(best) else []
+        tables = [self.tables[name] for name in ("diagnosis.csv", "sensor-diagnosis.csv") if name in self.tables]
+        best = [name for table in tables for name in table[table["rank"] == 1]["mistake"]]
+        return [name for name in dict.fromkeys(best) if name]
 
     @property
     def engines(self) -> list[str]:
         """The engines whose defaults explain the file."""
-        return list(self._grade.diagnosis.engines) if self._grade.diagnosis else []
+        pose = self._grade.pose
+        return list(pose.diagnosis.engines) if pose and pose.diagnosis else []
 
     @property
     def max_error_m(self) -> float:
-        """Largest vertex error [m]."""
-        return float(self._grade.measured.worst_m)
+        """Largest vertex error [m]; nan if there is no pose."""
+        return float(self._grade.pose.measured.worst_m) if self._grade.pose else float("nan")
 
 
 def grade(
@@ -74,6 +76,7 @@ def grade(
     axes: str | None = None,
     start: float | None = None,
     spin: str = "world",
+    sensor: str | None = None,
     decimal: str = ".",
     progress: bool = True,
 ) -> GradeResult:
@@ -92,6 +95,7 @@ def grade(
     axes : its axes: a program, or what our x, y, z are, "x,y,-z".
     start : what its clock shows at the start [s].
     spin : axes of the angular velocity, "world" or "body".
+    sensor : the sensor of the scene that readings ax, ay, az, gx, gy, gz are of; its only one if left out.
     decimal : decimal sign of a file.
     progress : draw a bar in a terminal or a notebook.
 
@@ -127,6 +131,7 @@ def grade(
             options,
             like=like,
             names=names,
+            sensor=sensor,
             shown=None if isinstance(trajectory, str | Path) else "the trajectory",
             display=display(progress),
         )

@@ -63,19 +63,28 @@ class Result:
         """Versions, settings and machine: what the numbers depend on."""
         return self._tables[CONDITIONS.file]
 
-    def save(self, folder: str | Path) -> None:
+    def save(self, folder: str | Path, *, parquet: bool = False) -> None:
         """Write the files that the command's `-o` writes: every table as CSV, all or none.
 
         Parameters
         ----------
         folder : created where it does not exist.
+        parquet : also write the tables as Parquet; needs pyarrow.
 
         Raises
         ------
+        UserError
+            For `parquet` where pyarrow is not installed.
         OSError
             Where the folder cannot be written.
         """
+        from tumble.compare.tables.parquet import check_parquet, write_parquet
+
+        if parquet:
+            check_parquet(str(folder))
         write_tables(Path(folder), self._tables, self._documents)
+        if parquet:
+            write_parquet(folder)
 
     def page(self) -> str:
         """Return Tumble's page of these tables.
@@ -207,7 +216,7 @@ def text_of(pieces: Iterable["RenderableType"]) -> str:
     from tumble.reports.terminal import console
 
     written = StringIO()
-    out = console(file=written)
+    out = console(file=written, force_terminal=False)  # a kernel of Jupyter asks for colours by FORCE_COLOR
     for piece in pieces:
         out.print(piece)
     return written.getvalue()

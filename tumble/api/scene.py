@@ -12,7 +12,7 @@ import tomli_w
 
 from tumble.scenarios.format import BODY_KEYS
 from tumble.scenarios.needs import needs
-from tumble.scenarios.read import BadScene, catalogue, read_document, scene_of_document, scene_path
+from tumble.scenarios.read import BadScene, catalogue, contact_catalogue, read_document, scene_of_document, scene_path
 from tumble.scenarios.scene import Scene as Question
 
 # A step [s] that is short for a body that tumbles a few times a second; it is also MuJoCo's default.
@@ -24,8 +24,8 @@ class Scene:
     """One question for every engine: a body, its start, what acts on it, and when it is sampled.
 
     Make one with `Scene.box`, `Scene.sphere`, `Scene.rigid` or `Scene.mesh`, from a table as in TOML with
-    `Scene.from_dict`, or from a name or a file with `Scene.read`.  Scenes do not change: `replace`, `with_impulse` and
-    `with_tether` return new ones.
+    `Scene.from_dict`, or from a name or a file with `Scene.read`.  Scenes do not change: `replace`, `with_impulse`,
+    `with_tether` and `with_sensor` return new ones.
 
     Parameters
     ----------
@@ -285,6 +285,27 @@ class Scene:
         """
         return self._with("tether", {"vertex": vertex, "anchor": anchor, "stiffness": stiffness, **values})
 
+    def with_sensor(self, name: str, kind: str = "imu", *, rate: float, **values: Any) -> Self:
+        """Return the scene with one more sensor, fixed to the body.
+
+        Parameters
+        ----------
+        name : of the sensor, unique in the scene.
+        kind : imu, accelerometer, gyro or magnetometer-direction.
+        rate : readings per second [Hz].
+        **values : `point` [m, body axes], `orientation` (w x y z, sensor to body), `average`, `field`.
+
+        Returns
+        -------
+        Scene
+
+        Examples
+        --------
+        >>> Scene.read("two-hits").with_sensor("imu", rate=100.0, point=(0.2, 0.0, 0.0)).question.sensors[0].rate
+        100.0
+        """
+        return self._with("sensor", {"name": name, "kind": kind, "rate": rate, **values})
+
     def _with(self, kind: str, table: dict[str, Any]) -> Self:
         given = {key: value for key, value in table.items() if value is not None}
         return self.replace(**{kind: [*self.document.get(kind, []), given]})
@@ -429,7 +450,7 @@ def scenes() -> pd.DataFrame:
     """
     rows = [
         (name, one.title, ", ".join(needs(one)), one.duration, one.step)
-        for name in catalogue()
+        for name in [*catalogue(), *contact_catalogue()]
         for one in (Scene.read(name).question,)
     ]
     return pd.DataFrame(rows, columns=["scene", "title", "needs", "duration_s", "step_s"])

@@ -53,15 +53,16 @@ def main(options: Namespace) -> int:
     if folder or options.svg or options.png:
         from tumble.compare.comparison.results import comparison_tables  # pandas is slow to load
         from tumble.compare.contact.results import contact_tables
+        from tumble.compare.contact.schemas import TABLES as CONTACT
         from tumble.compare.coursework.results import coursework_tables
-        from tumble.compare.tables.frames import merged, write_tables
+        from tumble.compare.tables.frames import frame, merged, write_tables
         from tumble.reports.figures import error_figure, save_figures
 
         command = shlex.join(options.words)
         tables = merged(
             comparison_tables(found.comparisons, found.engines, command),
             coursework_tables(found.comparisons),
-            contact_tables(contacts),
+            contact_tables(contacts) or {table.file: frame(table, []) for table in CONTACT},
         )
         save_figures(options.svg, options.png, error_figure, tables["runs.csv"])
         if folder:

@@ -6,13 +6,15 @@ import sys
 from argparse import Namespace
 from pathlib import Path
 
+from tumble.compare.grade.read.columns import BadTrajectory
 from tumble.compare.grade.read.conventions import Conventions
 from tumble.compare.grade.read.mapping import mapping_of
 from tumble.compare.grade.read.reading_options import ReadingOptions
 from tumble.compare.grade.results import json_document
 from tumble.compare.grade.study import grade_file
 from tumble.notes import display, note, notes
-from tumble.reports.grade import first_lines, grade_text, nearest_line
+from tumble.reports.grade import first_lines, nearest_line
+from tumble.reports.sensor_grade import file_text, first_reading_lines
 from tumble.reports.terminal import console
 from tumble.scenarios.read import read_scene
 
@@ -27,15 +29,17 @@ def main(options: Namespace) -> int:
         like=options.like,
         map_file=options.map_file,
         names=[name.strip() for name in options.columns.split(",")] if options.columns else (),
+        sensor=options.sensor,
         on_measured=lambda name, measured, observed: notes(first_lines(name, measured, observed)),
         on_nearest=lambda explanation: note(nearest_line(explanation)),
+        on_readings=lambda name, measured: notes(first_reading_lines(name, measured)),
         display=display(options),
     )
     if options.json:
         sys.stdout.write(json.dumps(json_document(found), indent=2) + "\n")
     else:
         out = console()
-        for piece in grade_text(found):
+        for piece in file_text(found):
             out.print(piece)
     if options.output:
         from tumble.compare.grade.tables import grade_tables  # pandas is slow to load
@@ -43,7 +47,10 @@ def main(options: Namespace) -> int:
 
         write_tables(Path(options.output), grade_tables(found, shlex.join(options.words)))
         note(f"tables written to {options.output}")
-    if options.tolerance is not None and found.measured.worst_m > options.tolerance:
-        note(f"{found.file}: error of {found.measured.worst_m:.3g} m exceeds the tolerance of {options.tolerance:g} m")
+    if options.tolerance is not None and found.pose is None:
+        raise BadTrajectory(f"{found.file}: --tolerance is of vertex errors, but the file has only readings")
+    worst_m = found.pose.measured.worst_m if found.pose else 0.0
+    if options.tolerance is not None and worst_m > options.tolerance:
+        note(f"{found.file}: error of {worst_m:.3g} m exceeds the tolerance of {options.tolerance:g} m")
         return 1
     return 0

@@ -19,7 +19,7 @@ from tumble.compare.run.status import Failure
 from tumble.compare.tables.files import write_whole
 from tumble.compare.tables.trajectory import trajectory_text
 from tumble.notes import display, note
-from tumble.scenarios.read import read_scene
+from tumble.scenarios.read import BadScene, read_scene
 from tumble.scenarios.scene import Scene
 
 # Numbers of a trajectory that are simulated at a time, and characters of its text that stay in memory.
@@ -35,6 +35,8 @@ def main(options: Namespace) -> int:
         raise BadEngine(f"-o {options.output}: is a folder; give a file, e.g. -o {example}")
     scene = read_scene(options.scene)
     check_step(scene, options.dt)
+    if options.sensors and not scene.sensors:
+        raise BadScene(f"--sensors {options.sensors}: {scene.name} has no sensor; add a [[sensor]] table to the scene")
     show = display(options)
     with (
         started(options.engine or [OWN], options.time_limit, options.memory_limit, show) as (running_engine,),
@@ -44,12 +46,28 @@ def main(options: Namespace) -> int:
         with show(len(scene.start)) as on_progress:
             for piece in pieces(running_engine, scene, options.dt or scene.step, on_progress):
                 text.write(piece)
+            if options.sensors:
+                write_sensors(Path(options.sensors), running_engine, scene, options.dt)
         text.seek(0)
         if options.output:
             write_whole(Path(options.output), iter(partial(text.read, IN_MEMORY), ""))
         else:
             copyfileobj(text, sys.stdout)
     return 0
+
+
+def write_sensors(folder: Path, running_engine: RunningEngine, scene: Scene, dt: float | None) -> None:
+    """Read the scene's sensors by the engine's first method, and write the tables."""
+    from tumble.compare.comparison.sensor_tables import sensor_tables  # pandas is slow to load
+    from tumble.compare.comparison.sensors import sensor_run
+    from tumble.compare.tables.frames import write_tables
+
+    found = sensor_run(running_engine, scene, running_engine.methods[0], dt or scene.step)
+    if isinstance(found.answer, Failure):
+        raise BadEngine(f"{found.name} on {scene.name}: {found.answer}")
+    folder.mkdir(parents=True, exist_ok=True)
+    write_tables(folder, sensor_tables([found]))
+    note(f"sensors written to {folder}")
 
 
 def pieces(

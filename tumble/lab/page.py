@@ -21,7 +21,7 @@ from tumble.lab.markup import chart_box, error_table, grade_box, places, reading
 from tumble.lab.panel import Actions, Panel, moves_far, show
 from tumble.lab.picture import captioned
 from tumble.lab.pool import Contestant, Pool
-from tumble.lab.readings import ErrorRow, Reading, error_rows, errors_over_time, readings
+from tumble.lab.readings import ErrorRow, Reading, error_rows, errors_over_time, readings, sensor_readings
 from tumble.lab.refusals import Refused, in_words
 from tumble.lab.report import ReportAtWork
 from tumble.lab.save import Saved, download
@@ -415,4 +415,11 @@ class Page:
         impulses = self.session.impulses_until(shown.time)
         impulse, hit = impulses[-1] if impulses else (None, None)
         shown_readings = readings(scene.body.mass, shown.time, shown.state, shown.vertices, impulse, hit)
+        shown_readings += sensor_readings(
+            scene,
+            shown.state,
+            self.session.struck_point(shown.time),
+            self.session.wrench,
+            at_impulse=any(one.time == shown.time for one in scene.impulses),
+        )
         return shown_readings, float(np.ptp(scene.body.points, axis=0).max())

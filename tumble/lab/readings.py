@@ -1,6 +1,6 @@
 """The numbers on the screen at the time shown: those of the coursework's screen, and the error table."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,10 +8,12 @@ import numpy as np
 from tumble.compare.run.status import Failure
 from tumble.lab.pool import Contestant
 from tumble.lab.throw import Throw
-from tumble.scenarios.frames import Array
-from tumble.scenarios.scene import Impulse
+from tumble.scenarios.frames import Array, rotation_matrix
+from tumble.scenarios.scene import Impulse, Scene
 
 RUNNING = "running"
+# As `tumble.scenarios.wrench.wrench` returns it: forces and torques of states, (N, 13) -> (N, 6).
+Wrench = Callable[[Array], Array]
 
 
 @dataclass(frozen=True)
@@ -58,6 +60,34 @@ def readings(
         Reading("direction", "", direction),
         Reading("mass", "kg", (mass,)),
     ]
+
+
+def sensor_readings(
+    scene: Scene, state: Array, point: Array | None, wrench: Wrench | None, *, at_impulse: bool
+) -> list[Reading]:
+    """Return what an accelerometer and a gyro at a point of the body, (3,), read in a state, (13,): nothing without it.
+
+    point: principal axes [m]; wrench: of the scene's forces, None if not known yet.  The readings are along the axes of
+    the scene file, which a sensor has without an orientation of its own.  At an impulse the accelerometer reads
+    nothing: the specific force is not defined there.
+    """
+    force, spin = (), ()
+    if point is not None:
+        known = scene.is_free or wrench is not None
+        f, w = felt(scene, state, point, wrench)
+        force, spin = tuple(f.tolist()) if known and not at_impulse else (), tuple(w.tolist())
+    return [Reading("accelerometer", "m/s2", force), Reading("gyro", "rad/s", spin)]
+
+
+def felt(scene: Scene, state: Array, point: Array, wrench: Wrench | None) -> tuple[Array, Array]:
+    """Return specific force F/m + alpha x r + w x (w x r) [m/s2] and w [rad/s], (3,), along the scene file's axes."""
+    body, R = scene.body, rotation_matrix(state[3:7])
+    force, torque = np.zeros((2, 3)) if wrench is None else np.split(wrench(state[np.newaxis])[0], 2)
+    w = R.T @ state[10:13]
+    alpha = (np.cross(body.moments * w, w) + R.T @ torque) / body.moments
+    f = R.T @ force / body.mass + np.cross(alpha, point) + np.cross(w, np.cross(w, point))
+    own = rotation_matrix(body.file_axes)
+    return own.T @ f, own.T @ w
 
 
 def error_rows(throw: Throw, frame: int, vertex: int | None) -> list[ErrorRow]:

@@ -18,13 +18,14 @@ from tumble.lab.clock import Clock, pace
 from tumble.lab.draft import Draft
 from tumble.lab.foreign import Foreign, loading
 from tumble.lab.pool import Contestant, Pool
+from tumble.lab.readings import Wrench
 from tumble.lab.refusals import OWN_THROW, Refused, in_words
 from tumble.lab.save import Saved
 from tumble.lab.throw import Throw
-from tumble.scenarios.frames import Array, vertices
+from tumble.scenarios.frames import Array, rotation_matrix, vertices
 from tumble.scenarios.impulse import RayMissed, strike_point
 from tumble.scenarios.read import BadScene
-from tumble.scenarios.scene import Impulse
+from tumble.scenarios.scene import Impulse, Scene
 
 START = "the start"  # what is shown before any result
 PATIENCE_S, LEAD_S = 5.0, 0.25  # total wait of a throw for its truth; how far it may run ahead of it, of watching
@@ -71,6 +72,7 @@ class Session:
         self.throw: Throw | None = None
         self.saved: Saved | None = None
         self.foreign: Foreign | None = None
+        self.wrench: Wrench | None = None
         self._pool, self._changed = pool, changed
         self._requested = list(contestants)
         self._loading: Job | None = None
@@ -196,9 +198,27 @@ class Session:
         self.thrown, self.aiming = draft, False
         self.throw = Throw(draft.scene, self.running(), self._pool, self._changed)
         self._patience_s = PATIENCE_S
+        self._prepare_wrench(draft.scene)
         self.saved, self.foreign, self._loading = None, None, None
         self.clock = self._stopped_clock().put(frame).started(time.monotonic())
         self._changed()
+
+    def _prepare_wrench(self, scene: Scene) -> None:
+        """Have what gives the forces of a scene at any state: compiled meanwhile, a throw does not wait for it."""
+        self.wrench = None
+        if scene.is_free or scene.plane is not None:
+            return
+
+        def work() -> None:
+            from tumble.scenarios.wrench import wrench  # it brings a compiler, which a free throw has no use for
+
+            made = wrench(scene)
+            with self.lock:
+                if self.throw is not None and self.throw.scene is scene:
+                    self.wrench = made
+            self._changed()
+
+        threading.Thread(target=work, daemon=True, name="wrench").start()
 
     def running(self) -> list[Contestant]:
         """Return the contestants that run: at an engine's default settings where those are selected and it has them."""
@@ -312,14 +332,28 @@ class Session:
         places = [(impulse, self._impulse_point(impulse)) for impulse in acted]
         return [(impulse, place) for impulse, place in places if place is not None]
 
+    def struck_point(self, at: float) -> Array | None:
+        """Return the point of the body at which the last impulse until a time [s] acted [m], (3,), principal axes."""
+        impulses = self.impulses_until(at)
+        if not impulses:
+            return None
+        impulse, place = impulses[-1]
+        state = self._state_at(impulse)
+        return None if state is None else rotation_matrix(state[3:7]).T @ (place - state[0:3])
+
     def _impulse_point(self, impulse: Impulse) -> Array | None:
-        scene = (self.thrown or self.draft).scene
-        state = scene.start[0]
-        if impulse.time > 0:
-            if self.throw is None:
-                return None
-            state = self.throw.true_states[int(np.searchsorted(scene.rows, impulse.time))]
+        scene, state = (self.thrown or self.draft).scene, self._state_at(impulse)
         try:
-            return strike_point(impulse, state, scene.body) if np.isfinite(state).all() else None
+            return None if state is None else strike_point(impulse, state, scene.body)
         except RayMissed:
             return None
+
+    def _state_at(self, impulse: Impulse) -> Array | None:
+        """Return the state of the true body at an impulse, (13,), whose pose it does not change; None if not known."""
+        scene = (self.thrown or self.draft).scene
+        if impulse.time == 0:
+            return scene.start[0]
+        if self.throw is None:
+            return None
+        state = self.throw.true_states[int(np.searchsorted(scene.rows, impulse.time))]
+        return state if np.isfinite(state).all() else None

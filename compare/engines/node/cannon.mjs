@@ -4,7 +4,9 @@ import { installed, serve } from "./contestant.mjs";
 const { Body, Box, ContactMaterial, Material, Plane, Sphere, Vec3, World } = await installed("cannon-es/dist/cannon-es.js");
 
 const THROWN = 1, GROUND = 2; // of collision groups and masks
-const ITERATIONS = 100; // of its solver, where there is a plane; it has 10 unless told otherwise
+// Of its solver, where there is a plane: how many iterations at most, of 10 unless told otherwise, and at what change of
+// the impulses it is done [N s a kg].
+const ITERATIONS = 100, TOLERANCE = 1e-9;
 
 // A contact is a spring and a damper over some steps: here one so stiff that it is rigid [N/m a kg], and so many steps
 // that what comes out of the plane gains no speed.
@@ -25,7 +27,7 @@ function addPlane(world, { plane, mass }, manner) {
   const material = new Material(manner === "defaults" ? plane : {});
   if (manner !== "defaults") {
     world.addContactMaterial(new ContactMaterial(material, material, { ...plane, ...hard(mass) }));
-    [world.solver.iterations, world.solver.tolerance] = [ITERATIONS, 0];
+    [world.solver.iterations, world.solver.tolerance] = [ITERATIONS, TOLERANCE * mass];
   }
   const ground = new Body({ mass: 0, shape: new Plane(), material, position: new Vec3(...plane.point) });
   ground.quaternion.setFromVectors(new Vec3(0, 0, 1), new Vec3(...plane.normal));
@@ -38,13 +40,14 @@ await serve({
   cannot: ({ shape }) => (shape?.kind === "hull" ? "its convex hulls need faces, which a program does not receive" : ""),
   build(told, manner) {
     const { throws, mass, moments, plane, shape, gravity = [0, 0, 0] } = told;
-    const world = new World({ gravity: new Vec3(...gravity) });
-    const material = plane ? addPlane(world, told, manner) : null;
-    const bodies = Array.from({ length: throws }, () => {
+    // Where there is a plane every throw has a world of its own: the solver is done when it is done with all.
+    const worlds = Array.from({ length: plane ? throws : 1 }, () => new World({ gravity: new Vec3(...gravity) }));
+    const bodies = Array.from({ length: throws }, (_, row) => {
+      const world = worlds[plane ? row : 0];
       const body = new Body(manner === "defaults" ? { mass } : { mass, linearDamping: 0, angularDamping: 0 });
       if (plane) {
         body.addShape(shapeOf(shape));
-        body.material = material;
+        body.material = addPlane(world, told, manner);
         [body.collisionFilterGroup, body.collisionFilterMask] = [THROWN, GROUND];
       }
       body.inertia.set(...moments);
@@ -52,7 +55,7 @@ await serve({
       world.addBody(body);
       return body;
     });
-    return { world, bodies };
+    return { worlds, bodies };
   },
   put({ bodies }, row, [x, y, z, w, i, j, k, ...rest]) {
     const body = bodies[row];
@@ -72,8 +75,8 @@ await serve({
     bodies[row].force.set(...force);
     bodies[row].torque.set(...torque);
   },
-  step({ world }, dt) {
-    world.step(dt);
+  step({ worlds }, dt) {
+    for (const world of worlds) world.step(dt);
   },
   audit({ manner }) {
     return manner === "defaults" ? [["damped", "v and w are damped, times 0.99^dt"]] : [];

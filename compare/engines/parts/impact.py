@@ -38,3 +38,33 @@ def approach_speed(scene: "Scene") -> float:
     falls = -float(state[0, 7:10] @ plane.normal)
     pressing = 0.0 if scene.gravity is None else -float(scene.gravity @ plane.normal)
     return math.sqrt(max(0.0, falls * abs(falls) + 2 * pressing * max(height, 0.0)))
+
+
+def damping_ratio(restitution: float) -> float:
+    """Return the damping ratio of a spring and damper, which only push, with that restitution, above 0."""
+    low, high = 0.0, 1.0
+    while rebound(high) > restitution:
+        low, high = high, 2.0 * high
+    for _ in range(100):
+        middle = (low + high) / 2
+        low, high = (middle, high) if rebound(middle) > restitution else (low, middle)
+    return low
+
+
+def rebound(ratio: float) -> float:
+    """Return the restitution of a spring and damper, which only push, by the damping ratio."""
+    if ratio < 1:
+        return math.exp(-2 * ratio * math.acos(ratio) / math.sqrt(1 - ratio * ratio))
+    return math.exp(-2 * ratio * math.acosh(ratio) / math.sqrt(ratio * ratio - 1)) if ratio > 1 else math.exp(-2)
+
+
+def of_steps(rate: float, ratio: float, dt: float) -> tuple[float, float]:
+    """Return stiffness and damping by which semi-implicit steps of dt [s] make the oscillation of that rate and ratio.
+
+    Of v' = v - (k x + b v) dt, x' = x + v' dt two steps are as z^2 - (2 - b dt - k dt^2) z + (1 - b dt) = 0 has it.
+    """
+    shrinks = math.exp(-ratio * rate * dt)
+    angle = rate * dt * math.sqrt(abs(1.0 - ratio * ratio))
+    damping = (1.0 - shrinks * shrinks) / dt
+    turned = math.cos(angle) if ratio < 1 else math.cosh(angle)
+    return (1.0 + shrinks * shrinks - 2.0 * shrinks * turned) / (dt * dt), damping

@@ -1,8 +1,8 @@
 """What a column of a trajectory is: a quantity and its unit, given by its name or by the user.
 
 A name is QUANTITY_UNIT, as in our own trajectories: t_s, x_m, qw, vx_m_s, wx_rad_s, v0x_m; also r11 ... r33 for a
-matrix body to world, row then column, and `throw`.  Other units are named alike: t_ms, x_cm, wx_deg_s.  Nothing
-is guessed.
+matrix body to world, row then column, ax_m_s2 and gx_rad_s for the readings of a sensor, and `throw`.  Other units are
+named alike: t_ms, x_cm, wx_deg_s.  Nothing is guessed.
 """
 
 import re
@@ -14,10 +14,12 @@ from typing import NamedTuple
 from tumble.scenarios.refusal import UserError
 
 IGNORED = "ignore"
+STANDARD_GRAVITY = 9.80665  # m/s2, of the unit g
 UNITS: dict[str, dict[str, float]] = {
     "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0},
     "length": {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "km": 1e3, "in": 0.0254, "ft": 0.3048},
     "speed": {"m_s": 1.0, "cm_s": 1e-2, "mm_s": 1e-3, "km_h": 1 / 3.6, "ft_s": 0.3048},
+    "acceleration": {"m_s2": 1.0, "cm_s2": 1e-2, "ft_s2": 0.3048, "g": STANDARD_GRAVITY, "mg": 1e-3 * STANDARD_GRAVITY},
     "angle": {"rad": 1.0, "deg": pi / 180},
     "rate": {"rad_s": 1.0, "deg_s": pi / 180, "rpm": pi / 30},
     "none": {"": 1.0},
@@ -27,6 +29,9 @@ QUATERNION = ("qw", "qx", "qy", "qz")
 MATRIX = tuple(f"r{row}{column}" for row in "123" for column in "123")
 VELOCITY = ("vx", "vy", "vz")
 SPIN = ("wx", "wy", "wz")
+# Readings of a sensor, in its own axes: specific force and angular velocity.
+ACCELEROMETER, GYRO = ("ax", "ay", "az"), ("gx", "gy", "gz")
+READINGS = (*ACCELEROMETER, *GYRO)
 # Euler angles about each axis, whose order --euler gives; roll, pitch, yaw are other names of them.
 ANGLES = ("rx", "ry", "rz")
 PILOTS = {"roll": "rx", "pitch": "ry", "yaw": "rz"}
@@ -82,7 +87,9 @@ def dimension(quantity: str) -> str | None:
         return "length"
     if quantity in VELOCITY:
         return "speed"
-    if quantity in SPIN:
+    if quantity in ACCELEROMETER:
+        return "acceleration"
+    if quantity in (*SPIN, *GYRO):
         return "rate"
     if quantity in ANGLES:
         return "angle"
@@ -97,6 +104,12 @@ def parsed(name: str) -> tuple[str, float] | None:
     if measured is None or unit not in UNITS[measured]:
         return None
     return quantity, UNITS[measured][unit]
+
+
+def is_reading(name: str) -> bool:
+    """Whether a name is that of a sensor's reading, with or without its unit."""
+    found = parsed(name)
+    return (found[0] if found else name.lower()) in READINGS
 
 
 @dataclass(frozen=True)

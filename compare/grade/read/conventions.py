@@ -11,8 +11,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from tumble.compare.grade.read.columns import (
+    ACCELEROMETER,
     ANGLES,
     CENTRE,
+    GYRO,
     MATRIX,
     QUATERNION,
     SPIN,
@@ -123,8 +125,13 @@ def renamed(columns: Mapping[str, Column], matrix: Array) -> dict[str, Column]:
     source = np.abs(matrix).argmax(axis=1)
     sign, handed = matrix.sum(axis=1), float(np.linalg.det(matrix).round())
     vertices = sorted({name[:-1] for name in columns if VERTEX.fullmatch(name)})
-    vectors = [(CENTRE, 1.0), (VELOCITY, 1.0), *(((f"{v}x", f"{v}y", f"{v}z"), 1.0) for v in vertices)]
-    for names, factor in [*vectors, (SPIN, handed), (QUATERNION[1:], handed)]:
+    vectors = [
+        (CENTRE, 1.0),
+        (VELOCITY, 1.0),
+        (ACCELEROMETER, 1.0),
+        *(((f"{v}x", f"{v}y", f"{v}z"), 1.0) for v in vertices),
+    ]
+    for names, factor in [*vectors, (SPIN, handed), (GYRO, handed), (QUATERNION[1:], handed)]:
         if all(name in columns for name in names):
             for row, name in enumerate(names):
                 place, unit = columns[names[source[row]]]

@@ -43,7 +43,7 @@ def as_csv(file: str, columns: Sequence[str], decimal: str, stack: ExitStack) ->
     """
     path, name = Path(file), "standard input" if file == STANDARD_INPUT else printable(file)
     if file == STANDARD_INPUT:
-        path = _draft(stack)
+        path = draft_file(stack)
         with path.open("wb") as whole:
             shutil.copyfileobj(sys.stdin.buffer, whole)
     if not os.path.isfile(path):
@@ -92,7 +92,7 @@ def _from_text(
         header, first_line = bare, number + 1
     else:
         return CsvFile(path, name)
-    draft = _draft(stack)
+    draft = draft_file(stack)
     with (
         path.open(encoding="utf-8-sig", errors="surrogateescape", newline="\n") as text,
         draft.open("w", encoding="utf-8", errors="surrogateescape", newline="\n") as out,
@@ -148,7 +148,7 @@ def _example(count: int) -> list[str]:
 
 def _from_json(path: Path, name: str, stack: ExitStack) -> Path:
     """Return JSON lines as CSV: objects are flattened; a list of three gets the suffixes x, y, z."""
-    draft = _draft(stack)
+    draft = draft_file(stack)
     keys: list[str] = []
     with (
         path.open(encoding="utf-8-sig", errors="surrogateescape", newline="\n") as text,
@@ -207,11 +207,12 @@ def _from_parquet(path: Path, name: str, stack: ExitStack) -> Path:
         ) from None
     except Exception as error:  # pyarrow raises many kinds of errors for a damaged file
         raise BadTrajectory(f"{name}: pandas cannot read it as Parquet: {printable(str(error))[:200]}") from None
-    draft = _draft(stack)
+    draft = draft_file(stack)
     table.to_csv(draft, index=False)
     return draft
 
 
-def _draft(stack: ExitStack) -> Path:
+def draft_file(stack: ExitStack) -> Path:
+    """Return the path of a temporary file, which the stack removes."""
     folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="tumble-grade-")))
     return folder / "trajectory.csv"

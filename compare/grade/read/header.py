@@ -3,10 +3,13 @@
 from collections.abc import Mapping, Sequence
 
 from tumble.compare.grade.read.columns import (
+    ACCELEROMETER,
     CENTRE,
+    GYRO,
     IGNORED,
     MATRIX,
     QUATERNION,
+    READINGS,
     SPIN,
     TIME,
     UNITS,
@@ -38,10 +41,13 @@ MOST_LISTED = 8
 MOST_NEAR = 200
 
 
-def layout(file: str, header: Sequence[str], mapping: Mapping[str, str]) -> dict[str, Column]:
+def layout(
+    file: str, header: Sequence[str], mapping: Mapping[str, str], with_readings: bool = False
+) -> dict[str, Column]:
     """Return the column of each quantity.
 
-    mapping: column -> name, or `ignore`.  Raises BadTrajectory for an unknown name and for an ambiguous file.
+    mapping: column -> name, or `ignore`; with_readings: sensor readings are read, too.  Raises BadTrajectory for an
+    unknown name and for an ambiguous file.
     """
     for column, name in mapping.items():
         if column not in header:
@@ -56,6 +62,8 @@ def layout(file: str, header: Sequence[str], mapping: Mapping[str, str]) -> dict
         if meaning is None:
             continue
         quantity, factor = meaning
+        if quantity in READINGS and not with_readings:
+            continue
         if quantity in found:
             first = header[found[quantity].place]
             raise BadTrajectory(
@@ -63,11 +71,13 @@ def layout(file: str, header: Sequence[str], mapping: Mapping[str, str]) -> dict
                 f"leave one out, e.g. {map_option(column, IGNORED)}"
             )
         found[quantity] = Column(index, factor)
-    _ask(file, header, mapping, found)
+    _ask(file, header, mapping, found, with_readings)
     return found
 
 
-def _ask(file: str, header: Sequence[str], mapping: Mapping[str, str], found: Mapping[str, Column]) -> None:
+def _ask(
+    file: str, header: Sequence[str], mapping: Mapping[str, str], found: Mapping[str, Column], with_readings: bool
+) -> None:
     """Raise AmbiguousFile if a column seems to be a quantity, but its name leaves the unit or the order open."""
     unnamed = [column for column in header if column not in mapping and parsed(column) is None]
     counted = [column for column in unnamed if COUNTED_SCALAR.fullmatch(column)]
@@ -88,7 +98,12 @@ def _ask(file: str, header: Sequence[str], mapping: Mapping[str, str], found: Ma
             Suggestion(likely),
         )
     # The name of a quantity without a unit.
-    without_unit = [column for column in unnamed if dimension(column.lower()) not in (None, "none", "angle")]
+    without_unit = [
+        column
+        for column in unnamed
+        if dimension(column.lower()) not in (None, "none", "angle")
+        and (with_readings or column.lower() not in READINGS)
+    ]
     if without_unit:
         units = {measured: UNITS[measured] for column in without_unit if (measured := dimension(column.lower()))}
         available = "; ".join(f"{measured} in {', '.join(names)}" for measured, names in units.items())
@@ -105,7 +120,10 @@ def _allowed(name: str) -> str:
     quantity = name.partition("_")[0]
     measured = dimension(quantity)
     if measured is None:
-        return f"unknown name; names are t_s, x_m .., qw .., r11 .., vx_m_s .., wx_rad_s .., v0x_m .., and {IGNORED}"
+        return (
+            "unknown name; names are t_s, x_m .., qw .., r11 .., vx_m_s .., wx_rad_s .., v0x_m .., ax_m_s2 .., "
+            f"gx_rad_s .., and {IGNORED}"
+        )
     units = [f"{quantity}_{unit}" if unit else quantity for unit in UNITS[measured]]
     return f"must be one of {', '.join(units)}"
 
@@ -117,15 +135,17 @@ def descriptions(
     columns: Mapping[str, Column],
     points: int,
     by: str | None,
+    with_readings: bool = False,
 ) -> list[Description]:
     """Return how a file describes the body's pose, the description to grade first.
 
-    points: number of the body's vertices; by: the kind that the user chose, or None.  Raises BadTrajectory if a
-    description is incomplete, a vertex does not exist, or there is no description.
+    points: number of the body's vertices; by: the kind that the user chose, or None; with_readings: a file of a
+    sensor's readings alone has none.  Raises BadTrajectory if a description is incomplete, a vertex does not exist, or
+    there is no description.
     """
     if TIME not in columns:
         raise _column_question(file, "the time, t_s, is missing", "which column is the time", header, mapping, columns)
-    for group in (CENTRE, QUATERNION, MATRIX, VELOCITY, SPIN):
+    for group in (CENTRE, QUATERNION, MATRIX, VELOCITY, SPIN, ACCELEROMETER, GYRO):
         _check_whole(file, columns, group)
     numbers = sorted({int(match[1]) for name in columns if (match := VERTEX.fullmatch(name))})
     for number in numbers:
@@ -139,6 +159,8 @@ def descriptions(
         "pose": (has_centre or not numbers) and QUATERNION[0] in columns,
         "matrix": (has_centre or not numbers) and MATRIX[0] in columns,
     }
+    if with_readings and not any(has.values()) and not by and any(name in columns for name in (*READINGS, *SPIN)):
+        return []
     if not any(has.values()):
         what = "the attitude is missing" if has_centre else "the pose is missing"
         needed = "qw, qx, qy, qz or r11 ... r33" if has_centre else "x_m, y_m, z_m with qw, qx, qy, qz or r11 ... r33"

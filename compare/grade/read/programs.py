@@ -81,6 +81,8 @@ def read_as_program(path: Path, scene: Scene, options: ReadingOptions, name: str
     if found.angles is not None:
         whole = whole.with_conventions(euler=options.conventions.euler or program.convention)
     trajectory, _ = whole.first_rows(path, scene)  # raises if a question is left
+    if not trajectory.descriptions:
+        raise BadTrajectory(f"{trajectory.name}: --like {name} needs a pose: name the columns of readings with --map")
     if program.spin != WORLD:
         whole = whole.with_conventions(spin=program.spin)
     given = options.conventions

@@ -19,7 +19,9 @@ _OWNER = (
 _POSITION = "p|pos|position|c|com|centre|center|loc|location|translation|origin"
 _TURN = "q|quat|quaternion|o|orientation|rot|rotation|rotationquaternion|att|attitude"
 _SPEED = "v|vel|velocity|lin|linear|linvel|linearvelocity|speed"
-_SPIN = "w|omega|angvel|angular|angularvelocity|spin|gyro|rate"
+_SPIN = "w|omega|angvel|angular|angularvelocity|spin|rate"
+_FORCE = "a|acc|accel|acceleration|accelerometer|linacc|linearacceleration|specificforce"
+_GYRO = "g|gyr|gyro|gyroscope"
 WORDS = tuple(
     (re.compile(words, re.ASCII), name)
     for words, name in (
@@ -31,6 +33,8 @@ WORDS = tuple(
         (rf"{_OWNER}(?:{_TURN})([wxyz])", "q{}"),
         (rf"{_OWNER}(?:twist)?(?:{_SPEED})([xyz])|([xyz])(?:vel|velocity)", "v{}"),
         (rf"{_OWNER}(?:twist)?(?:{_SPIN})([xyz])", "w{}"),
+        (rf"{_OWNER}(?:imu|sensor)?(?:{_FORCE})([xyz])", "a{}"),
+        (rf"{_OWNER}(?:imu|sensor)?(?:{_GYRO})([xyz])", "g{}"),
         (r"(?:r|m|mat|matrix|rot|rotation)([1-3][1-3])", "r{}"),
         (r"(?:v|vertex|corner)0*(\d{1,6}[xyz])", "v{}"),
     )

@@ -9,8 +9,10 @@ import numpy as np
 from tumble.compare.grade.read.block import Block
 from tumble.compare.grade.read.cells import LARGEST, Cells
 from tumble.compare.grade.read.columns import (
+    ACCELEROMETER,
     ANGLES,
     CENTRE,
+    GYRO,
     MATRIX,
     QUATERNION,
     SPIN,
@@ -23,6 +25,7 @@ from tumble.compare.grade.read.columns import (
     Column,
     Description,
     Suggestion,
+    is_reading,
 )
 from tumble.compare.grade.read.conventions import (
     BODY,
@@ -52,8 +55,8 @@ SPARSEST = 0.1
 class Trajectory:
     """An open file whose header has been read.
 
-    descriptions: how the file describes the body's pose, the one to grade first; digits: quantity -> how it is
-    printed; clock: how printed times are read.
+    descriptions: how the file describes the body's pose, the one to grade first, none if it has only readings of a
+    sensor; digits: quantity -> how it is printed; clock: how printed times are read.
     Raises BadTrajectory if the file cannot be read or is ambiguous.
     """
 
@@ -72,11 +75,21 @@ class Trajectory:
         self.header = self._cells.header
         self._most_rows = max(1, BLOCK // len(scene.body.points))
         self._matrix = matrix_of(self._conventions.axes, scene)
-        self.columns: dict[str, Column] = renamed(layout(self.name, self.header, mapping), self._matrix)
-        described = self._described()
-        self.descriptions: list[Description] = descriptions(
-            self.name, self.header, mapping, described, len(scene.body.points), by
+        self.columns: dict[str, Column] = renamed(
+            layout(self.name, self.header, mapping, with_readings=bool(scene.sensors)), self._matrix
         )
+        described = self._described()
+        points, with_readings = len(scene.body.points), bool(scene.sensors)
+        try:
+            self.descriptions: list[Description] = descriptions(
+                self.name, self.header, mapping, described, points, by, with_readings
+            )
+        except BadTrajectory:
+            if not with_readings and any(map(is_reading, self.header)):
+                raise without_sensor(scene) from None
+            raise
+        if not with_readings and any(map(is_reading, mapping.values())):
+            raise without_sensor(scene)
         first_rows, others = self._cells.sampled_rows()
         self.digits = self._printed([*first_rows, *others])
         self._first_times, self._last_times = self._instants(first_rows), self._instants(others)
@@ -101,7 +114,8 @@ class Trajectory:
     def places(self) -> list[list[str]]:
         """Return the columns of the pose in groups with one print format each: centre, attitude, vertices."""
         corners = [name for name in self.columns if VERTEX.fullmatch(name)]
-        groups = ([name for name in group if name in self.columns] for group in (CENTRE, QUATERNION, MATRIX, ANGLES))
+        described = (CENTRE, QUATERNION, MATRIX, ANGLES, ACCELEROMETER, GYRO)
+        groups = ([name for name in group if name in self.columns] for group in described)
         return [group for group in (*groups, corners) if group]
 
     def _described(self) -> dict[str, Column]:
@@ -146,6 +160,16 @@ class Trajectory:
         """Return the first times [s], as long as they increase."""
         times = self.columns[TIME].factor * np.array(self._first_times)
         return times[: 1 + int(np.argmax(np.append(np.diff(times) <= 0, True)))]
+
+    @property
+    def devices(self) -> dict[str, tuple[str, str, str]]:
+        """The columns of an accelerometer and of a gyro; without a pose, w is read as a gyro's."""
+        found = {"accelerometer": ACCELEROMETER} if ACCELEROMETER[0] in self.columns else {}
+        if GYRO[0] in self.columns:
+            found["gyro"] = GYRO
+        elif SPIN[0] in self.columns and not self.descriptions:
+            found["gyro"] = SPIN
+        return found
 
     @property
     def share(self) -> float:
@@ -305,6 +329,14 @@ class Trajectory:
             if empty.any():
                 line = block.lines[int(np.argmax(empty))]
                 raise BadTrajectory(f"{self.name}: line {line}: the quaternion is zero")
+
+
+def without_sensor(scene: Scene) -> BadTrajectory:
+    """Return the error for readings in a scene that has no sensor."""
+    return BadTrajectory(
+        f"{scene.name} has no sensor, so readings have no reference: add [[sensor]] to the scene file, "
+        'with name = "imu", kind = "imu", rate = 100.0 and point = [0.1, 0.0, 0.0]'
+    )
 
 
 def _spin_in_world(values: Mapping[str, Array]) -> dict[str, Array]:

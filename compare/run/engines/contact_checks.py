@@ -28,6 +28,7 @@ DIRECTIONS_WITHIN, ENERGY_WITHIN, MIRRORED_WITHIN = 0.03, 0.01, 1e-3
 # does creep, is at some 2e-3.
 STEPS_BELOW, CREEP = 5, 5e-4
 AT_REST = (1.0, 0.0, 0.0, 0.0)
+FLAT = np.array([0.5, 0.1, 0.4])  # m, of a box that does not tip
 
 
 def ball(starts: Array, plane: Plane, gravity: Array | None) -> Scene:
@@ -146,8 +147,9 @@ def holds_below_the_critical_angle(engine: ModuleType, method: str) -> None:
     pull = frozen_array(FALL * np.array([math.sin(angle), -math.cos(angle), 0.0]))
     flat = replace(
         question.body,
-        points=frozen_array(question.body.points * [0.5, 0.1, 0.4] / np.array(SIZE)),
-        size=frozen_array([0.5, 0.1, 0.4]),
+        points=frozen_array(question.body.points * FLAT / np.array(SIZE)),
+        size=frozen_array(FLAT),
+        moments=frozen_array(question.body.mass / 12 * (FLAT @ FLAT - FLAT**2)),
     )
     held = replace(
         question, body=flat, gravity=pull, plane=Plane(frozen_array(np.zeros(3)), frozen_array(UP), 0.0, 0.8)

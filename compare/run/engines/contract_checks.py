@@ -1,7 +1,7 @@
 """The checks of the engine contract: what `tumble engines --check` and the tests of engines run."""
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from types import ModuleType
 
@@ -34,6 +34,8 @@ from tumble.compare.run.engines.contact_checks import (
     stays_above,
 )
 from tumble.compare.run.engines.motion_checks import comes_nearer_with_the_step, spins_steadily
+from tumble.compare.run.engines.registry import EngineInfo
+from tumble.compare.run.engines.sensor_checks import reads_what_a_body_feels
 from tumble.compare.run.process.message import frame
 from tumble.scenarios.scene import Scene, frozen_array
 
@@ -200,6 +202,7 @@ FUNCTIONS: dict[str, Check] = {
     "light": flies_light_as_heavy,
     "the scene": leaves_the_scene_alone,
     "optional": optional_is_optional,
+    "sensors": reads_what_a_body_feels,
     "friction": slides_by_the_pairs_friction,
     "restitution": rebounds_by_the_pairs_restitution,
     "stays above": stays_above,
@@ -210,10 +213,11 @@ FUNCTIONS: dict[str, Check] = {
 }
 
 
-def checks_for(features: Iterable[str], optional: Iterable[str], exempt: Iterable[str]) -> list[str]:
-    """Return the checks that apply to an engine with those FEATURES, OPTIONAL and EXEMPT."""
-    without = {*exempt, *(() if "gravity" in features else ("gravity",)), *(() if tuple(optional) else ("optional",))}
-    has_contact = {"gravity", "plane"} <= {*features}
+def checks_for(info: EngineInfo) -> list[str]:
+    """Return the checks that apply to an engine."""
+    lacks = {"gravity": "gravity" not in info.features, "optional": not info.optional, "sensors": not info.senses}
+    without = {*info.exempt, *(check for check, lacking in lacks.items() if lacking)}
+    has_contact = {"gravity", "plane"} <= info.features
     return [check for check in (*CHECKS, *(CONTACT_CHECKS if has_contact else ())) if check not in without]
 
 

@@ -8,6 +8,13 @@ from tumble.compare.run.engines.contract_checks import checks_for, known_failure
 from tumble.compare.run.running_engines import RunningEngine
 from tumble.compare.run.status import Failure, Status
 
+# Why a check does not apply to an engine.
+LACKING = {
+    "gravity": "it has no gravity",
+    "optional": "it has nothing optional",
+    "sensors": "it has no sensors",
+    **dict.fromkeys(CONTACT_CHECKS, "it has no plane"),
+}
 LOOSE = 1e-3  # a tolerance at which the steps of an adaptive method are few
 
 
@@ -48,12 +55,12 @@ def examined(running_engine: RunningEngine, only: str | None = None) -> Iterator
     info = running_engine.info
     assert not isinstance(info, Failure)
     loose = [f"{method}@{LOOSE:g}" for method in running_engine.methods if method in info.adaptive]
-    binding = checks_for(info.features, info.optional, info.exempt)
+    binding = checks_for(info)
     late = ""
     every = tuple(dict.fromkeys((*CHECKS, *binding)))  # those of contact where they apply
     for check in every if only is None else (only,):
         if check not in binding or late:
-            why = info.exempt.get(check) or (late if check in binding else lacking(check))
+            why = info.exempt.get(check) or (late if check in binding else LACKING[check])
             not_asked = dict.fromkeys(running_engine.methods, why)
             yield Examined(check=check, holds=(), broken={}, not_asked=not_asked, known={})
             continue
@@ -76,10 +83,3 @@ def examined(running_engine: RunningEngine, only: str | None = None) -> Iterator
             else:
                 holds.append(method)
         yield Examined(check=check, holds=tuple(holds), broken=broken, not_asked=not_asked, known=known)
-
-
-def lacking(check: str) -> str:
-    """Return why a check does not apply to an engine that does not state what it needs."""
-    if check in CONTACT_CHECKS:
-        return "it has no plane"
-    return "it has no gravity" if check == "gravity" else "it has nothing optional"

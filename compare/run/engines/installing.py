@@ -291,11 +291,14 @@ def fly_once(engine: str, place: Place, on_progress: ProgressCallback) -> None:
     with Worker(engine, 900.0, place=place) as worker:  # what some compile first they keep in their environment
         on_progress(f"loading {engine}", 0.0)
         said = worker.describe()
+        has_plane = not isinstance(said, Failure) and "plane" in said.features
         for method in () if isinstance(said, Failure) else said.methods:
             on_progress(f"trying {engine}:{method}", 0.0)
             said = worker.check_failure("the scene", method)
             if isinstance(said, Failure):
                 break
+            if has_plane:
+                worker.check_failure("stays above", method)  # whatever comes of it
     if isinstance(said, Failure):
         raise BadEngine(f"installed, but it cannot be used: {said}; nothing was kept")
 

@@ -92,6 +92,7 @@ class EngineInfo:
     orders : by method, the power of the step by which the error of a free body falls
     instants : the only sample instants at which the engine has an answer [s]; empty: any instant
     known_failures : reason for each check that methods fail by the engine's own law, by check and method, * for all
+    senses : whether it reads sensors itself; otherwise their readings are differences of its velocities
     """
 
     methods: tuple[str, ...]
@@ -115,6 +116,7 @@ class EngineInfo:
     step_ns: dict[str, float]
     orders: dict[str, float]
     instants: tuple[float, ...]
+    senses: bool
     known_failures: dict[str, dict[str, str]]
 
     @property
@@ -336,6 +338,7 @@ def engine_info(engine: str, module: ModuleType) -> EngineInfo:
                 str(check): {str(method): str(why) for method, why in dict(reasons).items()}
                 for check, reasons in dict(getattr(module, "KNOWN_FAILURES", {})).items()
             },
+            senses=callable(getattr(module, "sense", None)),
         )
     except (TypeError, ValueError, OverflowError) as error:
         raise BadEngine(f"{engine}: what it says of itself cannot be read: {error}") from error

@@ -26,7 +26,7 @@ export const CONTESTANTS = allContestants();
 function allContestants() {
   const found = new Map();
   const counts = new Map();
-  for (const row of [...rows("runs.csv"), ...rows("sweep-runs.csv"), ...rows("limits.csv"), ...rows("extremes.csv"), ...rows("releases.csv")]) {
+  for (const row of [...rows("runs.csv"), ...rows("sweep-runs.csv"), ...rows("limits.csv"), ...rows("extremes.csv"), ...rows("contact.csv"), ...rows("releases.csv")]) {
     const name = contestantOf(row);
     if (!row.method || found.has(name)) continue;
     const at = counts.get(row.engine) ?? 0;

@@ -6,6 +6,7 @@ import { answer, toleranceInput } from "./answer.js";
 import { board } from "./board.js";
 import { changesSection } from "./changes.js";
 import { sweptScenes } from "./cheapest.js";
+import { contactSection } from "./contact.js";
 import { CONTESTANTS } from "./contestants.js";
 import { costSections } from "./cost.js";
 import { courseworkSection } from "./coursework.js";
@@ -26,6 +27,7 @@ import { tooltip } from "./tooltip.js";
 const SECTIONS = {
   changed: ["changed-runs.csv", changesSection],
   scenes: ["scenes.csv", sceneSections],
+  contact: ["contact.csv", contactSection],
   cost: ["sweep-work-precision.csv", costSections],
   stability: ["limits.csv", stableSection],
   extremes: ["extremes.csv", extremeSection],

@@ -10,6 +10,7 @@ import { THIN, counted, figure, finite, given, si, superscript } from "./numbers
 import { clockOf, player } from "./player.js";
 import { polhode } from "./polhode.js";
 import { shown } from "./selection.js";
+import { sensorFold } from "./sensors.js";
 import { choose, state } from "./state.js";
 import { foldedTable } from "./table.js";
 import { statusInWords } from "./verdicts.js";
@@ -129,6 +130,7 @@ function fillScene(body, scene, runs) {
   body.append(factsOf(scene, runs));
   runTable(body, name, runs);
   vertexTable(body, name);
+  sensorFold(body, name);
 }
 
 /** The predictability horizon, where the scene has one. */

@@ -6,12 +6,12 @@ from types import SimpleNamespace
 import pytest
 
 from tests.support import planted_contact
-from tumble.compare.contact.findings import contestant_laws
+from tumble.compare.contact.findings import contestant_laws, worst_verdict
 from tumble.compare.contact.rows import contact_rows
-from tumble.compare.contact.study import contacts
+from tumble.compare.contact.study import BRIEF, contacts
 from tumble.compare.run.local import LocalEngine
 from tumble.compare.run.running_engines import launched
-from tumble.scenarios.read import scene_of
+from tumble.scenarios.read import read_scene, scene_of
 from tumble.scenarios.truth import truth
 
 SLIDE = """
@@ -76,6 +76,12 @@ RESTITUTION = {
 }
 
 
+def test_who_sinks_besides_is_not_right():
+    assert worst_verdict(["Coulomb and Newton", "another law", "sinks by 0.06 mm"]) == "another law"
+    assert worst_verdict(["sinks by 0.06 mm", "Coulomb and Newton"]) == "sinks by 0.06 mm"
+    assert worst_verdict(["another law: friction of 0.5", "another law"]) == "another law: friction of 0.5"
+
+
 def test_each_law_of_friction_is_named():
     """Semi-implicit Euler is of order 1; a wrong law stays, whatever the step."""
     found = laws(scene_of(SLIDE, Path("slide.toml"), "slide"), *FRICTION)
@@ -95,3 +101,12 @@ def test_each_law_of_restitution_is_named():
     rebound = rows["rebound speed after impact"]
     assert rebound.law_error_low <= (0.36 / 0.6 - 1) * rebound.true <= rebound.law_error_high
     assert rebound.error == pytest.approx(rebound.law_error + rebound.step_error)
+
+
+def test_friction_of_the_whole_impulse_is_another_law_than_friction_at_each_instant():
+    """Moreau's time stepping follows the one, events the other: in this scene a corner's slip turns round."""
+    scene = read_scene("die-corner-planar")
+    with launched(["tumble:events", "tumble:moreau"]) as running_engines:
+        found = contacts(running_engines, [SimpleNamespace(scene=scene, truth=truth(scene))], ladder=BRIEF)
+    said = [law.verdict for one in found for law in contestant_laws(list(contact_rows(one)))]
+    assert said == ["Coulomb and Newton", "another law: Coulomb on the whole impulse"]

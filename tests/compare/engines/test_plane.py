@@ -79,3 +79,11 @@ def test_bullet_cuts_friction_and_says_so():
     scene = read_scene("box-slide-0")
     with pytest.raises(NotImplementedError, match="Bullet cuts the friction of a pair at 10"):
         registry.load("pybullet").build(replace(scene, plane=replace(scene.plane, friction=11.0)), "multibody")
+
+
+def test_variants_of_contact_take_part_above_a_plane_alone_and_held_forces_where_one_acts():
+    info = registry.engine_info("mujoco", registry.load("mujoco"))
+    unused = {name: info.without_use(read_scene(name)) for name in ("two-hits", "box-slide-0", "tether-undamped")}
+    assert unused["two-hits"] == {*info.forced, *info.contact}
+    assert unused["box-slide-0"] == {*info.forced}
+    assert unused["tether-undamped"] == {*info.contact}

@@ -10,6 +10,7 @@ import pytest
 from tools import confusion
 from tumble.__main__ import main
 from tumble.compare.grade import grade as verdict
+from tumble.compare.grade import sensor_grade
 from tumble.compare.grade.read.columns import UNITS
 from tumble.scenarios.published import VERTEX, table_4_1
 
@@ -146,7 +147,9 @@ def table(first):
 
 
 def test_the_page_has_every_verdict():
-    verdicts = {value for name, value in vars(verdict).items() if name.isupper() and isinstance(value, str)}
+    known = {**vars(verdict), **vars(sensor_grade)}
+    verdicts = {value for name, value in known.items() if name.isupper() and isinstance(value, str)}
+    verdicts -= {sensor_grade.ACCELEROMETER}
     assert {row[0] for row in table("verdict")} == verdicts
 
 
@@ -156,6 +159,7 @@ def test_the_page_has_every_unit():
     assert said["centre"] == list(UNITS["length"])
     assert said["velocity"] == list(UNITS["speed"])
     assert said["angular"] == list(UNITS["rate"])
+    assert table("reading")[0][2].split(", ") == list(UNITS["acceleration"])
 
 
 def confusion_rows():

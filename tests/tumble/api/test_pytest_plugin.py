@@ -10,7 +10,7 @@ from patience import PATIENCE_S
 
 import tumble
 from tumble.compare.engines import CHECKS
-from tumble.testing import ON_A_SCENE, slug
+from tumble.testing import ON_A_SCENE, contract, parametrize_with_laws, slug
 
 ROOT = Path(__file__).parents[3]
 TESTS = """\
@@ -102,6 +102,20 @@ def test_a_scene_that_an_engine_has_no_force_for_is_skipped(check):
     fast = tumble.Scene.read("die-straight").replace(gravity=(0, 0, -9.81))
     with pytest.raises(pytest.skip.Exception, match="gravity"):
         ON_A_SCENE[check](lambda state, dt, body: state, fast)
+
+
+def test_a_scene_with_a_plane_asks_for_the_checks_of_contact():
+    laws = parametrize_with_laws("physx", ["two-hits", "box-slide-22"], expected_failures={"holds": "x"}).args[1]
+    ids = [law.id for law in laws]
+    assert {"physx-contract-mirror-images", "physx-two-hits-converges-on-it", "physx-box-slide-22-finishes"} <= set(ids)
+    assert "physx-box-slide-22-converges-on-it" not in ids
+    with pytest.raises(tumble.UserError, match="no check 'holds'"):
+        parametrize_with_laws("physx", ["two-hits"], expected_failures={"holds": "x"})
+
+
+def test_a_known_failure_of_an_engine_is_an_expected_one():
+    with pytest.raises(pytest.xfail.Exception, match="pyramid"):
+        contract("ode", "any direction")
 
 
 def test_a_baseline_is_written_on_request_only_and_then_guards(tmp_path):

@@ -1,6 +1,7 @@
 """What a result has: tables with units and meanings, its answer, its page in a frame, its figure, and its files."""
 
 import altair
+import pandas as pd
 import pytest
 
 import tumble
@@ -47,9 +48,10 @@ def test_what_is_saved_is_read_and_saved_again_byte_for_byte(result, tmp_path):
 
 
 def test_what_the_command_writes_beside_its_tables_is_saved_too(result, tmp_path):
-    tumble.Result(result.tables, documents={"releases.md": "# Releases\n"}).save(tmp_path)
+    tumble.Result(result.tables, documents={"releases.md": "# Releases\n"}).save(tmp_path, parquet=True)
     assert (tmp_path / "releases.md").read_text(encoding="utf-8") == "# Releases\n"
     assert (tmp_path / "runs.csv").is_file()
+    assert pd.read_parquet(tmp_path / "runs.parquet").max_error_m.tolist() == result.runs.max_error_m.tolist()
 
 
 def test_a_folder_without_tables_is_refused_in_one_line(tmp_path):

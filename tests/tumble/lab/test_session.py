@@ -7,6 +7,7 @@ import subprocess
 import sys
 import threading
 import time
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -20,12 +21,14 @@ from tumble.compare.run.status import Failure
 from tumble.lab.background import Job, Workers
 from tumble.lab.draft import Draft
 from tumble.lab.pool import Contestant, Pool
-from tumble.lab.readings import error_rows, errors_over_time, readings
+from tumble.lab.readings import error_rows, errors_over_time, felt, readings, sensor_readings
 from tumble.lab.refusals import Refused
 from tumble.lab.sentences import sentence
 from tumble.lab.session import LEAD_S, Session
 from tumble.scenarios.frames import rotation_matrix
 from tumble.scenarios.read import BadScene, read_scene
+from tumble.scenarios.truth.sensors import sensor_truth
+from tumble.scenarios.wrench import wrench
 
 PLUGINS = Path(__file__).parents[2] / "plugins"
 PATIENCE_S = 60.0
@@ -340,8 +343,25 @@ def test_the_numbers_are_those_of_the_coursework(session, until):
     assert told["impulse"].values == pytest.approx((5.0,))
     assert told["hit point"].values == pytest.approx(tuple(place))
     assert (told["mass"].unit, told["angular velocity"].unit, told["time"].unit) == ("kg", "rad/s", "s")
+    # An accelerometer at the clicked point of a cube that spins freely: w^2 r towards the axis; a gyro beside it.
+    scene, point = session.thrown.scene, session.struck_point(shown.time)
+    force, spin = (np.array(one.values) for one in sensor_readings(scene, shown.state, point, None, at_impulse=False))
+    axes = rotation_matrix(shown.state[3:7])
+    w = shown.state[10:13]
+    arm = place - scene.start[0, :3]  # as it was at the click, when the body was not turned
+    assert axes @ spin == pytest.approx(w)
+    assert force == pytest.approx(np.cross(spin, np.cross(spin, arm)))
+    assert sensor_readings(scene, shown.state, point, None, at_impulse=True)[0].values == ()
     corners = np.array([told[f"vertex {number}"].values for number in range(8)])
     assert np.linalg.norm(corners - told["centre of mass"].values, axis=1) == pytest.approx(np.full(8, 2.5 * 3**0.5))
+
+
+def test_an_accelerometer_in_the_lab_feels_the_forces_of_a_scene():
+    scene = read_scene("tether-undamped")
+    (sensor,) = scene.sensors
+    true = sensor_truth(scene, replace(sensor, orientation=np.array([1.0, 0, 0, 0])), times=np.array([0.0, 0.01]))
+    force, _ = felt(scene, scene.start[0], sensor.point_body, wrench(scene))
+    assert force == pytest.approx(true.specific_force[0, 0], rel=1e-12)
 
 
 def test_the_curves_end_with_the_errors_of_the_table(session, until):

@@ -1,4 +1,4 @@
-"""MuJoCo above a plane: its pyramid and its creep are named, and its round cone stops a box as Coulomb's law does."""
+"""MuJoCo above a plane, as tables, in words and on the page: its pyramid is named, its round cone is none."""
 
 from pathlib import Path
 
@@ -21,7 +21,7 @@ SLIDE = {
 }
 
 
-def test_the_pyramid_of_mujoco_is_named_and_its_round_cone_is_not(tmp_path: Path):
+def test_the_pyramid_of_mujoco_is_named_and_its_round_cone_is_not(tmp_path: Path, opened):
     result = tumble.compare(SLIDE, ["mujoco:euler", "mujoco:euler+elliptic"], film=False, progress=False)
     stops = result.contact[result.contact.observable == "distance until it stops"].set_index("method")
     assert stops.verdict["euler"] == "another law: pyramid along x and z, 1.41 times as far"
@@ -31,3 +31,8 @@ def test_the_pyramid_of_mujoco_is_named_and_its_round_cone_is_not(tmp_path: Path
     assert len(result.contact_scans[result.contact_scans.method == "euler"]) == 2 * 16
     result.save(tmp_path)
     assert tumble.read(tmp_path).contact.equals(result.contact)
+    tab = opened(result.page(), "#contact", width=400)
+    assert "distance until it stops" in tab.locator("section#contact .headline").inner_text()
+    outline = tab.locator("svg.rose [data-name='mujoco:euler'] path").first.get_attribute("d")
+    assert outline.count(",") == 16
+    assert tab.evaluate("document.documentElement.scrollWidth") <= 400
