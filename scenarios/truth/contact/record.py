@@ -163,12 +163,14 @@ def _observables(motion: Motion, changed: list[Changed]) -> tuple[Observable, ..
     others = [(one.share, {each.name: each.value for each in observed(one.setting, one.timeline)}) for one in changed]
     found = []
     for fine, rough in zip(finer, rougher, strict=True):
+        # The last bits of the inputs decide whether it happens before the end.
+        if any(fine.name not in other for _, other in others):
+            continue
         value = float(fine.value)
         bound = float(abs(fine.value - rough.value)) + np.spacing(abs(value)) / 2
         moves = [
             abs(float(other[fine.name] - others[0][1][fine.name])) / abs(share)
             for share, other in others[1:]
-            if fine.name in other
         ]
         found.append(
             Observable(

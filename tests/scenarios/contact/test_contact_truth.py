@@ -248,3 +248,13 @@ def test_another_friction_breaks_the_bound(tmp_path):
     assert other != text
     path.write_text(other, encoding="utf-8")
     assert worst(path, truth(scene, False))[0] > 1
+
+
+def test_what_the_last_bits_decide_is_no_observable(tmp_path):
+    """The 17th apex of this ball comes at the end: the motion of the same numbers in doubles does not reach it."""
+    file = tmp_path / "ball.toml"
+    file.write_text(drawn("ball dropped", 2), encoding="utf-8")
+    (record,) = truth(read_scene(str(file)), True).contacts
+    names = {each.name for each in record.observables}
+    assert "apex after impact 16" in names
+    assert "apex after impact 17" not in names
