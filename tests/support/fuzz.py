@@ -479,7 +479,7 @@ def trajectories(folder: Path, numbers: range) -> Outcome:
         mapping = mapping_file(beside) if each.map_file else {}
         scene = scenes[each.scene]
         # The truth takes 0.2 s and knows nothing of a file but its times: it is left to the whole command.
-        with patch.object(Reference, "limit", lambda *_: 1e-12), ExitStack() as drafts:
+        with patch.object(Reference, "resolution", lambda *_: 1e-12), ExitStack() as drafts:
             path, name, first_line = as_csv(str(file), columns, decimal, drafts)
             reading = Conventions(chosen.get("--euler"), chosen.get("--axes"), start, name, first_line)
             found = measure(Trajectory(path, scene, mapping | mapping_of(pairs), by, decimal, reading), scene)

@@ -1,8 +1,8 @@
 """Two tiers: `make test` runs every quick test and a part of the slow ones, `make test-rest` the others.
 
 tests/slow.txt lists slow tests, a function a line.  Of each, `--quick` runs the first case where `first` stands behind
-it, and of the other cases one in thirty, others with each commit.  A test that is slow and not listed fails, if it is
-slow a second time too: what is compiled or imported once counts for no test.
+it, and of the other cases one in thirty, others with each commit; none where `rest` does.  A test that is slow and not
+listed fails, if it is slow a second time too: what is compiled or imported once counts for no test.
 """
 
 import hashlib
@@ -24,10 +24,10 @@ PARTS = 30
 taken = pytest.StashKey[float]()
 
 
-def slow_tests() -> dict[str, bool]:
-    """Return the listed tests, each with whether `--quick` runs its first case."""
-    lines = (line.split() for line in LIST.read_text(encoding="utf-8").splitlines() if line and line[0] != "#")
-    return {words[0]: words[1:] == ["first"] for words in lines}
+def slow_tests() -> dict[str, str]:
+    """Return the listed tests, each with the word behind it."""
+    lines = (line.partition(" ") for line in LIST.read_text(encoding="utf-8").splitlines() if line and line[0] != "#")
+    return {name: word for name, _, word in lines}
 
 
 def function_of(item: pytest.Item) -> str:
@@ -54,8 +54,10 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         name = function_of(item)
         is_first = name not in seen
         seen.add(name)
+        if name not in slow or slow[name] == "rest":
+            return name not in slow
         digest = hashlib.sha256(f"{head}{item.nodeid}".encode()).digest()
-        return name not in slow or (is_first and slow[name]) or digest[0] % PARTS == 0
+        return (is_first and slow[name] == "first") or digest[0] % PARTS == 0
 
     left_out = {item for item in items if stays(item) is config.getoption("--rest")}
     config.hook.pytest_deselected(items=[*left_out])

@@ -168,10 +168,7 @@ def _observables(motion: Motion, changed: list[Changed]) -> tuple[Observable, ..
             continue
         value = float(fine.value)
         bound = float(abs(fine.value - rough.value)) + np.spacing(abs(value)) / 2
-        moves = [
-            abs(float(other[fine.name] - others[0][1][fine.name])) / abs(share)
-            for share, other in others[1:]
-        ]
+        moves = [abs(float(other[fine.name] - others[0][1][fine.name])) / abs(share) for share, other in others[1:]]
         found.append(
             Observable(
                 fine.name, fine.unit, value, float(bound), max(moves, default=0.0), float(fine.begins), float(fine.ends)
