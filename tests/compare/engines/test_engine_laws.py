@@ -145,6 +145,7 @@ def test_a_broken_law_of_motion_says_what_is_mistaken():
     )
     assert lawless_says("sensors", "feels-gravity").endswith("gravity is subtracted from it: free fall reads nothing")
     assert lawless_says("sensors", "feels-the-centre").endswith("it is the reading of the centre of mass")
+    assert lawless_says("sensors", "moves-when-asked") == "sense() alters the motion: by 1e-09 after two steps"
     assert lawless_says("sensors", "slows-down") == ""
     assert lawless_says("digits", "prints-six-digits").startswith(
         "6 digits of a number came back, 17 are needed: x of throw "
