@@ -42,7 +42,7 @@ def reads_what_a_body_feels(engine: ModuleType, method: str) -> None:
     demand_readings(engine, world, nothing, "of a free body")
     engine.write(world, THROWS[::-1].copy())
     demand_readings(engine, world, nothing, "of a free body in a state that was just written")
-    demand_same_motion(engine, world)
+    demand_same_motion(engine, free, method)
     if field is not None:
         for held, states, how in upheld(engine, free):
             try:
@@ -55,10 +55,11 @@ def reads_what_a_body_feels(engine: ModuleType, method: str) -> None:
             demand_readings(engine, world, lift, f"of a body that {how} holds against gravity")
 
 
-def demand_same_motion(engine: ModuleType, world: object) -> None:
-    """Raise Broken where a run whose sensors are read moves otherwise than one whose sensors are not."""
+def demand_same_motion(engine: ModuleType, free: Scene, method: str) -> None:
+    """Raise Broken where a run whose sensors are read does not have the same motion."""
     ends = []
     for looks in (False, True):
+        world = engine.build(free, method)
         engine.write(world, THROWS)
         for _ in range(2):
             step(engine, world, (1, LONG))

@@ -85,7 +85,9 @@ def build(scene, method):
         raise NotImplementedError("it got sensors")
     return {}
 def write(world, states): world["states"] = states.copy()
-def advance(world, n, dt): world["states"][:, 0:3] += n * dt * world["states"][:, 7:10]
+def advance(world, n, dt):
+    for _ in range(n):
+        world["states"][:, 0:3] += dt * world["states"][:, 7:10]
 def read(world): return world["states"]
 """
 
