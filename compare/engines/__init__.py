@@ -47,7 +47,7 @@ More names where they are not empty:
     INSTANTS    the only sample instants at which the engine has an answer [s]; it takes part in scenes with others only
                 when it is asked for
     SENSE       how `sense` reads: "sensor", which is taken where it is not said: by the engine's own; "derivatives": by
-                the equations of motion in the state
+                the equations of motion in the state; or {method: that}, where other methods have no `sense`
     EXEMPT      {law: why}: laws that the engine is there to break
     KNOWN_FAILURES  {check: {method: why}}: checks that a method fails by its own law, and no mistake of the file; * is
                 every method.  They are made all the same: one that passes is stated wrongly

@@ -10,6 +10,8 @@ takes when asked; `semi-implicit` and `featherstone` have a spring, a damper tha
 friction that is viscous before it slips: they are set for the scene's restitution and for the step.  `mujoco` has none;
 its friction cone is a pyramid, and round with `+elliptic`.
 
+Its IMU needs the accelerations that `mujoco` alone of these solvers gives: `sense` is for that one.
+
 Kernels are compiled where they lie: in the environment, the first time.
 """
 
@@ -63,6 +65,7 @@ MEGABYTES = 720
 SCHEMES = dict.fromkeys((*FORCED, *ON_REQUEST), "semi-implicit-euler")
 GYROSCOPIC = {"semi-implicit": "explicit", "featherstone": "explicit", "xpbd": "explicit", "mujoco": "implicit"}
 SPRINGS, WARP = ("semi-implicit", "featherstone"), ("mujoco", "mujoco+elliptic")
+SENSE = dict.fromkeys((*WARP, "mujoco+held", "mujoco+defaults"), "sensor")
 KNOWN_FAILURES = {
     "converges": {"featherstone": "its error of 0.006 rad after a second stays from 512 steps on; no cause was found"},
     "friction": {"xpbd": "friction is a correction of positions, and up to a tenth too strong"},
@@ -80,6 +83,7 @@ KNOWN_FAILURES = {
 }
 # Of MuJoCo Warp, twice its MJ_MINMU, and of the spring of an impact.
 LEAST_FRICTION, LEAST_RESTITUTION = 2e-5, 0.01
+NO_TIME = 1e-6  # s, of the step that is thrown away: the accelerations at its start do not depend on it
 DAMPING = {"semi-implicit": 0.05, "featherstone": 0.05}  # 1/s, of w, unless told otherwise
 ABOUT = {
     "version": version("newton"),
@@ -98,7 +102,8 @@ class World:
     """A model with one body a throw, two states that take turns, and what `audit` needs to know since `write`.
 
     pipeline, contacts: what finds them, where there is a plane and the solver does not itself; springs: whether they
-    are to be set for the step.  damping [1/s]: of the angular velocity; scale: how many times the scene's masses and
+    are to be set for the step; imu, accelerations: its sensors, where the scene has any, and what the solver fills for
+    them.  damping [1/s]: of the angular velocity; scale: how many times the scene's masses and
     forces are what Newton got.
     """
 
@@ -113,6 +118,8 @@ class World:
     pipeline: Any = None
     contacts: Any = None
     springs: bool = False
+    imu: Any = None
+    accelerations: Any = None
     written: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 13)))
     steps: int = 0
     elapsed: float = 0.0
@@ -131,6 +138,9 @@ def build(scene: "Scene", method: str) -> World:
         world.pipeline = newton.CollisionPipeline(model)
         world.contacts = world.pipeline.contacts()
         world.springs = kind != "xpbd" and not defaults
+    if scene.sensors and kind == "mujoco":
+        world.imu = newton.sensors.SensorIMU(model, "imu *", request_state_attributes=False)
+        world.accelerations = solver.observables(kinds=world.imu.solver_observable_kinds)
     return world
 
 
@@ -197,6 +207,10 @@ def model_of(scene: "Scene", scale: float, kind: str) -> Any:
         builder.add_body(mass=mass, inertia=warp.mat33(*np.diag(moments).ravel().tolist()), lock_inertia=True)
         if scene.plane:
             touch(builder, scene, kind)
+        for sensor in scene.sensors:
+            turn = sensor.orientation / np.linalg.norm(sensor.orientation)
+            mounted = warp.transform(sensor.point_body.tolist(), warp.quat(*np.roll(turn, -1).tolist()))
+            builder.add_site(builder.body_count - 1, xform=mounted, label=f"imu {sensor.name}")
         builder.end_world()
     with warnings.catch_warnings(action="ignore"):  # that it has mended them
         model = builder.finalize(device="cpu")
@@ -285,6 +299,20 @@ def read(world: World) -> NDArray[np.float64]:
     warp.synchronize_device("cpu")
     poses, twists = world.now.body_q.numpy(), world.now.body_qd.numpy()
     return np.hstack((poses[:, 0:3], poses[:, 6:7], poses[:, 3:6], twists)).astype(float)
+
+
+def sense(world: World) -> NDArray[np.float64]:
+    """Return what its IMUs read in the state as it is, (N, S, 6).
+
+    After a step the solver has the accelerations of its start: a step that is thrown away gives those of the state.
+    """
+    if world.held is not None:
+        hold(world, world.held)
+    world.solver.step(world.now, world.next, None, None, NO_TIME, observables=world.accelerations)
+    world.imu.update(world.now, observables=world.accelerations)
+    warp.synchronize_device("cpu")
+    read = np.hstack((world.imu.accelerometer.numpy(), world.imu.gyroscope.numpy())).astype(float)
+    return read.reshape(len(world.written), -1, 6)
 
 
 def audit(world: World) -> Iterator[tuple[str, str]]:

@@ -11,14 +11,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tumble.compare.run.engines.registry import Finding, built, findings
+from tumble.compare.run.engines.registry import DIFFERENCES, Finding, built, findings, how_sensed
 from tumble.compare.run.flight import Leg, legs, real, with_impulses
 from tumble.compare.run.timing.timer import prepare
 from tumble.scenarios.frames import Array, rotation_matrix
 from tumble.scenarios.scene import Scene, Sensor
 
 FORCE, SPIN, FIELD = slice(0, 3), slice(3, 6), slice(6, 9)
-OWN_SENSOR, DIFFERENCES = "sensor", "differences"
 IMPULSE = "an impulse acts at this instant: the specific force is not defined"
 NO_STEP = "no step before the first reading"
 NO_INTERVAL = "no interval before the first reading"
@@ -82,7 +81,7 @@ class SensorRun:
         self._engine, self._scene = engine, scene
         self._mounted = [rotation_matrix(sensor.orientation) for sensor in scene.sensors]
         self._world = built(engine, scene, method, frozenset())
-        self.how = getattr(engine, "SENSE", OWN_SENSOR) if hasattr(engine, "sense") else DIFFERENCES
+        self.how = how_sensed(engine, method)
         self.found: list[Finding] = []
         self._averages = any(sensor.average for sensor in scene.sensors)
         self._sums, self._since = np.zeros((len(scene.sensors), 9)), np.zeros(len(scene.sensors))

@@ -29,6 +29,7 @@ from tumble.scenarios.scene import Scene
 VERBS = ("build", "write", "advance", "read")
 # What a step takes where an engine does not say it [ns]: it is a plain loop in Python, as far as anybody knows.
 STEP_NS = 50_000.0
+OWN_SENSOR, DIFFERENCES = "sensor", "differences"
 OWN_SCHEME = "its own"  # in place of a name, for a scheme that an engine states as a function
 
 
@@ -92,7 +93,7 @@ class EngineInfo:
     orders : by method, the power of the step by which the error of a free body falls
     instants : the only sample instants at which the engine has an answer [s]; empty: any instant
     known_failures : reason for each check that methods fail by the engine's own law, by check and method, * for all
-    senses : whether it reads sensors itself; otherwise their readings are differences of its velocities
+    senses : whether any of its methods reads sensors itself; otherwise the readings are differences of its velocities
     """
 
     methods: tuple[str, ...]
@@ -411,6 +412,16 @@ def findings(raw: Iterable[str | tuple[str, str]]) -> list[Finding]:
 def built(engine: ModuleType, scene: Scene, method: str, keep: frozenset[str]) -> Any:
     """Return the engine's world of a scene; keep, of its OPTIONAL, is for an engine that has any."""
     return engine.build(scene, method, keep) if keep else engine.build(scene, method)
+
+
+def how_sensed(engine: ModuleType, method: str) -> str:
+    """Return how a method's readings of sensors are made, a word of the column `reading`."""
+    if not hasattr(engine, "sense"):
+        return DIFFERENCES
+    stated = getattr(engine, "SENSE", OWN_SENSOR)
+    if isinstance(stated, Mapping):
+        return str(stated.get(str(MethodName.parse(method).without_tolerance), DIFFERENCES))
+    return str(stated)
 
 
 def words(names: object) -> tuple[str, ...]:

@@ -12,11 +12,13 @@ import numpy as np
 
 from tumble.compare.run.engines.brick import GRAVITY, MASS, MOMENTS, THROWS, Broken, rounding, scene, step
 from tumble.compare.run.engines.free_body import to_body
+from tumble.compare.run.engines.registry import DIFFERENCES, how_sensed
 from tumble.scenarios.frames import Array, rotation_matrix
 from tumble.scenarios.scene import Drag, Scene, Sensor, Tether, frozen_array
 
 # A step so short that the mean over it, which some integrators take for the acceleration, is the value at its end [s].
 SHORT = 1e-6
+LONG = 0.01  # s, in which every throw moves by far more than a rounding
 # A mistake explains a reading if it leaves this much of its error.
 EXPLAINED = 0.05
 OBLIQUE = np.array([0.5, -0.7, 0.1, 0.5])
@@ -29,6 +31,8 @@ SENSORS = (
 
 def reads_what_a_body_feels(engine: ModuleType, method: str) -> None:
     """Specific force and angular velocity of every sensor are those of the state."""
+    if how_sensed(engine, method) == DIFFERENCES:
+        raise NotImplementedError("it has no sensors: their readings are differences of its velocities")
     field = GRAVITY if "gravity" in engine.FEATURES else None
     free = replace(scene(gravity=field), sensors=SENSORS)
     world = engine.build(free, method)
@@ -38,6 +42,7 @@ def reads_what_a_body_feels(engine: ModuleType, method: str) -> None:
     demand_readings(engine, world, nothing, "of a free body")
     engine.write(world, THROWS[::-1].copy())
     demand_readings(engine, world, nothing, "of a free body in a state that was just written")
+    demand_same_motion(engine, free, method)
     if field is not None:
         for held, states, how in upheld(engine, free):
             try:
@@ -48,6 +53,21 @@ def reads_what_a_body_feels(engine: ModuleType, method: str) -> None:
             step(engine, world, (1, SHORT))
             lift = np.broadcast_to(-np.array(GRAVITY), (len(states), 3))
             demand_readings(engine, world, lift, f"of a body that {how} holds against gravity")
+
+
+def demand_same_motion(engine: ModuleType, free: Scene, method: str) -> None:
+    """Raise Broken where a run whose sensors are read does not have the same motion."""
+    ends = []
+    for looks in (False, True):
+        world = engine.build(free, method)
+        engine.write(world, THROWS)
+        for _ in range(2):
+            step(engine, world, (1, LONG))
+            if looks:
+                engine.sense(world)
+        ends.append(np.array(engine.read(world)))
+    if not np.array_equal(*ends, equal_nan=True):
+        raise Broken(f"sense() alters the motion: by {np.abs(ends[1] - ends[0]).max():.2g} after two steps")
 
 
 def upheld(engine: ModuleType, free: Scene) -> Iterator[tuple[Scene, Array, str]]:

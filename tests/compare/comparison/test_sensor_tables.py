@@ -1,9 +1,16 @@
 """sensors.csv and sensor-errors.csv: real engines, their own sensors and differences, and what is left out."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import tumble
+from tumble.compare.run.engines import brick, registry
+from tumble.compare.run.engines.sensor_checks import SENSORS
+from tumble.compare.run.flight import Trajectory, simulate
+from tumble.compare.run.running_engines import launched
+from tumble.compare.run.timing.timer import Pace, Ready
 
 SPIN = tumble.Scene.box(
     (0.4, 0.15, 0.1), 2.4, name="spin", duration=1.0, samples=4, step=0.01, gravity=(0.0, -9.81, 0.0),
@@ -67,3 +74,37 @@ def test_a_scene_without_sensors_has_no_rows_and_the_same_bits(found):
     ours = found.vertex_errors.set_index(["engine", "t_s", "vertex"]).error_m
     theirs = plain.vertex_errors.set_index(["engine", "t_s", "vertex"]).error_m
     assert (ours.loc[theirs.index] == theirs).all()
+
+
+PAYS = """
+import numpy as np
+METHODS, FEATURES = ("drift",), {"gravity"}
+ABOUT = {"version": "1", "precision": "double", "switched_off": []}
+def build(scene, method):
+    if scene.sensors:
+        raise NotImplementedError("it got sensors")
+    return {}
+def write(world, states): world["states"] = states.copy()
+def advance(world, n, dt):
+    for _ in range(n):
+        world["states"][:, 0:3] += dt * world["states"][:, 7:10]
+def read(world): return world["states"]
+"""
+
+
+def test_a_run_that_is_measured_has_no_sensors(tmp_path):
+    (tmp_path / "pays.py").write_text(PAYS)
+    scene = replace(brick.scene(gravity=brick.GRAVITY), sensors=SENSORS)
+    with launched([str(tmp_path / "pays.py")]) as (pays,):
+        assert isinstance(pays.simulate(scene, "drift", 0.01), Trajectory)
+        assert isinstance(pays.prepare_timer("it", scene, "drift", Pace(((10, 0.01),), True)), Ready)
+        assert str(pays.read_sensors(scene, "drift", 0.01)) == "skipped: it got sensors"
+
+
+@pytest.mark.parametrize("contestant", ["tumble:exact", "tumble:rkmk4", "mujoco:euler", "mujoco:rk4"])
+def test_a_world_with_sensors_moves_by_the_same_bits(contestant):
+    name, _, method = contestant.partition(":")
+    plain = brick.scene(gravity=brick.GRAVITY)
+    runs = [simulate(registry.load(name), scene, method, 0.01) for scene in (plain, replace(plain, sensors=SENSORS))]
+    assert runs[0].states.tobytes() == runs[1].states.tobytes()
+    assert runs[0].vertices.tobytes() == runs[1].vertices.tobytes()

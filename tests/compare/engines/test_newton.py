@@ -8,11 +8,13 @@ from apart import broken_laws, engine, flight, throw
 
 from tumble.compare.run.engines.brick import scene
 from tumble.compare.run.running_engines import launched
+from tumble.scenarios.scene import Sensor, frozen_array
 
 EPS = float(np.finfo(np.float32).eps)
 MOMENTS = np.array([1.0, 2.0, 3.0])
 START = throw(v=(0.5, 0.0, 0.0), w=(0.2, 1.0, 0.3))
 STEP = 1 / 32
+ARM = Sensor("arm", "imu", 10.0, frozen_array((0.1, 0.0, 0.0)), frozen_array((1.0, 0.0, 0.0, 0.0)))
 EXPLICIT = ("semi-implicit", "featherstone", "xpbd")
 
 
@@ -47,6 +49,20 @@ def test_mujoco_warp_steps_as_mujocos_implicitfast_does():
         ours.worker.time_limit = 300.0  # forty milliseconds a step on a busy machine
         found, expected = ours.simulate(question, "mujoco", STEP), reference.simulate(question, "implicitfast", STEP)
     np.testing.assert_allclose(found.states[-1], expected.states[-1], rtol=0, atol=16 * 10 * EPS)
+
+
+def test_mujoco_warps_imu_reads_what_a_body_feels_and_the_others_are_read_by_differences():
+    with engine("newton", "mujoco", "mujoco+held", "xpbd") as ours:
+        said = [
+            ours.ensure_running() or ours.worker.check_failure("sensors", method)
+            for method in ("mujoco", "mujoco+held", "xpbd")
+        ]
+        spin = replace(scene(throw(w=(0.0, 0.0, 3.0))), duration=0.1, sensors=(ARM,))
+        read = {method: ours.read_sensors(spin, method, 0.01) for method in ("mujoco", "xpbd")}
+    assert said[:2] == ["", ""]
+    assert str(said[2]) == "skipped: it has no sensors: their readings are differences of its velocities"
+    assert {method: found.how for method, found in read.items()} == {"mujoco": "sensor", "xpbd": "differences"}
+    np.testing.assert_allclose(read["mujoco"].values[0][:, :6], [[-0.9, 0, 0, 0, 0, 3.0]] * 2, atol=40 * EPS)
 
 
 def test_moments_that_no_body_has_are_taken_as_they_are_and_mujoco_refuses_them():
