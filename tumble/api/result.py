@@ -20,6 +20,12 @@ if TYPE_CHECKING:
 
 # Height of the frame in a notebook [px]: the answer, the ranking and the film are seen without scrolling.
 FRAME_HEIGHT = 780
+# VS Code and JupyterLab state their theme in an attribute only; the page in the frame follows `color-scheme`.
+# In marimo the frame inherits it.  Elsewhere the page follows the system.
+FRAME_STYLE = """\
+[data-jp-theme-light="true"] .tumble-page, [data-vscode-theme-kind$="light"] .tumble-page { color-scheme: light }
+[data-jp-theme-light="false"] .tumble-page, [data-vscode-theme-kind$="dark"] .tumble-page,
+[data-vscode-theme-kind="vscode-high-contrast"] .tumble-page { color-scheme: dark }"""
 # The column of an attribute's table that its file has not.
 CONTESTANT = "contestant"
 # Below the head of a printed table.
@@ -140,7 +146,8 @@ class Result:
             return f"<pre>{html.escape(repr(self))}</pre>"
         answer = f"<p>{html.escape(self.answer)}</p>" if self.answer else ""
         return (
-            f'{answer}<iframe srcdoc="{html.escape(page)}" title="Tumble" loading="lazy" '
+            f"<style>{FRAME_STYLE}</style>{answer}"
+            f'<iframe class="tumble-page" srcdoc="{html.escape(page)}" title="Tumble" loading="lazy" '
             f'style="width: 100%; height: {FRAME_HEIGHT}px; border: 0"></iframe>'
         )
 

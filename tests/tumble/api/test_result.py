@@ -1,11 +1,24 @@
 """What a result has: tables with units and meanings, its answer, its page in a frame, its figure, and its files."""
 
+import re
+
 import altair
 import pandas as pd
 import pytest
 
 import tumble
 from tumble.compare.tables.known import schema
+
+# Attributes of a notebook's body that state its theme, their values, and whether that is dark.
+THEMES = {
+    "data-vscode-theme-kind": {
+        "vscode-dark": True,
+        "vscode-light": False,
+        "vscode-high-contrast": True,
+        "vscode-high-contrast-light": False,
+    },
+    "data-jp-theme-light": {"false": True, "true": False},
+}
 
 
 @pytest.fixture(scope="module")
@@ -91,4 +104,23 @@ def test_in_a_notebook_it_is_a_page_whose_style_and_the_notebooks_do_not_meet(re
     assert tab.evaluate("document.documentElement.scrollWidth") <= 1000
     tab.screenshot(path=tmp_path / "notebook.png")
     assert errors == []
+    context.close()
+
+
+def test_in_a_notebook_the_page_is_light_or_dark_as_the_notebook_is(result, browser):
+    """By the attributes that VS Code and JupyterLab give their body, changed as a user changes the theme."""
+    context = browser.new_context(color_scheme="null", offline=True)  # an emulated scheme would overrule the frame's
+    context.set_default_timeout(120_000)
+    tab = context.new_page()
+    tab.set_content(result._repr_html_())
+    tab.frame_locator("iframe").get_by_text("two-hits").first.wait_for(state="attached")
+    page = tab.frames[-1]
+    for attribute, themes in THEMES.items():
+        for theme, dark in themes.items():
+            tab.evaluate("([name, value]) => document.body.setAttribute(name, value)", [attribute, theme])
+            query = f"(prefers-color-scheme: {'dark' if dark else 'light'})"
+            page.wait_for_function("query => matchMedia(query).matches", arg=query, timeout=20_000)
+            colour = page.evaluate("getComputedStyle(document.body).backgroundColor")
+            assert (max(map(int, re.findall(r"\d+", colour))) < 128) == dark, (attribute, theme, colour)
+        tab.evaluate("name => document.body.removeAttribute(name)", attribute)
     context.close()

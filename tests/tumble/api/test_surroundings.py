@@ -69,8 +69,8 @@ def test_in_jupyter_the_bar_is_removed_and_the_result_is_its_answer_and_its_page
     assert {bar.data["text/html"] for bar in bars} == {""}
     assert result.data["text/plain"].startswith("two-hits: ")
     assert "\x1b" not in result.data["text/plain"]
-    assert result.data["text/html"].startswith("<p>two-hits: ")
-    assert "<iframe srcdoc=" in result.data["text/html"]
+    assert "<p>two-hits: " in result.data["text/html"]
+    assert "srcdoc=" in result.data["text/html"]
 
 
 @pytest.mark.parametrize("workers", ["0", "2"])
