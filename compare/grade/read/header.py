@@ -159,7 +159,9 @@ def descriptions(
         "pose": (has_centre or not numbers) and QUATERNION[0] in columns,
         "matrix": (has_centre or not numbers) and MATRIX[0] in columns,
     }
-    if with_readings and not any(has.values()) and not by and any(name in columns for name in (*READINGS, *SPIN)):
+    # With a centre or angles beside it, an angular velocity is the body's, and the pose is what is missing.
+    readings = any(name in columns for name in (READINGS if has_centre else (*READINGS, *SPIN)))
+    if with_readings and not any(has.values()) and not by and readings and not angles_of(header):
         return []
     if not any(has.values()):
         what = "the attitude is missing" if has_centre else "the pose is missing"
