@@ -22,6 +22,7 @@ from tumble.compare.stability.theory import SCHEMES, theory
 from tumble.scenarios.frames import turned_by
 from tumble.scenarios.read import read_scene
 from tumble.scenarios.truth import truth
+from tumble.solver.registry import METHODS
 
 ROOT = Path(__file__).parents[3]
 PLUGINS = ROOT / "tests" / "plugins"
@@ -58,10 +59,14 @@ def engines() -> Iterator[tuple[str, ModuleType | None, str]]:
             yield name, None, str(missing)
 
 
+# What tests/solver/test_flight.py puts to our free methods, on more bodies, steps and counts of throws.
+OF_FLIGHTS = {"read after write", "steps add up", "write forgets", "throws are apart", "straight", "gravity"}
+
+
 def methods(engine: ModuleType) -> list[str]:
     """Return the engine's methods, and every adaptive one also at a loose tolerance, where its steps are few.
 
-    Our lanes take 64 throws or more; tests/solver/test_flight.py puts the same laws to them.
+    Our lanes take 64 throws or more: test_flight.py has them.
     """
     plain = [method for method in engine.METHODS if not method.endswith("-lanes")]
     return [*plain, *(f"{method}@1e-3" for method in getattr(engine, "ADAPTIVE", ()))]
@@ -74,7 +79,9 @@ def cases() -> Iterator:
             continue
         info = registry.engine_info(name, engine)
         for law in checks_for(info):
-            for method in (*methods(engine), *(info.contact if law in contract.CONTACT_CHECKS else ())):
+            elsewhere = METHODS if name == "tumble" and law in OF_FLIGHTS else ()
+            free = [method for method in methods(engine) if method not in elsewhere]
+            for method in (*free, *(info.contact if elsewhere or law in contract.CONTACT_CHECKS else ())):
                 yield pytest.param(law, method, engine, id=f"{law}-{name}:{method}")
 
 
