@@ -1,15 +1,19 @@
 """A trajectory as CSV: one row a sample and throw, with as many vertices as the body has."""
 
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
-import pandas as pd
 
 from tumble.compare.run.flight import Trajectory
 from tumble.compare.tables.cells import float_cells, lines_text
 from tumble.scenarios.frames import Array, quaternion_product
 from tumble.scenarios.scene import Body
-from tumble.scenarios.truth import Truth
+
+if TYPE_CHECKING:  # `tumble run` needs neither
+    import pandas as pd
+
+    from tumble.scenarios.truth import Truth
 
 STATE_COLUMNS = [
     "t_s", "x_m", "y_m", "z_m", "qw", "qx", "qy", "qz",
@@ -44,7 +48,7 @@ def trajectory_text(flight: Trajectory, body: Body, first: int = 0, of: int | No
     return text[text.index("\n") + 1 :] if first else text
 
 
-def trajectory_frame(flight: Trajectory | Truth, body: Body) -> pd.DataFrame:
+def trajectory_frame(flight: "Trajectory | Truth", body: Body) -> "pd.DataFrame":
     """Return a trajectory as a table, member after member; the quaternion is that of the scene file's axes.
 
     Parameters
@@ -56,13 +60,15 @@ def trajectory_frame(flight: Trajectory | Truth, body: Body) -> pd.DataFrame:
     -------
     one row a sample of each member; the column `member` is present if N > 1
     """
+    import pandas as pd
+
     samples, members = flight.states.shape[:2]
     header = trajectory_header(len(body.points), members)
     which = [np.repeat(np.arange(members), samples)] if members > 1 else []
     return pd.DataFrame(dict(zip(header, [*which, *trajectory_columns(flight, body)], strict=True)))
 
 
-def trajectory_columns(flight: Trajectory | Truth, body: Body) -> Iterator[Array]:
+def trajectory_columns(flight: "Trajectory | Truth", body: Body) -> Iterator[Array]:
     """Yield time, the thirteen numbers of the states and the vertices, each (throws * samples,)."""
     samples, throws = flight.states.shape[:2]
     states = flight.states.swapaxes(0, 1).reshape(-1, 13).copy()
