@@ -144,6 +144,8 @@ class Cell:
 def main() -> int:
     """Test every environment; return 1 if one failed, or if a required Python is missing."""
     options = parsed()
+    # A shell starts its background jobs with Ctrl-C ignored, and what they start inherits that: the lab would not end.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     found = {version: interpreter(version) for version in options.python}
     missing = [version for version, path in found.items() if path is None]
     if options.missing:
