@@ -14,8 +14,8 @@ from tumble.compare.comparison.against_truth import Comparison, compare
 from tumble.compare.comparison.results import comparison_tables
 from tumble.compare.contact.results import contact_tables
 from tumble.compare.contact.schemas import TABLES as CONTACT
-from tumble.compare.contact.study import BRIEF as BRIEF_LADDER
-from tumble.compare.contact.study import contacts
+from tumble.compare.contact.study import BRIEF as BRIEF_CONTACT
+from tumble.compare.contact.study import PAGE, Contact, Extent, KnownScene, contacts
 from tumble.compare.coursework.results import coursework_tables
 from tumble.compare.judge.cost import REFERENCE
 from tumble.compare.judge.errors import Run
@@ -48,6 +48,8 @@ from tumble.scenarios.scene import Scene
 from tumble.scenarios.truth import NoTruth
 
 Tables = dict[str, pd.DataFrame]
+# What a page of the whole catalogue runs above a plane: friction by direction, what holds, rebound by drop height.
+LANDING = ("box-slide-22", "box-incline-holds", "ball-drop-half")
 
 
 def report_tables(
@@ -96,27 +98,30 @@ def report_tables(
     maps = kept_tables(folder / "stability", STABILITY) if folder else {}
     stiff = [] if maps else [scene for scene in scenes if scene.name in STIFF or not scene.is_free]
     cases = [read_scene(name) for name in OF_A_PAGE] if whole_catalogue and not maps else []
-    landing = [scene for scene in scenes if scene.plane]
+    added = [read_scene(name) for name in LANDING] if whole_catalogue else []
+    landing = [scene for scene in (*scenes, *added) if scene.plane]
+    extent = BRIEF_CONTACT if whole_catalogue and not every_method else PAGE
     sensing = [scene for scene in scenes if scene.sensors]
-    runs = (*scenes, *scenes, *swept, *stiff, *cases, *landing, *sensing)
+    runs = (*scenes, *scenes, *swept, *stiff, *cases, *sensing)
+    others = 2 * len(scenes) + len(swept) + len(stiff) + len(cases) + len(added)
     with (
         started(contestants, time_limit, memory_limit, display, few=not every_method) as running_engines,
-        display(flights(running_engines, runs) + 2 * len(scenes) + len(swept) + len(stiff) + len(cases)) as on_progress,
+        display(flights(running_engines, runs) + extent.runs(running_engines, landing) + others) as on_progress,
     ):
         # Studies that read no clock run side by side, so that no core waits for another's longest task.
-        with ThreadPoolExecutor(2) as beside:
+        with ThreadPoolExecutor(3) as beside:
             try:
                 # A film's instants include the scene's own, so one reference serves both; a film has one throw.
                 watched = [filmed(scene, dt or scene.step) for scene in scenes]
                 several = [scene for scene in scenes if len(scene.start) > 1]
-                with Truths([*watched, *several], on_progress, limit_s=time_limit) as truths:
+                with Truths([*watched, *several, *added], on_progress, limit_s=time_limit) as truths:
                     mapping = beside.submit(quick_tables, running_engines, stiff, cases, on_progress, truths)
                     climbing = beside.submit(all_ladders, running_engines, swept, on_progress, truths)
+                    landed = beside.submit(all_contacts, running_engines, landing, dt, on_progress, truths, extent)
                     comparisons = compare(running_engines, scenes, dt, on_progress, truths)
                     films = film(running_engines, scenes, dt, on_progress, truths)
-                    landed = contacts(running_engines, comparisons, dt, on_progress, BRIEF_LADDER)
                     compared = compared_tables(comparisons, films, running_engines, command)
-                    sequences, maps = climbing.result(), maps or mapping.result()
+                    sequences, maps, _ = climbing.result(), maps or mapping.result(), landed.result()
             except BaseException:
                 for running_engine in running_engines:
                     running_engine.halt(for_good=True)  # also a study that begins only now
@@ -131,7 +136,7 @@ def report_tables(
         # Without rows where there is none: a table of an earlier run is removed.
         (kept_tables(folder / "releases", RELEASES) if folder else {})
         or {table.file: frame(table, []) for table in RELEASES},
-        contact_tables(landed) or {table.file: frame(table, []) for table in CONTACT},
+        contact_tables(landed.result()) or {table.file: frame(table, []) for table in CONTACT},
         {ABLATION.file: frame(ABLATION, ablation.rows)},
         {(SWEEP if name != FINDINGS.file else "") + name: table for name, table in swept_tables.items()},
         findings([*film_findings(films), *ablation_findings(ablation.rows), *map_findings(maps)]),
@@ -157,6 +162,19 @@ def map_findings(maps: Mapping[str, pd.DataFrame]) -> list:
 def findings(found: Sequence) -> Tables:
     """Return findings as a table."""
     return {FINDINGS.file: frame(FINDINGS, found)}
+
+
+def all_contacts(
+    running_engines: Sequence[RunningEngine],
+    scenes: Sequence[Scene],
+    dt: float | None,
+    on_progress: ProgressCallback,
+    truths: Truths,
+    extent: Extent,
+) -> list[Contact]:
+    """Return what every contestant makes of contact in the scenes that have a reference solution."""
+    known = [KnownScene(scene, truths.answer(scene).truth) for scene in scenes]
+    return contacts(running_engines, known, dt, on_progress, extent)
 
 
 def all_ladders(
