@@ -15,7 +15,7 @@ from tumble.compare.comparison.results import comparison_tables
 from tumble.compare.contact.results import contact_tables
 from tumble.compare.contact.schemas import TABLES as CONTACT
 from tumble.compare.contact.study import BRIEF as BRIEF_CONTACT
-from tumble.compare.contact.study import PAGE, Contact, Extent, KnownScene, contacts
+from tumble.compare.contact.study import WHOLE, Contact, Extent, KnownScene, contacts
 from tumble.compare.coursework.results import coursework_tables
 from tumble.compare.judge.cost import REFERENCE
 from tumble.compare.judge.errors import Run
@@ -100,7 +100,7 @@ def report_tables(
     cases = [read_scene(name) for name in OF_A_PAGE] if whole_catalogue and not maps else []
     added = [read_scene(name) for name in LANDING] if whole_catalogue else []
     landing = [scene for scene in (*scenes, *added) if scene.plane]
-    extent = BRIEF_CONTACT if whole_catalogue and not every_method else PAGE
+    extent = BRIEF_CONTACT if whole_catalogue and not every_method else WHOLE
     sensing = [scene for scene in scenes if scene.sensors]
     runs = (*scenes, *scenes, *swept, *stiff, *cases, *sensing)
     others = 2 * len(scenes) + len(swept) + len(stiff) + len(cases) + len(added)

@@ -38,11 +38,10 @@ SCATTERS = 0.25
 class Extent:
     """How much is run.
 
-    ladder: steps, the longest first, in those at which values are reported; impacts: of a scene, at most; few: only
-    what a scene with an impact shows by it alone, and only the methods that a page of the whole catalogue shows.
+    impacts: of a scene, at most; few: only what a scene with an impact shows by it alone, and only the methods that a
+    page of the whole catalogue shows.
     """
 
-    ladder: tuple[float, ...] = LADDER
     impacts: int = MOST_IMPACTS
     few: bool = False
 
@@ -58,10 +57,7 @@ class Extent:
                 yield method
 
 
-WHOLE = Extent()
-# For a page of these scenes, and for that of the whole catalogue: one level less, which costs half.
-PAGE = Extent(LADDER[:-1])
-BRIEF = Extent(LADDER[:-1], impacts=1, few=True)
+WHOLE, BRIEF = Extent(), Extent(impacts=1, few=True)
 
 
 class Answered(Protocol):
@@ -260,7 +256,7 @@ def question(scene: Scene, truth: Truth | None, dt: float | None = None, extent:
     if scene.plane is None or truth is None or not truth.contacts:
         return None
     step = dt or scene.step
-    steps = [step * factor for factor in extent.ladder]
+    steps = [step * factor for factor in LADDER]
     known = tuple(impacts(scene, truth.contacts[0], steps, step, extent.impacts))
     whole = None if extent.few and known else whole_run(scene, truth, steps, step)
     turned = turned_scene(scene, whole, step) if whole and is_turnable(scene, whole) else None

@@ -8,7 +8,7 @@ import pytest
 from tests.support import planted_contact
 from tumble.compare.contact.findings import contestant_laws, worst_verdict
 from tumble.compare.contact.rows import contact_rows
-from tumble.compare.contact.study import PAGE, contacts
+from tumble.compare.contact.study import contacts
 from tumble.compare.run.local import LocalEngine
 from tumble.compare.run.running_engines import launched
 from tumble.scenarios.read import read_scene, scene_of
@@ -107,6 +107,6 @@ def test_friction_of_the_whole_impulse_is_another_law_than_friction_at_each_inst
     """Moreau's time stepping follows the one, events the other: in this scene a corner's slip turns round."""
     scene = read_scene("die-corner-planar")
     with launched(["tumble:events", "tumble:moreau"]) as running_engines:
-        found = contacts(running_engines, [SimpleNamespace(scene=scene, truth=truth(scene))], extent=PAGE)
+        found = contacts(running_engines, [SimpleNamespace(scene=scene, truth=truth(scene))])
     said = [law.verdict for one in found for law in contestant_laws(list(contact_rows(one)))]
     assert said == ["Coulomb and Newton", "another law: Coulomb on the whole impulse"]
