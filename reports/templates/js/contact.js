@@ -35,7 +35,7 @@ function whatIsLeftOut() {
   const alone = [...groupBy(rows("contact.csv"), (row) => row.scene).keys()].filter((scene) => !compared.has(scene));
   if (!alone.length) return [];
   const command = make("code", {}, `tumble report ${alone.join(" ")}`);
-  return [make("p", { class: "note" }, "Only contact is measured in these scenes: of each engine one method a contact law, and of a ball the first impact. ", command, " makes their own page, with all methods (Tumble’s exact one, tumble:events, compiles for 20 s the first time), later impacts and films; ", make("code", {}, "-e ENGINE"), " adds an engine.")];
+  return [make("p", { class: "note" }, "In these scenes only contact is measured, with one method for each contact law of an engine and, of a ball, the first impact. ", command, " makes their own page: all methods (Tumble’s exact one, tumble:events, compiles for 20 s the first time), later impacts, films. ", make("code", {}, "-e ENGINE"), " adds an engine.")];
 }
 
 function percent(share) {
@@ -124,7 +124,7 @@ const SCANS = {
     x: { label: "tan(tilt) / friction", show: (value) => figure(value, 2) },
     y: { label: "speed along the plane at the end [m/s]", log: true, show: (value) => figure(value, 1) },
     least: 1e-7,
-    words: "Above 1 the body must slide. Left of 1 the true speed is 0: every point above the lower edge of the figure is a creep. The thick line is the truth.",
+    words: "Above 1 the body must slide. Left of 1 the true speed is 0: what is above the lowest points creeps. Speeds below 10⁻⁷ m/s are drawn as that. The thick line is the truth.",
   },
   "drop height": {
     title: "How high does a ball rebound?",

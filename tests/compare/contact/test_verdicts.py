@@ -8,9 +8,10 @@ import pytest
 from tests.support import planted_contact
 from tumble.compare.contact.findings import contestant_laws, worst_verdict
 from tumble.compare.contact.rows import contact_rows
-from tumble.compare.contact.study import contacts
+from tumble.compare.contact.study import BRIEF, KnownScene, contacts, question
 from tumble.compare.run.local import LocalEngine
 from tumble.compare.run.running_engines import launched
+from tumble.report_tables import LANDING
 from tumble.scenarios.read import read_scene, scene_of
 from tumble.scenarios.truth import truth
 
@@ -110,3 +111,34 @@ def test_friction_of_the_whole_impulse_is_another_law_than_friction_at_each_inst
         found = contacts(running_engines, [SimpleNamespace(scene=scene, truth=truth(scene))])
     said = [law.verdict for one in found for law in contestant_laws(list(contact_rows(one)))]
     assert said == ["Coulomb and Newton", "another law: Coulomb on the whole impulse"]
+
+
+def test_the_page_of_the_catalogue_has_each_scan_and_each_kind_of_question_once():
+    """What it costs is counted in steps: at most 80 000 a contestant, which is 0.4 s at 5 us each."""
+    scans, kinds, steps = [], [], 0.0
+    for scene in map(read_scene, LANDING):
+        asked = question(scene, truth(scene), extent=BRIEF)
+        assert asked is not None
+        assert not (asked.whole and asked.impacts), f"{scene.name}: a whole run where an impact answers"
+        assert len(asked.impacts) <= 1
+        scans += {"direction"} if asked.turned else {one.scan for one in asked.scans}
+        kinds += [one.observable for one in asked.asked]
+        turned = (asked.turned[1],) * len(asked.turned[0]) if asked.turned else ()
+        of_impacts = (run.scene for one in asked.impacts for runs in one.runs.values() for run in runs)
+        whole = asked.whole.scenes.values() if asked.whole else ()
+        for run in (*turned, *whole, *of_impacts, *(one.scene for one in asked.scans)):
+            steps += run.duration / run.step
+    assert sorted(scans) == ["direction", "drop height", "tilt"]
+    assert {"distance until it stops", "creep speed", "rebound speed after impact"} <= set(kinds)
+    assert steps < 80_000
+
+
+def test_the_page_of_the_catalogue_has_one_method_for_each_contact_law_and_those_that_were_named():
+    scene = read_scene("ball-drop-dead")
+    with launched(["mujoco", "mujoco:rk4", "tumble", "scipy"], few=True) as running_engines:
+        took_part = {f"{one.title}:{name}" for one in running_engines for name in BRIEF.methods(one, scene)}
+        found = contacts(running_engines, [KnownScene(scene, truth(scene))], extent=BRIEF)
+    laws = {"mujoco:euler", "mujoco:euler+elliptic", "mujoco:euler+noslip", "tumble:moreau"}
+    assert took_part == {*laws, "mujoco:rk4", "scipy:dop853"}
+    assert {one.name for one in found if one.observations} == {*laws, "mujoco:rk4"}
+    assert {one.asked.impact for each in found for one in each.observations} == {1}
