@@ -161,6 +161,6 @@ def ground_of(body: Body, axes: Array, gravity: ArrayLike | None, plane: Plane |
 
 
 def _left(p: Array) -> Array:
-    """Return the matrix of the Hamilton product with a quaternion from the left, (4, 4); its transpose is the inverse's."""
+    """Return the matrix of the product with a unit quaternion from the left, (4, 4); its transpose undoes it."""
     w, x, y, z = p
     return np.array(((w, -x, -y, -z), (x, w, -z, y), (y, z, w, -x), (z, -y, x, w)))
