@@ -38,8 +38,10 @@ SCATTERS = 0.25
 class Extent:
     """How much is run.
 
-    impacts: of a scene, at most; few: only what a scene with an impact shows by it alone, and only the methods that a
-    page of the whole catalogue shows.
+    Parameters
+    ----------
+    impacts : of a scene, at most
+    few : only what a scene with an impact shows by it alone, by the methods that a page of the whole catalogue shows
     """
 
     impacts: int = MOST_IMPACTS
@@ -75,7 +77,13 @@ class Answered(Protocol):
 
 
 class KnownScene(NamedTuple):
-    """A scene and its reference solution."""
+    """A scene and its reference solution.
+
+    Parameters
+    ----------
+    scene
+    truth : None if there is none
+    """
 
     scene: Scene
     truth: Truth | None
@@ -154,7 +162,18 @@ class Observation:
 
 @dataclass(frozen=True, eq=False)
 class Contact:
-    """One contestant in one scene; readings: with the remarks on its runs."""
+    """One contestant in one scene.
+
+    Parameters
+    ----------
+    question : what the scene asks
+    engine : name of the engine
+    method : METHOD[@TOLERANCE]
+    tolerance : of a method that chooses its own steps, else None
+    observations : in the order of the question
+    rose : the slides in all directions; None where there are none
+    readings : what its runs showed
+    """
 
     question: Question
     engine: str
