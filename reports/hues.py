@@ -40,3 +40,19 @@ def places(engines: Iterable[str]) -> dict[str, int]:
             found[engine] = free.pop(0) if free else later
             later += not free
     return {engine: found[engine] for engine in named}
+
+
+def rgb(place: int) -> tuple[int, int, int]:
+    """Return the colour of a place on light paper.
+
+    Parameters
+    ----------
+    place : place of an engine, from `places`
+
+    Returns
+    -------
+    red, green and blue, each 0 to 255
+    """
+    code = LIGHT[place % len(LIGHT)]
+    red, green, blue = (int(code[at : at + 2], 16) for at in (1, 3, 5))
+    return red, green, blue
