@@ -1,4 +1,4 @@
-"""What `tumble grade` prints of the contact in a file: its observables beside the law's, and the most likely mistake."""
+"""What `tumble grade` prints of the contact in a file: its observables beside the law's, and the mistake."""
 
 from collections.abc import Iterator
 

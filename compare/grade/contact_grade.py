@@ -9,9 +9,9 @@ import numpy as np
 from tumble.compare.grade.hypotheses.contact_mistakes import contact_hypotheses
 from tumble.compare.grade.measure.contact_motion import ContactMotion, contact_motion
 from tumble.compare.grade.measure.errors import Measured
+from tumble.compare.grade.measure.significance import LARGEST_NOISE
 from tumble.compare.grade.model.contact_law import after_impact
 from tumble.compare.grade.read.trajectory import Trajectory
-from tumble.compare.grade.measure.significance import LARGEST_NOISE
 from tumble.compare.grade.search.contact_search import (
     DIGITS,
     PARTLY,
@@ -87,7 +87,8 @@ class ContactGrade:
         touches = min((one.time for one in motion.impacts), default=np.inf)
         if motion.lasting:
             touches = min(touches, float(motion.rows.times[motion.lasting[0].first]))
-        early = sample.times < touches
+        late = max((one.late for one in motion.impacts if np.isfinite(one.late)), default=0.0)
+        early = sample.times < touches - late - motion.rows.spacing_s
         start, reach = motion.scene.start[0], motion.scene.body.reach
         spin = 0.0 if motion.scene.body.radius else float(np.linalg.norm(start[10:13]))
         gained = sample.times * (float(np.linalg.norm(motion.pull)) + 2 * reach * spin**2)
@@ -133,7 +134,7 @@ class ContactGrade:
         if self.follows or self.search.is_empty:
             return []
         best, *others = self.search.explanations
-        if not best.fits and best.cost > PARTLY**2 * self.search.null.cost:
+        if not best.fits and max(best.misses) > PARTLY * max(self.search.null.misses):
             return []
         alike = [one for one in others if one.fits and one.rank <= best.rank] if best.fits else []
         return [best, *alike]
@@ -172,7 +173,9 @@ class ContactGrade:
             way, due = (float(np.linalg.norm(each[-1])) for each in (found.places, found.x))
             yield ContactRow(start, "distance along the plane", "m", way, due)
             if min(way, due) > 1e-3 * max(way, due):
-                first, then = (float(np.degrees(np.arctan2(each[-1, 1], each[-1, 0]))) for each in (found.places, found.x))
+                first, then = (
+                    float(np.degrees(np.arctan2(each[-1, 1], each[-1, 0]))) for each in (found.places, found.x)
+                )
                 yield ContactRow(start, "turn of the path", "deg", (first - then + 180) % 360 - 180, 0.0)
             took = float(found.times[-1] - found.times[middle])
             late, true = (float(np.linalg.norm(each[-1] - each[middle])) / took for each in (found.places, found.x))

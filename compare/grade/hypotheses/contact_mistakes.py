@@ -1,5 +1,6 @@
 """Mistakes of contact, as data: how each changes the law of one body on one plane."""
 
+import itertools
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
@@ -8,6 +9,8 @@ import numpy as np
 from tumble.compare.grade.model.contact_law import AFTER, DIAMOND, SQUARE, WHOLE, ContactLaw
 from tumble.scenarios.frames import Array
 
+# Tilts of a wrong normal that are tried first.
+TILTS = (-0.3, -0.2, -0.1, 0.0, 0.1, 0.2, 0.3)
 Change = Callable[[ContactLaw, tuple[float, ...]], ContactLaw]
 
 
@@ -175,7 +178,7 @@ def contact_hypotheses(law: ContactLaw, pull: Array, speeds: tuple[float, ...]) 
             )
         )
     ordered = sorted({0.0, *speeds})
-    middles = tuple((low + high) / 2 for low, high in zip(ordered, ordered[1:], strict=False))
+    middles = tuple((low + high) / 2 for low, high in itertools.pairwise(ordered))
     if e > 0 and middles:
         found.append(
             ContactHypothesis(
@@ -204,13 +207,16 @@ def contact_hypotheses(law: ContactLaw, pull: Array, speeds: tuple[float, ...]) 
             _grid(0.02, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1.0, 1.5),
             (("factor", ""),),
         ),
-        ContactHypothesis(
-            "contact-push-out",
-            "push",
-            "taking a penetration out adds velocity, {} m/s per metre",
-            _set("push"),
-            _grid(1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0),
-            (("rate", "1/s"),),
+        *(
+            ContactHypothesis(
+                "contact-push-out",
+                "push",
+                "taking a penetration out adds velocity, {} m/s per metre",
+                lambda law, values, laid=laid: replace(law, push=abs(values[0]), laid=laid),
+                _grid(1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1e3, 3e3, 1e4),
+                (("rate", "1/s"),),
+            )
+            for laid in (False, True)
         ),
         ContactHypothesis(
             "contact-sleep",
@@ -233,10 +239,8 @@ def contact_hypotheses(law: ContactLaw, pull: Array, speeds: tuple[float, ...]) 
             "normal",
             "the normal is tilted by {}, {} (tangents, along the plane's axes)",
             _tilted,
-            tuple((x, y) for x in (-0.3, -0.1, 0.0, 0.1, 0.3) for y in (-0.3, -0.1, 0.0, 0.1, 0.3) if x or y),
+            tuple((x, y) for x in TILTS for y in TILTS if x or y),
             (("tilt-1", ""), ("tilt-2", "")),
         ),
     ]
     return tuple(found)
-
-

@@ -4,6 +4,7 @@ Positions at rows are late by the step of the program; the velocities before and
 those of the flights that fit the rows before and after it, at the instant where both flights meet.
 """
 
+import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -13,10 +14,13 @@ import numpy as np
 from tumble.compare.grade.measure.conserved import poses_of
 from tumble.compare.grade.measure.errors import Measured, half_digits
 from tumble.compare.grade.model.contact_law import Approach
+from tumble.compare.grade.model.kernel.coasting import coast
 from tumble.compare.grade.read.trajectory import Trajectory
-from tumble.scenarios.frames import Array, rotation_matrix, turned_by
+from tumble.scenarios.frames import Array, quaternion_product, rotation_matrix, turned_by
 from tumble.scenarios.scene import Scene, frozen_array
+from tumble.solver.body import Body
 from tumble.solver.contact.flight import axes_of
+from tumble.solver.quaternion import from_matrix
 
 # Most rows of a throw that are measured; of a longer file every second, third, ... row is.
 MOST_ROWS = 4000
@@ -149,7 +153,8 @@ def contact_motion(trajectory: Trajectory, scene: Scene, measured: Measured) -> 
     """Return what the rows of the diagnosed throw show of contact."""
     rows = rows_of(trajectory, scene, measured)
     scene = replace(scene, start=frozen_array(scene.start[measured.throw : measured.throw + 1]))
-    assert scene.plane is not None and scene.gravity is not None
+    assert scene.plane is not None
+    assert scene.gravity is not None
     pull = axes_of(scene.plane.normal) @ scene.gravity
     flights = tuple(flights_of(rows, pull))
     lasting = tuple(lasting_of(rows, scene, pull, flights))
@@ -183,9 +188,6 @@ def rows_of(trajectory: Trajectory, scene: Scene, measured: Measured) -> Rows:
 
 def from_world(axes: Array, q: Array) -> Array:
     """Return attitudes in the plane's frame, normalised, (n, 4)."""
-    from tumble.scenarios.frames import quaternion_product
-    from tumble.solver.quaternion import from_matrix
-
     unit = q / np.linalg.norm(q, axis=1)[:, None]
     return quaternion_product(np.broadcast_to(from_matrix(axes[None])[0], unit.shape), unit)
 
@@ -300,18 +302,13 @@ def refined(scene: Scene, t: Array, q: Array, time: float) -> Array:
 
 def turned(rotation: Array, q: Array) -> Array:
     """Return an attitude that is rotated by a rotation vector."""
-    from tumble.scenarios.frames import quaternion_product
-
     angle = float(np.linalg.norm(rotation))
     half = np.concatenate(([np.cos(angle / 2)], np.sinc(angle / 2 / np.pi) * rotation / 2))
     return quaternion_product(half, q)
 
 
 def free_rotation(moments: Array, q: Array, w: Array, times: Array) -> tuple[Array, Array]:
-    """Return attitudes, (n, 4), and angular velocities, (n, 3), of free rotation from one state; times may be negative."""
-    from tumble.compare.grade.model.kernel.coasting import coast
-    from tumble.solver.body import Body
-
+    """Return attitudes, (n, 4), and angular velocities, (n, 3), of free rotation from one state."""
     a, b, c = moments.tolist()
     body = Body(1.0, (a, b, c))
     spins = np.empty((len(times), 14))
@@ -325,9 +322,11 @@ def impacts_of(
 ) -> Iterator[Impact]:
     """Yield the impacts between flights, and between a flight and a motion along the plane."""
     every = sorted((*flights, *lasting), key=lambda one: one.first)
-    for one, other in zip(every, every[1:], strict=False):
+    for one, other in itertools.pairwise(every):
         apart = rows.times[other.first] - rows.times[one.last]
-        if isinstance(one, Flight) and apart <= GAP * rows.spacing_s * 1.01:
+        # Of a body with corners, two may have met the plane between rows that are further apart.
+        most = GAP if scene.body.radius else 1
+        if isinstance(one, Flight) and apart <= most * rows.spacing_s * 1.01:
             found = impact_of(rows, scene, pull, one, other)
             if found is not None:
                 yield found
@@ -364,12 +363,12 @@ def impact_of(rows: Rows, scene: Scene, pull: Array, one: Flight, other: "Flight
         gap = height
         if surface is None:
             late = max(0.0, height) / max(-float((v_before + np.cross(w_before, lever))[2]), 1e-12)
-    before = Approach(v_before, w_before, axes, lever, max(0.0, -height))
-    if (v_before + np.cross(w_before, lever))[2] >= 0:
+    fall, rise = (-float((v_before + np.cross(w_before, lever))[2]), float((v + np.cross(w, lever))[2]))
+    if fall <= 0:
         return None
-    return Impact(
-        time, before, v, w, gap, late, isinstance(other, Lasting), sigma_v, float(sigma + sigma_w), single
-    )
+    depth = max(0.0, -height)
+    before = Approach(v_before, w_before, axes, lever, depth, depth * (1 + fall / rise) if rise > 0 else 0.0)
+    return Impact(time, before, v, w, gap, late, isinstance(other, Lasting), sigma_v, float(sigma + sigma_w), single)
 
 
 def axes_at(rows: Rows, scene: Scene, row: int, w: Array, time: float) -> Array:
@@ -426,6 +425,10 @@ def lasting_of(rows: Rows, scene: Scene, pull: Array, flights: tuple[Flight, ...
     for run in np.split(usable, np.flatnonzero(np.diff(usable) > 1) + 1):
         if len(run) < LASTING:
             continue
+        # A flight as long as this would show in the heights of its rows.
+        rises = float(np.linalg.norm(pull)) * float(rows.times[run[-1]] - rows.times[run[0]]) ** 2 / 8
+        if np.ptp(rows.low[run]) > rises / 4:
+            continue
         first, last = int(run[0]), int(run[-1])
         from_start = first == 0 and rows.times[0] == 0
         if from_start:
@@ -447,9 +450,12 @@ def started(rows: Rows, first: int, last: int) -> tuple[Array, Array]:
 
 
 def passed(rows: Rows, scene: Scene, flights: tuple[Flight, ...]) -> float | None:
-    """Return when the centre gets below the plane [s], None: never."""
-    below = np.flatnonzero(rows.x[:, 2] < -FITS * rows.half)
-    return float(rows.times[below[0]]) if len(below) else None
+    """Return when a flight that begins above the plane goes on below it by the body's reach [s], None: never."""
+    for flight in flights:
+        low = rows.low[flight.first : flight.last + 1]
+        if low[0] > 0 and low[-1] < -scene.body.reach:
+            return float(rows.times[flight.first + int(np.argmax(low < 0))])
+    return None
 
 
 def frozen(rows: Rows, scene: Scene) -> float | None:

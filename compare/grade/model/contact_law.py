@@ -20,7 +20,7 @@ ROUND, SQUARE, DIAMOND = "round", "square", "diamond"
 # Friction in an impact: at each instant (Routh), on the impulse as a whole (Moreau), or after the normal impulse.
 INSTANT, WHOLE, AFTER = "instant", "whole", "after"
 # Sweeps of Gauss-Seidel over the normal and the friction of a whole impulse; steps of a motion along the plane.
-SWEEPS, STEPS = 200, 1000
+SWEEPS, STEPS = 500, 1000
 NORMAL = (0.0, 0.0, 1.0)
 
 
@@ -38,6 +38,7 @@ class ContactLaw:
     slip_of_centre : whether friction opposes the velocity of the centre, not of the contact point
     threshold : approach speed below which nothing rebounds [m/s]
     push : speed along the normal that a penetration adds, per depth [1/s]
+    laid : whether the program takes the penetration out at once, so that the flights meet at another depth
     asleep : speed below which a body on the plane is stopped [m/s]
     viscous : slip below which friction falls in proportion [m/s]
     """
@@ -51,19 +52,24 @@ class ContactLaw:
     slip_of_centre: bool = False
     threshold: float = 0.0
     push: float = 0.0
+    laid: bool = False
     asleep: float = 0.0
     viscous: float = 0.0
 
 
 @dataclass(frozen=True)
 class Approach:
-    """A body just before an impact: velocity [m/s], angular velocity [rad/s], (3,), axes, (3, 3), lever [m], depth [m]."""
+    """A body just before an impact: velocity [m/s], angular velocity [rad/s], (3,), axes, (3, 3), and lever [m], (3,).
+
+    depth: at which the flights before and after it meet [m]; laid: that from which the body was laid on the plane [m].
+    """
 
     v: Array
     w: Array
     axes: Array
     lever: Array
     depth: float
+    laid: float = 0.0
 
 
 def right_law(plane: Plane) -> ContactLaw:
@@ -112,7 +118,7 @@ def after_impact(body: Body, at: Approach, law: ContactLaw) -> tuple[Array, Arra
     if u[2] >= 0:
         return at.v, at.w
     e = law.restitution if -u[2] >= law.threshold else 0.0
-    target = -e * u[2] + law.push * at.depth
+    target = -e * u[2] + law.push * (at.laid if law.laid else at.depth)
     plain = law.torque and not law.slip_of_centre and law.cone == ROUND
     if plain and law.in_impact == INSTANT and law.friction > 0 and not body.radius:
         v, w = _at_each_instant(body, v, w, axes, lever, -target / u[2], law.friction)
@@ -121,16 +127,21 @@ def after_impact(body: Body, at: Approach, law: ContactLaw) -> tuple[Array, Arra
     response = np.eye(3) / body.mass - skew(lever) @ inverse @ skew(lever)
     friction_response = response[:2, :2] if law.torque else np.eye(2) / body.mass
     slip = v[:2] if law.slip_of_centre else u[:2]
+    once = law.in_impact == AFTER or bool(body.radius)
+    size = float(np.linalg.eigvalsh(friction_response)[-1])
     press, drag = 0.0, np.zeros(2)
-    for _ in range(1 if law.in_impact == AFTER or body.radius else SWEEPS):
+    for _ in range(1 if once else SWEEPS):
         coupling = response[2, :2] @ drag if law.torque else 0.0
         press = max(0.0, (target - u[2] - coupling) / response[2, 2])
         beside = slip + (0.0 if law.slip_of_centre else response[:2, 2] * press)
-        if law.cone == SQUARE:
-            wanted = -beside / np.diag(friction_response)
-        else:
-            wanted = -np.linalg.solve(friction_response, beside)
-        before, drag = drag, bounded(wanted, law.friction * press, law.cone)
+        before = drag
+        if not once:  # descends to where friction is against the slip that is left
+            drag = bounded(drag - (beside + friction_response @ drag) / size, law.friction * press, law.cone)
+        elif law.cone == SQUARE:
+            drag = bounded(-beside / np.diag(friction_response), law.friction * press, law.cone)
+        elif np.any(beside):
+            along = beside / np.linalg.norm(beside)
+            drag = bounded(-beside / (along @ friction_response @ along), law.friction * press, law.cone)
         if abs(drag - before).max() <= 1e-13 * press:
             break
     along = np.append(drag, 0.0)

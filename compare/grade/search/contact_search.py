@@ -4,8 +4,8 @@ A law is compared with each impact from the file's own state just before it, and
 its start.  Errors are in units of what a step of the program, as far as the file shows it, and its digits may change.
 """
 
-from collections.abc import Iterator
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import product
 
@@ -20,25 +20,32 @@ from tumble.compare.grade.hypotheses.contact_mistakes import (
     contact_hypotheses,
 )
 from tumble.compare.grade.measure.contact_motion import ContactMotion, Impact, Lasting
-from tumble.compare.grade.model.contact_law import ContactLaw, after_impact, right_law, slide
+from tumble.compare.grade.model.contact_law import INSTANT, ContactLaw, after_impact, right_law, slide
 from tumble.scenarios.frames import Array, turned_by
+from tumble.solver.contact.flight import axes_of
 
 # Velocities after an impact may be off by so many steps of gravity, and by this share.
 STEPS_OFF, SHARE_OFF = 1.5, 3e-4
 # Places on a slide may be off by so many steps squared of friction, and by this share of the way.
-SLIDE_OFF, WAY_OFF = 1.5, 3e-4
+SLIDE_OFF, WAY_OFF = 1.5, 1e-3
 # Uncertainties by digits count so many times.
 DIGITS = 4.0
+# Odds against the contacts of a file being all as punctual as they are by chance.
+IMPROBABLE = 100.0
 # The longest step that a program is believed to have [s].
 LONGEST_STEP = 1 / 30
+# Share of a row interval below which a shown step may be none.
+SHORTEST = 0.02
+# Share of the body's reach below which a gap is none.
+TOUCHES = 1e-3
 # A rebound that is shorter than this many rows is not seen.
 SEEN_ROWS = 5.0
 # Errors above this many units count as so many.
-MOST = 50.0
-# An explanation in part leaves at most this share of the units.
+MOST = 1e9
+# An explanation in part leaves at most this share of the largest miss; a second mistake must leave this share at most.
 PARTLY = 0.5
 # Mistakes of one part that are refined in pairs.
-PAIRED = 6
+PAIRED = 4
 # The excess of a rebound in steps of gravity that names gravity before the bounce, and how well it must be known.
 EXCESS, KNOWN = 0.25, 0.2
 
@@ -66,8 +73,8 @@ class ContactExplanation:
 
     @cached_property
     def cost(self) -> float:
-        """Sum of the squared misses, none above MOST."""
-        return float((np.minimum(self.misses, MOST) ** 2).sum())
+        """How badly it fits: a large miss counts by its order of magnitude."""
+        return float(np.log1p(np.square(np.minimum(self.misses, MOST))).sum())
 
     @property
     def fits(self) -> bool:
@@ -85,7 +92,7 @@ class SlideRows:
     """A motion along the plane in the file, and by a law.
 
     times [s], (n,); places: in the file [m], (n, 2); spins: between its rows [rad/s], (n - 1, 3); x, turning: the same
-    by the law.
+    by the law; late: by which x is moved [s].
     """
 
     times: Array
@@ -93,6 +100,7 @@ class SlideRows:
     spins: Array
     x: Array
     turning: Array
+    late: float
 
 
 @dataclass(eq=False)
@@ -101,7 +109,8 @@ class ContactSearch:
 
     motion: ContactMotion
     trials: int = 0
-    _known: dict = field(default_factory=dict)
+    _known: dict[ContactLaw, tuple[float, ...]] = field(default_factory=dict)
+    _parts: dict[tuple, float] = field(default_factory=dict)
 
     @cached_property
     def right(self) -> ContactLaw:
@@ -128,13 +137,14 @@ class ContactSearch:
         off = flight.at(0.0, motion.pull)[1] - self.start_velocity
         step = 2 * abs(float(off @ motion.pull)) / self.strength**2
         sure = 2 * DIGITS * flight.sigma / self.strength
-        return step if sure < 0.1 * step and step <= 1.02 * rows.spacing_s else None
+        if sure > 0.1 * step or step > 1.02 * rows.spacing_s:
+            return None
+        whole = rows.spacing_s / max(1, round(rows.spacing_s / step))
+        return whole if abs(whole - step) < 0.02 * step else step
 
     @cached_property
     def start_velocity(self) -> Array:
         """The scene's velocity at the start, plane's frame [m/s], (3,)."""
-        from tumble.solver.contact.flight import axes_of
-
         assert self.motion.scene.plane is not None
         return axes_of(self.motion.scene.plane.normal) @ self.motion.scene.start[0, 7:10]
 
@@ -145,7 +155,8 @@ class ContactSearch:
         late = [one.late for one in self.judged if np.isfinite(one.late) and not one.stays]
         if self.shown_step is not None:
             return float(min(max([self.shown_step, *late]), 2 * spacing))
-        return float(min(max(late), spacing)) if late else spacing
+        # A contact is late by a random part of a step: that all are this early in a longer one is improbable.
+        return float(min(max(late) * IMPROBABLE ** (1 / len(late)), spacing)) if late else spacing
 
     @cached_property
     def judged(self) -> tuple[Impact, ...]:
@@ -168,9 +179,22 @@ class ContactSearch:
         """Return by how many units a law misses each impact, and each motion along the plane."""
         if law not in self._known:
             self.trials += 1
-            impacts = (self.missed_impact(one, law) for one in self.judged)
-            self._known[law] = (*impacts, *(self.missed_slide(one, law) for one in self.slid))
+            # What has no effect on an impact, or on a slide, makes no other law for it.
+            at_once = replace(law, asleep=0.0, viscous=0.0)
+            lasting = replace(law, restitution=0.0, threshold=0.0, push=0.0, laid=False, in_impact=INSTANT)
+            if not self.right.friction:
+                lasting = replace(lasting, viscous=0.0)
+            parts = [(self.missed_impact, one, at_once) for one in self.judged]
+            parts += [(self.missed_slide, one, lasting) for one in self.slid]
+            self._known[law] = tuple(self._missed(*part) for part in parts)
         return self._known[law]
+
+    def _missed(self, how: Callable, one: Impact | Lasting, law: ContactLaw) -> float:
+        """Return by how many units a law misses one impact or motion, computed once."""
+        if (one, law) not in self._parts:
+            missed = how(one, law)
+            self._parts[one, law] = missed if np.isfinite(missed) else np.inf
+        return self._parts[one, law]
 
     def missed_impact(self, one: Impact, law: ContactLaw) -> float:
         """Return by how many units a law misses the velocities after an impact."""
@@ -180,7 +204,9 @@ class ContactSearch:
         gained = float(np.linalg.norm(one.v - one.before.v))
         step = self.step + (spacing if one.stays else 0.0)
         turned = 0.0 if body.radius else STEPS_OFF * spin * gained * self.step
-        room_v = (STEPS_OFF + law.friction) * self.strength * step + DIGITS * one.sigma_v + SHARE_OFF * speed + turned
+        room_v = (
+            (STEPS_OFF + self.right.friction) * self.strength * step + DIGITS * one.sigma_v + SHARE_OFF * speed + turned
+        )
         lever = float(np.linalg.norm(one.before.lever))
         room_w = (
             room_v * body.mass * lever / float(np.min(body.moments))
@@ -215,14 +241,15 @@ class ContactSearch:
         square = float((gained * gained).sum())
         late = float(((places - x) * gained).sum()) / square if square > 0 and one.from_start else 0.0
         late = float(np.clip(late, -rows.spacing_s, rows.spacing_s))
-        return SlideRows(times, places, spins, x + late * gained, turning)
+        return SlideRows(times, places, spins, x + late * gained, turning, late)
 
     def missed_slide(self, one: Lasting, law: ContactLaw) -> float:
         """Return by how many units a law misses a motion along the plane."""
         rows, body = self.motion.rows, self.motion.scene.body
         found = self.slide_by(one, law)
         half = float(np.median(rows.half[one.first : one.last + 1]))
-        step = min(rows.spacing_s, LONGEST_STEP)
+        step, shown = min(rows.spacing_s, LONGEST_STEP), 2 * abs(found.late)
+        step = shown if SHORTEST * step < shown < step else step
         pull = self.right.friction * self.strength + float(np.linalg.norm(self.motion.pull[:2]))
         way = np.concatenate(((0.0,), np.cumsum(np.linalg.norm(np.diff(found.x, axis=0), axis=1))))
         often = SLIDE_OFF if one.from_start else 2 + SLIDE_OFF
@@ -239,7 +266,7 @@ class ContactSearch:
         return max(missed, self.missed_rest(found.times, found.places, found.x, half))
 
     def missed_rest(self, times: Array, places: Array, x: Array, half: float) -> float:
-        """Return by how many units a law misses the speed of a body that, by the law or by the file, rests at the end."""
+        """Return by how many units a law misses the speed of a body that rests at the end by the law."""
         moved = np.linalg.norm(x - x[-1], axis=1) > 1e-9 * (1 + float(np.abs(x).max()))
         first = int(np.flatnonzero(moved)[-1]) + 1 if moved.any() else 0
         first += (len(times) - first) // 2
@@ -250,7 +277,9 @@ class ContactSearch:
         room = 2 * DIGITS * half / took + 1e-6 * np.sqrt(self.strength * self.motion.scene.body.reach)
         return float(np.linalg.norm(own - model)) / room
 
-    def _fitted_start(self, run, v: Array, w: Array, places: Array, spins: Array, turns: bool) -> tuple[Array, Array]:
+    def _fitted_start(
+        self, run: Callable, v: Array, w: Array, places: Array, spins: Array, turns: bool
+    ) -> tuple[Array, Array]:
         """Return the velocity and spin at the start of a motion along the plane that fit its rows best."""
         reach = self.motion.scene.body.reach
 
@@ -306,11 +335,13 @@ class ContactSearch:
         if not hypothesis.values:
             return explained(())
         best = min((explained(values) for values in hypothesis.values), key=lambda one: one.cost)
-        if hypothesis.name == "contact-bounce-threshold" or best.cost > 0.98 * self.null.cost:
+        if hypothesis.name == "contact-bounce-threshold" or best.cost >= self.null.cost:
             return best
         return self.refined(best, explained)
 
-    def refined(self, best: ContactExplanation, explained) -> ContactExplanation:
+    def refined(
+        self, best: ContactExplanation, explained: Callable[[tuple[float, ...]], ContactExplanation]
+    ) -> ContactExplanation:
         """Return the explanation with values near the best ones that fit better."""
         from scipy.optimize import minimize  # slow to load
 
@@ -319,14 +350,14 @@ class ContactSearch:
             return best
 
         def cost(values: Array) -> float:
-            return float(np.log(explained(tuple(values.tolist())).cost + 1e-6))
+            return explained(tuple(values.tolist())).cost
 
         simplex = np.array([start, *(np.array(start) + np.eye(len(start)) * (0.3 * max(start, key=abs)))])
         found = minimize(
             cost,
             np.array(start),
             method="Nelder-Mead",
-            options={"initial_simplex": simplex, "maxfev": 40 * len(start), "xatol": 1e-5, "fatol": 1e-3},
+            options={"initial_simplex": simplex, "maxfev": 40 * len(start), "xatol": 1e-5, "fatol": 1e-4},
         )
         other = explained(tuple(float(value) for value in found.x))
         return other if other.cost < best.cost else best
@@ -339,12 +370,12 @@ class ContactSearch:
         if motion.frozen is not None:
             return ContactMistake(HANGS)
         half = DIGITS * float(np.median(rows.half))
-        resting = [one.height for one in motion.lasting if one.height > half + 1e-5 * motion.scene.body.reach]
+        resting = [one.height for one in motion.lasting if one.height > half + TOUCHES * motion.scene.body.reach]
         early = [
             one.gap
             for one in self.judged
             if not one.stays
-            and one.gap > 2 * half + 1e-3 * motion.scene.body.reach + one.approach * (self.shown_step or 0.0)
+            and one.gap > 2 * half + TOUCHES * motion.scene.body.reach + one.approach * (self.shown_step or 0.0)
         ]
         if resting or early:
             return ContactMistake(EARLY, (max(resting or early),))
@@ -358,18 +389,18 @@ class ContactSearch:
         (1 + e) / 2 steps of gravity too much, otherwise (1 - e) / 2 too much or (1 + e) / 2 too little.
         """
         step, e = self.shown_step, self.right.restitution
-        flying = [one for one in self.judged if not one.stays and one.approach > 2 * self.strength * self.motion.rows.spacing_s]
+        least = 2 * self.strength * self.motion.rows.spacing_s
+        flying = [one for one in self.judged if not one.stays and one.approach > least]
         if step is None or not flying or e == 0 or not self.motion.scene.body.radius:
             return None
         excess = []
         for one in flying:
             if one.sigma_v * DIGITS > KNOWN * self.strength * step:
                 return None
-            flights = [each for each in self.motion.flights]
+            flights = list(self.motion.flights)
             before = max((each for each in flights if each.time < one.time), key=lambda each: each.time)
             after = min((each for each in flights if each.time > one.time), key=lambda each: each.time)
-            turned = np.ceil(round((one.time - 1e-9) / step, 6)) * step
+            turned = np.ceil(one.time / step - 0.02) * step
             fall, rise = (float(each.at(turned, self.motion.pull)[1][2]) for each in (before, after))
             excess.append((rise + e * fall) / (-float(self.motion.pull[2]) * step) - (1 + e) / 2)
         return ContactMistake(GRAVITY_FIRST, (step,)) if max(map(abs, excess)) <= EXCESS else None
-
