@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Protocol
 
 import numpy as np
@@ -53,15 +54,21 @@ class Answered(Protocol):
 class Question:
     """What a scene asks: of a whole run, of runs in other directions, of each impact alone, and of changed scenes.
 
-    step: at which values are reported [s].
+    step: at which values are reported [s]; ladder: steps, in those.
     """
 
     scene: Scene
     step: float
+    ladder: tuple[float, ...]
     whole: WholeRun | None
     turned: tuple[tuple[float, Scene], ...]
     impacts: tuple[Impact, ...]
     scans: tuple[ScanRun, ...]
+
+    @property
+    def identity(self) -> list[object]:
+        """What all of it follows from."""
+        return [self.scene, self.step, self.ladder]
 
     @property
     def asked(self) -> Iterator[Asked]:
@@ -205,7 +212,7 @@ def contacts(
 
     def task(one: Question, running_engine: RunningEngine, method: str) -> Task[Readings]:
         key = one.scene.name, running_engine.title, method, "contact"
-        return Task(key, running_engine, lambda able: read(able, one, method))
+        return Task(key, running_engine, partial(read, asked=one, method=method))
 
     tasks = [
         (one, task(one, running_engine, method))
@@ -231,7 +238,7 @@ def question(
     turned = tuple(turned_scenes(scene, whole, step)) if whole and is_turnable(scene, whole) else ()
     known = tuple(impacts(scene, truth.contacts[0], steps, step))
     scans = (*(tilts(scene, whole, step) if whole else ()), *(heights(scene, known[0], step) if known else ()))
-    found = Question(scene, step, whole, turned, known, scans)
+    found = Question(scene, step, tuple(ladder), whole, turned, known, scans)
     return found if any(found.asked) else None
 
 

@@ -10,6 +10,7 @@ from itertools import combinations, count
 from pathlib import Path
 
 from tumble.compare.run.contestant import Contestant, MethodName
+from tumble.compare.run.digest import NoValue
 from tumble.compare.run.engines import registry
 from tumble.compare.run.engines.environments import split_release
 from tumble.compare.run.engines.registry import BadEngine, EngineInfo
@@ -83,6 +84,14 @@ class RunningEngine:
             return self.methods
         unused = self.info.without_use(scene)
         return tuple(method for method in self.methods if method in self.named or method not in unused)
+
+    @property
+    def identity(self) -> list[object]:
+        """What an answer depends on beside the question.  Raises NoValue of a function of the calling program."""
+        if isinstance(self.worker, LocalWorker):
+            raise NoValue(f"{self.title} is a function of the calling program")
+        name = self.title if registry.is_file(self.engine) else self.engine
+        return [name, self.worker.source, self.info, self.worker.time_limit, self.worker.memory_limit]
 
     @property
     def only_named(self) -> bool:

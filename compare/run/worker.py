@@ -3,14 +3,16 @@
 import math
 import threading
 from dataclasses import replace
+from functools import cached_property
 from pathlib import Path
 from time import monotonic
 from typing import Any, Self
 
 import numpy as np
 
+from tumble.compare.run.digest import digest
 from tumble.compare.run.engines.environments import HERE, Place, located
-from tumble.compare.run.engines.registry import BadEngine, EngineInfo, is_file
+from tumble.compare.run.engines.registry import BadEngine, EngineInfo, files, is_file
 from tumble.compare.run.flight import Trajectory
 from tumble.compare.run.process.message import Malformed
 from tumble.compare.run.process.process import Died, Process, signal_name
@@ -140,6 +142,11 @@ class Worker:
     def check_failure(self, check: str, method: str) -> str | Failure:
         """Return why a check of the engine contract fails for a method, '' if it passes, or why it could not run."""
         return self._ask(RunCheck(check, method), str | Failure)
+
+    @cached_property
+    def source(self) -> str:
+        """The digest of a user's engine file; empty of Tumble's engines, which have versions."""
+        return digest([path.read_bytes() for path in files(self.engine)]) if is_file(self.engine) else ""
 
     @property
     def alive(self) -> bool:
