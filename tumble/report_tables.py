@@ -3,6 +3,8 @@
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
+from contextvars import copy_context
+from functools import partial
 from pathlib import Path
 
 import pandas as pd
@@ -23,12 +25,13 @@ from tumble.compare.motion.film import Film, film, filmed
 from tumble.compare.motion.findings import film_findings
 from tumble.compare.motion.results import film_tables
 from tumble.compare.releases.schemas import TABLES as RELEASES
+from tumble.compare.run.execution import Parts
 from tumble.compare.run.flight import check_step
 from tumble.compare.run.local import Asked
 from tumble.compare.run.progress import Display, ProgressCallback, no_display
 from tumble.compare.run.running_engines import TIME_LIMIT_S, RunningEngine, flights
 from tumble.compare.run.starting import started
-from tumble.compare.run.truths import Truths
+from tumble.compare.run.truths import Answered, Truths
 from tumble.compare.run.worker import MEMORY_LIMIT
 from tumble.compare.stability.extremes import OF_A_PAGE
 from tumble.compare.stability.findings import extreme_findings, limit_findings
@@ -110,13 +113,22 @@ def report_tables(
                 watched = [filmed(scene, dt or scene.step) for scene in scenes]
                 several = [scene for scene in scenes if len(scene.start) > 1]
                 with Truths([*watched, *several], on_progress, limit_s=time_limit) as truths:
-                    mapping = beside.submit(quick_tables, running_engines, stiff, cases, on_progress, truths)
-                    climbing = beside.submit(all_ladders, running_engines, swept, on_progress, truths)
-                    comparisons = compare(running_engines, scenes, dt, on_progress, truths)
-                    films = film(running_engines, scenes, dt, on_progress, truths)
-                    landed = contacts(running_engines, comparisons, dt, on_progress, BRIEF_LADDER)
-                    compared = compared_tables(comparisons, films, running_engines, command)
-                    sequences, maps = climbing.result(), maps or mapping.result()
+                    # A thread is given the execution of this one.
+                    mapping = beside.submit(
+                        copy_context().run, quick_tables, running_engines, stiff, cases, on_progress, truths
+                    )
+                    climbing = beside.submit(
+                        copy_context().run, all_ladders, running_engines, swept, on_progress, truths
+                    )
+                    with Parts() as part:
+                        comparisons = part(lambda: compare(running_engines, scenes, dt, on_progress, truths))
+                        films = part(lambda: film(running_engines, scenes, dt, on_progress, truths))
+                        answers = [Answered(scene, truths.answer(scene).truth) for scene in landing]
+                        landed = part(lambda: contacts(running_engines, answers, dt, on_progress, BRIEF_LADDER))
+                        if comparisons and films is not None:
+                            compared = compared_tables(comparisons, films, running_engines, command)
+                        sequences, mapped = part(climbing.result), part(mapping.result)
+                    maps = maps or mapped
             except BaseException:
                 for running_engine in running_engines:
                     running_engine.halt(for_good=True)  # also a study that begins only now
@@ -164,7 +176,9 @@ def all_ladders(
 ) -> list[tuple[Scene, list[Run]]]:
     """Return the step-size sequences of the scenes that have a reference solution."""
     found = []
-    for scene in scenes:
-        with suppress(NoTruth):
-            found.append((scene, ladders(running_engines, scene, on_progress, BRIEF, truths=truths)))
+    with Parts() as part:
+        for scene in scenes:
+            climb = partial(ladders, running_engines, scene, on_progress, BRIEF, truths=truths)
+            with suppress(NoTruth):
+                found.append((scene, part(climb)))
     return found

@@ -13,7 +13,7 @@ from tumble.compare.run.engines import environments, installing, registry
 from tumble.compare.run.engines.registry import BadEngine
 from tumble.compare.run.execution import resumable
 from tumble.compare.run.progress import Display, no_display
-from tumble.compare.run.running_engines import TIME_LIMIT_S, flights
+from tumble.compare.run.running_engines import POOL, TIME_LIMIT_S, flights
 from tumble.compare.run.starting import started
 from tumble.compare.run.worker import MEMORY_LIMIT
 from tumble.compare.tables.engines import engine_row
@@ -90,7 +90,8 @@ def releases(engine: str, first: str | None, last: str | None, install: bool, di
     """Return the releases from first to last, the oldest first, installed if asked.  Raises BadEngine."""
     if engine in registry.names() and not registry.package(engine).pins:
         raise BadEngine(f"{engine} has no releases of its own")
-    known = environments.releases_on_index(engine) if install else environments.releases_here(engine)
+    known = POOL.get().releases(engine)
+    known = known or (environments.releases_on_index(engine) if install else environments.releases_here(engine))
     for release in (first, last):
         if release and release not in known and (install or not environments.in_order([release])):
             raise BadEngine(f"{engine} has no release {release}; choose one of {', '.join(known)}")

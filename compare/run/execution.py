@@ -11,8 +11,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Self, TypeVar
 
-from tumble.compare.run.digest import code_digest
-from tumble.compare.run.provenance import conditions, versions
+from tumble.compare.run.provenance import circumstances
 from tumble.compare.run.task_cache import TaskCache
 
 FOLDER = ".unfinished"
@@ -20,11 +19,11 @@ Result = TypeVar("Result")
 
 
 class Incomplete(Exception):
-    """Some tasks belong to other shards, whose results are not here; count: how many."""
+    """Some tasks belong to other shards, whose results are not here; missing: their names."""
 
-    def __init__(self, count: int) -> None:
-        super().__init__(f"{count} results are missing")
-        self.count = count
+    def __init__(self, missing: Sequence[str]) -> None:
+        super().__init__(f"{len(missing)} results are missing, the first of {missing[0]}")
+        self.missing = missing
 
 
 @dataclass(frozen=True)
@@ -114,19 +113,6 @@ def resumable(folder: Path | None) -> Iterator[None]:
     cache.remove()
 
 
-def circumstances() -> list[tuple[str, str]]:
-    """Return what all results of this machine depend on: Tumble's code, versions, processor and system."""
-    return [("code", code_digest()), *((row.what, row.value) for row in conditions("") if row.what in BINDING), *pins()]
-
-
-BINDING = ("format", "processor", "system")
-
-
-def pins() -> list[tuple[str, str]]:
-    """Return the versions of Python and of all packages that results depend on."""
-    return [(row.what, row.value) for row in versions()]
-
-
 class Parts:
     """Runs parts of a study that do not need each other's results, also those after a part that is incomplete.
 
@@ -134,14 +120,14 @@ class Parts:
     """
 
     def __init__(self) -> None:
-        self._missing = 0
+        self._missing: list[str] = []
 
     def __call__(self, part: Callable[[], Result]) -> Result:
         """Run a part and return its result; nothing of an incomplete one, which is not to be used in the block."""
         try:
             return part()
         except Incomplete as incomplete:
-            self._missing += incomplete.count
+            self._missing += incomplete.missing
             return None  # type: ignore[return-value]
 
     def __enter__(self) -> Self:

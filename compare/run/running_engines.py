@@ -41,6 +41,13 @@ class Pool:
         """End a process that a study has done with."""
         worker.close()
 
+    def started(self, engine: str, info: EngineInfo | Failure, source: str) -> None:
+        """Hear what an engine states, and the digest of a user's file."""
+
+    def releases(self, engine: str) -> list[str]:
+        """Return the releases of an engine that are known beside those installed; nothing: there are only those."""
+        return []
+
 
 # The pool of whoever runs a study: a session of `import tumble` puts its own here, for its block alone.
 POOL: ContextVar[Pool] = ContextVar("pool of engine processes", default=Pool())  # noqa: B039
@@ -374,6 +381,7 @@ def launched(
         methods_asked = [*engines.items(), *((name, [""]) for name in local)]
         for worker, (engine, methods) in zip(workers, methods_asked, strict=True):
             info = worker.describe()
+            pool.started(engine, info, worker.source)
             taking_part, asked_by_name = chosen(engine, methods, info, few), frozenset(filter(None, methods))
             title = named.get(engine, engine)
             running_engines.append(

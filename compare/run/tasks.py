@@ -100,7 +100,7 @@ def run(
         log.info(f"continuing: {len(results)} of {len(tasks)} results were finished before")
     work(waiting, truths, keep)
     if len(results) < len(tasks):
-        raise Incomplete(len(tasks) - len(results))
+        raise Incomplete([str(task) for task in tasks if task not in results])
     return [results[task] for task in tasks]
 
 

@@ -240,6 +240,19 @@ class Truths:
                 self._callers.end()
 
 
+class Answered(NamedTuple):
+    """A scene and its truth, None where it has none."""
+
+    scene: Scene
+    truth: Truth | None
+
+
+def answered(scenes: Sequence[Scene], limit_s: float) -> list[Answered]:
+    """Return scenes with their truths; limit_s: wall time of each part [s].  Raises RayMissed."""
+    with Truths(scenes, limit_s=limit_s) as truths:
+        return [Answered(scene, truths.answer(scene).truth) for scene in scenes]
+
+
 def is_same_motion(one: Scene, other: Scene) -> bool:
     """Whether two scenes differ in their samples alone: one was made of the other, for two files may share a name."""
     same = (field.name for field in fields(Scene) if field.name not in ("times", "start"))

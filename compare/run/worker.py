@@ -159,6 +159,11 @@ class Worker:
         with self._turn:
             self._end()
 
+    def refuse(self, failure: Failure) -> None:
+        """End the process; what is asked from now on has this answer."""
+        self.close()
+        self._info, self._why_gone = None, failure
+
     def kill(self) -> None:
         """Kill the process and all it has started, from any thread; who waits for its answer gets a Failure."""
         if process := self._process:

@@ -109,7 +109,7 @@ def _built(hint: Any, plain: Any, body: memoryview) -> Any:
             raise Malformed(f"what it sent is no {name_of(hint)}")
         return hint(**{name: _built_field(name, hints[name], plain[name], body) for name in names})  # type: ignore[operator]
     if origin is dict and arguments[0] is not str:
-        return dict(_built(list[tuple[arguments]], plain, body))
+        return dict(_built(list[tuple[arguments]], plain or [], body))  # without a key, {} is a dict by text too
     if origin is dict:
         if not isinstance(plain, dict):
             raise Malformed(f"what it sent has a {type(plain).__name__} where names and values belong")

@@ -225,6 +225,7 @@ def test_dicts_by_what_is_no_text_and_sets_with_none_arrive_as_they_are():
     sent = Keyed({("a", 1): [0.5], ("b", None): []}, {3, None, 1})
     (data,) = frame(sent)
     assert unpacked(Keyed, bytes(data[PREFIX.size :]), b"") == sent
+    assert unpacked(Keyed, b'{"by_pair": {}, "numbers": []}', b"") == Keyed({}, set())
     with pytest.raises(Malformed):
         unpacked(Keyed, b'{"by_pair": [[["a", 1.5], []]], "numbers": []}', b"")
 
