@@ -125,8 +125,9 @@ def report_tables(
                         films = part(lambda: film(running_engines, scenes, dt, on_progress, truths))
                         answers = [Answered(scene, truths.answer(scene).truth) for scene in landing]
                         landed = part(lambda: contacts(running_engines, answers, dt, on_progress, BRIEF_LADDER))
-                        if comparisons and films is not None:
-                            compared = compared_tables(comparisons, films, running_engines, command)
+                        # A shard has no comparison, and makes no tables.
+                        complete = bool(comparisons) and films is not None
+                        compared = compared_tables(comparisons, films, running_engines, command) if complete else {}
                         sequences, mapped = part(climbing.result), part(mapping.result)
                     maps = maps or mapped
             except BaseException:

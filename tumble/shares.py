@@ -2,6 +2,7 @@
 
 from argparse import Namespace
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from pathlib import Path
 
 from tumble.compare.run.execution import Execution, Shard, executing
@@ -39,6 +40,8 @@ def main(command: Callable[[Namespace], int], options: Namespace) -> int:
             command(options)
     except KeyboardInterrupt:
         raise interrupted(str(folder)) from None
+    with suppress(OSError):
+        (folder / f"{Path(PAGE).stem}-tables").rmdir()  # a report begins with it; a shard has nothing for it
     note(f"when all {shard.count} shards are finished, type `tumble merge DIR...` with their folders")
     return 0
 
@@ -72,7 +75,7 @@ def with_parquet(command: Callable[[Namespace], int], options: Namespace) -> int
     return code
 
 
-def merged_options(folders: Sequence[str], output: str | None, quiet: bool) -> Namespace:
+def merged_options(folders: Sequence[str], output: str | None = None, quiet: bool = False) -> Namespace:
     """Return the options of the command whose shards left these folders.  Raises BadShard."""
     _, *words = read_manifest(Path(folders[0])).words
     words += ["-o", output] if output else []

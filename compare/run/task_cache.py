@@ -20,8 +20,8 @@ from tumble.compare.run.process.message import PREFIX, Malformed, frame, lengths
 from tumble.scenarios.files import plain_bytes
 
 DIGEST_BYTES = 32
-# The only figures of a result that differ between two runs of one task on one machine.
-TIMES = ("wall_s",)
+# The only figures of a result that differ between two runs of one task on one machine (`Trajectory`).
+TIMES = ("wall_s", "cpu_s")
 
 
 class TaskCache:
