@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 from concurrent.futures import Future
 from dataclasses import asdict, dataclass, replace
+from functools import partial
 from itertools import chain
 
 import numpy as np
@@ -88,11 +89,12 @@ def measure(
 def task(scene: Scene, true: Future[Answer], running_engine: RunningEngine, method: str) -> Task[Cell]:
     """Return the task of one contestant on one scene."""
     key = scene.name, running_engine.title, method
-    return Task(key, running_engine, lambda able: cell(able, scene, method, true.result().truth))
+    return Task(key, running_engine, partial(cell, scene=scene, method=method, answer=true))
 
 
-def cell(running_engine: RunningEngine, scene: Scene, method: str, true: Truth | None) -> Cell:
+def cell(running_engine: RunningEngine, scene: Scene, method: str, answer: Future[Answer]) -> Cell:
     """Return one contestant's run, and a step-size sequence around it if the method has an order to determine."""
+    true = answer.result().truth
 
     def evaluated(dt: float, answer: Trajectory | Failure) -> Run:
         return RunAnswer.of(running_engine, method, dt, answer).run(scene, running_engine.title, true)

@@ -3,7 +3,8 @@
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple, Protocol
+from functools import partial
+from typing import Protocol
 
 import numpy as np
 
@@ -76,32 +77,26 @@ class Answered(Protocol):
         ...
 
 
-class KnownScene(NamedTuple):
-    """A scene and its reference solution.
-
-    Parameters
-    ----------
-    scene
-    truth : None if there is none
-    """
-
-    scene: Scene
-    truth: Truth | None
-
-
 @dataclass(frozen=True, eq=False)
 class Question:
     """What a scene asks: of a whole run, of throws in other directions, of each impact alone, and of changed scenes.
 
-    step: at which values are reported [s]; turned: directions [rad], and the scene with a throw in each.
+    step: at which values are reported [s]; extent: how much is run; turned: directions [rad], and the scene with a throw
+    in each.
     """
 
     scene: Scene
     step: float
+    extent: Extent
     whole: WholeRun | None
     turned: tuple[Array, Scene] | None
     impacts: tuple[Impact, ...]
     scans: tuple[ScanRun, ...]
+
+    @property
+    def identity(self) -> list[object]:
+        """What all of it follows from."""
+        return [self.scene, self.step, self.extent]
 
     @property
     def asked(self) -> Iterator[Asked]:
@@ -256,7 +251,7 @@ def contacts(
 
     def task(one: Question, running_engine: RunningEngine, method: str) -> Task[Readings]:
         key = one.scene.name, running_engine.title, method, "contact"
-        return Task(key, running_engine, lambda able: read(able, one, method))
+        return Task(key, running_engine, partial(read, asked=one, method=method))
 
     tasks = [
         (one, task(one, running_engine, method))
@@ -280,7 +275,7 @@ def question(scene: Scene, truth: Truth | None, dt: float | None = None, extent:
     whole = None if extent.few and known else whole_run(scene, truth, steps, step)
     turned = turned_scene(scene, whole, step) if whole and is_turnable(scene, whole) else None
     scans = (*(tilts(scene, whole, step) if whole else ()), *(heights(scene, known[0], step) if known else ()))
-    found = Question(scene, step, whole, turned, known, scans)
+    found = Question(scene, step, extent, whole, turned, known, scans)
     return found if any(found.asked) else None
 
 

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 import pandas as pd
 
 from tumble.compare.judge.cost import REFERENCE
+from tumble.compare.run.execution import Parts
 from tumble.compare.run.local import Asked
 from tumble.compare.run.progress import Display, no_display
 from tumble.compare.run.running_engines import TIME_LIMIT_S, flights
@@ -64,10 +65,11 @@ def sweep_scenes(
         asked = {"time limit [s]": f"{time_limit:g}", "reference": reference}
         conditions = circumstances(running_engines, scenes, asked, command)
         sweeps = []
-        with display(flights(running_engines, scenes) + len(scenes)) as on_progress:
+        with display(flights(running_engines, scenes) + len(scenes)) as on_progress, Parts() as part:
             for scene in scenes:
-                sweeps.append(sweep(running_engines, scene, on_progress))
-                finished(sweeps[-1])
+                if swept := part(lambda scene=scene: sweep(running_engines, scene, on_progress)):
+                    sweeps.append(swept)
+                    finished(swept)
         return measured(sweeps, reference) | {
             ENGINES.file: frame(ENGINES, map(engine_row, running_engines)),
             CONDITIONS.file: frame(CONDITIONS, conditions),

@@ -8,9 +8,10 @@ import pytest
 from tests.support import planted_contact
 from tumble.compare.contact.findings import contestant_laws, worst_verdict
 from tumble.compare.contact.rows import contact_rows
-from tumble.compare.contact.study import BRIEF, KnownScene, contacts, question
+from tumble.compare.contact.study import BRIEF, contacts, question
 from tumble.compare.run.local import LocalEngine
 from tumble.compare.run.running_engines import launched
+from tumble.compare.run.truths import Answered
 from tumble.report_tables import LANDING
 from tumble.scenarios.read import read_scene, scene_of
 from tumble.scenarios.truth import truth
@@ -137,7 +138,7 @@ def test_the_page_of_the_catalogue_has_one_method_for_each_contact_law_and_those
     scene = read_scene("ball-drop-dead")
     with launched(["mujoco", "mujoco:rk4", "tumble", "scipy"], few=True) as running_engines:
         took_part = {f"{one.title}:{name}" for one in running_engines for name in BRIEF.methods(one, scene)}
-        found = contacts(running_engines, [KnownScene(scene, truth(scene))], extent=BRIEF)
+        found = contacts(running_engines, [Answered(scene, truth(scene))], extent=BRIEF)
     laws = {"mujoco:euler", "mujoco:euler+elliptic", "mujoco:euler+noslip", "tumble:moreau"}
     assert took_part == {*laws, "mujoco:rk4", "scipy:dop853"}
     assert {one.name for one in found if one.observations} == {*laws, "mujoco:rk4"}
