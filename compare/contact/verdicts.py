@@ -9,12 +9,11 @@ import math
 
 from tumble.compare.contact.directions import DIAMOND, DISTANCE, Law, axis_names, is_round, law_of
 from tumble.compare.contact.findings import RIGHT
-from tumble.compare.contact.impacts import DEEPEST, GAP
+from tumble.compare.contact.impacts import DEEPEST, GAP, REBOUND
 from tumble.compare.contact.study import Contact, Observation
 from tumble.compare.contact.whole_impulse import after_whole_impulse
 from tumble.compare.contact.whole_run import REST
 
-REBOUND = "rebound speed after impact"
 WHOLE_IMPULSE = "another law: Coulomb on the whole impulse"
 OF_A_STOP = ("instant it stops", DISTANCE, "turn of the path until it stops")
 
@@ -89,7 +88,7 @@ def own_verdict(contact: Contact, one: Observation) -> str:
         return f"sinks by {abs(error) * 1e3:.3g} mm"
     if one.scatters:
         return "depends on the step"
-    if name == "creep speed":
+    if name.startswith("creep speed"):
         return f"creeps at {limit.value * 1e3:.3g} mm/s"
     if name in (GAP, "height at rest"):
         return f"contact without touching, from {error * 1e3:.3g} mm"

@@ -1,5 +1,6 @@
 """Engines with a planted law of contact: each wrong one is named, the right one never."""
 
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -8,7 +9,8 @@ import pytest
 from tests.support import planted_contact
 from tumble.compare.contact.findings import contestant_laws, worst_verdict
 from tumble.compare.contact.rows import contact_rows
-from tumble.compare.contact.study import BRIEF, contacts
+from tumble.compare.contact.study import BRIEF, LADDER, contacts
+from tumble.compare.engines import tumble
 from tumble.compare.run.local import LocalEngine
 from tumble.compare.run.running_engines import launched
 from tumble.scenarios.read import read_scene, scene_of
@@ -47,12 +49,12 @@ friction = 0.0
 """
 
 
-def laws(scene, *methods):
-    """The verdict and rows of each planted law."""
-    engine = LocalEngine("planted", SimpleNamespace(**{**vars(planted_contact), "METHODS": methods}))
+def laws(scene, *methods, module=planted_contact, ladder=LADDER):
+    """The verdict and rows of each planted law, or of each method of an engine's module."""
+    engine = LocalEngine("planted", SimpleNamespace(**{**vars(module), "METHODS": methods}))
     answered = SimpleNamespace(scene=scene, truth=truth(scene))
     with launched([engine]) as running_engines:
-        found = contacts(running_engines, [answered])
+        found = contacts(running_engines, [answered], ladder=ladder)
     rows = {one.method: list(contact_rows(one)) for one in found}
     return {one.method: (one, rows[one.method]) for each in rows.values() for one in contestant_laws(each)}
 
@@ -110,3 +112,33 @@ def test_friction_of_the_whole_impulse_is_another_law_than_friction_at_each_inst
         found = contacts(running_engines, [SimpleNamespace(scene=scene, truth=truth(scene))], ladder=BRIEF)
     said = [law.verdict for one in found for law in contestant_laws(list(contact_rows(one)))]
     assert said == ["Coulomb and Newton", "another law: Coulomb on the whole impulse"]
+
+
+@pytest.mark.parametrize(
+    ("name", "wrong"),
+    [
+        ("tip-over", {"angle it has tipped by", "spin at that angle, z"}),
+        ("rocking-block", {"angle it has tipped by", "spin after impact, z", "energy lost in impact"}),
+        ("top", {"mean precession"}),
+    ],
+)
+def test_a_body_that_turns_about_an_edge_or_its_tip_has_observables(name, wrong):
+    """Each number that follows from the moments is another law where those are wrong, and no other number is."""
+    scene = read_scene(name)
+    body = replace(scene.body, moments=1.3 * scene.body.moments)
+    heavier = SimpleNamespace(**vars(tumble))
+    heavier.build = lambda scene, method: tumble.build(replace(scene, body=body), method)
+    right, _ = laws(scene, "events", module=tumble, ladder=BRIEF)["events"]
+    assert right.verdict == "Coulomb and Newton"
+    said, rows = laws(scene, "events", module=heavier, ladder=BRIEF)["events"]
+    assert said.verdict == "another law"
+    assert {row.observable for row in rows if row.verdict != "Coulomb and Newton"} >= wrong
+    stays = {row.observable: row for row in rows if row.observable.startswith("creep speed")}
+    assert all(row.verdict == "Coulomb and Newton" for row in stays.values())
+
+
+def test_an_edge_that_yields_creeps():
+    said, rows = laws(read_scene("tip-over"), "compliant", module=tumble, ladder=BRIEF)["compliant"]
+    assert said.verdict.startswith("creeps at 0.5")
+    (row,) = (row for row in rows if row.observable == "creep speed of the edge")
+    assert row.law_error_low > 0
