@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tumble.compare.contact.asked import Asked
+from tumble.compare.contact.asked import BY_OWN_LAW, Asked
 from tumble.compare.contact.watched import Watched, angular_momentum, gravity, lowest, spin_of
 from tumble.compare.judge import mechanics
 from tumble.scenarios.frames import Array, quaternion_product
@@ -101,6 +101,7 @@ def impacts(scene: Scene, record: ContactRecord, steps: Sequence[float], step: f
         shorter = max(0, math.ceil(math.log2(steps[0] * FEWEST / share)))
         own = [one / 2**shorter for one in steps]
         follow_s = min(share, MOST_STEPS * own[-1])
+        first = step if step in own else own[0]
         speed = max(-float(event.velocity_before @ normal(scene)), np.finfo(float).tiny)
         lead_s = LEAD_SHARE * scene.body.reach / speed
         yield Impact(
@@ -108,7 +109,7 @@ def impacts(scene: Scene, record: ContactRecord, steps: Sequence[float], step: f
             event=event,
             rocks=rocks,
             flies=phase_at(record, event.time_s) in IN_THE_AIR,
-            asked=tuple(asked(scene, record, event, number, step if step in own else own[0], rocks)),
+            asked=tuple(asked(scene, record, event, number, first, own[-1], rocks)),
             runs={dt: tuple(runs(scene, known, number, dt, lead_s, follow_s)) for dt in own},
         )
 
@@ -162,9 +163,9 @@ def run_scene(scene: Scene, start: Array, times: Array, dt: float) -> Scene:
 
 
 def asked(
-    scene: Scene, record: ContactRecord, event: ContactEvent, number: int, dt: float, rocks: bool
+    scene: Scene, record: ContactRecord, event: ContactEvent, number: int, dt: float, finest: float, rocks: bool
 ) -> Iterator[Asked]:
-    """Yield what is asked about one impact; dt: the step [s] at which values are reported."""
+    """Yield what is asked about one impact; dt, finest: the step at which values are reported, and the shortest [s]."""
     pull = float(np.linalg.norm(gravity(scene)))
     speed = float(np.linalg.norm(event.before[7:10]))
     approach = abs(float(event.velocity_before @ normal(scene)))
@@ -188,6 +189,9 @@ def asked(
     if not rocks:
         yield Asked(GAP, number, "m", 0.0, reach, dt * dt * pull, 0.0)
     yield Asked(DEEPEST, number, "m", 0.0, reach, SHIFTS * dt * steps["m"], 0.0)
+    if scene.body.radius is not None:  # whose motion along the normal is its centre's
+        yield Asked(DEEPEST + BY_OWN_LAW, number, "m", 0.0, reach, SHIFTS * finest * steps["m"], 0.0)
+        yield Asked(REBOUND + BY_OWN_LAW, number, "m/s", 0.0, scales["m/s"], SHIFTS * dt * steps["m/s"], 0.0)
 
 
 def known_to(one: Observable) -> float:

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import pytest
 
 from tests.support import planted_contact
+from tumble.compare.contact.asked import BY_OWN_LAW
 from tumble.compare.contact.findings import contestant_laws, worst_verdict
 from tumble.compare.contact.rows import contact_rows
 from tumble.compare.contact.study import BRIEF, LADDER, contacts
@@ -142,3 +143,16 @@ def test_an_edge_that_yields_creeps():
     assert said.verdict.startswith("creeps at 0.5")
     (row,) = (row for row in rows if row.observable == "creep speed of the edge")
     assert row.law_error_low > 0
+
+
+def test_a_soft_engine_is_compared_with_the_law_that_it_states():
+    """The compliant method follows its spring and damper; the same motion does not follow another damper."""
+    scene = scene_of(BALL.replace("duration = 0.9", "duration = 0.4"), Path("ball.toml"), "ball")
+    other = SimpleNamespace(**vars(tumble))
+    other.soft_law = lambda world: replace(tumble.soft_law(world), damping=2 * tumble.soft_law(world).damping)
+    for module, rebound in ((tumble, "its own law (spring and damper): +"), (other, "not its own law (spring")):
+        law, rows = laws(scene, "compliant", module=module, ladder=BRIEF)["compliant"]
+        said = {row.observable: row.verdict for row in rows if row.observable.endswith(BY_OWN_LAW)}
+        assert said["rebound speed after impact, by its own law"].startswith(rebound)
+        assert "its own law" not in law.verdict, "the rigid law's verdict stands apart"
+    assert not any(row.observable.endswith(BY_OWN_LAW) for row in laws(scene, "events", module=tumble)["events"][1])
