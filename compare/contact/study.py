@@ -2,16 +2,17 @@
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Protocol
 
 import numpy as np
 
-from tumble.compare.contact.asked import Asked
+from tumble.compare.contact.asked import BY_OWN_LAW, Asked
 from tumble.compare.contact.directions import DISTANCE, Rose, Slide, is_turnable, read_slides, turned_scene
 from tumble.compare.contact.impacts import MOST_IMPACTS, Impact, impacts, read_impact, row_step
-from tumble.compare.contact.limit import Level, Limit, limit
+from tumble.compare.contact.limit import Level, Limit, limit, shifted
+from tumble.compare.contact.own_law import own_numbers
 from tumble.compare.contact.scans import ScanRun, heights, tilts
 from tumble.compare.contact.watched import Watched
 from tumble.compare.contact.whole_run import WholeRun, read_whole, whole_run
@@ -81,8 +82,7 @@ class Answered(Protocol):
 class Question:
     """What a scene asks: of a whole run, of throws in other directions, of each impact alone, and of changed scenes.
 
-    step: at which values are reported [s]; extent: how much is run; turned: directions [rad], and the scene with a throw
-    in each.
+    step: at which values are reported [s]; turned: directions [rad], and the scene with a throw in each.
     """
 
     scene: Scene
@@ -116,10 +116,13 @@ class Readings:
 
     By impact, None for the whole run: unfinished: not over when the next was due; stays: the body did not leave the
     plane, at the finest step; through: it passed the plane, at the step of the values or a finer one.
+    own: numbers of the law that a soft engine states, own_law, by step [s]; ladders of these have the differences.
     failure: why there is nothing.
     """
 
     ladders: dict[Key, list[Level]] = field(default_factory=dict)
+    own: dict[tuple[Key, float], float] = field(default_factory=dict)
+    own_law: str = ""
     slides: list[Slide] = field(default_factory=list)
     scanned: list[float] = field(default_factory=list)
     unfinished: set[int | None] = field(default_factory=set)
@@ -317,12 +320,13 @@ def read_ladder(running_engine: RunningEngine, asked: Question, method: str, imp
     for dt, runs in impact.runs.items():
         if skips(running_engine, method, own_steps, dt, first, runs[0].scene.duration):
             continue
-        readings = []
+        readings, law = [], None
         for one in runs:
             answer = running_engine.simulate(one.scene, method, dt)
             if isinstance(answer, Failure):
                 found.failure = answer
                 return
+            law = answer.soft_law
             if answer.diverged_at is None:
                 readings.append(read_impact(impact, one, Watched(one.scene, answer)))
         if dt <= first and any(reading.through for reading in readings):
@@ -330,8 +334,16 @@ def read_ladder(running_engine: RunningEngine, asked: Question, method: str, imp
         if any(reading.unfinished for reading in readings):
             found.unfinished.add(impact.number)
         (found.stays.add if any(reading.stays for reading in readings) else found.stays.discard)(impact.number)
+        own = own_numbers(law, asked.scene, impact) if law and asked.scene.body.radius else {}
+        found.own_law = law.kind if law else ""
         for each in impact.asked:
-            values = np.array([reading.values.get(each.observable, math.nan) for reading in readings] or [math.nan])
+            name, of_own = each.observable.removesuffix(BY_OWN_LAW), each.observable.endswith(BY_OWN_LAW)
+            if of_own and each.observable not in own:
+                continue
+            values = np.array([reading.values.get(name, math.nan) for reading in readings] or [math.nan])
+            if of_own:
+                found.own[each.key, dt] = own[each.observable]
+                values = values - own[each.observable]
             found.ladders.setdefault(each.key, []).append(Level(dt, values))
 
 
@@ -353,6 +365,11 @@ def judged(asked: Question, running_engine: RunningEngine, method: str, found: R
         dt = asked.step if each.impact is None else steps[each.impact]
         value = next((level.mean for level in ladder if level.dt_s == dt), math.nan)
         reached = limit(ladder, each.resolution(running_engine.rounding))
+        if each.observable.endswith(BY_OWN_LAW):
+            if (each.key, dt) not in found.own:
+                continue
+            own = found.own[each.key, dt]
+            each, value, reached = replace(each, true=own), value + own, shifted(reached, own)
         observations.append(Observation(each, dt, value, reached))
     return Contact(
         question=asked,
