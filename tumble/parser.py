@@ -233,6 +233,12 @@ def parser() -> Parser:
         metavar="ENGINE:METHOD",
         help="contestant that run times are divided by (default: %(default)s)",
     )
+    sweep.add_argument(
+        "--observable",
+        metavar="NAME",
+        help="observable of contact.csv whose error is measured above a plane, of a vector without its component; "
+        "default: the scene's main one, such as the distance until it stops",
+    )
     limit_options(sweep)
     sweep.add_argument("-o", "--output", metavar="DIR", help=TABLES_HELP)
     parquet_option(sweep)

@@ -201,7 +201,13 @@ def contacts(
     the contestants' results, scene by scene
     """
     found = (question(answer.scene, answer.truth, dt, ladder) for answer in answers if answer.truth)
-    asked = [one for one in found if one]
+    return answered(running_engines, [one for one in found if one], on_progress)
+
+
+def answered(
+    running_engines: Sequence[RunningEngine], asked: Sequence[Question], on_progress: ProgressCallback = no_progress
+) -> list[Contact]:
+    """Return every contestant's results in scenes whose questions are known; arguments as of `contacts`."""
 
     def task(one: Question, running_engine: RunningEngine, method: str) -> Task[Readings]:
         key = one.scene.name, running_engine.title, method, "contact"

@@ -334,6 +334,21 @@ interface Tables {
     energy_drift: number;
     angular_momentum_drift: number;
   };
+  "observable-cost.csv": {
+    scene: string;
+    engine: string;
+    method: string;
+    dt_s: number | null;
+    tolerance: number | null;
+    observable: string;
+    blow: number | null;
+    unit: string;
+    error: number;
+    error_share: number;
+    run_us: number;
+    p90_run_us: number;
+    pareto_front: boolean;
+  };
   "points.csv": {
     scene: string;
     vertex: number;
