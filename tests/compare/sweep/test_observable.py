@@ -44,8 +44,8 @@ def test_the_error_of_a_right_law_falls_with_the_step_and_that_of_a_wrong_one_st
     assert {row.observable for row in right} == {"distance until it stops"}, "the scene's main one"
     assert [row.dt_s for row in right] == pytest.approx([0.004 * factor for factor in LADDER])
     assert [row.run_us for row in right] == pytest.approx([0.6 / row.dt_s * STEP_NS / 1e3 for row in right], rel=0.02)
-    # Semi-implicit Euler: v dt / 2 of the way.
-    assert [row.error for row in right] == pytest.approx([np.sqrt(1.25) * row.dt_s / 2 for row in right], rel=0.1)
+    # Semi-implicit Euler loses v dt / 2 of the way; what is left at the last sample is read off as exact.
+    assert [row.error for row in right] == pytest.approx([np.sqrt(1.25) * row.dt_s / 2 for row in right], rel=0.15)
     # With mu 1.25 times as large it stops after 0.8 of the way.
     assert wrong[-1].error_share == pytest.approx(0.2, abs=2e-3)
     assert found["diamond"][-1].error_share > 0.1
@@ -63,7 +63,7 @@ def test_of_an_impact_it_is_a_vector_and_the_worst_position_in_a_step():
 
 
 def test_an_observable_that_a_scene_has_not_is_refused_in_one_line():
-    with pytest.raises(BadObservable, match="has no observable 'distance': there are .*, distance until it stops, "):
+    with pytest.raises(BadObservable, match=r"has no observable 'distance': there are .*, distance until it stops, "):
         observed_in(read_scene("box-slide-0"), "distance", 60.0)
     with pytest.raises(BadObservable, match="two-hits has no plane"):
         observed_in(read_scene("two-hits"), "distance", 60.0)
