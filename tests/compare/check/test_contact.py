@@ -1,4 +1,4 @@
-"""A record of a scene with a plane: it holds the observables of contact, and a law that changed by 3 % or 10 % is found."""
+"""A record of a scene with a plane holds the observables of contact, and a law that changed by a few per cent is found."""
 
 from dataclasses import replace
 from pathlib import Path
