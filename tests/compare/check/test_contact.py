@@ -1,4 +1,4 @@
-"""A record of a scene with a plane holds the observables of contact, and a law that changed by a few per cent is found."""
+"""A record of a scene with a plane has the observables of contact, and finds a law that changed by a few per cent."""
 
 from dataclasses import replace
 from pathlib import Path
