@@ -46,6 +46,7 @@ class Extent:
     few : only what a scene with an impact shows by it alone, by the methods that a page of the whole catalogue shows
     """
 
+    ladder: tuple[float, ...] = LADDER
     impacts: int = MOST_IMPACTS
     few: bool = False
 
@@ -96,7 +97,8 @@ class Question:
     @property
     def identity(self) -> list[object]:
         """What all of it follows from."""
-        return [self.scene, self.step, self.extent]
+        parts = [one.key for one in self.asked], self.turned is not None, len(self.scans)
+        return [self.scene, self.step, self.extent, *parts]
 
     @property
     def asked(self) -> Iterator[Asked]:
@@ -250,7 +252,13 @@ def contacts(
     the contestants' results, scene by scene
     """
     found = (question(answer.scene, answer.truth, dt, extent) for answer in answers if answer.truth)
-    asked = [one for one in found if one]
+    return ask(running_engines, [one for one in found if one], on_progress)
+
+
+def ask(
+    running_engines: Sequence[RunningEngine], questions: Sequence[Question], on_progress: ProgressCallback = no_progress
+) -> list[Contact]:
+    """Return every contestant's results in scenes whose questions are known; arguments as of `contacts`."""
 
     def task(one: Question, running_engine: RunningEngine, method: str) -> Task[Readings]:
         key = one.scene.name, running_engine.title, method, "contact"
@@ -258,9 +266,9 @@ def contacts(
 
     tasks = [
         (one, task(one, running_engine, method))
-        for one in asked
+        for one in questions
         for running_engine in running_engines
-        for method in extent.methods(running_engine, one.scene)
+        for method in one.extent.methods(running_engine, one.scene)
     ]
     readings = run([task for _, task in tasks], on_progress=on_progress)
     return [
@@ -273,7 +281,7 @@ def question(scene: Scene, truth: Truth | None, dt: float | None = None, extent:
     if scene.plane is None or truth is None or not truth.contacts:
         return None
     step = dt or scene.step
-    steps = [step * factor for factor in LADDER]
+    steps = [step * factor for factor in extent.ladder]
     known = tuple(impacts(scene, truth.contacts[0], steps, step, extent.impacts))
     whole = None if extent.few and known else whole_run(scene, truth, steps, step)
     turned = turned_scene(scene, whole, step) if whole and is_turnable(scene, whole) else None

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import pytest
 
 from tests.support import planted_contact
+from tests.support.planted_contact import BALL, SLIDE
 from tumble.compare.contact.asked import BY_OWN_LAW
 from tumble.compare.contact.findings import contestant_laws, worst_verdict
 from tumble.compare.contact.rows import contact_rows
@@ -18,38 +19,6 @@ from tumble.compare.run.truths import Answered
 from tumble.report_tables import LANDING
 from tumble.scenarios.read import read_scene, scene_of
 from tumble.scenarios.truth import truth
-
-SLIDE = """
-title = "slide"
-duration = 0.6
-samples = 12
-step = 0.004
-gravity = [0.0, -9.81, 0.0]
-[body]
-shape = "box"
-size = [0.5, 0.1, 0.4]
-mass = 5.0
-position = [0.3, 0.05, -0.2]
-velocity = [1.0, 0.0, 0.5]
-[plane]
-restitution = 0.0
-friction = 0.4
-"""
-BALL = """
-title = "ball"
-duration = 0.9
-samples = 9
-step = 0.004
-gravity = [0.0, -9.81, 0.0]
-[body]
-shape = "sphere"
-radius = 0.05
-mass = 0.3
-position = [0.0, 0.6, 0.0]
-[plane]
-restitution = 0.6
-friction = 0.0
-"""
 
 
 def laws(scene, *methods, module=planted_contact):
