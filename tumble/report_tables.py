@@ -1,9 +1,12 @@
 """All tables of the report: several studies of the same scenes and engines, side by side where no clock is read."""
 
-from collections.abc import Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
+from contextvars import copy_context
+from functools import partial
 from pathlib import Path
+from typing import TypeVar
 
 import pandas as pd
 
@@ -15,7 +18,7 @@ from tumble.compare.comparison.results import comparison_tables
 from tumble.compare.contact.results import contact_tables
 from tumble.compare.contact.schemas import TABLES as CONTACT
 from tumble.compare.contact.study import BRIEF as BRIEF_CONTACT
-from tumble.compare.contact.study import WHOLE, Contact, Extent, KnownScene, contacts
+from tumble.compare.contact.study import WHOLE, Contact, Extent, contacts
 from tumble.compare.coursework.results import coursework_tables
 from tumble.compare.judge.cost import REFERENCE
 from tumble.compare.judge.errors import Run
@@ -23,12 +26,13 @@ from tumble.compare.motion.film import Film, film, filmed
 from tumble.compare.motion.findings import film_findings
 from tumble.compare.motion.results import film_tables
 from tumble.compare.releases.schemas import TABLES as RELEASES
+from tumble.compare.run.execution import Parts
 from tumble.compare.run.flight import check_step
 from tumble.compare.run.local import Asked
 from tumble.compare.run.progress import Display, ProgressCallback, no_display
 from tumble.compare.run.running_engines import TIME_LIMIT_S, RunningEngine, flights
 from tumble.compare.run.starting import started
-from tumble.compare.run.truths import Truths
+from tumble.compare.run.truths import Answered, Truths
 from tumble.compare.run.worker import MEMORY_LIMIT
 from tumble.compare.stability.extremes import OF_A_PAGE
 from tumble.compare.stability.findings import extreme_findings, limit_findings
@@ -48,6 +52,7 @@ from tumble.scenarios.scene import Scene
 from tumble.scenarios.truth import NoTruth
 
 Tables = dict[str, pd.DataFrame]
+Result = TypeVar("Result")
 # What a page of the whole catalogue runs above a plane: friction by direction, what holds, rebound by drop height.
 LANDING = ("box-slide-22", "box-incline-holds", "ball-drop-half")
 
@@ -115,13 +120,23 @@ def report_tables(
                 watched = [filmed(scene, dt or scene.step) for scene in scenes]
                 several = [scene for scene in scenes if len(scene.start) > 1]
                 with Truths([*watched, *several, *added], on_progress, limit_s=time_limit) as truths:
-                    mapping = beside.submit(quick_tables, running_engines, stiff, cases, on_progress, truths)
-                    climbing = beside.submit(all_ladders, running_engines, swept, on_progress, truths)
-                    landed = beside.submit(all_contacts, running_engines, landing, dt, on_progress, truths, extent)
-                    comparisons = compare(running_engines, scenes, dt, on_progress, truths)
-                    films = film(running_engines, scenes, dt, on_progress, truths)
-                    compared = compared_tables(comparisons, films, running_engines, command)
-                    sequences, maps, _ = climbing.result(), maps or mapping.result(), landed.result()
+
+                    def begin(study: Callable[..., Result], *given: object) -> Future[Result]:
+                        """Start a study in a thread, which is given the execution of this one."""
+                        return beside.submit(copy_context().run, study, running_engines, *given)
+
+                    mapping = begin(quick_tables, stiff, cases, on_progress, truths)
+                    climbing = begin(all_ladders, swept, on_progress, truths)
+                    landing_runs = begin(all_contacts, landing, dt, on_progress, truths, extent)
+                    with Parts() as part:
+                        comparisons = part(lambda: compare(running_engines, scenes, dt, on_progress, truths))
+                        films = part(lambda: film(running_engines, scenes, dt, on_progress, truths))
+                        # A shard has no comparison, and makes no tables.
+                        complete = bool(comparisons) and films is not None
+                        compared = compared_tables(comparisons, films, running_engines, command) if complete else {}
+                        sequences, mapped = part(climbing.result), part(mapping.result)
+                        landed = part(landing_runs.result)
+                    maps = maps or mapped
             except BaseException:
                 for running_engine in running_engines:
                     running_engine.halt(for_good=True)  # also a study that begins only now
@@ -136,7 +151,7 @@ def report_tables(
         # Without rows where there is none: a table of an earlier run is removed.
         (kept_tables(folder / "releases", RELEASES) if folder else {})
         or {table.file: frame(table, []) for table in RELEASES},
-        contact_tables(landed.result()) or {table.file: frame(table, []) for table in CONTACT},
+        contact_tables(landed) or {table.file: frame(table, []) for table in CONTACT},
         {ABLATION.file: frame(ABLATION, ablation.rows)},
         {(SWEEP if name != FINDINGS.file else "") + name: table for name, table in swept_tables.items()},
         findings([*film_findings(films), *ablation_findings(ablation.rows), *map_findings(maps)]),
@@ -173,7 +188,7 @@ def all_contacts(
     extent: Extent,
 ) -> list[Contact]:
     """Return what every contestant makes of contact in the scenes that have a reference solution."""
-    known = [KnownScene(scene, truths.answer(scene).truth) for scene in scenes]
+    known = [Answered(scene, truths.answer(scene).truth) for scene in scenes]
     return contacts(running_engines, known, dt, on_progress, extent)
 
 
@@ -182,7 +197,9 @@ def all_ladders(
 ) -> list[tuple[Scene, list[Run]]]:
     """Return the step-size sequences of the scenes that have a reference solution."""
     found = []
-    for scene in scenes:
-        with suppress(NoTruth):
-            found.append((scene, ladders(running_engines, scene, on_progress, BRIEF, truths=truths)))
+    with Parts() as part:
+        for scene in scenes:
+            climb = partial(ladders, running_engines, scene, on_progress, BRIEF, truths=truths)
+            with suppress(NoTruth):
+                found.append((scene, part(climb)))
     return found

@@ -2,15 +2,17 @@
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
-from typing import NamedTuple, Protocol
+from dataclasses import dataclass, field, replace
+from functools import partial
+from typing import Protocol
 
 import numpy as np
 
-from tumble.compare.contact.asked import Asked
+from tumble.compare.contact.asked import BY_OWN_LAW, Asked
 from tumble.compare.contact.directions import DISTANCE, Rose, Slide, is_turnable, read_slides, turned_scene
 from tumble.compare.contact.impacts import MOST_IMPACTS, Impact, impacts, read_impact, row_step
-from tumble.compare.contact.limit import Level, Limit, limit
+from tumble.compare.contact.limit import Level, Limit, limit, shifted
+from tumble.compare.contact.own_law import own_numbers
 from tumble.compare.contact.scans import ScanRun, heights, tilts
 from tumble.compare.contact.watched import Watched
 from tumble.compare.contact.whole_run import WholeRun, read_whole, whole_run
@@ -44,6 +46,7 @@ class Extent:
     few : only what a scene with an impact shows by it alone, by the methods that a page of the whole catalogue shows
     """
 
+    ladder: tuple[float, ...] = LADDER
     impacts: int = MOST_IMPACTS
     few: bool = False
 
@@ -76,19 +79,6 @@ class Answered(Protocol):
         ...
 
 
-class KnownScene(NamedTuple):
-    """A scene and its reference solution.
-
-    Parameters
-    ----------
-    scene
-    truth : None if there is none
-    """
-
-    scene: Scene
-    truth: Truth | None
-
-
 @dataclass(frozen=True, eq=False)
 class Question:
     """What a scene asks: of a whole run, of throws in other directions, of each impact alone, and of changed scenes.
@@ -98,10 +88,17 @@ class Question:
 
     scene: Scene
     step: float
+    extent: Extent
     whole: WholeRun | None
     turned: tuple[Array, Scene] | None
     impacts: tuple[Impact, ...]
     scans: tuple[ScanRun, ...]
+
+    @property
+    def identity(self) -> list[object]:
+        """What all of it follows from."""
+        parts = [one.key for one in self.asked], self.turned is not None, len(self.scans)
+        return [self.scene, self.step, self.extent, *parts]
 
     @property
     def asked(self) -> Iterator[Asked]:
@@ -121,10 +118,13 @@ class Readings:
 
     By impact, None for the whole run: unfinished: not over when the next was due; stays: the body did not leave the
     plane, at the finest step; through: it passed the plane, at the step of the values or a finer one.
+    own: numbers of the law that a soft engine states, own_law, by step [s]; ladders of these have the differences.
     failure: why there is nothing.
     """
 
     ladders: dict[Key, list[Level]] = field(default_factory=dict)
+    own: dict[tuple[Key, float], float] = field(default_factory=dict)
+    own_law: str = ""
     slides: list[Slide] = field(default_factory=list)
     scanned: list[float] = field(default_factory=list)
     unfinished: set[int | None] = field(default_factory=set)
@@ -252,17 +252,23 @@ def contacts(
     the contestants' results, scene by scene
     """
     found = (question(answer.scene, answer.truth, dt, extent) for answer in answers if answer.truth)
-    asked = [one for one in found if one]
+    return ask(running_engines, [one for one in found if one], on_progress)
+
+
+def ask(
+    running_engines: Sequence[RunningEngine], questions: Sequence[Question], on_progress: ProgressCallback = no_progress
+) -> list[Contact]:
+    """Return every contestant's results in scenes whose questions are known; arguments as of `contacts`."""
 
     def task(one: Question, running_engine: RunningEngine, method: str) -> Task[Readings]:
         key = one.scene.name, running_engine.title, method, "contact"
-        return Task(key, running_engine, lambda able: read(able, one, method))
+        return Task(key, running_engine, partial(read, asked=one, method=method))
 
     tasks = [
         (one, task(one, running_engine, method))
-        for one in asked
+        for one in questions
         for running_engine in running_engines
-        for method in extent.methods(running_engine, one.scene)
+        for method in one.extent.methods(running_engine, one.scene)
     ]
     readings = run([task for _, task in tasks], on_progress=on_progress)
     return [
@@ -275,12 +281,12 @@ def question(scene: Scene, truth: Truth | None, dt: float | None = None, extent:
     if scene.plane is None or truth is None or not truth.contacts:
         return None
     step = dt or scene.step
-    steps = [step * factor for factor in LADDER]
+    steps = [step * factor for factor in extent.ladder]
     known = tuple(impacts(scene, truth.contacts[0], steps, step, extent.impacts))
     whole = None if extent.few and known else whole_run(scene, truth, steps, step)
     turned = turned_scene(scene, whole, step) if whole and is_turnable(scene, whole) else None
     scans = (*(tilts(scene, whole, step) if whole else ()), *(heights(scene, known[0], step) if known else ()))
-    found = Question(scene, step, whole, turned, known, scans)
+    found = Question(scene, step, extent, whole, turned, known, scans)
     return found if any(found.asked) else None
 
 
@@ -322,12 +328,13 @@ def read_ladder(running_engine: RunningEngine, asked: Question, method: str, imp
     for dt, runs in impact.runs.items():
         if skips(running_engine, method, own_steps, dt, first, runs[0].scene.duration):
             continue
-        readings = []
+        readings, law = [], None
         for one in runs:
             answer = running_engine.simulate(one.scene, method, dt)
             if isinstance(answer, Failure):
                 found.failure = answer
                 return
+            law = answer.soft_law
             if answer.diverged_at is None:
                 readings.append(read_impact(impact, one, Watched(one.scene, answer)))
         if dt <= first and any(reading.through for reading in readings):
@@ -335,8 +342,16 @@ def read_ladder(running_engine: RunningEngine, asked: Question, method: str, imp
         if any(reading.unfinished for reading in readings):
             found.unfinished.add(impact.number)
         (found.stays.add if any(reading.stays for reading in readings) else found.stays.discard)(impact.number)
+        own = own_numbers(law, asked.scene, impact) if law and asked.scene.body.radius else {}
+        found.own_law = law.kind if law else ""
         for each in impact.asked:
-            values = np.array([reading.values.get(each.observable, math.nan) for reading in readings] or [math.nan])
+            name, of_own = each.observable.removesuffix(BY_OWN_LAW), each.observable.endswith(BY_OWN_LAW)
+            if of_own and each.observable not in own:
+                continue
+            values = np.array([reading.values.get(name, math.nan) for reading in readings] or [math.nan])
+            if of_own:
+                found.own[each.key, dt] = own[each.observable]
+                values = values - own[each.observable]
             found.ladders.setdefault(each.key, []).append(Level(dt, values))
 
 
@@ -358,6 +373,11 @@ def judged(asked: Question, running_engine: RunningEngine, method: str, found: R
         dt = asked.step if each.impact is None else steps[each.impact]
         value = next((level.mean for level in ladder if level.dt_s == dt), math.nan)
         reached = limit(ladder, each.resolution(running_engine.rounding))
+        if each.observable.endswith(BY_OWN_LAW):
+            if (each.key, dt) not in found.own:
+                continue
+            own = found.own[each.key, dt]
+            each, value, reached = replace(each, true=own), value + own, shifted(reached, own)
         observations.append(Observation(each, dt, value, reached))
     return Contact(
         question=asked,

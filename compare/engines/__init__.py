@@ -76,6 +76,8 @@ And verbs if it wishes
                                      force [m/s2] and angular velocity [rad/s], each along the sensor's own axes;
                                      without it the harness takes differences of velocity over a step (docs/sensors.md)
     remark(world) -> str             what the user should know and is no fault: which method was chosen, and why
+    soft_law(world) -> law           the spring and damper of its contact (`parts/soft_law.py`), None where it has none:
+                                     the run is compared with that law too
 
 An engine file imports nothing of ours that a user's own could not: it reads the attributes of the scene it is given
 (`scenarios/scene.py`), except that our own solver's file imports `solver`, and that ours share `parts/`, which is a

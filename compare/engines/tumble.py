@@ -6,8 +6,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from tumble.compare.engines.parts.soft_law import SPRING, SoftLaw
 from tumble.solver.body import Body
 from tumble.solver.compilation import without_blas
+from tumble.solver.contact.compliant import softness_of
 from tumble.solver.contact.flight import ContactFlight, Plane
 from tumble.solver.contact.methods import CONTACT_METHODS
 from tumble.solver.flight import Flight
@@ -187,6 +189,15 @@ def sense(world):
 def vertices(world, points):
     """Return the points [m], (N, n, 3), of the body as the method has deformed it; None of a method that cannot."""
     return None if isinstance(world.flight, ContactFlight) else world.flight.vertices(points)
+
+
+def soft_law(world):
+    """Return the spring and damper of `compliant`."""
+    flight = world.flight
+    if not isinstance(flight, ContactFlight) or flight.method is not CONTACT_METHODS["compliant"]:
+        return None
+    softness = softness_of(flight.ground)
+    return SoftLaw(SPRING, softness.stiffness, softness.damping)
 
 
 def remark(world):
