@@ -1,10 +1,12 @@
-"""What --shard and --cache make of a command, and how `tumble merge` gives the command again."""
+"""Where a command runs its tasks, by its options; and how `tumble merge` gives the command of shards again."""
 
+import os
 from argparse import Namespace
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from pathlib import Path
 
+from tumble.compare.run.cluster import BadCluster, connected
 from tumble.compare.run.execution import Execution, Shard, executing
 from tumble.compare.run.provenance import circumstances
 from tumble.compare.run.shards import read_manifest, sharing
@@ -14,20 +16,31 @@ from tumble.notes import note
 from tumble.parser import PAGE, parser
 
 # Options of one machine alone, which a merged command does not have; all have a value.
-OWN = ("--shard", "--cache", "--output")
+OWN = ("--shard", "--cache", "--output", "--workers", "--scheduler", "--tls-ca", "--tls-cert", "--tls-key")
 
 
 def main(command: Callable[[Namespace], int], options: Namespace) -> int:
     """Run a command, or its share, with finished tasks found and saved in folders; return the exit code."""
+    if not hasattr(options, "shard"):  # with --parquet alone
+        return with_parquet(command, options)
     caches = (TaskCache(Path(options.cache), circumstances()),) if options.cache else ()
+    address = None if options.workers else options.scheduler
     if not options.shard:
         try:
-            with executing(Execution(caches)):
+            with ExitStack() as stack:
+                work = None
+                if address or options.workers:
+                    tls = {name: file for name in ("ca", "cert", "key") if (file := getattr(options, f"tls_{name}"))}
+                    asked = connected(address, options.workers, tls, options.insecure_scheduler)
+                    work = stack.enter_context(asked).work
+                stack.enter_context(executing(Execution(caches, work=work)))
                 return with_parquet(command, options)
         except KeyboardInterrupt:
             if not caches:
                 raise
             raise interrupted(options.cache) from None
+    if options.workers or address != os.environ.get("TUMBLE_SCHEDULER"):
+        raise BadCluster("--shard runs here: leave out --scheduler and --workers")
     shard = Shard(*options.shard)
     named = options.output not in (None, PAGE)
     folder = Path(options.output if named else f"shard-{shard.number}-of-{shard.count}")
