@@ -276,7 +276,8 @@ def connected(
             threads = sum(client.nthreads().values())
             if not threads:
                 raise BadCluster(f"--scheduler {address}: it has no workers")
-            log.info(f"{threads} workers of {address or 'this machine'}; dashboard: {client.dashboard_link}")
+            dashboard = client.dashboard_link if "dashboard" in client.scheduler_info()["services"] else "none"
+            log.info(f"{threads} workers of {address or 'this machine'}; dashboard: {dashboard}")
             yield Cluster(client)
         finally:
             if client.status == "running":
