@@ -282,6 +282,12 @@ def parser() -> Parser:
         metavar="ENGINE:METHOD",
         help="contestant that run times are divided by (default: %(default)s)",
     )
+    sweep.add_argument(
+        "--observable",
+        metavar="NAME",
+        help="observable of contact.csv whose error is measured above a plane, of a vector without its component; "
+        "default: the scene's main one, such as the distance until it stops",
+    )
     limit_options(sweep)
     sweep.add_argument("-o", "--output", metavar="DIR", help=TABLES_HELP)
     parquet_option(sweep)
@@ -307,8 +313,11 @@ def parser() -> Parser:
     limit_options(advise)
 
     stability = command("stability", "stability maps, the largest stable step of each method, and extreme cases")
-    extreme = ", or an extreme case (spin-1e4, far-1e7, denormal ...); default: the stiff scenes and all extreme cases"
-    stability.add_argument("scene", nargs="*", metavar="SCENE", help=SCENE_HELP + extreme)
+    extreme = (
+        ", one with a plane (mapped over friction and angle), or an extreme case (spin-1e4, far-1e7, denormal ...)"
+    )
+    default = "; default: the stiff scenes and all extreme cases"
+    stability.add_argument("scene", nargs="*", metavar="SCENE", help=SCENE_HELP + extreme + default)
     engine_option(stability)
     limit_options(stability, 20.0)
     stability.add_argument(

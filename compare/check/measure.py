@@ -12,6 +12,9 @@ import numpy as np
 from tumble.compare.check.record import Record
 from tumble.compare.check.schemas import CELLS, EXACT, QUESTIONS, TIMES, CellRow, QuestionRow
 from tumble.compare.check.times import time_rows
+from tumble.compare.contact.rows import contact_rows
+from tumble.compare.contact.schemas import CONTACT
+from tumble.compare.contact.study import ask, question
 from tumble.compare.judge import ladder as order
 from tumble.compare.judge.errors import Run, RunAnswer
 from tumble.compare.judge.trend import spin_energy
@@ -66,6 +69,8 @@ def measure(
         ]
         found = iter(run(list(chain.from_iterable(tasks)), truths, on_progress=on_progress))
         answers = [future.result() for future in truths.futures]
+    asked = [question(scene, answer.truth) for scene, answer in zip(scenes, answers, strict=True)]
+    landed = ask(running_engines, [one for one in asked if one], on_progress)
     rows, times = [], []
     for scene, answer, own in zip(scenes, answers, tasks, strict=True):
         cells = [(one.running_engine.title, next(found)) for one in own]
@@ -83,6 +88,7 @@ def measure(
         engines=frame(ENGINES, map(engine_row, running_engines)),
         cells=frame(CELLS, rows),
         times=frame(TIMES, times) if timed else None,
+        contact=frame(CONTACT, (row for one in landed for row in contact_rows(one))) if landed else None,
     )
 
 

@@ -12,7 +12,16 @@ from functools import partial
 import numpy as np
 
 from tumble.compare.contact.directions import reaches_edge
-from tumble.compare.contact.impacts import PHASES, Impact, ImpactRun, read_impact, row_step, run_scene, sample_times
+from tumble.compare.contact.impacts import (
+    PHASES,
+    REBOUND,
+    Impact,
+    ImpactRun,
+    read_impact,
+    row_step,
+    run_scene,
+    sample_times,
+)
 from tumble.compare.contact.watched import Watched, gravity
 from tumble.compare.contact.whole_run import WholeRun
 from tumble.scenarios.scene import Scene
@@ -108,4 +117,4 @@ def restitution(impact: Impact, run: ImpactRun, speed: float) -> Callable[[Watch
 
 def speed_ratio(impact: Impact, run: ImpactRun, speed: float, seen: Watched) -> float:
     """Return the ratio of the speeds after and before an impact, nan where the body did not leave the plane."""
-    return read_impact(impact, run, seen).values.get("rebound speed after impact", math.nan) / speed
+    return read_impact(impact, run, seen).values.get(REBOUND, math.nan) / speed

@@ -109,9 +109,9 @@ def releases(engine: str, first: str | None, last: str | None, install: bool, di
             "package index"
         )
     if install:
-        for release in found:
-            if environments.located(f"{engine}@{release}")[1] is None:
-                log.info(f"making an environment for {engine}@{release}")
-                with display(doing=f"installing {engine}@{release}") as on_progress:
-                    installing.install(f"{engine}@{release}", on_progress)
+        missing = [name for release in found if environments.located(name := f"{engine}@{release}")[1] is None]
+        log.info(f"environments to make: {', '.join(missing) or 'none'}")
+        with display(len(missing), "installing") as on_progress:
+            for failed in installing.install_all(missing, on_progress):
+                raise failed
     return found

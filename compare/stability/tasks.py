@@ -14,6 +14,7 @@ from tumble.compare.run.status import Failure
 from tumble.compare.run.tasks import Key, Task, run
 from tumble.compare.run.truths import Answer, Truths
 from tumble.compare.stability.columns import FACTORS, ROWS, Question, columns
+from tumble.compare.stability.contact import ContactPiece, contact_piece
 from tumble.compare.stability.extremes import BUDGET_S, ExtremeRow, extreme
 from tumble.compare.stability.trials import FULL, Effort, Piece, Trials
 from tumble.scenarios.read import extremes
@@ -30,7 +31,7 @@ STIFF = (
     "floor-stiff",
     "spin-fast",
 )
-Done = Piece | ExtremeRow
+Done = Piece | ExtremeRow | ContactPiece
 
 
 def default_scenes() -> tuple[str, ...]:
@@ -46,10 +47,10 @@ def default_scenes() -> tuple[str, ...]:
 def contestants(running_engine: RunningEngine, scene: Scene, few: bool = False) -> tuple[str, ...]:
     """Return the methods to run: those of the scene and, unless some were named, those on request.
 
-    few: none on request.
+    few: none on request, nor above a plane, where each engine says which methods have a use.
     """
     methods = running_engine.methods_for(scene)
-    if few or running_engine.only_named or isinstance(running_engine.info, Failure):
+    if few or scene.plane or running_engine.only_named or isinstance(running_engine.info, Failure):
         return methods
     return tuple(dict.fromkeys((*methods, *running_engine.info.on_request)))
 
@@ -86,6 +87,7 @@ def stability(
     ones.
     Raises BadScene for a scene in which nothing limits the step, RayMissed as compare does.
     """
+    landing, scenes = ([scene for scene in scenes if bool(scene.plane) == has] for has in (True, False))
     own_columns = [columns(scene, factors) for scene in scenes]
     runs = [column.scene_of(ROWS) for own in own_columns for column in own]
     with nullcontext(truths) if truths else Truths([], limit_s=truth_limit(running_engines)) as working:
@@ -100,6 +102,12 @@ def stability(
             for method in contestants(each, question.scene, few)
         ]
         tasks += [
+            Task((scene.name, each.title, method), each, partial(contact_task, method, scene))
+            for scene in landing
+            for each in running_engines
+            for method in contestants(each, scene, few)
+        ]
+        tasks += [
             Task((case.name, each.title, method), each, partial(extreme_row, method, case, answer, budget_s))
             for case, answer in zip(cases, true, strict=True)
             for each in running_engines
@@ -111,6 +119,11 @@ def stability(
 def piece(method: str, question: Question, effort: Effort, running_engine: RunningEngine) -> Piece:
     """Return the map and limits of one contestant in one scene."""
     return Trials(running_engine, method, question, effort).piece()
+
+
+def contact_task(method: str, scene: Scene, running_engine: RunningEngine) -> ContactPiece:
+    """Return the results of one contestant in one scene with a plane."""
+    return contact_piece(running_engine, method, scene)
 
 
 def extreme_row(

@@ -18,6 +18,7 @@ from tumble.compare.run.tasks import Task, run
 from tumble.compare.run.timing.readings import USUAL, Sampling
 from tumble.compare.run.truths import Truths
 from tumble.compare.sweep.longer_steps import COUNTS, longer_steps, with_all_samples
+from tumble.compare.sweep.schemas import ObservableCostRow
 from tumble.scenarios.scene import Scene
 from tumble.scenarios.truth import NoTruth, Truth
 
@@ -58,12 +59,14 @@ class Sweep:
     timed : runs with a run time
     untimed : runs without a run time, among them those without a trajectory, which have a reason
     why_untimed : reason by name, of contestants that ran but could not be timed
+    observed : errors of an observable of contact with their run times; empty without a plane
     """
 
     scene: Scene
     timed: tuple[Timed, ...]
     untimed: tuple[Run, ...]
     why_untimed: dict[str, str] = field(default_factory=dict)
+    observed: tuple[ObservableCostRow, ...] = ()
 
     @property
     def runs(self) -> Iterator[Run]:
