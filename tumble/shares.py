@@ -2,12 +2,14 @@
 
 import os
 from argparse import Namespace
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack, suppress
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import replace
 from pathlib import Path
+from types import MappingProxyType
 
 from tumble.compare.run.cluster import BadCluster, connected
-from tumble.compare.run.execution import Execution, Shard, executing
+from tumble.compare.run.execution import EXECUTION, Shard, executing
 from tumble.compare.run.provenance import circumstances
 from tumble.compare.run.shards import read_manifest, sharing
 from tumble.compare.run.task_cache import TaskCache
@@ -23,20 +25,14 @@ def main(command: Callable[[Namespace], int], options: Namespace) -> int:
     """Run a command, or its share, with finished tasks found and saved in folders; return the exit code."""
     if not hasattr(options, "shard"):  # with --parquet alone
         return with_parquet(command, options)
-    caches = (TaskCache(Path(options.cache), circumstances()),) if options.cache else ()
     address = None if options.workers else options.scheduler
     if not options.shard:
         try:
-            with ExitStack() as stack:
-                work = None
-                if address or options.workers:
-                    tls = {name: file for name in ("ca", "cert", "key") if (file := getattr(options, f"tls_{name}"))}
-                    asked = connected(address, options.workers, tls, options.insecure_scheduler)
-                    work = stack.enter_context(asked).work
-                stack.enter_context(executing(Execution(caches, work=work)))
+            tls = {name: file for name in ("ca", "cert", "key") if (file := getattr(options, f"tls_{name}"))}
+            with placed(options.cache, options.workers, address, tls, options.insecure_scheduler):
                 return with_parquet(command, options)
         except KeyboardInterrupt:
-            if not caches:
+            if not options.cache:
                 raise
             raise interrupted(options.cache) from None
     if options.workers or address != os.environ.get("TUMBLE_SCHEDULER"):
@@ -49,7 +45,7 @@ def main(command: Callable[[Namespace], int], options: Namespace) -> int:
     if getattr(options, "accept", False) and options.baseline:
         options.output = None  # the record goes there when it is merged
     try:
-        with sharing(folder, shard, ["tumble", *whole(options.words[1:])], caches):
+        with sharing(folder, shard, ["tumble", *whole(options.words[1:])], caches_of(options.cache)):
             command(options)
     except KeyboardInterrupt:
         raise interrupted(str(folder)) from None
@@ -57,6 +53,31 @@ def main(command: Callable[[Namespace], int], options: Namespace) -> int:
         (folder / f"{Path(PAGE).stem}-tables").rmdir()  # a report begins with it; a shard has nothing for it
     note(f"when all {shard.count} shards are finished, type `tumble merge DIR...` with their folders")
     return 0
+
+
+@contextmanager
+def placed(
+    cache: str | Path | None,
+    workers: int | None,
+    scheduler: str | None,
+    tls: Mapping[str, str] = MappingProxyType({}),
+    is_insecure: bool = False,
+) -> Iterator[None]:
+    """Run tasks on workers in the block, and find and save finished ones in a folder, where either is given."""
+    with ExitStack() as stack:
+        execution = EXECUTION.get()
+        if cache:
+            execution = replace(execution, caches=caches_of(cache))
+        if workers or scheduler:
+            cluster = stack.enter_context(connected(scheduler, workers, tls, is_insecure))
+            execution = replace(execution, work=cluster.work)
+        stack.enter_context(executing(execution))
+        yield
+
+
+def caches_of(folder: str | Path | None) -> tuple[TaskCache, ...]:
+    """Return the cache in a folder, of what this machine and its versions ran."""
+    return (TaskCache(Path(folder), circumstances()),) if folder else ()
 
 
 def interrupted(folder: str) -> KeyboardInterrupt:

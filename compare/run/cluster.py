@@ -8,7 +8,8 @@ ends, the tasks that are left run here.
 import logging
 from collections import OrderedDict
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from concurrent.futures import CancelledError
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from ipaddress import ip_address
 from itertools import count
@@ -219,7 +220,10 @@ class Cluster:
                         continue
                     result = self._crashed(task)
                 else:
-                    result = unframed(task.kind, event.result())
+                    try:
+                        result = unframed(task.kind, event.result())
+                    except (OSError, CancelledError):
+                        return  # the scheduler ended while it handed the result over
                 del attempts[task], payloads[task], futures[task]
                 record(task, result)
                 room.release()
@@ -273,9 +277,11 @@ def connected(
         except (OSError, TimeoutError, ValueError) as error:
             raise BadCluster(f"--scheduler {address}: cannot be reached: {error}") from None
         try:
+            with suppress(TimeoutError):
+                client.wait_for_workers(1, timeout=CONNECT_S)
             threads = sum(client.nthreads().values())
             if not threads:
-                raise BadCluster(f"--scheduler {address}: it has no workers")
+                raise BadCluster(f"--scheduler {address}: no worker came within {CONNECT_S} s")
             dashboard = client.dashboard_link if "dashboard" in client.scheduler_info()["services"] else "none"
             log.info(f"{threads} workers of {address or 'this machine'}; dashboard: {dashboard}")
             yield Cluster(client)
