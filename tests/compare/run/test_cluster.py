@@ -29,6 +29,26 @@ def read(world): return world["states"]
 SCENE = read_scene("die-straight")
 
 
+@pytest.mark.parametrize(
+    ("address", "tls", "said"),
+    [
+        ("10.0.0.1:8786", {}, "give|use tls"),
+        ("tcp://node:8786", {"ca": "a", "cert": "b", "key": "c"}, "use tls"),
+        ("tls://node:8786", {"ca": "a"}, "give --tls-ca, --tls-cert and --tls-key"),
+        ("http://127.0.0.1:8786", {}, "must be HOST:PORT"),
+        ("127.0.0.1", {}, "must be HOST:PORT"),
+        ("127.0.0.1:x", {}, "must be HOST:PORT"),
+    ],
+)
+def test_an_address_that_others_could_reach_needs_encryption(address, tls, said):
+    with pytest.raises(BadCluster, match=said):
+        check_address(address, tls, False)
+    for safe in ("127.0.0.1:8786", "tcp://localhost:1", "[::1]:8786"):
+        check_address(safe, {}, False)
+    check_address("tcp://10.0.0.1:8786", {}, True)
+    check_address("tls://node:8786", {"ca": "a", "cert": "b", "key": "c"}, False)
+
+
 @pytest.fixture(scope="module")
 def workers():
     with connected(None, 2, {}) as found:
@@ -104,23 +124,3 @@ def test_a_worker_with_another_version_is_refused(workers, engine, monkeypatch):
     Path(engine.engine).write_text(ENGINE.replace('"1"', '"2"'))
     with executing(Execution(work=workers.work)), pytest.raises(BadCluster, match="another mine than here: version 2"):
         run([task])
-
-
-@pytest.mark.parametrize(
-    ("address", "tls", "said"),
-    [
-        ("10.0.0.1:8786", {}, "give|use tls"),
-        ("tcp://node:8786", {"ca": "a", "cert": "b", "key": "c"}, "use tls"),
-        ("tls://node:8786", {"ca": "a"}, "give --tls-ca, --tls-cert and --tls-key"),
-        ("http://127.0.0.1:8786", {}, "must be HOST:PORT"),
-        ("127.0.0.1", {}, "must be HOST:PORT"),
-        ("127.0.0.1:x", {}, "must be HOST:PORT"),
-    ],
-)
-def test_an_address_that_others_could_reach_needs_encryption(address, tls, said):
-    with pytest.raises(BadCluster, match=said):
-        check_address(address, tls, False)
-    for safe in ("127.0.0.1:8786", "tcp://localhost:1", "[::1]:8786"):
-        check_address(safe, {}, False)
-    check_address("tcp://10.0.0.1:8786", {}, True)
-    check_address("tls://node:8786", {"ca": "a", "cert": "b", "key": "c"}, False)
