@@ -111,10 +111,9 @@ def running(needed: Needed) -> RunningEngine:
 
 
 def end_engines() -> None:
-    """On a worker: end all engines."""
-    with _one_at_a_time:
-        while _engines:
-            _engines.popitem()[1].worker.close()
+    """On a worker: end all engines, also one that is at work, whose task then fails."""
+    while _engines:
+        _engines.popitem()[1].halt(for_good=True)
 
 
 class Lost(Worker):
@@ -275,8 +274,9 @@ def connected(
             )  # fmt: skip
             security = Security(require_encryption=True, **given) if tls else None
             client = Client(cluster or address, timeout=CONNECT_S, security=security, set_as_default=False)
-        except (OSError, TimeoutError, ValueError) as error:
-            raise BadCluster(f"--scheduler {address}: cannot be reached: {error}") from None
+        except (OSError, TimeoutError, ValueError, RuntimeError) as error:
+            what = f"--scheduler {address}: cannot be reached" if address else f"--workers {workers}: cannot be started"
+            raise BadCluster(f"{what}: {' '.join(str(error).split())}") from None
         try:
             with suppress(TimeoutError):
                 client.wait_for_workers(1, timeout=CONNECT_S)
