@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass
 
-from tumble.compare.comparison.sensors import sensor_runs
+from tumble.compare.comparison.sensors import first_throw, sensor_runs
 from tumble.compare.judge.errors import Run, RunAnswer
 from tumble.compare.judge.sensors import SensorRun
 from tumble.compare.run.flight import Trajectory
@@ -95,10 +95,13 @@ def compare(
         if truths
         else Truths(scenes, on_progress, limit_s=truth_limit(running_engines)) as references
     ):
+        sensing = [scene for scene in scenes if scene.sensors]
+        readings = references.each(first_throw, sensing, [truth_limit(running_engines)] * len(sensing))
         answers = iter(run([one for own in tasks for one in own], references, on_progress=on_progress))
         true = [references.answer(scene) for scene in scenes]
-        lost = references.each(lost_m, scenes, [answer.truth for answer in true])
-        sensed = sensor_runs(running_engines, scenes, dt, on_progress, references)
+        moved = references.each(lost_m, scenes, [answer.truth for answer in true])
+        sensed = sensor_runs(running_engines, scenes, readings, dt, on_progress, references)
+        lost = [future.result() for future in moved]
     return [
         Comparison(
             scene=scene,

@@ -7,7 +7,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from tumble.solver.body import Body
-from tumble.solver.compilation import without_blas
 from tumble.solver.contact.flight import ContactFlight, Plane
 from tumble.solver.contact.methods import CONTACT_METHODS
 from tumble.solver.flight import Flight
@@ -155,8 +154,7 @@ def choice(body, forces, scene):
 def write(world, states):
     """Start from these states, (N, 13), compiled for them: no step is timed that waits for a compiler."""
     world.flight.write(states)
-    with without_blas():
-        world.flight.compile()
+    world.flight.compile()
 
 
 def advance(world, n, dt):

@@ -103,7 +103,7 @@ class Truths:
                 scenes, [Call(of, (scene,), tell) for scene, tell in zip(scenes, told, strict=True)]
             )
         else:
-            futures = [in_a_thread(partial(of, tell=tell), scene) for tell, scene in zip(told, scenes, strict=True)]
+            futures = [in_a_thread(partial(of, scene, tell=tell)) for tell, scene in zip(told, scenes, strict=True)]
         self.futures += futures
         for one, future in zip(told, futures, strict=True):
             future.add_done_callback(lambda done, one=one: done.cancelled() or one.end())
@@ -125,12 +125,12 @@ class Truths:
                 return future.result().at(scene)
         raise KeyError(scene.name)
 
-    def each(self, function: Callable[..., Any], scenes: Sequence[Scene], *more: Sequence[Any]) -> list[Any]:
-        """Return what a function makes of each scene and of more that is its own, worked out where the truths were."""
+    def each(self, function: Callable[..., Any], scenes: Sequence[Scene], *more: Sequence[Any]) -> list["Future[Any]"]:
+        """Return what will be made of each scene, and of more that is its own, by a function, where the truths are."""
         if self._callers is None:
-            return list(map(function, scenes, *more))
+            return [in_a_thread(partial(function, *given)) for given in zip(scenes, *more, strict=True)]
         calls = [Call(function, given) for given in zip(scenes, *more, strict=True)]
-        return [future.result() for future in self._share_out(scenes, calls)]
+        return self._share_out(scenes, calls)
 
     def _share_out(self, scenes: Sequence[Scene], calls: Sequence[Call]) -> list["Future[Any]"]:
         """Return what will be the calls' results, those of forces from one process: to load a compiler takes 1 s."""
@@ -165,17 +165,17 @@ def cancelled() -> "Future[Any]":
     return future
 
 
-def in_a_thread(function: Callable[[Scene], Answer], scene: Scene) -> "Future[Answer]":
+def in_a_thread(function: Callable[[], Any]) -> "Future[Any]":
     """Return what will be a function's result; the thread is no reason for this process to stay."""
-    future: Future[Answer] = Future()
+    future: Future[Any] = Future()
 
     def work() -> None:
         try:
-            result, error = function(scene), None
+            result, error = function(), None
         except BaseException as raised:
             result, error = None, raised
         if future.set_running_or_notify_cancel():
-            future.set_exception(error) if error else future.set_result(result)  # type: ignore[arg-type]
+            future.set_exception(error) if error else future.set_result(result)
 
-    threading.Thread(target=work, daemon=True, name=f"truth of {scene.name}").start()
+    threading.Thread(target=work, daemon=True, name="truth").start()
     return future

@@ -16,7 +16,6 @@ from tumble.scenarios.impulse import jump
 from tumble.scenarios.scene import Scene, frozen_array
 from tumble.scenarios.truth import NoTruth, truth
 from tumble.solver.body import Body
-from tumble.solver.compilation import without_blas
 
 CERTIFIED = 12
 
@@ -33,10 +32,6 @@ class Reference:
 
     def states(self, throw: int, times: Array) -> Array:
         """Return the states at increasing times [s], after the impulses at each, (T, 13)."""
-        with without_blas():
-            return self._states(throw, times)
-
-    def _states(self, throw: int, times: Array) -> Array:
         if not self._free:
             rows = correct_program(self._scene, throw).simulate(times, FINE)
             return np.hstack((rows[:, 0:3], rows[:, 18:22], rows[:, 12:18]))
