@@ -4,8 +4,12 @@ All run times are of one scene, sampled in the same rounds, so that they can be 
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
+from tumble.compare.contact.findings import law
+from tumble.compare.contact.rows import contact_rows
+from tumble.compare.contact.schemas import ContactRow
+from tumble.compare.contact.study import Question, answered, question
 from tumble.compare.judge import ladder, trend
 from tumble.compare.judge.errors import Run, RunAnswer
 from tumble.compare.releases.schemas import ReleaseRow
@@ -46,12 +50,14 @@ class Ledger:
     releases : the releases, the oldest first
     rows : one for each scene, release and method; times are of the first scene only
     speeds : time per step [ns] in the first scene, by release and method
+    contact : observables of contact, by release, scene and method; only of scenes with a plane
     """
 
     engine: str
     releases: tuple[str, ...]
     rows: tuple[ReleaseRow, ...]
     speeds: dict[Named, Reading]
+    contact: dict[tuple[str, str, str], list[ContactRow]] = field(default_factory=dict)
 
 
 def release_of(running_engine: RunningEngine) -> str:
@@ -89,15 +95,39 @@ def ledger(
             row(scene, one.running_engine, answer, future.result().truth)
             for (scene, future, one), answer in zip(tasks, answers, strict=True)
         ]
+        asked = [question(scene, future.result().truth) for scene, future in zip(scenes, truths.futures, strict=True)]
+    observed = observables(running_engines, [one for one in asked if one], on_progress)
     speeds = speeds_on(scenes[0], running_engines, sampling)
     on_progress("timed")
     newest = release_of(running_engines[-1])
     return Ledger(
         engine=split_release(running_engines[0].engine)[0],
         releases=tuple(map(release_of, running_engines)),
-        rows=tuple(with_speed(each, speeds, newest) if each.scene == scenes[0].name else each for each in rows),
+        rows=tuple(
+            with_contact(with_speed(each, speeds, newest) if each.scene == scenes[0].name else each, observed)
+            for each in rows
+        ),
         speeds=speeds,
+        contact=observed,
     )
+
+
+def observables(
+    running_engines: Sequence[RunningEngine], asked: Sequence[Question], on_progress: ProgressCallback
+) -> dict[tuple[str, str, str], list[ContactRow]]:
+    """Return the observables of contact by release, scene and method."""
+    released = {each.title: release_of(each) for each in running_engines}
+    return {
+        (released[one.engine], one.scene.name, one.method): list(contact_rows(one))
+        for one in answered(running_engines, asked, on_progress)
+        if one.observations
+    }
+
+
+def with_contact(row: ReleaseRow, observed: dict[tuple[str, str, str], list[ContactRow]]) -> ReleaseRow:
+    """Return the row with the gravest verdict on its contact."""
+    own = observed.get((row.release, row.scene, row.method))
+    return replace(row, contact=law(own)[0]) if own else row
 
 
 def runs_of(running_engine: RunningEngine, scene: Scene, method: str, true: Truth | None) -> Runs:

@@ -34,6 +34,7 @@ class ReleaseRow:
         float | None, "order of convergence of the centre of mass; empty if it cannot be determined"
     ]
     spin_energy: Annotated[str, f"behaviour of the spin energy: {', '.join(TRENDS)}; empty if nothing rotates freely"]
+    contact: Annotated[str, "gravest verdict on contact, as in contact.csv; empty without a plane"] = ""
     step_ns: Annotated[float | None, "time per step, on the first scene only; empty if it was not timed"] = None
     time_ratio: Annotated[float | None, "time per step over the newest release's, sampled in the same rounds"] = None
     time_ratio_low: Annotated[float | None, "lower end of the 95 % confidence interval of time_ratio"] = None
@@ -49,7 +50,9 @@ class ReleaseChangeRow:
     before: Annotated[str, "previous release"]
     method: Method
     what: Annotated[
-        str, "what changed: method, status, attitude_order, translation_order, spin_energy, max_error_m or time"
+        str,
+        "what changed: method, status, attitude_order, translation_order, spin_energy, contact, law_error, "
+        "contact_error, max_error_m or time",
     ]
     old: Annotated[str, "values of the previous release, one per scene, separated by `; `"]
     new: Annotated[str, "values of this release, one per scene, separated by `; `"]
