@@ -16,6 +16,7 @@ from tumble.compare.ablation.optional_features import (
     ablate,
     apart_m,
     measured,
+    pairs,
 )
 from tumble.compare.run.flight import Trajectory
 from tumble.compare.run.running_engines import launched
