@@ -5,6 +5,7 @@ import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
+from tumble.compare.contact.asked import BY_OWN_LAW
 from tumble.compare.contact.schemas import VERDICT_WORDS, ContactRow
 from tumble.compare.tables.shared import FindingRow
 
@@ -80,6 +81,7 @@ def largest(laws: Iterable[ContestantLaw]) -> ContestantLaw:
 
 def law(rows: Sequence[ContactRow]) -> tuple[str, ContactRow | None, float]:
     """Return the gravest verdict, the row with the largest law error, and that error's share."""
+    rows = [row for row in rows if not row.observable.endswith(BY_OWN_LAW)]
     verdict = worst_verdict([row.verdict for row in rows])
     if verdict.startswith(SINKS):
         return f"{RIGHT}, {verdict}", None, 0.0

@@ -11,7 +11,6 @@ from functools import partial
 from tumble.compare.run.progress import ProgressCallback, no_progress
 from tumble.compare.run.running_engines import RunningEngine, truth_limit
 from tumble.compare.run.status import Failure
-from tumble.compare.run.task_cache import TaskCache
 from tumble.compare.run.tasks import Key, Task, run
 from tumble.compare.run.truths import Answer, Truths
 from tumble.compare.stability.columns import FACTORS, ROWS, Question, columns
@@ -74,7 +73,6 @@ def stability(
     cases: Sequence[Scene],
     on_progress: ProgressCallback = no_progress,
     finished: Callable[[Key, Done], object] = lambda key, piece: None,
-    cached: TaskCache | None = None,
     factors: Sequence[float] = FACTORS,
     few: bool = False,
     effort: Effort = FULL,
@@ -83,8 +81,8 @@ def stability(
 ) -> list[Done]:
     """Return every piece, in the order of `keys`.
 
-    on_progress: called for every piece; finished: called with every piece, one at a time; cached: finished pieces are
-    found and saved there; factors: of the scenes' own parameter values; few: no method that runs only on request;
+    on_progress: called for every piece; finished: called with every piece, one at a time;
+    factors: of the scenes' own parameter values; few: no method that runs only on request;
     effort: for each scene; budget_s: for each extreme case [s]; truths: computes the reference solutions; None: new
     ones.
     Raises BadScene for a scene in which nothing limits the step, RayMissed as compare does.
@@ -98,26 +96,24 @@ def stability(
             Question(scene, own, [next(true) for _ in own]) for scene, own in zip(scenes, own_columns, strict=True)
         ]
         tasks: list[Task[Done]] = [
-            Task((question.scene.name, each.title, method), each, partial(piece, method, question, effort), Piece)
+            Task((question.scene.name, each.title, method), each, partial(piece, method, question, effort))
             for question in questions
             for each in running_engines
             for method in contestants(each, question.scene, few)
         ]
         tasks += [
-            Task((scene.name, each.title, method), each, partial(contact_task, method, scene), ContactPiece)
+            Task((scene.name, each.title, method), each, partial(contact_task, method, scene))
             for scene in landing
             for each in running_engines
             for method in contestants(each, scene, few)
         ]
         tasks += [
-            Task(
-                (case.name, each.title, method), each, partial(extreme_row, method, case, answer, budget_s), ExtremeRow
-            )
+            Task((case.name, each.title, method), each, partial(extreme_row, method, case, answer, budget_s))
             for case, answer in zip(cases, true, strict=True)
             for each in running_engines
             for method in contestants(each, case, few)
         ]
-        return run(tasks, working, finished, on_progress, cached)
+        return run(tasks, working, finished, on_progress)
 
 
 def piece(method: str, question: Question, effort: Effort, running_engine: RunningEngine) -> Piece:

@@ -14,7 +14,7 @@ import numpy as np
 from tumble.compare.contact.asked import Asked
 from tumble.compare.contact.findings import COMPONENT
 from tumble.compare.contact.limit import Level
-from tumble.compare.contact.study import Contact, Question, answered, question
+from tumble.compare.contact.study import Contact, Extent, Question, ask, question
 from tumble.compare.judge.cost import Timed
 from tumble.compare.run.progress import ProgressCallback, no_progress
 from tumble.compare.run.running_engines import RunningEngine
@@ -25,7 +25,7 @@ from tumble.scenarios.format import nearest
 from tumble.scenarios.refusal import UserError
 from tumble.scenarios.scene import Scene
 
-LADDER = tuple(2.0**level for level in range(3, -5, -1))
+LADDER = Extent(ladder=tuple(2.0**level for level in range(3, -5, -1)))
 # The main observable of a scene: the first of these that it has.
 MAIN = ("distance until", "velocity after impact", "creep speed", "mean acceleration", "height at rest", "deepest")
 
@@ -70,7 +70,7 @@ def observed_in(scene: Scene, name: str | None, limit_s: float) -> Observed | No
         asked,
         whole=asked.whole if impact is None else None,
         impacts=tuple(one for one in asked.impacts if one.number == impact),
-        turned=(),
+        turned=None,
         scans=(),
     )
     return Observed(chosen, impact, tuple(one for one in own if one.impact == impact), alone)
@@ -86,7 +86,7 @@ def with_observable(
     timed = {each.run.name: each for each in sweep.timed if not each.reading.doubt}
     found = [
         row
-        for contact in answered(running_engines, [observed.question], on_progress)
+        for contact in ask(running_engines, [observed.question], on_progress)
         if contact.name in timed
         for row in cost_rows(contact, observed, timed[contact.name])
     ]

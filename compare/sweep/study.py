@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 import pandas as pd
 
 from tumble.compare.judge.cost import REFERENCE
+from tumble.compare.run.execution import Parts
 from tumble.compare.run.local import Asked
 from tumble.compare.run.progress import Display, no_display
 from tumble.compare.run.running_engines import TIME_LIMIT_S, flights
@@ -70,12 +71,14 @@ def sweep_scenes(
         conditions = circumstances(running_engines, scenes, asked, command)
         sweeps = []
         landing = [scene for scene in scenes if scene.name in observed]
-        with display(flights(running_engines, [*scenes, *landing]) + len(scenes)) as on_progress:
+        with display(flights(running_engines, [*scenes, *landing]) + len(scenes)) as on_progress, Parts() as part:
             for scene in scenes:
-                sweeps.append(sweep(running_engines, scene, on_progress))
-                if scene.name in observed:
-                    sweeps[-1] = with_observable(running_engines, sweeps[-1], observed[scene.name], on_progress)
-                finished(sweeps[-1])
+                swept = part(lambda scene=scene: sweep(running_engines, scene, on_progress))
+                if swept and (own := observed.get(scene.name)):
+                    swept = part(lambda swept=swept, own=own: with_observable(running_engines, swept, own, on_progress))
+                if swept:
+                    sweeps.append(swept)
+                    finished(swept)
         return measured(sweeps, reference) | {
             ENGINES.file: frame(ENGINES, map(engine_row, running_engines)),
             CONDITIONS.file: frame(CONDITIONS, conditions),

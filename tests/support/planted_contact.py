@@ -59,7 +59,7 @@ CREEP, EARLY, GAIN, THIN = 2e-3, 5e-3, 1.05, 0.05
 
 
 class World:
-    """One body: where it is, and the law."""
+    """Bodies: where they are, and the law."""
 
     def __init__(self, scene, method):
         self.scene, self.method, self.plane = scene, method, scene.plane
@@ -81,8 +81,12 @@ def read(world):
 
 
 def advance(world, n, dt):
-    state, normal = world.states[0], world.normal
-    pull = world.scene.gravity
+    for state in world.states:
+        advance_throw(world, state, n, dt)
+
+
+def advance_throw(world, state, n, dt):
+    normal, pull = world.normal, world.scene.gravity
     for _ in range(n):
         before, v = state[7:10] @ normal, state[7:10] + dt * pull
         height = (state[0:3] - world.plane.point) @ normal - world.half
