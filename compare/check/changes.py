@@ -331,9 +331,10 @@ def order_verdicts(old: Column, new: Column, tolerance: float) -> np.ndarray:
 
 def contact_changes(baseline: Record, candidate: Record, tolerances: Tolerances) -> Iterator[Change]:
     """Yield the changes of contact in the cells that both records have observables of."""
-    if baseline.contact is None or candidate.contact is None:
+    old, new = baseline.contact, candidate.contact
+    if old is None or new is None:
         return
-    before, now = (by_cell(rows(CONTACT, record.contact)) for record in (baseline, candidate))
+    before, now = (by_cell(rows(CONTACT, table)) for table in (old, new))
     for cell, own in now.items():
         for found in contact_differences(before.get(cell, ()), own, tolerances.law_error, tolerances.contact_error):
             yield Change(
