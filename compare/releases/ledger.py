@@ -11,18 +11,19 @@ from functools import partial
 from tumble.compare.contact.findings import law
 from tumble.compare.contact.rows import contact_rows
 from tumble.compare.contact.schemas import ContactRow
-from tumble.compare.contact.study import Question, ask, question
+from tumble.compare.contact.study import Contact, contacts
 from tumble.compare.judge import ladder, trend
 from tumble.compare.judge.errors import Run, RunAnswer
 from tumble.compare.releases.schemas import ReleaseRow
 from tumble.compare.run.engines.environments import split_release
+from tumble.compare.run.execution import Parts
 from tumble.compare.run.progress import ProgressCallback, no_progress
 from tumble.compare.run.running_engines import RunningEngine, truth_limit
 from tumble.compare.run.status import Failure
 from tumble.compare.run.tasks import Task, run
 from tumble.compare.run.timing.readings import USUAL, Reading, Sampling, ratio
 from tumble.compare.run.timing.timing import Cost, Load, costs
-from tumble.compare.run.truths import Answer, Truths
+from tumble.compare.run.truths import Answer, Truths, answered
 from tumble.compare.tables.runs import run_row
 from tumble.scenarios.scene import Scene
 from tumble.scenarios.truth import Truth
@@ -83,20 +84,22 @@ def ledger(
         key = scene.name, running_engine.title, method
         return Task(key, running_engine, partial(runs_of, scene=scene, method=method, answer=answer))
 
-    with Truths(scenes, on_progress, limit_s=truth_limit(running_engines)) as truths:
-        tasks = [
-            (scene, future, task(scene, future, each, method))
-            for scene, future in zip(scenes, truths.futures, strict=True)
-            for each in running_engines
-            for method in each.methods_for(scene)
-        ]
-        answers = run([one for _, _, one in tasks], truths, on_progress=on_progress)
-        rows = [
-            row(scene, one.running_engine, answer, future.result().truth)
-            for (scene, future, one), answer in zip(tasks, answers, strict=True)
-        ]
-        asked = [question(scene, future.result().truth) for scene, future in zip(scenes, truths.futures, strict=True)]
-    observed = observables(running_engines, [one for one in asked if one], on_progress)
+    landing, limit_s = [scene for scene in scenes if scene.plane], truth_limit(running_engines)
+    with Parts() as part:
+        with Truths(scenes, on_progress, limit_s=limit_s) as truths:
+            tasks = [
+                (scene, future, task(scene, future, each, method))
+                for scene, future in zip(scenes, truths.futures, strict=True)
+                for each in running_engines
+                for method in each.methods_for(scene)
+            ]
+            answers = part(lambda: run([one for _, _, one in tasks], truths, on_progress=on_progress))
+        landed = part(lambda: contacts(running_engines, answered(landing, limit_s), on_progress=on_progress))
+    rows = [
+        row(scene, one.running_engine, answer, future.result().truth)
+        for (scene, future, one), answer in zip(tasks, answers, strict=True)
+    ]
+    observed = observables(running_engines, landed)
     speeds = speeds_on(scenes[0], running_engines, sampling)
     on_progress("timed")
     newest = release_of(running_engines[-1])
@@ -113,13 +116,13 @@ def ledger(
 
 
 def observables(
-    running_engines: Sequence[RunningEngine], asked: Sequence[Question], on_progress: ProgressCallback
+    running_engines: Sequence[RunningEngine], landed: Sequence[Contact]
 ) -> dict[tuple[str, str, str], list[ContactRow]]:
     """Return the observables of contact by release, scene and method."""
     released = {each.title: release_of(each) for each in running_engines}
     return {
         (released[one.engine], one.scene.name, one.method): list(contact_rows(one))
-        for one in ask(running_engines, asked, on_progress)
+        for one in landed
         if one.observations
     }
 
