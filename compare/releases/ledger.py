@@ -8,7 +8,6 @@ from concurrent.futures import Future
 from dataclasses import dataclass, field, replace
 from functools import partial
 
-from tumble.compare.contact.findings import law
 from tumble.compare.contact.rows import contact_rows
 from tumble.compare.contact.schemas import ContactRow
 from tumble.compare.contact.study import Contact, contacts
@@ -106,10 +105,7 @@ def ledger(
     return Ledger(
         engine=split_release(running_engines[0].engine)[0],
         releases=tuple(map(release_of, running_engines)),
-        rows=tuple(
-            with_contact(with_speed(each, speeds, newest) if each.scene == scenes[0].name else each, observed)
-            for each in rows
-        ),
+        rows=tuple(with_speed(each, speeds, newest) if each.scene == scenes[0].name else each for each in rows),
         speeds=speeds,
         contact=observed,
     )
@@ -125,12 +121,6 @@ def observables(
         for one in landed
         if one.observations
     }
-
-
-def with_contact(row: ReleaseRow, observed: dict[tuple[str, str, str], list[ContactRow]]) -> ReleaseRow:
-    """Return the row with the gravest verdict on its contact."""
-    own = observed.get((row.release, row.scene, row.method))
-    return replace(row, contact=law(own)[0]) if own else row
 
 
 def runs_of(running_engine: RunningEngine, scene: Scene, method: str, answer: Future[Answer]) -> Runs:

@@ -34,7 +34,6 @@ class ReleaseRow:
         float | None, "order of convergence of the centre of mass; empty if it cannot be determined"
     ]
     spin_energy: Annotated[str, f"behaviour of the spin energy: {', '.join(TRENDS)}; empty if nothing rotates freely"]
-    contact: Annotated[str, "gravest verdict on contact, as in contact.csv; empty without a plane"] = ""
     step_ns: Annotated[float | None, "time per step, on the first scene only; empty if it was not timed"] = None
     time_ratio: Annotated[float | None, "time per step over the newest release's, sampled in the same rounds"] = None
     time_ratio_low: Annotated[float | None, "lower end of the 95 % confidence interval of time_ratio"] = None

@@ -413,7 +413,6 @@ interface Tables {
     attitude_order: number | null;
     translation_order: number | null;
     spin_energy: string;
-    contact: string;
     step_ns: number | null;
     time_ratio: number | null;
     time_ratio_low: number | null;
