@@ -12,7 +12,7 @@ import pandas as pd
 from tumble.compare.check.record import Record
 from tumble.compare.check.schemas import CELLS, DRIFTS, ERRORS, QUESTIONS, STATUSES, TIMES
 from tumble.compare.check.tolerances import Tolerances
-from tumble.compare.contact.findings import contestant_laws, verdict_rank
+from tumble.compare.contact.differences import contact_differences
 from tumble.compare.contact.schemas import CONTACT, ContactRow
 from tumble.compare.judge.trend import TRENDS
 from tumble.compare.run.precision import DOUBLE, rounding
@@ -330,70 +330,24 @@ def order_verdicts(old: Column, new: Column, tolerance: float) -> np.ndarray:
 
 
 def contact_changes(baseline: Record, candidate: Record, tolerances: Tolerances) -> Iterator[Change]:
-    """Yield the changes of contact: of each cell the gravest verdict, and the observable that changed most.
-
-    A law error changed if the intervals of both have no number in common; an error at the scene's step is reported
-    where no law error changed.
-    """
-    old_contact, new_contact = baseline.contact, candidate.contact
-    if old_contact is None or new_contact is None:
+    """Yield the changes of contact in the cells that both records have observables of."""
+    old, new = baseline.contact, candidate.contact
+    if old is None or new is None:
         return
-    before, now = (
-        {(law.scene, law.engine, law.method): law for law in contestant_laws(rows(CONTACT, table))}
-        for table in (old_contact, new_contact)
-    )
-    observed: dict[tuple[str, str, str], list[tuple[ContactRow, ContactRow]]] = {}
-    old_rows = {contact_key(row): row for row in rows(CONTACT, old_contact)}
-    for row in rows(CONTACT, new_contact):
-        if contact_key(row) in old_rows:
-            cell = row.scene, row.engine, row.method
-            observed.setdefault(cell, []).append((old_rows[contact_key(row)], row))
-    for cell, pairs in observed.items():
-        old, new = before[cell].verdict, now[cell].verdict
-        if reasons(old) != reasons(new):
-            ranks = (verdict_rank(each) for each in (old, new))
-            yield Change(plainly(*ranks), *cell, "contact", old, new)
-        for column, find in (("law_error", law_change), ("contact_error", step_change)):
-            found = [(apart, *each) for each in pairs if (apart := find(*each, getattr(tolerances, column)))]
-            if found:
-                _, was, is_ = max(found, key=lambda one: one[0])
-                a, b = (one.law_error if column == "law_error" else one.error for one in (was, is_))
-                name = f"{is_.observable} {is_.blow}" if is_.blow else is_.observable
-                verdict = plainly(abs(a or 0.0), abs(b or 0.0))
-                yield Change(verdict, *cell, column, a, b, observable=name, unit=is_.unit)
-                break
+    before, now = (by_cell(rows(CONTACT, table)) for table in (old, new))
+    for cell, own in now.items():
+        for found in contact_differences(before.get(cell, ()), own, tolerances.law_error, tolerances.contact_error):
+            yield Change(
+                found.verdict, *cell, found.what, found.old, found.new, observable=found.observable, unit=found.unit
+            )
 
 
-def contact_key(row: ContactRow) -> tuple[str, str, str, str, int | None]:
-    """Return what an observable of a contestant is found by in another record."""
-    return row.scene, row.engine, row.method, row.observable, row.blow
-
-
-def plainly(old: float, new: float) -> Verdict:
-    """Return the verdict on two numbers, the smaller the better."""
-    return "worse" if new > old else "better" if new < old else "changed"
-
-
-def law_change(old: ContactRow, new: ContactRow, tolerance: float) -> float:
-    """Return how far two law errors are apart, in the widths of their intervals; 0 if they may be the same."""
-    if old.law_error is None or new.law_error is None:
-        return 0.0
-    ends = [(row.law_error_low or 0.0, row.law_error_high or 0.0) for row in (old, new)]
-    gap = max(low for low, _ in ends) - min(high for _, high in ends)
-    apart = abs(new.law_error - old.law_error)
-    if gap <= 0 or apart <= tolerance * max(abs(old.law_error), abs(new.law_error)):
-        return 0.0
-    return apart / sum(high - low for low, high in ends)
-
-
-def step_change(old: ContactRow, new: ContactRow, tolerance: float) -> float:
-    """Return how far two errors at the scene's step are apart, in widths of the intervals; 0 if by no more than one."""
-    if old.error is None or new.error is None:
-        return 0.0
-    width = max((row.law_error_high or 0.0) - (row.law_error_low or 0.0) for row in (old, new))
-    apart = abs(new.error - old.error)
-    least = width + tolerance * max(abs(old.error), abs(new.error))
-    return apart / width if width and apart > least else 0.0
+def by_cell(found: Iterable[ContactRow]) -> dict[tuple[str, str, str], list[ContactRow]]:
+    """Return the rows of contact.csv by scene, engine and method."""
+    cells: dict[tuple[str, str, str], list[ContactRow]] = {}
+    for row in found:
+        cells.setdefault((row.scene, row.engine, row.method), []).append(row)
+    return cells
 
 
 def time_changes(baseline: Record, candidate: Record, tolerances: Tolerances) -> list[Change]:

@@ -14,16 +14,17 @@ from tumble.compare.check.schemas import CELLS, EXACT, QUESTIONS, TIMES, CellRow
 from tumble.compare.check.times import time_rows
 from tumble.compare.contact.rows import contact_rows
 from tumble.compare.contact.schemas import CONTACT
-from tumble.compare.contact.study import ask, question
+from tumble.compare.contact.study import contacts
 from tumble.compare.judge import ladder as order
 from tumble.compare.judge.errors import Run, RunAnswer
 from tumble.compare.judge.trend import spin_energy
+from tumble.compare.run.execution import Parts
 from tumble.compare.run.flight import Trajectory, legs
 from tumble.compare.run.progress import ProgressCallback, no_progress
 from tumble.compare.run.running_engines import RunningEngine, truth_limit
 from tumble.compare.run.status import Failure
 from tumble.compare.run.tasks import Task, run
-from tumble.compare.run.truths import Answer, Truths
+from tumble.compare.run.truths import Answer, Truths, answered
 from tumble.compare.tables.engines import engine_row
 from tumble.compare.tables.frames import frame
 from tumble.compare.tables.runs import run_row, vector_columns
@@ -62,21 +63,23 @@ def measure(
     runs; on_progress: called for every reference solution, cell and timed scene.
     Raises RayMissed if the ray of a later impulse misses the true body.
     """
-    with Truths(scenes, on_progress, limit_s=truth_limit(running_engines)) as truths:
-        tasks = [
-            [task(scene, true, each, method) for each in running_engines for method in each.methods_for(scene)]
-            for scene, true in zip(scenes, truths.futures, strict=True)
-        ]
-        found = iter(run(list(chain.from_iterable(tasks)), truths, on_progress=on_progress))
-        answers = [future.result() for future in truths.futures]
-    asked = [question(scene, answer.truth) for scene, answer in zip(scenes, answers, strict=True)]
-    landed = ask(running_engines, [one for one in asked if one], on_progress)
+    landing, limit_s = [scene for scene in scenes if scene.plane], truth_limit(running_engines)
+    with Parts() as part:
+        with Truths(scenes, on_progress, limit_s=limit_s) as truths:
+            tasks = [
+                [task(scene, true, each, method) for each in running_engines for method in each.methods_for(scene)]
+                for scene, true in zip(scenes, truths.futures, strict=True)
+            ]
+            cells = part(lambda: run(list(chain.from_iterable(tasks)), truths, on_progress=on_progress))
+            answers = [future.result() for future in truths.futures] if cells is not None else []
+        landed = part(lambda: contacts(running_engines, answered(landing, limit_s), on_progress=on_progress))
+    found = iter(cells)
     rows, times = [], []
     for scene, answer, own in zip(scenes, answers, tasks, strict=True):
-        cells = [(one.running_engine.title, next(found)) for one in own]
-        rows += [cell_row(scene, answer.truth, title, cell) for title, cell in cells]
+        titled = [(one.running_engine.title, next(found)) for one in own]
+        rows += [cell_row(scene, answer.truth, title, cell) for title, cell in titled]
         if timed:
-            runs = [cell.own.run(scene, title, answer.truth) for title, cell in cells]
+            runs = [cell.own.run(scene, title, answer.truth) for title, cell in titled]
             times += time_rows(running_engines, scene, runs, on_progress)
     return Record(
         scenes=tuple(words[0]),

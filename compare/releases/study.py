@@ -78,7 +78,8 @@ def compare_releases(
     if folder:
         folder.mkdir(parents=True, exist_ok=True)
     with started(contestants, time_limit, memory_limit, display) as running_engines, resumable(folder):
-        with display(flights(running_engines, scenes) + len(scenes) + 1) as on_progress:
+        landing = [scene for scene in scenes if scene.plane]
+        with display(flights(running_engines, [*scenes, *landing]) + len(scenes) + 1) as on_progress:
             found = ledger(running_engines, scenes, on_progress)
         changed = tuple(changes(found, shipped_notes(engine)))
         result = Releases(found, changed, tuple(map(engine_row, running_engines)))

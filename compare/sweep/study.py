@@ -5,6 +5,7 @@ from collections.abc import Callable, Sequence
 
 import pandas as pd
 
+from tumble.compare.contact.study import ask
 from tumble.compare.judge.cost import REFERENCE
 from tumble.compare.run.execution import Parts
 from tumble.compare.run.local import Asked
@@ -74,9 +75,10 @@ def sweep_scenes(
         with display(flights(running_engines, [*scenes, *landing]) + len(scenes)) as on_progress, Parts() as part:
             for scene in scenes:
                 swept = part(lambda scene=scene: sweep(running_engines, scene, on_progress))
-                if swept and (own := observed.get(scene.name)):
-                    swept = part(lambda swept=swept, own=own: with_observable(running_engines, swept, own, on_progress))
-                if swept:
+                own = observed.get(scene.name)
+                landed = part(lambda own=own: ask(running_engines, [own.question], on_progress)) if own else []
+                if swept and landed is not None:
+                    swept = with_observable(swept, own, landed) if own else swept
                     sweeps.append(swept)
                     finished(swept)
         return measured(sweeps, reference) | {

@@ -73,6 +73,26 @@ interface Tables {
     what: string;
     value: string;
   };
+  "contact-diagnosis.csv": {
+    file: string;
+    verdict: string;
+    rank: number;
+    mistake: string;
+    parameter: string;
+    value: string;
+    unit: string;
+    residual: number;
+  };
+  "contact-grade.csv": {
+    file: string;
+    scene: string;
+    member: number;
+    t_s: number;
+    observable: string;
+    unit: string;
+    value: number;
+    expected: number;
+  };
   "contact-map.csv": {
     scene: string;
     engine: string;

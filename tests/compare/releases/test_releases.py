@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from apart import engine
 
+from tumble.compare.contact.schemas import ContactRow
 from tumble.compare.releases.changes import changes
 from tumble.compare.releases.ledger import Ledger, ledger
 from tumble.compare.releases.notes import Notes, shipped_notes
@@ -190,3 +191,34 @@ def test_wrong_words_are_one_line(tumble, words, said):
     assert done.returncode == 2
     (line,) = done.stderr.splitlines()
     assert said in line
+
+
+def observed(verdict: str, law_error: float, half: float = 1e-4) -> list[ContactRow]:
+    """Return the rows of a rebound of 2 m/s with that law error, known to half of an interval."""
+    return [
+        ContactRow(
+            scene="ball", engine="mujoco", method="rk4", dt_s=1e-3, tolerance=None,
+            observable="rebound speed after impact",
+            blow=1, value=2.0 + law_error, true=2.0, unit="m/s", error=law_error, law_error=law_error,
+            law_error_low=law_error - half, law_error_high=law_error + half, step_error=0.0, order=1.0, verdict=verdict,
+        )
+    ]  # fmt: skip
+
+
+def test_a_law_of_contact_that_breaks_and_is_mended_is_told_at_its_releases():
+    own = replace(
+        planted(*(replace(ROW, release=release, scene="ball") for release in RELEASES)),
+        contact={
+            ("3.9.0", "ball", "rk4"): observed("Coulomb and Newton", 5e-5),
+            ("3.10.0", "ball", "rk4"): observed("no restitution", -2.0),
+            ("4.0.0", "ball", "rk4"): observed("Coulomb and Newton", 0.0),
+        },
+    )
+    found = list(changes(own, Notes("")))
+    assert [(row.release, row.what) for row in found] == [
+        (release, what) for release in RELEASES[1:] for what in ("contact", "law_error")
+    ]
+    assert sentence(found[0]) == "law of contact: Coulomb and Newton -> no restitution (ball)"
+    assert sentence(found[1]) == "law error: rebound speed after impact 1 5e-05 m/s -> -2 m/s (ball)"
+    within = own.contact | {("3.10.0", "ball", "rk4"): observed("Coulomb and Newton", 1.5e-4)}
+    assert list(changes(replace(own, contact=within), Notes(""))) == [], "intervals that overlap are one law"
