@@ -49,7 +49,7 @@ def contact_headline(file: str, grade: ContactGrade) -> str:
         return f"{file} is too coarse to grade: its step and digits would hide a restitution or a friction squared."
     if verdict == NOTHING_SEEN:
         return (
-            f"{file}: {largest}, but it shows no contact that can be judged: no impact of one corner between two "
+            f"{file}: {largest}, but it shows no contact that can be graded: no impact of one corner between two "
             "flights, and no motion along the plane on a face or as a sphere."
         )
     wrong = f"{file} is wrong"

@@ -29,7 +29,7 @@ EXPLAINED_PARTLY = "explained in part"
 UNEXPLAINED = "not explained"
 # Verdicts that only contact has: right but for delays of a step; and nothing that a law can be held to.
 CORRECT_TO_STEP = "correct to its step"
-NOTHING_SEEN = "no contact to judge"
+NOTHING_SEEN = "no contact to grade"
 # A first-order program is off by half a step of what it has gained; a file may be by this many.
 STEP_OFF = 0.6
 # Mistakes of this name must be visible in a file that is called right.
