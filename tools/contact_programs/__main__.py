@@ -147,7 +147,7 @@ def drawn(number: int, seed: int) -> tuple[Scene, Program]:
         values["speed"] = round(float(rng.uniform(0.2, 0.8)), 3)
     if mistake == "wrong normal":
         tilt = rng.uniform(0.05, 0.3) * np.array((math.cos(number), 0.0, math.sin(number)))
-        normal = (*tilt, 0.0, 1.0, 0.0)
+        normal = tilt + np.array((0.0, 1.0, 0.0))
         if scene.incline:
             normal = np.array((-math.sin(scene.incline), math.cos(scene.incline), 0.0))
         values["normal"] = tuple((normal / np.linalg.norm(normal)).tolist())

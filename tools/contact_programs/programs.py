@@ -161,7 +161,7 @@ def bounce(scene: Scene, program: Program, state: State, depth: float, routh: bo
         state.v = state.v + push / scene.mass
         state.w = state.w + inverse @ np.cross(lever, push)
         return
-    press = (aim - u @ normal) / (normal @ gain @ normal)
+    press = float((aim - u @ normal) / (normal @ gain @ normal))
     state.v = state.v + press / scene.mass * normal
     state.w = state.w + inverse @ np.cross(lever, press * normal)
     if not mu:

@@ -99,7 +99,7 @@ def skew(r: Array) -> Array:
 
 def inverse_inertia(body: Body, axes: Array) -> Array:
     """Return the inverse inertia tensor about the centre [1/(kg m2)], (3, 3)."""
-    return axes @ np.diag(1 / body.moments) @ axes.T
+    return np.array(axes @ np.diag(1 / body.moments) @ axes.T, dtype=float)
 
 
 def frame_of(normal: Array) -> Array:
