@@ -165,15 +165,24 @@ def drawn(number: int, seed: int) -> tuple[Scene, Program]:
     return replace(scene, duration=rows / rate), program
 
 
+def moved(scene: Scene, rows: np.ndarray, others: np.ndarray) -> float:
+    """Return how far rows of two programs are apart at most, over the size of the body."""
+    count, size = min(len(rows), len(others)), scene.radius or max(scene.half)
+    apart = np.linalg.norm(rows[:count, :3] - others[:count, :3], axis=1).max() / size
+    return float(max(apart, np.linalg.norm(rows[:count, 3:] - others[:count, 3:], axis=1).max()))
+
+
 def is_seen(scene: Scene, program: Program, rows: np.ndarray) -> bool:
-    """Whether the mistake is in the file."""
-    right = rows_of(scene, replace(program, mistake="", values={}))
-    count = min(len(right), len(rows))
-    moved = np.linalg.norm(rows[:count, :3] - right[:count, :3], axis=1).max()
-    turned = np.linalg.norm(rows[:count, 3:] - right[:count, 3:], axis=1).max()
-    digit = 10.0 ** (math.floor(math.log10(max(1e-3, np.abs(rows[:, :3]).max()))) + 1 - program.digits)
+    """Whether the mistake is in the file: it moves the body by more than its digits, and than half of its step does."""
+    right = replace(program, mistake="", values={})
+    plain = rows_of(scene, right)
     size = scene.radius or max(scene.half)
-    return max(moved / size, turned) > SEEN_SHARE and max(moved, size * turned) > SEEN * digit
+    digit = 10.0 ** (math.floor(math.log10(max(1e-3, np.abs(rows[:, :3]).max()))) + 1 - program.digits)
+    found, least = moved(scene, rows, plain), max(SEEN_SHARE, SEEN * digit / size)
+    if found <= least or program.mistake == "gravity first":
+        return found > least
+    finer = rows_of(scene, replace(right, step=program.step / 2, every=program.every * 2))
+    return found > 2 * moved(scene, finer, plain)
 
 
 def graded(number: int, seed: int, folder: Path) -> tuple[str, str, str]:

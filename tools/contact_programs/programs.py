@@ -327,7 +327,7 @@ def by_events(scene: Scene, program: Program) -> np.ndarray:
         lever = corner(scene, state)
         if (state.v + np.cross(state.w, lever))[1] < 1e-3:
             # It stays: the last bounces are too short to matter.
-            state.v[1] = max(state.v[1], 0.0)
+            state.v[1] = 0.0
             while wanted <= scene.duration + 1e-9 and scene.radius:
                 took = (wanted - now) / 200
                 for _ in range(200):

@@ -26,6 +26,8 @@ from tumble.solver.contact.flight import axes_of
 
 # Velocities after an impact may be off by so many steps of gravity, and by this share.
 STEPS_OFF, SHARE_OFF = 1.5, 3e-4
+# The same of an impact that lasts several steps, as on a stiff spring.
+SOFT = 0.01
 # Places on a slide may be off by so many steps squared of friction, and by this share of the way.
 SLIDE_OFF, WAY_OFF = 1.5, 1e-3
 # Uncertainties by digits count so many times.
@@ -202,10 +204,11 @@ class ContactSearch:
         v, w = after_impact(body, one.before, law)
         speed, spin = float(np.linalg.norm(one.before.v)), float(np.linalg.norm(one.before.w))
         gained = float(np.linalg.norm(one.v - one.before.v))
+        share = SOFT if self.shown_step is not None and one.late > 2 * self.shown_step else SHARE_OFF
         step = self.step + (spacing if one.stays else 0.0)
         turned = 0.0 if body.radius else STEPS_OFF * spin * gained * self.step
         room_v = (
-            (STEPS_OFF + self.right.friction) * self.strength * step + DIGITS * one.sigma_v + SHARE_OFF * speed + turned
+            (STEPS_OFF + self.right.friction) * self.strength * step + DIGITS * one.sigma_v + share * speed + turned
         )
         lever = float(np.linalg.norm(one.before.lever))
         room_w = (
@@ -224,13 +227,10 @@ class ContactSearch:
         some = slice(one.first, one.last + 1)
         times, places = rows.times[some], rows.x[some, :2] - rows.x[one.first, :2]
         spins = turned_by(rows.q[some][:-1], rows.q[some][1:]) / np.diff(times)[:, None]
-        seen = np.concatenate((times, (times[1:] + times[:-1]) / 2))
-        order = np.argsort(seen, kind="stable")
-        back = np.argsort(order, kind="stable")
 
         def run(v: Array, w: Array) -> tuple[Array, Array, Array]:
-            found = slide(scene, self.motion.pull, v, w, law, seen[order])
-            return found.x[back][: len(times)], found.v[back][: len(times)], found.w[back][len(times) :]
+            found = slide(scene, self.motion.pull, v, w, law, times)
+            return found.x, found.v, np.diff(found.turned, axis=0) / np.diff(times)[:, None]
 
         v, w = one.v, one.w
         if not one.from_start:
@@ -240,7 +240,7 @@ class ContactSearch:
         gained = along - v[:2]
         square = float((gained * gained).sum())
         late = float(((places - x) * gained).sum()) / square if square > 0 and one.from_start else 0.0
-        late = float(np.clip(late, -rows.spacing_s, rows.spacing_s))
+        late = float(np.clip(late, -0.51 * rows.spacing_s, 0.51 * rows.spacing_s))
         return SlideRows(times, places, spins, x + late * gained, turning, late)
 
     def missed_slide(self, one: Lasting, law: ContactLaw) -> float:
@@ -261,6 +261,10 @@ class ContactSearch:
                 often * lever * self.right.friction * self.strength * step
                 + DIGITS * 2 * rows.half_turn / float(np.median(np.diff(found.times)))
                 + SHARE_OFF * 3 * float(np.linalg.norm(found.turning, axis=1).max())
+                # The rotation of a row is not the integral of a spin whose axis turns.
+                + float(np.linalg.norm(np.cross(found.turning[1:], found.turning[:-1]), axis=1).max())
+                * rows.spacing_s
+                / 6
             )
             missed = max(missed, float(np.linalg.norm(found.spins - found.turning, axis=1).max()) / room_w)
         return max(missed, self.missed_rest(found.times, found.places, found.x, half))
