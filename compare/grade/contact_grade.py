@@ -138,7 +138,7 @@ class ContactGrade:
         if left < SUSPECT:
             return False
         named = [one for one in search.hypotheses if not one.values]
-        return any(max(search.fitted((one,), search.right, ()).misses) < FAR_LESS * left for one in named)
+        return any(max(search.fitted(one, search.right).misses) < FAR_LESS * left for one in named)
 
     @cached_property
     def by_step(self) -> ContactMistake | None:
@@ -149,7 +149,7 @@ class ContactGrade:
     def is_coarse(self) -> bool:
         """Whether the steps and digits of a file that follows the law would hide a restitution or friction squared."""
         search = self.search
-        found = (search.fitted((one,), search.right, ()) for one in search.hypotheses if one.name in DECISIVE)
+        found = (search.fitted(one, search.right) for one in search.hypotheses if one.name in DECISIVE)
         # A body that holds on an incline may hold with less friction too: that is no question of steps and digits.
         decisive = [one for one in found if not np.allclose(one.misses, search.null.misses, rtol=1e-3, atol=1e-6)]
         return bool(decisive) and all(one.fits for one in decisive)

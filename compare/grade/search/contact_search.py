@@ -313,24 +313,27 @@ class ContactSearch:
     @cached_property
     def explanations(self) -> list[ContactExplanation]:
         """The laws with mistakes, the best first: those that fit, the ones that assume least first, then the others."""
-        found = [self.fitted((one,), self.null.law, ()) for one in self.hypotheses]
+        found = [self.fitted(one, self.right) for one in self.hypotheses]
         if not any(one.fits for one in found):
             found += self.pairs(found)
         return sorted(found, key=lambda one: (not one.fits, one.rank if one.fits else (0, 0), one.cost))
 
     def pairs(self, alone: list[ContactExplanation]) -> Iterator[ContactExplanation]:
-        """Yield pairs of mistakes of different parts, of those that help most and those that have no value."""
+        """Yield pairs of mistakes of different parts, of those that help most with all; values are fitted last."""
         best = sorted(alone, key=lambda one: one.cost)[:PAIRED]
-        for first, second in product(best, self.hypotheses):
-            own = first.mistakes[0]
-            if own.hypothesis.part != second.part and {own.hypothesis.part, second.part} != {"material", "friction"}:
-                yield self.fitted((second,), first.law, first.mistakes)
+        for first, second in product(best, alone):
+            one, other = first.mistakes[0].hypothesis, second.mistakes[0].hypothesis
+            if one.part == other.part or {one.part, other.part} == {"material", "friction"}:
+                continue
+            if second.mistakes[0].values or not first.mistakes[0].values:
+                yield self.fitted(other, first.law, first.mistakes)
+            else:
+                yield self.fitted(one, second.law, second.mistakes)
 
     def fitted(
-        self, added: tuple[ContactHypothesis, ...], law: ContactLaw, before: tuple[ContactMistake, ...]
+        self, hypothesis: ContactHypothesis, law: ContactLaw, before: tuple[ContactMistake, ...] = ()
     ) -> ContactExplanation:
         """Return the explanation by a mistake added to a law, with the values that fit best."""
-        (hypothesis,) = added
 
         def explained(values: tuple[float, ...]) -> ContactExplanation:
             changed = hypothesis.change(law, values)
