@@ -203,6 +203,8 @@ def graded(number: int, seed: int, folder: Path) -> tuple[str, str, str]:
         return mistake, FAILED, f"{shown}; {planted}: {done.stderr.strip()[-300:]}"
     said = json.loads(done.stdout)
     named = [{row["mistake"] for row in said["contact"]["diagnosis"] if row["rank"] == rank} for rank in (1, 2, 3, 4)]
+    if not mistake and named[0] & set(NAMES.get(program.mistake, ())):
+        mistake = program.mistake  # it is in the file after all
     kind = assessed(mistake, said["verdict"], named, scene.kind)
     return mistake, kind, f"{shown}; {planted} {program.values or ''} -> {said['verdict']}: {sorted(named[0])}"
 

@@ -99,7 +99,8 @@ def skew(r: Array) -> Array:
 
 def inverse_inertia(body: Body, axes: Array) -> Array:
     """Return the inverse inertia tensor about the centre [1/(kg m2)], (3, 3)."""
-    return np.array(axes @ np.diag(1 / body.moments) @ axes.T, dtype=float)
+    inverse: Array = (axes / body.moments) @ axes.T
+    return inverse
 
 
 def frame_of(normal: Array) -> Array:

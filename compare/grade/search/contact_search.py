@@ -38,6 +38,8 @@ IMPROBABLE = 100.0
 LONGEST_STEP = 1 / 30
 # Share of a row interval below which a shown step may be none.
 SHORTEST = 0.02
+# A contact later than this many times the usual one is not one impact.
+FAR_LATER = 20.0
 # Share of the body's reach below which a gap is none.
 TOUCHES = 1e-3
 # A rebound that is shorter than this many rows is not seen.
@@ -162,8 +164,15 @@ class ContactSearch:
 
     @cached_property
     def judged(self) -> tuple[Impact, ...]:
-        """The impacts that a law can be held to: of one corner alone."""
-        return tuple(one for one in self.motion.impacts if one.single)
+        """The impacts that a law can be held to: of one corner alone.
+
+        Where a contact seems far later than the others, two corners have met the plane between two rows.
+        """
+        found = tuple(one for one in self.motion.impacts if one.single)
+        if self.motion.scene.body.radius or not found:
+            return found
+        usual = float(np.nanmedian([one.late for one in found]))
+        return tuple(one for one in found if not one.late > FAR_LATER * usual)
 
     @cached_property
     def slid(self) -> tuple[Lasting, ...]:
