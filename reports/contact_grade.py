@@ -21,18 +21,20 @@ from tumble.reports.terminal import columns, figure, length
 SHOWN, SHOWN_ALIKE = 12, 3
 
 
-def contact_headline(file: str, grade: ContactGrade) -> str:
+def contact_headline(file: str, grade: ContactGrade, flight: str = "") -> str:
     """Return in a sentence whether the contact in a file is right, and the most likely mistake.
 
     Parameters
     ----------
     file : name of the file
     grade : the grade of its contact
+    flight : what is wrong with the flight before it, in words; empty if that is not known
 
     Returns
     -------
     one line of text
     """
+    cause = f": {flight}" if flight else ""
     m, verdict = grade.measured, grade.verdict
     largest = f"the largest error is {length(m.worst_m)}"
     if verdict == CORRECT_TO_RESOLUTION:
@@ -49,13 +51,13 @@ def contact_headline(file: str, grade: ContactGrade) -> str:
         return f"{file} is too coarse to grade: its step and digits would hide a restitution or a friction squared."
     if verdict == NOTHING_SEEN:
         return (
-            f"{file}: {largest}, but it shows no contact that can be judged: no impact of one corner between two "
+            f"{file}: {largest}, but it shows no contact that can be graded: no impact of one corner between two "
             "flights, and no motion along the plane on a face or as a sphere."
         )
     wrong = f"{file} is wrong"
+    if grade.is_wrong_before:
+        return f"{wrong} before it first touches the plane{cause}. Its contact is not graded."
     if verdict == UNEXPLAINED:
-        if grade.is_wrong_before:
-            return f"{wrong} before it first touches the plane: {largest}. Grade it without a [plane] up to there."
         return f"{wrong}: {worst(grade)}. No known mistake explains it."
     best = explanation_text(grade.explanations[0])
     if verdict == EXPLAINED_PARTLY:

@@ -81,7 +81,8 @@ def headline(grade: Grade) -> str:
     one line of text
     """
     if grade.contact is not None:
-        return contact_headline(grade.file, grade.contact)
+        found = grade.diagnosis if grade.verdict == EXPLAINED_PARTLY else None
+        return contact_headline(grade.file, grade.contact, mistakes_text(found.best) if found else "")
     m, diagnosis = grade.measured, grade.diagnosis
     largest = f"the largest error is {length(m.worst_m)}"
     right = {

@@ -6,7 +6,6 @@ from functools import cached_property
 
 import numpy as np
 
-from tumble.compare.grade.hypotheses.contact_mistakes import contact_hypotheses
 from tumble.compare.grade.measure.contact_motion import ContactMotion, contact_motion
 from tumble.compare.grade.measure.errors import Measured
 from tumble.compare.grade.measure.significance import LARGEST_NOISE
@@ -29,7 +28,12 @@ EXPLAINED_PARTLY = "explained in part"
 UNEXPLAINED = "not explained"
 # Verdicts that only contact has: right but for delays of a step; and nothing that a law can be held to.
 CORRECT_TO_STEP = "correct to its step"
-NOTHING_SEEN = "no contact to judge"
+NOTHING_SEEN = "no contact to grade"
+# Rows before the first contact that show whether the flight is right; what it may be off beside that, of the shift by
+# a step and of the body.
+FEWEST, OF_SHIFT, OF_SIZE = 3, 0.01, 1e-5
+# What the scene's law may leave [units] without a look at other laws, and the share of it that names a mistake.
+SUSPECT, FAR_LESS = 0.2, 0.1
 # A first-order program is off by half a step of what it has gained; a file may be by this many.
 STEP_OFF = 0.6
 # Mistakes of this name must be visible in a file that is called right.
@@ -57,12 +61,14 @@ class ContactGrade:
     search : the laws that were tried
     measured : the errors of the file
     ends : whether the reference ends before the file does
+    touches : when the body first touches the plane by the reference [s]
     """
 
     motion: ContactMotion
     search: ContactSearch
     measured: Measured
     ends: bool
+    touches: float
 
     @cached_property
     def verdict(self) -> str:
@@ -72,29 +78,47 @@ class ContactGrade:
             if m.worst_m <= m.resolution_m:
                 return CORRECT_TO_RESOLUTION
             return TOO_COARSE if m.half_m > LARGEST_NOISE * self.motion.scene.body.reach else CORRECT_TO_DIGITS
+        if self.is_wrong_before:
+            return UNEXPLAINED
         if self.explanations:
             return EXPLAINED_WHOLLY if self.is_whole else EXPLAINED_PARTLY
         if self.search.is_empty:
             return NOTHING_SEEN
-        if not self.follows or self.is_wrong_before:
+        if not self.follows:
             return UNEXPLAINED
         return TOO_COARSE if self.is_coarse else CORRECT_TO_STEP
 
     @cached_property
-    def is_wrong_before(self) -> bool:
-        """Whether the body is off before it first touches the plane by more than a step of the program explains."""
-        motion, sample = self.motion, self.measured.sample
-        touches = min((one.time for one in motion.impacts), default=np.inf)
+    def early(self) -> np.ndarray:
+        """The sampled rows before the body first touches the plane, in the file and by the reference, (S,)."""
+        motion = self.motion
+        touches = min(
+            [self.touches, *(one.time - max(0.0, one.late) for one in motion.impacts if one.late == one.late)]
+        )
         if motion.lasting:
             touches = min(touches, float(motion.rows.times[motion.lasting[0].first]))
-        late = max((one.late for one in motion.impacts if np.isfinite(one.late)), default=0.0)
-        early = sample.times < touches - late - motion.rows.spacing_s
-        start, reach = motion.scene.start[0], motion.scene.body.reach
-        spin = 0.0 if motion.scene.body.radius else float(np.linalg.norm(start[10:13]))
-        gained = sample.times * (float(np.linalg.norm(motion.pull)) + 2 * reach * spin**2)
-        room = STEP_OFF * motion.rows.spacing_s * gained + DIGITS * np.linalg.norm(sample.half, axis=1)
-        off = np.linalg.norm(sample.vertices - sample.true, axis=-1).max(axis=1)
-        return bool((off > room + self.measured.resolution_m)[early].any())
+        return self.measured.sample.times < touches - motion.rows.spacing_s
+
+    @cached_property
+    def is_wrong_before(self) -> bool:
+        """Whether the body is off before it first touches the plane by more than a step of the program explains.
+
+        A first-order program is off by half a step of what its velocity has gained.
+        """
+        motion, sample = self.motion, self.measured.sample.some(self.early)
+        if len(sample) < FEWEST:
+            return False
+        body, spin = motion.scene.body, float(np.linalg.norm(motion.scene.start[0, 10:13]))
+        assert motion.scene.gravity is not None
+        gained = sample.times[:, None] * motion.scene.gravity
+        centre = (sample.vertices - sample.true).mean(axis=1)
+        late = float((centre * gained).sum() / max((gained * gained).sum(), np.finfo(float).tiny))
+        late = float(np.clip(late, -STEP_OFF * motion.rows.spacing_s, STEP_OFF * motion.rows.spacing_s))
+        left = np.linalg.norm(sample.vertices - sample.true - late * gained[:, None], axis=-1).max(axis=1)
+        turned = 0.0 if body.radius else STEP_OFF * motion.rows.spacing_s * 2 * body.reach * spin**2
+        half = np.linalg.norm(sample.half, axis=1) + self.measured.resolution_m
+        room = DIGITS * half + turned * sample.times + OF_SHIFT * np.linalg.norm(centre, axis=1) + OF_SIZE * body.reach
+        return bool((left > room).any())
 
     @cached_property
     def shown(self) -> ContactMistake | None:
@@ -104,7 +128,17 @@ class ContactGrade:
     @cached_property
     def follows(self) -> bool:
         """Whether everything in the file follows the scene's law, to its step and digits."""
-        return self.shown is None and self.search.null.fits
+        return self.shown is None and self.search.null.fits and not self.fits_better
+
+    @cached_property
+    def fits_better(self) -> bool:
+        """Whether a mistake without a value leaves far less than the scene's law, which its step would still allow."""
+        search = self.search
+        left = max(search.null.misses)
+        if left < SUSPECT:
+            return False
+        named = [one for one in search.hypotheses if not one.values]
+        return any(max(search.fitted(one, search.right).misses) < FAR_LESS * left for one in named)
 
     @cached_property
     def by_step(self) -> ContactMistake | None:
@@ -115,14 +149,10 @@ class ContactGrade:
     def is_coarse(self) -> bool:
         """Whether the steps and digits of a file that follows the law would hide a restitution or friction squared."""
         search = self.search
-        law = search.right
-        hidden = [
-            one
-            for one in contact_hypotheses(law, self.motion.pull, ())
-            if one.name in DECISIVE and search.fitted((one,), law, ()).fits
-        ]
-        known = [one for one in contact_hypotheses(law, self.motion.pull, ()) if one.name in DECISIVE]
-        return bool(known) and len(hidden) == len(known)
+        found = (search.fitted(one, search.right) for one in search.hypotheses if one.name in DECISIVE)
+        # A body that holds on an incline may hold with less friction too: that is no question of steps and digits.
+        decisive = [one for one in found if not np.allclose(one.misses, search.null.misses, rtol=1e-3, atol=1e-6)]
+        return bool(decisive) and all(one.fits for one in decisive)
 
     @cached_property
     def explanations(self) -> list[ContactExplanation]:
@@ -182,7 +212,7 @@ class ContactGrade:
             yield ContactRow(start, "mean speed in its second half", "m/s", late, true)
 
 
-def grade_contact(trajectory: Trajectory, scene: Scene, measured: Measured) -> ContactGrade:
+def grade_contact(trajectory: Trajectory, scene: Scene, measured: Measured, touches: float) -> ContactGrade:
     """Grade the contact in the throw of a file with the largest error.
 
     Parameters
@@ -190,6 +220,7 @@ def grade_contact(trajectory: Trajectory, scene: Scene, measured: Measured) -> C
     trajectory : the file
     scene : with a plane and gravity
     measured : the errors of the file
+    touches : when the body first touches the plane by the reference [s]
 
     Returns
     -------
@@ -197,4 +228,4 @@ def grade_contact(trajectory: Trajectory, scene: Scene, measured: Measured) -> C
     """
     motion = contact_motion(trajectory, scene, measured)
     ends = float(motion.rows.times[-1]) > float(measured.sample.times[-1])
-    return ContactGrade(motion, ContactSearch(motion), measured, ends)
+    return ContactGrade(motion, ContactSearch(motion), measured, ends, touches)

@@ -91,7 +91,8 @@ class Grade:
     def verdict(self) -> str:
         """One of the verdicts above."""
         if self.contact is not None:
-            return self.contact.verdict
+            found = self.diagnosis is not None and self.diagnosis.best.within_floor and self.diagnosis.best.mistakes
+            return EXPLAINED_PARTLY if found else self.contact.verdict
         measured, diagnosis = self.measured, self.diagnosis
         if measured.worst_m <= measured.resolution_m:
             return CORRECT_TO_RESOLUTION
@@ -178,10 +179,19 @@ def grade(
     measured, searched = measure(trajectory, scene, on_progress), Progress("search", on_progress)
     sample, throw = measured.sample, measured.throw
     if scene.plane is not None:
-        scale = scale_of(sample, scene, measured.resolution_m)
-        contact = grade_contact(trajectory, scene, measured)
+        contact = grade_contact(trajectory, scene, measured, Reference(scene).first_contact(throw))
+        diagnosis, scale = None, scale_of(sample, scene, measured.resolution_m)
+        if contact.is_wrong_before:
+            # The flight up to the first contact is that of a scene without the plane.
+            sample = sample.some(contact.early)
+            flight = replace(scene, plane=None, duration=float(sample.times[-1]))
+            context = context_of(flight, throw, replace(measured, sample=sample))
+            scale = scale_of(sample, flight, measured.resolution_m)
+            diagnosis = diagnose(
+                context, measured.description, sample, scale, measured.single, engines, on_nearest, searched
+            )
         searched.end()
-        return Grade(trajectory.name, scene, measured, None, "", scale, contact=contact)
+        return Grade(trajectory.name, scene, measured, diagnosis, "", scale, contact=contact)
     context = context_of(scene, throw, measured)
     scale = scale_of(sample, scene, measured.resolution_m, single_of(measured, context))
     diagnosis = None

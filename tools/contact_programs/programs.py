@@ -161,7 +161,7 @@ def bounce(scene: Scene, program: Program, state: State, depth: float, routh: bo
         state.v = state.v + push / scene.mass
         state.w = state.w + inverse @ np.cross(lever, push)
         return
-    press = (aim - u @ normal) / (normal @ gain @ normal)
+    press = float((aim - u @ normal) / (normal @ gain @ normal))
     state.v = state.v + press / scene.mass * normal
     state.w = state.w + inverse @ np.cross(lever, press * normal)
     if not mu:
@@ -327,7 +327,7 @@ def by_events(scene: Scene, program: Program) -> np.ndarray:
         lever = corner(scene, state)
         if (state.v + np.cross(state.w, lever))[1] < 1e-3:
             # It stays: the last bounces are too short to matter.
-            state.v[1] = max(state.v[1], 0.0)
+            state.v[1] = 0.0
             while wanted <= scene.duration + 1e-9 and scene.radius:
                 took = (wanted - now) / 200
                 for _ in range(200):

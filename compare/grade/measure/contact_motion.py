@@ -210,7 +210,7 @@ def flights_of(rows: Rows, pull: Array) -> Iterator[Flight]:
     first, second = (t[here] - t[before])[:, None], (t[after] - t[here])[:, None]
     bends = 2 * ((x[after] - x[here]) / second - (x[here] - x[before]) / first) / (first + second)
     room = FREE * strength + 8 * half / np.minimum(first, second)[:, 0] ** 2
-    free = np.flatnonzero((np.abs(bends - pull).max(axis=1) <= room) & (rows.low[here] > -np.inf)) + lag
+    free = np.flatnonzero(np.abs(bends - pull).max(axis=1) <= room) + lag
     end = -1
     for run in np.split(free, np.flatnonzero(np.diff(free) > 1) + 1):
         if not len(run):

@@ -99,7 +99,8 @@ def skew(r: Array) -> Array:
 
 def inverse_inertia(body: Body, axes: Array) -> Array:
     """Return the inverse inertia tensor about the centre [1/(kg m2)], (3, 3)."""
-    return axes @ np.diag(1 / body.moments) @ axes.T
+    inverse: Array = (axes / body.moments) @ axes.T
+    return inverse
 
 
 def frame_of(normal: Array) -> Array:
@@ -167,11 +168,15 @@ def _at_each_instant(
 
 @dataclass(frozen=True)
 class Slide:
-    """A motion along the plane at given times: place and velocity along it, (n, 2), and angular velocity, (n, 3)."""
+    """A motion along the plane at given times.
+
+    x, v : place and velocity along it, (n, 2)
+    turned : integral of the angular velocity [rad], (n, 3)
+    """
 
     x: Array
     v: Array
-    w: Array
+    turned: Array
 
 
 def slide(scene: Scene, pull: Array, v: Array, w: Array, law: ContactLaw, times: Array) -> Slide:
@@ -230,9 +235,12 @@ def slide(scene: Scene, pull: Array, v: Array, w: Array, law: ContactLaw, times:
     at = (times - times[0]) / dt
     low = np.minimum(at.astype(int), STEPS - 1)
     share = (at - low)[:, None]
-    # Places by their velocities, so that a parabola stays one between steps.
     inside = share * dt
     between = path[low] + share * (path[low + 1] - path[low])
+    turned = np.zeros((STEPS + 1, 3))
+    turned[1:] = np.cumsum((path[1:, 4:7] + path[:-1, 4:7]) * (dt / 2), axis=0)
+    rotated = turned[low] + inside * (path[low, 4:7] + between[:, 4:7]) / 2
+    # Places by their velocities, so that a parabola stays one between steps.
     change = (path[low + 1, 2:4] - path[low, 2:4]) / dt
     x = path[low, 0:2] + inside * path[low, 2:4] + inside**2 / 2 * change
-    return Slide(x, between[:, 2:4], between[:, 4:7])
+    return Slide(x, between[:, 2:4], rotated)

@@ -15,6 +15,7 @@ from tumble.scenarios.frames import Array, rotation_matrix, vertices
 from tumble.scenarios.impulse import jump
 from tumble.scenarios.scene import Scene, frozen_array
 from tumble.scenarios.truth import NoTruth, truth
+from tumble.scenarios.truth.contact.record import ContactRecord
 from tumble.solver.body import Body
 from tumble.solver.contact.flight import ContactFlight, Plane
 
@@ -32,19 +33,26 @@ class Reference:
         a, b, c = scene.body.moments.tolist()
         self._body = Body(scene.body.mass, (a, b, c))
         self._segments: tuple[int, list[tuple[float, Array]]] = (-1, [])
-        self._horizons: dict[int, float] = {}
+        self._records: dict[int, ContactRecord] = {}
 
     def horizon(self, throw: int) -> float:
         """Return until when the reference is known [s]: above a plane, the truth may end.  Raises NoTruth."""
-        if self._scene.plane is None:
-            return np.inf
-        if throw not in self._horizons:
+        return np.inf if self._scene.plane is None else self._record(throw).ended_s
+
+    def first_contact(self, throw: int) -> float:
+        """Return when a throw first touches the plane [s].  Raises NoTruth."""
+        phases = self._record(throw).phases
+        if not phases:
+            return 0.0
+        return phases[0].ends_s if phases[0].name == "flight" else 0.0
+
+    def _record(self, throw: int) -> ContactRecord:
+        if throw not in self._records:
             start = frozen_array(self._scene.start[throw : throw + 1])
             times = frozen_array(np.linspace(0, self._scene.duration, LOOKED + 1)[1:])
             found = truth(replace(self._scene, times=times, start=start), with_input_error=False)
-            assert found.contacts
-            self._horizons[throw] = found.contacts[0].ended_s
-        return self._horizons[throw]
+            self._records[throw] = found.contacts[0]
+        return self._records[throw]
 
     def states(self, throw: int, times: Array) -> Array:
         """Return the states at increasing times [s], after the impulses at each, (T, 13)."""

@@ -26,6 +26,8 @@ from tumble.solver.contact.flight import axes_of
 
 # Velocities after an impact may be off by so many steps of gravity, and by this share.
 STEPS_OFF, SHARE_OFF = 1.5, 3e-4
+# The same of an impact that lasts several steps, as on a stiff spring.
+SOFT = 0.01
 # Places on a slide may be off by so many steps squared of friction, and by this share of the way.
 SLIDE_OFF, WAY_OFF = 1.5, 1e-3
 # Uncertainties by digits count so many times.
@@ -36,6 +38,8 @@ IMPROBABLE = 100.0
 LONGEST_STEP = 1 / 30
 # Share of a row interval below which a shown step may be none.
 SHORTEST = 0.02
+# A contact later than this many times the usual one is not one impact.
+FAR_LATER = 20.0
 # Share of the body's reach below which a gap is none.
 TOUCHES = 1e-3
 # A rebound that is shorter than this many rows is not seen.
@@ -160,8 +164,15 @@ class ContactSearch:
 
     @cached_property
     def judged(self) -> tuple[Impact, ...]:
-        """The impacts that a law can be held to: of one corner alone."""
-        return tuple(one for one in self.motion.impacts if one.single)
+        """The impacts that a law can be held to: of one corner alone.
+
+        Where a contact seems far later than the others, two corners have met the plane between two rows.
+        """
+        found = tuple(one for one in self.motion.impacts if one.single)
+        if self.motion.scene.body.radius or not found:
+            return found
+        usual = float(np.nanmedian([one.late for one in found]))
+        return tuple(one for one in found if not one.late > FAR_LATER * usual)
 
     @cached_property
     def slid(self) -> tuple[Lasting, ...]:
@@ -202,10 +213,11 @@ class ContactSearch:
         v, w = after_impact(body, one.before, law)
         speed, spin = float(np.linalg.norm(one.before.v)), float(np.linalg.norm(one.before.w))
         gained = float(np.linalg.norm(one.v - one.before.v))
+        share = SOFT if self.shown_step is not None and one.late > 2 * self.shown_step else SHARE_OFF
         step = self.step + (spacing if one.stays else 0.0)
         turned = 0.0 if body.radius else STEPS_OFF * spin * gained * self.step
         room_v = (
-            (STEPS_OFF + self.right.friction) * self.strength * step + DIGITS * one.sigma_v + SHARE_OFF * speed + turned
+            (STEPS_OFF + self.right.friction) * self.strength * step + DIGITS * one.sigma_v + share * speed + turned
         )
         lever = float(np.linalg.norm(one.before.lever))
         room_w = (
@@ -224,13 +236,10 @@ class ContactSearch:
         some = slice(one.first, one.last + 1)
         times, places = rows.times[some], rows.x[some, :2] - rows.x[one.first, :2]
         spins = turned_by(rows.q[some][:-1], rows.q[some][1:]) / np.diff(times)[:, None]
-        seen = np.concatenate((times, (times[1:] + times[:-1]) / 2))
-        order = np.argsort(seen, kind="stable")
-        back = np.argsort(order, kind="stable")
 
         def run(v: Array, w: Array) -> tuple[Array, Array, Array]:
-            found = slide(scene, self.motion.pull, v, w, law, seen[order])
-            return found.x[back][: len(times)], found.v[back][: len(times)], found.w[back][len(times) :]
+            found = slide(scene, self.motion.pull, v, w, law, times)
+            return found.x, found.v, np.diff(found.turned, axis=0) / np.diff(times)[:, None]
 
         v, w = one.v, one.w
         if not one.from_start:
@@ -240,7 +249,7 @@ class ContactSearch:
         gained = along - v[:2]
         square = float((gained * gained).sum())
         late = float(((places - x) * gained).sum()) / square if square > 0 and one.from_start else 0.0
-        late = float(np.clip(late, -rows.spacing_s, rows.spacing_s))
+        late = float(np.clip(late, -0.51 * rows.spacing_s, 0.51 * rows.spacing_s))
         return SlideRows(times, places, spins, x + late * gained, turning, late)
 
     def missed_slide(self, one: Lasting, law: ContactLaw) -> float:
@@ -261,6 +270,10 @@ class ContactSearch:
                 often * lever * self.right.friction * self.strength * step
                 + DIGITS * 2 * rows.half_turn / float(np.median(np.diff(found.times)))
                 + SHARE_OFF * 3 * float(np.linalg.norm(found.turning, axis=1).max())
+                # The rotation of a row is not the integral of a spin whose axis turns.
+                + float(np.linalg.norm(np.cross(found.turning[1:], found.turning[:-1]), axis=1).max())
+                * rows.spacing_s
+                / 6
             )
             missed = max(missed, float(np.linalg.norm(found.spins - found.turning, axis=1).max()) / room_w)
         return max(missed, self.missed_rest(found.times, found.places, found.x, half))
@@ -309,24 +322,27 @@ class ContactSearch:
     @cached_property
     def explanations(self) -> list[ContactExplanation]:
         """The laws with mistakes, the best first: those that fit, the ones that assume least first, then the others."""
-        found = [self.fitted((one,), self.null.law, ()) for one in self.hypotheses]
+        found = [self.fitted(one, self.right) for one in self.hypotheses]
         if not any(one.fits for one in found):
             found += self.pairs(found)
         return sorted(found, key=lambda one: (not one.fits, one.rank if one.fits else (0, 0), one.cost))
 
     def pairs(self, alone: list[ContactExplanation]) -> Iterator[ContactExplanation]:
-        """Yield pairs of mistakes of different parts, of those that help most and those that have no value."""
+        """Yield pairs of mistakes of different parts, of those that help most with all; values are fitted last."""
         best = sorted(alone, key=lambda one: one.cost)[:PAIRED]
-        for first, second in product(best, self.hypotheses):
-            own = first.mistakes[0]
-            if own.hypothesis.part != second.part and {own.hypothesis.part, second.part} != {"material", "friction"}:
-                yield self.fitted((second,), first.law, first.mistakes)
+        for first, second in product(best, alone):
+            one, other = first.mistakes[0].hypothesis, second.mistakes[0].hypothesis
+            if one.part == other.part or {one.part, other.part} == {"material", "friction"}:
+                continue
+            if second.mistakes[0].values or not first.mistakes[0].values:
+                yield self.fitted(other, first.law, first.mistakes)
+            else:
+                yield self.fitted(one, second.law, second.mistakes)
 
     def fitted(
-        self, added: tuple[ContactHypothesis, ...], law: ContactLaw, before: tuple[ContactMistake, ...]
+        self, hypothesis: ContactHypothesis, law: ContactLaw, before: tuple[ContactMistake, ...] = ()
     ) -> ContactExplanation:
         """Return the explanation by a mistake added to a law, with the values that fit best."""
-        (hypothesis,) = added
 
         def explained(values: tuple[float, ...]) -> ContactExplanation:
             changed = hypothesis.change(law, values)

@@ -124,3 +124,17 @@ def test_the_command_prints_observables_and_writes_tables(tmp_path, monkeypatch)
     assert re.search(r"restitution +0\.4[89]\d* +0\.7 ", found.stdout)
     assert "contact-restitution-squared" in (tmp_path / "out/contact-diagnosis.csv").read_text(encoding="utf-8")
     assert (tmp_path / "out/contact-grade.csv").read_text(encoding="utf-8").count("restitution") >= 2
+
+
+def test_a_wrong_flight_is_reported_before_its_contact(tmp_path):
+    text = written(DROP, Program("steps", 1 / 100, 1, 7), rows_of(DROP, Program("steps", 1 / 100, 1, 7)))
+    header, *lines = text.splitlines()
+    rows = [line.split(",") for line in lines]
+    # Half of the gravity: x is a column of the world's y.
+    slow = [",".join((t, x, f"{1.1 - 0.5 * (1.1 - float(y)):.9g}", *rest)) for t, x, y, *rest in rows]
+    (tmp_path / "log.csv").write_text("\n".join((header, *slow)) + "\n", encoding="utf-8")
+    found = grade_file(str(tmp_path / "log.csv"), scene_of(toml(DROP), tmp_path / "scene.toml", "scene.toml")).pose
+    assert found is not None
+    assert found.contact is not None
+    assert found.contact.is_wrong_before
+    assert found.verdict not in (CORRECT_TO_STEP, CORRECT_TO_DIGITS)
