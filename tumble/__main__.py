@@ -84,7 +84,7 @@ def answer(top: Parser, options: argparse.Namespace) -> int:
     else:
         command = importlib.import_module(f"tumble.commands.{options.command}")
         importlib.import_module("tumble.notes").show_log()
-        if any(getattr(options, name, None) for name in ("shard", "cache", "parquet")):
+        if any(getattr(options, name, None) for name in ("shard", "cache", "parquet", "workers", "scheduler")):
             return importlib.import_module("tumble.shares").main(command.main, options)
         return command.main(options)
     return EXIT_DONE

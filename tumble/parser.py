@@ -2,6 +2,7 @@
 
 import argparse
 import math
+import os
 import re
 import sys
 import textwrap
@@ -93,6 +94,13 @@ def shard(text: str) -> tuple[int, int]:
     return int(number), int(count)
 
 
+def workers(text: str) -> int:
+    """Return a number of workers."""
+    if not (text.isdecimal() and 1 <= int(text) <= 1000):
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number of workers, 1 to 1000")
+    return int(text)
+
+
 def metres(text: str) -> float:
     """Return a positive number of metres, from a length with its unit or a bare number of metres.
 
@@ -175,6 +183,24 @@ def parser() -> Parser:
             "--cache",
             metavar="DIR",
             help="folder where finished runs are saved, and found again by any command on machines of one kind",
+        )
+
+        to.add_argument(
+            "--workers", type=workers, metavar="N", help="run on N Dask workers of this machine; needs the extra dask"
+        )
+        to.add_argument(
+            "--scheduler",
+            default=os.environ.get("TUMBLE_SCHEDULER"),
+            metavar="ADDRESS",
+            help="run on the workers of this Dask scheduler: HOST:PORT or tls://HOST:PORT (default: TUMBLE_SCHEDULER)",
+        )
+        for name, what in (("ca", "certificate authority"), ("cert", "certificate"), ("key", "private key")):
+            meaning = f"with --scheduler tls://HOST:PORT: file of the {what} (PEM)"
+            to.add_argument(f"--tls-{name}", metavar="FILE", help=meaning)
+        to.add_argument(
+            "--insecure-scheduler",
+            action="store_true",
+            help="allow a scheduler on another machine without TLS: whoever reaches its port can run code here",
         )
 
     def parquet_option(to: argparse.ArgumentParser) -> None:

@@ -1,11 +1,15 @@
-"""What --shard and --cache make of a command, and how `tumble merge` gives the command again."""
+"""Where a command runs its tasks, by its options; and how `tumble merge` gives the command of shards again."""
 
+import os
 from argparse import Namespace
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import replace
 from pathlib import Path
+from types import MappingProxyType
 
-from tumble.compare.run.execution import Execution, Shard, executing
+from tumble.compare.run.cluster import BadCluster, connected
+from tumble.compare.run.execution import EXECUTION, Shard, executing
 from tumble.compare.run.provenance import circumstances
 from tumble.compare.run.shards import read_manifest, sharing
 from tumble.compare.run.task_cache import TaskCache
@@ -14,20 +18,25 @@ from tumble.notes import note
 from tumble.parser import PAGE, parser
 
 # Options of one machine alone, which a merged command does not have; all have a value.
-OWN = ("--shard", "--cache", "--output")
+OWN = ("--shard", "--cache", "--output", "--workers", "--scheduler", "--tls-ca", "--tls-cert", "--tls-key")
 
 
 def main(command: Callable[[Namespace], int], options: Namespace) -> int:
     """Run a command, or its share, with finished tasks found and saved in folders; return the exit code."""
-    caches = (TaskCache(Path(options.cache), circumstances()),) if options.cache else ()
+    if not hasattr(options, "shard"):  # with --parquet alone
+        return with_parquet(command, options)
+    address = None if options.workers else options.scheduler
     if not options.shard:
         try:
-            with executing(Execution(caches)):
+            tls = {name: file for name in ("ca", "cert", "key") if (file := getattr(options, f"tls_{name}"))}
+            with placed(options.cache, options.workers, address, tls, options.insecure_scheduler):
                 return with_parquet(command, options)
         except KeyboardInterrupt:
-            if not caches:
+            if not options.cache:
                 raise
             raise interrupted(options.cache) from None
+    if options.workers or address != os.environ.get("TUMBLE_SCHEDULER"):
+        raise BadCluster("--shard runs here: leave out --scheduler and --workers")
     shard = Shard(*options.shard)
     named = options.output not in (None, PAGE)
     folder = Path(options.output if named else f"shard-{shard.number}-of-{shard.count}")
@@ -36,7 +45,7 @@ def main(command: Callable[[Namespace], int], options: Namespace) -> int:
     if getattr(options, "accept", False) and options.baseline:
         options.output = None  # the record goes there when it is merged
     try:
-        with sharing(folder, shard, ["tumble", *whole(options.words[1:])], caches):
+        with sharing(folder, shard, ["tumble", *whole(options.words[1:])], caches_of(options.cache)):
             command(options)
     except KeyboardInterrupt:
         raise interrupted(str(folder)) from None
@@ -44,6 +53,31 @@ def main(command: Callable[[Namespace], int], options: Namespace) -> int:
         (folder / f"{Path(PAGE).stem}-tables").rmdir()  # a report begins with it; a shard has nothing for it
     note(f"when all {shard.count} shards are finished, type `tumble merge DIR...` with their folders")
     return 0
+
+
+@contextmanager
+def placed(
+    cache: str | Path | None,
+    workers: int | None,
+    scheduler: str | None,
+    tls: Mapping[str, str] = MappingProxyType({}),
+    is_insecure: bool = False,
+) -> Iterator[None]:
+    """Run tasks on workers in the block, and find and save finished ones in a folder, where either is given."""
+    with ExitStack() as stack:
+        execution = EXECUTION.get()
+        if cache:
+            execution = replace(execution, caches=caches_of(cache))
+        if workers or scheduler:
+            cluster = stack.enter_context(connected(scheduler, workers, tls, is_insecure))
+            execution = replace(execution, work=cluster.work)
+        stack.enter_context(executing(execution))
+        yield
+
+
+def caches_of(folder: str | Path | None) -> tuple[TaskCache, ...]:
+    """Return the cache in a folder, of what this machine and its versions ran."""
+    return (TaskCache(Path(folder), circumstances()),) if folder else ()
 
 
 def interrupted(folder: str) -> KeyboardInterrupt:

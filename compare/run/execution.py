@@ -51,11 +51,13 @@ class Execution:
     caches : where finished tasks are found, each saved in all of them
     shard : which tasks are run; None: all
     is_merge : whether no task is run: all results are in the caches
+    work : runs tasks, as `tasks.work`, on other machines; None: here
     """
 
     caches: tuple[TaskCache, ...] = ()
     shard: Shard | None = None
     is_merge: bool = False
+    work: Callable[..., object] | None = None
 
     def own(self, length: int) -> range:
         """Return which tasks of a list are run here, or begun without being waited for."""

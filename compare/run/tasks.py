@@ -98,7 +98,7 @@ def run(
             on_progress(str(task))  # another shard's
     if results and not execution.is_merge:
         log.info(f"continuing: {len(results)} of {len(tasks)} results were finished before")
-    work(waiting, truths, keep)
+    (execution.work or work)(waiting, truths, keep)
     if len(results) < len(tasks):
         raise Incomplete([str(task) for task in tasks if task not in results])
     return [results[task] for task in tasks]

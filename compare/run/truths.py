@@ -84,10 +84,21 @@ class Awaited(Future[Answer]):
         """The digest by which it is saved."""
         return digest(self.identity)
 
+    def __reduce__(self) -> tuple[Callable[[Answer], "Future[Answer]"], tuple[Answer]]:
+        """Wait for the answer: what is sent to another process has it."""
+        return known, (self.result(),)
+
     def result(self, timeout: float | None = None) -> Answer:
         """Return the answer; as of a Future."""
         self._begin(self)
         return super().result(timeout)
+
+
+def known(answer: Answer) -> "Future[Answer]":
+    """Return what has an answer already."""
+    future: Future[Answer] = Future()
+    future.set_result(answer)
+    return future
 
 
 def true_answer(

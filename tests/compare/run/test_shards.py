@@ -25,6 +25,22 @@ def write(world, states): world["states"] = states
 def advance(world, n, dt): world["states"][:, 0:3] += {factor} * n * dt * world["states"][:, 7:10]
 def read(world): return world["states"]
 """
+# A spinning box without forces, with a sensor, and a ball that meets a plane.
+SCENE = """
+title = "Spinning box"
+duration = 0.2
+times = [0.1, 0.2]
+step = 0.01
+[body]
+shape = "box"
+size = [0.4, 0.2, 0.1]
+mass = 1.0
+angular_velocity = [1.0, 2.0, 3.0]
+[[sensor]]
+name = "imu"
+kind = "imu"
+rate = 10.0
+"""
 # Times of runs, and the folder in the command line.
 NOT_COMPARED = ("wall_s", "wall_ns_per_step", "wall_per_sim_s")
 
@@ -52,7 +68,8 @@ def test_shards_share_a_list_out_evenly(length, count):
 
 
 def test_merged_shards_are_the_whole_whatever_their_order(tmp_path, tumble):
-    words = ["compare", "brick-tumble", "ball-drop-half", *engines(tmp_path)]
+    (tmp_path / "box.toml").write_text(SCENE)
+    words = ["compare", "./box.toml", "ball-drop-dead", *engines(tmp_path)]
     whole = tumble(*words, "-o", "whole")
     assert whole.returncode == 0, whole.stderr
     logs = [tmp_path / "one.py.log", tmp_path / "other.py.log"]
@@ -68,10 +85,6 @@ def test_merged_shards_are_the_whole_whatever_their_order(tmp_path, tumble):
     assert merged.stdout == whole.stdout
     assert tables(tmp_path / "merged") == tables(tmp_path / "whole")
     assert "-o merged" in (tmp_path / "merged" / "conditions.csv").read_text()
-    again = tumble("merge", "s1", "s2", "-o", "again")
-    assert again.stdout == merged.stdout
-    names = {path.name for path in (tmp_path / "again").iterdir()} - {"conditions.csv"}
-    assert all((tmp_path / "again" / name).read_bytes() == (tmp_path / "merged" / name).read_bytes() for name in names)
 
 
 def test_what_cannot_be_merged_is_refused_in_one_line(tmp_path, tumble):
