@@ -335,15 +335,16 @@ def contact_changes(baseline: Record, candidate: Record, tolerances: Tolerances)
     A law error changed if the intervals of both have no number in common; an error at the scene's step is reported
     where no law error changed.
     """
-    if baseline.contact is None or candidate.contact is None:
+    old_contact, new_contact = baseline.contact, candidate.contact
+    if old_contact is None or new_contact is None:
         return
     before, now = (
-        {(law.scene, law.engine, law.method): law for law in contestant_laws(rows(CONTACT, record.contact))}
-        for record in (baseline, candidate)
+        {(law.scene, law.engine, law.method): law for law in contestant_laws(rows(CONTACT, table))}
+        for table in (old_contact, new_contact)
     )
     observed: dict[tuple[str, str, str], list[tuple[ContactRow, ContactRow]]] = {}
-    old_rows = {contact_key(row): row for row in rows(CONTACT, baseline.contact)}
-    for row in rows(CONTACT, candidate.contact):
+    old_rows = {contact_key(row): row for row in rows(CONTACT, old_contact)}
+    for row in rows(CONTACT, new_contact):
         if contact_key(row) in old_rows:
             cell = row.scene, row.engine, row.method
             observed.setdefault(cell, []).append((old_rows[contact_key(row)], row))

@@ -5,7 +5,7 @@ from contextlib import nullcontext
 from dataclasses import dataclass
 from functools import partial
 
-from tumble.compare.comparison.sensors import sensor_runs
+from tumble.compare.comparison.sensors import first_throw, sensor_runs
 from tumble.compare.judge.errors import Run, RunAnswer
 from tumble.compare.judge.sensors import SensorRun
 from tumble.compare.run.execution import Parts
@@ -98,12 +98,15 @@ def compare(
         if truths
         else Truths(scenes, on_progress, limit_s=truth_limit(running_engines)) as references
     ):
+        sensing = [scene for scene in scenes if scene.sensors]
+        readings = references.each(first_throw, sensing, [truth_limit(running_engines)] * len(sensing))
         with Parts() as part:
             found = part(lambda: run([one for own in tasks for one in own], references, on_progress=on_progress))
-            sensed = part(lambda: sensor_runs(running_engines, scenes, dt, on_progress, references))
+            sensed = part(lambda: sensor_runs(running_engines, scenes, readings, dt, on_progress, references))
         answers = iter(found)
         true = [references.answer(scene) for scene in scenes]
-        lost = references.each(lost_m, scenes, [answer.truth for answer in true])
+        moved = references.each(lost_m, scenes, [answer.truth for answer in true])
+        lost = [future.result() for future in moved]
     return [
         Comparison(
             scene=scene,

@@ -8,7 +8,6 @@ import numpy as np
 
 from tumble.compare.engines.parts.soft_law import SPRING, SoftLaw
 from tumble.solver.body import Body
-from tumble.solver.compilation import without_blas
 from tumble.solver.contact.compliant import softness_of
 from tumble.solver.contact.flight import ContactFlight, Plane
 from tumble.solver.contact.methods import CONTACT_METHODS
@@ -159,8 +158,7 @@ def choice(body, forces, scene):
 def write(world, states):
     """Start from these states, (N, 13), compiled for them: no step is timed that waits for a compiler."""
     world.flight.write(states)
-    with without_blas():
-        world.flight.compile()
+    world.flight.compile()
 
 
 def advance(world, n, dt):

@@ -190,7 +190,7 @@ class Truths:
             self._share_out(waiting, [Call(of, (one.scene,), told[one]) for one in waiting])
         else:
             for one in waiting:
-                one.cancel() if self._ended.is_set() else in_a_thread(partial(of, tell=told[one]), one.scene, one)
+                one.cancel() if self._ended.is_set() else in_a_thread(partial(of, one.scene, tell=told[one]), one)
 
     def _save(self, one: Awaited) -> None:
         """Save the truth that was computed, without contact: a failure to do so loses nothing but time."""
@@ -220,14 +220,18 @@ class Truths:
                 return future.result().at(scene)
         raise KeyError(scene.name)
 
-    def each(self, function: Callable[..., Any], scenes: Sequence[Scene], *more: Sequence[Any]) -> list[Any]:
-        """Return what a function makes of each scene and of more that is its own, worked out where the truths were."""
-        if self._callers is None:
-            return list(map(function, scenes, *more))
-        calls = [Call(function, given) for given in zip(scenes, *more, strict=True)]
+    def each(
+        self, function: Callable[..., Any], scenes: Sequence[Scene], *more: Sequence[Any]
+    ) -> Sequence["Future[Any]"]:
+        """Return what will be made of each scene, and of more that is its own, by a function, where the truths are."""
         futures = [Awaited(scene, (), lambda one: None) for scene in scenes]
-        self._share_out(futures, calls)
-        return [future.result() for future in futures]
+        calls = [Call(function, given) for given in zip(scenes, *more, strict=True)]
+        if self._callers is None:
+            for call, future in zip(calls, futures, strict=True):
+                in_a_thread(partial(function, *call.arguments), future)
+        else:
+            self._share_out(futures, calls)
+        return futures
 
     def _share_out(self, futures: Sequence[Awaited], calls: Sequence[Call]) -> None:
         """Begin calls of scenes, those of forces in one process: to load a compiler takes 1 s."""
@@ -270,15 +274,15 @@ def is_same_motion(one: Scene, other: Scene) -> bool:
     return all(getattr(one, name) is getattr(other, name) for name in same) and np.array_equal(one.start, other.start)
 
 
-def in_a_thread(function: Callable[[Scene], Answer], scene: Scene, future: "Future[Answer]") -> None:
+def in_a_thread(function: Callable[[], Any], future: "Future[Any]") -> None:
     """Give a future a function's result; the thread is no reason for this process to stay."""
 
     def work() -> None:
         try:
-            result, error = function(scene), None
+            result, error = function(), None
         except BaseException as raised:
             result, error = None, raised
         if future.set_running_or_notify_cancel():
-            future.set_exception(error) if error else future.set_result(result)  # type: ignore[arg-type]
+            future.set_exception(error) if error else future.set_result(result)
 
-    threading.Thread(target=work, daemon=True, name=f"truth of {scene.name}").start()
+    threading.Thread(target=work, daemon=True, name="truth").start()

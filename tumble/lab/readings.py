@@ -125,7 +125,7 @@ def error_rows(throw: Throw, frame: int, vertex: int | None) -> list[ErrorRow]:
             ErrorRow(
                 contestant=contestant,
                 vertex=worst,
-                position=seen[worst],
+                position=seen[worst] if np.isfinite(seen[worst]).all() else None,
                 error=errors[worst],
                 off_m=float(off[worst]),
                 resolution_m=limit,

@@ -115,8 +115,10 @@ class Throw:
             # Every piece begins with a row for t = 0.
             return np.concatenate([first, *(other[1:] for other in others)])
 
-        how = " / ".join(dict.fromkeys(piece.how for piece in pieces))
-        return Truth(rows("times"), rows("states"), rows("vertices"), rows("bound"), rows("input_error"), how)
+        parts = {name: rows(name) for name in ("times", "states", "vertices", "bound", "input_error")}
+        # The first horizon is that of the whole.
+        ends = min(pieces, key=lambda piece: piece.horizon)
+        return replace(ends, how=" / ".join(dict.fromkeys(piece.how for piece in pieces)), **parts)
 
     def _take_truth(self, number: int, future: "Future[Truth]") -> None:
         """Take in a part of the truth; a callback of its future."""
@@ -130,7 +132,6 @@ class Throw:
                 self.why_no_truth = str(error) if isinstance(error, NoTruth) else f"{type(error).__name__}: {error}"
             else:
                 piece, part = future.result(), self._parts[number]
-                self._pieces[number] = piece
                 rows = slice(0 if number == 0 else part.start + 1, part.stop + 1)
                 count = rows.stop - rows.start
                 self.true_states[rows] = piece.states[-count:, 0]
@@ -138,6 +139,7 @@ class Throw:
                 self.true_limit[rows] = piece.resolution[-count:, 0]
                 if not np.isfinite(piece.states[-1]).all() and piece.horizon < self.truth_ends:
                     self.truth_ends, self.why_truth_ends = piece.horizon, piece.why
+                self._pieces[number] = piece  # last: with it the truth is complete
         self._changed()
 
     def _run(self, engine: str) -> None:

@@ -16,7 +16,6 @@ from tumble.scenarios.impulse import jump
 from tumble.scenarios.scene import Scene, frozen_array
 from tumble.scenarios.truth import NoTruth, truth
 from tumble.solver.body import Body
-from tumble.solver.compilation import without_blas
 from tumble.solver.contact.flight import ContactFlight, Plane
 
 CERTIFIED = 12
@@ -35,11 +34,6 @@ class Reference:
         self._segments: tuple[int, list[tuple[float, Array]]] = (-1, [])
         self._horizons: dict[int, float] = {}
 
-    def states(self, throw: int, times: Array) -> Array:
-        """Return the states at increasing times [s], after the impulses at each, (T, 13)."""
-        with without_blas():
-            return self._states(throw, times)
-
     def horizon(self, throw: int) -> float:
         """Return until when the reference is known [s]: above a plane, the truth may end.  Raises NoTruth."""
         if self._scene.plane is None:
@@ -52,7 +46,8 @@ class Reference:
             self._horizons[throw] = found.contacts[0].ended_s
         return self._horizons[throw]
 
-    def _states(self, throw: int, times: Array) -> Array:
+    def states(self, throw: int, times: Array) -> Array:
+        """Return the states at increasing times [s], after the impulses at each, (T, 13)."""
         if self._scene.plane is not None:
             return self._above_plane(throw, times)
         if not self._free:

@@ -202,8 +202,10 @@ def test_truths_of_several_scenes_are_those_of_each_alone():
 def test_what_follows_of_some_of_the_scenes_is_worked_out_where_their_truths_were(asked):
     scenes = [read_scene(name) for name in ("two-hits", "tether-critical", "die-straight")]
     with Truths(scenes[:asked]) as truths:
-        assert truths.each(getattr, scenes[:2], ["name", "duration"]) == [scenes[0].name, scenes[1].duration]
-        whose = truths.each(getattr, scenes[:2], ["nobody has it"] * 2, [WhereItIsRead()] * 2)
+        made = [future.result() for future in truths.each(getattr, scenes[:2], ["name", "duration"])]
+        assert made == [scenes[0].name, scenes[1].duration]
+        asked_of = truths.each(getattr, scenes[:2], ["nobody has it"] * 2, [WhereItIsRead()] * 2)
+        whose = [future.result() for future in asked_of]
     elsewhere = asked > 1
     assert [isinstance(one, int) and one != os.getpid() for one in whose] == [elsewhere] * 2
 

@@ -42,7 +42,7 @@ def test_the_error_of_a_right_law_falls_with_the_step_and_that_of_a_wrong_one_st
     found = swept(SLIDE, "right", "diamond", "another-friction")
     right, wrong = found["right"], found["another-friction"]
     assert {row.observable for row in right} == {"distance until it stops"}, "the scene's main one"
-    assert [row.dt_s for row in right] == pytest.approx([0.004 * factor for factor in LADDER])
+    assert [row.dt_s for row in right] == pytest.approx([0.004 * factor for factor in LADDER.ladder])
     assert [row.run_us for row in right] == pytest.approx([0.6 / row.dt_s * STEP_NS / 1e3 for row in right], rel=0.02)
     # Semi-implicit Euler loses v dt / 2 of the way; what is left at the last sample is read off as exact.
     assert [row.error for row in right] == pytest.approx([np.sqrt(1.25) * row.dt_s / 2 for row in right], rel=0.15)
