@@ -14,10 +14,8 @@ import numpy as np
 from tumble.compare.contact.asked import Asked
 from tumble.compare.contact.findings import COMPONENT
 from tumble.compare.contact.limit import Level
-from tumble.compare.contact.study import Contact, Extent, Question, ask, question
+from tumble.compare.contact.study import Contact, Extent, Question, question
 from tumble.compare.judge.cost import Timed
-from tumble.compare.run.progress import ProgressCallback, no_progress
-from tumble.compare.run.running_engines import RunningEngine
 from tumble.compare.run.truths import true_answer
 from tumble.compare.sweep.schemas import ObservableCostRow
 from tumble.compare.sweep.work_precision import Sweep
@@ -76,17 +74,15 @@ def observed_in(scene: Scene, name: str | None, limit_s: float) -> Observed | No
     return Observed(chosen, impact, tuple(one for one in own if one.impact == impact), alone)
 
 
-def with_observable(
-    running_engines: Sequence[RunningEngine],
-    sweep: Sweep,
-    observed: Observed,
-    on_progress: ProgressCallback = no_progress,
-) -> Sweep:
-    """Return a sweep with the errors of an observable, and the run times that its timing gives them."""
+def with_observable(sweep: Sweep, observed: Observed, contacts: Sequence[Contact]) -> Sweep:
+    """Return a sweep with the errors of an observable, and the run times that its timing gives them.
+
+    contacts: of all contestants, to the observable's question (`compare.contact.study.ask`).
+    """
     timed = {each.run.name: each for each in sweep.timed if not each.reading.doubt}
     found = [
         row
-        for contact in ask(running_engines, [observed.question], on_progress)
+        for contact in contacts
         if contact.name in timed
         for row in cost_rows(contact, observed, timed[contact.name])
     ]

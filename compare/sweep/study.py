@@ -5,6 +5,7 @@ from collections.abc import Callable, Sequence
 
 import pandas as pd
 
+from tumble.compare.contact.study import ask
 from tumble.compare.judge.cost import REFERENCE
 from tumble.compare.run.execution import Parts
 from tumble.compare.run.local import Asked
@@ -74,11 +75,12 @@ def sweep_scenes(
         with display(flights(running_engines, [*scenes, *landing]) + len(scenes)) as on_progress, Parts() as part:
             for scene in scenes:
                 swept = part(lambda scene=scene: sweep(running_engines, scene, on_progress))
-                if swept and (own := observed.get(scene.name)):
-                    swept = part(lambda swept=swept, own=own: with_observable(running_engines, swept, own, on_progress))
-                if swept:
-                    sweeps.append(swept)
-                    finished(swept)
+                own = observed.get(scene.name)
+                questions = [own.question] if own else []
+                seen = part(lambda questions=questions: ask(running_engines, questions, on_progress))
+                if swept and seen is not None:
+                    sweeps.append(with_observable(swept, own, seen) if own else swept)
+                    finished(sweeps[-1])
         return measured(sweeps, reference) | {
             ENGINES.file: frame(ENGINES, map(engine_row, running_engines)),
             CONDITIONS.file: frame(CONDITIONS, conditions),

@@ -8,6 +8,7 @@ import pytest
 
 from tests.support import planted_contact
 from tests.support.planted_contact import BALL, SLIDE
+from tumble.compare.contact.study import ask
 from tumble.compare.judge.cost import Timed
 from tumble.compare.judge.errors import RunAnswer
 from tumble.compare.run.local import LocalEngine
@@ -34,7 +35,8 @@ def swept(text, *methods, name=None):
             for method in methods
         ]
         timed = [Timed(run, 0.0, Reading(np.full(8, STEP_NS)), True, Ready(0.0, 0.0, 0.0, 0)) for run in runs]
-        found = with_observable(running, Sweep(scene, tuple(timed), ()), observed_in(scene, name, 60.0)).observed
+        observed = observed_in(scene, name, 60.0)
+        found = with_observable(Sweep(scene, tuple(timed), ()), observed, ask(running, [observed.question])).observed
     return {method: [row for row in found if row.method == method] for method in methods}
 
 
