@@ -263,7 +263,8 @@ def connected(
         from distributed.security import Security
     except ImportError as error:
         raise BadCluster(f"{error}: Dask is an extra: type `pip install '.[dask]'`") from None
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)  # what it logs of dead workers is dealt with here
+    for name in ("distributed", "distributed.client"):  # what they log of dead workers is dealt with here
+        logging.getLogger(name).setLevel(logging.CRITICAL)
     names = {"ca": "tls_ca_file", "cert": "tls_client_cert", "key": "tls_client_key"}
     given: dict[str, Any] = {names[name]: file for name, file in tls.items()}
     with dask.config.set(SETTINGS):

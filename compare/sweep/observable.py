@@ -75,7 +75,10 @@ def observed_in(scene: Scene, name: str | None, limit_s: float) -> Observed | No
 
 
 def with_observable(sweep: Sweep, observed: Observed, contacts: Sequence[Contact]) -> Sweep:
-    """Return a sweep with the errors of an observable, and the run times that its timing gives them."""
+    """Return a sweep with the errors of an observable, and the run times that its timing gives them.
+
+    contacts: of all contestants, to the observable's question (`compare.contact.study.ask`).
+    """
     timed = {each.run.name: each for each in sweep.timed if not each.reading.doubt}
     found = [
         row

@@ -76,11 +76,11 @@ def sweep_scenes(
             for scene in scenes:
                 swept = part(lambda scene=scene: sweep(running_engines, scene, on_progress))
                 own = observed.get(scene.name)
-                landed = part(lambda own=own: ask(running_engines, [own.question], on_progress)) if own else []
-                if swept and landed is not None:
-                    swept = with_observable(swept, own, landed) if own else swept
-                    sweeps.append(swept)
-                    finished(swept)
+                questions = [own.question] if own else []
+                seen = part(lambda questions=questions: ask(running_engines, questions, on_progress))
+                if swept and seen is not None:
+                    sweeps.append(with_observable(swept, own, seen) if own else swept)
+                    finished(sweeps[-1])
         return measured(sweeps, reference) | {
             ENGINES.file: frame(ENGINES, map(engine_row, running_engines)),
             CONDITIONS.file: frame(CONDITIONS, conditions),

@@ -31,7 +31,7 @@ STUDIES: Mapping[str, Callable[[Namespace, Mapping[str, Any]], Result | Check]] 
     {
         "compare": lambda asked, limits: compare(asked.scene, asked.engine, dt=asked.dt, **limits),
         "sweep": lambda asked, limits: sweep(
-            asked.scene or "yardstick", asked.engine, reference=asked.reference, **limits
+            asked.scene or "yardstick", asked.engine, reference=asked.reference, observable=asked.observable, **limits
         ),
         "stability": lambda asked, limits: stability(asked.scene, asked.engine, **limits),
         "check": of_check,

@@ -36,8 +36,7 @@ def swept(text, *methods, name=None):
         ]
         timed = [Timed(run, 0.0, Reading(np.full(8, STEP_NS)), True, Ready(0.0, 0.0, 0.0, 0)) for run in runs]
         observed = observed_in(scene, name, 60.0)
-        landed = ask(running, [observed.question])
-    found = with_observable(Sweep(scene, tuple(timed), ()), observed, landed).observed
+        found = with_observable(Sweep(scene, tuple(timed), ()), observed, ask(running, [observed.question])).observed
     return {method: [row for row in found if row.method == method] for method in methods}
 
 
