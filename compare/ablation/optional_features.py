@@ -18,7 +18,7 @@ from tumble.compare.run.flight import Trajectory, legs
 from tumble.compare.run.progress import ProgressCallback, no_progress
 from tumble.compare.run.running_engines import RunningEngine, truth_limit
 from tumble.compare.run.status import Failure
-from tumble.compare.run.tasks import Task, run
+from tumble.compare.run.tasks import Task, work
 from tumble.compare.run.timing.readings import USUAL, Reading, Sampling, ratio
 from tumble.compare.run.timing.timing import Cost, Load, costs
 from tumble.compare.run.truths import true_answer
@@ -136,7 +136,9 @@ def ablate(
     """
     true, _ = true_answer(scene, limit_s=truth_limit(running_engines))
     entries = [ask for each in running_engines for ask in questions(each, scene, true, most_methods)]
-    answers = iter(run([one for one in entries if isinstance(one, Task)], on_progress=on_progress))
+    # With the times, on this machine.
+    tasks = [one for one in entries if isinstance(one, Task)]
+    answers = iter(work(tasks, finished=lambda task, _: on_progress(str(task))))
     found = [one for ask in entries for one in (next(answers) if isinstance(ask, Task) else [ask])]
     clocked = clock([one for one in found if isinstance(one, Pair)], sampling)
     on_progress(f"{scene.name} timed")

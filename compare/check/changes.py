@@ -1,7 +1,7 @@
 """Two records joined by the keys of their tables: what is worse, better, changed, new or gone beyond tolerance."""
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
@@ -12,10 +12,13 @@ import pandas as pd
 from tumble.compare.check.record import Record
 from tumble.compare.check.schemas import CELLS, DRIFTS, ERRORS, QUESTIONS, STATUSES, TIMES
 from tumble.compare.check.tolerances import Tolerances
+from tumble.compare.contact.findings import contestant_laws, verdict_rank
+from tumble.compare.contact.schemas import CONTACT, ContactRow
 from tumble.compare.judge.trend import TRENDS
 from tumble.compare.run.precision import DOUBLE, rounding
 from tumble.compare.run.running_engines import engine_files, titles
 from tumble.compare.run.status import described
+from tumble.compare.tables.frames import rows
 from tumble.compare.tables.schema import Table
 from tumble.compare.tables.shared import CONTESTANT
 
@@ -50,6 +53,8 @@ class Change:
     old : value in the baseline, in the unit of the column; None: there is none
     new : value in the candidate, in the unit of the column; None: there is none
     reference : ENGINE:METHOD that run times are divided by; empty in other columns
+    observable : observable of contact, with the number of its impact; empty in other columns
+    unit : unit of an observable; empty in other columns
     """
 
     verdict: Verdict
@@ -60,6 +65,8 @@ class Change:
     old: float | str | None
     new: float | str | None
     reference: str = ""
+    observable: str = ""
+    unit: str = ""
 
     @property
     def key(self) -> tuple[str, str, str]:
@@ -119,8 +126,9 @@ def within(
         ]
         return of_scenes(table[np.array(wanted, dtype=bool)])
 
-    times = None if record.times is None else selected(record.times)
-    return replace(record, questions=of_scenes(record.questions), cells=selected(record.cells), times=times)
+    times, contact = (None if own is None else selected(own) for own in (record.times, record.contact))
+    cells = selected(record.cells)
+    return replace(record, questions=of_scenes(record.questions), cells=cells, times=times, contact=contact)
 
 
 def compare_records(baseline: Record, candidate: Record, tolerances: Tolerances) -> Outcome:
@@ -151,7 +159,12 @@ def compare_records(baseline: Record, candidate: Record, tolerances: Tolerances)
         *presence(cells[(cells.side == "left_only") & ~found_again], "gone"),
         *cell_changes(cells[(cells.side == "both") & ~others], tolerances),
         *presence(cells[cells.side == "right_only"], "new"),
-        *(each for each in time_changes(baseline, candidate, tolerances) if each.scene not in set(cells.scene[others])),
+        *(
+            each
+            for changes in (contact_changes, time_changes)
+            for each in changes(baseline, candidate, tolerances)
+            if each.scene not in set(cells.scene[others])
+        ),
     ]
     touched = {change.key for change in found}
     compared = cells.loc[(cells.side != "right_only") & ~others, list(CONTESTANT)]
@@ -314,6 +327,72 @@ def order_verdicts(old: Column, new: Column, tolerance: float) -> np.ndarray:
     """Return the verdicts on orders; one that becomes undeterminable, or determinable, is `changed`."""
     lost, moved = old.isna() != new.isna(), (new - old).abs() > tolerance
     return np.select([lost, ~moved, new < old], ["changed", "", "worse"], "better")
+
+
+def contact_changes(baseline: Record, candidate: Record, tolerances: Tolerances) -> Iterator[Change]:
+    """Yield the changes of contact: of each cell the gravest verdict, and the observable that changed most.
+
+    A law error changed if the intervals of both have no number in common; an error at the scene's step is reported
+    where no law error changed.
+    """
+    if baseline.contact is None or candidate.contact is None:
+        return
+    before, now = (
+        {(law.scene, law.engine, law.method): law for law in contestant_laws(rows(CONTACT, record.contact))}
+        for record in (baseline, candidate)
+    )
+    observed: dict[tuple[str, str, str], list[tuple[ContactRow, ContactRow]]] = {}
+    old_rows = {contact_key(row): row for row in rows(CONTACT, baseline.contact)}
+    for row in rows(CONTACT, candidate.contact):
+        if contact_key(row) in old_rows:
+            cell = row.scene, row.engine, row.method
+            observed.setdefault(cell, []).append((old_rows[contact_key(row)], row))
+    for cell, pairs in observed.items():
+        old, new = before[cell].verdict, now[cell].verdict
+        if reasons(old) != reasons(new):
+            ranks = (verdict_rank(each) for each in (old, new))
+            yield Change(plainly(*ranks), *cell, "contact", old, new)
+        for column, find in (("law_error", law_change), ("contact_error", step_change)):
+            found = [(apart, *each) for each in pairs if (apart := find(*each, getattr(tolerances, column)))]
+            if found:
+                _, was, is_ = max(found, key=lambda one: one[0])
+                a, b = (one.law_error if column == "law_error" else one.error for one in (was, is_))
+                name = f"{is_.observable} {is_.blow}" if is_.blow else is_.observable
+                verdict = plainly(abs(a or 0.0), abs(b or 0.0))
+                yield Change(verdict, *cell, column, a, b, observable=name, unit=is_.unit)
+                break
+
+
+def contact_key(row: ContactRow) -> tuple[str, str, str, str, int | None]:
+    """Return what an observable of a contestant is found by in another record."""
+    return row.scene, row.engine, row.method, row.observable, row.blow
+
+
+def plainly(old: float, new: float) -> Verdict:
+    """Return the verdict on two numbers, the smaller the better."""
+    return "worse" if new > old else "better" if new < old else "changed"
+
+
+def law_change(old: ContactRow, new: ContactRow, tolerance: float) -> float:
+    """Return how far two law errors are apart, in the widths of their intervals; 0 if they may be the same."""
+    if old.law_error is None or new.law_error is None:
+        return 0.0
+    ends = [(row.law_error_low or 0.0, row.law_error_high or 0.0) for row in (old, new)]
+    gap = max(low for low, _ in ends) - min(high for _, high in ends)
+    apart = abs(new.law_error - old.law_error)
+    if gap <= 0 or apart <= tolerance * max(abs(old.law_error), abs(new.law_error)):
+        return 0.0
+    return apart / sum(high - low for low, high in ends)
+
+
+def step_change(old: ContactRow, new: ContactRow, tolerance: float) -> float:
+    """Return how far two errors at the scene's step are apart, in widths of the intervals; 0 if by no more than one."""
+    if old.error is None or new.error is None:
+        return 0.0
+    width = max((row.law_error_high or 0.0) - (row.law_error_low or 0.0) for row in (old, new))
+    apart = abs(new.error - old.error)
+    least = width + tolerance * max(abs(old.error), abs(new.error))
+    return apart / width if width and apart > least else 0.0
 
 
 def time_changes(baseline: Record, candidate: Record, tolerances: Tolerances) -> list[Change]:

@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 from concurrent.futures import Future
 from dataclasses import asdict, dataclass, replace
+from functools import partial
 from itertools import chain
 
 import numpy as np
@@ -11,6 +12,9 @@ import numpy as np
 from tumble.compare.check.record import Record
 from tumble.compare.check.schemas import CELLS, EXACT, QUESTIONS, TIMES, CellRow, QuestionRow
 from tumble.compare.check.times import time_rows
+from tumble.compare.contact.rows import contact_rows
+from tumble.compare.contact.schemas import CONTACT
+from tumble.compare.contact.study import ask, question
 from tumble.compare.judge import ladder as order
 from tumble.compare.judge.errors import Run, RunAnswer
 from tumble.compare.judge.trend import spin_energy
@@ -65,6 +69,8 @@ def measure(
         ]
         found = iter(run(list(chain.from_iterable(tasks)), truths, on_progress=on_progress))
         answers = [future.result() for future in truths.futures]
+    asked = [question(scene, answer.truth) for scene, answer in zip(scenes, answers, strict=True)]
+    landed = ask(running_engines, [one for one in asked if one], on_progress)
     rows, times = [], []
     for scene, answer, own in zip(scenes, answers, tasks, strict=True):
         cells = [(one.running_engine.title, next(found)) for one in own]
@@ -82,17 +88,19 @@ def measure(
         engines=frame(ENGINES, map(engine_row, running_engines)),
         cells=frame(CELLS, rows),
         times=frame(TIMES, times) if timed else None,
+        contact=frame(CONTACT, (row for one in landed for row in contact_rows(one))) if landed else None,
     )
 
 
 def task(scene: Scene, true: Future[Answer], running_engine: RunningEngine, method: str) -> Task[Cell]:
     """Return the task of one contestant on one scene."""
     key = scene.name, running_engine.title, method
-    return Task(key, running_engine, lambda able: cell(able, scene, method, true.result().truth))
+    return Task(key, running_engine, partial(cell, scene=scene, method=method, answer=true))
 
 
-def cell(running_engine: RunningEngine, scene: Scene, method: str, true: Truth | None) -> Cell:
+def cell(running_engine: RunningEngine, scene: Scene, method: str, answer: Future[Answer]) -> Cell:
     """Return one contestant's run, and a step-size sequence around it if the method has an order to determine."""
+    true = answer.result().truth
 
     def evaluated(dt: float, answer: Trajectory | Failure) -> Run:
         return RunAnswer.of(running_engine, method, dt, answer).run(scene, running_engine.title, true)

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 
 from tumble.compare.judge.sensors import SensorRun
 from tumble.compare.run.progress import ProgressCallback, no_progress
@@ -42,7 +43,8 @@ def sensor_runs(
 
     def task(scene: Scene, running_engine: RunningEngine, method: str) -> Task[SensorReadings | Failure]:
         key = scene.name, running_engine.title, method
-        return Task(key, running_engine, lambda able: able.read_sensors(scene, method, dt or scene.step))
+        ask = partial(RunningEngine.read_sensors, scene=scene, method=method, dt=dt or scene.step)
+        return Task(key, running_engine, ask)
 
     tasks = [
         [

@@ -93,8 +93,13 @@ def law(rows: Sequence[ContactRow]) -> tuple[str, ContactRow | None, float]:
 
 def worst_verdict(said: Sequence[str]) -> str:
     """Return the gravest of verdicts: in the order of VERDICT_WORDS but for the first, which is none."""
-    order = [*list(VERDICT_WORDS)[1:], RIGHT]
-    return min(said, key=lambda one: next(place for place, word in enumerate(order) if one.startswith(word)))
+    return max(said, key=verdict_rank)
+
+
+def verdict_rank(verdict: str) -> int:
+    """Return how grave a verdict is: 0 of one that is right."""
+    order = [RIGHT, *reversed(list(VERDICT_WORDS)[1:])]
+    return max(place for place, word in enumerate(order) if verdict.startswith(word))
 
 
 def law_share(row: ContactRow, rows: Iterable[ContactRow]) -> float | None:

@@ -82,12 +82,14 @@ class Reading:
     through: bool = False
 
 
-def impacts(scene: Scene, record: ContactRecord, steps: Sequence[float], step: float) -> Iterator[Impact]:
-    """Yield the impacts that a body meets in flight, or as it rocks.
+def impacts(
+    scene: Scene, record: ContactRecord, steps: Sequence[float], step: float, most: int = MOST_IMPACTS
+) -> Iterator[Impact]:
+    """Yield the first impacts that a body meets in flight, or as it rocks.
 
     steps: of the ladder [s], the longest first; step: at which values are reported.
     """
-    events = [event for event in record.events if event.kind == "impact"][:MOST_IMPACTS]
+    events = [event for event in record.events if event.kind == "impact"][:most]
     if not events:
         return
     known = ImpactMap(scene, 0)

@@ -7,6 +7,7 @@ own: `directions`.
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -111,4 +112,9 @@ def at_speed(state: np.ndarray, speed: float, normal: np.ndarray) -> np.ndarray:
 
 def restitution(impact: Impact, run: ImpactRun, speed: float) -> Callable[[Watched], float]:
     """Return what reads the ratio of the speeds after and before an impact."""
-    return lambda seen: read_impact(impact, run, seen).values.get(REBOUND, math.nan) / speed
+    return partial(speed_ratio, impact, run, speed)
+
+
+def speed_ratio(impact: Impact, run: ImpactRun, speed: float, seen: Watched) -> float:
+    """Return the ratio of the speeds after and before an impact, nan where the body did not leave the plane."""
+    return read_impact(impact, run, seen).values.get(REBOUND, math.nan) / speed

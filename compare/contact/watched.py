@@ -17,10 +17,11 @@ PUSH, ROUNDED = 0.05, 1e-6
 
 @dataclass(frozen=True, eq=False)
 class Watched:
-    """The first throw of a run above a plane, R instants."""
+    """One throw of a run above a plane, R instants."""
 
     scene: Scene
     run: Trajectory
+    throw: int = 0
 
     @property
     def times(self) -> Array:
@@ -30,7 +31,7 @@ class Watched:
     @property
     def states(self) -> Array:
         """States, (R, 13)."""
-        return self.run.states[:, 0]
+        return self.run.states[:, self.throw]
 
     @property
     def plane(self) -> Plane:

@@ -69,6 +69,7 @@ CONTACT = ("euler+elliptic", "euler+noslip")
 ON_REQUEST = ("euler+defaults", "rk4+defaults", "implicitfast+defaults")
 DEFAULT = ("euler", "euler+defaults")  # the flags that differ alter a flight only where a state is beyond 1e10
 SHOWN = ("euler", "euler+defaults", "rk4", "implicitfast")
+LANDING = ("euler", *CONTACT)
 FEATURES = {"gravity", "tether", "drag", "floor", "plane"}
 STEP_NS = 2000
 OPTIONAL = (*FLAGS, "geoms")

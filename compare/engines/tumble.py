@@ -29,6 +29,8 @@ WHOLE = (*FREE_WHOLE, *(name for name, method in CONTACT_METHODS.items() if meth
 CONTACT = tuple(CONTACT_METHODS)
 ON_REQUEST = ("auto",)
 SHOWN = ("rk4", "exact", "adaptive", "symplectic-euler", "quaternion-euler", "matrix-euler")
+# events takes 20 s to compile, and compliant has another law.
+LANDING = ("moreau",)
 # Every law of the solver, by the name that a scene has it under: the key of one of its kind; and contact's.
 FEATURES = {*(law.removesuffix("s") for law in LAWS), "plane"}
 # Most take less; what a solver of equations or many stages take.
@@ -185,8 +187,8 @@ def sense(world):
 
 
 def vertices(world, points):
-    """Return the points [m], (N, n, 3), of the body as the method has deformed it."""
-    return world.flight.vertices(points)
+    """Return the points [m], (N, n, 3), of the body as the method has deformed it; None of a method that cannot."""
+    return None if isinstance(world.flight, ContactFlight) else world.flight.vertices(points)
 
 
 def soft_law(world):

@@ -7,6 +7,16 @@ from pathlib import Path
 
 import numpy as np
 
+from tumble.compare.grade.contact_grade import (
+    CORRECT_TO_DIGITS,
+    CORRECT_TO_RESOLUTION,
+    EXPLAINED_PARTLY,
+    EXPLAINED_WHOLLY,
+    TOO_COARSE,
+    UNEXPLAINED,
+    ContactGrade,
+    grade_contact,
+)
 from tumble.compare.grade.hypotheses.engine_schemes import ENGINES, EngineScheme
 from tumble.compare.grade.hypotheses.explanation import Explanation
 from tumble.compare.grade.hypotheses.hypothesis import Context
@@ -46,16 +56,10 @@ COARSE = LARGEST_NOISE
 # The tasks that take long: reading rows, the truth, the search.
 TASKS = 3
 
-CORRECT_TO_RESOLUTION = "correct"
-CORRECT_TO_DIGITS = "correct to the printed digits"
 CORRECT_TO_SINGLE = "correct to single precision"
 CORRECT_TO_NOISE = "correct to its noise"
 TOO_LITTLE = "too little to explain"
-EXPLAINED_WHOLLY = "explained"
-EXPLAINED_PARTLY = "explained in part"
-UNEXPLAINED = "not explained"
 TOO_FEW = "too few rows to explain"
-TOO_COARSE = "too coarse to grade"
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,6 +75,7 @@ class Grade:
     spin : what is wrong with the angular velocity; empty: nothing
     scale : what residuals are compared to
     observations : sentences about the file
+    contact : of a scene with a plane, the contact in the file
     """
 
     file: str
@@ -80,10 +85,13 @@ class Grade:
     spin: str
     scale: ResidualScale
     observations: tuple[str, ...] = ()
+    contact: ContactGrade | None = None
 
     @cached_property
     def verdict(self) -> str:
         """One of the verdicts above."""
+        if self.contact is not None:
+            return self.contact.verdict
         measured, diagnosis = self.measured, self.diagnosis
         if measured.worst_m <= measured.resolution_m:
             return CORRECT_TO_RESOLUTION
@@ -169,6 +177,11 @@ def grade(
         raise BadTrajectory(f"{trajectory.name}: has readings of a sensor, but no pose")
     measured, searched = measure(trajectory, scene, on_progress), Progress("search", on_progress)
     sample, throw = measured.sample, measured.throw
+    if scene.plane is not None:
+        scale = scale_of(sample, scene, measured.resolution_m)
+        contact = grade_contact(trajectory, scene, measured)
+        searched.end()
+        return Grade(trajectory.name, scene, measured, None, "", scale, contact=contact)
     context = context_of(scene, throw, measured)
     scale = scale_of(sample, scene, measured.resolution_m, single_of(measured, context))
     diagnosis = None

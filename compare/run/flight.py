@@ -170,8 +170,8 @@ def simulate(
         if states.shape != scene.start.shape:
             raise ValueError(f"read() returned shape {states.shape}, not {scene.start.shape}")
         rows[time] = states
-        if where:
-            own[time] = real(where(world, scene.body.points))
+        if where and (points := where(world, scene.body.points)) is not None:
+            own[time] = real(points)
         return states
 
     engine.write(world, with_impulses(scene, 0.0, scene.start.copy(), found))
@@ -196,7 +196,7 @@ def simulate(
     lost, nowhere = np.full_like(states, np.nan), np.full((len(states), *scene.body.points.shape), np.nan)
     seen = np.array([rows.get(time, lost) for time in scene.rows])
     # All rows at once: for one body the calls would take longer than most engines' steps.
-    points = np.array([own.get(time, nowhere) for time in scene.rows]) if where else vertices(seen, scene.body.points)
+    points = np.array([own.get(time, nowhere) for time in scene.rows]) if own else vertices(seen, scene.body.points)
     return Trajectory(
         times=scene.rows,
         states=seen,

@@ -93,4 +93,4 @@ def kept_ready() -> AbstractContextManager[object]:
     -------
     contextlib.AbstractContextManager
     """
-    return nullcontext() if isinstance(POOL.get(), Session) else session()
+    return session() if type(POOL.get()) is Pool else nullcontext()

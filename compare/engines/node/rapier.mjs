@@ -2,7 +2,9 @@
 // cannot be lifted from JavaScript.
 import { beyond, installed, serve } from "./contestant.mjs";
 
-const { default: rapier } = await installed("@dimforge/rapier3d-compat/dist/rapier.mjs");
+const PACKAGE = "@dimforge/rapier3d-compat";
+const elsewhere = () => installed(`${PACKAGE}/rapier.mjs`); // before 0.20
+const { default: rapier } = await installed(`${PACKAGE}/dist/rapier.mjs`).catch(elsewhere);
 await rapier.init();
 const LARGEST_SPEED = 400, LARGEST_TURN = Math.PI / 4;
 const vector = ([x, y, z]) => ({ x, y, z });

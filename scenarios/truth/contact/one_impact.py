@@ -59,7 +59,11 @@ class ImpactMap:
         return float(event.time - first), float(last - event.time)
 
     def near(self, number: int, lead_s: float, follow_s: float) -> OneImpact:
-        """Return an impact, from 1 on, with the motion before and after it, as `one_impact` does."""
+        """Return an impact, from 1 on, with the motion before and after it.
+
+        lead_s, follow_s: from the impact [s]; no further back, and on, than the motion lasts.
+        Raises ValueError where there is no such impact.
+        """
         event, first, last = self._around(number)
         motion, mp = self._motion, self._mp
         begins, ends = max(first, event.time - mp.mpf(lead_s)), min(last, event.time + mp.mpf(follow_s))
@@ -80,12 +84,3 @@ class ImpactMap:
         first = max((time for time in others if time <= event.time), default=self._mp.zero)
         last = min((time for time in others if time >= event.time), default=min(setting.times[-1], timeline.ended))
         return event, first, last
-
-
-def one_impact(scene: Scene, row: int, number: int, lead_s: float, follow_s: float) -> OneImpact:
-    """Return impact `number`, from 1 on, of a throw, with the motion before and after it.
-
-    lead_s, follow_s: from the impact [s]; no further back, and on, than the motion lasts.
-    Raises ValueError where there is no such impact, RayMissed.
-    """
-    return ImpactMap(scene, row).near(number, lead_s, follow_s)

@@ -85,7 +85,7 @@ class Top:
         """Find the roots between which z swings, and where in its swing it starts; rate: z'."""
         mp, a, b = self.setting.mp, self._a, self._b
         low, middle, high = _roots(mp, (beta, -(alpha + a * a), 2 * a * b - beta, alpha - b * b), self._z0)
-        self._low, self._span, self._beta = low, middle - low, beta
+        self._low, self._span = low, middle - low
         self._speed = mp.sqrt(beta * (high - low)) / 2
         self._jacobi = JacobiFunctions(mp, (high - middle) / (high - low))
         m = self._span / (high - low)

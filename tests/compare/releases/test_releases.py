@@ -12,8 +12,8 @@ from tumble.compare.releases.ledger import Ledger, ledger
 from tumble.compare.releases.notes import Notes, shipped_notes
 from tumble.compare.releases.schemas import ReleaseRow
 from tumble.compare.run.engines.environments import folder, in_order
+from tumble.compare.run.execution import resumable
 from tumble.compare.run.running_engines import launched
-from tumble.compare.run.task_cache import TaskCache
 from tumble.compare.run.timing.readings import Reading, Sampling
 from tumble.reports.releases import answer, ledger_markdown, ledger_text, sentence
 from tumble.scenarios.read import read_scene
@@ -160,11 +160,12 @@ def test_it_goes_on_where_it_was_interrupted(tmp_path):
                 raise KeyboardInterrupt
 
         running_engines[0].simulate = counted
-        with pytest.raises(KeyboardInterrupt):
-            ledger(running_engines, [scene], interrupt, TaskCache(tmp_path, "one"))
+        with pytest.raises(KeyboardInterrupt), resumable(tmp_path):
+            ledger(running_engines, [scene], interrupt)
         before = {*flown}
         flown.clear()
-        found = ledger(running_engines, [scene], cached=TaskCache(tmp_path, "one"), sampling=Sampling(0.0, 4, 0.1))
+        with resumable(tmp_path):
+            found = ledger(running_engines, [scene], sampling=Sampling(0.0, 4, 0.1))
     assert {"euler", "rk4"} <= before
     assert not {"euler", "rk4"} & {*flown}
     assert {row.method for row in found.rows} >= {"euler", "rk4", "implicit"}

@@ -9,7 +9,7 @@ from second_contact import worst
 
 from tumble.scenarios.read import contact_catalogue, read_scene, scene_of
 from tumble.scenarios.truth import NoTruth, truth
-from tumble.scenarios.truth.contact.one_impact import one_impact
+from tumble.scenarios.truth.contact.one_impact import ImpactMap
 
 G = 9.81
 
@@ -208,7 +208,7 @@ def test_one_impact_starts_and_ends_on_the_true_motion():
     scene = read_scene("die-thrown")
     (record,) = truth(scene, False).contacts
     second = [event for event in record.events if event.kind == "impact"][1]
-    found = one_impact(scene, 0, 2, 0.01, 0.0)
+    found = ImpactMap(scene, 0).near(2, 0.01, 0.0)
     assert found.time_s == second.time_s
     np.testing.assert_array_equal(found.after, second.after)
     # Back in flight: a parabola.
@@ -217,7 +217,7 @@ def test_one_impact_starts_and_ends_on_the_true_motion():
         found.before[0:3], second.before[0:3] - t * second.before[7:10] + (0, -G * t * t / 2, 0), atol=1e-15
     )
     with pytest.raises(ValueError, match="no impact 99"):
-        one_impact(scene, 0, 99, 0.01, 0.01)
+        ImpactMap(scene, 0).near(99, 0.01, 0.01)
 
 
 @pytest.mark.parametrize("name", contact_catalogue())
