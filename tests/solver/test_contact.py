@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from numba import njit
 from random_contact import FAMILIES, drawn
 
 from tumble.compare.engines import tumble
@@ -13,6 +14,7 @@ from tumble.scenarios.read import contact_catalogue, read_scene
 from tumble.scenarios.scene import frozen_array
 from tumble.scenarios.truth import NoTruth, truth
 from tumble.solver.contact.compliant import softness_of
+from tumble.solver.contact.impact import velocity_after
 from tumble.solver.contact.methods import CONTACT_METHODS
 
 # Doubles beside 100 bits: what 1e4 operations and a growth of some hundred by the impacts may leave, over the size.
@@ -190,3 +192,21 @@ def test_time_steps_of_events_do_not_depend_on_the_instants_asked_for():
         ends.append(world.flight.read())
     assert "Moreau" in world.flight.findings[0]
     np.testing.assert_array_equal(*ends)
+
+
+def test_friction_that_only_just_stops_a_slip_stops_it():
+    """The slip dies away a thousand times as slowly as in other impacts: the corner sticks, and rises at e u_n."""
+    cases = [
+        ((1.0015, 1.0679, 1.12997, -0.00882, 0.005795, 0.009), (-0.00017534, -0.0030886, -1.39981), 0.9, 0.018417),
+        ((1.00514, 1.02541, 1.01052, -0.0014206, -0.00695, -0.0033767), (0.00054, 0.0022549, -1.71843), 0.5, 0.014177),
+        ((1.13571, 5.74333, 5.70187, 0.646812, 0.602853, 1.040045), (0.0017277, 0.0018143, -1.290017), 0.5, 0.47915),
+    ]
+
+    @njit
+    def after(K, u, restitution, friction):
+        return velocity_after(K, u, restitution, friction)
+
+    for K, u, restitution, friction in cases:
+        held = np.linalg.solve([[K[0], K[3]], [K[3], K[1]]], K[4:6])
+        assert np.linalg.norm(held) < friction, "it can be held"
+        assert after(K, u, restitution, friction) == (0.0, 0.0, -restitution * u[2])
