@@ -120,7 +120,7 @@ def check(name: str, count: int, workers: int, kills: int, end_scheduler: bool, 
 
 def main() -> int:
     """Run all checks; return 1 if one fails."""
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--tasks", type=int, default=2000)
     parser.add_argument("--kills", type=int, default=30)
     parser.add_argument("--workers", type=int, default=4)

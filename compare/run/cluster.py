@@ -128,7 +128,7 @@ class Lost(Worker):
         """Whether it answers."""
         return True
 
-    def _ask(self, *_: Any) -> Failure:
+    def _ask(self, question: object, hint: Any, most_bytes: int = 0) -> Failure:
         return self._failure
 
 
@@ -258,7 +258,7 @@ def connected(
     if address:
         check_address(address, tls, is_insecure)
     try:
-        import dask
+        from dask import config
         from distributed import Client, LocalCluster
         from distributed.security import Security
     except ImportError as error:
@@ -267,10 +267,10 @@ def connected(
         logging.getLogger(name).setLevel(logging.CRITICAL)
     names = {"ca": "tls_ca_file", "cert": "tls_client_cert", "key": "tls_client_key"}
     given: dict[str, Any] = {names[name]: file for name, file in tls.items()}
-    with dask.config.set(SETTINGS):
+    with config.set(SETTINGS):
         try:
             cluster = None if address else LocalCluster(
-                n_workers=workers, threads_per_worker=1, memory_limit=0, host="127.0.0.1", dashboard_address=None,
+                n_workers=workers, threads_per_worker=1, memory_limit=0, host="127.0.0.1", dashboard_address="",
                 silence_logs=logging.CRITICAL,
             )  # fmt: skip
             security = Security(require_encryption=True, **given) if tls else None
@@ -281,7 +281,7 @@ def connected(
         try:
             with suppress(TimeoutError):
                 client.wait_for_workers(1, timeout=CONNECT_S)
-            threads = sum(client.nthreads().values())
+            threads = sum(dict(client.nthreads()).values())  # type: ignore[call-overload]
             if not threads:
                 raise BadCluster(f"--scheduler {address}: no worker came within {CONNECT_S} s")
             dashboard = client.dashboard_link if "dashboard" in client.scheduler_info()["services"] else "none"

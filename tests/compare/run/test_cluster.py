@@ -105,7 +105,7 @@ def test_workers_answer_in_order_and_what_they_answer_is_saved_at_home(workers, 
 def test_a_task_that_ends_two_workers_is_a_row_and_the_others_are_run(workers, engine):
     with Truths([SCENE]) as truths, executing(Execution(work=workers.work)):
         deadly = Task(("two-hits", "mine", "fatal"), engine, partial(fatal, home=os.getpid()))
-        found = run([*tasks_of(engine, truths, 4), deadly, *tasks_of(engine, truths, 4)], truths)
+        found: list = run([*tasks_of(engine, truths, 4), deadly, *tasks_of(engine, truths, 4)], truths)
     assert str(found.pop(4)) == "crashed: 2 workers ended while they ran it"
     assert [number for number, _, _ in found] == [0, 1, 2, 3] * 2
 
