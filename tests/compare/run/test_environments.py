@@ -127,13 +127,13 @@ def test_what_is_installed_is_reported_as_it_comes(monkeypatch, tmp_path):
 
 
 def test_what_a_killed_installation_leaves_is_swept_when_nothing_works_in_it_any_more(monkeypatch, tmp_path, folder):
-    """npm outlives the command that is killed, and goes on writing."""
+    """npm outlives the process that is killed, and goes on writing: `tumble engines` has one that takes it along."""
     npm = tmp_path / "bin" / "npm"
     npm.parent.mkdir()
     npm.write_text(f"#!/bin/sh\necho $$ > {tmp_path}/begun\nexec sleep 600\n")
     npm.chmod(0o755)
     monkeypatch.setenv("PATH", f"{npm.parent}:{os.environ['PATH']}")
-    command = [sys.executable, "-P", "-m", "tumble", "engines", "--install", "cannon"]
+    command = [sys.executable, "-P", "-c", f"from {install.__module__} import install; install('cannon')"]
     with subprocess.Popen(command, stderr=subprocess.DEVNULL) as killed:
         while not (begun := tmp_path / "begun").exists() or not begun.read_text():
             assert killed.poll() is None
