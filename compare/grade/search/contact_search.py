@@ -43,7 +43,7 @@ FAR_LATER = 20.0
 # Share of the body's reach below which a gap is none.
 TOUCHES = 1e-3
 # A rebound that is shorter than this many rows is not seen.
-SEEN_ROWS = 5.0
+SEEN_ROWS = 3.5
 # Errors above this many units count as so many.
 MOST = 1e9
 # An explanation in part leaves at most this share of the largest miss; a second mistake must leave this share at most.
@@ -228,7 +228,11 @@ class ContactSearch:
         off = v - one.v
         if one.stays and 0 < v[2] < SEEN_ROWS * spacing * self.strength / 2:
             off[2] = 0.0
-        return max(float(np.abs(off).max()) / room_v, float(np.abs(w - one.w).max()) / room_w)
+        # A body that stays has no velocity along the normal, whatever the digits: only a step may change the rebound.
+        room_n = (STEPS_OFF + self.right.friction) * self.strength * self.step + share * speed if one.stays else room_v
+        return max(
+            float(np.abs(off[:2]).max()) / room_v, float(abs(off[2])) / room_n, float(np.abs(w - one.w).max()) / room_w
+        )
 
     def slide_by(self, one: Lasting, law: ContactLaw) -> SlideRows:
         """Return the rows of a motion along the plane, and the motion by a law from the same start."""

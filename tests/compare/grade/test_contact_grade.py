@@ -38,7 +38,7 @@ CORNER = Scene(
 )
 MISTAKES = {
     "contact-restitution-squared": (DROP, "e squared", {}),
-    "contact-product-rule": (THROW, "product rule", {}),
+    "contact-product-rule": (replace(THROW, mu=0.15), "product rule", {}),
     "contact-friction-squared": (ROLL, "product rule", {}),
     "contact-friction-at-centre": (THROW, "friction at centre", {}),
     "contact-pyramid": (SLIDE, "pyramid", {"cone": "diamond"}),
