@@ -1,6 +1,7 @@
 """Lasting contact of a body with corners: it rests, slides, rocks, turns about an edge or a tip; and curved slips."""
 
 import math
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,7 +52,7 @@ from tumble.solver.quaternion import Quaternion, rotate, rotate_back
 from tumble.solver.vectors import Vector, add, cross, dot, scale
 
 # No point.  A literal would have everything that it goes through compiled once more.
-NO_POINT = np.int64(-1)
+NO_POINT = cast(int, np.int64(-1))
 # How finely the turn of a sphere is followed whose slip turns.
 FINE, MOST_TURNS = 0.05, 100_000
 # Of the largest impulse of several points at once: what is left open.

@@ -107,7 +107,7 @@ def frame_of(normal: Array) -> Array:
     """Return axes, rows, whose third one is a normal; the first two are nearest to the plane's own."""
     first = np.array((1.0, 0.0, 0.0)) - normal * normal[0]
     first /= np.linalg.norm(first)
-    return np.array((first, np.cross(normal, first), normal))
+    return np.array((first, np.cross(normal, first), normal), float)
 
 
 def after_impact(body: Body, at: Approach, law: ContactLaw) -> tuple[Array, Array]:
