@@ -13,7 +13,6 @@ from tumble.compare.run.execution import EXECUTION, Shard, executing
 from tumble.compare.run.provenance import circumstances
 from tumble.compare.run.shards import read_manifest, sharing
 from tumble.compare.run.task_cache import TaskCache
-from tumble.compare.tables.parquet import check_parquet, write_parquet
 from tumble.notes import note
 from tumble.parser import PAGE, parser
 
@@ -103,6 +102,8 @@ def with_parquet(command: Callable[[Namespace], int], options: Namespace) -> int
     """Run a command, and write its tables as Parquet too where that is asked for; return the exit code."""
     if not getattr(options, "parquet", False):
         return command(options)
+    from tumble.compare.tables.parquet import check_parquet, write_parquet  # pandas is slow to load
+
     check_parquet(options.output)
     code = command(options)
     write_parquet(options.output)

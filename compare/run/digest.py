@@ -5,14 +5,11 @@ from collections.abc import Callable
 from dataclasses import fields, is_dataclass
 from enum import Enum
 from functools import cache, partial
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-
-import tumble.compare
-import tumble.scenarios
-import tumble.solver
 
 
 class NoValue(TypeError):
@@ -70,7 +67,9 @@ def _feed(update: Callable[[bytes], object], value: Any) -> None:
 @cache
 def code_digest() -> str:
     """Return the digest of Tumble's own code that results depend on: in a checkout it changes between versions."""
-    folders = [Path(path) for package in (tumble.compare, tumble.scenarios, tumble.solver) for path in package.__path__]
+    # Found, not imported: the solver would bring the compiler.
+    specs = map(find_spec, ("tumble.compare", "tumble.scenarios", "tumble.solver"))
+    folders = [Path(path) for spec in specs if spec for path in spec.submodule_search_locations or ()]
     found = {
         f"{folder.name}/{file.relative_to(folder).as_posix()}": file.read_bytes()
         for folder in folders
