@@ -42,6 +42,7 @@ class Extent:
 
     Parameters
     ----------
+    ladder : steps, the longest first, in those at which values are reported
     impacts : of a scene, at most
     few : only what a scene with an impact shows by it alone, by the methods that a page of the whole catalogue shows
     """
