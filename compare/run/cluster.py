@@ -249,11 +249,22 @@ def unframed(kind: Any, data: bytes) -> Any:
 def connected(
     address: str | None, workers: int | None, tls: Mapping[str, str], is_insecure: bool = False
 ) -> Iterator[Cluster]:
-    """Give the workers of a scheduler, or so many of our own.
+    """Give the workers of a scheduler, or workers of our own.
 
-    tls: files of authority, certificate and key (ca, cert, key); is_insecure: whether an address that is not this
-    machine's may do without.
-    Raises BadCluster.
+    Parameters
+    ----------
+    address : of a scheduler; None: workers of our own
+    workers : number of our own
+    tls : files of authority, certificate and key (ca, cert, key)
+    is_insecure : whether an address of another machine may do without those
+
+    Yields
+    ------
+    the workers
+
+    Raises
+    ------
+    BadCluster : they cannot be used
     """
     if address:
         check_address(address, tls, is_insecure)

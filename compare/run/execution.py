@@ -28,7 +28,13 @@ class Incomplete(Exception):
 
 @dataclass(frozen=True)
 class Shard:
-    """Part number of count, from 1 on."""
+    """A part of a study.
+
+    Parameters
+    ----------
+    number : of the part, from 1 on
+    count : of all parts
+    """
 
     number: int
     count: int
@@ -86,7 +92,16 @@ EXECUTION: ContextVar[Execution] = ContextVar("execution of tasks", default=Exec
 
 @contextmanager
 def executing(execution: Execution) -> Iterator[Execution]:
-    """Run what is in the block in this way."""
+    """Run what is in the block in this way.
+
+    Parameters
+    ----------
+    execution : how tasks are run
+
+    Yields
+    ------
+    the same
+    """
     before = EXECUTION.set(execution)
     try:
         yield execution

@@ -74,7 +74,12 @@ def versions() -> tuple[ConditionRow, ...]:
 
 
 def circumstances() -> list[object]:
-    """Return all that every result of this machine depends on."""
+    """Return all that every result of this machine depends on.
+
+    Returns
+    -------
+    the format of results, the digest of Tumble's code, and the machine with its versions
+    """
     return [FORMAT, code_digest(), replace(machine(), cores="")]
 
 

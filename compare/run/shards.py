@@ -69,8 +69,18 @@ class RecordingPool(Pool):
 def sharing(folder: Path, shard: Shard, words: Sequence[str], caches: Sequence[TaskCache] = ()) -> Iterator[None]:
     """Run the tasks of one shard in the block, and leave their results in a folder.
 
-    words: of the whole command; caches: where else finished tasks are found and saved.
     An Incomplete block is a finished shard.
+
+    Parameters
+    ----------
+    folder : of the results
+    shard : which part
+    words : of the whole command
+    caches : where else finished tasks are found and saved
+
+    Yields
+    ------
+    nothing
     """
     (folder / FILE).unlink(missing_ok=True)
     cache, pool = TaskCache(folder / TASKS), RecordingPool()
@@ -88,7 +98,20 @@ def sharing(folder: Path, shard: Shard, words: Sequence[str], caches: Sequence[T
 
 
 def read_manifest(folder: Path) -> Manifest:
-    """Return what a shard is.  Raises BadShard."""
+    """Return what a shard is.
+
+    Parameters
+    ----------
+    folder : of its results
+
+    Returns
+    -------
+    its number, command, versions and engines
+
+    Raises
+    ------
+    BadShard : the folder is not that of a finished shard
+    """
     path = folder / FILE
     try:
         found = unpacked(Manifest, plain_bytes(path), b"")
@@ -189,7 +212,17 @@ def refuse_different(one: Path, other: Path) -> None:
 def merging(folders: Sequence[Path]) -> Iterator[None]:
     """Find the results of all tasks in the folders of shards, in the block.
 
-    Raises BadShard for folders of different commands, versions or engines, and for results that are missing.
+    Parameters
+    ----------
+    folders : of all shards of one command
+
+    Yields
+    ------
+    nothing
+
+    Raises
+    ------
+    BadShard : the folders are of different commands, versions or engines, or results are missing
     """
     manifests = [read_manifest(folder) for folder in folders]
     first = manifests[0]

@@ -256,14 +256,34 @@ class Truths:
 
 
 class Answered(NamedTuple):
-    """A scene and its truth, None where it has none."""
+    """A scene and its truth.
+
+    Parameters
+    ----------
+    scene
+    truth : None if there is none
+    """
 
     scene: Scene
     truth: Truth | None
 
 
 def answered(scenes: Sequence[Scene], limit_s: float) -> list[Answered]:
-    """Return scenes with their truths; limit_s: wall time of each part [s].  Raises RayMissed."""
+    """Return scenes with their truths.
+
+    Parameters
+    ----------
+    scenes
+    limit_s : wall time of each part of a truth [s]
+
+    Returns
+    -------
+    one for each scene
+
+    Raises
+    ------
+    RayMissed : a ray of a scene does not meet its body
+    """
     with Truths(scenes, limit_s=limit_s) as truths:
         return [Answered(scene, truths.answer(scene).truth) for scene in scenes]
 

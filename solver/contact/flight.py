@@ -42,7 +42,16 @@ class Plane:
 
 
 def axes_of(normal: ArrayLike) -> Array:
-    """Return the plane's frame: unit vectors along the plane and along its normal as rows, (3, 3), right-handed."""
+    """Return the frame of a plane.
+
+    Parameters
+    ----------
+    normal : (3,)
+
+    Returns
+    -------
+    unit vectors along the plane and along its normal as rows, (3, 3), right-handed
+    """
     n = np.asarray(normal, dtype=float)
     # Exact where the normal is an axis: the plane's first two axes are then axes of the world.
     first = np.roll(np.eye(3)[int(np.argmax(np.abs(n)))], 1)

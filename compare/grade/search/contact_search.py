@@ -69,7 +69,14 @@ class ContactMistake:
 
 @dataclass(frozen=True)
 class ContactExplanation:
-    """A law with mistakes, and by how many units it misses each impact and motion."""
+    """A law with mistakes, and how badly it fits.
+
+    Parameters
+    ----------
+    mistakes : one, or a pair
+    misses : of each impact and motion, in units of what a right program may be off
+    law : with the mistakes' fitted values
+    """
 
     mistakes: tuple[ContactMistake, ...]
     misses: tuple[float, ...]

@@ -115,7 +115,20 @@ def taken(place: Path) -> int:
 
 
 def full_name(engine: str) -> str:
-    """Return ENGINE@RELEASE of the environment that ENGINE[@RELEASE] is installed into.  Raises BadEngine."""
+    """Return the name of the environment that an engine is installed into.
+
+    Parameters
+    ----------
+    engine : ENGINE[@RELEASE]
+
+    Returns
+    -------
+    ENGINE@RELEASE
+
+    Raises
+    ------
+    BadEngine : the engine is unknown, or comes with Tumble
+    """
     name, release = split_release(engine)
     if not registry.package(name).pins:
         raise BadEngine(f"{name} comes with Tumble: there is nothing to install")
@@ -123,7 +136,16 @@ def full_name(engine: str) -> str:
 
 
 def installed(name: str) -> Environment | None:
-    """Return the environment of ENGINE@RELEASE, or None if it is not installed."""
+    """Return the environment of a release.
+
+    Parameters
+    ----------
+    name : ENGINE@RELEASE
+
+    Returns
+    -------
+    None if it is not installed
+    """
     return next((one for one in environments() if one.name == name), None)
 
 
