@@ -9,7 +9,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from tumble.compare.run.cluster import BadCluster, connected
-from tumble.compare.run.execution import EXECUTION, Shard, executing
+from tumble.compare.run.execution import EXECUTION, Shard, executing, interrupted
 from tumble.compare.run.provenance import circumstances
 from tumble.compare.run.shards import read_manifest, sharing
 from tumble.compare.run.task_cache import TaskCache
@@ -47,7 +47,7 @@ def main(command: Callable[[Namespace], int], options: Namespace) -> int:
         with sharing(folder, shard, ["tumble", *whole(options.words[1:])], caches_of(options.cache)):
             command(options)
     except KeyboardInterrupt:
-        raise interrupted(str(folder)) from None
+        raise interrupted(folder) from None
     with suppress(OSError):
         (folder / f"{Path(PAGE).stem}-tables").rmdir()  # a report begins with it; a shard has nothing for it
     note(f"when all {shard.count} shards are finished, type `tumble merge DIR...` with their folders")
@@ -77,13 +77,6 @@ def placed(
 def caches_of(folder: str | Path | None) -> tuple[TaskCache, ...]:
     """Return the cache in a folder, of what this machine and its versions ran."""
     return (TaskCache(Path(folder), circumstances()),) if folder else ()
-
-
-def interrupted(folder: str) -> KeyboardInterrupt:
-    """Return the interrupt that says how to continue."""
-    return KeyboardInterrupt(
-        f"interrupted; finished results are saved in {folder}; run the same command again to continue"
-    )
 
 
 def whole(words: Sequence[str]) -> Iterator[str]:

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 from urllib.parse import urlsplit
 
 from tumble.compare.run.digest import code_digest, digest
-from tumble.compare.run.process.message import PREFIX, frame, lengths, unpacked
+from tumble.compare.run.process.message import frame, split, unpacked
 from tumble.compare.run.provenance import versions
 from tumble.compare.run.running_engines import RunningEngine
 from tumble.compare.run.status import Failure, Status
@@ -241,8 +241,7 @@ class Cluster:
 
 def unframed(kind: Any, data: bytes) -> Any:
     """Return the value of a frame."""
-    length, _ = lengths(data[: PREFIX.size])
-    return unpacked(kind, data[PREFIX.size : PREFIX.size + length], data[PREFIX.size + length :])
+    return unpacked(kind, *split(data))
 
 
 @contextmanager

@@ -125,9 +125,24 @@ def resumable(folder: Path | None) -> Iterator[None]:
         with executing(replace(execution, caches=(cache,))):
             yield
     except KeyboardInterrupt:
-        saved = f"finished results are saved in {folder}; run the same command again to continue"
-        raise KeyboardInterrupt(f"interrupted; {saved}") from None
+        raise interrupted(folder) from None
     cache.remove()
+
+
+def interrupted(folder: str | Path) -> KeyboardInterrupt:
+    """Return the interrupt that says how to continue.
+
+    Parameters
+    ----------
+    folder : of finished results
+
+    Returns
+    -------
+    to be raised
+    """
+    return KeyboardInterrupt(
+        f"interrupted; finished results are saved in {folder}; run the same command again to continue"
+    )
 
 
 class Parts:

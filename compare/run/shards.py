@@ -19,7 +19,7 @@ from tumble.compare.run.process.message import PREFIX, Malformed, frame, unpacke
 from tumble.compare.run.provenance import MACHINE, Machine, machine
 from tumble.compare.run.running_engines import POOL, Pool
 from tumble.compare.run.status import Failure, Status
-from tumble.compare.run.task_cache import TaskCache, apart_from_times, parts
+from tumble.compare.run.task_cache import TaskCache, apart_from_times, parts, write_whole
 from tumble.compare.run.worker import Worker
 from tumble.scenarios.files import plain_bytes
 from tumble.scenarios.refusal import UserError
@@ -94,7 +94,7 @@ def sharing(folder: Path, shard: Shard, words: Sequence[str], caches: Sequence[T
         POOL.reset(before)
     found = Manifest(FORMAT, tuple(words), shard.number, shard.count, code_digest(), machine(), pool.engines)
     (data,) = frame(found)
-    (folder / FILE).write_bytes(bytes(data[PREFIX.size :]) + b"\n")
+    write_whole(folder / FILE, bytes(data[PREFIX.size :]) + b"\n")
 
 
 def read_manifest(folder: Path) -> Manifest:

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from tumble.compare.run.digest import digest
-from tumble.compare.run.process.message import PREFIX, Malformed, frame, lengths, unpacked
+from tumble.compare.run.process.message import Malformed, frame, split, unpacked
 from tumble.scenarios.files import plain_bytes
 
 DIGEST_BYTES = 32
@@ -41,7 +41,8 @@ class TaskCache:
 
         task: its digest; key: its name, for messages.
         """
-        self._write(task, b"".join((*frame(list(key)), *frame(result))))
+        data = b"".join((*frame(list(key)), *frame(result)))
+        write_whole(self.path(task), hashlib.sha256(data).digest() + data)
 
     def find(self, task: str, kind: Any) -> Any:
         """Return the result of a task as that type, None if there is none or its file is damaged."""
@@ -58,11 +59,23 @@ class TaskCache:
         """Remove all results."""
         shutil.rmtree(self.folder, ignore_errors=True)
 
-    def _write(self, task: str, data: bytes) -> None:
-        self.folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.NamedTemporaryFile(dir=self.folder, prefix=".", delete=False) as draft:
-            draft.write(hashlib.sha256(data).digest() + data)
-        os.replace(draft.name, self.path(task))
+
+def write_whole(path: Path, data: bytes) -> None:
+    """Write a file whole or not at all, while others write it too.
+
+    Parameters
+    ----------
+    path : of the file; its folder is made if needed
+    data : all of it
+
+    Raises
+    ------
+    OSError : it cannot be written
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.NamedTemporaryFile(dir=path.parent, prefix=".", delete=False) as draft:
+        draft.write(data)
+    os.replace(draft.name, path)
 
 
 def parts(file: Path) -> tuple[str, bytes, bytes]:
@@ -71,11 +84,8 @@ def parts(file: Path) -> tuple[str, bytes, bytes]:
     checksum, data = saved[:DIGEST_BYTES], saved[DIGEST_BYTES:]
     if hashlib.sha256(data).digest() != checksum:
         raise Malformed(f"{file}: damaged")
-    length, _ = lengths(data[: PREFIX.size])
-    key = unpacked(list[str], data[PREFIX.size : PREFIX.size + length], b"")
-    data = data[PREFIX.size + length :]
-    length, _ = lengths(data[: PREFIX.size])
-    return " ".join(key), data[PREFIX.size : PREFIX.size + length], data[PREFIX.size + length :]
+    key, result = split(data)
+    return " ".join(unpacked(list[str], key, b"")), *split(result)
 
 
 def apart_from_times(file: Path) -> tuple[object, bytes]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tumble.scenarios.frames import Array
+from tumble.scenarios.frames import Array, cross_matrix
 from tumble.scenarios.scene import Body, Plane, Scene
 from tumble.solver.body import Body as SolverBody
 from tumble.solver.contact.flight import ContactFlight
@@ -92,11 +92,6 @@ def bounded(wanted: Array, most: float, cone: str) -> Array:
     return wanted if size <= most else wanted * (most / size)
 
 
-def skew(r: Array) -> Array:
-    """Return the matrix of a vector product with r."""
-    return np.array(((0.0, -r[2], r[1]), (r[2], 0.0, -r[0]), (-r[1], r[0], 0.0)))
-
-
 def inverse_inertia(body: Body, axes: Array) -> Array:
     """Return the inverse inertia tensor about the centre [1/(kg m2)], (3, 3)."""
     inverse: Array = (axes / body.moments) @ axes.T
@@ -125,7 +120,7 @@ def after_impact(body: Body, at: Approach, law: ContactLaw) -> tuple[Array, Arra
         v, w = _at_each_instant(body, v, w, axes, lever, -target / u[2], law.friction)
         return turn.T @ v, turn.T @ w
     inverse = inverse_inertia(body, axes)
-    response = np.eye(3) / body.mass - skew(lever) @ inverse @ skew(lever)
+    response = np.eye(3) / body.mass - cross_matrix(lever) @ inverse @ cross_matrix(lever)
     friction_response = response[:2, :2] if law.torque else np.eye(2) / body.mass
     slip = v[:2] if law.slip_of_centre else u[:2]
     once = law.in_impact == AFTER or bool(body.radius)

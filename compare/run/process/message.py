@@ -61,6 +61,14 @@ def lengths(prefix: bytes) -> tuple[int, int]:
     return head, body
 
 
+def split(frames: bytes) -> tuple[bytes, bytes]:
+    """Return the head of the first frame, and what comes after it: its body and further frames.  Raises Malformed."""
+    if len(frames) < PREFIX.size:
+        raise Malformed("what it sent is no message")
+    head, _ = lengths(frames[: PREFIX.size])
+    return frames[PREFIX.size : PREFIX.size + head], frames[PREFIX.size + head :]
+
+
 def unpacked(hint: Any, head: bytes, body: bytes | bytearray) -> Any:
     """Return the value of a frame as the type of that hint; its arrays lie in body.  Raises Malformed."""
     try:
