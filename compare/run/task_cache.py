@@ -9,11 +9,11 @@ import hashlib
 import json
 import os
 import shutil
-import tempfile
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
+from uuid import uuid4
 
 from tumble.compare.run.digest import digest
 from tumble.compare.run.process.message import Malformed, frame, split, unpacked
@@ -73,9 +73,13 @@ def write_whole(path: Path, data: bytes) -> None:
     OSError : it cannot be written
     """
     path.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.NamedTemporaryFile(dir=path.parent, prefix=".", delete=False) as draft:
-        draft.write(data)
-    os.replace(draft.name, path)
+    draft = path.with_name(f".{path.name}-{uuid4().hex}")  # not of tempfile, which others could not read
+    try:
+        draft.write_bytes(data)
+        os.replace(draft, path)
+    except BaseException:
+        draft.unlink(missing_ok=True)
+        raise
 
 
 def parts(file: Path) -> tuple[str, bytes, bytes]:

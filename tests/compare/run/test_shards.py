@@ -2,7 +2,9 @@
 
 import json
 import math
+import os
 import shutil
+import stat
 from pathlib import Path
 
 import pandas as pd
@@ -11,6 +13,7 @@ import pytest
 import tumble as package
 from tumble.compare.run.digest import NoValue, digest
 from tumble.compare.run.execution import Incomplete, Parts, Shard
+from tumble.compare.run.task_cache import TaskCache
 from tumble.scenarios.read import read_scene
 
 ENGINE = """
@@ -168,6 +171,17 @@ def test_a_cache_serves_other_commands_and_shards_and_notices_what_changed(tmp_p
     for file in (tmp_path / "cache").iterdir():
         file.write_bytes(file.read_bytes()[:-1])
     assert ran(*other)[0] == again, "a damaged file is no result"
+
+
+def test_who_shares_a_folder_can_read_what_another_saved_in_it(tmp_path):
+    before = os.umask(0o027)
+    try:
+        TaskCache(tmp_path / "cache").save("task", ["scene"], 1.5)
+    finally:
+        os.umask(before)
+    (file,) = (tmp_path / "cache").iterdir()
+    assert stat.S_IMODE(file.stat().st_mode) == 0o640
+    assert TaskCache(tmp_path / "cache").find("task", float) == 1.5
 
 
 def test_the_digest_of_a_task_is_that_of_its_values(tmp_path):
