@@ -16,7 +16,7 @@ from msgspec import Meta, inspect
 from tumble.scenarios.refusal import nearest
 
 MOST_SAMPLES = 1_000_000
-MOST_THROWS = 1_000_000
+MOST_THROWS = 10**12
 LARGEST = sys.float_info.max
 DEEPEST = 4  # impulse[0].ray.origin
 
@@ -185,6 +185,7 @@ class EnsembleTable(_Table):
     """Many throws of the one body around the one that is written, which is throw 0."""
 
     throws: Annotated[Throws, _key("", "number of throws")]
+    member: Annotated[Index, _key("", "number of the only throw that is run, below throws")] | None = None
     seed: Annotated[Index, _key("", "the same seed draws the same throws")] = 0
     magnitude: Annotated[Share, _key("", "share by which |J| varies, evenly")] = 0.0
     cone: Annotated[HalfTurn, _key("rad", "half angle of the cone around the direction of J")] = 0.0
