@@ -185,12 +185,12 @@ class EnsembleTable(_Table):
     """Many throws of the one body around the one that is written, which is throw 0."""
 
     throws: Annotated[Throws, _key("", "number of throws")]
-    member: Annotated[Index, _key("", "number of the only throw that is run, below throws")] | None = None
     seed: Annotated[Index, _key("", "the same seed draws the same throws")] = 0
     magnitude: Annotated[Share, _key("", "share by which |J| varies, evenly")] = 0.0
     cone: Annotated[HalfTurn, _key("rad", "half angle of the cone around the direction of J")] = 0.0
     point: Annotated[NotNegative, _key("m", "radius around the point where the impulse acts")] = 0.0
     orientation: Annotated[HalfTurn, _key("rad", "largest turn of the start's attitude")] = 0.0
+    member: Annotated[Index, _key("", "number of the only throw that is run, below throws")] | None = None
 
 
 class File(_Table, kw_only=True):
