@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tumble.compare.grade.model.kernel.sliding import ROUND, SQUARE, bounded, slide_along
+from tumble.compare.grade.model.kernel.sliding import ROUND, impulse_of, slide_along
 from tumble.scenarios.frames import Array, cross_matrix
 from tumble.scenarios.scene import Body, Plane, Scene
 from tumble.solver.body import Body as SolverBody
@@ -107,28 +107,10 @@ def after_impact(body: Body, at: Approach, law: ContactLaw) -> tuple[Array, Arra
     friction_response = response[:2, :2] if law.torque else np.eye(2) / body.mass
     slip = v[:2] if law.slip_of_centre else u[:2]
     once = law.in_impact == AFTER or bool(body.radius)
-    size = float(np.linalg.eigvalsh(friction_response)[-1])
-    press, drag = 0.0, np.zeros(2)
-    for _ in range(1 if once else SWEEPS):
-        coupling = response[2, :2] @ drag if law.torque else 0.0
-        press = max(0.0, (target - u[2] - coupling) / response[2, 2])
-        beside = slip + (0.0 if law.slip_of_centre else response[:2, 2] * press)
-        before = drag
-        if not once:  # descends to where friction is against the slip that is left
-            wanted = drag - (beside + friction_response @ drag) / size
-            drag = np.array(bounded(wanted[0], wanted[1], law.friction * press, law.cone))
-        elif law.cone == SQUARE:
-            wanted = -beside / np.diag(friction_response)
-            drag = np.array(bounded(wanted[0], wanted[1], law.friction * press, law.cone))
-        elif np.any(beside):
-            along = beside / np.linalg.norm(beside)
-            wanted = -beside / (along @ friction_response @ along)
-            drag = np.array(bounded(wanted[0], wanted[1], law.friction * press, law.cone))
-        if abs(drag - before).max() <= 1e-13 * press:
-            break
-    along = np.append(drag, 0.0)
-    torque = np.cross(lever, (0.0, 0.0, press)) + (np.cross(lever, along) if law.torque else 0.0)
-    along[2] = press
+    ways = np.array((1.0 if once else SWEEPS, law.torque, not law.slip_of_centre), float)
+    f, g, press = impulse_of(response, friction_response, u, slip, target, law.friction, law.cone, ways)
+    along = np.array((f, g, press))
+    torque = np.cross(lever, (0.0, 0.0, press)) + (np.cross(lever, (f, g, 0.0)) if law.torque else 0.0)
     return turn.T @ (v + along / body.mass), turn.T @ (w + inverse @ torque)
 
 

@@ -46,10 +46,10 @@ TOUCHES = 1e-3
 SEEN_ROWS = 3.5
 # Errors above this many units count as so many.
 MOST = 1e9
-# An explanation in part leaves at most this share of the largest miss; a second mistake must leave this share at most.
-PARTLY = 0.5
-# Mistakes of one part that are refined in pairs.
-PAIRED = 4
+# An explanation in part leaves at most this share of the largest miss; one that leaves this share is far better.
+PARTLY, FAR_LESS = 0.1, 0.1
+# Mistakes that are tried in pairs with all, and pairs whose values are refined; what fits as well as this is not.
+PAIRED, REFINED, WELL = 4, 6, 0.2
 # The excess of a rebound in steps of gravity that names gravity before the bounce, and how well it must be known.
 EXCESS, KNOWN = 0.25, 0.2
 
@@ -180,8 +180,9 @@ class ContactSearch:
         found = tuple(one for one in self.motion.impacts if one.single)
         if self.motion.scene.body.radius or not found:
             return found
-        usual = float(np.nanmedian([one.late for one in found]))
-        return tuple(one for one in found if not one.late > FAR_LATER * usual)
+        late = [one.late for one in found if np.isfinite(one.late)]
+        usual = float(np.median(late)) if late else 0.0
+        return tuple(one for one in found if not late or not one.late > FAR_LATER * usual)
 
     @cached_property
     def slid(self) -> tuple[Lasting, ...]:
@@ -345,58 +346,66 @@ class ContactSearch:
     def explanations(self) -> list[ContactExplanation]:
         """The laws with mistakes, the best first: those that fit, the ones that assume least first, then the others."""
         found = [self.fitted(one, self.right) for one in self.hypotheses]
-        if not any(one.fits for one in found):
-            found += self.pairs(found)
+        least = min((max(one.misses) for one in found if one.fits), default=np.inf)
+        if least > WELL:
+            # A pair without a value is preferred to a mistake that leaves far more, if a step would still allow both.
+            others = list(self.pairs(found))
+            if any(not one.rank[1] and max(one.misses) < FAR_LESS * least for one in others):
+                found = [one for one in found if not one.fits]
+            found += others
         return sorted(found, key=lambda one: (not one.fits, one.rank if one.fits else (0, 0), one.cost))
 
     def pairs(self, alone: list[ContactExplanation]) -> Iterator[ContactExplanation]:
-        """Yield pairs of mistakes of different parts, of those that help most with all; values are fitted last."""
-        best = sorted(alone, key=lambda one: one.cost)[:PAIRED]
-        for first, second in product(best, alone):
-            one, other = first.mistakes[0].hypothesis, second.mistakes[0].hypothesis
-            if one.part == other.part or {one.part, other.part} == {"material", "friction"}:
+        """Yield pairs of mistakes of different parts, of those that help most with all; the best are fitted."""
+        found = []
+        for first, second in product(sorted(alone, key=lambda one: one.cost)[:PAIRED], alone):
+            parts = {each.mistakes[0].hypothesis.part for each in (first, second)}
+            if len(parts) == 1 or parts == {"material", "friction"}:
                 continue
-            if second.mistakes[0].values or not first.mistakes[0].values:
-                yield self.fitted(other, first.law, first.mistakes)
-            else:
-                yield self.fitted(one, second.law, second.mistakes)
+            if first.mistakes[0].values and not second.mistakes[0].values:
+                first, second = second, first
+            found.append(self.tried(second.mistakes[0].hypothesis, first.law, first.mistakes))
+        found.sort(key=lambda one: one.cost)
+        yield from map(self.refined, found[:REFINED])
+        yield from found[REFINED:]
 
-    def fitted(
+    def fitted(self, hypothesis: ContactHypothesis, law: ContactLaw) -> ContactExplanation:
+        """Return the explanation by a mistake added to a law, with the values that fit best."""
+        best = self.tried(hypothesis, law)
+        return best if best.cost >= self.null.cost else self.refined(best)
+
+    def tried(
         self, hypothesis: ContactHypothesis, law: ContactLaw, before: tuple[ContactMistake, ...] = ()
     ) -> ContactExplanation:
-        """Return the explanation by a mistake added to a law, with the values that fit best."""
+        """Return the explanation by a mistake added to a law, with the best of the values that are tried first."""
+        return min(
+            (
+                self.explained((*before, ContactMistake(hypothesis, values)), hypothesis.change(law, values))
+                for values in hypothesis.values or ((),)
+            ),
+            key=lambda one: one.cost,
+        )
 
-        def explained(values: tuple[float, ...]) -> ContactExplanation:
-            return self.explained((*before, ContactMistake(hypothesis, values)), hypothesis.change(law, values))
-
-        if not hypothesis.values:
-            return explained(())
-        best = min((explained(values) for values in hypothesis.values), key=lambda one: one.cost)
-        if hypothesis.name == "contact-bounce-threshold" or best.cost >= self.null.cost:
+    def refined(self, best: ContactExplanation) -> ContactExplanation:
+        """Return the explanation with values of its last mistake near the best ones that fit better."""
+        *before, last = best.mistakes
+        hypothesis, start = last.hypothesis, last.values
+        if not start or hypothesis.name == "contact-bounce-threshold" or (best.fits and max(best.misses) < WELL):
             return best
-        return self.refined(best, explained)
-
-    def refined(
-        self, best: ContactExplanation, explained: Callable[[tuple[float, ...]], ContactExplanation]
-    ) -> ContactExplanation:
-        """Return the explanation with values near the best ones that fit better."""
         from scipy.optimize import minimize  # slow to load
 
-        start = best.mistakes[-1].values
-        if best.fits and max(best.misses) < 0.2:
-            return best
-
-        def cost(values: Array) -> float:
-            return explained(tuple(values.tolist())).cost
+        def explained(values: Array) -> ContactExplanation:
+            at = tuple(values.tolist())
+            return self.explained((*before, ContactMistake(hypothesis, at)), hypothesis.change(best.law, at))
 
         simplex = np.array([start, *(np.array(start) + np.eye(len(start)) * (0.3 * max(start, key=abs)))])
         found = minimize(
-            cost,
+            lambda values: explained(values).cost,
             np.array(start),
             method="Nelder-Mead",
             options={"initial_simplex": simplex, "maxfev": 40 * len(start), "xatol": 1e-5, "fatol": 1e-4},
         )
-        other = explained(tuple(float(value) for value in found.x))
+        other = explained(found.x)
         return other if other.cost < best.cost else best
 
     def shown(self) -> ContactMistake | None:
