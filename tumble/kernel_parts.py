@@ -3,9 +3,11 @@
 Left to itself numba optimises each function and turns it into machine code, also one that only other compiled functions
 call, which get its optimised text and do both again.  A part stays text, and what it calls is linked to it; a kernel is
 optimised and compiled as a whole.  Below `solver` and `scenarios`, as `tumble.kernel_cache` is.
-Source: numba 0.61 to 0.68, numba/core/codegen.py, and its documented `pipeline_class`.
+Source: numba 0.61 to 0.68, numba/core/codegen.py, and its documented `pipeline_class`.  A later numba compiles in its
+own way, which takes longer and gives the same code.
 """
 
+from importlib.metadata import version
 from inspect import signature
 from types import SimpleNamespace
 from typing import Any
@@ -13,8 +15,9 @@ from typing import Any
 from numba.core.codegen import JITCodeLibrary, JITCPUCodegen
 from numba.core.compiler import Compiler
 
+IS_KNOWN = (0, 61) <= tuple(map(int, version("numba").split(".")[:2])) <= (0, 68)
 # Before numba 0.62 LLVM's passes belonged to one module.
-PASSES_OF_A_MODULE = len(signature(JITCPUCodegen._function_pass_manager).parameters) > 1
+PASSES_OF_A_MODULE = IS_KNOWN and len(signature(JITCPUCodegen._function_pass_manager).parameters) > 1
 
 
 class KernelLibrary(JITCodeLibrary):
@@ -61,13 +64,17 @@ class _WithLibrary(Compiler):
         return super().compile_extra(func)
 
 
-class KernelCompiler(_WithLibrary):
+class _Kernel(_WithLibrary):
     """Compiles what Python can call."""
 
     library_class = KernelLibrary
 
 
-class PartCompiler(_WithLibrary):
+class _Part(_WithLibrary):
     """Compiles what only other compiled functions call."""
 
     library_class = PartLibrary
+
+
+KernelCompiler: type[Compiler] = _Kernel if IS_KNOWN else Compiler
+PartCompiler: type[Compiler] = _Part if IS_KNOWN else Compiler
