@@ -7,15 +7,15 @@ Source: numba 0.61 to 0.68, numba/core/codegen.py, and its documented `pipeline_
 own way, which takes longer and gives the same code.
 """
 
-from importlib.metadata import version
 from inspect import signature
 from types import SimpleNamespace
 from typing import Any
 
+import numba
 from numba.core.codegen import JITCodeLibrary, JITCPUCodegen
 from numba.core.compiler import Compiler
 
-IS_KNOWN = (0, 61) <= tuple(map(int, version("numba").split(".")[:2])) <= (0, 68)
+IS_KNOWN = (0, 61) <= tuple(map(int, numba.__version__.split(".")[:2])) <= (0, 68)
 # Before numba 0.62 LLVM's passes belonged to one module.
 PASSES_OF_A_MODULE = IS_KNOWN and len(signature(JITCPUCodegen._function_pass_manager).parameters) > 1
 
