@@ -105,7 +105,7 @@ class SlideRows:
     """A motion along the plane in the file, and by a law.
 
     times [s], (n,); places: in the file [m], (n, 2); spins: between its rows [rad/s], (n - 1, 3); x, turning: the same
-    by the law; late: by which x is moved [s].
+    by the law; late: by which x is moved [s]; x_on_time: x before that; v, w: at the first time.
     """
 
     times: Array
@@ -114,6 +114,9 @@ class SlideRows:
     x: Array
     turning: Array
     late: float
+    x_on_time: Array
+    v: Array
+    w: Array
 
 
 @dataclass(eq=False)
@@ -154,6 +157,18 @@ class ContactSearch:
             return None
         whole = rows.spacing_s / max(1, round(rows.spacing_s / step))
         return whole if abs(whole - step) < 0.02 * step else step
+
+    @cached_property
+    def ahead(self) -> float:
+        """Time that a program may look ahead without a margin [s]: its step, or a row where its order hides that.
+
+        The digits of a program of first order may hide its step; then a contact above the plane is taken for a margin.
+        """
+        motion = self.motion
+        if self.shown_step is not None:
+            return self.shown_step
+        exact = motion.flights and 20 * DIGITS * motion.flights[0].sigma / self.strength < 0.01 * motion.rows.spacing_s
+        return min(motion.rows.spacing_s, LONGEST_STEP) if exact else 0.0
 
     @cached_property
     def start_velocity(self) -> Array:
@@ -241,10 +256,10 @@ class ContactSearch:
             off[2] = 0.0
         # A body that stays has no velocity along the normal, whatever the digits: only a step may change the rebound.
         room_n = (STEPS_OFF + self.right.friction) * self.strength * self.step + share * speed if one.stays else room_v
-        missed = max(
-            float(np.abs(off[:2]).max()) / room_v, float(abs(off[2])) / room_n, float(np.abs(w - one.w).max()) / room_w
-        )
-        return missed, missed
+        # The depth that a push-out is by is known to the digits.
+        deep = law.push * DIGITS * float(np.median(self.motion.rows.half))
+        beside = max(float(np.abs(off[:2]).max()) / room_v, float(np.abs(w - one.w).max()) / room_w)
+        return max(beside, float(abs(off[2])) / (room_n + deep)), max(beside, float(abs(off[2])) / room_n)
 
     def slide_by(self, one: Lasting, law: ContactLaw) -> SlideRows:
         """Return the rows of a motion along the plane, and the motion by a law from the same start."""
@@ -266,7 +281,7 @@ class ContactSearch:
         square = float((gained * gained).sum())
         late = float(((places - x) * gained).sum()) / square if square > 0 and one.from_start else 0.0
         late = float(np.clip(late, -0.51 * rows.spacing_s, 0.51 * rows.spacing_s))
-        return SlideRows(times, places, spins, x + late * gained, turning, late)
+        return SlideRows(times, places, spins, x + late * gained, turning, late, x, v, w)
 
     def missed_slide(self, one: Lasting, law: ContactLaw) -> tuple[float, float]:
         """Return by how many units a law misses a motion along the plane; and the same if its step were the shortest.
@@ -281,7 +296,18 @@ class ContactSearch:
         pull = self.right.friction * self.strength + float(np.linalg.norm(self.motion.pull[:2]))
         way = np.concatenate(((0.0,), np.cumsum(np.linalg.norm(np.diff(found.x, axis=0), axis=1))))
         often = SLIDE_OFF if one.from_start else 2 + SLIDE_OFF
-        room = DIGITS * half + often * pull * step**2 + WAY_OFF * way
+        # A program of first order has another path too, where friction turns.
+        coarse = slide(
+            self.motion.scene,
+            self.motion.pull,
+            found.v,
+            found.w,
+            law,
+            found.times,
+            max(1, round(float(found.times[-1] - found.times[0]) / step)),
+        )
+        turned = np.linalg.norm(coarse.x - found.x_on_time, axis=1)
+        room = DIGITS * half + often * pull * step**2 + WAY_OFF * way + turned
         off = np.linalg.norm(found.places - found.x, axis=1)
         missed = float((off / room).max())
         apart = float((off / (DIGITS * half + often * pull * (SHORTEST * rows.spacing_s) ** 2)).max())
@@ -290,7 +316,9 @@ class ContactSearch:
             room_w = (
                 often * lever * self.right.friction * self.strength * step
                 + DIGITS * 2 * rows.half_turn / float(np.median(np.diff(found.times)))
-                + SHARE_OFF * 3 * float(np.linalg.norm(found.turning, axis=1).max())
+                # A body that has sunk in has a shorter lever.
+                + (SHARE_OFF * 3 + min(abs(one.height) / body.radius, SOFT))
+                * float(np.linalg.norm(found.turning, axis=1).max())
                 # The rotation of a row is not the integral of a spin whose axis turns.
                 + float(np.linalg.norm(np.cross(found.turning[1:], found.turning[:-1]), axis=1).max())
                 * rows.spacing_s
@@ -420,8 +448,7 @@ class ContactSearch:
         early = [
             one.gap
             for one in self.judged
-            if not one.stays
-            and one.gap > 2 * half + TOUCHES * motion.scene.body.reach + one.approach * (self.shown_step or 0.0)
+            if not one.stays and one.gap > 2 * half + TOUCHES * motion.scene.body.reach + one.approach * self.ahead
         ]
         if resting or early:
             return ContactMistake(EARLY, (max(resting or early),))
