@@ -159,7 +159,10 @@ def untimed(
 
     Parameters
     ----------
-    running_engines, scene, on_progress, most_methods : as of `ablate`
+    running_engines : with their methods
+    scene : the scene
+    on_progress : called for every contestant
+    most_methods : of each engine; None: all
 
     Returns
     -------
@@ -180,7 +183,8 @@ def timed(runs: Untimed, on_progress: ProgressCallback = no_progress, sampling: 
     Parameters
     ----------
     runs : of `untimed`
-    on_progress, sampling : as of `ablate`
+    on_progress : called when all are timed
+    sampling : of the times
 
     Returns
     -------
