@@ -22,6 +22,13 @@ CUBE = "table-4-1-ray"
 # Places on three faces of the cube of 5 m at (0, 2.5, 0), those that the eye sees [m].
 PLACES = {"front": (1.2, 3.4, 2.5), "side": (2.5, 1.6, 0.9), "top": (-0.8, 5.0, 1.3)}
 
+# Drawn in software, a page takes all cores for its pictures: some ten a second leave them to what is tested.
+FEW_PICTURES = """
+    const draw = window.requestAnimationFrame.bind(window);
+    window.requestAnimationFrame = (then) => setTimeout(() => draw(then), 80);
+    window.cancelAnimationFrame = clearTimeout;
+"""
+
 SAVED = "Saved and downloaded: "
 ENDINGS = {"Scene": ".toml", "CSV": "/", "Report": ".html", "Screenshot": ".png"}
 
@@ -57,6 +64,7 @@ def opening(browser: Browser) -> Iterator[Callable[..., Page]]:
 
     def open_lab(lab: Lab, asked: list[str] | None = None, width: int = WIDTH, height: int = HEIGHT) -> Page:
         contexts.append(browser.new_context(viewport={"width": width, "height": height}))
+        contexts[-1].add_init_script(FEW_PICTURES)
         page = contexts[-1].new_page()
         page.set_default_timeout(PATIENCE_MS)
         if asked is not None:
