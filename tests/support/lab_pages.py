@@ -6,12 +6,12 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from playwright.sync_api import Browser, Page, expect
+from playwright.sync_api import Browser, Locator, Page, expect
 
 from tumble.lab.eye import FIELD_OF_VIEW, axes, first_view
 from tumble.scenarios.read import read_scene
@@ -130,14 +130,24 @@ def wait_for(what: Callable[[], object]) -> None:
         time.sleep(0.05)
 
 
+def press(control: Locator, expected: Callable[[float], None]) -> None:
+    """Click until what is expected is seen: a row that appears may move a control from under the pointer."""
+    for _ in range(3):
+        control.click()
+        with suppress(AssertionError):
+            return expected(PATIENCE_MS / 6)
+    control.click()
+    return expected(PATIENCE_MS / 2)
+
+
 def saved(lab: Lab, page: Page, what: str) -> Path:
     """Press a button under Save and return the new file or folder once the page says that it is there."""
     button = page.get_by_role("button", name=what, exact=True)
     if not button.is_visible():
         page.get_by_text("Save and load", exact=True).click()
-    button.click()
     said = page.locator("[data-lab=message]")
-    expect(said).to_have_text(re.compile(rf"{SAVED}.*{re.escape(ENDINGS[what])}\s*"), timeout=PATIENCE_MS)
+    ending = re.compile(rf"{SAVED}.*{re.escape(ENDINGS[what])}\s*")
+    press(button, lambda patience_ms: expect(said).to_have_text(ending, timeout=patience_ms))
     return lab.folder / said.inner_text().removeprefix(SAVED).strip().removesuffix("/")
 
 

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from lab_pages import PATIENCE_MS, Camera, Lab, click, reset, saved, serving, thrown
+from lab_pages import PATIENCE_MS, Camera, Lab, click, press, reset, saved, serving, thrown
 from PIL import Image
 from playwright.sync_api import Page, expect
 
@@ -125,8 +125,7 @@ def test_after_a_pull_of_the_slider_it_stands_where_the_time_does(lab, page):
 def test_an_engine_is_ticked_in_the_panel(page, lab):
     page.get_by_text("Engines", exact=True).click()
     scipy = page.get_by_label("scipy", exact=True)
-    scipy.click()
-    expect(scipy).to_be_checked(timeout=PATIENCE_MS)
+    press(scipy, lambda patience_ms: expect(scipy).to_be_checked(timeout=patience_ms))
     page.get_by_text("Engines", exact=True).click()
     with_impulse(lab, page, CENTRE)
     ran = page.locator("[data-contestant='scipy:dop853'] [data-lab=off]")
