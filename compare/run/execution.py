@@ -117,14 +117,13 @@ def resumable(folder: Path | None) -> Iterator[None]:
     ----------
     folder : where the study writes its results; None, or another cache: nothing is saved there
 
-    Returns
-    -------
-    context manager
+    Yields
+    ------
+    nothing
 
     Raises
     ------
-    KeyboardInterrupt
-        with the line that says how to continue
+    KeyboardInterrupt : with the line that says how to continue
     """
     execution = EXECUTION.get()
     if folder is None or execution.caches or execution.is_merge:
