@@ -36,7 +36,9 @@ STEADY = 1e-15
 # How near to a root Newton's next step ends, of the interval: its error squared is rounding.
 NEARLY = 1e-9
 # How far from the direction that keeps itself a series about it is tried [rad], its terms, and steps towards it.
-NEAR, TERMS, MOST_NEWTON = 0.3, 32, 12
+NEAR, TERMS, MOST_NEWTON = 0.5, 32, 12
+# Of the sum, two terms in a row that are the last, and at the term EARLY, of such that are not going to be.
+SETTLED, EARLY, TOO_LARGE = 2.0**-56, 10, 2.0**-14
 # Of the turn rate where the series did not settle: where it is tried again.
 TRY_AGAIN = 0.6
 LONGEST_STEP, MOST_STEPS, MOST_HALVINGS = 8.0, 400, 80
@@ -153,11 +155,12 @@ def _slipping(K: Symmetric, u: Vector, slip: float, target: float, friction: flo
                 if at_end < needed:
                     return _from_stick(K, at_end * slip, target, friction)
                 tried = 0.0
-            tried = TRY_AGAIN * min(tried, abs(k))
+            elif left == math.inf:
+                tried = TRY_AGAIN * abs(k)
         length = _grow(series, x, y, r, rising - needed, rates, climbs)
         begins = series[4, 0]
         x, y, below, climb = _values(series, length)
-        if begins > 0.0 > climb:
+        if begins > 0.0 > climb and _most(series[3], length) >= 0.0:
             # It rises to a greatest value, which may be beyond the target.
             length = _zero(series[4], length)
             x, y, below, _ = _values(series, length)
@@ -206,6 +209,15 @@ def _values(series: Array, t: float) -> tuple[float, float, float, float]:
 
 
 @inner
+def _most(terms: Array, length: float) -> float:
+    """Return what a polynomial never exceeds between 0 and length."""
+    most = 0.0
+    for n in range(ORDER, 0, -1):
+        most = (most + max(terms[n], 0.0)) * length
+    return most + terms[0]
+
+
+@inner
 def _zero(terms: Array, length: float) -> float:
     """Return where a polynomial changes its sign between 0 and length: by Newton's steps and halving."""
     low, high, t = 0.0, length, length
@@ -226,7 +238,9 @@ def _zero(terms: Array, length: float) -> float:
 
 @inner
 def _to_stick(rates: Rates, c: Pair, r: float, series: Array) -> float:
-    """Return the P until a slip of length r along c ends, nan where it is too far from the direction that keeps itself.
+    """Return the P until a slip of length r along c ends, nan where no direction that keeps itself
+
+    is near, inf where the series about it does not settle.
 
     With z the angle to that direction, z' = k(z) and r' = h(z) r, so P' = r makes P = const + r q(z) with
 
@@ -248,6 +262,8 @@ def _to_stick(rates: Rates, c: Pair, r: float, series: Array) -> float:
         if is_near:
             break
         change = (across + across_2) / slope
+        if abs(change) > 2.0 * NEAR:
+            return math.nan
         size = math.sqrt(1.0 + change * change)
         cos, sin = (cos + change * sin) / size, (sin - change * cos) / size
         is_near = abs(change) <= NEARLY
@@ -273,6 +289,9 @@ def _to_stick(rates: Rates, c: Pair, r: float, series: Array) -> float:
         total += term
         power *= z
         # One term may be small by itself: every second one is nothing where the motion has a mirror.
-        if abs(before) + abs(term) <= 2.0**-56 * abs(total):
+        size = (abs(before) + abs(term)) / abs(total)
+        if size <= SETTLED:
             return -r * total
-    return math.nan
+        if n == EARLY and size > TOO_LARGE:
+            break
+    return math.inf
