@@ -42,6 +42,9 @@ SETTLED, EARLY, TOO_LARGE = 2.0**-56, 10, 2.0**-14
 # Of the turn rate where the series did not settle: where it is tried again.
 TRY_AGAIN = 0.6
 LONGEST_STEP, MOST_STEPS, MOST_HALVINGS = 8.0, 400, 80
+# Where the series are, one after another: so the compiler sees that they do not overlap.
+WIDTH = TERMS + 1
+X, Y, R, RISING, CLIMB, PAIRS = 0, WIDTH, 2 * WIDTH, 3 * WIDTH, 4 * WIDTH, 5 * WIDTH
 
 
 @inner
@@ -137,7 +140,8 @@ def _slipping(K: Symmetric, u: Vector, slip: float, target: float, friction: flo
     rates = (K[4] * unit, K[5] * unit, K[0] * push, K[1] * push, K[3] * push)
     climbs = (K[2] * unit, K[4] * push, K[5] * push)
     x, y, rising, needed = u[0] / slip, u[1] / slip, u[2] / slip, target / slip
-    series = np.empty((6, TERMS + 1))
+    numbers = np.empty(6 * WIDTH)
+    series = numbers.reshape(6, WIDTH)
     tried = NEAR
     for _ in range(MOST_STEPS):
         r = math.sqrt(x * x + y * y)
@@ -157,7 +161,7 @@ def _slipping(K: Symmetric, u: Vector, slip: float, target: float, friction: flo
                 tried = 0.0
             elif left == math.inf:
                 tried = TRY_AGAIN * abs(k)
-        length = _grow(series, x, y, r, rising - needed, rates, climbs)
+        length = _grow(numbers, x, y, r, rising - needed, rates, climbs)
         begins = series[4, 0]
         x, y, below, climb = _values(series, length)
         if begins > 0.0 > climb and _most(series[3], length) >= 0.0:
@@ -172,29 +176,31 @@ def _slipping(K: Symmetric, u: Vector, slip: float, target: float, friction: flo
 
 
 @inner
-def _grow(series: Array, x: float, y: float, r: float, below: float, rates: Rates, climbs: Vector) -> float:
+def _grow(terms: Array, x: float, y: float, r: float, below: float, rates: Rates, climbs: Vector) -> float:
     """Write the Taylor series in T of s, r, u_n less its target, and du_n/dT, and return how far they hold."""
     d_x, d_y, xx, yy, xy = rates
-    first, second, speed, rising, climb, pairs = series
-    pairs[: ORDER + 1] = 0.0
     over_r = 1.0 / r
     along, across = x * over_r, y * over_r
-    first[0], second[0], speed[0], rising[0] = x, y, r, below
+    terms[X], terms[Y], terms[R], terms[RISING] = x, y, r, below
+    for n in range(ORDER + 1):
+        terms[PAIRS + n] = 0.0
     for n in range(1, ORDER + 1):
         part = 1.0 / n
-        climb[n - 1] = climbs[0] * r - climbs[1] * x - climbs[2] * y
-        rising[n] = part * climb[n - 1]
+        climb = climbs[0] * r - climbs[1] * x - climbs[2] * y
+        terms[CLIMB + n - 1], terms[RISING + n] = climb, part * climb
         x, y = part * fused(d_x, r, -xx * x - xy * y), part * fused(d_y, r, -xy * x - yy * y)
-        r = fused(along, x, fused(across, y, over_r * pairs[n]))
-        first[n], second[n], speed[n] = x, y, r
-        # Of later terms of s . s - r r, the products with this one: so they are many at once.
+        r = fused(along, x, fused(across, y, over_r * terms[PAIRS + n]))
+        terms[X + n], terms[Y + n], terms[R + n] = x, y, r
+        # Of later terms of s . s - r r, the products with this one: several at once.
         for j in range(1, min(n - 1, ORDER - n) + 1):
-            pairs[n + j] = fused(-r, speed[j], fused(x, first[j], fused(y, second[j], pairs[n + j])))
+            others = fused(x, terms[X + j], fused(y, terms[Y + j], terms[PAIRS + n + j]))
+            terms[PAIRS + n + j] = fused(-r, terms[R + j], others)
         if 2 * n <= ORDER:
-            pairs[2 * n] += 0.5 * (x * x + y * y - r * r)
-    climb[ORDER] = 0.0
-    last = max(abs(first[ORDER]), abs(second[ORDER]), abs(speed[ORDER]))
-    before = max(abs(first[ORDER - 1]), abs(second[ORDER - 1]), abs(speed[ORDER - 1]))
+            terms[PAIRS + 2 * n] += 0.5 * (x * x + y * y - r * r)
+    terms[CLIMB + ORDER] = 0.0
+    last = max(abs(x), abs(y), abs(r))
+    n = ORDER - 1
+    before = max(abs(terms[X + n]), abs(terms[Y + n]), abs(terms[R + n]))
     return min(LONGEST_STEP, (LAST_TERM / (over_r * max(last, before))) ** (1.0 / ORDER))
 
 
