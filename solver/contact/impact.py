@@ -166,10 +166,10 @@ def _slipping(K: Symmetric, u: Vector, slip: float, target: float, friction: flo
         x, y, below, climb = _values(series, length)
         if begins > 0.0 > climb and _most(series[3], length) >= 0.0:
             # It rises to a greatest value, which may be beyond the target.
-            length = _zero(series[4], length)
+            length = _zero(series[4], length, climb)
             x, y, below, _ = _values(series, length)
         if below >= 0.0:
-            x, y, _, _ = _values(series, _zero(series[3], length))
+            x, y, _, _ = _values(series, _zero(series[3], length, below))
             return (x * slip, y * slip, target)
         rising = needed + below
     return (math.nan, math.nan, math.nan)
@@ -224,9 +224,9 @@ def _most(terms: Array, length: float) -> float:
 
 
 @inner
-def _zero(terms: Array, length: float) -> float:
-    """Return where a polynomial changes its sign between 0 and length: by Newton's steps and halving."""
-    low, high, t = 0.0, length, length
+def _zero(terms: Array, length: float, last: float) -> float:
+    """Return where a polynomial changes sign from 0 to length, by Newton's steps and halving; last: its value there."""
+    low, high, t = 0.0, length, length * terms[0] / (terms[0] - last)
     for _ in range(MOST_HALVINGS):
         value, slope = terms[ORDER], 0.0
         for n in range(ORDER - 1, -1, -1):
