@@ -84,7 +84,7 @@ class Meter:
     @property
     def where(self) -> str:
         """The workers that there are now, in words; empty of this machine."""
-        return f" on {self._workers}" if self._workers else ""
+        return f" on {self._workers}" if self._workers and self.total else ""
 
 
 def display(options: Namespace) -> "Display":
