@@ -55,6 +55,9 @@ class Meter:
     """
 
     def __init__(self, doing: str, total: float) -> None:
+        from tumble.compare.run.execution import EXECUTION  # loaded by then
+
+        self._workers = EXECUTION.get().workers
         self.doing, self.total, self.done, self.last = doing, total, 0.0, ""
         self._begun = monotonic()
         # Engines run side by side.
@@ -76,7 +79,12 @@ class Meter:
         # Of few pieces, the first say little of the others.
         left = took * (self.total - self.done) / self.done if self.total and self.done >= FEW else 0.0
         rest = f", about {left:.0f} s left" if left >= 1 else ""
-        return f"{took:.0f} s: {self.doing}{of}{rest}{last}"
+        return f"{took:.0f} s: {self.doing}{self.where}{of}{rest}{last}"
+
+    @property
+    def where(self) -> str:
+        """The workers that there are now, in words; empty of this machine."""
+        return f" on {self._workers}" if self._workers and self.total else ""
 
 
 def display(options: Namespace) -> "Display":
@@ -133,8 +141,10 @@ def bar(meter: Meter) -> Iterator[None]:
     )
 
     rest = (MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn()) if meter.total else (TimeElapsedColumn(),)
-    layout = TextColumn("{task.description}", markup=False), BarColumn(), *rest
+    layout = TextColumn("{task.description}", markup=False), BarColumn(), *rest, TextColumn("{task.fields[where]}")
     with Progress(*layout, console=Console(stderr=True), transient=True) as drawn:
-        task = drawn.add_task(meter.doing, total=meter.total or None)
-        meter.changed = lambda: drawn.update(task, completed=meter.done, description=visible(meter.last))
+        task = drawn.add_task(meter.doing, total=meter.total or None, where=meter.where)
+        meter.changed = lambda: drawn.update(
+            task, completed=meter.done, description=visible(meter.last), where=meter.where
+        )
         yield

@@ -72,7 +72,9 @@ def placed(
             execution = replace(execution, caches=caches_of(cache))
         if workers or scheduler:
             cluster = stack.enter_context(connected(scheduler, workers, tls, is_insecure))
-            execution = replace(execution, work=cluster.work, times=QuietWorkers(cluster.client))
+            execution = replace(
+                execution, work=cluster.work, workers=cluster.workers, times=QuietWorkers(cluster.client)
+            )
         stack.enter_context(executing(execution))
         yield
 

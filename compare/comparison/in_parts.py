@@ -2,7 +2,7 @@
 
 import threading
 from collections import OrderedDict
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass, replace
 from functools import partial
@@ -25,8 +25,46 @@ AT_A_TIME = 512
 # Parts whose reference solutions are held at a time: contestants share them.
 SHARED = 4
 
-_shared: "OrderedDict[tuple[str, int, float], Future[tuple[Scene, Answer]]]" = OrderedDict()
-_one_at_a_time = threading.Lock()
+
+class SharedAnswers:
+    """Reference solutions of the last few parts, which contestants share: of one study, or of one Dask worker."""
+
+    identity = "reference solutions"  # no result depends on which of them are here
+
+    def __init__(self) -> None:
+        self._futures: OrderedDict[tuple[str, int, float], Future[tuple[Scene, Answer]]] = OrderedDict()
+        self._one_at_a_time = threading.Lock()
+
+    def __reduce__(self) -> tuple[Callable[[], "SharedAnswers"], tuple[()]]:
+        """Stay here: a task that is sent has those of its worker."""
+        return of_this_worker, ()
+
+    def of(self, running_engine: RunningEngine, scene: Scene, number: int, limit_s: float) -> tuple[Scene, Answer]:
+        """Return a part and its reference solution, computed by who asks first.  Raises Halted, RayMissed."""
+        key = digest(scene), number, limit_s
+        with self._one_at_a_time:
+            is_mine = key not in self._futures
+            future = self._futures.setdefault(key, Future())
+            while len(self._futures) > SHARED:
+                self._futures.popitem(last=False)
+        if is_mine:
+            try:
+                part = part_of(scene, number)
+                future.set_result(
+                    (part, true_answer(part, tell=lambda share: running_engine.refuse_halted(), limit_s=limit_s))
+                )
+            except BaseException as error:
+                with self._one_at_a_time:
+                    self._futures.pop(key, None)
+                future.set_exception(error)
+        return future.result()
+
+
+def of_this_worker() -> SharedAnswers:
+    """Return what the tasks of a Dask worker share."""
+    from distributed import get_worker
+
+    return vars(get_worker()).setdefault("tumble_answers", SharedAnswers())
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,12 +141,13 @@ def ensemble_runs(
     found = {(engine.title, method): Spread(0) for engine, method in pairs}
     # All shards have the same tasks, whatever became of those of one.
     is_sharded = EXECUTION.get().shard is not None
+    shared = SharedAnswers()
 
     def tasks() -> Iterator[Task[Spread]]:
         for number in range(parts_in(scene)):
             for engine, method in pairs:
                 if is_sharded or not found[engine.title, method].has_failed:
-                    yield _task(engine, method, scene, dt, number, limit_s)
+                    yield _task(engine, method, scene, dt, number, limit_s, shared)
 
     for task, spread in stream(tasks(), on_progress):
         _, title, method, _ = task.key
@@ -117,17 +156,31 @@ def ensemble_runs(
 
 
 def _task(
-    engine: RunningEngine, method: str, scene: Scene, dt: float | None, number: int, limit_s: float
+    engine: RunningEngine,
+    method: str,
+    scene: Scene,
+    dt: float | None,
+    number: int,
+    limit_s: float,
+    shared: SharedAnswers,
 ) -> Task[Spread]:
-    ask = partial(part_errors, scene=scene, method=method, dt=dt or scene.step, number=number, limit_s=limit_s)
+    ask = partial(
+        part_errors, scene=scene, method=method, dt=dt or scene.step, number=number, limit_s=limit_s, shared=shared
+    )
     return Task((scene.name, engine.title, method, f"part {number}"), engine, ask)
 
 
 def part_errors(
-    running_engine: RunningEngine, scene: Scene, method: str, dt: float, number: int, limit_s: float
+    running_engine: RunningEngine,
+    scene: Scene,
+    method: str,
+    dt: float,
+    number: int,
+    limit_s: float,
+    shared: SharedAnswers,
 ) -> Spread:
     """Return the errors of one contestant in one part; limit_s: of its reference solution [s]."""
-    whole, answer = shared_answer(running_engine, scene, number, limit_s)
+    whole, answer = shared.of(running_engine, scene, number, limit_s)
     found, before = Spread(0), number * part_size(scene)
     pieces = max(1, len(whole.start) // AT_A_TIME)
     for first, last in pairwise(len(whole.start) * piece // pieces for piece in range(pieces + 1)):
@@ -147,24 +200,3 @@ def of_throws(truth: Truth, some: slice) -> Truth:
     """Return the reference solution of some of its throws."""
     arrays = {name: getattr(truth, name)[:, some] for name in ("states", "vertices", "bound", "input_error")}
     return replace(truth, contacts=truth.contacts[some], **arrays)
-
-
-def shared_answer(running_engine: RunningEngine, scene: Scene, number: int, limit_s: float) -> tuple[Scene, Answer]:
-    """Return a part and its reference solution, which contestants of this process share.  Raises Halted, RayMissed."""
-    key = digest(scene), number, limit_s
-    with _one_at_a_time:
-        is_mine = key not in _shared
-        future = _shared.setdefault(key, Future())
-        while len(_shared) > SHARED:
-            _shared.popitem(last=False)
-    if is_mine:
-        try:
-            part = part_of(scene, number)
-            future.set_result(
-                (part, true_answer(part, tell=lambda share: running_engine.refuse_halted(), limit_s=limit_s))
-            )
-        except BaseException as error:
-            with _one_at_a_time:
-                _shared.pop(key, None)
-            future.set_exception(error)
-    return future.result()

@@ -58,6 +58,7 @@ class Execution:
     shard : which tasks are run; None: all
     is_merge : whether no task is run: all results are in the caches
     work : runs tasks, as `tasks.work`, on other machines; None: here
+    workers : of the machines that run tasks, as words; None: here
     times : measures what loads cost, as `timing.costs`, on a machine that does nothing else, or returns None: not there
     """
 
@@ -65,6 +66,7 @@ class Execution:
     shard: Shard | None = None
     is_merge: bool = False
     work: Callable[..., object] | None = None
+    workers: object = None
     times: Callable[..., Any] | None = None
 
     def own(self, length: int) -> range:

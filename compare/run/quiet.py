@@ -17,11 +17,12 @@ from typing import TYPE_CHECKING, Any
 
 import psutil
 
-from tumble.compare.run.cluster import ATTEMPTS, Needed, end_engines, engine_of, one_at_a_time, unframed
 from tumble.compare.run.digest import NoValue, digest
 from tumble.compare.run.execution import EXECUTION
+from tumble.compare.run.on_worker import Needed, end_engines, engine_of, one_at_a_time
 from tumble.compare.run.process.message import frame
 from tumble.compare.run.provenance import processor
+from tumble.compare.run.sending import ATTEMPTS, unframed
 from tumble.compare.run.status import Failure
 from tumble.compare.run.timing import machine_load
 from tumble.compare.run.timing.readings import Sampling

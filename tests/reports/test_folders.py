@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 from conftest import data_in
 
+from tumble.compare.comparison.ensemble_rows import QUANTILES
+from tumble.compare.comparison.schemas import ENSEMBLE_ERRORS
 from tumble.compare.tables.files import write_folder
-from tumble.compare.tables.frames import csv_texts
+from tumble.compare.tables.frames import csv_texts, frame
 from tumble.reports.folders import changes, gathered
 from tumble.reports.page import page
 
@@ -42,6 +44,19 @@ def test_a_run_that_blew_up_is_read_back_and_drawn_by_nobody(real, tmp_path, ope
     assert np.isnan(found["sweep-work-precision.csv"]["error_m"][0])
     tab = opened(page(found), "#show=all&at=cost")
     assert tab.locator("#cost svg.chart .curve").count() > 3
+
+
+def test_very_many_throws_are_drawn_up_to_the_rarest_that_there_is(real, tmp_path, opened):
+    run = real["runs.csv"].query("status == 'ok'").iloc[0]
+    errors = {column: 1e-9 * share / (1 - share) for column, share in QUANTILES.items()}
+    named = {column: run[column] for column in ("scene", "engine", "method", "dt_s", "tolerance", "status")}
+    counts = {"members": 200_000, "unknown": 10, "lost": 0, "max_error_m": 1e-3, "quantile_error": 2.0**-7}
+    table = frame(ENSEMBLE_ERRORS, []).reindex([0]).assign(**named, **counts, **errors)
+    write_folder(tmp_path / "throws", csv_texts(real | {"ensemble-errors.csv": table}))
+    tab = opened(page(gathered(tmp_path / "throws")), f"#show=all&at=scene-{run.scene}")
+    tab.locator(f"#throws-{run.scene} .curve").wait_for()
+    assert tab.locator(f"#throws-{run.scene} .point").count() == len(QUANTILES), "not 1 in 1e6 throws, but the largest"
+    assert "200000 throws" in tab.locator(f"#scene-{run.scene} h4").first.inner_text()
 
 
 def test_a_record_of_check_is_drawn(tumble, tmp_path):

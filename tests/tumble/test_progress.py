@@ -132,3 +132,15 @@ def test_the_time_that_is_left_is_that_of_the_pieces_that_are_left(monkeypatch):
         assert (" left" in meter.line) == (piece + 1 >= notes.FEW)
     assert meter.line == "20 s: running, 10 of 40 done, about 60 s left; last: piece 9"
     assert "left" not in notes.Meter("running", 0).line
+
+
+def test_the_workers_that_there_are_now_stand_in_the_line():
+    from tumble.compare.run.execution import Execution, executing
+
+    workers = ["4 workers"]
+    with executing(Execution(workers=workers)):
+        meter = notes.Meter("running", 8.0)
+    assert re.fullmatch(r"\d s: running on \['4 workers'\], 0 of 8 done", meter.line)
+    workers.clear()
+    assert "on" not in notes.Meter("running", 8.0).line.split()
+    assert "on" not in meter.line.split()

@@ -76,13 +76,19 @@ const SUPERLATIVES = [
   { kind: "most", of: (scene, runs) => Math.max(...engineRuns(runs).map(errorOf)), text: (value, scene, runs) => `the largest error of all scenes: ${nameOf(engineRuns(runs).find((run) => errorOf(run) === value))} is wrong by ${si(value, "m", 2)}` },
   { kind: "least", of: (scene, runs) => -Math.max(...engineRuns(runs).map(errorOf)), text: (value) => `no contestant has an error above ${si(-value, "m", 2)}` },
   { kind: "nearest", key: "long", of: (scene) => scene.duration_s, text: (value, scene) => `the longest flight, ${given(value)} s: ${nearestOf(scene)}` },
-  { kind: "throws", of: (scene) => new Set(rows("members.csv").filter((row) => row.scene === scene.scene).map((row) => row.member)).size, text: (value) => `the result is the worst of ${value} throws` },
+  { kind: "throws", of: (scene) => throwsOf(scene.scene), text: (value) => `the result is the worst of ${value} throws` },
   { kind: "fast", of: (scene) => spinOf(scene.scene) * scene.step_s, text: (value, scene) => `the fastest rotation per step, ${figure((value * 180) / Math.PI, 2)}° in ${given(scene.step_s)} s` },
   { kind: "impulses", of: (scene) => rows("loads.csv").filter((act) => act.scene === scene.scene && act.kind === "impulse").length, text: (value) => `${value} impulses; the effect of each depends on the attitude at that time` },
   { kind: "vertices", of: (scene) => scene.vertices, text: (value) => `${value} vertices` },
   { kind: "edge", of: (scene) => Math.max(0, ...numbersFound("edge stretch", scene.scene).map((row) => row.value)), text: (value, scene) => `${contestantOf(numbersFound("edge stretch", scene.scene)[0])} ends with an edge ${value.toFixed(1)} times its length` },
   { kind: "nearest", key: "hardest", of: (scene) => Math.max(0, ...numbersFound("most accurate engine", scene.scene).map((row) => findingValue(row) ?? 0)), text: (value, scene) => `the hardest for the engines: ${nearestOf(scene)}` },
 ];
+
+/** The number of throws of a scene; of one that ran in parts, members.csv has the worst alone. */
+function throwsOf(scene) {
+  const inParts = rows("ensemble-errors.csv").find((row) => row.scene === scene);
+  return inParts?.members ?? new Set(rows("members.csv").filter((row) => row.scene === scene).map((row) => row.member)).size;
+}
 
 const engineRuns = (runs) => runs.filter((run) => finished(run) && !CONTESTANTS.get(contestantOf(run))?.byHand);
 

@@ -4,6 +4,7 @@ import { chart } from "./chart.js";
 import { ENGINE_DEFAULTS, REQUESTED, defaultFindings } from "./contestants.js";
 import { DATA, contestantOf, findingValue, findings, groupBy, nameOf, rows } from "./data.js";
 import { draw, make, reducedMotion } from "./dom.js";
+import { ensembleFigure } from "./ensemble.js";
 import { filmOf } from "./film.js";
 import { headlineOf } from "./headlines.js";
 import { THIN, counted, figure, finite, given, si, superscript } from "./numbers.js";
@@ -127,6 +128,7 @@ function fillScene(body, scene, runs) {
     polhode(small, film, ghosts);
     for (const each of made) clock.followers.add(each.moveCursor);
   }
+  ensembleFigure(body, name);
   body.append(factsOf(scene, runs));
   runTable(body, name, runs);
   vertexTable(body, name);

@@ -11,7 +11,7 @@ from dask import config
 from distributed import LocalCluster
 from distributed.security import Security
 
-from tumble.compare.run import cluster
+from tumble.compare.run import cluster, on_worker
 from tumble.compare.run.cluster import BadCluster, check_address, connected
 from tumble.compare.run.execution import Execution, executing
 from tumble.compare.run.flight import Trajectory
@@ -72,9 +72,11 @@ def where(able: RunningEngine, number: int, answer: "Answer") -> tuple[int, int,
     return number, os.getpid(), float(answer.result().truth.states[-1, 0, 1])  # pyright: ignore
 
 
-def fatal(able: RunningEngine, home: int) -> Trajectory | Failure:
+def fatal(able: RunningEngine, home: int, log: Path) -> Trajectory | Failure:
     """End the process unless it is the one at home."""
     if os.getpid() != home:
+        with log.open("a") as file:
+            print(os.getpid(), file=file)
         os._exit(3)
     return able.simulate(SCENE, "still", SCENE.step)
 
@@ -107,19 +109,20 @@ def test_workers_answer_in_order_and_what_they_answer_is_saved_at_home(workers, 
     assert there.vertices.tobytes() == here.vertices.tobytes()
 
 
-def test_a_task_that_ends_two_workers_is_a_row_and_the_others_are_run(workers, engine):
+def test_a_task_that_ends_two_workers_is_a_row_and_the_others_are_run(workers, engine, tmp_path):
     with Truths([SCENE]) as truths, executing(Execution(work=workers.work)):
-        deadly = Task(("two-hits", "mine", "fatal"), engine, partial(fatal, home=os.getpid()))
-        found: list = run([*tasks_of(engine, truths, 4), deadly, *tasks_of(engine, truths, 4)], truths)
-    assert str(found.pop(4)) == "crashed: 2 workers ended while they ran it"
-    assert [number for number, _, _ in found] == [0, 1, 2, 3] * 2
+        deadly = Task(("two-hits", "mine", "fatal"), engine, partial(fatal, home=os.getpid(), log=tmp_path / "log"))
+        found: list = run([*tasks_of(engine, truths, 60), deadly, *tasks_of(engine, truths, 30)], truths)
+    assert str(found.pop(60)) == "crashed: 2 workers ended while they ran it"
+    assert [number for number, _, _ in found] == [*range(60), *range(30)], "also those of its batch"
+    assert len(set((tmp_path / "log").read_text().split())) == 2, "whatever failures the scheduler allows"
 
 
 def test_a_worker_with_another_version_is_refused(workers, engine, monkeypatch):
     task = Task(
         ("die-straight", "mine", "still"), engine, partial(RunningEngine.simulate, scene=SCENE, method="still", dt=0.01)
     )
-    monkeypatch.setattr(cluster, "here", lambda: (("numpy", "0.1"),))
+    monkeypatch.setattr(on_worker, "here", lambda: (("numpy", "0.1"),))
     with (
         executing(Execution(work=workers.work)),
         pytest.raises(BadCluster, match=r"a worker has numpy .*, here is 0\.1"),
@@ -164,7 +167,7 @@ def test_a_cluster_over_tls_runs_tasks_for_who_has_its_certificates(engine, tmp_
         config.set(cluster.SETTINGS),
         LocalCluster(
             n_workers=1, threads_per_worker=1, protocol="tls", security=security, host="127.0.0.1",
-            dashboard_address="", silence_logs=logging.CRITICAL,
+            dashboard_address="127.0.0.1:0", silence_logs=logging.CRITICAL,
         ) as made,
     ):  # fmt: skip
         address = made.scheduler_address
