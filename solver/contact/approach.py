@@ -168,6 +168,8 @@ def search(
     which point.  begun: an instant up to which it is known to meet none [s].
     """
     points, pull = ground.points, ground.gravity[2]
+    if len(points) == 0:
+        return NONE, math.inf, 0
     fastest = fastest_spin(q, l_body, ground)
     third = greatest_jerk(fastest, ground)
     t = begun
