@@ -8,7 +8,7 @@ import logging
 import os
 import platform
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from itertools import count
 from threading import Event
@@ -96,7 +96,12 @@ def pinned() -> Iterator[str]:
 
 @dataclass
 class QuietWorkers:
-    """Measures run times on the quiet workers of a scheduler; client: connected to it."""
+    """Measures run times on the quiet workers of a scheduler.
+
+    Parameters
+    ----------
+    client : connected to it
+    """
 
     client: "Client"
     _said: set[str] = field(default_factory=set)
@@ -166,9 +171,16 @@ class QuietWorkers:
         return True
 
     def _workers(self) -> list[str]:
-        """Return the addresses of quiet workers."""
-        found: dict[str, Any] = dict(self.client.scheduler_info()["workers"])
-        return [address for address, about in found.items() if about.get("resources", {}).get("quiet", 0) >= 1]
+        """Return the addresses of quiet workers; none where the scheduler is gone."""
+
+        # `scheduler_info` tells of five workers in some releases of Dask.
+        def found(dask_scheduler: Any = None) -> list[str]:
+            workers = dask_scheduler.workers.items()
+            return [address for address, worker in workers if worker.resources.get("quiet", 0) >= 1]
+
+        with suppress(OSError):
+            return self.client.run_on_scheduler(found)  # type: ignore[return-value]
+        return []
 
     def _there(self, scene: str, found: Measured) -> dict[str, Cost | Failure]:
         self._say(f"run times are measured on {found.where}, one scene at a time: ratios never cross machines")

@@ -80,7 +80,7 @@ def measured(scheduler, tmp_path):
 
 
 def pids(client: Client) -> dict[str, int]:
-    return client.run(os.getpid)
+    return client.run(os.getpid)  # type: ignore[return-value]
 
 
 def times_row() -> str:
