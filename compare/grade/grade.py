@@ -43,6 +43,8 @@ LITTLE = 1e-6
 # Printed digits that leave more than this share of the body's size open show it neither right nor wrong.
 COARSE = LARGEST_NOISE
 
+# Processor time after which a search stops [s]: with reading the file, an answer then takes about 3 s.
+SEARCH_S = 2.0
 # The tasks that take long: reading rows, the truth, the search.
 TASKS = 3
 
@@ -139,6 +141,7 @@ def grade(
     engines: Sequence[EngineScheme] = ENGINES,
     on_nearest: Callable[[Explanation], None] = lambda _: None,
     on_progress: ProgressCallback = no_progress,
+    search_s: float = SEARCH_S,
 ) -> Grade:
     """Grade one file.
 
@@ -153,6 +156,7 @@ def grade(
     engines : the engine schemes that are tried
     on_nearest : called with the nearest engine scheme if none fits and a search begins
     on_progress : called with the shares of TASKS tasks
+    search_s : processor time after which the search stops with the best explanation so far [s]
 
     Returns
     -------
@@ -184,7 +188,7 @@ def grade(
         elif has_centre and (drift := constant_drift(sample, points, scale.floors_m)) is not None:
             context = replace(context, drift=np.stack(drift))
         diagnosis = diagnose(
-            context, measured.description, sample, scale, measured.single, engines, on_nearest, searched
+            context, measured.description, sample, scale, measured.single, engines, on_nearest, searched, search_s
         )
     searched.end()
     program = diagnosis.program if diagnosis else context.program
@@ -255,11 +259,13 @@ def diagnose(
     engines: Sequence[EngineScheme] = ENGINES,
     on_nearest: Callable[[Explanation], None] = lambda _: None,
     on_progress: Callable[[float], object] = lambda share: None,
+    search_s: float = np.inf,
 ) -> Diagnosis:
     """Return what explains the sampled rows of one throw.
 
-    single: its numbers are of single precision; on_progress: called with the share of the search that is done.
+    single: its numbers are of single precision; on_progress: called with the share of the search that is done;
+    search_s: processor time after which the search stops [s].
     """
     points = context.scene.body.points[list(description.vertices)]
     evaluator = Evaluator(context, hypotheses(context), sample, points, scale, single, on_progress)
-    return diagnosed(evaluator, engines, on_nearest)
+    return diagnosed(evaluator, engines, on_nearest, search_s)

@@ -163,5 +163,6 @@ def _of_poses(grade: Grade) -> dict[str, object]:
         "print_precision_m": m.half_m,
         "engines": list(grade.diagnosis.engines) if grade.diagnosis else [],
         "seen": list(grade.observations),
+        "search_stopped": grade.diagnosis is not None and grade.diagnosis.stopped_s > 0,
         "diagnosis": [asdict(row) for row in diagnosis_rows(grade)],
     }

@@ -1,8 +1,11 @@
 """Runs the stages of a search against the rows of a trajectory, and ranks the explanations that they find."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
+from time import thread_time
+
+import numpy as np
 
 from tumble.compare.grade.hypotheses.engine_schemes import ENGINES, EngineScheme
 from tumble.compare.grade.hypotheses.explanation import Explanation
@@ -10,9 +13,9 @@ from tumble.compare.grade.measure.significance import ALIKE
 from tumble.compare.grade.model.program_model import ProgramModel
 from tumble.compare.grade.search.combining import Combiner
 from tumble.compare.grade.search.engine_search import EngineSearch
-from tumble.compare.grade.search.evaluator import Evaluator
+from tumble.compare.grade.search.evaluator import Evaluator, SearchStopped
 from tumble.compare.grade.search.fitting import Fitter
-from tumble.compare.grade.search.stages import STAGES, Search, by_weight
+from tumble.compare.grade.search.stages import CLOSING, STAGES, Search, by_weight
 
 # An explanation with fewer mistakes must leave this many times as much to be worse; more, if what is left with more
 # mistakes is not noise, since any fitted value explains a part of a systematic residual.
@@ -32,6 +35,7 @@ class Diagnosis:
     trials : number of simulated programs
     program : program model of the best explanation
     engines : engines that do the same at their defaults
+    stopped_s : processor time after which the search was stopped [s]; 0: it ended by itself
     """
 
     null: Explanation
@@ -41,12 +45,14 @@ class Diagnosis:
     trials: int
     program: ProgramModel
     engines: tuple[str, ...] = ()
+    stopped_s: float = 0.0
 
 
 def diagnosed(
     evaluator: Evaluator,
     engines: Sequence[EngineScheme] = ENGINES,
     on_nearest: Callable[[Explanation], None] = lambda _: None,
+    search_s: float = np.inf,
 ) -> Diagnosis:
     """Search for the mistakes that explain the rows.
 
@@ -55,6 +61,7 @@ def diagnosed(
     evaluator : evaluates mistakes against the rows
     engines : the schemes that are tried
     on_nearest : called with the nearest scheme if none fits and a search begins
+    search_s : processor time after which the search stops with the best explanation so far [s]
 
     Returns
     -------
@@ -70,11 +77,26 @@ def diagnosed(
         on_nearest=on_nearest,
         null=evaluator.explain(()),
     )
-    if not search.null.within_floor:
+    stopped = not search.null.within_floor and _is_stopped(search, search_s)
+    return replace(_ranked(search), stopped_s=search_s if stopped else 0.0)
+
+
+def _is_stopped(search: Search, search_s: float) -> bool:
+    """Run the stages; return whether processor time ended them before they had ended by themselves."""
+    search.evaluator.stops_at = thread_time() + search_s
+    try:
         for stage in STAGES:
             if stage(search):
-                break
-    return _ranked(search)
+                return False
+    except SearchStopped:
+        search.evaluator.stops_at = np.inf
+        for stage in CLOSING:
+            stage(search)
+        return True
+    else:
+        return False
+    finally:
+        search.evaluator.stops_at = np.inf
 
 
 def _ranked(search: Search) -> Diagnosis:

@@ -68,10 +68,12 @@ class Search:
         return min(self.combinable, key=by_weight)
 
     def explained(self, candidates: Iterable[Mistakes]) -> list[Explanation]:
-        """Return candidates fitted finely, and the same with named values."""
-        fitted = list(map(self.fitter.fit, candidates))
-        snapped = map(self.fitter.snapped, fitted)
-        return [self.evaluator.explain(each) for each in dict.fromkeys((*fitted, *snapped))]
+        """Add and return the explanations by candidates fitted finely, and by the same with named values."""
+        begun = len(self.found)
+        for candidate in candidates:
+            fitted = self.fitter.fit(candidate)
+            self.found += map(self.evaluator.explain, dict.fromkeys((fitted, self.fitter.snapped(fitted))))
+        return self.found[begun:]
 
 
 def by_weight(explanation: Explanation) -> float:
@@ -99,7 +101,7 @@ def single_mistakes(search: Search) -> bool:
     """Try each mistake alone."""
     tuned = (search.fitter.tuned((hypothesis,)) for hypothesis in search.evaluator.hypotheses)
     search.singles = sorted(tuned, key=search.evaluator.quick_weight)
-    search.found = sorted(search.explained(search.singles[:SINGLES]), key=by_weight)
+    search.explained(search.singles[:SINGLES])
     return False
 
 
@@ -142,16 +144,16 @@ def second_mistake_with_the_best(search: Search) -> bool:
     if pairs and (not best.is_noise or quick_weight(pairs[0]) < quick_weight(best.mistakes) - ALIKE):
         search.pairs = pairs
         if best.weighted_rms_m <= SURELY * search.null.weighted_rms_m:
-            search.found += search.explained(pairs)
-            search.found += _with_more_mistakes(search)
+            search.explained(pairs)
+            _add_more_mistakes(search)
     return False
 
 
 def all_pairs(search: Search) -> bool:
     """Try pairs of all mistakes, and then more."""
     if search.pairs and not search.best.is_whole:
-        search.found += search.explained(search.combiner.pairs(search.singles, search.pairs))
-        search.found += _with_more_mistakes(search)
+        search.explained(search.combiner.pairs(search.singles, search.pairs))
+        _add_more_mistakes(search)
     return False
 
 
@@ -197,21 +199,20 @@ STAGES: tuple[Stage, ...] = (
     one_mistake_fewer,
     equivalent_mistakes,
 )
+# What a search that was stopped still does with its best explanation: a share of a second.
+CLOSING: tuple[Stage, ...] = (best_fitted_finely, one_mistake_fewer, equivalent_mistakes)
 
 
-def _with_more_mistakes(search: Search) -> list[Explanation]:
-    """Return explanations with more and more mistakes, as long as another one helps much."""
-    deeper: list[Explanation] = []
+def _add_more_mistakes(search: Search) -> None:
+    """Add explanations with more and more mistakes, as long as another one helps much."""
     starts = sorted(search.combinable, key=by_weight)[:STARTS]
     while not _is_enough(search.evaluator, starts[0]):
         search.evaluator.aim_at(starts[0].rms_m)
         several = [more for start in starts if start.mistakes for more in search.combiner.with_one_more(start.mistakes)]
         more = search.explained(sorted(several, key=search.evaluator.quick_weight)[:FINALISTS])
-        deeper += more
         if not more or min(map(by_weight, more)) > starts[0].weight - ALIKE:
             break
         starts = sorted(more, key=by_weight)[:STARTS]
-    return deeper
 
 
 def _is_enough(evaluator: Evaluator, best: Explanation) -> bool:
