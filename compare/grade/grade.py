@@ -15,7 +15,14 @@ from tumble.compare.grade.measure.conserved import fitted_pose
 from tumble.compare.grade.measure.errors import Measured, SampledRows, measure
 from tumble.compare.grade.measure.observations import observations
 from tumble.compare.grade.measure.offset import constant_drift, constant_offset
-from tumble.compare.grade.measure.significance import ALIKE, KERNEL_ERROR, LARGEST_NOISE, ResidualScale, independent
+from tumble.compare.grade.measure.significance import (
+    ALIKE,
+    KERNEL_ERROR,
+    LARGEST_NOISE,
+    ResidualScale,
+    independent,
+    root_mean_square,
+)
 from tumble.compare.grade.measure.single_precision import single_floor, stepwise
 from tumble.compare.grade.measure.spin import spin_mistake
 from tumble.compare.grade.model.program_model import correct_program
@@ -40,6 +47,9 @@ STRAIN = 1e-6
 # Errors below this share of the body's size are too small to identify a step or a clock.
 LITTLE = 1e-6
 
+# Rows in which single precision may move the body by more than this share of its size decide nothing, if it could
+# explain all; and the fewest rows without that are enough.
+LARGE_FLOOR, FEWEST = 1e-3, 12
 # Printed digits that leave more than this share of the body's size open show it neither right nor wrong.
 COARSE = LARGEST_NOISE
 
@@ -73,6 +83,8 @@ class Grade:
     spin : what is wrong with the angular velocity; empty: nothing
     scale : what residuals are compared to
     observations : sentences about the file
+    hidden_by_single : whether single precision would explain the errors, but the digits do not show that it is there
+    decided_s : time of the last row that is diagnosed [s]; single precision could explain any error in later ones
     """
 
     file: str
@@ -82,6 +94,8 @@ class Grade:
     spin: str
     scale: ResidualScale
     observations: tuple[str, ...] = ()
+    hidden_by_single: bool = False
+    decided_s: float = np.inf
 
     @cached_property
     def verdict(self) -> str:
@@ -99,6 +113,8 @@ class Grade:
             return CORRECT_TO_SINGLE if measured.single else TOO_LITTLE
         best = diagnosis.best
         if not best.mistakes or best.weight > diagnosis.null.weight - ALIKE:
+            if self.hidden_by_single:
+                return TOO_LITTLE
             if diagnosis.null.is_noise and self.scale.is_noise(
                 measured.rms_m, measured.worst_m, measured.autocorrelation, measured.pairs
             ):
@@ -108,6 +124,8 @@ class Grade:
             return TOO_LITTLE
         if best.within_floor or (best.is_noise and best.rms_m <= LEFT_AS_NOISE * diagnosis.null.rms_m):
             return EXPLAINED_WHOLLY
+        if self.hidden_by_single:
+            return TOO_LITTLE
         # Any method of higher order explains a part of an error that is as small as it leaves.
         guessed = all(m.hypothesis.part == "steps" and m.hypothesis.only_named for m in best.mistakes)
         partly = best.weighted_rms_m <= MOST_LEFT * diagnosis.null.weighted_rms_m and not guessed
@@ -172,9 +190,8 @@ def grade(
     if not trajectory.descriptions:
         raise BadTrajectory(f"{trajectory.name}: has readings of a sensor, but no pose")
     measured, searched = measure(trajectory, scene, on_progress), Progress("search", on_progress)
-    sample, throw = measured.sample, measured.throw
-    context = context_of(scene, throw, measured)
-    scale = scale_of(sample, scene, measured.resolution_m, single_of(measured, context))
+    context = context_of(scene, measured.throw, measured)
+    sample, scale, single = compared(measured, context)
     diagnosis = None
     observed: tuple[str, ...] = ()
     if measured.excess_m > 0 and len(sample) > 1:
@@ -188,7 +205,7 @@ def grade(
         elif has_centre and (drift := constant_drift(sample, points, scale.floors_m)) is not None:
             context = replace(context, drift=np.stack(drift))
         diagnosis = diagnose(
-            context, measured.description, sample, scale, measured.single, engines, on_nearest, searched, search_s
+            context, measured.description, sample, scale, single, engines, on_nearest, searched, search_s
         )
     searched.end()
     program = diagnosis.program if diagnosis else context.program
@@ -200,15 +217,32 @@ def grade(
         spin=spin_mistake(sample, program),
         scale=scale,
         observations=observed,
+        hidden_by_single=measured.may_be_single and not single,
+        decided_s=float(sample.times[-1]),
     )
 
 
-def single_of(measured: Measured, context: Context) -> Array | float:
-    """Return the effect of single precision on a correct run with one step a row [m], (S,); 0 for other files."""
+def compared(measured: Measured, context: Context) -> tuple[SampledRows, ResidualScale, bool]:
+    """Return the rows that are diagnosed, their scale, and whether it has the effect of single precision.
+
+    That effect grows with the steps.  If it could explain all errors, only rows in which it is small can show an error.
+    If the digits do not even show that the file is of single precision, it is not taken for the reason.
+    """
+    sample, scene = measured.sample, context.scene
+    in_double = scale_of(sample, scene, measured.resolution_m)
+    if not measured.may_be_single:
+        return sample, in_double, False
+    points = scene.body.points[list(measured.description.vertices)]
+    single_m = single_floor(stepwise(context.program, measured.spacing_s), sample.times, points)
+    scale = scale_of(sample, scene, measured.resolution_m, single_m)
+    if not scale.is_within_floor(root_mean_square(scale.weighted(sample.vertices - sample.true))):
+        return sample, scale, True
     if not measured.single:
-        return 0.0
-    points = context.scene.body.points[list(measured.description.vertices)]
-    return single_floor(stepwise(context.program, measured.spacing_s), measured.sample.times, points)
+        return sample, in_double, False
+    small = single_m <= LARGE_FLOOR * scale.size_m
+    if small.all() or small.sum() < FEWEST:
+        return sample, scale, True
+    return sample.some(small), scale_of(sample.some(small), scene, measured.resolution_m, single_m[small]), True
 
 
 def scale_of(sample: SampledRows, scene: Scene, resolution_m: float, single_m: Array | float = 0.0) -> ResidualScale:

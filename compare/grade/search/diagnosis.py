@@ -111,7 +111,7 @@ def _ranked(search: Search) -> Diagnosis:
         if each.weight < best.weight + ALIKE and not each.names > best.names and each.names != best.names
     ]
     # Late rows alone do not identify an engine.
-    is_engine = best is found[-1] and any(mistake.hypothesis.part != "clock offset" for mistake in best.mistakes)
+    is_engine = best in search.by_engines and any(mistake.hypothesis.part != "clock offset" for mistake in best.mistakes)
     engines = search.engines if is_engine else ()
     return Diagnosis(
         null=null,

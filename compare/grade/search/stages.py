@@ -22,6 +22,8 @@ TWINS = {"gravity start": "position step", "position step": "gravity start"}
 SINGLES = 12
 # Explanations to which further mistakes are added.
 STARTS = 3
+# Single mistakes that are put upon schemes.
+BELOW = 4
 MOST_MISTAKES = 5
 # A single mistake that leaves at most this share of the error is taken for one of the mistakes.
 SURELY = 0.05
@@ -65,7 +67,7 @@ class Search:
     @property
     def best(self) -> Explanation:
         """The best of the explanations that more mistakes are added to."""
-        return min(self.combinable, key=by_weight)
+        return min(self.combinable or [self.null], key=by_weight)
 
     def explained(self, candidates: Iterable[Mistakes]) -> list[Explanation]:
         """Add and return the explanations by candidates fitted finely, and by the same with named values."""
@@ -74,6 +76,13 @@ class Search:
             fitted = self.fitter.fit(candidate)
             self.found += map(self.evaluator.explain, dict.fromkeys((fitted, self.fitter.snapped(fitted))))
         return self.found[begun:]
+
+    def add_upon_scheme(self, mistakes: Mistakes) -> None:
+        """Add the explanations by mistakes upon a scheme, with fitted and with named values, simplified if whole."""
+        free = [m.hypothesis for m in mistakes if m.hypothesis.part not in ("steps", "clock offset")]
+        fitted = self.fitter.fit(mistakes, free)
+        explained = [self.evaluator.explain(each) for each in dict.fromkeys((fitted, self.fitter.snapped(fitted)))]
+        self.found += self.engine_search.simplified_if_whole(sorted(explained, key=by_weight))
 
 
 def by_weight(explanation: Explanation) -> float:
@@ -92,9 +101,20 @@ def body_that_never_moves(search: Search) -> bool:
 
 
 def defaults_of_engines(search: Search) -> bool:
-    """Simulate the scheme of every engine."""
-    search.by_engines, search.engines = search.engine_search.defaults()
+    """Simulate the scheme of every engine with steps as long as the row interval, or a little shorter."""
+    search.by_engines, search.engines = search.engine_search.defaults(short=False)
     return any(each.within_floor for each in search.by_engines)
+
+
+def defaults_of_engines_with_short_steps(search: Search) -> bool:
+    """Simulate the scheme of every engine with steps of which many are in a row interval."""
+    if search.best.is_whole:
+        return False
+    found, engines = search.engine_search.defaults(short=True)
+    search.by_engines += found
+    if engines:
+        search.engines = engines
+    return bool(engines)
 
 
 def single_mistakes(search: Search) -> bool:
@@ -103,6 +123,27 @@ def single_mistakes(search: Search) -> bool:
     search.singles = sorted(tuned, key=search.evaluator.quick_weight)
     search.explained(search.singles[:SINGLES])
     return False
+
+
+def schemes_below_the_best_mistakes(search: Search) -> bool:
+    """Put the best single mistakes upon schemes."""
+    best = [each for each in search.found if not each.is_whole]
+    if len(best) < len(search.found):
+        return False
+    seen: set[frozenset[str]] = set()
+    for each in sorted(best, key=by_weight)[:SINGLES]:
+        if each.names not in seen and len(seen) < BELOW:
+            seen.add(each.names)
+            search.add_upon_scheme(search.engine_search.schemes.below(each.mistakes))
+    return any(each.within_floor for each in search.found)
+
+
+def one_mistake_upon_any_scheme(search: Search) -> bool:
+    """Try each mistake upon rough schemes, and improve the schemes below the best."""
+    if not search.best.is_whole:
+        for mistakes in search.engine_search.schemes.upon_schemes():
+            search.add_upon_scheme(mistakes)
+    return any(each.within_floor for each in search.found)
 
 
 def schemes_with_fitted_damping(search: Search) -> bool:
@@ -190,6 +231,9 @@ STAGES: tuple[Stage, ...] = (
     body_that_never_moves,
     defaults_of_engines,
     single_mistakes,
+    schemes_below_the_best_mistakes,
+    defaults_of_engines_with_short_steps,
+    one_mistake_upon_any_scheme,
     schemes_with_fitted_damping,
     best_fitted_finely,
     combinations_of_schemes,

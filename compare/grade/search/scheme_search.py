@@ -1,0 +1,200 @@
+"""Finds one mistake upon any scheme: the scheme is a point of a product, of which engines are some.
+
+A mistake is first tried upon a few rough schemes.  Then the scheme is improved one axis after the other: its method and
+step, the gyroscopic term and the rotation, the place of its damping, how late its rows are, and its first steps.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import product
+
+from tumble.compare.grade.hypotheses.engine_schemes import (
+    DAMPING_PLACES,
+    GYROSCOPIC,
+    ROTATION,
+    ROW_SHIFTS,
+    Damping,
+    EngineScheme,
+    SteppedScheme,
+)
+from tumble.compare.grade.hypotheses.explanation import Mistake, Mistakes
+from tumble.compare.grade.hypotheses.hypothesis import Hypothesis
+from tumble.compare.grade.hypotheses.scheme_hypotheses import SchemeHypotheses
+from tumble.compare.grade.search.evaluator import Evaluator
+from tumble.compare.grade.search.fitting import Fitter
+
+# Parts of a program that a scheme is made of.
+SCHEME_PARTS = frozenset({"steps", "normalisation", "position step", "gravity start", "clock offset", "gyroscopic"})
+# Steps in a row interval of rough schemes, and of the candidates those that are refined and those that are improved.
+ROUGH_STEPS, REFINED, IMPROVED = (1, 2, 4), 24, 6
+# Rounds of improving each axis, kinds of methods that are fitted in each, and steps of a run that are worth their time.
+ROUNDS, FITTED, MOST_STEPS = 3, 4, 10_000
+DAMPINGS = {"linear damping": "linear", "angular damping": "angular"}
+
+
+@dataclass(frozen=True)
+class Point:
+    """Mistakes upon a scheme; stepped: the scheme, or None for a method in `others` or a continuous run."""
+
+    others: Mistakes
+    stepped: SteppedScheme | None
+
+
+class SchemeSearch:
+    """Finds the best scheme below a mistake."""
+
+    def __init__(self, evaluator: Evaluator, fitter: Fitter, hypotheses: SchemeHypotheses) -> None:
+        self._evaluator, self._fitter, self._hypotheses = evaluator, fitter, hypotheses
+        context = evaluator.context
+        self._steps = [step for step in context.parts if context.duration <= MOST_STEPS * step]
+        rough = [step for step in self._steps if round(context.spacing_s / step) in ROUGH_STEPS]
+        self._rough = [
+            SteppedScheme(EngineScheme("", kind, "exponential"), step)
+            for kind, step in product(("explicit", "none"), rough)
+        ]
+        self._methods = [
+            Mistake(hypothesis, step)
+            for hypothesis in evaluator.hypotheses
+            if hypothesis.part == "steps"
+            for step in self._steps
+            if step in hypothesis.named_values
+        ]
+
+    def upon_schemes(self) -> list[Mistakes]:
+        """Return the best mistakes upon rough schemes, each upon its best one, improved; best first."""
+        weight = self._weight
+        found = []
+        for hypothesis in self._evaluator.hypotheses:
+            if hypothesis.part not in SCHEME_PARTS and not hypothesis.variant:
+                points = (
+                    Point((Mistake(hypothesis, value),), stepped)
+                    for stepped in self._rough
+                    for value in hypothesis.values or (0.0,)
+                )
+                if best := min(points, key=weight, default=None):
+                    found.append(best)
+        refined = map(self._refined, sorted(found, key=weight)[:REFINED])
+        improved = [self.improved(point) for point in sorted(refined, key=weight)[:IMPROVED]]
+        return sorted(improved, key=self._evaluator.quick_weight)
+
+    def below(self, mistakes: Mistakes) -> Mistakes:
+        """Return mistakes that were found without a scheme upon the best one."""
+        others = tuple(m for m in mistakes if m.hypothesis.part not in SCHEME_PARTS)
+        starts = [Point(others, None), *(Point(others, stepped) for stepped in self._rough)]
+        return self.improved(min(starts, key=self._weight))
+
+    def improved(self, point: Point) -> Mistakes:
+        """Return the mistakes of a point with a better scheme, fitted."""
+        point = self._with_own_damping(point)
+        weight = self._weight(point)
+        for _ in range(ROUNDS):
+            point = min(map(self._fitted, (point, *self._best_steps(point))), key=self._weight)
+            for axis in (self._with_other_details, self._with_other_times):
+                point = min((point, *axis(point)), key=self._weight)
+            before, weight = weight, self._weight(point)
+            if not weight < before:
+                break
+        return self._mistakes(point)
+
+    def _best_steps(self, point: Point) -> list[Point]:
+        """Return the best points with other steps, of each kind of method one; their values are still to be fitted."""
+        best: dict[str, Point] = {}
+        for other in sorted(self._with_other_steps(point), key=self._weight):
+            name = next((m.hypothesis.name for m in self._mistakes(other) if m.hypothesis.part == "steps"), "")
+            best.setdefault(name, other)
+        return list(best.values())[:FITTED]
+
+    # --- the axes of the product --------------------------------------------------------------------------------------
+
+    def _with_other_steps(self, point: Point) -> Iterator[Point]:
+        """Yield other steps, gyroscopic terms and rotations together; and methods of other kinds."""
+        scheme = point.stepped.scheme if point.stepped else EngineScheme("", "explicit", "exponential")
+        late, force = (point.stepped.late, point.stepped.impulse_as_force) if point.stepped else (0, False)
+        for step, gyroscopic, rotation in product(self._steps, GYROSCOPIC, ROTATION):
+            other = replace(scheme, gyroscopic=gyroscopic, rotation=rotation)
+            yield Point(_without(point.others, "steps"), SteppedScheme(other, step, late, force))
+        if not point.stepped or not (scheme.damping.linear or scheme.damping.angular):
+            for method in self._methods:
+                yield Point((*_without(point.others, "steps"), method), None)
+            yield Point(_without(point.others, "steps"), None)
+
+    def _with_other_details(self, point: Point) -> Iterator[Point]:
+        """Yield other places of the damping, substeps of the centre, and first steps without gravity."""
+        if point.stepped is None:
+            return
+        scheme = point.stepped.scheme
+        damping, others = scheme.damping, []
+        if damping.linear or damping.angular:
+            others += [replace(scheme, damping=replace(damping, place=place)) for place in DAMPING_PLACES]
+        if self._evaluator.context.program.gravity.any():
+            others += [replace(scheme, idle_steps=idle) for idle in (0, 1, 2)]
+            others += [replace(scheme, position_substeps=number) for number in (1, 4)]
+        for other in others:
+            yield replace(point, stepped=replace(point.stepped, scheme=other))
+
+    def _with_other_times(self, point: Point) -> Iterator[Point]:
+        """Yield rows that are late or early, and impulses over a step."""
+        if point.stepped is None or any(m.hypothesis.part.startswith("clock") for m in point.others):
+            return
+        forces = (False, True) if self._evaluator.context.program.impulses and self._may_last(point) else (False,)
+        for late, force in product((*ROW_SHIFTS, 2), forces):
+            yield replace(point, stepped=replace(point.stepped, late=late, impulse_as_force=force))
+
+    def _may_last(self, point: Point) -> bool:
+        return all(mistake.hypothesis.part != "impulse" for mistake in point.others)
+
+    def _with_own_damping(self, point: Point) -> Point:
+        """Return a point whose damping is a part of its scheme."""
+        rates = {
+            DAMPINGS[m.hypothesis.part]: m.value
+            for m in point.others
+            if m.hypothesis.name in ("linear-damping", "angular-damping")
+        }
+        if not rates or point.stepped is None:
+            return point
+        others = tuple(m for m in point.others if m.hypothesis.part not in DAMPINGS)
+        scheme = replace(point.stepped.scheme, damping=Damping(**rates))
+        return Point(others, replace(point.stepped, scheme=scheme))
+
+    # --- values -------------------------------------------------------------------------------------------------------
+
+    def _refined(self, point: Point) -> Point:
+        """Return a point whose mistake has a refined value."""
+        (mistake,) = point.others
+        refined = self._fitter.refined_one(self._mistakes(point), mistake.hypothesis)
+        return self._with_values(point, refined)
+
+    def _fitted(self, point: Point) -> Point:
+        """Return a point with fitted values."""
+        return self._with_values(point, self._fitter.fit(self._mistakes(point), self._free(point)))
+
+    def _free(self, point: Point) -> list[Hypothesis]:
+        """Return what is fitted: all but the step."""
+        return [m.hypothesis for m in self._mistakes(point) if m.hypothesis.part not in ("steps", "clock offset")]
+
+    def _with_values(self, point: Point, mistakes: Mistakes) -> Point:
+        values = {mistake.hypothesis: mistake.value for mistake in mistakes}
+        others = tuple(Mistake(m.hypothesis, values.get(m.hypothesis, m.value)) for m in point.others)
+        if point.stepped is None:
+            return Point(others, None)
+        own = {m.hypothesis for m in point.others}
+        rates = {
+            DAMPINGS[h.part]: value for h, value in values.items() if h.part in DAMPINGS and h.fitted and h not in own
+        }
+        damping = replace(point.stepped.scheme.damping, **rates)
+        return Point(others, replace(point.stepped, scheme=replace(point.stepped.scheme, damping=damping)))
+
+    def _mistakes(self, point: Point) -> Mistakes:
+        if point.stepped is None:
+            return self._evaluator.ordered(point.others)
+        scheme = self._hypotheses.mistakes(point.stepped, fitted=True)
+        taken = {mistake.hypothesis.part for mistake in point.others}
+        own = tuple(mistake for mistake in scheme if mistake.hypothesis.part not in taken)
+        return self._evaluator.ordered((*point.others, *own))
+
+    def _weight(self, point: Point) -> float:
+        return self._evaluator.quick_weight(self._mistakes(point))
+
+
+def _without(mistakes: Mistakes, part: str) -> Mistakes:
+    return tuple(mistake for mistake in mistakes if mistake.hypothesis.part != part)
