@@ -9,7 +9,7 @@ import numpy as np
 
 from tumble.compare.grade.hypotheses.engine_schemes import ENGINES, EngineScheme
 from tumble.compare.grade.hypotheses.explanation import Explanation
-from tumble.compare.grade.hypotheses.hypothesis import Context
+from tumble.compare.grade.hypotheses.hypothesis import NEAR, Context
 from tumble.compare.grade.hypotheses.mistakes import hypotheses
 from tumble.compare.grade.measure.conserved import fitted_pose
 from tumble.compare.grade.measure.errors import Measured, SampledRows, measure
@@ -123,13 +123,27 @@ class Grade:
         if not diagnosis.engines and diagnosis.null.weighted_rms_m <= BARELY * self.scale.floor_m:
             return TOO_LITTLE
         if best.within_floor or (best.is_noise and best.rms_m <= LEFT_AS_NOISE * diagnosis.null.rms_m):
-            return EXPLAINED_WHOLLY
+            return EXPLAINED_PARTLY if self._has_odd_step(diagnosis) else EXPLAINED_WHOLLY
         if self.hidden_by_single:
             return TOO_LITTLE
         # Any method of higher order explains a part of an error that is as small as it leaves.
         guessed = all(m.hypothesis.part == "steps" and m.hypothesis.only_named for m in best.mistakes)
         partly = best.weighted_rms_m <= MOST_LEFT * diagnosis.null.weighted_rms_m and not guessed
         return EXPLAINED_PARTLY if partly else UNEXPLAINED
+
+    def _has_odd_step(self, diagnosis: Diagnosis) -> bool:
+        """Whether the best explanation has a step that is neither usual nor a part of a row interval or of a tick.
+
+        Such a step was fitted to what something else left.
+        """
+        if diagnosis.engines:
+            return False
+        values = {m.hypothesis.part: m for m in diagnosis.best.mistakes}
+        if "steps" not in values or "clock rate" in values or values["steps"].has_named_value:
+            return False
+        tick = values["clock tick"].value if "clock tick" in values else self.measured.spacing_s
+        count = tick / values["steps"].value
+        return abs(count - round(count)) > NEAR * count
 
     @property
     def is_coarse(self) -> bool:

@@ -4,6 +4,7 @@ A mistake is first tried upon a few rough schemes.  Then the scheme is improved 
 step, the gyroscopic term and the rotation, the place of its damping, how late its rows are, and its first steps.
 """
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import product
@@ -18,7 +19,7 @@ from tumble.compare.grade.hypotheses.engine_schemes import (
     SteppedScheme,
 )
 from tumble.compare.grade.hypotheses.explanation import Mistake, Mistakes
-from tumble.compare.grade.hypotheses.hypothesis import Hypothesis
+from tumble.compare.grade.hypotheses.hypothesis import NEAR, Hypothesis
 from tumble.compare.grade.hypotheses.scheme_hypotheses import SchemeHypotheses
 from tumble.compare.grade.search.evaluator import Evaluator
 from tumble.compare.grade.search.fitting import Fitter
@@ -27,8 +28,13 @@ from tumble.compare.grade.search.fitting import Fitter
 SCHEME_PARTS = frozenset({"steps", "normalisation", "position step", "gravity start", "clock offset", "gyroscopic"})
 # Steps in a row interval of rough schemes, and of the candidates those that are refined and those that are improved.
 ROUGH_STEPS, REFINED, IMPROVED = (1, 2, 4), 24, 6
+# Ticks of programs whose rows lie between them [s], and steps in a tick.
+TICKS, PARTS = (1 / 50, 1 / 60, 1 / 100, 1 / 120), (1, 2, 4, 8)
 # Rounds of improving each axis, kinds of methods that are fitted in each, and steps of a run that are worth their time.
 ROUNDS, FITTED, MOST_STEPS = 3, 4, 10_000
+# Programs between ticks that are improved; and parts that rule them out.
+BETWEEN, CLOCK_PARTS = 2, ("clock offset", "clock rate", "clock stop")
+UNUSUAL = re.compile("half a step|nearest")
 DAMPINGS = {"linear damping": "linear", "angular damping": "angular"}
 
 
@@ -51,6 +57,14 @@ class SchemeSearch:
         self._rough = [
             SteppedScheme(EngineScheme("", kind, "exponential"), step)
             for kind, step in product(("explicit", "none"), rough)
+        ]
+        # Rows half a tick late, or at the nearest tick, are not usual.
+        readings = [h for h in evaluator.hypotheses if h.part == "clock tick" and not UNUSUAL.search(h.text)]
+        self._readings = [
+            Mistake(hypothesis, tick)
+            for hypothesis in readings
+            for tick in TICKS
+            if abs(context.spacing_s / tick - round(context.spacing_s / tick)) > NEAR and tick < context.duration / 4
         ]
         self._methods = [
             Mistake(hypothesis, step)
@@ -77,6 +91,12 @@ class SchemeSearch:
         improved = [self.improved(point) for point in sorted(refined, key=weight)[:IMPROVED]]
         return sorted(improved, key=self._evaluator.quick_weight)
 
+    def between_ticks(self) -> list[Mistakes]:
+        """Return the best scheme whose rows lie between ticks, improved; empty if rows can be at ticks only."""
+        points = [other for stepped in self._rough[:1] for other in self._with_other_readings(Point((), stepped))]
+        best = sorted(points, key=self._weight)[:BETWEEN]
+        return [self.improved(point) for point in best]
+
     def below(self, mistakes: Mistakes) -> Mistakes:
         """Return mistakes that were found without a scheme upon the best one."""
         others = tuple(m for m in mistakes if m.hypothesis.part not in SCHEME_PARTS)
@@ -89,7 +109,7 @@ class SchemeSearch:
         weight = self._weight(point)
         for _ in range(ROUNDS):
             point = min(map(self._fitted, (point, *self._best_steps(point))), key=self._weight)
-            for axis in (self._with_other_details, self._with_other_times):
+            for axis in (self._with_other_details, self._with_other_times, self._with_other_readings):
                 point = min((point, *axis(point)), key=self._weight)
             before, weight = weight, self._weight(point)
             if not weight < before:
@@ -110,10 +130,12 @@ class SchemeSearch:
         """Yield other steps, gyroscopic terms and rotations together; and methods of other kinds."""
         scheme = point.stepped.scheme if point.stepped else EngineScheme("", "explicit", "exponential")
         late, force = (point.stepped.late, point.stepped.impulse_as_force) if point.stepped else (0, False)
-        for step, gyroscopic, rotation in product(self._steps, GYROSCOPIC, ROTATION):
+        tick = next((m.value for m in point.others if m.hypothesis.part == "clock tick"), 0.0)
+        steps = [tick / parts for parts in PARTS] if tick else self._steps
+        for step, gyroscopic, rotation in product(steps, GYROSCOPIC, ROTATION):
             other = replace(scheme, gyroscopic=gyroscopic, rotation=rotation)
             yield Point(_without(point.others, "steps"), SteppedScheme(other, step, late, force))
-        if not point.stepped or not (scheme.damping.linear or scheme.damping.angular):
+        if not tick and not (scheme.damping.linear or scheme.damping.angular):
             for method in self._methods:
                 yield Point((*_without(point.others, "steps"), method), None)
             yield Point(_without(point.others, "steps"), None)
@@ -131,6 +153,15 @@ class SchemeSearch:
             others += [replace(scheme, position_substeps=number) for number in (1, 4)]
         for other in others:
             yield replace(point, stepped=replace(point.stepped, scheme=other))
+
+    def _with_other_readings(self, point: Point) -> Iterator[Point]:
+        """Yield rows that lie between ticks: of the last one, the one before, or interpolated."""
+        if point.stepped is None or any(m.hypothesis.part in CLOCK_PARTS for m in point.others):
+            return
+        others = _without(point.others, "clock tick")
+        for reading in self._readings:
+            for parts in PARTS[:2]:
+                yield Point((*others, reading), replace(point.stepped, step=reading.value / parts, late=0))
 
     def _with_other_times(self, point: Point) -> Iterator[Point]:
         """Yield rows that are late or early, and impulses over a step."""

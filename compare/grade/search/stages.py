@@ -108,12 +108,10 @@ def defaults_of_engines(search: Search) -> bool:
 
 def defaults_of_engines_with_short_steps(search: Search) -> bool:
     """Simulate the scheme of every engine with steps of which many are in a row interval."""
-    if search.best.is_whole:
-        return False
     found, engines = search.engine_search.defaults(short=True)
     search.by_engines += found
-    if engines:
-        search.engines = engines
+    if engines:  # a known scheme has priority over mistakes
+        search.engines, search.found = engines, []
     return bool(engines)
 
 
@@ -135,6 +133,14 @@ def schemes_below_the_best_mistakes(search: Search) -> bool:
         if each.names not in seen and len(seen) < BELOW:
             seen.add(each.names)
             search.add_upon_scheme(search.engine_search.schemes.below(each.mistakes))
+    return any(each.within_floor for each in search.found)
+
+
+def schemes_between_ticks(search: Search) -> bool:
+    """Put rows between the ticks of a scheme."""
+    if not search.best.is_whole:
+        for mistakes in search.engine_search.schemes.between_ticks():
+            search.add_upon_scheme(mistakes)
     return any(each.within_floor for each in search.found)
 
 
@@ -231,8 +237,9 @@ STAGES: tuple[Stage, ...] = (
     body_that_never_moves,
     defaults_of_engines,
     single_mistakes,
-    schemes_below_the_best_mistakes,
     defaults_of_engines_with_short_steps,
+    schemes_below_the_best_mistakes,
+    schemes_between_ticks,
     one_mistake_upon_any_scheme,
     schemes_with_fitted_damping,
     best_fitted_finely,
