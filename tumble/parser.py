@@ -327,7 +327,7 @@ def parser() -> Parser:
         type=seconds,
         default=2.0,
         metavar="S",
-        help="processor time after which the search for the cause stops with the best so far [s] (default: %(default)g)",
+        help="processor time after which the search stops with the best cause so far [s] (default: %(default)g)",
     )
     grade.add_argument("--json", action="store_true", help="print the grade as JSON")
     grade.add_argument("-o", "--output", metavar="DIR", help=TABLES_HELP)

@@ -111,8 +111,8 @@ def _ranked(search: Search) -> Diagnosis:
         if each.weight < best.weight + ALIKE and not each.names > best.names and each.names != best.names
     ]
     # Late rows alone do not identify an engine.
-    is_engine = best in search.by_engines and any(mistake.hypothesis.part != "clock offset" for mistake in best.mistakes)
-    engines = search.engines if is_engine else ()
+    has_more = any(mistake.hypothesis.part != "clock offset" for mistake in best.mistakes)
+    engines = search.engines if has_more and best in search.by_engines else ()
     return Diagnosis(
         null=null,
         best=best,

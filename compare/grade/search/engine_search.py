@@ -63,6 +63,7 @@ class EngineSearch:
         return self.simplified_if_whole(self._damping_search.explanations())
 
     def simplified_if_whole(self, found: list[Explanation]) -> list[Explanation]:
+        """Return explanations, best first; if the best is whole, only that, without what has no effect."""
         return [self._simplified(found[0])] if found and found[0].within_floor else found
 
     def _closest(self, runs: Iterable[SteppedScheme]) -> list[tuple[SteppedScheme, Explanation]]:

@@ -30,7 +30,7 @@ STARTED, MOST_COUNTED = 1000, 100_000
 IN_A_RADIAN, MOST_STATES = 10, 2000
 
 
-class SearchStopped(Exception):  # noqa: N818 - it ends a search, which is no error
+class SearchStopped(Exception):
     """The search has used its processor time."""
 
 

@@ -184,7 +184,7 @@ class SchemeSearch:
         if not rates or point.stepped is None:
             return point
         others = tuple(m for m in point.others if m.hypothesis.part not in DAMPINGS)
-        scheme = replace(point.stepped.scheme, damping=Damping(**rates))
+        scheme = replace(point.stepped.scheme, damping=Damping(rates.get("linear", 0.0), rates.get("angular", 0.0)))
         return Point(others, replace(point.stepped, scheme=scheme))
 
     # --- values -------------------------------------------------------------------------------------------------------
