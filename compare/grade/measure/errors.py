@@ -25,6 +25,8 @@ BINS = 60
 ALIKE, SINGLES_ALIKE, TURNED = 1e-9, 4 * 2.0**-23, 4
 # First rows that decide the clock, and how much smoother errors must be with the printed clock.
 FIRST_ROWS, SMOOTHER = 200, 0.1
+# An error that exceeds the rounding of the digits by less than this factor is their rounding.
+SLIGHTLY = 1.1
 # Row intervals that determine the row spacing.
 SPACED = 10_000
 
@@ -300,7 +302,7 @@ def _add(
     with np.errstate(over="ignore"):
         distances = np.linalg.norm(errors, axis=-1)
         largest = distances.max(axis=1)
-        beyond = np.linalg.norm(np.maximum(np.abs(errors) - half[:, None], 0.0), axis=-1)
+        beyond = np.linalg.norm(np.maximum(np.abs(errors) - SLIGHTLY * half[:, None], 0.0), axis=-1)
         sums.squares += float((distances**2).sum())
         sums.products += float((errors[1:] * errors[:-1]).sum())
         sums.neighbours += np.array([(errors[:-1] ** 2).sum(), (errors[1:] ** 2).sum()])

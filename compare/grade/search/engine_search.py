@@ -35,8 +35,8 @@ class EngineSearch:
 
     def __init__(self, evaluator: Evaluator, fitter: Fitter, engines: Sequence[EngineScheme] = ENGINES) -> None:
         self._evaluator, self._hypotheses, self._engines = evaluator, SchemeHypotheses(evaluator.context), engines
-        self._damping_search = DampingSearch(evaluator, fitter, self._hypotheses)
         self.schemes = SchemeSearch(evaluator, fitter, self._hypotheses)
+        self._damping_search = DampingSearch(evaluator, fitter, self._hypotheses, self.schemes)
 
     def defaults(self, short: bool) -> tuple[list[Explanation], tuple[str, ...]]:
         """Return the best explanations by an engine's defaults, best first, and the engines that fit if one is whole.

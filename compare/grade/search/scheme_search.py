@@ -54,7 +54,7 @@ class SchemeSearch:
         context = evaluator.context
         self._steps = [step for step in context.parts if context.duration <= MOST_STEPS * step]
         rough = [step for step in self._steps if round(context.spacing_s / step) in ROUGH_STEPS]
-        self._rough = [
+        self.rough = [
             SteppedScheme(EngineScheme("", kind, "exponential"), step)
             for kind, step in product(("explicit", "none"), rough)
         ]
@@ -82,39 +82,40 @@ class SchemeSearch:
             if hypothesis.part not in SCHEME_PARTS and not hypothesis.variant:
                 points = (
                     Point((Mistake(hypothesis, value),), stepped)
-                    for stepped in self._rough
+                    for stepped in self.rough
                     for value in hypothesis.values or (0.0,)
                 )
                 if best := min(points, key=weight, default=None):
                     found.append(best)
         refined = map(self._refined, sorted(found, key=weight)[:REFINED])
-        improved = [self.improved(point) for point in sorted(refined, key=weight)[:IMPROVED]]
-        return sorted(improved, key=self._evaluator.quick_weight)
+        improved = map(self.improved, sorted(refined, key=weight)[:IMPROVED])
+        return [self._mistakes(point) for point in sorted(improved, key=weight)]
 
     def between_ticks(self) -> list[Mistakes]:
         """Return the best scheme whose rows lie between ticks, improved; empty if rows can be at ticks only."""
-        points = [other for stepped in self._rough[:1] for other in self._with_other_readings(Point((), stepped))]
+        points = [other for stepped in self.rough[:1] for other in self._with_other_readings(Point((), stepped))]
         best = sorted(points, key=self._weight)[:BETWEEN]
-        return [self.improved(point) for point in best]
+        return [self._mistakes(self.improved(point)) for point in best]
 
     def below(self, mistakes: Mistakes) -> Mistakes:
         """Return mistakes that were found without a scheme upon the best one."""
         others = tuple(m for m in mistakes if m.hypothesis.part not in SCHEME_PARTS)
-        starts = [Point(others, None), *(Point(others, stepped) for stepped in self._rough)]
-        return self.improved(min(starts, key=self._weight))
+        starts = [Point(others, None), *(Point(others, stepped) for stepped in self.rough)]
+        return self._mistakes(self.improved(min(starts, key=self._weight)))
 
-    def improved(self, point: Point) -> Mistakes:
-        """Return the mistakes of a point with a better scheme, fitted."""
+    def improved(self, point: Point) -> Point:
+        """Return a point with a better scheme, fitted."""
         point = self._with_own_damping(point)
         weight = self._weight(point)
         for _ in range(ROUNDS):
-            point = min(map(self._fitted, (point, *self._best_steps(point))), key=self._weight)
+            others = (*self._best_steps(point), *self._with_other_places(point))
+            point = min(map(self._fitted, (point, *others)), key=self._weight)
             for axis in (self._with_other_details, self._with_other_times, self._with_other_readings):
                 point = min((point, *axis(point)), key=self._weight)
             before, weight = weight, self._weight(point)
             if not weight < before:
                 break
-        return self._mistakes(point)
+        return point
 
     def _best_steps(self, point: Point) -> list[Point]:
         """Return the best points with other steps, of each kind of method one; their values are still to be fitted."""
@@ -141,18 +142,25 @@ class SchemeSearch:
             yield Point(_without(point.others, "steps"), None)
 
     def _with_other_details(self, point: Point) -> Iterator[Point]:
-        """Yield other places of the damping, substeps of the centre, and first steps without gravity."""
+        """Yield other substeps of the centre, and other numbers of first steps without gravity."""
+        if point.stepped is None or not self._evaluator.context.program.gravity.any():
+            return
+        scheme = point.stepped.scheme
+        others = [replace(scheme, idle_steps=idle) for idle in (0, 1, 2)]
+        for other in (*others, *(replace(scheme, position_substeps=number) for number in (1, 4))):
+            yield replace(point, stepped=replace(point.stepped, scheme=other))
+
+    def _with_other_places(self, point: Point) -> Iterator[Point]:
+        """Yield other places of the damping in a step; the rotation that fits then is another one, too."""
         if point.stepped is None:
             return
         scheme = point.stepped.scheme
-        damping, others = scheme.damping, []
-        if damping.linear or damping.angular:
-            others += [replace(scheme, damping=replace(damping, place=place)) for place in DAMPING_PLACES]
-        if self._evaluator.context.program.gravity.any():
-            others += [replace(scheme, idle_steps=idle) for idle in (0, 1, 2)]
-            others += [replace(scheme, position_substeps=number) for number in (1, 4)]
-        for other in others:
-            yield replace(point, stepped=replace(point.stepped, scheme=other))
+        for place, rotation in (
+            product(DAMPING_PLACES, ROTATION) if scheme.damping.linear or scheme.damping.angular else ()
+        ):
+            if place != scheme.damping.place:
+                other = replace(scheme, rotation=rotation, damping=replace(scheme.damping, place=place))
+                yield replace(point, stepped=replace(point.stepped, scheme=other))
 
     def _with_other_readings(self, point: Point) -> Iterator[Point]:
         """Yield rows that lie between ticks: of the last one, the one before, or interpolated."""
