@@ -50,6 +50,8 @@ LITTLE = 1e-6
 # Rows in which single precision may move the body by more than this share of its size decide nothing, if it could
 # explain all; and the fewest rows without that are enough.
 LARGE_FLOOR, FEWEST = 1e-3, 12
+# A factor that differs from 1 by less was fitted to something else; so were more values than this.
+NEARLY_RIGHT, MOST_FITTED = 1e-4, 3
 # Printed digits that leave more than this share of the body's size open show it neither right nor wrong.
 COARSE = LARGEST_NOISE
 
@@ -123,7 +125,7 @@ class Grade:
         if not diagnosis.engines and diagnosis.null.weighted_rms_m <= BARELY * self.scale.floor_m:
             return TOO_LITTLE
         if best.within_floor or (best.is_noise and best.rms_m <= LEFT_AS_NOISE * diagnosis.null.rms_m):
-            return EXPLAINED_PARTLY if self._has_odd_step(diagnosis) else EXPLAINED_WHOLLY
+            return EXPLAINED_PARTLY if self._is_contrived(diagnosis) else EXPLAINED_WHOLLY
         if self.hidden_by_single:
             return TOO_LITTLE
         # Any method of higher order explains a part of an error that is as small as it leaves.
@@ -131,13 +133,18 @@ class Grade:
         partly = best.weighted_rms_m <= MOST_LEFT * diagnosis.null.weighted_rms_m and not guessed
         return EXPLAINED_PARTLY if partly else UNEXPLAINED
 
-    def _has_odd_step(self, diagnosis: Diagnosis) -> bool:
-        """Whether the best explanation has a step that is neither usual nor a part of a row interval or of a tick.
+    def _is_contrived(self, diagnosis: Diagnosis) -> bool:
+        """Whether the best explanation has values that no program has: they were fitted to what something else left.
 
-        Such a step was fitted to what something else left.
+        These are a step that is neither usual nor a part of a row interval or of a tick, factors that are nearly 1, and
+        too many values without a name.
         """
         if diagnosis.engines:
             return False
+        fitted = [m for m in diagnosis.best.mistakes if m.hypothesis.fitted and not m.has_named_value]
+        nearly_right = [m for m in fitted if not m.hypothesis.unit and abs(m.value - 1) < NEARLY_RIGHT]
+        if nearly_right or len(fitted) > MOST_FITTED:
+            return True
         values = {m.hypothesis.part: m for m in diagnosis.best.mistakes}
         if "steps" not in values or "clock rate" in values or values["steps"].has_named_value:
             return False

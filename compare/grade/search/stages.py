@@ -18,6 +18,8 @@ from tumble.compare.grade.search.fitting import Fitter
 
 # Parts of a program whose mistakes may cause one motion: gravity from the second step on, x moved by the old velocity.
 TWINS = {"gravity start": "position step", "position step": "gravity start"}
+# Mistakes without which no body in space moves.
+START_MISSING = ("start-velocity-missing", "start-spin-missing")
 # Single mistakes that are fitted finely: the right one may rank below others in a quick look.
 SINGLES = 12
 # Explanations to which further mistakes are added.
@@ -37,7 +39,8 @@ class Search:
 
     null: the explanation without a mistake; immobile, by_engines, by_damping, found: explanations, by the stages that
     found them; engines: names of those whose defaults fit; singles: every mistake alone, best first; pairs: the best
-    single mistake with one more; on_nearest: called with the nearest scheme if none fits.
+    single mistake with one more; has_short_steps: engines with many steps in a row interval have been tried;
+    on_nearest: called with the nearest scheme if none fits.
     """
 
     evaluator: Evaluator
@@ -53,6 +56,7 @@ class Search:
     found: list[Explanation] = field(default_factory=list)
     singles: list[Mistakes] = field(default_factory=list)
     pairs: list[Mistakes] = field(default_factory=list)
+    has_short_steps: bool = False
 
     @property
     def explanations(self) -> list[Explanation]:
@@ -97,6 +101,9 @@ def body_that_never_moves(search: Search) -> bool:
     """Explain a body at rest first: many schemes would fit as well."""
     never = [search.evaluator.explain((Mistake(h),)) for h in search.evaluator.hypotheses if h.name == BODY_NEVER_MOVES]
     search.immobile = [each for each in never if each.within_floor]
+    if search.immobile:  # a body that only rotates does not move without its spin, either
+        starts = (h for h in search.evaluator.hypotheses if h.name in START_MISSING)
+        search.found = [search.evaluator.explain((Mistake(hypothesis),)) for hypothesis in starts]
     return bool(search.immobile)
 
 
@@ -107,7 +114,10 @@ def defaults_of_engines(search: Search) -> bool:
 
 
 def defaults_of_engines_with_short_steps(search: Search) -> bool:
-    """Simulate the scheme of every engine with steps of which many are in a row interval."""
+    """Simulate the scheme of every engine with steps of which many are in a row interval, once."""
+    if search.has_short_steps:
+        return False
+    search.has_short_steps = True
     found, engines = search.engine_search.defaults(short=True)
     search.by_engines += found
     if engines:  # a known scheme has priority over mistakes
@@ -121,6 +131,11 @@ def single_mistakes(search: Search) -> bool:
     search.singles = sorted(tuned, key=search.evaluator.quick_weight)
     search.explained(search.singles[:SINGLES])
     return False
+
+
+def known_schemes_before_mistakes(search: Search) -> bool:
+    """Compare a mistake that explains all with the engines that take many steps in a row interval."""
+    return search.best.is_whole and defaults_of_engines_with_short_steps(search)
 
 
 def schemes_below_the_best_mistakes(search: Search) -> bool:
@@ -237,11 +252,12 @@ STAGES: tuple[Stage, ...] = (
     body_that_never_moves,
     defaults_of_engines,
     single_mistakes,
-    defaults_of_engines_with_short_steps,
+    known_schemes_before_mistakes,
     schemes_below_the_best_mistakes,
     schemes_with_fitted_damping,
     schemes_between_ticks,
     one_mistake_upon_any_scheme,
+    defaults_of_engines_with_short_steps,
     best_fitted_finely,
     combinations_of_schemes,
     second_mistake_with_the_best,
