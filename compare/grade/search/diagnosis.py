@@ -15,7 +15,7 @@ from tumble.compare.grade.search.combining import Combiner
 from tumble.compare.grade.search.engine_search import EngineSearch
 from tumble.compare.grade.search.evaluator import Evaluator, SearchStopped
 from tumble.compare.grade.search.fitting import Fitter
-from tumble.compare.grade.search.stages import CLOSING, STAGES, Search, by_weight
+from tumble.compare.grade.search.stages import CLOSING, STAGES, Search, by_weight, defaults_of_engines_with_short_steps
 
 # An explanation with fewer mistakes must leave this many times as much to be worse; more, if what is left with more
 # mistakes is not noise, since any fitted value explains a part of a systematic residual.
@@ -85,9 +85,9 @@ def _is_stopped(search: Search, search_s: float) -> bool:
     """Run the stages; return whether processor time ended them before they had ended by themselves."""
     search.evaluator.stops_at = thread_time() + search_s
     try:
-        for stage in STAGES:
-            if stage(search):
-                return False
+        if not any(stage(search) for stage in STAGES) or search.engines or not search.best.is_whole:
+            return False
+        defaults_of_engines_with_short_steps(search)  # a known scheme may be what was found in parts
     except SearchStopped:
         search.evaluator.stops_at = np.inf
         for stage in CLOSING:

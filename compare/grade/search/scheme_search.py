@@ -107,8 +107,8 @@ class SchemeSearch:
         """Return a point with a better scheme, fitted."""
         point = self._with_own_damping(point)
         weight = self._weight(point)
-        for _ in range(ROUNDS):
-            others = (*self._best_steps(point), *self._with_other_places(point))
+        for number in range(ROUNDS):
+            others = (*self._best_steps(point, only_same=number > 0), *self._with_other_places(point))
             point = min(map(self._fitted, (point, *others)), key=self._weight)
             for axis in (self._with_other_details, self._with_other_times, self._with_other_readings):
                 point = min((point, *axis(point)), key=self._weight)
@@ -117,12 +117,19 @@ class SchemeSearch:
                 break
         return point
 
-    def _best_steps(self, point: Point) -> list[Point]:
-        """Return the best points with other steps, of each kind of method one; their values are still to be fitted."""
-        best: dict[str, Point] = {}
-        for other in sorted(self._with_other_steps(point), key=self._weight):
+    def _best_steps(self, point: Point, only_same: bool) -> list[Point]:
+        """Return the best points with other steps, one of each method and rotation; their values are to be fitted.
+
+        only_same: the step stays as long as it is.
+        """
+        best: dict[tuple[str, str], Point] = {}
+        others = self._with_other_steps(point)
+        if only_same:
+            step = point.stepped.step if point.stepped else 0.0
+            others = (other for other in others if other.stepped and other.stepped.step == step)
+        for other in sorted(others, key=self._weight):
             name = next((m.hypothesis.name for m in self._mistakes(other) if m.hypothesis.part == "steps"), "")
-            best.setdefault(name, other)
+            best.setdefault((name, other.stepped.scheme.rotation if other.stepped else ""), other)
         return list(best.values())[:FITTED]
 
     # --- the axes of the product --------------------------------------------------------------------------------------

@@ -24,8 +24,8 @@ START_MISSING = ("start-velocity-missing", "start-spin-missing")
 SINGLES = 12
 # Explanations to which further mistakes are added.
 STARTS = 3
-# Single mistakes that are put upon schemes.
-BELOW = 4
+# Single mistakes that are put upon schemes: at most so many, which leave at most this share of the error.
+BELOW, MOSTLY = 4, 0.3
 MOST_MISTAKES = 5
 # A single mistake that leaves at most this share of the error is taken for one of the mistakes.
 SURELY = 0.05
@@ -133,16 +133,11 @@ def single_mistakes(search: Search) -> bool:
     return False
 
 
-def known_schemes_before_mistakes(search: Search) -> bool:
-    """Compare a mistake that explains all with the engines that take many steps in a row interval."""
-    return search.best.is_whole and defaults_of_engines_with_short_steps(search)
-
-
 def schemes_below_the_best_mistakes(search: Search) -> bool:
     """Put the best single mistakes upon schemes."""
-    best = [each for each in search.found if not each.is_whole]
-    if len(best) < len(search.found):
+    if search.best.is_whole:
         return False
+    best = [each for each in search.found if each.weighted_rms_m <= MOSTLY * search.null.weighted_rms_m]
     seen: set[frozenset[str]] = set()
     for each in sorted(best, key=by_weight)[:SINGLES]:
         if each.names not in seen and len(seen) < BELOW:
@@ -252,9 +247,8 @@ STAGES: tuple[Stage, ...] = (
     body_that_never_moves,
     defaults_of_engines,
     single_mistakes,
-    known_schemes_before_mistakes,
-    schemes_below_the_best_mistakes,
     schemes_with_fitted_damping,
+    schemes_below_the_best_mistakes,
     schemes_between_ticks,
     one_mistake_upon_any_scheme,
     defaults_of_engines_with_short_steps,
