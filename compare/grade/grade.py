@@ -56,7 +56,7 @@ NEARLY_RIGHT, MOST_FITTED = 1e-4, 3
 COARSE = LARGEST_NOISE
 
 # Processor time after which a search stops [s]: with reading the file, an answer then takes about 3 s.
-SEARCH_S = 2.0
+SEARCH_S = 1.5
 # The tasks that take long: reading rows, the truth, the search.
 TASKS = 3
 

@@ -191,9 +191,17 @@ def combinations_of_schemes(search: Search) -> bool:
     return False
 
 
+def second_mistake_if_one_is_sure(search: Search) -> bool:
+    """Add a second mistake at once if the best single one surely is one of the mistakes."""
+    is_sure = search.best.weighted_rms_m <= SURELY * search.null.weighted_rms_m
+    return is_sure and second_mistake_with_the_best(search)
+
+
 def second_mistake_with_the_best(search: Search) -> bool:
-    """Add a second mistake, and then more, to the best single one if it surely is one of the mistakes."""
+    """Add a second mistake, and then more, to the best single one if it surely is one of the mistakes; once."""
     best = search.best
+    if search.pairs:
+        return False
     search.evaluator.aim_at(best.rms_m)
     is_small = search.null.rms_m < SMALL * search.evaluator.scale.size_m
     pairs = [] if best.within_floor or is_small else search.combiner.with_one_more(best.mistakes)
@@ -247,8 +255,9 @@ STAGES: tuple[Stage, ...] = (
     body_that_never_moves,
     defaults_of_engines,
     single_mistakes,
-    schemes_with_fitted_damping,
     schemes_below_the_best_mistakes,
+    second_mistake_if_one_is_sure,
+    schemes_with_fitted_damping,
     schemes_between_ticks,
     one_mistake_upon_any_scheme,
     defaults_of_engines_with_short_steps,
