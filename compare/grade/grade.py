@@ -9,7 +9,7 @@ import numpy as np
 
 from tumble.compare.grade.hypotheses.engine_schemes import ENGINES, EngineScheme
 from tumble.compare.grade.hypotheses.explanation import Explanation
-from tumble.compare.grade.hypotheses.hypothesis import NEAR, Context
+from tumble.compare.grade.hypotheses.hypothesis import Context
 from tumble.compare.grade.hypotheses.mistakes import hypotheses
 from tumble.compare.grade.measure.conserved import fitted_pose
 from tumble.compare.grade.measure.errors import Measured, SampledRows, measure
@@ -52,6 +52,8 @@ LITTLE = 1e-6
 LARGE_FLOOR, FEWEST = 1e-3, 12
 # A factor that differs from 1 by less was fitted to something else; so were more values than this.
 NEARLY_RIGHT, MOST_FITTED = 1e-4, 3
+# A fitted step is a part of a row interval if their ratio is as near to a whole number.
+WHOLE = 0.02
 # Printed digits that leave more than this share of the body's size open show it neither right nor wrong.
 COARSE = LARGEST_NOISE
 
@@ -150,7 +152,7 @@ class Grade:
             return False
         tick = values["clock tick"].value if "clock tick" in values else self.measured.spacing_s
         count = tick / values["steps"].value
-        return abs(count - round(count)) > NEAR * count
+        return abs(count - round(count)) > WHOLE or round(count) == 0
 
     @property
     def is_coarse(self) -> bool:

@@ -22,6 +22,8 @@ TWINS = {"gravity start": "position step", "position step": "gravity start"}
 START_MISSING = ("start-velocity-missing", "start-spin-missing")
 # Single mistakes that are fitted finely: the right one may rank below others in a quick look.
 SINGLES = 12
+# Mistakes without a value that are explained first.
+PLAIN = 2
 # Explanations to which further mistakes are added.
 STARTS = 3
 # Single mistakes that are put upon schemes: at most so many, which leave at most this share of the error.
@@ -120,13 +122,17 @@ def defaults_of_engines_with_short_steps(search: Search) -> bool:
     search.has_short_steps = True
     found, engines = search.engine_search.defaults(short=True)
     search.by_engines += found
-    if engines:  # a known scheme has priority over mistakes
+    is_whole = any(each.within_floor for each in found)
+    if is_whole:  # a known scheme has priority over mistakes
         search.engines, search.found = engines, []
-    return bool(engines)
+    return is_whole
 
 
 def single_mistakes(search: Search) -> bool:
-    """Try each mistake alone."""
+    """Try each mistake alone; those without a value first, which take one run each."""
+    plain = [(Mistake(hypothesis),) for hypothesis in search.evaluator.hypotheses if not hypothesis.values]
+    for mistakes in sorted(plain, key=search.evaluator.quick_weight)[:PLAIN]:
+        search.found.append(search.evaluator.explain(mistakes))
     tuned = (search.fitter.tuned((hypothesis,)) for hypothesis in search.evaluator.hypotheses)
     search.singles = sorted(tuned, key=search.evaluator.quick_weight)
     search.explained(search.singles[:SINGLES])
