@@ -107,27 +107,36 @@ venv-release:
 attack: venv-test
 	$(BIN)/python tests/attack/attacks.py
 
+# uv where it is installed. Modules are compiled when they are first imported; tests write none, so venv-test compiles
+# all. The pins are complete: no dependency is looked up.
+ifneq ($(shell command -v uv 2>/dev/null),)
+INSTALL := uv pip install --quiet --python $(BIN)/python --no-deps
+else
+INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile --no-deps
+endif
+
 # .venv keeps a copy of the pins it was made from, and is made again only if they change.
 venv:
 	@cmp -s requirements.txt .venv/requirements.txt || { \
 	  echo "making .venv with $(PYTHON)" && \
 	  $(PYTHON) -c 'import sys; sys.exit("Tumble needs Python 3.11 or newer" if sys.version_info < (3, 11) else 0)' && \
 	  $(PYTHON) -m venv --clear .venv && \
-	  $(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements.txt && \
-	  $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation --no-deps -e . && \
+	  $(INSTALL) --require-hashes -r requirements.txt && \
+	  $(INSTALL) --no-build-isolation -e . && \
 	  cp requirements.txt .venv/requirements.txt; }
 
 venv-lab: venv
 	@cmp -s requirements-lab.txt .venv/requirements-lab.txt || { \
-	  $(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements-lab.txt && \
+	  $(INSTALL) --require-hashes -r requirements-lab.txt && \
 	  cp requirements-lab.txt .venv/requirements-lab.txt; }
 
 venv-test: venv-lab
 	@cmp -s requirements-test.txt .venv/requirements-test.txt || { \
-	  $(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements-test.txt && \
+	  $(INSTALL) --require-hashes -r requirements-test.txt && \
+	  { $(BIN)/python -m compileall -qq -j 0 .venv/lib || true; } && \
 	  cp requirements-test.txt .venv/requirements-test.txt; }
 
 venv-docs: venv-test
 	@cmp -s requirements-docs.txt .venv/requirements-docs.txt || { \
-	  $(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements-docs.txt && \
+	  $(INSTALL) --require-hashes -r requirements-docs.txt && \
 	  cp requirements-docs.txt .venv/requirements-docs.txt; }

@@ -2,8 +2,9 @@
 """Installs Tumble as its users do, and runs every command, on every Python that it finds.
 
 Each Python gets two environments: one with the newest dependencies that pyproject.toml allows, one with the lowest.
-The reference Python runs every command with the lowest, because the tests have run with newer ones; the newest Python
-runs every command with the newest.  The remaining environments run a few commands.  `--all` runs every command in each.
+The newest Python runs every command with the newest; the reference Python runs with the lowest, because the tests have
+run with newer ones, the commands that load a library each.  The remaining environments run a few commands.  `--all`
+runs every command in each.
 This file does not depend on the layout of the package.  It needs uv, or gets it from the package index.
 """
 
@@ -104,6 +105,8 @@ STEPS = (
     Step("check --baseline record --no-times"),
     Step(f"report free.toml {TWO} -o page.html", writes="page.html"),
     Step("report --from page-tables -o again.html", writes="again.html"),
+    Step("compare free.toml -e mujoco:euler --shard 1/1", writes="shard-1-of-1"),
+    Step("merge shard-1-of-1 -o merged", writes="merged/runs.csv"),
     Step("columns", prints="runs.csv"),
     Step("columns runs", prints="max_error_m"),
     Step("releases --help", prints="ENGINE"),
@@ -112,6 +115,8 @@ STEPS = (
 )
 # Commands that load kernels and engines, so that they find what another release of a library breaks.
 FEW = ("--version", "scenes", "run free.toml -e tumble:rk4 -o rk4.csv", "run free.toml -e mujoco:euler -o euler.csv")
+# With the lowest dependencies also one command for each library that commands load.
+LOADING = (*FEW, "compare", "grade euler.csv", "check", "report free.toml", "engines --")
 # Commands that need the extras.
 EXTRA_STEPS = (Step("compare free.toml -e mujoco:euler --svg errors.svg", writes="errors.svg"),)
 
@@ -124,7 +129,8 @@ class Cell:
     python: Path
     resolution: str
     folder: Path
-    whole: bool  # whether every command runs, or only FEW
+    whole: bool  # whether the extras and the lab are tried too, and more commands than FEW
+    words: tuple[str, ...]  # how the commands that run begin
     releases: dict[str, str] = field(default_factory=dict)
     times: dict[str, float] = field(default_factory=dict)  # of each command that passed [s]
     seconds: float = 0.0
@@ -163,10 +169,11 @@ def main() -> int:
     uv = find_uv(work)
     wheel = built(uv, work)
     cells = [
-        Cell(version, path, resolution, work / f"{version}-{resolution}", whole(options, version, resolution, here[-1]))
+        Cell(version, path, resolution, work / f"{version}-{resolution}", more, begins(options, resolution, more))
         for version, path in found.items()
         if path
         for resolution in RESOLUTIONS
+        for more in (whole(options, version, resolution, here[-1]),)
     ]
     started = time.monotonic()
     with ThreadPoolExecutor(options.jobs) as threads:
@@ -199,8 +206,15 @@ def parsed() -> argparse.Namespace:
     return options
 
 
+def begins(options: argparse.Namespace, resolution: str, more: bool) -> tuple[str, ...]:
+    """Return how the commands begin that run: all of them, those that load a library each, or few."""
+    if not more:
+        return FEW
+    return LOADING if resolution == "lowest" and not (options.all or options.chosen) else ("",)
+
+
 def whole(options: argparse.Namespace, version: str, resolution: str, newest: str) -> bool:
-    """Whether every command runs with these dependencies on that Python."""
+    """Whether more than a few commands run with these dependencies on that Python."""
     all_commands = (REFERENCE, "lowest"), (newest, "newest")
     return options.all or options.chosen or (version, resolution) in all_commands
 
@@ -278,7 +292,7 @@ def smoked(cell: Cell, uv: str, wheel: Path) -> Cell:
         run([uv, "pip", "install", "--quiet", "--no-deps", "--python", str(cell.bin / "python"), str(wheel)])
         cell.releases = releases(cell, uv)
         for step in STEPS:
-            if cell.whole or step.words in FEW:
+            if step.words.startswith(cell.words):
                 ran(cell, step)
         if not cell.whole:
             return cell

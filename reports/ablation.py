@@ -55,10 +55,12 @@ def ablation_text(ablation: Ablation) -> Iterator[RenderableType]:
     limit = "no reference solution" if ablation.resolution_m is None else f"resolution {ablation.resolution_m:.1e} m"
     yield plain(f"time per step with and without features the scene does not need; {limit}")
     table = columns("contestant", "with [ns]", "without", "ratio", "95 % interval", "motion", right=range(1, 4))
+    named = {contestant(row) for row in ablation.rows if row.feature == EVERYTHING}
     for row in ablation.rows:
         if row.max_difference_m is not None:
+            whose = "  with" if contestant(row) in named else f"{contestant(row)} with"
             table.add_row(
-                plain(contestant(row) if row.feature == EVERYTHING else f"  with {row.feature}"),
+                plain(contestant(row) if row.feature == EVERYTHING else f"{whose} {row.feature}"),
                 step_ns(row.cpu_ns_per_step_with),
                 step_ns(row.cpu_ns_per_step_without),
                 times(row.ratio),

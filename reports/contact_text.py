@@ -1,5 +1,6 @@
 """What `tumble compare` prints above a plane: the largest law error, the law of each contestant, its observables."""
 
+import re
 from collections.abc import Iterator, Sequence
 
 from rich.console import RenderableType
@@ -7,13 +8,14 @@ from rich.constrain import Constrain
 from rich.table import Table
 from rich.text import Text
 
-from tumble.compare.contact.findings import ContestantLaw, contestant_laws, largest, law_share, step_share
+from tumble.compare.contact.findings import RIGHT, ContestantLaw, contestant_laws, largest, law_share, step_share
 from tumble.compare.contact.schemas import ContactRow
 from tumble.compare.engines import OWN
 from tumble.reports.charts import GOOD
 from tumble.reports.numerals import listed
 from tumble.reports.terminal import LIST_WIDTH, columns, figure, length, plain
 
+IN_IMPACT = re.compile(" (after|in|of) impact")  # of an observable, below the line with the impact's number
 LEAST_SHARE = 1e-4  # a smaller step error is not worth its place in the table
 MOST_NAMED = 4  # contestants in one sentence
 POSITIONS = (
@@ -77,8 +79,19 @@ def error_words(law: ContestantLaw, rows: Sequence[ContactRow]) -> str:
     share = law_share(law.worst, of_contestant(rows, law))
     if not law.share or share is None:
         return law.verdict
-    impact = f" {law.worst.blow}" if law.worst.blow else ""
-    return f"{law.worst.observable}{impact} {percent(share)}"
+    return f"{observable_words(law.worst)} {percent(share)}"
+
+
+def observable_words(row: ContactRow) -> str:
+    """Return the name of an observable, with the number of its impact."""
+    if row.blow is None:
+        return row.observable
+    return f"{without_impact(row)} in impact {row.blow}"
+
+
+def without_impact(row: ContactRow) -> str:
+    """Return the name of an observable of an impact without the words for that."""
+    return IN_IMPACT.sub("", row.observable)
 
 
 def of_contestant(rows: Sequence[ContactRow], law: ContestantLaw) -> list[ContactRow]:
@@ -103,7 +116,7 @@ def law_table(laws: Sequence[ContestantLaw], rows: Sequence[ContactRow]) -> Tabl
 
 def step_words(rows: Sequence[ContactRow]) -> str:
     """Return the largest error that the step adds, in words: a share, and what a body at rest creeps."""
-    found = [(share, row.observable) for row in rows if (share := step_share(row, rows)) is not None]
+    found = [(share, observable_words(row)) for row in rows if (share := step_share(row, rows)) is not None]
     share, observable = max(found, key=lambda one: abs(one[0]), default=(0.0, ""))
     said = f"{observable} {percent(share)}" if abs(share) >= LEAST_SHARE else ""
     creeps = [row.step_error for row in rows if row.observable == "creep speed" and row.step_error is not None]
@@ -112,26 +125,44 @@ def step_words(rows: Sequence[ContactRow]) -> str:
 
 def is_worth_showing(row: ContactRow) -> bool:
     """Whether a row is more than a zero that is one."""
-    return row.verdict != "Coulomb and Newton" or row.true != 0
+    return row.verdict != RIGHT or row.true != 0
 
 
 def observable_table(rows: Sequence[ContactRow]) -> Table:
-    """Return observables with the error of the law, its interval, and that of the step."""
-    table = columns("observable", "impact", "true", "unit", "law error", "interval", "step error", "order", "verdict",
-                    right=(2, 4, 5, 6, 7))  # fmt: skip
-    for row in rows:
-        table.add_row(
-            row.observable,
-            "" if row.blow is None else str(row.blow),
-            f"{row.true:.4g}",
-            row.unit,
-            number(row.law_error),
-            "" if row.law_error_low is None else f"{number(row.law_error_low)} to {number(row.law_error_high)}",
-            number(row.step_error),
-            "" if row.order is None else f"{row.order:.1f}",
-            plain(row.verdict),
-        )
+    """Return observables with the error of the law, half its interval, and that of the step.
+
+    A column without a number is left out.  The rows of an impact stand below a line with its number.
+    """
+    cells = {
+        "observable": [row.observable if row.blow is None else f"  {without_impact(row)}" for row in rows],
+        "true": [f"{row.true:.4g} {row.unit}" for row in rows],
+        "law error": [number(row.law_error) for row in rows],
+        "±": [number(half_interval(row)) for row in rows],
+        "step error": [number(row.step_error) for row in rows],
+        "order": ["" if row.order is None else f"{row.order:.1f}" for row in rows],
+        "as the law": [law_word(row.verdict) for row in rows],
+    }
+    shown = {head: column for head, column in cells.items() if any(column)}
+    table = columns(*shown, right=range(1, len(shown) - 1))
+    impact = None
+    for row, texts in zip(rows, zip(*shown.values(), strict=True), strict=True):
+        if row.blow not in (None, impact):
+            table.add_row(f"impact {row.blow}")
+        impact = row.blow
+        table.add_row(*map(plain, texts))
     return table
+
+
+def law_word(verdict: str) -> str:
+    """Return whether an observable is as the law has it, in a word; the table above has the verdict."""
+    return "yes" if verdict == RIGHT else "no limit" if "depends on the step" in verdict else "no"
+
+
+def half_interval(row: ContactRow) -> float | None:
+    """Return half the width of the interval of a law error, None where there is none."""
+    if row.law_error_low is None or row.law_error_high is None:
+        return None
+    return (row.law_error_high - row.law_error_low) / 2
 
 
 def number(value: float | None) -> str:

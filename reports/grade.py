@@ -24,6 +24,7 @@ from tumble.compare.grade.grade import (
 from tumble.compare.grade.hypotheses.explanation import Explanation
 from tumble.compare.grade.measure.errors import Measured
 from tumble.compare.grade.search.diagnosis import Diagnosis
+from tumble.reports.contact_grade import contact_headline, contact_lines, contact_table
 from tumble.reports.terminal import LIST_WIDTH, columns, figure, length, plain, ruler, thinned, unit_of, vector
 
 BARS = "▁▂▃▄▅▆▇█"
@@ -54,6 +55,9 @@ def grade_text(grade: Grade) -> Iterator[RenderableType]:
     rows = "1 row" if m.rows == 1 else f"{m.rows} rows"
     yield plain(f"{rows}{throws}, read as {read_as(m)}; {resolution(m)}")
     yield Text()
+    if grade.contact is not None and grade.contact.observables:
+        yield contact_table(grade.contact)
+        yield Text()
     yield plain(f"vertex {m.worst_vertex}" + (f" of throw {m.throw}" if m.throws > 1 else ""))
     yield vertex_table(m)
     yield Text()
@@ -76,6 +80,9 @@ def headline(grade: Grade) -> str:
     -------
     one line of text
     """
+    if grade.contact is not None:
+        found = grade.diagnosis if grade.verdict == EXPLAINED_PARTLY else None
+        return contact_headline(grade.file, grade.contact, mistakes_text(found.best) if found else "")
     m, diagnosis = grade.measured, grade.diagnosis
     largest = f"the largest error is {length(m.worst_m)}"
     right = {
@@ -227,6 +234,9 @@ def verdict_lines(grade: Grade) -> Iterator[str]:
     -------
     lines of text
     """
+    if grade.contact is not None:
+        yield from contact_lines(grade.contact)
+        return
     m, diagnosis = grade.measured, grade.diagnosis
     match grade.verdict:
         case verdict if verdict == CORRECT_TO_RESOLUTION:

@@ -30,11 +30,6 @@ def superscript(power: int) -> str:
     return "".join(SUPERSCRIPTS[sign] for sign in str(power))
 
 
-def at_most(limit: float, digits: int = 3) -> str:
-    """Return the text for a number below its resolution."""
-    return f"≤\N{NO-BREAK SPACE}{figure(limit, digits)}"
-
-
 def fixed(value: float, decimals: int) -> str:
     """Return a number with this many decimals, without a minus sign before zero.
 

@@ -18,13 +18,15 @@ from tumble.compare.sweep.pareto_front import (
     reach,
     usable,
 )
-from tumble.compare.sweep.schemas import AccuracyCostRow, OrderRow
+from tumble.compare.sweep.schemas import AccuracyCostRow, ObservableCostRow, OrderRow
 from tumble.compare.sweep.work_precision import Sweep, Timed
 from tumble.reports.charts import cost_chart
+from tumble.reports.contact_text import POSITIONS
 from tumble.reports.families import joined
 from tumble.reports.numerals import listed
 from tumble.reports.terminal import LIST_WIDTH, columns, figure, length, plain, reasons_text
 
+SHARES = (10.0, 1.0, 0.1, 0.01)  # errors of an observable [%]
 MOST_ALIKE = 3  # contestants named as fastest to one error
 # A confidence interval whose ends differ by more than this factor is printed instead of the ratio.
 WIDE = 2.0
@@ -44,6 +46,7 @@ def sweep_text(sweep: Sweep, reference: str, charts: bool = False) -> Iterator[R
     the parts of the text, from top to bottom
     """
     yield plain(f"{sweep.scene.name}: {sweep.scene.title}")
+    yield from observable_text(sweep.observed)
     if charts:
         yield from cost_chart(list(accuracy_cost_rows(sweep, reference)))
     yield plain("run time [us] to reach an error; in brackets the ratio to " + reference)
@@ -67,6 +70,32 @@ def sweep_text(sweep: Sweep, reference: str, charts: bool = False) -> Iterator[R
     yield from precision_text(orders.values())
     yield from clock_text(sweep, [row for digits in costs.values() for row in digits])
     yield from reasons_text((run.name, run.outcome) for run in sweep.untimed if run.status != "ok")
+
+
+def observable_text(rows: Sequence[ObservableCostRow]) -> Iterator[RenderableType]:
+    """Yield the run time that each contestant needs to reach an error of an observable of contact."""
+    if not rows:
+        return
+    impact = f" {rows[0].blow}" if rows[0].blow else ""
+    yield plain(f"{rows[0].observable}{impact}: run time [us] of the scene to reach an error, as a share of its size")
+    table = columns(
+        "contestant", *(f"{share:.4g} %" for share in SHARES), "best", "unit", right=range(1, 2 + len(SHARES))
+    )
+    own: dict[str, list[ObservableCostRow]] = {}
+    for row in rows:
+        own.setdefault(f"{row.engine}:{row.method}", []).append(row)
+    reached = {name: [within(each, share / 100) for share in SHARES] for name, each in own.items()}
+    for name in sorted(own, key=lambda name: [time or math.inf for time in reversed(reached[name])]):
+        best = figure(min(row.error for row in own[name]))
+        times = ["never" if time is None else f"{time:.3g}" for time in reached[name]]
+        table.add_row(plain(name), *times, best, own[name][0].unit)
+    yield table
+    yield Constrain(plain(POSITIONS), LIST_WIDTH)
+
+
+def within(rows: Sequence[ObservableCostRow], share: float) -> float | None:
+    """Return the shortest run time of those within an error [us]; None if there is none."""
+    return min((row.run_us for row in rows if row.error_share <= share), default=None)
 
 
 def precision_text(orders: Collection[OrderRow]) -> Iterator[RenderableType]:

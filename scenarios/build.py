@@ -1,5 +1,6 @@
 """From the tables of a scene file to a Scene: what their types cannot say is checked here."""
 
+import logging
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -42,8 +43,11 @@ from tumble.scenarios.scene import (
 )
 from tumble.scenarios.surface import read_surface
 
+log = logging.getLogger(__name__)
+
 MOST_STEPS = 1e9
 ROUNDING = 1e-12  # relative: how far a tensor may be from symmetric, or from A + B >= C
+CONVEX = 1e-6  # relative: how much volume single precision takes from a convex mesh, and more
 UNIT = 4 * sys.float_info.epsilon  # how far the square of a unit vector of rounded numbers may be from 1
 SMALLEST = sys.float_info.min  # below which a float has not all its digits
 # Of the body's size and distances: how far a body that touches a plane may be from it as its numbers are rounded.
@@ -84,6 +88,8 @@ def scene_from(file: File, path: Path, to_run: bool) -> Scene:
         impulses = [impulse for impulse in impulses if impulse.time > 0]
     if pulls["plane"]:
         _refuse_below(pulls["plane"], body, start)
+        if to_run and body.shape == "mesh" and not _is_convex(body):
+            log.info(f"{path.stem}: the mesh is not convex; what touches the plane is its convex hull")
     return Scene(
         name=path.stem,
         title=file.title,
@@ -167,6 +173,15 @@ def _solid(table: MeshTable, folder: Path) -> tuple[Array, Array, np.ndarray, Ar
         raise Refused(("body", "file"), str(error)) from None
     outward = faces if solid.volume > 0 else faces[:, ::-1]
     return frozen_array(points), points - solid.centre, outward, solid.tensor
+
+
+def _is_convex(body: Body) -> bool:
+    """Whether a mesh encloses the volume of its convex hull."""
+    from scipy.spatial import ConvexHull  # slow to load
+
+    a, b, c = body.points[body.faces].transpose(1, 0, 2)
+    volume = np.einsum("ij,ij->", a, np.cross(b, c)) / 6
+    return bool(ConvexHull(body.points).volume <= volume * (1 + CONVEX))
 
 
 def _start(table: BodyTable, body: Body) -> Array:

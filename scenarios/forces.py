@@ -43,6 +43,11 @@ class Law:
     stiffness: Callable[[Any, Any], float] = lambda one, scene: 0.0
     numbers: dict[str, str] = field(default_factory=dict)
 
+    @property
+    def identity(self) -> str:
+        """What tells it from the others."""
+        return self.name
+
     def all_of(self, scene: Any) -> tuple[Any, ...]:
         """Return the numbers of each of its kind that the scene has."""
         part = getattr(scene, self.part)

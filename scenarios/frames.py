@@ -67,6 +67,20 @@ def quaternion_product(p: Array, q: Array) -> Array:
     )
 
 
+def cross_matrix(a: Array) -> Array:
+    """Return the matrix of b -> a x b.
+
+    Parameters
+    ----------
+    a : (3,)
+
+    Returns
+    -------
+    (3, 3)
+    """
+    return np.array([[0.0, -a[2], a[1]], [a[2], 0.0, -a[0]], [-a[1], a[0], 0.0]])
+
+
 def turned_by(p: Array, q: Array) -> Array:
     """Return the rotation that takes one attitude to another.
 

@@ -105,8 +105,9 @@ def net_wrenches(states: Array, tethers: Array, drag: Array, floor: Array, feet:
     wrenches = np.empty((len(states), 6))
     for i in range(len(states)):
         state, total = states[i], wrenches[i]
-        total[0:3] = -drag[0] * state[7:10]
-        total[3:6] = -drag[1] * state[10:13]  # a scalar times w is the same in body and in world axes
+        for axis in range(3):  # written to a slice, it would compile for three times as long
+            total[axis] = -drag[0] * state[7 + axis]
+            total[3 + axis] = -drag[1] * state[10 + axis]  # a scalar times w is the same in body and in world axes
         for tether in tethers:
             lever = turned(state, (tether[0], tether[1], tether[2]))
             add(total, lever, tether_force(*motion(state, lever), tether))

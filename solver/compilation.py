@@ -11,9 +11,7 @@ for the last bits would depend on the processor and on how a loop happened to be
 them.
 """
 
-import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
@@ -76,29 +74,3 @@ def kernel_with(*folders: Path) -> Callable[[F], F]:
     decorator
     """
     return lambda function: cast(F, keep(njit(**OPTIONS)(function), SOURCE, folders))
-
-
-@contextmanager
-def without_blas() -> Iterator[None]:
-    """Keep numba from looking for scipy's BLAS while it is loaded, which takes a seventh of a start.
-
-    No kernel here calls BLAS. numba looks once, to decide whether its np.convolve may use it; everything else that
-    needs BLAS looks again. Do not use it where another thread may import scipy meanwhile.
-
-    Yields
-    ------
-    None
-
-    Notes
-    -----
-    Source: numba 0.68, numba/np/arraymath.py.
-    """
-    blas, modules = "scipy.linalg.cython_blas", cast(dict[str, Any], sys.modules)
-    if blas in modules:
-        yield
-        return
-    modules[blas] = None  # what Python takes for a module that is not there
-    try:
-        yield
-    finally:
-        del modules[blas]

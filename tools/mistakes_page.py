@@ -13,12 +13,14 @@ from pathlib import Path
 
 import numpy as np
 
+from tumble.compare.grade.hypotheses.contact_mistakes import SHOWN, ContactHypothesis, contact_hypotheses
 from tumble.compare.grade.hypotheses.engine_schemes import engine_runs, scheme_combinations
 from tumble.compare.grade.hypotheses.hypothesis import Context, Hypothesis
 from tumble.compare.grade.hypotheses.mistakes import hypotheses
 from tumble.compare.grade.hypotheses.names import RENAMED_MISTAKES, RENAMED_PARAMETERS
 from tumble.compare.grade.hypotheses.scheme_hypotheses import SchemeHypotheses
 from tumble.compare.grade.hypotheses.sensor_mistakes import SensorHypothesis, sensor_hypotheses
+from tumble.compare.grade.model.contact_law import ContactLaw
 from tumble.compare.grade.model.program_model import correct_program
 from tumble.compare.grade.model.sensor_model import ACCELEROMETER, GYRO, SensorModel
 from tumble.compare.grade.results import parameters
@@ -99,6 +101,11 @@ def tried_of_sensors() -> Iterator[SensorHypothesis]:
         yield from sensor_hypotheses(SensorModel(device, np.array((0.1, 0.0, 0.0)), tilt), SPACING_S)
 
 
+def tried_of_contact() -> tuple[ContactHypothesis, ...]:
+    """Return every mistake of contact that is tried."""
+    return (*SHOWN, *contact_hypotheses(ContactLaw(0.5, 0.5), np.array((1.0, 0.0, -9.0)), (1.0, 2.0)))
+
+
 def names() -> dict[str, dict[str, str]]:
     """Return the unit of each parameter of each mistake, sorted by name."""
     found: dict[str, dict[str, str]] = {}
@@ -110,6 +117,8 @@ def names() -> dict[str, dict[str, str]]:
             # A bias has the unit of its device.
             units = dict.fromkeys((*filter(None, (own.get(parameter),)), sensor_hypothesis.unit))
             own[parameter] = " or ".join(units)
+    for contact_hypothesis in tried_of_contact():
+        found.setdefault(contact_hypothesis.name, {}).update(contact_hypothesis.parameters or (("", ""),))
     return {name: dict(sorted(found[name].items())) for name in sorted(found, key=str.lower)}
 
 
@@ -119,10 +128,10 @@ def page() -> str:
     lines = [
         "# The names of mistakes",
         "",
-        "The identifiers in the columns `mistake`, `parameter` and `unit` of `diagnosis.csv` and",
-        f"`sensor-diagnosis.csv`, and in `tumble grade --json`: {len(known)} names, collected by",
-        "`tools/mistakes_page.py` from the mistakes that are tried. They change only with the format of the tables",
-        "([compatibility.md](compatibility.md)).",
+        "The identifiers in the columns `mistake`, `parameter` and `unit` of `diagnosis.csv`,",
+        f"`sensor-diagnosis.csv` and `contact-diagnosis.csv`, and in `tumble grade --json`: {len(known)} names,",
+        "collected by `tools/mistakes_page.py` from the mistakes that are tried. They change only with the",
+        "format of the tables ([compatibility.md](compatibility.md)).",
         "A mistake has one row for each parameter that has an effect in the scene, and one row without a parameter",
         "if it has no value. A `choice` is a word.",
         "",

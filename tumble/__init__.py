@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from tumble.api.engines import engine as engine
     from tumble.api.engines import engines as engines
     from tumble.api.grade import grade as grade
+    from tumble.api.merge import merge as merge
     from tumble.api.reference import reference as reference
     from tumble.api.releases import releases as releases
     from tumble.api.report import report as report
@@ -46,6 +47,7 @@ _HOMES = {
     "engine": "tumble.api.engines",
     "engines": "tumble.api.engines",
     "grade": "tumble.api.grade",
+    "merge": "tumble.api.merge",
     "read": "tumble.api.result",
     "reference": "tumble.api.reference",
     "releases": "tumble.api.releases",
@@ -68,6 +70,7 @@ __all__ = [
     "engine",
     "engines",
     "grade",
+    "merge",
     "read",
     "reference",
     "releases",

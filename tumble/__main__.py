@@ -84,13 +84,9 @@ def answer(top: Parser, options: argparse.Namespace) -> int:
     else:
         command = importlib.import_module(f"tumble.commands.{options.command}")
         importlib.import_module("tumble.notes").show_log()
-        if not getattr(options, "parquet", False):
-            return command.main(options)
-        tables = importlib.import_module("tumble.compare.tables.parquet")
-        tables.check_parquet(options.output)
-        code = command.main(options)
-        tables.write_parquet(options.output)
-        return code
+        if any(getattr(options, name, None) for name in ("shard", "cache", "parquet", "workers", "scheduler")):
+            return importlib.import_module("tumble.shares").main(command.main, options)
+        return command.main(options)
     return EXIT_DONE
 
 

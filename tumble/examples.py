@@ -30,6 +30,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         "tumble releases mujoco",
         "tumble releases mujoco --from 3.6.0 --install -o ledger",
     ),
+    "merge": ("tumble merge shard-1-of-2 shard-2-of-2 -o cost",),
     "ablate": ("tumble ablate die-straight -e tumble:rk4 -e mujoco:rk4",),
     "lab": ("tumble lab", "tumble lab table-4-1 -e mujoco:euler -e ./mine.py --no-open"),
     "report": ("tumble report dzhanibekov ./brick.toml -o dzhanibekov.html",),

@@ -5,6 +5,7 @@ Below `solver` and `scenarios`, which do not know each other; it imports nothing
 
 import contextlib
 import hashlib
+import importlib
 import logging
 import os
 import tempfile
@@ -21,6 +22,30 @@ from numba.core.caching import FunctionCache
 LONGEST_WAIT_S, LOOK_AGAIN_S = 60.0, 0.02
 
 log = logging.getLogger(__name__)
+
+
+def load_array_functions() -> None:
+    """Load numba's functions of arrays without scipy, whose BLAS it looks for: that would take a third of a start.
+
+    It looks once, to decide whether its np.convolve may use BLAS; whatever else needs BLAS looks again.
+    Source: numba 0.61 to 0.68, numba/np/arraymath.py.
+    """
+    from numba.np import linalg
+
+    looked_for = linalg.ensure_blas
+    linalg.ensure_blas = no_blas
+    try:
+        importlib.import_module("numba.np.arraymath")
+    finally:
+        linalg.ensure_blas = looked_for
+
+
+def no_blas() -> None:
+    """Raise ImportError, as numba does where scipy is not installed."""
+    raise ImportError
+
+
+load_array_functions()
 
 
 class KernelCache(FunctionCache):

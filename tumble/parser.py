@@ -2,6 +2,7 @@
 
 import argparse
 import math
+import os
 import re
 import sys
 import textwrap
@@ -12,6 +13,7 @@ from tumble.starters import STARTERS
 
 EXIT_USER = 2  # the user's mistake
 AT_ONCE = ("scenes", "columns")  # commands without progress
+PAGE = "tumble-report.html"  # what `tumble report` writes
 SHELLS = ("bash", "zsh", "fish")
 SCENE_HELP = "a scene of the catalogue (see `tumble scenes`) or the path of a scene file (TOML)"
 ENGINE_HELP = (
@@ -81,6 +83,21 @@ def port(text: str) -> int:
     """Return the number of a port."""
     if not (text.isdecimal() and int(text) < 2**16):
         raise argparse.ArgumentTypeError(f"{text!r} is not a port number, 0 to 65535")
+    return int(text)
+
+
+def shard(text: str) -> tuple[int, int]:
+    """Return number and count of a shard."""
+    number, _, count = text.partition("/")
+    if not (number.isdecimal() and count.isdecimal() and 1 <= int(number) <= int(count) < 10**6):
+        raise argparse.ArgumentTypeError(f"{text!r} is not a part of a whole, such as 1/4, 2/4, 3/4 or 4/4")
+    return int(number), int(count)
+
+
+def workers(text: str) -> int:
+    """Return a number of workers."""
+    if not (text.isdecimal() and 1 <= int(text) <= 1000):
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number of workers, 1 to 1000")
     return int(text)
 
 
@@ -155,6 +172,37 @@ def parser() -> Parser:
         to.add_argument("--svg", metavar="FILE", help="also save the figure as SVG; needs `pip install '.[figures]'`")
         to.add_argument("--png", metavar="FILE", help="also save the figure as PNG; needs `pip install '.[figures]'`")
 
+    def share_options(to: argparse.ArgumentParser) -> None:
+        to.add_argument(
+            "--shard",
+            type=shard,
+            metavar="I/N",
+            help="run only part I of N, and leave its results in folder -o (default: shard-I-of-N) for `tumble merge`",
+        )
+        to.add_argument(
+            "--cache",
+            metavar="DIR",
+            help="folder where finished runs are saved, and found again by any command on machines of one kind",
+        )
+
+        to.add_argument(
+            "--workers", type=workers, metavar="N", help="run on N Dask workers of this machine; needs the extra dask"
+        )
+        to.add_argument(
+            "--scheduler",
+            default=os.environ.get("TUMBLE_SCHEDULER"),
+            metavar="ADDRESS",
+            help="run on the workers of this Dask scheduler: HOST:PORT or tls://HOST:PORT (default: TUMBLE_SCHEDULER)",
+        )
+        for name, what in (("ca", "certificate authority"), ("cert", "certificate"), ("key", "private key")):
+            meaning = f"with --scheduler tls://HOST:PORT: file of the {what} (PEM)"
+            to.add_argument(f"--tls-{name}", metavar="FILE", help=meaning)
+        to.add_argument(
+            "--insecure-scheduler",
+            action="store_true",
+            help="allow a scheduler on another machine without TLS: whoever reaches its port can run code here",
+        )
+
     def parquet_option(to: argparse.ArgumentParser) -> None:
         meaning = "with -o: also write the tables as Parquet; needs `pip install pyarrow`"
         to.add_argument("--parquet", action="store_true", help=meaning)
@@ -223,6 +271,7 @@ def parser() -> Parser:
     compare.add_argument("-o", "--output", metavar="DIR", help=f"{TABLES_HELP}, with every vertex")
     parquet_option(compare)
     figure_options(compare)
+    share_options(compare)
 
     sweep = command("sweep", "measure error against run time over a sequence of time steps or tolerances")
     sweep.add_argument("scene", nargs="*", metavar="SCENE", help=SCENE_HELP + "; default: yardstick")
@@ -233,10 +282,17 @@ def parser() -> Parser:
         metavar="ENGINE:METHOD",
         help="contestant that run times are divided by (default: %(default)s)",
     )
+    sweep.add_argument(
+        "--observable",
+        metavar="NAME",
+        help="observable of contact.csv whose error is measured above a plane, of a vector without its component; "
+        "default: the scene's main one, such as the distance until it stops",
+    )
     limit_options(sweep)
     sweep.add_argument("-o", "--output", metavar="DIR", help=TABLES_HELP)
     parquet_option(sweep)
     figure_options(sweep)
+    share_options(sweep)
 
     advise = command("advise", "find the fastest engine, method and time step within a given error")
     advise.add_argument("scene", nargs="+", metavar="SCENE", help=SCENE_HELP)
@@ -257,8 +313,11 @@ def parser() -> Parser:
     limit_options(advise)
 
     stability = command("stability", "stability maps, the largest stable step of each method, and extreme cases")
-    extreme = ", or an extreme case (spin-1e4, far-1e7, denormal ...); default: the stiff scenes and all extreme cases"
-    stability.add_argument("scene", nargs="*", metavar="SCENE", help=SCENE_HELP + extreme)
+    extreme = (
+        ", one with a plane (mapped over friction and angle), or an extreme case (spin-1e4, far-1e7, denormal ...)"
+    )
+    default = "; default: the stiff scenes and all extreme cases"
+    stability.add_argument("scene", nargs="*", metavar="SCENE", help=SCENE_HELP + extreme + default)
     engine_option(stability)
     limit_options(stability, 20.0)
     stability.add_argument(
@@ -266,6 +325,7 @@ def parser() -> Parser:
     )
     parquet_option(stability)
     figure_options(stability)
+    share_options(stability)
 
     grade = command("grade", "find the error of a trajectory that another program wrote, and its most likely cause")
     grade.add_argument(
@@ -362,6 +422,7 @@ def parser() -> Parser:
         help="do not record run times (use this when baseline and check run on different machines)",
     )
     limit_options(check)
+    share_options(check)
 
     ablate = command("ablate", "measure the time saved by switching off features a scene does not need")
     ablate.add_argument("scene", nargs="*", metavar="SCENE", help=SCENE_HELP + "; default: three that need little")
@@ -390,6 +451,7 @@ def parser() -> Parser:
         help="write CSV tables and releases.md into folder DIR; the same command continues an interrupted run there",
     )
     parquet_option(releases)
+    share_options(releases)
 
     lab = command("lab", "throw the die in a browser and watch every engine beside the reference solution")
     lab.add_argument("scene", nargs="?", default="die-ray", metavar="SCENE", help=SCENE_HELP + "; default: %(default)s")
@@ -420,7 +482,13 @@ def parser() -> Parser:
         "changes",
     )
     report.add_argument(
-        "-o", "--output", default="tumble-report.html", metavar="FILE.html", help="page to write (default: %(default)s)"
+        "-o", "--output", default=PAGE, metavar="FILE.html", help="page to write (default: %(default)s)"
+    )
+    share_options(report)
+    merge = command("merge", "merge the results of all shards (--shard) of a command into those of the whole")
+    merge.add_argument("folder", nargs="+", metavar="DIR", help="folder that a shard left; in any order")
+    merge.add_argument(
+        "-o", "--output", metavar="DIR", help="what -o is to the command itself: a folder for its tables, or a page"
     )
     columns = command("columns", "list all tables, or the columns of one with units and meanings")
     columns.add_argument("table", nargs="?", metavar="TABLE", help="name of a table file, with or without .csv")

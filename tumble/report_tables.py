@@ -1,9 +1,12 @@
 """All tables of the report: several studies of the same scenes and engines, side by side where no clock is read."""
 
-from collections.abc import Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
+from contextvars import copy_context
+from functools import partial
 from pathlib import Path
+from typing import TypeVar
 
 import pandas as pd
 
@@ -14,8 +17,8 @@ from tumble.compare.comparison.against_truth import Comparison, compare
 from tumble.compare.comparison.results import comparison_tables
 from tumble.compare.contact.results import contact_tables
 from tumble.compare.contact.schemas import TABLES as CONTACT
-from tumble.compare.contact.study import BRIEF as BRIEF_LADDER
-from tumble.compare.contact.study import contacts
+from tumble.compare.contact.study import BRIEF as BRIEF_CONTACT
+from tumble.compare.contact.study import WHOLE, Contact, Extent, contacts
 from tumble.compare.coursework.results import coursework_tables
 from tumble.compare.judge.cost import REFERENCE
 from tumble.compare.judge.errors import Run
@@ -23,12 +26,13 @@ from tumble.compare.motion.film import Film, film, filmed
 from tumble.compare.motion.findings import film_findings
 from tumble.compare.motion.results import film_tables
 from tumble.compare.releases.schemas import TABLES as RELEASES
+from tumble.compare.run.execution import Parts
 from tumble.compare.run.flight import check_step
 from tumble.compare.run.local import Asked
 from tumble.compare.run.progress import Display, ProgressCallback, no_display
 from tumble.compare.run.running_engines import TIME_LIMIT_S, RunningEngine, flights
 from tumble.compare.run.starting import started
-from tumble.compare.run.truths import Truths
+from tumble.compare.run.truths import Answered, Truths
 from tumble.compare.run.worker import MEMORY_LIMIT
 from tumble.compare.stability.extremes import OF_A_PAGE
 from tumble.compare.stability.findings import extreme_findings, limit_findings
@@ -48,6 +52,9 @@ from tumble.scenarios.scene import Scene
 from tumble.scenarios.truth import NoTruth
 
 Tables = dict[str, pd.DataFrame]
+Result = TypeVar("Result")
+# What a page of the whole catalogue runs above a plane: friction by direction, what holds, rebound by drop height.
+LANDING = ("box-slide-22", "box-incline-holds", "ball-drop-half")
 
 
 def report_tables(
@@ -96,27 +103,40 @@ def report_tables(
     maps = kept_tables(folder / "stability", STABILITY) if folder else {}
     stiff = [] if maps else [scene for scene in scenes if scene.name in STIFF or not scene.is_free]
     cases = [read_scene(name) for name in OF_A_PAGE] if whole_catalogue and not maps else []
-    landing = [scene for scene in scenes if scene.plane]
+    added = [read_scene(name) for name in LANDING] if whole_catalogue else []
+    landing = [scene for scene in (*scenes, *added) if scene.plane]
+    extent = BRIEF_CONTACT if whole_catalogue and not every_method else WHOLE
     sensing = [scene for scene in scenes if scene.sensors]
-    runs = (*scenes, *scenes, *swept, *stiff, *cases, *landing, *sensing)
+    runs = (*scenes, *scenes, *swept, *stiff, *cases, *sensing)
+    others = 2 * len(scenes) + len(swept) + len(stiff) + len(cases) + len(added)
     with (
         started(contestants, time_limit, memory_limit, display, few=not every_method) as running_engines,
-        display(flights(running_engines, runs) + 2 * len(scenes) + len(swept) + len(stiff) + len(cases)) as on_progress,
+        display(flights(running_engines, runs) + extent.runs(running_engines, landing) + others) as on_progress,
     ):
         # Studies that read no clock run side by side, so that no core waits for another's longest task.
-        with ThreadPoolExecutor(2) as beside:
+        with ThreadPoolExecutor(3) as beside:
             try:
                 # A film's instants include the scene's own, so one reference serves both; a film has one throw.
                 watched = [filmed(scene, dt or scene.step) for scene in scenes]
                 several = [scene for scene in scenes if len(scene.start) > 1]
-                with Truths([*watched, *several], on_progress, limit_s=time_limit) as truths:
-                    mapping = beside.submit(quick_tables, running_engines, stiff, cases, on_progress, truths)
-                    climbing = beside.submit(all_ladders, running_engines, swept, on_progress, truths)
-                    comparisons = compare(running_engines, scenes, dt, on_progress, truths)
-                    films = film(running_engines, scenes, dt, on_progress, truths)
-                    landed = contacts(running_engines, comparisons, dt, on_progress, BRIEF_LADDER)
-                    compared = compared_tables(comparisons, films, running_engines, command)
-                    sequences, maps = climbing.result(), maps or mapping.result()
+                with Truths([*watched, *several, *added], on_progress, limit_s=time_limit) as truths:
+
+                    def begin(study: Callable[..., Result], *given: object) -> Future[Result]:
+                        """Start a study in a thread, which is given the execution of this one."""
+                        return beside.submit(copy_context().run, study, running_engines, *given)
+
+                    mapping = begin(quick_tables, stiff, cases, on_progress, truths)
+                    climbing = begin(all_ladders, swept, on_progress, truths)
+                    landing_runs = begin(all_contacts, landing, dt, on_progress, truths, extent)
+                    with Parts() as part:
+                        comparisons = part(lambda: compare(running_engines, scenes, dt, on_progress, truths))
+                        films = part(lambda: film(running_engines, scenes, dt, on_progress, truths))
+                        # A shard has no comparison, and makes no tables.
+                        complete = bool(comparisons) and films is not None
+                        compared = compared_tables(comparisons, films, running_engines, command) if complete else {}
+                        sequences, mapped = part(climbing.result), part(mapping.result)
+                        landed = part(landing_runs.result)
+                    maps = maps or mapped
             except BaseException:
                 for running_engine in running_engines:
                     running_engine.halt(for_good=True)  # also a study that begins only now
@@ -159,12 +179,27 @@ def findings(found: Sequence) -> Tables:
     return {FINDINGS.file: frame(FINDINGS, found)}
 
 
+def all_contacts(
+    running_engines: Sequence[RunningEngine],
+    scenes: Sequence[Scene],
+    dt: float | None,
+    on_progress: ProgressCallback,
+    truths: Truths,
+    extent: Extent,
+) -> list[Contact]:
+    """Return what every contestant makes of contact in the scenes that have a reference solution."""
+    known = [Answered(scene, truths.answer(scene).truth) for scene in scenes]
+    return contacts(running_engines, known, dt, on_progress, extent)
+
+
 def all_ladders(
     running_engines: Sequence[RunningEngine], scenes: Sequence[Scene], on_progress: ProgressCallback, truths: Truths
 ) -> list[tuple[Scene, list[Run]]]:
     """Return the step-size sequences of the scenes that have a reference solution."""
     found = []
-    for scene in scenes:
-        with suppress(NoTruth):
-            found.append((scene, ladders(running_engines, scene, on_progress, BRIEF, truths=truths)))
+    with Parts() as part:
+        for scene in scenes:
+            climb = partial(ladders, running_engines, scene, on_progress, BRIEF, truths=truths)
+            with suppress(NoTruth):
+                found.append((scene, part(climb)))
     return found

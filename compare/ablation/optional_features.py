@@ -12,18 +12,18 @@ from functools import partial
 
 import numpy as np
 
-from tumble.compare.ablation.schemas import EVERYTHING, AblationRow
+from tumble.compare.ablation.schemas import EVERYTHING, PLANE, AblationRow
 from tumble.compare.judge.errors import quietly
 from tumble.compare.run.flight import Trajectory, legs
 from tumble.compare.run.progress import ProgressCallback, no_progress
 from tumble.compare.run.running_engines import RunningEngine, truth_limit
-from tumble.compare.run.status import Failure
-from tumble.compare.run.tasks import Task, run
+from tumble.compare.run.status import Failure, Status
+from tumble.compare.run.tasks import Task, work
 from tumble.compare.run.timing.readings import USUAL, Reading, Sampling, ratio
 from tumble.compare.run.timing.timing import Cost, Load, costs
 from tumble.compare.run.truths import true_answer
 from tumble.scenarios.needs import needs
-from tumble.scenarios.scene import Scene
+from tumble.scenarios.scene import Plane, Scene, frozen_array
 from tumble.scenarios.truth import Truth
 
 # A free cube, a body that never rotates, and the benchmark scene, which needs most features.
@@ -34,6 +34,8 @@ QUICK = Sampling(span_s=0.0, rounds=12, budget_s=1.0)
 NOTHING = "no unneeded features"
 # Errors of one size: rounding or another choice of steps may double an error, a lost term does far worse.
 ALIKE = 2.0
+# How far below the body a plane is that it never touches, in sizes of it; engines look ahead by about one.
+FAR = 10.0
 
 
 @dataclass(frozen=True)
@@ -136,13 +138,17 @@ def ablate(
     """
     true, _ = true_answer(scene, limit_s=truth_limit(running_engines))
     entries = [ask for each in running_engines for ask in questions(each, scene, true, most_methods)]
-    answers = iter(run([one for one in entries if isinstance(one, Task)], on_progress=on_progress))
+    # With the times, on this machine.
+    tasks = [one for one in entries if isinstance(one, Task)]
+    answers = iter(work(tasks, finished=lambda task, _: on_progress(str(task))))
     found = [one for ask in entries for one in (next(answers) if isinstance(ask, Task) else [ask])]
     clocked = clock([one for one in found if isinstance(one, Pair)], sampling)
     on_progress(f"{scene.name} timed")
     rows = [(one, measured(one, clocked) if isinstance(one, Pair) else one) for one in found]
     resolution_m = None if true is None else float(true.resolution.max())
-    apart = [(one, row) for one, row in rows if isinstance(one, Pair) and one.apart_m > (resolution_m or 0.0)]
+    # Above a plane engines have other settings, such as more substeps, which no option switches off.
+    optional = [(one, row) for one, row in rows if isinstance(one, Pair) and one.full.feature != PLANE]
+    apart = [(one, row) for one, row in optional if one.apart_m > (resolution_m or 0.0)]
     return Ablation(
         scene=scene,
         rows=tuple(row for _, row in rows),
@@ -159,7 +165,7 @@ def questions(
     optional = [] if isinstance(running_engine.info, Failure) else running_engine.info.optional
     optional = [each for each in optional if each not in needs(scene)]
     unsupported = running_engine.unsupported(scene)
-    why = str(unsupported) if unsupported else NOTHING if not optional else ""
+    why = str(unsupported) if unsupported else "" if optional or has_plane(running_engine, scene) else NOTHING
     if why:
         return [AblationRow(scene=scene.name, engine=running_engine.title, method="", feature="", why=why)]
 
@@ -183,7 +189,12 @@ def pairs(
         (build, build.trajectory())
         for build in (Build(running_engine, scene, method, it, frozenset({it})) for it in optional)
     ]
-    able = frozenset(build.feature for build, trajectory in runs if isinstance(trajectory, Trajectory))
+    if has_plane(running_engine, scene):
+        above = Build(running_engine, replace(scene, plane=far_below(scene, plain)), method, PLANE)
+        trajectory = above.trajectory()
+        if isinstance(trajectory, Trajectory) or trajectory.status is not Status.SKIPPED:
+            runs.append((above, trajectory))
+    able = frozenset(build.feature for build, trajectory in runs if isinstance(trajectory, Trajectory)) - {PLANE}
     if able:
         everything = Build(running_engine, scene, method, EVERYTHING, able)
         runs.insert(0, (everything, everything.trajectory()))
@@ -196,6 +207,22 @@ def pairs(
             yield Pair(build, lean, apart_m(plain, trajectory), *errors)
     for why, features in refused.items():
         yield replace(lean, feature=", ".join(features)).row(why)
+
+
+def has_plane(running_engine: RunningEngine, scene: Scene) -> bool:
+    """Whether an engine has planes, and the scene none."""
+    return (
+        scene.plane is None and not isinstance(running_engine.info, Failure) and PLANE in running_engine.info.features
+    )
+
+
+def far_below(scene: Scene, run: Trajectory) -> Plane:
+    """Return a plane below all that a run reaches, by the range of its heights and FAR sizes of the body."""
+    pull = np.array((0.0, -1.0, 0.0)) if scene.gravity is None else scene.gravity
+    normal = -pull / np.linalg.norm(pull)
+    heights = run.vertices[np.isfinite(run.vertices).all(axis=-1)] @ normal
+    depth = heights.min() - np.ptp(heights) - FAR * scene.body.reach
+    return Plane(frozen_array(depth * normal), frozen_array(normal), restitution=0.5, friction=0.5)
 
 
 def apart_m(a: Trajectory, b: Trajectory | Truth) -> float:

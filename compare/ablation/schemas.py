@@ -7,6 +7,8 @@ from tumble.compare.tables.schema import Table
 from tumble.compare.tables.shared import CONTESTANT, Engine, Method, SceneName
 
 EVERYTHING = "everything"
+# A rigid plane so far below that the body never comes near it: no option of an engine, but a part of the scene.
+PLANE = "plane"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -16,7 +18,11 @@ class AblationRow:
     scene: SceneName
     engine: Engine
     method: Method
-    feature: Annotated[str, "feature that was left on, or `everything`; empty if the engine has none"]
+    feature: Annotated[
+        str,
+        f"feature that was left on, `{EVERYTHING}`, or `{PLANE}`: one far below, which the body never touches; empty "
+        "if the engine has none",
+    ]
     why: Annotated[str, "why figures are missing; empty if they are there"] = ""
     cpu_ns_per_step_with: Annotated[float | None, "CPU time per step with the feature on"] = None
     cpu_ns_per_step_without: Annotated[float | None, "CPU time per step with every unneeded feature off"] = None

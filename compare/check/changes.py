@@ -1,7 +1,7 @@
 """Two records joined by the keys of their tables: what is worse, better, changed, new or gone beyond tolerance."""
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
@@ -12,10 +12,13 @@ import pandas as pd
 from tumble.compare.check.record import Record
 from tumble.compare.check.schemas import CELLS, DRIFTS, ERRORS, QUESTIONS, STATUSES, TIMES
 from tumble.compare.check.tolerances import Tolerances
+from tumble.compare.contact.differences import contact_differences
+from tumble.compare.contact.schemas import CONTACT, ContactRow
 from tumble.compare.judge.trend import TRENDS
 from tumble.compare.run.precision import DOUBLE, rounding
 from tumble.compare.run.running_engines import engine_files, titles
 from tumble.compare.run.status import described
+from tumble.compare.tables.frames import rows
 from tumble.compare.tables.schema import Table
 from tumble.compare.tables.shared import CONTESTANT
 
@@ -50,6 +53,8 @@ class Change:
     old : value in the baseline, in the unit of the column; None: there is none
     new : value in the candidate, in the unit of the column; None: there is none
     reference : ENGINE:METHOD that run times are divided by; empty in other columns
+    observable : observable of contact, with the number of its impact; empty in other columns
+    unit : unit of an observable; empty in other columns
     """
 
     verdict: Verdict
@@ -60,6 +65,8 @@ class Change:
     old: float | str | None
     new: float | str | None
     reference: str = ""
+    observable: str = ""
+    unit: str = ""
 
     @property
     def key(self) -> tuple[str, str, str]:
@@ -119,8 +126,9 @@ def within(
         ]
         return of_scenes(table[np.array(wanted, dtype=bool)])
 
-    times = None if record.times is None else selected(record.times)
-    return replace(record, questions=of_scenes(record.questions), cells=selected(record.cells), times=times)
+    times, contact = (None if own is None else selected(own) for own in (record.times, record.contact))
+    cells = selected(record.cells)
+    return replace(record, questions=of_scenes(record.questions), cells=cells, times=times, contact=contact)
 
 
 def compare_records(baseline: Record, candidate: Record, tolerances: Tolerances) -> Outcome:
@@ -151,7 +159,12 @@ def compare_records(baseline: Record, candidate: Record, tolerances: Tolerances)
         *presence(cells[(cells.side == "left_only") & ~found_again], "gone"),
         *cell_changes(cells[(cells.side == "both") & ~others], tolerances),
         *presence(cells[cells.side == "right_only"], "new"),
-        *(each for each in time_changes(baseline, candidate, tolerances) if each.scene not in set(cells.scene[others])),
+        *(
+            each
+            for changes in (contact_changes, time_changes)
+            for each in changes(baseline, candidate, tolerances)
+            if each.scene not in set(cells.scene[others])
+        ),
     ]
     touched = {change.key for change in found}
     compared = cells.loc[(cells.side != "right_only") & ~others, list(CONTESTANT)]
@@ -314,6 +327,27 @@ def order_verdicts(old: Column, new: Column, tolerance: float) -> np.ndarray:
     """Return the verdicts on orders; one that becomes undeterminable, or determinable, is `changed`."""
     lost, moved = old.isna() != new.isna(), (new - old).abs() > tolerance
     return np.select([lost, ~moved, new < old], ["changed", "", "worse"], "better")
+
+
+def contact_changes(baseline: Record, candidate: Record, tolerances: Tolerances) -> Iterator[Change]:
+    """Yield the changes of contact in the cells that both records have observables of."""
+    old, new = baseline.contact, candidate.contact
+    if old is None or new is None:
+        return
+    before, now = (by_cell(rows(CONTACT, table)) for table in (old, new))
+    for cell, own in now.items():
+        for found in contact_differences(before.get(cell, ()), own, tolerances.law_error, tolerances.contact_error):
+            yield Change(
+                found.verdict, *cell, found.what, found.old, found.new, observable=found.observable, unit=found.unit
+            )
+
+
+def by_cell(found: Iterable[ContactRow]) -> dict[tuple[str, str, str], list[ContactRow]]:
+    """Return the rows of contact.csv by scene, engine and method."""
+    cells: dict[tuple[str, str, str], list[ContactRow]] = {}
+    for row in found:
+        cells.setdefault((row.scene, row.engine, row.method), []).append(row)
+    return cells
 
 
 def time_changes(baseline: Record, candidate: Record, tolerances: Tolerances) -> list[Change]:

@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 from concurrent.futures import Future
 from dataclasses import asdict, dataclass, replace
+from functools import partial
 from itertools import chain
 
 import numpy as np
@@ -11,15 +12,19 @@ import numpy as np
 from tumble.compare.check.record import Record
 from tumble.compare.check.schemas import CELLS, EXACT, QUESTIONS, TIMES, CellRow, QuestionRow
 from tumble.compare.check.times import time_rows
+from tumble.compare.contact.rows import contact_rows
+from tumble.compare.contact.schemas import CONTACT
+from tumble.compare.contact.study import contacts
 from tumble.compare.judge import ladder as order
 from tumble.compare.judge.errors import Run, RunAnswer
 from tumble.compare.judge.trend import spin_energy
+from tumble.compare.run.execution import Parts
 from tumble.compare.run.flight import Trajectory, legs
 from tumble.compare.run.progress import ProgressCallback, no_progress
 from tumble.compare.run.running_engines import RunningEngine, truth_limit
 from tumble.compare.run.status import Failure
 from tumble.compare.run.tasks import Task, run
-from tumble.compare.run.truths import Answer, Truths
+from tumble.compare.run.truths import Answer, Truths, answered
 from tumble.compare.tables.engines import engine_row
 from tumble.compare.tables.frames import frame
 from tumble.compare.tables.runs import run_row, vector_columns
@@ -58,19 +63,23 @@ def measure(
     runs; on_progress: called for every reference solution, cell and timed scene.
     Raises RayMissed if the ray of a later impulse misses the true body.
     """
-    with Truths(scenes, on_progress, limit_s=truth_limit(running_engines)) as truths:
-        tasks = [
-            [task(scene, true, each, method) for each in running_engines for method in each.methods_for(scene)]
-            for scene, true in zip(scenes, truths.futures, strict=True)
-        ]
-        found = iter(run(list(chain.from_iterable(tasks)), truths, on_progress=on_progress))
-        answers = [future.result() for future in truths.futures]
+    landing, limit_s = [scene for scene in scenes if scene.plane], truth_limit(running_engines)
+    with Parts() as part:
+        with Truths(scenes, on_progress, limit_s=limit_s) as truths:
+            tasks = [
+                [task(scene, true, each, method) for each in running_engines for method in each.methods_for(scene)]
+                for scene, true in zip(scenes, truths.futures, strict=True)
+            ]
+            cells = part(lambda: run(list(chain.from_iterable(tasks)), truths, on_progress=on_progress))
+            answers = [future.result() for future in truths.futures] if cells is not None else []
+        landed = part(lambda: contacts(running_engines, answered(landing, limit_s), on_progress=on_progress))
+    found = iter(cells)
     rows, times = [], []
     for scene, answer, own in zip(scenes, answers, tasks, strict=True):
-        cells = [(one.running_engine.title, next(found)) for one in own]
-        rows += [cell_row(scene, answer.truth, title, cell) for title, cell in cells]
+        titled = [(one.running_engine.title, next(found)) for one in own]
+        rows += [cell_row(scene, answer.truth, title, cell) for title, cell in titled]
         if timed:
-            runs = [cell.own.run(scene, title, answer.truth) for title, cell in cells]
+            runs = [cell.own.run(scene, title, answer.truth) for title, cell in titled]
             times += time_rows(running_engines, scene, runs, on_progress)
     return Record(
         scenes=tuple(words[0]),
@@ -82,17 +91,19 @@ def measure(
         engines=frame(ENGINES, map(engine_row, running_engines)),
         cells=frame(CELLS, rows),
         times=frame(TIMES, times) if timed else None,
+        contact=frame(CONTACT, (row for one in landed for row in contact_rows(one))) if landed else None,
     )
 
 
 def task(scene: Scene, true: Future[Answer], running_engine: RunningEngine, method: str) -> Task[Cell]:
     """Return the task of one contestant on one scene."""
     key = scene.name, running_engine.title, method
-    return Task(key, running_engine, lambda able: cell(able, scene, method, true.result().truth))
+    return Task(key, running_engine, partial(cell, scene=scene, method=method, answer=true))
 
 
-def cell(running_engine: RunningEngine, scene: Scene, method: str, true: Truth | None) -> Cell:
+def cell(running_engine: RunningEngine, scene: Scene, method: str, answer: Future[Answer]) -> Cell:
     """Return one contestant's run, and a step-size sequence around it if the method has an order to determine."""
+    true = answer.result().truth
 
     def evaluated(dt: float, answer: Trajectory | Failure) -> Run:
         return RunAnswer.of(running_engine, method, dt, answer).run(scene, running_engine.title, true)

@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 
 from tumble.compare.check.schemas import CELLS, DRIFTS, ERRORS, EXACT, QUESTIONS, STATUSES, TIMES, CellRow, QuestionRow
+from tumble.compare.contact.schemas import CONTACT
 from tumble.compare.judge.trend import TRENDS
 from tumble.compare.run.provenance import ConditionRow, versions
 from tumble.compare.tables.files import place
@@ -30,7 +31,7 @@ COLUMNS_OF_2 = {"limit_m": "resolution_m"}
 SPIN_ENERGY_OF_2 = {"kept": "conserved", "wavers": "oscillates"}
 # Figures that are infinite if a run diverged, and those that may be negative.
 BOUNDLESS = (*ERRORS, *DRIFTS)
-SIGNED = ("energy_drift", "attitude_order", "translation_order", "x_m", "y_m", "z_m")
+SIGNED = ("energy_drift", "attitude_order", "translation_order", "x_m", "y_m", "z_m", *CONTACT.names)
 FINISHED = ("ok", "flagged", "diverged")  # of a run with figures, if its scene has a reference solution
 LARGEST_COUNT = 10**18
 
@@ -54,6 +55,7 @@ class Record:
     engines : table of the engines
     cells : table of errors, drifts and orders, one row for each scene and contestant
     times : table of run times; None: they were not measured
+    contact : table of observables of contact; None: no scene has a plane
     """
 
     scenes: tuple[str, ...]
@@ -63,6 +65,7 @@ class Record:
     engines: pd.DataFrame
     cells: pd.DataFrame
     times: pd.DataFrame | None = None
+    contact: pd.DataFrame | None = None
 
 
 def texts(record: Record) -> dict[str, str]:
@@ -84,7 +87,7 @@ def texts(record: Record) -> dict[str, str]:
         *versions(),
     )
     tables = {QUESTIONS: record.questions, ENGINES: record.engines, CELLS: record.cells}
-    tables |= {} if record.times is None else {TIMES: record.times}
+    tables |= {table: own for table, own in ((TIMES, record.times), (CONTACT, record.contact)) if own is not None}
     return {table.file: csv_text(own) for table, own in {**tables, CONDITIONS: frame(CONDITIONS, conditions)}.items()}
 
 
@@ -144,6 +147,7 @@ def read_record(folder: Path) -> Record:
         engines=read(folder, ENGINES),
         cells=cells,
         times=read(folder, TIMES) if place(folder, TIMES.file).exists() else None,
+        contact=read(folder, CONTACT) if place(folder, CONTACT.file).exists() else None,
     )
     for column, known in (("status", STATUSES), ("spin_energy", {**TRENDS, "": 0})):
         if odd := set(record.cells[column]) - {*known}:
@@ -201,7 +205,7 @@ def refuse_twice(shown: str, found: pd.DataFrame, table: Table) -> None:
     """Raise BadRecord if a row is repeated."""
     twice = found[found.duplicated(list(table.key))]
     if len(twice):
-        raise BadRecord(f"{shown}: two rows for {short(' '.join(twice.iloc[0][list(table.key)]))}")
+        raise BadRecord(f"{shown}: two rows for {short(' '.join(map(str, twice.iloc[0][list(table.key)])))}")
 
 
 def refuse_beyond(shown: str, found: pd.DataFrame, table: Table) -> None:

@@ -12,6 +12,7 @@ from tumble.compare.check.record import BadRecord, Record, texts
 from tumble.compare.check.schemas import TIMES
 from tumble.compare.check.times import nearer
 from tumble.compare.check.tolerances import Tolerances
+from tumble.compare.contact.schemas import CONTACT
 from tumble.compare.run.engines.registry import is_file
 from tumble.compare.run.local import Asked, LocalEngine
 from tumble.compare.run.progress import Display, no_display
@@ -80,11 +81,12 @@ def measure_record(how: Measuring, baseline: Record | None = None, display: Disp
             f"give them again ({named}), or --trust"
         )
     scenes = given_scenes(asked_scenes)
+    landing = [scene for scene in scenes if scene.plane]
     timed = how.timed and (baseline is None or baseline.times is not None)
     beside = baseline.contestants if baseline else ()
     with (
         started(contestants, how.time_limit, how.memory_limit, display, beside=beside) as running_engines,
-        display(flights(running_engines, scenes) + len(scenes) * (1 + timed)) as on_progress,
+        display(flights(running_engines, [*scenes, *landing]) + len(scenes) * (1 + timed)) as on_progress,
     ):
         words = names(asked_scenes), names(contestants)
         return measure(running_engines, scenes, words, how.command, timed, on_progress)
@@ -179,5 +181,6 @@ def accept_record(folder: Path, record: Record, with_failures: bool = False) -> 
     """
     if (failed := failures(record)) and not with_failures:
         return failed
-    write_folder(folder, texts(record), without=(TIMES.file,) if record.times is None else ())
+    found = texts(record)
+    write_folder(folder, found, without=[file for file in (TIMES.file, CONTACT.file) if file not in found])
     return {}

@@ -30,6 +30,8 @@ class Tolerances:
     angular_momentum_drift : relative change of the drift of the angular momentum
     attitude_order : absolute change of the order of the attitude
     translation_order : absolute change of the order of the translation
+    law_error : relative change of an observable's law error above a plane, beyond both intervals
+    contact_error : relative change of an observable's error above a plane, at the scene's step
     time_ratio : relative change of the run time's ratio; large, because processors differ
     """
 
@@ -41,6 +43,8 @@ class Tolerances:
     angular_momentum_drift: float = 0.05
     attitude_order: float = 0.25
     translation_order: float = 0.25
+    law_error: float = 0.05
+    contact_error: float = 0.05
     time_ratio: float = 0.5
 
 

@@ -25,7 +25,9 @@ KINDS = {
     "translation_order": "translation order",
     "spin_energy": "spin energy:",
     "status": "status:",
+    "contact": "law of contact:",
 }
+OBSERVED = {"law_error": "law error", "contact_error": "error at the scene's step"}
 SETTINGS = {"step_s": "step [s]", "samples": "samples"}
 # An order this near to a whole number is shown as that number.
 WHOLE = 1 / 3
@@ -61,6 +63,9 @@ def sentence(change: Change) -> str:
         if old == new:  # two orders that round to one number
             old, new = figure(change.old), figure(change.new)
         return f"{KINDS[change.column]} {old} -> {new}"
+    if change.observable:
+        named, unit = f"{OBSERVED[change.column]}, {change.observable}", f" {change.unit}"
+        return f"{named}: {figure(change.old)}{unit} -> {figure(change.new)}{unit}"
     name, unit = FIGURES[change.column]
     return f"{name} {figure(change.old)}{unit} -> {figure(change.new)}{unit}{factor(change)}"
 

@@ -3,10 +3,12 @@
 from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass
+from functools import partial
 
-from tumble.compare.comparison.sensors import sensor_runs
+from tumble.compare.comparison.sensors import first_throw, sensor_runs
 from tumble.compare.judge.errors import Run, RunAnswer
 from tumble.compare.judge.sensors import SensorRun
+from tumble.compare.run.execution import Parts
 from tumble.compare.run.flight import Trajectory
 from tumble.compare.run.progress import ProgressCallback, no_progress
 from tumble.compare.run.running_engines import AS_ASKED, DEFAULT, RunningEngine, truth_limit
@@ -80,7 +82,8 @@ def compare(
 
     def task(scene: Scene, running_engine: RunningEngine, method: str) -> Task[Trajectory | Failure]:
         key = scene.name, running_engine.title, method
-        return Task(key, running_engine, lambda able: able.simulate(scene, method, dt or scene.step, probe=True))
+        ask = partial(RunningEngine.simulate, scene=scene, method=method, dt=dt or scene.step, probe=True)
+        return Task(key, running_engine, ask)
 
     tasks = [
         [
@@ -95,10 +98,15 @@ def compare(
         if truths
         else Truths(scenes, on_progress, limit_s=truth_limit(running_engines)) as references
     ):
-        answers = iter(run([one for own in tasks for one in own], references, on_progress=on_progress))
+        sensing = [scene for scene in scenes if scene.sensors]
+        readings = references.each(first_throw, sensing, [truth_limit(running_engines)] * len(sensing))
+        with Parts() as part:
+            found = part(lambda: run([one for own in tasks for one in own], references, on_progress=on_progress))
+            sensed = part(lambda: sensor_runs(running_engines, scenes, readings, dt, on_progress, references))
+        answers = iter(found)
         true = [references.answer(scene) for scene in scenes]
-        lost = references.each(lost_m, scenes, [answer.truth for answer in true])
-        sensed = sensor_runs(running_engines, scenes, dt, on_progress, references)
+        moved = references.each(lost_m, scenes, [answer.truth for answer in true])
+        lost = [future.result() for future in moved]
     return [
         Comparison(
             scene=scene,

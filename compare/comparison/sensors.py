@@ -1,7 +1,9 @@
 """Every contestant's sensors in every scene that has any, compared with the true readings."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from concurrent.futures import Future
 from dataclasses import replace
+from functools import partial
 
 from tumble.compare.judge.sensors import SensorRun
 from tumble.compare.run.progress import ProgressCallback, no_progress
@@ -17,6 +19,7 @@ from tumble.scenarios.truth.sensors import SensorTruth, sensor_truths
 def sensor_runs(
     running_engines: Sequence[RunningEngine],
     scenes: Sequence[Scene],
+    readings: Iterable["Future[tuple[SensorTruth, ...]]"],
     dt: float | None = None,
     on_progress: ProgressCallback = no_progress,
     truths: Truths | None = None,
@@ -27,9 +30,10 @@ def sensor_runs(
     ----------
     running_engines : with their methods
     scenes : the scenes
+    readings : what will be the true readings of each scene with sensors (`first_throw`)
     dt : step [s]; None: each scene's own
     on_progress : called for every run
-    truths : whose processes compute the true readings; None: this one
+    truths : what runs wait for
 
     Returns
     -------
@@ -42,7 +46,8 @@ def sensor_runs(
 
     def task(scene: Scene, running_engine: RunningEngine, method: str) -> Task[SensorReadings | Failure]:
         key = scene.name, running_engine.title, method
-        return Task(key, running_engine, lambda able: able.read_sensors(scene, method, dt or scene.step))
+        ask = partial(RunningEngine.read_sensors, scene=scene, method=method, dt=dt or scene.step)
+        return Task(key, running_engine, ask)
 
     tasks = [
         [
@@ -55,9 +60,7 @@ def sensor_runs(
         for scene in scenes
     ]
     answers = iter(run([one for own in tasks for one in own], truths, on_progress=on_progress))
-    asked = [scene for scene in scenes if scene.sensors]
-    limits = [truth_limit(running_engines)] * len(asked)
-    true = iter(truths.each(first_throw, asked, limits) if truths and asked else list(map(first_throw, asked, limits)))
+    true = (future.result() for future in readings)
     return [
         tuple(_runs(scene, own, answers, next(true), dt or scene.step)) if scene.sensors else ()
         for scene, own in zip(scenes, tasks, strict=True)

@@ -2,6 +2,9 @@
 
 from dataclasses import dataclass
 
+# Of an observable of a soft engine: its true value is that of the law which the engine states.
+BY_OWN_LAW = ", by its own law"
+
 
 @dataclass(frozen=True)
 class Asked:

@@ -17,6 +17,7 @@ import numpy as np
 
 from tumble.compare.contact.watched import Watched, gravity
 from tumble.compare.contact.whole_run import WholeRun, slip_end, turned
+from tumble.compare.run.flight import Trajectory
 from tumble.scenarios.frames import Array
 from tumble.scenarios.scene import Scene
 
@@ -132,24 +133,27 @@ def reaches_edge(scene: Scene) -> float:
     return nearest / float((centre - scene.plane.point) @ scene.plane.normal)
 
 
-def turned_scenes(scene: Scene, whole: WholeRun, dt: float, count: int = DIRECTIONS) -> Iterator[tuple[float, Scene]]:
-    """Yield directions [rad] and the scene with its first velocity in each."""
+def turned_scene(scene: Scene, whole: WholeRun, dt: float, count: int = DIRECTIONS) -> tuple[Array, Scene]:
+    """Return directions [rad], (count,), and the scene with one throw for each, whose first velocity is along it."""
     assert scene.plane is not None
-    first, second = plane_axes(scene.plane.normal)
+    directions = 2 * np.pi * np.arange(count) / count
     speed = float(np.linalg.norm(scene.start[0, 7:10]))
-    for direction in 2 * np.pi * np.arange(count) / count:
-        start = scene.start.copy()
-        start[0, 7:10] = speed * (math.cos(direction) * first + math.sin(direction) * second)
-        yield float(direction), replace(whole.scenes[dt], start=start, written=None)
+    start = np.repeat(scene.start, count, axis=0)
+    along = np.stack((np.cos(directions), np.sin(directions)), axis=1) @ np.stack(plane_axes(scene.plane.normal))
+    start[:, 7:10] = speed * along
+    return directions, replace(whole.scenes[dt], start=start, written=None)
 
 
-def read_slide(whole: WholeRun, direction: float, seen: Watched) -> Slide:
-    """Return how far a run went."""
+def read_slides(whole: WholeRun, directions: Array, scene: Scene, run: Trajectory) -> Iterator[Slide]:
+    """Yield how far each throw went."""
     _, one = whole.asked[DISTANCE]
-    stop = slip_end(one, seen)
-    if stop is None:
-        return Slide(direction, math.nan, math.nan)
-    return Slide(direction, float(np.linalg.norm(seen.along(stop.way))), turned(seen, one.begins_s, stop))
+    for throw, direction in enumerate(directions.tolist()):
+        seen = Watched(scene, run, throw)
+        stop = slip_end(one, seen)
+        if stop is None:
+            yield Slide(direction, math.nan, math.nan)
+        else:
+            yield Slide(direction, float(np.linalg.norm(seen.along(stop.way))), turned(seen, one.begins_s, stop))
 
 
 def law_of(rose: Rose) -> Law | None:

@@ -5,6 +5,7 @@ import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
+from tumble.compare.contact.asked import BY_OWN_LAW
 from tumble.compare.contact.schemas import VERDICT_WORDS, ContactRow
 from tumble.compare.tables.shared import FindingRow
 
@@ -80,6 +81,7 @@ def largest(laws: Iterable[ContestantLaw]) -> ContestantLaw:
 
 def law(rows: Sequence[ContactRow]) -> tuple[str, ContactRow | None, float]:
     """Return the gravest verdict, the row with the largest law error, and that error's share."""
+    rows = [row for row in rows if not row.observable.endswith(BY_OWN_LAW)]
     verdict = worst_verdict([row.verdict for row in rows])
     if verdict.startswith(SINKS):
         return f"{RIGHT}, {verdict}", None, 0.0
@@ -91,8 +93,13 @@ def law(rows: Sequence[ContactRow]) -> tuple[str, ContactRow | None, float]:
 
 def worst_verdict(said: Sequence[str]) -> str:
     """Return the gravest of verdicts: in the order of VERDICT_WORDS but for the first, which is none."""
-    order = [*list(VERDICT_WORDS)[1:], RIGHT]
-    return min(said, key=lambda one: next(place for place, word in enumerate(order) if one.startswith(word)))
+    return max(said, key=verdict_rank)
+
+
+def verdict_rank(verdict: str) -> int:
+    """Return how grave a verdict is: 0 of one that is right."""
+    order = [RIGHT, *reversed(list(VERDICT_WORDS)[1:])]
+    return max(place for place, word in enumerate(order) if verdict.startswith(word))
 
 
 def law_share(row: ContactRow, rows: Iterable[ContactRow]) -> float | None:

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tumble.compare.contact.asked import Asked
+from tumble.compare.contact.asked import BY_OWN_LAW, Asked
 from tumble.compare.contact.watched import Watched, angular_momentum, gravity, lowest, spin_of
 from tumble.compare.judge import mechanics
 from tumble.scenarios.frames import Array, quaternion_product
@@ -28,6 +28,8 @@ LEAD_SHARE, LEAD_STEPS = 0.1, (2, 200)
 # The motion after: a share of the time to the next event, so that being late does not reach that; at most so many of
 # the finest steps.  A soft contact takes tens of steps, so the longest step leaves FEWEST of them.
 FOLLOW_SHARE, MOST_STEPS, FEWEST = 0.6, 2000, 40
+# The same after a body has rocked onto another edge.
+FOLLOW_ROCKING = 0.3
 # Samples of the flight before; steps after the impact that are all seen; and samples of the rest.
 LEAD_SAMPLES, EACH_STEP, SAMPLES = 20, 64, 100
 # The plane has let go when so many steps pass without a push.
@@ -36,8 +38,9 @@ LET_GO = 3
 STILL = 0.5
 # Both ends of what is measured may be off by a step.
 SHIFTS = 2
-GAP, DEEPEST = "gap at contact", "deepest penetration"
-IN_THE_AIR = ("flight", "bounces")
+GAP, DEEPEST, INSTANT = "gap at contact", "deepest penetration", "instant of impact"
+REBOUND = "rebound speed after impact"
+IN_THE_AIR, TIPS = ("flight", "bounces"), "tips"
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,11 +56,13 @@ class ImpactRun:
 class Impact:
     """One impact of a scene: what is asked about it, and its runs by step [s], the longest first.
 
-    event: as the truth has it; flies: whether the body truly leaves the plane.
+    event: as the truth has it; rocks: whether the body comes from another edge; flies: whether it truly leaves the
+    plane.
     """
 
     number: int
     event: ContactEvent
+    rocks: bool
     flies: bool
     asked: tuple[Asked, ...]
     runs: dict[float, tuple[ImpactRun, ...]]
@@ -77,12 +82,14 @@ class Reading:
     through: bool = False
 
 
-def impacts(scene: Scene, record: ContactRecord, steps: Sequence[float], step: float) -> Iterator[Impact]:
-    """Yield the impacts that a body meets in flight.
+def impacts(
+    scene: Scene, record: ContactRecord, steps: Sequence[float], step: float, most: int = MOST_IMPACTS
+) -> Iterator[Impact]:
+    """Yield the first impacts that a body meets in flight, or as it rocks.
 
     steps: of the ladder [s], the longest first; step: at which values are reported.
     """
-    events = [event for event in record.events if event.kind == "impact"][:MOST_IMPACTS]
+    events = [event for event in record.events if event.kind == "impact"][:most]
     if not events:
         return
     known = ImpactMap(scene, 0)
@@ -91,16 +98,20 @@ def impacts(scene: Scene, record: ContactRecord, steps: Sequence[float], step: f
         if min(before_s, after_s) <= 0:
             continue
         # Two impacts within a few steps are no question of one impact: the ladder then begins at a shorter step.
-        shorter = max(0, math.ceil(math.log2(steps[0] * FEWEST / (FOLLOW_SHARE * after_s))))
+        rocks = phase_at(record, before(event.time_s)) == TIPS
+        share = (FOLLOW_ROCKING if rocks else FOLLOW_SHARE) * after_s
+        shorter = max(0, math.ceil(math.log2(steps[0] * FEWEST / share)))
         own = [one / 2**shorter for one in steps]
-        follow_s = min(FOLLOW_SHARE * after_s, MOST_STEPS * own[-1])
+        follow_s = min(share, MOST_STEPS * own[-1])
+        first = step if step in own else own[0]
         speed = max(-float(event.velocity_before @ normal(scene)), np.finfo(float).tiny)
         lead_s = LEAD_SHARE * scene.body.reach / speed
         yield Impact(
             number=number,
             event=event,
-            flies=phase_after(record, event.time_s) in IN_THE_AIR,
-            asked=tuple(asked(scene, record, event, number, step if step in own else own[0])),
+            rocks=rocks,
+            flies=phase_at(record, event.time_s) in IN_THE_AIR,
+            asked=tuple(asked(scene, record, event, number, first, own[-1], rocks)),
             runs={dt: tuple(runs(scene, known, number, dt, lead_s, follow_s)) for dt in own},
         )
 
@@ -116,8 +127,13 @@ def normal(scene: Scene) -> Array:
     return scene.plane.normal
 
 
-def phase_after(record: ContactRecord, time: float) -> str:
-    """Return the name of the phase that follows an event."""
+def before(time: float) -> float:
+    """Return the double before an instant."""
+    return float(np.nextafter(time, -math.inf))
+
+
+def phase_at(record: ContactRecord, time: float) -> str:
+    """Return the name of the phase at an instant, of two that of the later."""
     return next((phase.name for phase in record.phases if phase.begins_s <= time < phase.ends_s), "flight")
 
 
@@ -148,8 +164,10 @@ def run_scene(scene: Scene, start: Array, times: Array, dt: float) -> Scene:
     )
 
 
-def asked(scene: Scene, record: ContactRecord, event: ContactEvent, number: int, dt: float) -> Iterator[Asked]:
-    """Yield what is asked about one impact; dt: the step [s] at which values are reported."""
+def asked(
+    scene: Scene, record: ContactRecord, event: ContactEvent, number: int, dt: float, finest: float, rocks: bool
+) -> Iterator[Asked]:
+    """Yield what is asked about one impact; dt, finest: the step at which values are reported, and the shortest [s]."""
     pull = float(np.linalg.norm(gravity(scene)))
     speed = float(np.linalg.norm(event.before[7:10]))
     approach = abs(float(event.velocity_before @ normal(scene)))
@@ -166,12 +184,16 @@ def asked(scene: Scene, record: ContactRecord, event: ContactEvent, number: int,
     }
     for one in record.observables:
         name = re.sub(rf" impact {number}(?=,|$)", " impact", one.name)
-        if name != one.name:
+        if name != one.name and not (rocks and name in (INSTANT, REBOUND)):
             scale = abs(one.value) if name.startswith("apex") else scales[one.unit]
             yield Asked(name, number, one.unit, one.value, scale, SHIFTS * dt * steps[one.unit], known_to(one))
     # The gap is that of one step already: free fall within it is all that it may be off.
-    yield Asked(GAP, number, "m", 0.0, reach, dt * dt * pull, 0.0)
+    if not rocks:
+        yield Asked(GAP, number, "m", 0.0, reach, dt * dt * pull, 0.0)
     yield Asked(DEEPEST, number, "m", 0.0, reach, SHIFTS * dt * steps["m"], 0.0)
+    if scene.body.radius is not None:  # whose motion along the normal is its centre's
+        yield Asked(DEEPEST + BY_OWN_LAW, number, "m", 0.0, reach, SHIFTS * finest * steps["m"], 0.0)
+        yield Asked(REBOUND + BY_OWN_LAW, number, "m/s", 0.0, scales["m/s"], SHIFTS * dt * steps["m/s"], 0.0)
 
 
 def known_to(one: Observable) -> float:
@@ -181,6 +203,8 @@ def known_to(one: Observable) -> float:
 
 def read_impact(impact: Impact, run: ImpactRun, seen: Watched) -> Reading:
     """Return the numbers of one run."""
+    if impact.rocks and not seen.through:
+        return Reading({DEEPEST: seen.deepest} | numbers(impact, run, seen, 0, None), stays=True)
     touched = int(np.argmax(seen.pushed)) if seen.pushed.any() else None
     if touched is None:
         return Reading({}, through=seen.through)
@@ -242,14 +266,15 @@ def numbers(impact: Impact, run: ImpactRun, seen: Watched, touched: int, left: i
     else:
         hit, v, w = float(seen.times[touched + 1]), seen.states[-1, 7:10], seen.states[-1, 10:13]
         if not impact.flies:  # both are in contact: what they differ by at the end, from the true velocities here
-            v = event.after[7:10] + v - run.after[7:10]
-            w = event.after[10:13] + w - run.after[10:13]
+            grown = growth(seen, event, float(seen.times[-1]) - run.lead_s) if impact.rocks else 1.0
+            v = event.after[7:10] + (v - run.after[7:10]) / grown
+            w = event.after[10:13] + (w - run.after[10:13]) / grown
     after = event.after.copy()
     after[7:10], after[10:13] = v, w
     lever = event.place - event.before[0:3]
     values = {
-        "instant of impact": event.time_s + hit - run.lead_s,
-        "rebound speed after impact": float((v + np.cross(w, lever)) @ seen.plane.normal),
+        INSTANT: event.time_s + hit - run.lead_s,
+        REBOUND: float((v + np.cross(w, lever)) @ seen.plane.normal),
         "energy lost in impact": float(
             mechanics.kinetic_energy(event.before, body) - mechanics.kinetic_energy(after, body)
         ),
@@ -260,6 +285,17 @@ def numbers(impact: Impact, run: ImpactRun, seen: Watched, touched: int, left: i
     for name, vector in (("velocity", v), ("spin", w)):
         values |= {f"{name} after impact, {axis}": float(value) for axis, value in zip("xyz", vector, strict=True)}
     return values
+
+
+def growth(seen: Watched, event: ContactEvent, took: float) -> float:
+    """Return by how much an error of the spin about a new edge grows within a time [s]: a pendulum's, from upright."""
+    w, arm = event.after[10:13], event.before[0:3] - event.place
+    if not w.any():
+        return 1.0
+    along, body = w / np.linalg.norm(w), seen.scene.body
+    arm = arm - (arm @ along) * along
+    moment = along @ angular_momentum(np.concatenate((event.after[:10], along)), body) + body.mass * (arm @ arm)
+    return math.cosh(took * math.sqrt(max(0.0, -body.mass * float(seen.pull @ arm)) / moment))
 
 
 def hit_time(seen: Watched, left: int) -> float:

@@ -7,7 +7,7 @@ to within the last differences.  Where they do not fall there is no limit: the i
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -93,6 +93,11 @@ def falls(ladder: Sequence[Level], resolution: float) -> bool:
 def around(value: float, half: float, order: float | None = None) -> Limit:
     """Return a limit with that interval to both sides."""
     return Limit(value, value - half, value + half, order, converges=True)
+
+
+def shifted(found: Limit, by: float) -> Limit:
+    """Return a limit of numbers that are all larger by as much."""
+    return replace(found, value=found.value + by, low=found.low + by, high=found.high + by)
 
 
 def width(levels: Sequence[Level]) -> float:

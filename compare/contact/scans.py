@@ -7,11 +7,21 @@ own: `directions`.
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from tumble.compare.contact.directions import reaches_edge
-from tumble.compare.contact.impacts import PHASES, Impact, ImpactRun, read_impact, row_step, run_scene, sample_times
+from tumble.compare.contact.impacts import (
+    PHASES,
+    REBOUND,
+    Impact,
+    ImpactRun,
+    read_impact,
+    row_step,
+    run_scene,
+    sample_times,
+)
 from tumble.compare.contact.watched import Watched, gravity
 from tumble.compare.contact.whole_run import WholeRun
 from tumble.scenarios.scene import Scene
@@ -102,4 +112,9 @@ def at_speed(state: np.ndarray, speed: float, normal: np.ndarray) -> np.ndarray:
 
 def restitution(impact: Impact, run: ImpactRun, speed: float) -> Callable[[Watched], float]:
     """Return what reads the ratio of the speeds after and before an impact."""
-    return lambda seen: read_impact(impact, run, seen).values.get("rebound speed after impact", math.nan) / speed
+    return partial(speed_ratio, impact, run, speed)
+
+
+def speed_ratio(impact: Impact, run: ImpactRun, speed: float, seen: Watched) -> float:
+    """Return the ratio of the speeds after and before an impact, nan where the body did not leave the plane."""
+    return read_impact(impact, run, seen).values.get(REBOUND, math.nan) / speed

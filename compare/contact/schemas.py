@@ -23,6 +23,8 @@ VERDICT_WORDS = {
     "does not come to rest": "a body that must stop, rest or roll slips or bounces on to the end of the run",
     "soft": "the impact was not over when the next one was due",
     "another law": "the law error is not zero, and nothing else in this list names it",
+    "not its own law": "a soft engine does not approach the law of contact that it states",
+    "its own law": "the limit is that of the law of contact that a soft engine states, so far from Newton's",
     "sinks by": "the plane yields: the named depth remains as the step falls",
 }
 

@@ -1,16 +1,18 @@
 """The study of contact: every contestant above a plane, over a ladder of steps, against the true observables."""
 
 import math
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Protocol
 
 import numpy as np
 
-from tumble.compare.contact.asked import Asked
-from tumble.compare.contact.directions import DISTANCE, Rose, Slide, is_turnable, read_slide, turned_scenes
-from tumble.compare.contact.impacts import Impact, impacts, read_impact, row_step
-from tumble.compare.contact.limit import Level, Limit, limit
+from tumble.compare.contact.asked import BY_OWN_LAW, Asked
+from tumble.compare.contact.directions import DISTANCE, Rose, Slide, is_turnable, read_slides, turned_scene
+from tumble.compare.contact.impacts import MOST_IMPACTS, Impact, impacts, read_impact, row_step
+from tumble.compare.contact.limit import Level, Limit, limit, shifted
+from tumble.compare.contact.own_law import own_numbers
 from tumble.compare.contact.scans import ScanRun, heights, tilts
 from tumble.compare.contact.watched import Watched
 from tumble.compare.contact.whole_run import WholeRun, read_whole, whole_run
@@ -22,17 +24,46 @@ from tumble.compare.run.starting import started
 from tumble.compare.run.status import Failure
 from tumble.compare.run.tasks import Task, run
 from tumble.compare.run.worker import MEMORY_LIMIT
+from tumble.scenarios.frames import Array
 from tumble.scenarios.scene import Scene
 from tumble.scenarios.truth import Truth
 
 # The ladder, in steps of the scene; the first few are for the order, the last for the limit.
 LADDER = (4.0, 2.0, 1.0, 0.5, 0.25, 0.125)
-# For the page: one level less.
-BRIEF = LADDER[:-1]
 # Run time of one run, by the engine's stated cost of a step [s]; finer levels are left out.
 BUDGET_S = 2.0
 # From this share of an error on what the last steps span is more than a blur of it.
 SCATTERS = 0.25
+
+
+@dataclass(frozen=True)
+class Extent:
+    """How much is run.
+
+    Parameters
+    ----------
+    ladder : steps, the longest first, in those at which values are reported
+    impacts : of a scene, at most
+    few : only what a scene with an impact shows by it alone, by the methods that a page of the whole catalogue shows
+    """
+
+    ladder: tuple[float, ...] = LADDER
+    impacts: int = MOST_IMPACTS
+    few: bool = False
+
+    def runs(self, running_engines: Iterable[RunningEngine], scenes: Iterable[Scene]) -> int:
+        """Return the number of pairs of a scene and a method that takes part in it."""
+        return sum(1 for one in running_engines for scene in scenes for _ in self.methods(one, scene))
+
+    def methods(self, running_engine: RunningEngine, scene: Scene) -> Iterator[str]:
+        """Yield an engine's methods that take part in a scene."""
+        info = running_engine.info
+        for method in running_engine.methods_for(scene):
+            if not self.few or isinstance(info, Failure) or method in (*info.landing, *running_engine.named):
+                yield method
+
+
+WHOLE, BRIEF = Extent(), Extent(impacts=1, few=True)
 
 
 class Answered(Protocol):
@@ -51,17 +82,24 @@ class Answered(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Question:
-    """What a scene asks: of a whole run, of runs in other directions, of each impact alone, and of changed scenes.
+    """What a scene asks: of a whole run, of throws in other directions, of each impact alone, and of changed scenes.
 
-    step: at which values are reported [s].
+    step: at which values are reported [s]; turned: directions [rad], and the scene with a throw in each.
     """
 
     scene: Scene
     step: float
+    extent: Extent
     whole: WholeRun | None
-    turned: tuple[tuple[float, Scene], ...]
+    turned: tuple[Array, Scene] | None
     impacts: tuple[Impact, ...]
     scans: tuple[ScanRun, ...]
+
+    @property
+    def identity(self) -> list[object]:
+        """What all of it follows from."""
+        parts = [one.key for one in self.asked], self.turned is not None, len(self.scans)
+        return [self.scene, self.step, self.extent, *parts]
 
     @property
     def asked(self) -> Iterator[Asked]:
@@ -81,10 +119,13 @@ class Readings:
 
     By impact, None for the whole run: unfinished: not over when the next was due; stays: the body did not leave the
     plane, at the finest step; through: it passed the plane, at the step of the values or a finer one.
+    own: numbers of the law that a soft engine states, own_law, by step [s]; ladders of these have the differences.
     failure: why there is nothing.
     """
 
     ladders: dict[Key, list[Level]] = field(default_factory=dict)
+    own: dict[tuple[Key, float], float] = field(default_factory=dict)
+    own_law: str = ""
     slides: list[Slide] = field(default_factory=list)
     scanned: list[float] = field(default_factory=list)
     unfinished: set[int | None] = field(default_factory=set)
@@ -122,7 +163,18 @@ class Observation:
 
 @dataclass(frozen=True, eq=False)
 class Contact:
-    """One contestant in one scene; readings: with the remarks on its runs."""
+    """One contestant in one scene.
+
+    Parameters
+    ----------
+    question : what the scene asks
+    engine : name of the engine
+    method : METHOD[@TOLERANCE]
+    tolerance : of a method that chooses its own steps, else None
+    observations : in the order of the question
+    rose : the slides in all directions; None where there are none
+    readings : what its runs showed
+    """
 
     question: Question
     engine: str
@@ -184,7 +236,7 @@ def contacts(
     answers: Sequence[Answered],
     dt: float | None = None,
     on_progress: ProgressCallback = no_progress,
-    ladder: Sequence[float] = LADDER,
+    extent: Extent = WHOLE,
 ) -> list[Contact]:
     """Measure the contact law of every contestant in the scenes that have a plane and a reference solution.
 
@@ -194,24 +246,30 @@ def contacts(
     answers : scenes with their reference solutions
     dt : step at which values are reported [s]; None: each scene's own
     on_progress : called for every contestant and scene
-    ladder : steps, the longest first, in those at which values are reported
+    extent : how much is run
 
     Returns
     -------
     the contestants' results, scene by scene
     """
-    found = (question(answer.scene, answer.truth, dt, ladder) for answer in answers if answer.truth)
-    asked = [one for one in found if one]
+    found = (question(answer.scene, answer.truth, dt, extent) for answer in answers if answer.truth)
+    return ask(running_engines, [one for one in found if one], on_progress)
+
+
+def ask(
+    running_engines: Sequence[RunningEngine], questions: Sequence[Question], on_progress: ProgressCallback = no_progress
+) -> list[Contact]:
+    """Return every contestant's results in scenes whose questions are known; arguments as of `contacts`."""
 
     def task(one: Question, running_engine: RunningEngine, method: str) -> Task[Readings]:
         key = one.scene.name, running_engine.title, method, "contact"
-        return Task(key, running_engine, lambda able: read(able, one, method))
+        return Task(key, running_engine, partial(read, asked=one, method=method))
 
     tasks = [
         (one, task(one, running_engine, method))
-        for one in asked
+        for one in questions
         for running_engine in running_engines
-        for method in running_engine.methods_for(one.scene)
+        for method in one.extent.methods(running_engine, one.scene)
     ]
     readings = run([task for _, task in tasks], on_progress=on_progress)
     return [
@@ -219,19 +277,17 @@ def contacts(
     ]
 
 
-def question(
-    scene: Scene, truth: Truth | None, dt: float | None = None, ladder: Sequence[float] = LADDER
-) -> Question | None:
+def question(scene: Scene, truth: Truth | None, dt: float | None = None, extent: Extent = WHOLE) -> Question | None:
     """Return what a scene asks, None where it has no plane, or nothing that an engine can be held to."""
     if scene.plane is None or truth is None or not truth.contacts:
         return None
     step = dt or scene.step
-    steps = [step * factor for factor in ladder]
-    whole = whole_run(scene, truth, steps, step)
-    turned = tuple(turned_scenes(scene, whole, step)) if whole and is_turnable(scene, whole) else ()
-    known = tuple(impacts(scene, truth.contacts[0], steps, step))
+    steps = [step * factor for factor in extent.ladder]
+    known = tuple(impacts(scene, truth.contacts[0], steps, step, extent.impacts))
+    whole = None if extent.few and known else whole_run(scene, truth, steps, step)
+    turned = turned_scene(scene, whole, step) if whole and is_turnable(scene, whole) else None
     scans = (*(tilts(scene, whole, step) if whole else ()), *(heights(scene, known[0], step) if known else ()))
-    found = Question(scene, step, whole, turned, known, scans)
+    found = Question(scene, step, extent, whole, turned, known, scans)
     return found if any(found.asked) else None
 
 
@@ -252,11 +308,11 @@ def read(running_engine: RunningEngine, asked: Question, method: str) -> Reading
             found.through.add(None)
         for name, value in read_whole(whole, seen).items():
             found.ladders.setdefault((name, None), []).append(Level(dt, np.array([value])))
-    for direction, scene in asked.turned:
+    if whole and asked.turned:
+        directions, scene = asked.turned
         answer = running_engine.simulate(scene, method, asked.step)
         if isinstance(answer, Trajectory):
-            assert whole is not None
-            found.slides.append(read_slide(whole, direction, Watched(scene, answer)))
+            found.slides += read_slides(whole, directions, scene, answer)
     for impact in asked.impacts:
         read_ladder(running_engine, asked, method, impact, found)
         if found.failure:
@@ -273,12 +329,13 @@ def read_ladder(running_engine: RunningEngine, asked: Question, method: str, imp
     for dt, runs in impact.runs.items():
         if skips(running_engine, method, own_steps, dt, first, runs[0].scene.duration):
             continue
-        readings = []
+        readings, law = [], None
         for one in runs:
             answer = running_engine.simulate(one.scene, method, dt)
             if isinstance(answer, Failure):
                 found.failure = answer
                 return
+            law = answer.soft_law
             if answer.diverged_at is None:
                 readings.append(read_impact(impact, one, Watched(one.scene, answer)))
         if dt <= first and any(reading.through for reading in readings):
@@ -286,8 +343,16 @@ def read_ladder(running_engine: RunningEngine, asked: Question, method: str, imp
         if any(reading.unfinished for reading in readings):
             found.unfinished.add(impact.number)
         (found.stays.add if any(reading.stays for reading in readings) else found.stays.discard)(impact.number)
+        own = own_numbers(law, asked.scene, impact) if law and asked.scene.body.radius else {}
+        found.own_law = law.kind if law else ""
         for each in impact.asked:
-            values = np.array([reading.values.get(each.observable, math.nan) for reading in readings] or [math.nan])
+            name, of_own = each.observable.removesuffix(BY_OWN_LAW), each.observable.endswith(BY_OWN_LAW)
+            if of_own and each.observable not in own:
+                continue
+            values = np.array([reading.values.get(name, math.nan) for reading in readings] or [math.nan])
+            if of_own:
+                found.own[each.key, dt] = own[each.observable]
+                values = values - own[each.observable]
             found.ladders.setdefault(each.key, []).append(Level(dt, values))
 
 
@@ -309,6 +374,11 @@ def judged(asked: Question, running_engine: RunningEngine, method: str, found: R
         dt = asked.step if each.impact is None else steps[each.impact]
         value = next((level.mean for level in ladder if level.dt_s == dt), math.nan)
         reached = limit(ladder, each.resolution(running_engine.rounding))
+        if each.observable.endswith(BY_OWN_LAW):
+            if (each.key, dt) not in found.own:
+                continue
+            own = found.own[each.key, dt]
+            each, value, reached = replace(each, true=own), value + own, shifted(reached, own)
         observations.append(Observation(each, dt, value, reached))
     return Contact(
         question=asked,

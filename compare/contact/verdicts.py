@@ -7,14 +7,15 @@ its own.
 
 import math
 
+from tumble.compare.contact.asked import BY_OWN_LAW
 from tumble.compare.contact.directions import DIAMOND, DISTANCE, Law, axis_names, is_round, law_of
 from tumble.compare.contact.findings import RIGHT
-from tumble.compare.contact.impacts import DEEPEST, GAP
+from tumble.compare.contact.impacts import DEEPEST, GAP, REBOUND
 from tumble.compare.contact.study import Contact, Observation
 from tumble.compare.contact.whole_impulse import after_whole_impulse
 from tumble.compare.contact.whole_run import REST
 
-REBOUND = "rebound speed after impact"
+ITS_LAW, NOT_ITS_LAW = "its own law", "not its own law"
 WHOLE_IMPULSE = "another law: Coulomb on the whole impulse"
 OF_A_STOP = ("instant it stops", DISTANCE, "turn of the path until it stops")
 
@@ -71,6 +72,8 @@ def of_the_rebound(contact: Contact, said: list[str], impact: int) -> str:
 def own_verdict(contact: Contact, one: Observation) -> str:
     """Return the verdict on one observation by its own ladder."""
     name, limit, seen = one.asked.observable, one.limit, contact.readings
+    if name.endswith(BY_OWN_LAW):
+        return own_law_verdict(contact, one)
     if one.asked.impact in seen.through:
         return "tunnels"
     if math.isnan(limit.value):
@@ -89,11 +92,21 @@ def own_verdict(contact: Contact, one: Observation) -> str:
         return f"sinks by {abs(error) * 1e3:.3g} mm"
     if one.scatters:
         return "depends on the step"
-    if name == "creep speed":
+    if name.startswith("creep speed"):
         return f"creeps at {limit.value * 1e3:.3g} mm/s"
     if name in (GAP, "height at rest"):
         return f"contact without touching, from {error * 1e3:.3g} mm"
     return "another law"
+
+
+def own_law_verdict(contact: Contact, one: Observation) -> str:
+    """Return whether a soft engine follows the law that it states, and how far that law is from the rigid one."""
+    law = contact.readings.own_law
+    if not one.is_right:
+        return "depends on the step" if one.scatters else f"{NOT_ITS_LAW} ({law})"
+    key = one.asked.observable.removesuffix(BY_OWN_LAW), one.asked.impact
+    rigid = next(each.asked.true for each in contact.observations if each.asked.key == key)
+    return f"{ITS_LAW} ({law}): {one.asked.true - rigid:+.3g} {one.asked.unit} from the rigid one"
 
 
 def rebound_verdict(contact: Contact, one: Observation) -> str:

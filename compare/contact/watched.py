@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tumble.compare.run.flight import Trajectory
-from tumble.scenarios.frames import Array, rotation_matrix
+from tumble.scenarios.frames import Array, rotation_matrix, turned_by, vertices
 from tumble.scenarios.scene import Body, Plane, Scene
 
 # The plane pushes where the normal velocity changes by more than this share of what gravity does, or, without
@@ -17,10 +17,11 @@ PUSH, ROUNDED = 0.05, 1e-6
 
 @dataclass(frozen=True, eq=False)
 class Watched:
-    """The first throw of a run above a plane, R instants."""
+    """One throw of a run above a plane, R instants."""
 
     scene: Scene
     run: Trajectory
+    throw: int = 0
 
     @property
     def times(self) -> Array:
@@ -30,7 +31,7 @@ class Watched:
     @property
     def states(self) -> Array:
         """States, (R, 13)."""
-        return self.run.states[:, 0]
+        return self.run.states[:, self.throw]
 
     @property
     def plane(self) -> Plane:
@@ -72,6 +73,16 @@ class Watched:
         if self.scene.body.radius is not None:
             v = v + np.cross(w, -self.scene.body.radius * self.plane.normal)
         return self.along(v)
+
+    @cached_property
+    def turned(self) -> Array:
+        """Angle from the first attitude [rad], (R,)."""
+        q = self.states[:, 3:7]
+        return np.linalg.norm(turned_by(q[:1], q), axis=1)
+
+    def place(self, point: Array) -> Array:
+        """Return where a point of the body, (3,) [m], body axes, is [m], (R, 3)."""
+        return vertices(self.states, point[None])[:, 0]
 
     def at(self, time: float) -> Array:
         """Return the state at an instant [s], (13,), on the line between its neighbours."""

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from tumble.compare.contact.asked import Asked
 from tumble.compare.contact.impacts import DEEPEST, SHIFTS, known_to
 from tumble.compare.contact.watched import Watched, gravity
+from tumble.scenarios.frames import Array, vertices
 from tumble.scenarios.scene import Scene
 from tumble.scenarios.truth import Truth
 from tumble.scenarios.truth.contact.record import ContactRecord, Observable
@@ -27,7 +28,10 @@ SLOW = 0.02
 LATE = 0.1
 # A ball at rest bounces no faster than gravity makes it in so many times the time between samples.
 REST_STEPS = 2.0
+# Samples through which a curve is laid; and, of its reach, how near to its lowest point others lie on the plane.
+AROUND, ON_THE_PLANE = 4, 1e-9
 REST = "instant of rest"
+TIPPED, PRECESSION, TILT = "angle it has tipped by", "mean precession", "greatest tilt of the axis"
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,11 +50,13 @@ def whole_run(scene: Scene, truth: Truth, steps: Sequence[float], step: float) -
     """
     record = truth.contacts[0]
     found = {
-        one.name: (asked(scene, record, one, step), one) for one in record.observables if " impact " not in one.name
+        one.name: (asked(scene, record, one, step, steps[-1]), one)
+        for one in record.observables
+        if " impact " not in one.name
     }
     if not any(event.kind == "impact" for event in record.events) and math.isinf(record.ended_s):
         deepest = Observable(DEEPEST, "m", 0.0, 0.0, 0.0, 0.0, scene.duration)
-        found[DEEPEST] = asked(scene, record, deepest, step), deepest
+        found[DEEPEST] = asked(scene, record, deepest, step, steps[-1]), deepest
     if not found:
         return None
     last = max((event.time_s for event in record.events if event.kind == "stops"), default=0.0)
@@ -78,8 +84,11 @@ def rest_shift(scene: Scene, record: ContactRecord, dt: float, apart: float) -> 
     return 4 * REST_STEPS * apart / (1 - e) + 2 * first.time_s * de / (1 - e) ** 2
 
 
-def asked(scene: Scene, record: ContactRecord, one: Observable, dt: float) -> Asked:
-    """Return what is asked about one observable, with the scales of its window; dt: the step of the values [s]."""
+def asked(scene: Scene, record: ContactRecord, one: Observable, dt: float, finest: float) -> Asked:
+    """Return what is asked about one observable, with the scales of its window.
+
+    dt, finest: the step of the values, and the shortest of the ladder [s].
+    """
     pull, took = float(np.linalg.norm(gravity(scene))), one.ends_s - one.begins_s
     speed = max((float(np.linalg.norm(event.before[7:10])) for event in record.events), default=0.0)
     speed = max(speed, float(np.linalg.norm(scene.start[0, 7:10])), pull * dt)
@@ -89,9 +98,18 @@ def asked(scene: Scene, record: ContactRecord, one: Observable, dt: float) -> As
     one_step, scale = SHIFTS * dt * steps[one.unit], scales.get(one.unit, abs(one.value) or reach)
     if one.name in ("height at rest", DEEPEST):  # what a body falls within a step
         one_step, scale = dt * dt * pull, reach
-    if one.name == "creep speed":  # the same, over the time in which it is seen
+    if one.name.startswith("creep speed"):  # the same, over the time in which it is seen
         one_step = 2 * dt * dt * pull / took
+    if one.name == TIPPED:
+        one_step = SHIFTS * dt * size(record, "spin at that angle")
+    if one.name in (PRECESSION, TILT):  # of a top, that falls with the turn of a step
+        one_step = SHIFTS * finest * size(record, "mean spin") * abs(one.value)
     return Asked(one.name, None, one.unit, one.value, scale, one_step, known_to(one))
+
+
+def size(record: ContactRecord, name: str) -> float:
+    """Return the size of the true vector, or number, whose observables' names begin so."""
+    return math.hypot(*(one.value for one in record.observables if one.name.startswith(name)))
 
 
 def read_whole(whole: WholeRun, seen: Watched) -> dict[str, float]:
@@ -226,6 +244,78 @@ def instant_of_rest(whole: WholeRun, one: Observable, seen: Watched) -> float:
     return math.nan if last + 1 >= len(seen.times) else float(seen.times[last + 1])
 
 
+def angle_tipped(whole: WholeRun, one: Observable, seen: Watched) -> float:
+    """Return the angle [rad] by which the body has turned from its first attitude at an instant."""
+    return smooth(one.begins_s, seen.times, seen.turned)
+
+
+def spin_at_angle(whole: WholeRun, one: Observable, seen: Watched) -> float:
+    """Return a component of the spin [rad/s] where the body has turned by the true angle at the true instant."""
+    _, angle = whole.asked[TIPPED]
+    past = np.flatnonzero(seen.turned >= angle.value)
+    if not len(past):
+        return math.nan
+    near = slice(max(0, int(past[0]) - AROUND), int(past[0]) + AROUND)
+    return smooth(angle.value, seen.turned[near], seen.states[near, component(one)])
+
+
+def smooth(at: float, places: Array, values: Array) -> float:
+    """Return the value at a place, on the cubic through the nearest samples; places rise."""
+    first = int(np.clip(np.searchsorted(places, at) - AROUND // 2, 0, max(0, len(places) - AROUND)))
+    near = slice(first, first + AROUND)
+    share = places[near] - at
+    weights = [np.prod([b / (b - a) for b in np.delete(share, number)]) for number, a in enumerate(share)]
+    return float(np.array(weights) @ values[near])
+
+
+def creep_of_pivot(whole: WholeRun, one: Observable, seen: Watched) -> float:
+    """Return the mean speed along the plane [m/s] of the edge or the tip that truly stays on it."""
+    places = seen.place(pivot(whole, one))
+    moved = seen.along(places - places[0])
+    return float(np.linalg.norm(np.array([np.interp(one.ends_s, seen.times, each) for each in moved.T]))) / one.ends_s
+
+
+def pivot(whole: WholeRun, one: Observable) -> Array:
+    """Return the middle of the points that truly lie on the plane late in a window [m], (3,), body axes."""
+    truth, scene = whole.truth, next(iter(whole.scenes.values()))
+    assert scene.plane is not None
+    inside = truth.times <= min(one.ends_s, truth.horizon)
+    state = truth.states[inside][-1, 0]
+    heights = vertices(state, scene.body.points) @ scene.plane.normal
+    return scene.body.points[heights <= heights.min() + ON_THE_PLANE * scene.body.reach].mean(axis=0)
+
+
+def axes(whole: WholeRun, one: Observable, seen: Watched) -> Array:
+    """Return the unit vectors from the tip to the centre of mass, (R, 3)."""
+    apart = seen.states[:, 0:3] - seen.place(pivot(whole, one))
+    return apart / np.linalg.norm(apart, axis=1, keepdims=True)
+
+
+def mean_precession(whole: WholeRun, one: Observable, seen: Watched) -> float:
+    """Return the mean rate [rad/s] at which the body's axis turns about the vertical."""
+    up, axis = -seen.pull / np.linalg.norm(seen.pull), axes(whole, one, seen)
+    first = axis[0] - (axis[0] @ up) * up
+    turned = np.unwrap(np.arctan2(axis @ np.cross(up, first), axis @ first))
+    return float(np.interp(one.ends_s, seen.times, turned) - turned[0]) / (one.ends_s - float(seen.times[0]))
+
+
+def mean_axial_spin(whole: WholeRun, one: Observable, seen: Watched) -> float:
+    """Return the mean spin [rad/s] about the line from the point on the plane to the centre of mass."""
+    return float(np.einsum("ri,ri->r", axes(whole, one, seen), seen.states[:, 10:13])[seen.times <= one.ends_s].mean())
+
+
+def greatest_tilt(whole: WholeRun, one: Observable, seen: Watched) -> float:
+    """Return the greatest angle of the axis from the vertical [rad], a parabola between the samples."""
+    up = -seen.pull / np.linalg.norm(seen.pull)
+    tilts = np.arccos(np.clip(axes(whole, one, seen) @ up, -1, 1))[seen.times <= one.ends_s]
+    top = int(np.argmax(tilts))
+    if not 0 < top < len(tilts) - 1:
+        return float(tilts[top])
+    before, here, after = tilts[top - 1 : top + 2]
+    bend = 2 * here - before - after
+    return float(here + (after - before) ** 2 / (8 * bend) if bend > 0 else here)
+
+
 def deepest(whole: WholeRun, one: Observable, seen: Watched) -> float:
     """Return the deepest penetration [m]."""
     return seen.deepest
@@ -239,7 +329,13 @@ READERS: dict[str, Reader] = {
     "velocity as it": as_it_ends,
     "spin as it": as_it_ends,
     "mean acceleration": mean_acceleration,
+    "creep speed of": creep_of_pivot,
     "creep speed": creep,
+    TIPPED: angle_tipped,
+    "spin at that angle": spin_at_angle,
+    PRECESSION: mean_precession,
+    "mean spin": mean_axial_spin,
+    TILT: greatest_tilt,
     "height at rest": height_at_rest,
     DEEPEST: deepest,
 }

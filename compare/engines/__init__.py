@@ -33,6 +33,7 @@ More names where they are not empty:
                 are called its default; without it METHOD+defaults where there is one, else the first of METHODS
     SHOWN       of METHODS and ON_REQUEST those that a page is made of unless more are asked for: the first, the default
                 where that differs, and its best; without it all METHODS
+    LANDING     the same above a plane, of METHODS and CONTACT: each contact law once; without it those of SHOWN
     OPTIONAL    what build leaves out where a scene has no use for it.  build(scene, method, keep) then takes the
                 names of those that shall stay: the motion is the same, and what they cost can be measured
     SCHEMES     {method: scheme}: what one step makes of u'' + c u' + s u = 0, for the limit of a step: a name of
@@ -70,11 +71,13 @@ And verbs if it wishes
                                      A plain string is a finding of the kind `other`: it flags a run and decides no
                                      verdict
     vertices(world, points)          where body points (n, 3) of a body that is no longer rigid are: (N, n, 3);
-                                     without it the harness computes them from the state
+                                     without it, or where it is None, the harness computes them from the state
     sense(world) -> readings         what the sensors of scene.sensors read in the state as it is, (N, S, 6): specific
                                      force [m/s2] and angular velocity [rad/s], each along the sensor's own axes;
                                      without it the harness takes differences of velocity over a step (docs/sensors.md)
     remark(world) -> str             what the user should know and is no fault: which method was chosen, and why
+    soft_law(world) -> law           the spring and damper of its contact (`parts/soft_law.py`), None where it has none:
+                                     the run is compared with that law too
 
 An engine file imports nothing of ours that a user's own could not: it reads the attributes of the scene it is given
 (`scenarios/scene.py`), except that our own solver's file imports `solver`, and that ours share `parts/`, which is a

@@ -59,6 +59,7 @@ from tumble.compare.engines.parts.apart import Apart, from_each, in_each, of_eac
 from tumble.compare.engines.parts.audits import stood_still
 from tumble.compare.engines.parts.held import held_wrench
 from tumble.compare.engines.parts.impact import approach_speed, impact_duration
+from tumble.compare.engines.parts.soft_law import HUNT_CROSSLEY, SoftLaw
 
 if TYPE_CHECKING:
     from tumble.scenarios.scene import Body, Scene
@@ -239,6 +240,13 @@ def spring(scene: "Scene", dt: float, method: str) -> tuple[float, float]:
     if method in INTEGRATORS:
         lost = min(lost, duration / (math.pi * dt))  # an explicit method is not stable for more
     return stiffness, lost / max(speed, 1e-9)
+
+
+def soft_law(world: World | Apart) -> SoftLaw | None:
+    """Return the law of a contact point, but of Drake's own settings."""
+    if isinstance(world, Apart) or world.shipped or not world.dt:
+        return None
+    return SoftLaw(HUNT_CROSSLEY, *spring(world.scene, world.dt, world.method))
 
 
 def dissipation_of(restitution: float) -> float:

@@ -37,6 +37,8 @@ from numpy.typing import NDArray
 from tumble.compare.engines.parts.apart import Apart, from_each, in_each, of_each, to_each
 from tumble.compare.engines.parts.impact import damping_ratio, impact_duration, of_steps
 from tumble.compare.engines.parts.scale import scale_to_one
+from tumble.compare.engines.parts.soft_law import IMPEDANCE as IMPEDANCE_LAW
+from tumble.compare.engines.parts.soft_law import SoftLaw
 
 if TYPE_CHECKING:
     from tumble.scenarios.scene import Body, Plane, Scene
@@ -67,6 +69,7 @@ CONTACT = ("euler+elliptic", "euler+noslip")
 ON_REQUEST = ("euler+defaults", "rk4+defaults", "implicitfast+defaults")
 DEFAULT = ("euler", "euler+defaults")  # the flags that differ alter a flight only where a state is beyond 1e10
 SHOWN = ("euler", "euler+defaults", "rk4", "implicitfast")
+LANDING = ("euler", *CONTACT)
 FEATURES = {"gravity", "tether", "drag", "floor", "plane"}
 STEP_NS = 2000
 OPTIONAL = (*FLAGS, "geoms")
@@ -363,6 +366,25 @@ def prepare(world: World, dt: float) -> None:
     world.model.pair_solref[:] = -stiffness, -damping
     world.model.pair_solreffriction[:] = -stiffness, -1.0 / dt  # a slip that friction can stop stops in one step
     world.model.pair_solimp[:, 0:2] = IMPEDANCE
+
+
+def soft_law(world: World | Apart) -> SoftLaw | None:
+    """Return the spring and damper of the model's contacts, per mass, and their impedance.
+
+    Source: MuJoCo's manual, "Modeling: Solver parameters", on solref, its direct format, and solimp.
+    """
+    if isinstance(world, Apart):
+        return None
+    pairs = world.model.npair > 0  # else of a geom: all have the same
+    first, second = (world.model.pair_solref if pairs else world.model.geom_solref)[0].tolist()
+    impedance = (world.model.pair_solimp if pairs else world.model.geom_solimp)[0].tolist()
+    largest = impedance[1]
+    if first > 0:  # time constant and damping ratio
+        time = max(first, 2 * world.model.opt.timestep)
+        stiffness, damping = 1 / (largest * time * second) ** 2, 2 / (largest * time)
+    else:
+        stiffness, damping = -first / largest**2, -second / largest
+    return SoftLaw(IMPEDANCE_LAW, stiffness, damping, tuple(impedance))
 
 
 @to_each

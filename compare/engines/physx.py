@@ -123,6 +123,7 @@ def made(scene: "Scene", method: str, scale: float) -> tuple[list[Any], list[Any
             stages[-1].add_entity(ground(scene, defaults))
         body.set_mass(scale * scene.body.mass)
         body.set_inertia((scale * scene.body.moments).tolist())
+        body.set_cmass_local_pose(sapien.Pose())  # else that of the shape attached
         if not defaults:
             body.set_linear_damping(0.0)
             body.set_angular_damping(0.0)

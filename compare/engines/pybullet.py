@@ -39,6 +39,7 @@ METHODS = ("multibody", "rigidbody")
 FORCED = ("multibody+held", "rigidbody+held")
 ON_REQUEST = ("multibody+defaults", "rigidbody+defaults", "rigidbody+recipe")
 SHOWN = ("multibody", "multibody+defaults", "rigidbody")
+LANDING = METHODS
 FEATURES = {"gravity", "tether", "drag", "floor", "plane"}
 STEP_NS = 1000
 OPTIONAL = ("collision shape",)

@@ -6,8 +6,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from tumble.compare.engines.parts.soft_law import SPRING, SoftLaw
 from tumble.solver.body import Body
-from tumble.solver.compilation import without_blas
+from tumble.solver.contact.compliant import softness_of
 from tumble.solver.contact.flight import ContactFlight, Plane
 from tumble.solver.contact.methods import CONTACT_METHODS
 from tumble.solver.flight import Flight
@@ -27,6 +28,8 @@ WHOLE = (*FREE_WHOLE, *(name for name, method in CONTACT_METHODS.items() if meth
 CONTACT = tuple(CONTACT_METHODS)
 ON_REQUEST = ("auto",)
 SHOWN = ("rk4", "exact", "adaptive", "symplectic-euler", "quaternion-euler", "matrix-euler")
+# events takes 20 s to compile, and compliant has another law.
+LANDING = ("moreau",)
 # Every law of the solver, by the name that a scene has it under: the key of one of its kind; and contact's.
 FEATURES = {*(law.removesuffix("s") for law in LAWS), "plane"}
 # Most take less; what a solver of equations or many stages take.
@@ -155,8 +158,7 @@ def choice(body, forces, scene):
 def write(world, states):
     """Start from these states, (N, 13), compiled for them: no step is timed that waits for a compiler."""
     world.flight.write(states)
-    with without_blas():
-        world.flight.compile()
+    world.flight.compile()
 
 
 def advance(world, n, dt):
@@ -183,8 +185,17 @@ def sense(world):
 
 
 def vertices(world, points):
-    """Return the points [m], (N, n, 3), of the body as the method has deformed it."""
-    return world.flight.vertices(points)
+    """Return the points [m], (N, n, 3), of the body as the method has deformed it; None of a method that cannot."""
+    return None if isinstance(world.flight, ContactFlight) else world.flight.vertices(points)
+
+
+def soft_law(world):
+    """Return the spring and damper of `compliant`."""
+    flight = world.flight
+    if not isinstance(flight, ContactFlight) or flight.method is not CONTACT_METHODS["compliant"]:
+        return None
+    softness = softness_of(flight.ground)
+    return SoftLaw(SPRING, softness.stiffness, softness.damping)
 
 
 def remark(world):

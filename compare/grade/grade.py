@@ -7,6 +7,16 @@ from pathlib import Path
 
 import numpy as np
 
+from tumble.compare.grade.contact_grade import (
+    CORRECT_TO_DIGITS,
+    CORRECT_TO_RESOLUTION,
+    EXPLAINED_PARTLY,
+    EXPLAINED_WHOLLY,
+    TOO_COARSE,
+    UNEXPLAINED,
+    ContactGrade,
+    grade_contact,
+)
 from tumble.compare.grade.hypotheses.engine_schemes import ENGINES, EngineScheme
 from tumble.compare.grade.hypotheses.explanation import Explanation
 from tumble.compare.grade.hypotheses.hypothesis import Context
@@ -62,16 +72,10 @@ SEARCH_S = 1.5
 # The tasks that take long: reading rows, the truth, the search.
 TASKS = 3
 
-CORRECT_TO_RESOLUTION = "correct"
-CORRECT_TO_DIGITS = "correct to the printed digits"
 CORRECT_TO_SINGLE = "correct to single precision"
 CORRECT_TO_NOISE = "correct to its noise"
 TOO_LITTLE = "too little to explain"
-EXPLAINED_WHOLLY = "explained"
-EXPLAINED_PARTLY = "explained in part"
-UNEXPLAINED = "not explained"
 TOO_FEW = "too few rows to explain"
-TOO_COARSE = "too coarse to grade"
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,6 +91,7 @@ class Grade:
     spin : what is wrong with the angular velocity; empty: nothing
     scale : what residuals are compared to
     observations : sentences about the file
+    contact : of a scene with a plane, the contact in the file
     hidden_by_single : whether single precision would explain the errors, but the digits do not show that it is there
     decided_s : time of the last row that is diagnosed [s]; single precision could explain any error in later ones
     """
@@ -98,12 +103,16 @@ class Grade:
     spin: str
     scale: ResidualScale
     observations: tuple[str, ...] = ()
+    contact: ContactGrade | None = None
     hidden_by_single: bool = False
     decided_s: float = np.inf
 
     @cached_property
     def verdict(self) -> str:
         """One of the verdicts above."""
+        if self.contact is not None:
+            found = self.diagnosis is not None and self.diagnosis.best.within_floor and self.diagnosis.best.mistakes
+            return EXPLAINED_PARTLY if found else self.contact.verdict
         measured, diagnosis = self.measured, self.diagnosis
         if measured.worst_m <= measured.resolution_m:
             return CORRECT_TO_RESOLUTION
@@ -213,7 +222,22 @@ def grade(
     if not trajectory.descriptions:
         raise BadTrajectory(f"{trajectory.name}: has readings of a sensor, but no pose")
     measured, searched = measure(trajectory, scene, on_progress), Progress("search", on_progress)
-    context = context_of(scene, measured.throw, measured)
+    sample, throw = measured.sample, measured.throw
+    if scene.plane is not None:
+        contact = grade_contact(trajectory, scene, measured, Reference(scene).first_contact(throw))
+        diagnosis, scale = None, scale_of(sample, scene, measured.resolution_m)
+        if contact.is_wrong_before:
+            # The flight up to the first contact is that of a scene without the plane.
+            sample = sample.some(contact.early)
+            flight = replace(scene, plane=None, duration=float(sample.times[-1]))
+            context = context_of(flight, throw, replace(measured, sample=sample))
+            scale = scale_of(sample, flight, measured.resolution_m)
+            diagnosis = diagnose(
+                context, measured.description, sample, scale, measured.single, engines, on_nearest, searched, search_s
+            )
+        searched.end()
+        return Grade(trajectory.name, scene, measured, diagnosis, "", scale, contact=contact)
+    context = context_of(scene, throw, measured)
     sample, scale, single = compared(measured, context)
     diagnosis = None
     observed: tuple[str, ...] = ()

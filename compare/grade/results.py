@@ -6,7 +6,13 @@ from dataclasses import asdict
 from tumble.compare.grade.grade import Grade
 from tumble.compare.grade.hypotheses.explanation import Explanation, Mistake
 from tumble.compare.grade.hypotheses.hypothesis import Hypothesis
-from tumble.compare.grade.schemas import DiagnosisRow, SensorDiagnosisRow, SensorGradeRow
+from tumble.compare.grade.schemas import (
+    ContactDiagnosisRow,
+    ContactGradeRow,
+    DiagnosisRow,
+    SensorDiagnosisRow,
+    SensorGradeRow,
+)
 from tumble.compare.grade.sensor_grade import FileGrade, SensorGrade
 
 # Names of values in tables.
@@ -80,6 +86,43 @@ def _value(mistake: Mistake) -> str:
     return f"{mistake.value:.9g}" if "{}" in hypothesis.text else ""
 
 
+def contact_rows(grade: Grade) -> Iterator[ContactGradeRow]:
+    """Yield the observables of the contact in a file."""
+    if grade.contact is None:
+        return
+    for row in grade.contact.observables:
+        yield ContactGradeRow(
+            file=grade.file,
+            scene=grade.scene.name,
+            member=grade.measured.throw,
+            t_s=row.time,
+            observable=row.name,
+            unit=row.unit,
+            value=row.value,
+            expected=row.expected,
+        )
+
+
+def contact_diagnosis_rows(grade: Grade) -> Iterator[ContactDiagnosisRow]:
+    """Yield the rows of the explanations of contact: one for each parameter of each mistake."""
+    if grade.contact is None:
+        return
+    for rank, explanation in enumerate(grade.contact.explanations, 1):
+        for mistake in explanation.mistakes:
+            values = mistake.hypothesis.parameters or (("", ""),)
+            for number, (parameter, unit) in enumerate(values):
+                yield ContactDiagnosisRow(
+                    file=grade.file,
+                    verdict=grade.verdict,
+                    rank=rank,
+                    mistake=mistake.hypothesis.name,
+                    parameter=parameter,
+                    value=f"{mistake.values[number]:.9g}" if mistake.values else "",
+                    unit=unit,
+                    residual=max(explanation.misses, default=0.0),
+                )
+
+
 def sensor_grade_rows(grade: SensorGrade) -> Iterator[SensorGradeRow]:
     """Yield the row of each device."""
     for device in grade.devices:
@@ -139,6 +182,12 @@ def json_document(found: FileGrade) -> dict[str, object]:
     if found.pose:
         document |= _of_poses(found.pose)
     document["verdict"] = found.verdict
+    if found.pose and found.pose.contact:
+        document["contact"] = {
+            "step_s": found.pose.contact.search.step,
+            "observables": [asdict(row) for row in contact_rows(found.pose)],
+            "diagnosis": [asdict(row) for row in contact_diagnosis_rows(found.pose)],
+        }
     if found.sensor:
         document["sensor"] = {
             "name": found.sensor.sensor.name,

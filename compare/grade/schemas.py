@@ -158,6 +158,36 @@ class ReadingRow:
     error: Annotated[float, "length of the difference"]
 
 
+@dataclass(frozen=True)
+class ContactGradeRow:
+    """One observable of an impact or of a motion along the plane: in the file, and by the scene's law."""
+
+    file: File
+    scene: SceneName
+    member: Annotated[int, "number of the ensemble member"]
+    t_s: Annotated[float, "time of the impact, or at which the motion along the plane begins"]
+    observable: Annotated[str, "what is measured, in words"]
+    unit: Annotated[str, "unit of value and expected; empty for a ratio"]
+    value: Annotated[float, "value in the file"]
+    expected: Annotated[float, "value by the scene's law, from the state in the file just before"]
+
+
+@dataclass(frozen=True)
+class ContactDiagnosisRow:
+    """One parameter of one mistake of contact; explanations of rank 2 and more fit as well as the one of rank 1."""
+
+    file: File
+    verdict: Verdict
+    rank: Annotated[int, "1 for the best explanation"]
+    mistake: Annotated[str, "name of the mistake; docs/mistakes.md lists them"]
+    parameter: Annotated[str, "what the value is: factor, speed, rate, step, gap or a tilt; empty if none"]
+    value: Annotated[str, "a number; empty if none"]
+    unit: Annotated[str, "unit of the value; empty for a ratio"]
+    residual: Annotated[
+        float, "largest error that it leaves, over impacts and motions, in units of what step and digits allow"
+    ]
+
+
 GRADE = Table("grade.csv", GradeRow, ("file",))
 EXPLANATIONS = Table("explanations.csv", ExplanationRow)
 DIAGNOSIS = Table("diagnosis.csv", DiagnosisRow)
@@ -166,4 +196,17 @@ VERTICES = Table("grade-vertices.csv", SampleRow, ("file", "member", "t_s", "ver
 SENSOR_GRADE = Table("sensor-grade.csv", SensorGradeRow, ("file", "sensor", "device"))
 SENSOR_DIAGNOSIS = Table("sensor-diagnosis.csv", SensorDiagnosisRow)
 READINGS = Table("grade-readings.csv", ReadingRow, ("file", "sensor", "device", "t_s"))
-TABLES = (GRADE, DIAGNOSIS, EXPLANATIONS, PARTS, VERTICES, SENSOR_GRADE, SENSOR_DIAGNOSIS, READINGS)
+CONTACT_GRADE = Table("contact-grade.csv", ContactGradeRow)
+CONTACT_DIAGNOSIS = Table("contact-diagnosis.csv", ContactDiagnosisRow)
+TABLES = (
+    GRADE,
+    DIAGNOSIS,
+    EXPLANATIONS,
+    PARTS,
+    VERTICES,
+    CONTACT_GRADE,
+    CONTACT_DIAGNOSIS,
+    SENSOR_GRADE,
+    SENSOR_DIAGNOSIS,
+    READINGS,
+)

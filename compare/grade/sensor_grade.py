@@ -6,6 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
+from tumble.compare.grade.contact_grade import CORRECT_TO_STEP
 from tumble.compare.grade.grade import (
     COARSE,
     CORRECT_TO_DIGITS,
@@ -53,7 +54,7 @@ FEWEST_ROWS = 8
 COARSER = 4.0
 # Times at which the readings of the quick motion are compared with the truth.
 CERTIFIED = 12
-RIGHT = (CORRECT_TO_RESOLUTION, CORRECT_TO_SINGLE, CORRECT_TO_DIGITS, CORRECT_TO_NOISE)
+RIGHT = (CORRECT_TO_RESOLUTION, CORRECT_TO_SINGLE, CORRECT_TO_DIGITS, CORRECT_TO_STEP, CORRECT_TO_NOISE)
 # The verdicts of a file, of which the last one among its devices counts.
 UNDECIDED = (FOLLOWS_MOTION, NO_MISTAKE_SEEN, TOO_COARSE, TOO_LITTLE, TOO_FEW)
 

@@ -8,8 +8,16 @@ import pandas as pd
 from tumble.compare.grade.grade import Grade
 from tumble.compare.grade.measure.errors import BINS
 from tumble.compare.grade.measure.readings import MOST_ROWS
-from tumble.compare.grade.results import diagnosis_rows, sensor_diagnosis_rows, sensor_grade_rows
+from tumble.compare.grade.results import (
+    contact_diagnosis_rows,
+    contact_rows,
+    diagnosis_rows,
+    sensor_diagnosis_rows,
+    sensor_grade_rows,
+)
 from tumble.compare.grade.schemas import (
+    CONTACT_DIAGNOSIS,
+    CONTACT_GRADE,
     DIAGNOSIS,
     EXPLANATIONS,
     GRADE,
@@ -138,6 +146,11 @@ def grade_tables(found: FileGrade, command: str) -> dict[str, pd.DataFrame]:
             "explanations.csv": frame(EXPLANATIONS, explanation_rows(found.pose)),
             "grade-parts.csv": frame(PARTS, part_rows(found.pose)),
             "grade-vertices.csv": frame(VERTICES, sample_rows(found.pose)),
+        }
+    if found.pose and found.pose.contact:
+        tables |= {
+            "contact-grade.csv": frame(CONTACT_GRADE, contact_rows(found.pose)),
+            "contact-diagnosis.csv": frame(CONTACT_DIAGNOSIS, contact_diagnosis_rows(found.pose)),
         }
     if found.sensor:
         tables |= {

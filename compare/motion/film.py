@@ -6,6 +6,7 @@ The instants lie on steps that a run takes anyway, so that filming does not chan
 from collections.abc import Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
+from functools import partial
 
 from tumble.compare.run.flight import Trajectory, legs
 from tumble.compare.run.progress import ProgressCallback, no_progress
@@ -61,7 +62,8 @@ def film(
 
     def task(scene: Scene, running_engine: RunningEngine, method: str) -> Task[Trajectory | Failure]:
         key = scene.name, running_engine.title, method
-        return Task(key, running_engine, lambda able: able.simulate(scene, method, dt or scene.step))
+        ask = partial(RunningEngine.simulate, scene=scene, method=method, dt=dt or scene.step)
+        return Task(key, running_engine, ask)
 
     watched = [filmed(scene, dt or scene.step) for scene in scenes]
     tasks = [

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterator
 
+from tumble.compare.contact.differences import contact_differences
 from tumble.compare.judge.orders import FLOOR
 from tumble.compare.releases.ledger import Ledger, neighbours
 from tumble.compare.releases.notes import Notes
@@ -14,6 +15,8 @@ from tumble.compare.run.timing.readings import Reading, ratio
 ORDER = 0.5
 # The same integrator has the same errors up to rounding; another has different ones, mostly at coarse steps.
 ERROR = 0.01
+# Of an observable of contact, beyond its intervals.
+CONTACT = 0.01
 # Recompiling a loop makes it a few per cent faster or slower by chance.
 TIME = 0.15
 
@@ -27,7 +30,10 @@ def changes(ledger: Ledger, notes: Notes) -> Iterator[ReleaseChangeRow]:
     for release, before in neighbours(ledger):
         methods = dict.fromkeys(row.method for row in ledger.rows if row.release in (before, release))
         for method in methods:
-            for what, found in between(cells, scenes, before, release, method):
+            for what, found in (
+                *between(cells, scenes, before, release, method),
+                *of_contact(ledger, scenes, before, release, method),
+            ):
                 yield ReleaseChangeRow(
                     engine=ledger.engine,
                     release=release,
@@ -63,6 +69,19 @@ def between(cells: Cells, scenes: list[str], before: str, release: str, method: 
         old, new = cells.get((before, scene, method)), cells.get((release, scene, method))
         for what, was, now in differences(old, new):
             kinds.setdefault(what, []).append((scene, was, now))
+    yield from kinds.items()
+
+
+def of_contact(
+    ledger: Ledger, scenes: list[str], before: str, release: str, method: str
+) -> Iterator[tuple[str, Found]]:
+    """Yield each kind of change above a plane with the scenes that show it."""
+    kinds: dict[str, Found] = {}
+    for scene in scenes:
+        old, new = (ledger.contact.get((each, scene, method), ()) for each in (before, release))
+        for one in contact_differences(old, new, CONTACT, CONTACT):
+            was, now = (each if isinstance(each, str) else f"{each:.2g} {one.unit}" for each in (one.old, one.new))
+            kinds.setdefault(one.what, []).append((scene, f"{one.observable} {was}".strip(), now))
     yield from kinds.items()
 
 

@@ -3,21 +3,26 @@
 All run times are of one scene, sampled in the same rounds, so that they can be compared.
 """
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Sequence
+from concurrent.futures import Future
+from dataclasses import dataclass, field, replace
+from functools import partial
 
+from tumble.compare.contact.rows import contact_rows
+from tumble.compare.contact.schemas import ContactRow
+from tumble.compare.contact.study import Contact, contacts
 from tumble.compare.judge import ladder, trend
 from tumble.compare.judge.errors import Run, RunAnswer
 from tumble.compare.releases.schemas import ReleaseRow
 from tumble.compare.run.engines.environments import split_release
+from tumble.compare.run.execution import Parts
 from tumble.compare.run.progress import ProgressCallback, no_progress
 from tumble.compare.run.running_engines import RunningEngine, truth_limit
 from tumble.compare.run.status import Failure
-from tumble.compare.run.task_cache import TaskCache
 from tumble.compare.run.tasks import Task, run
 from tumble.compare.run.timing.readings import USUAL, Reading, Sampling, ratio
 from tumble.compare.run.timing.timing import Cost, Load, costs
-from tumble.compare.run.truths import Truths
+from tumble.compare.run.truths import Answer, Truths, answered
 from tumble.compare.tables.runs import run_row
 from tumble.scenarios.scene import Scene
 from tumble.scenarios.truth import Truth
@@ -46,12 +51,14 @@ class Ledger:
     releases : the releases, the oldest first
     rows : one for each scene, release and method; times are of the first scene only
     speeds : time per step [ns] in the first scene, by release and method
+    contact : observables of contact, by release, scene and method; only of scenes with a plane
     """
 
     engine: str
     releases: tuple[str, ...]
     rows: tuple[ReleaseRow, ...]
     speeds: dict[Named, Reading]
+    contact: dict[tuple[str, str, str], list[ContactRow]] = field(default_factory=dict)
 
 
 def release_of(running_engine: RunningEngine) -> str:
@@ -64,31 +71,34 @@ def ledger(
     running_engines: Sequence[RunningEngine],
     scenes: Sequence[Scene],
     on_progress: ProgressCallback = no_progress,
-    cached: TaskCache | None = None,
     sampling: Sampling = USUAL,
 ) -> Ledger:
     """Return the ledger of one engine's releases, the oldest first.
 
-    cached: finished runs are found and saved there; times are always measured anew.
+    Times are always measured anew, on this machine.
     Raises RayMissed as compare does.
     """
 
-    def task(scene: Scene, true: Callable[[], Truth | None], running_engine: RunningEngine, method: str) -> Task[Runs]:
+    def task(scene: Scene, answer: Future[Answer], running_engine: RunningEngine, method: str) -> Task[Runs]:
         key = scene.name, running_engine.title, method
-        return Task(key, running_engine, lambda able: runs_of(able, scene, method, true()), Runs)
+        return Task(key, running_engine, partial(runs_of, scene=scene, method=method, answer=answer))
 
-    with Truths(scenes, on_progress, limit_s=truth_limit(running_engines)) as truths:
-        tasks = [
-            (scene, future, task(scene, lambda future=future: future.result().truth, each, method))
-            for scene, future in zip(scenes, truths.futures, strict=True)
-            for each in running_engines
-            for method in each.methods_for(scene)
-        ]
-        answers = run([one for _, _, one in tasks], truths, on_progress=on_progress, cached=cached)
-        rows = [
-            row(scene, one.running_engine, answer, future.result().truth)
-            for (scene, future, one), answer in zip(tasks, answers, strict=True)
-        ]
+    landing, limit_s = [scene for scene in scenes if scene.plane], truth_limit(running_engines)
+    with Parts() as part:
+        with Truths(scenes, on_progress, limit_s=limit_s) as truths:
+            tasks = [
+                (scene, future, task(scene, future, each, method))
+                for scene, future in zip(scenes, truths.futures, strict=True)
+                for each in running_engines
+                for method in each.methods_for(scene)
+            ]
+            answers = part(lambda: run([one for _, _, one in tasks], truths, on_progress=on_progress))
+        landed = part(lambda: contacts(running_engines, answered(landing, limit_s), on_progress=on_progress))
+    rows = [
+        row(scene, one.running_engine, answer, future.result().truth)
+        for (scene, future, one), answer in zip(tasks, answers, strict=True)
+    ]
+    observed = observables(running_engines, landed)
     speeds = speeds_on(scenes[0], running_engines, sampling)
     on_progress("timed")
     newest = release_of(running_engines[-1])
@@ -97,11 +107,25 @@ def ledger(
         releases=tuple(map(release_of, running_engines)),
         rows=tuple(with_speed(each, speeds, newest) if each.scene == scenes[0].name else each for each in rows),
         speeds=speeds,
+        contact=observed,
     )
 
 
-def runs_of(running_engine: RunningEngine, scene: Scene, method: str, true: Truth | None) -> Runs:
+def observables(
+    running_engines: Sequence[RunningEngine], landed: Sequence[Contact]
+) -> dict[tuple[str, str, str], list[ContactRow]]:
+    """Return the observables of contact by release, scene and method."""
+    released = {each.title: release_of(each) for each in running_engines}
+    return {
+        (released[one.engine], one.scene.name, one.method): list(contact_rows(one))
+        for one in landed
+        if one.observations
+    }
+
+
+def runs_of(running_engine: RunningEngine, scene: Scene, method: str, answer: Future[Answer]) -> Runs:
     """Return one method's run, and a step-size sequence around it if it has an order to determine."""
+    true = answer.result().truth
 
     def at(dt: float) -> Run:
         return RunAnswer.of(running_engine, method, dt, running_engine.simulate(scene, method, dt)).run(

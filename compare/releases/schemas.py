@@ -49,7 +49,9 @@ class ReleaseChangeRow:
     before: Annotated[str, "previous release"]
     method: Method
     what: Annotated[
-        str, "what changed: method, status, attitude_order, translation_order, spin_energy, max_error_m or time"
+        str,
+        "what changed: method, status, attitude_order, translation_order, spin_energy, contact, law_error, "
+        "contact_error, max_error_m or time",
     ]
     old: Annotated[str, "values of the previous release, one per scene, separated by `; `"]
     new: Annotated[str, "values of this release, one per scene, separated by `; `"]

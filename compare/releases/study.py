@@ -11,10 +11,10 @@ from tumble.compare.releases.notes import shipped_notes
 from tumble.compare.releases.schemas import ReleaseChangeRow
 from tumble.compare.run.engines import environments, installing, registry
 from tumble.compare.run.engines.registry import BadEngine
+from tumble.compare.run.execution import resumable
 from tumble.compare.run.progress import Display, no_display
-from tumble.compare.run.running_engines import TIME_LIMIT_S, flights
+from tumble.compare.run.running_engines import POOL, TIME_LIMIT_S, flights
 from tumble.compare.run.starting import started
-from tumble.compare.run.task_cache import resumable
 from tumble.compare.run.worker import MEMORY_LIMIT
 from tumble.compare.tables.engines import engine_row
 from tumble.compare.tables.shared import EngineRow
@@ -74,27 +74,25 @@ def compare_releases(
     ------
     BadEngine : the engine has no such release, or fewer than two
     """
-    from tumble.compare.tables.circumstances import binding, circumstances  # pandas is slow to load
-
     contestants = [f"{engine}@{release}" for release in releases(engine, first, last, install, display)]
     if folder:
         folder.mkdir(parents=True, exist_ok=True)
-    with started(contestants, time_limit, memory_limit, display) as running_engines:
-        conditions = circumstances(running_engines, scenes, {"time limit [s]": f"{time_limit:g}"}, "")
-        with resumable(folder, (binding(conditions), memory_limit)) as cached:
-            with display(flights(running_engines, scenes) + len(scenes) + 1) as on_progress:
-                found = ledger(running_engines, scenes, on_progress, cached)
-            changed = tuple(changes(found, shipped_notes(engine)))
-            result = Releases(found, changed, tuple(map(engine_row, running_engines)))
-            finished(result)
-        return result
+    with started(contestants, time_limit, memory_limit, display) as running_engines, resumable(folder):
+        landing = [scene for scene in scenes if scene.plane]
+        with display(flights(running_engines, [*scenes, *landing]) + len(scenes) + 1) as on_progress:
+            found = ledger(running_engines, scenes, on_progress)
+        changed = tuple(changes(found, shipped_notes(engine)))
+        result = Releases(found, changed, tuple(map(engine_row, running_engines)))
+        finished(result)
+    return result
 
 
 def releases(engine: str, first: str | None, last: str | None, install: bool, display: Display) -> list[str]:
     """Return the releases from first to last, the oldest first, installed if asked.  Raises BadEngine."""
     if engine in registry.names() and not registry.package(engine).pins:
         raise BadEngine(f"{engine} has no releases of its own")
-    known = environments.releases_on_index(engine) if install else environments.releases_here(engine)
+    known = POOL.get().releases(engine)
+    known = known or (environments.releases_on_index(engine) if install else environments.releases_here(engine))
     for release in (first, last):
         if release and release not in known and (install or not environments.in_order([release])):
             raise BadEngine(f"{engine} has no release {release}; choose one of {', '.join(known)}")
@@ -112,9 +110,9 @@ def releases(engine: str, first: str | None, last: str | None, install: bool, di
             "package index"
         )
     if install:
-        for release in found:
-            if environments.located(f"{engine}@{release}")[1] is None:
-                log.info(f"making an environment for {engine}@{release}")
-                with display(doing=f"installing {engine}@{release}") as on_progress:
-                    installing.install(f"{engine}@{release}", on_progress)
+        missing = [name for release in found if environments.located(name := f"{engine}@{release}")[1] is None]
+        log.info(f"environments to make: {', '.join(missing) or 'none'}")
+        with display(len(missing), "installing") as on_progress:
+            for failed in installing.install_all(missing, on_progress):
+                raise failed
     return found

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from tumble.compare.engines.parts.soft_law import SoftLaw
 from tumble.compare.run.engines.registry import Finding, built, findings
 from tumble.compare.run.timing.timer import prepare, process_ns, wall_of_steps
 from tumble.scenarios.frames import Array, quaternion_product, vertices
@@ -62,6 +63,7 @@ class Trajectory:
     wall_s : wall time of the engine's native loops [s]
     findings : findings of the engine's own audit
     remark : further remark of the engine; empty if there is none
+    soft_law : law of its contact with the plane, of an engine that states one for soft contact
     probe : short runs from the scene's start and from a start next to it; None if not asked for
     cpu_s : CPU time of the native loops [s], of the process and of its children that have ended
     """
@@ -73,6 +75,7 @@ class Trajectory:
     wall_s: float
     findings: tuple[Finding, ...]
     remark: str = ""
+    soft_law: SoftLaw | None = None
     probe: Probe | None = None
     cpu_s: float = 0.0
 
@@ -167,8 +170,8 @@ def simulate(
         if states.shape != scene.start.shape:
             raise ValueError(f"read() returned shape {states.shape}, not {scene.start.shape}")
         rows[time] = states
-        if where:
-            own[time] = real(where(world, scene.body.points))
+        if where and (points := where(world, scene.body.points)) is not None:
+            own[time] = real(points)
         return states
 
     engine.write(world, with_impulses(scene, 0.0, scene.start.copy(), found))
@@ -193,7 +196,7 @@ def simulate(
     lost, nowhere = np.full_like(states, np.nan), np.full((len(states), *scene.body.points.shape), np.nan)
     seen = np.array([rows.get(time, lost) for time in scene.rows])
     # All rows at once: for one body the calls would take longer than most engines' steps.
-    points = np.array([own.get(time, nowhere) for time in scene.rows]) if where else vertices(seen, scene.body.points)
+    points = np.array([own.get(time, nowhere) for time in scene.rows]) if own else vertices(seen, scene.body.points)
     return Trajectory(
         times=scene.rows,
         states=seen,
@@ -202,6 +205,7 @@ def simulate(
         wall_s=wall_s,
         findings=tuple(dict.fromkeys(found)),
         remark=engine.remark(world) if hasattr(engine, "remark") else "",
+        soft_law=engine.soft_law(world) if scene.plane is not None and hasattr(engine, "soft_law") else None,
         probe=run_probe(engine, scene, method, dt, keep) if probe else None,
         cpu_s=cpu_ns / 1e9,
     )

@@ -64,6 +64,7 @@ class LocalWorker:
 
     memory_limit = 0
     alive = True
+    source = ""
 
     def __init__(self, engine: LocalEngine, time_limit: float) -> None:
         self.engine, self.time_limit = engine.name, time_limit

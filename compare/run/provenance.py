@@ -5,11 +5,13 @@ import os
 import platform
 from collections.abc import Iterator
 from contextlib import suppress
-from dataclasses import dataclass
+from contextvars import ContextVar
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 from typing import Annotated
 
+from tumble.compare.run.digest import code_digest
 from tumble.compare.run.engines import registry
 from tumble.compare.run.timing import machine_load
 
@@ -26,6 +28,25 @@ class ConditionRow:
     value: Annotated[str, "its value or version"]
 
 
+@dataclass(frozen=True)
+class Machine:
+    """What tasks ran on."""
+
+    processor: str
+    cores: str
+    system: str
+    versions: tuple[ConditionRow, ...]
+
+
+# The machines of a merged run; None: this one.
+MACHINE: ContextVar[Machine | None] = ContextVar("machine", default=None)
+
+
+def machine() -> Machine:
+    """Return what tasks run on: this machine, or those whose results are merged."""
+    return MACHINE.get() or Machine(processor(), str(os.cpu_count()), platform.platform(), tuple(found_versions()))
+
+
 def conditions(command: str) -> Iterator[ConditionRow]:
     """Yield the format of the tables beside it, command, machine and versions.
 
@@ -39,14 +60,30 @@ def conditions(command: str) -> Iterator[ConditionRow]:
     """
     yield ConditionRow("format", FORMAT)
     yield ConditionRow("command", command)
-    yield ConditionRow("processor", processor())
-    yield ConditionRow("cores", str(os.cpu_count()))
-    yield ConditionRow("system", platform.platform())
+    found = machine()
+    yield ConditionRow("processor", found.processor)
+    yield ConditionRow("cores", found.cores)
+    yield ConditionRow("system", found.system)
     yield from (ConditionRow("other work", words) for words in machine_load.seen)
-    yield from versions()
+    yield from found.versions
 
 
-def versions() -> Iterator[ConditionRow]:
+def versions() -> tuple[ConditionRow, ...]:
+    """Return the versions of what tasks run on."""
+    return machine().versions
+
+
+def circumstances() -> list[object]:
+    """Return all that every result of this machine depends on.
+
+    Returns
+    -------
+    the format of results, the digest of Tumble's code, and the machine with its versions
+    """
+    return [FORMAT, code_digest(), replace(machine(), cores="")]
+
+
+def found_versions() -> Iterator[ConditionRow]:
     """Yield the version of Python, and of the packages installed that figures depend on: ours and every engine's."""
     yield ConditionRow("python", platform.python_version())
     engines = sorted(package for engine in registry.names() for package in registry.package(engine).packages)

@@ -10,6 +10,7 @@ from itertools import combinations, count
 from pathlib import Path
 
 from tumble.compare.run.contestant import Contestant, MethodName
+from tumble.compare.run.digest import NoValue
 from tumble.compare.run.engines import registry
 from tumble.compare.run.engines.environments import split_release
 from tumble.compare.run.engines.registry import BadEngine, EngineInfo
@@ -39,6 +40,13 @@ class Pool:
     def release(self, worker: Worker | LocalWorker) -> None:
         """End a process that a study has done with."""
         worker.close()
+
+    def started(self, engine: str, info: EngineInfo | Failure, source: str) -> None:
+        """Hear what an engine states, and the digest of a user's file."""
+
+    def releases(self, engine: str) -> list[str]:
+        """Return the releases of an engine that are known beside those installed; nothing: there are only those."""
+        return []
 
 
 # The pool of whoever runs a study: a session of `import tumble` puts its own here, for its block alone.
@@ -83,6 +91,14 @@ class RunningEngine:
             return self.methods
         unused = self.info.without_use(scene)
         return tuple(method for method in self.methods if method in self.named or method not in unused)
+
+    @property
+    def identity(self) -> list[object]:
+        """What an answer depends on beside the question.  Raises NoValue of a function of the calling program."""
+        if isinstance(self.worker, LocalWorker):
+            raise NoValue(f"{self.title} is a function of the calling program")
+        name = self.title if registry.is_file(self.engine) else self.engine
+        return [name, self.worker.source, self.info, self.worker.time_limit, self.worker.memory_limit]
 
     @property
     def only_named(self) -> bool:
@@ -365,6 +381,7 @@ def launched(
         methods_asked = [*engines.items(), *((name, [""]) for name in local)]
         for worker, (engine, methods) in zip(workers, methods_asked, strict=True):
             info = worker.describe()
+            pool.started(engine, info, worker.source)
             taking_part, asked_by_name = chosen(engine, methods, info, few), frozenset(filter(None, methods))
             title = named.get(engine, engine)
             running_engines.append(

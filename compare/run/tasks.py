@@ -1,13 +1,13 @@
 """The one runner: a study is a list of tasks, scene x contestant x step, and here is where they are run.
 
-A task is a question put to one contestant, as a function of the running engine that answers it: one run, a ladder that
-stops at its floor, the bisection of a limit.  Every engine has one process and does its tasks one after the other;
-engines work side by side, as many as there are cores.  A process that crashed or hung is replaced for the next run
-(`RunningEngine.simulate`), each answer has its time limit, and when the command is interrupted, or a task fails, all
-processes are killed at once.  Finished tasks can be cached (`TaskCache`), so that a study that is run again continues.
+A task is a question put to one contestant: a function of a module, with the values that it is given beside the running
+engine that answers: one run, a ladder that stops at its floor, the bisection of a limit.  Every engine has one process
+and does its tasks one after the other; engines work side by side, as many as there are cores.  A process that crashed
+or hung is replaced for the next run (`RunningEngine.simulate`), each answer has its time limit, and when the command is
+interrupted, or a task fails, all processes are killed at once.
 
-Another executor, of many machines, goes in here and nowhere else: a task holds all that it needs but for the truths
-that it waits for, and whoever runs it needs only a participant of that engine to hand to it.
+`run` finds finished tasks, and runs the share of the others that its `Execution` has; `work` is the embedded runner.
+Another executor, of many machines, goes in here and nowhere else.
 """
 
 import logging
@@ -16,11 +16,13 @@ import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
-from typing import Any, Generic, TypeVar
+from functools import cached_property, partial
+from typing import Any, Generic, TypeVar, get_type_hints
 
+from tumble.compare.run.digest import NoValue, digest
+from tumble.compare.run.execution import EXECUTION, Incomplete
 from tumble.compare.run.progress import ProgressCallback, no_progress
 from tumble.compare.run.running_engines import RunningEngine
-from tumble.compare.run.task_cache import TaskCache
 from tumble.compare.run.truths import Truths
 
 Result = TypeVar("Result", covariant=True)
@@ -33,18 +35,30 @@ log = logging.getLogger(__name__)
 class Task(Generic[Result]):
     """One question to one contestant.
 
-    key: scene, engine and method, and what else tells it from the study's other tasks; ask: puts the question; kind:
-    the type of the result, where it is of plain values, arrays and dataclasses, so that it can be cached.
+    key: scene, engine and method, and what else tells it from the study's other tasks; ask: puts the question.  To be
+    saved or to run elsewhere, it is a partial call of a module's function with values, which returns values.
     """
 
     key: Key
     running_engine: RunningEngine
     ask: Callable[[RunningEngine], Result]
-    kind: Any = None
 
     def __str__(self) -> str:
         scene, *contestant = self.key
         return f"{scene} {':'.join(contestant)}"
+
+    @cached_property
+    def digest(self) -> str | None:
+        """The digest of all that the result depends on; None of a task that is no value."""
+        try:
+            return digest([self.running_engine.identity, self.ask])
+        except NoValue:
+            return None
+
+    @property
+    def kind(self) -> Any:
+        """The type of the result, as the function states it."""
+        return get_type_hints(self.ask.func if isinstance(self.ask, partial) else self.ask)["return"]
 
 
 def run(
@@ -52,31 +66,55 @@ def run(
     truths: Truths | None = None,
     finished: Callable[[Key, Result], object] = lambda key, result: None,
     on_progress: ProgressCallback = no_progress,
-    cached: TaskCache | None = None,
 ) -> list[Result]:
-    """Return the results of all tasks, in the order of the tasks.
+    """Return the results of all tasks, in the order of the tasks: those that are saved, and the others as they come.
 
     truths: what tasks wait for, which ends with them; finished: called with each result as it comes, one at a time;
-    on_progress: called with each finished task; cached: finished tasks are found and saved there.
-    Raises what a task or a truth raises; then, as on Ctrl-C, everything is stopped first.
+    on_progress: called with each finished task.
+    Raises what a task or a truth raises; then, as on Ctrl-C, everything is stopped first.  Raises Incomplete where
+    other shards run some of the tasks.
     """
-    own: dict[RunningEngine, list[Task[Result]]] = {}
+    execution = EXECUTION.get()
+    own, waiting = execution.own(len(tasks)), []
     results: dict[Task[Result], Result] = {}
-    one_at_a_time = threading.Lock()
 
     def record(task: Task[Result], result: Result) -> None:
         results[task] = result
         finished(task.key, result)
         on_progress(str(task))
 
-    for task in tasks:
-        before = cached.find(task.key, task.kind) if cached else None
-        if before is None:
-            own.setdefault(task.running_engine, []).append(task)
-        else:
+    def keep(task: Task[Result], result: Result) -> None:
+        if execution.caches and task.digest:
+            execution.save(task.digest, task.key, result)
+        record(task, result)
+
+    for number, task in enumerate(tasks):
+        before = execution.find(task.digest, task.key, task.kind) if execution.caches and task.digest else None
+        if before is not None:
             record(task, before)
-    if results:
+        elif number in own:
+            waiting.append(task)
+        else:
+            on_progress(str(task))  # another shard's
+    if results and not execution.is_merge:
         log.info(f"continuing: {len(results)} of {len(tasks)} results were finished before")
+    (execution.work or work)(waiting, truths, keep)
+    if len(results) < len(tasks):
+        raise Incomplete([str(task) for task in tasks if task not in results])
+    return [results[task] for task in tasks]
+
+
+def work(
+    tasks: Sequence[Task[Result]],
+    truths: Truths | None = None,
+    finished: Callable[[Task[Result], Result], object] = lambda task, result: None,
+) -> list[Result]:
+    """Return the results of all tasks, run in this process; as `run`, but finished is called with the task."""
+    own: dict[RunningEngine, list[Task[Result]]] = {}
+    results: dict[Task[Result], Result] = {}
+    one_at_a_time = threading.Lock()
+    for task in tasks:
+        own.setdefault(task.running_engine, []).append(task)
 
     def work_through(mine: Sequence[Task[Result]]) -> None:
         for task in mine:
@@ -84,9 +122,8 @@ def run(
             with one_at_a_time:
                 # A flight that ended because its process was killed is no answer.
                 task.running_engine.refuse_halted()
-                if cached:
-                    cached.save(task.key, result)
-                record(task, result)
+                results[task] = result
+                finished(task, result)
 
     for running_engine in own:
         running_engine.resume()
@@ -95,7 +132,7 @@ def run(
         try:
             # The engine with most tasks is what the others are waited for with at the end, so it begins.
             futures += [threads.submit(work_through, mine) for mine in sorted(own.values(), key=len, reverse=True)]
-            for future in wait([*futures, *(truths.futures if truths else ())], return_when=FIRST_EXCEPTION).done:
+            for future in wait([*futures, *(truths.begun if truths else ())], return_when=FIRST_EXCEPTION).done:
                 future.result()
         except BaseException:
             for future in futures:

@@ -7,14 +7,18 @@ import os
 import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
-from dataclasses import fields, replace
+from contextlib import suppress
+from dataclasses import dataclass, fields, replace
 from functools import partial
 from typing import Any, NamedTuple, Self
 
 import numpy as np
 
+from tumble.compare.run.digest import digest
+from tumble.compare.run.execution import EXECUTION
 from tumble.compare.run.process.callers import Call, Callers
 from tumble.compare.run.progress import Progress, ProgressCallback, no_progress
+from tumble.scenarios.frames import Array
 from tumble.scenarios.impulse import RayMissed
 from tumble.scenarios.scene import Scene
 from tumble.scenarios.truth import NoTruth, Truth, truth
@@ -42,6 +46,59 @@ class Answer(NamedTuple):
         all_known = len(known) == len(rows)
         parts |= {"horizon": np.inf, "why": ""} if all_known else {"horizon": float(known[-1])}
         return Answer(replace(whole, **parts), "")
+
+
+@dataclass(frozen=True, eq=False)
+class SavedTruth:
+    """A truth as it is saved: that of a scene without contact, whose events are no plain values."""
+
+    times: Array
+    states: Array
+    vertices: Array
+    bound: Array
+    input_error: Array
+    how: str
+    horizon: float
+    why: str
+
+    @classmethod
+    def of(cls, truth: Truth) -> "SavedTruth":
+        """Return a truth without contact."""
+        return cls(**{field.name: getattr(truth, field.name) for field in fields(cls)})
+
+    @property
+    def truth(self) -> Truth:
+        """The truth."""
+        return Truth(**{field.name: getattr(self, field.name) for field in fields(self)})
+
+
+class Awaited(Future[Answer]):
+    """The true answer of a scene, begun at the latest when it is waited for; identity: all that it depends on."""
+
+    def __init__(self, scene: Scene, identity: Sequence[object], begin: Callable[["Awaited"], object]) -> None:
+        super().__init__()
+        self.scene, self.identity, self._begin = scene, identity, begin
+
+    @property
+    def digest(self) -> str:
+        """The digest by which it is saved."""
+        return digest(self.identity)
+
+    def __reduce__(self) -> tuple[Callable[[Answer], "Future[Answer]"], tuple[Answer]]:
+        """Wait for the answer: what is sent to another process has it."""
+        return known, (self.result(),)
+
+    def result(self, timeout: float | None = None) -> Answer:
+        """Return the answer; as of a Future."""
+        self._begin(self)
+        return super().result(timeout)
+
+
+def known(answer: Answer) -> "Future[Answer]":
+    """Return what has an answer already."""
+    future: Future[Answer] = Future()
+    future.set_result(answer)
+    return future
 
 
 def true_answer(
@@ -85,29 +142,67 @@ class Truths:
         limit_s: float = float("inf"),
     ) -> None:
         self._tick, self._floor, self._limit_s = on_progress, floor, limit_s
+        self._execution = EXECUTION.get()
         self._callers: Callers | None = None
         self._ended = threading.Event()
         self._one_at_a_time = threading.Lock()  # starts processes, or ends them
-        self.futures: list[Future[Answer]] = []
+        self.futures: list[Awaited] = []
+        self.begun: list[Awaited] = []
         self._asked = list(zip(scenes, self.more(scenes), strict=True))
 
-    def more(self, scenes: Sequence[Scene]) -> list[Future[Answer]]:
+    def more(self, scenes: Sequence[Scene]) -> list[Awaited]:
         """Return the true answers of more scenes, by the same processes; `answer` does not look among them.
 
+        Those that are saved are there at once; those of other shards are begun when they are waited for.
         After `stop` they are cancelled.
         """
-        told = [Progress(f"{scene.name} truth", self._tick) for scene in scenes]
-        of = partial(true_answer, with_input_error=self._floor, limit_s=self._limit_s)
-        if len(scenes) > 1 or self._callers:
-            futures = self._share_out(
-                scenes, [Call(of, (scene,), tell) for scene, tell in zip(scenes, told, strict=True)]
-            )
-        else:
-            futures = [in_a_thread(partial(of, tell=tell), scene) for tell, scene in zip(told, scenes, strict=True)]
+        futures = [
+            Awaited(scene, ["truth", scene, self._floor, self._limit_s], lambda one: self._begin([one]))
+            for scene in scenes
+        ]
         self.futures += futures
-        for one, future in zip(told, futures, strict=True):
-            future.add_done_callback(lambda done, one=one: done.cancelled() or one.end())
+        own = self._execution.own(len(scenes))
+        self._begin([one for number, one in enumerate(futures) if not self._found(one) and number in own])
         return futures
+
+    def _found(self, one: Awaited) -> bool:
+        """Give an answer that is saved; return whether there is one."""
+        saved = self._execution.find(one.digest, self._key(one), SavedTruth) if self._execution.caches else None
+        if saved is not None:
+            one.set_running_or_notify_cancel()
+            one.set_result(Answer(saved.truth, ""))
+            self._tick(" ".join(self._key(one)))
+            self.begun.append(one)
+        return saved is not None
+
+    def _begin(self, waiting: Sequence[Awaited]) -> None:
+        """Begin to compute answers, those that are not begun yet."""
+        with self._one_at_a_time:
+            waiting = [one for one in waiting if one not in self.begun]
+            self.begun += waiting
+        told = {one: Progress(f"{one.scene.name} truth", self._tick) for one in waiting}
+        for one in waiting:
+            one.add_done_callback(lambda done, one=one: done.cancelled() or told[one].end())
+            if self._execution.caches:
+                one.add_done_callback(lambda _, one=one: self._save(one))
+        of = partial(true_answer, with_input_error=self._floor, limit_s=self._limit_s)
+        if len(waiting) > 1 or self._callers or (waiting and len(self.futures) > len(self.begun)):
+            self._share_out(waiting, [Call(of, (one.scene,), told[one]) for one in waiting])
+        else:
+            for one in waiting:
+                one.cancel() if self._ended.is_set() else in_a_thread(partial(of, one.scene, tell=told[one]), one)
+
+    def _save(self, one: Awaited) -> None:
+        """Save the truth that was computed, without contact: a failure to do so loses nothing but time."""
+        # As of a Future: it is done, and begun.
+        true = None if one.cancelled() or one.exception() else Future.result(one).truth
+        if true is not None and not true.contacts:
+            with suppress(OSError):
+                self._execution.save(one.digest, self._key(one), SavedTruth.of(true))
+
+    @staticmethod
+    def _key(one: Awaited) -> tuple[str, str]:
+        return one.scene.name, "truth"
 
     def __enter__(self) -> Self:
         return self
@@ -125,21 +220,29 @@ class Truths:
                 return future.result().at(scene)
         raise KeyError(scene.name)
 
-    def each(self, function: Callable[..., Any], scenes: Sequence[Scene], *more: Sequence[Any]) -> list[Any]:
-        """Return what a function makes of each scene and of more that is its own, worked out where the truths were."""
-        if self._callers is None:
-            return list(map(function, scenes, *more))
+    def each(
+        self, function: Callable[..., Any], scenes: Sequence[Scene], *more: Sequence[Any]
+    ) -> Sequence["Future[Any]"]:
+        """Return what will be made of each scene, and of more that is its own, by a function, where the truths are."""
+        futures = [Awaited(scene, (), lambda one: None) for scene in scenes]
         calls = [Call(function, given) for given in zip(scenes, *more, strict=True)]
-        return [future.result() for future in self._share_out(scenes, calls)]
+        if self._callers is None:
+            for call, future in zip(calls, futures, strict=True):
+                in_a_thread(partial(function, *call.arguments), future)
+        else:
+            self._share_out(futures, calls)
+        return futures
 
-    def _share_out(self, scenes: Sequence[Scene], calls: Sequence[Call]) -> list["Future[Any]"]:
-        """Return what will be the calls' results, those of forces from one process: to load a compiler takes 1 s."""
+    def _share_out(self, futures: Sequence[Awaited], calls: Sequence[Call]) -> None:
+        """Begin calls of scenes, those of forces in one process: to load a compiler takes 1 s."""
         with self._one_at_a_time:
             if self._ended.is_set():
-                return [cancelled() for _ in calls]
+                for future in futures:
+                    future.cancel()
+                return
             if self._callers is None:
                 self._callers = Callers(os.cpu_count() or 1)
-            return self._callers.share_out(calls, [not scene.is_free for scene in scenes])
+            self._callers.share_out(calls, [not one.scene.is_free for one in futures], futures)
 
     def stop(self) -> None:
         """End what is still at work, from any thread; who waits for it gets CancelledError or Died."""
@@ -152,30 +255,54 @@ class Truths:
                 self._callers.end()
 
 
+class Answered(NamedTuple):
+    """A scene and its truth.
+
+    Parameters
+    ----------
+    scene
+    truth : None if there is none
+    """
+
+    scene: Scene
+    truth: Truth | None
+
+
+def answered(scenes: Sequence[Scene], limit_s: float) -> list[Answered]:
+    """Return scenes with their truths.
+
+    Parameters
+    ----------
+    scenes
+    limit_s : wall time of each part of a truth [s]
+
+    Returns
+    -------
+    one for each scene
+
+    Raises
+    ------
+    RayMissed : a ray of a scene does not meet its body
+    """
+    with Truths(scenes, limit_s=limit_s) as truths:
+        return [Answered(scene, truths.answer(scene).truth) for scene in scenes]
+
+
 def is_same_motion(one: Scene, other: Scene) -> bool:
     """Whether two scenes differ in their samples alone: one was made of the other, for two files may share a name."""
     same = (field.name for field in fields(Scene) if field.name not in ("times", "start"))
     return all(getattr(one, name) is getattr(other, name) for name in same) and np.array_equal(one.start, other.start)
 
 
-def cancelled() -> "Future[Any]":
-    """Return what will be no result."""
-    future: Future[Any] = Future()
-    future.cancel()
-    return future
-
-
-def in_a_thread(function: Callable[[Scene], Answer], scene: Scene) -> "Future[Answer]":
-    """Return what will be a function's result; the thread is no reason for this process to stay."""
-    future: Future[Answer] = Future()
+def in_a_thread(function: Callable[[], Any], future: "Future[Any]") -> None:
+    """Give a future a function's result; the thread is no reason for this process to stay."""
 
     def work() -> None:
         try:
-            result, error = function(scene), None
+            result, error = function(), None
         except BaseException as raised:
             result, error = None, raised
         if future.set_running_or_notify_cancel():
-            future.set_exception(error) if error else future.set_result(result)  # type: ignore[arg-type]
+            future.set_exception(error) if error else future.set_result(result)
 
-    threading.Thread(target=work, daemon=True, name=f"truth of {scene.name}").start()
-    return future
+    threading.Thread(target=work, daemon=True, name="truth").start()

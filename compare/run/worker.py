@@ -3,14 +3,16 @@
 import math
 import threading
 from dataclasses import replace
+from functools import cached_property
 from pathlib import Path
 from time import monotonic
 from typing import Any, Self
 
 import numpy as np
 
+from tumble.compare.run.digest import digest
 from tumble.compare.run.engines.environments import HERE, Place, located
-from tumble.compare.run.engines.registry import BadEngine, EngineInfo, is_file
+from tumble.compare.run.engines.registry import BadEngine, EngineInfo, files, is_file
 from tumble.compare.run.flight import Trajectory
 from tumble.compare.run.process.message import Malformed
 from tumble.compare.run.process.process import Died, Process, signal_name
@@ -141,6 +143,11 @@ class Worker:
         """Return why a check of the engine contract fails for a method, '' if it passes, or why it could not run."""
         return self._ask(RunCheck(check, method), str | Failure)
 
+    @cached_property
+    def source(self) -> str:
+        """The digest of a user's engine file; empty of Tumble's engines, which have versions."""
+        return digest([path.read_bytes() for path in files(self.engine)]) if is_file(self.engine) else ""
+
     @property
     def alive(self) -> bool:
         """Whether it can still be asked."""
@@ -151,6 +158,11 @@ class Worker:
         self.kill()
         with self._turn:
             self._end()
+
+    def refuse(self, failure: Failure) -> None:
+        """End the process; what is asked from now on has this answer."""
+        self.close()
+        self._info, self._why_gone = None, failure
 
     def kill(self) -> None:
         """Kill the process and all it has started, from any thread; who waits for its answer gets a Failure."""

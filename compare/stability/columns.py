@@ -139,6 +139,11 @@ class Question:
     truths: list[Future[Answer]]
 
     @property
+    def identity(self) -> list[object]:
+        """What all of it follows from."""
+        return [self.scene, [(column.parameter, column.factor) for column in self.columns]]
+
+    @property
     def own(self) -> int:
         """The column at the scene's own value."""
         return next(place for place, column in enumerate(self.columns) if column.factor == 1.0)

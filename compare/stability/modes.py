@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tumble.scenarios.frames import Array, quaternion_product, rotation_matrix
+from tumble.scenarios.frames import Array, cross_matrix, quaternion_product, rotation_matrix
 from tumble.scenarios.impulse import jump
 from tumble.scenarios.scene import Scene
 
@@ -85,8 +85,3 @@ def moved(state: Array, axes: Array, change: Array) -> Array:
     q = quaternion_product(state[3:7], turn / np.linalg.norm(turn))
     w_body = axes.T @ state[10:13] + change[9:12]
     return np.concatenate((state[0:3] + change[0:3], q, state[7:10] + change[6:9], rotation_matrix(q) @ w_body))
-
-
-def cross_matrix(a: Array) -> Array:
-    """Return the matrix of b -> a x b."""
-    return np.array([[0.0, -a[2], a[1]], [a[2], 0.0, -a[0]], [-a[1], a[0], 0.0]])

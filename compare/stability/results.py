@@ -9,8 +9,9 @@ from tumble.compare.run.running_engines import RunningEngine
 from tumble.compare.run.tasks import Key
 from tumble.compare.run.truths import Truths
 from tumble.compare.stability.columns import limits_steps
+from tumble.compare.stability.contact import ContactPiece
 from tumble.compare.stability.extremes import PAGE_BUDGET_S
-from tumble.compare.stability.schemas import CELLS, EXTREMES, LIMITS, ExtremeRow
+from tumble.compare.stability.schemas import CELLS, CONTACT_MAP, CONTACT_STEPS, EXTREMES, LIMITS, ExtremeRow
 from tumble.compare.stability.tasks import Done, stability
 from tumble.compare.stability.trials import BRIEF, Piece
 from tumble.compare.tables.frames import frame, rows
@@ -29,10 +30,13 @@ def tables_of(done: Sequence[Done]) -> dict[str, pd.DataFrame]:
     table by file name
     """
     mapped = [piece for piece in done if isinstance(piece, Piece)]
+    landed = [piece for piece in done if isinstance(piece, ContactPiece)]
     return {
         CELLS.file: frame(CELLS, (row for piece in mapped for row in piece.rows)),
         LIMITS.file: frame(LIMITS, (piece.limit for piece in mapped)),
         EXTREMES.file: frame(EXTREMES, (row for row in done if isinstance(row, ExtremeRow))),
+        CONTACT_MAP.file: frame(CONTACT_MAP, (row for piece in landed for row in piece.rows)),
+        CONTACT_STEPS.file: frame(CONTACT_STEPS, (piece.step for piece in landed)),
     }
 
 
@@ -77,6 +81,6 @@ def quick_tables(
     -------
     table by file name
     """
-    scenes = [scene for scene in scenes if limits_steps(scene)]
+    scenes = [scene for scene in scenes if not scene.plane and limits_steps(scene)]
     quickly = {"factors": [1.0], "few": True, "effort": BRIEF, "budget_s": PAGE_BUDGET_S}
     return tables_of(stability(running_engines, scenes, cases, on_progress, truths=truths, **quickly))

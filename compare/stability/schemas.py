@@ -4,7 +4,9 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from tumble.compare.tables.schema import Table
-from tumble.compare.tables.shared import CONTESTANT, Engine, Limit, Method, SceneName, Status, Why
+from tumble.compare.tables.shared import CONTESTANT, Engine, Limit, Method, SceneName, Status, Step, Tolerance, Why
+
+HOLDS, CREEPS, SLIDES, TIPS, TUNNELS, GAINS = "holds", "creeps", "slides", "tips", "tunnels", "gains energy"
 
 Parameter = Annotated[str, "parameter that makes the scene stiff, with its unit"]
 Word = Annotated[str, "verdict on the run, as `tumble stability` prints it"]
@@ -81,7 +83,51 @@ class ExtremeRow:
     size_m: Annotated[float, "largest distance of a vertex from the centre of mass"]
 
 
+@dataclass(frozen=True, kw_only=True)
+class ContactMapRow:
+    """One cell of a map of friction and angle: a body set at rest on a face, on a plane tilted by that angle."""
+
+    scene: SceneName
+    engine: Engine
+    method: Method
+    dt_s: Step
+    tolerance: Tolerance
+    friction: Annotated[float, "mu: friction of the pair"]
+    angle_rad: Annotated[float, "angle of the plane with the horizontal"]
+    critical_rad: Annotated[float, "critical angle: atan mu"]
+    status: Status
+    why: Why
+    verdict: Annotated[
+        str, f"{HOLDS}, {CREEPS} (at a steady speed), {SLIDES}, {TIPS} or {TUNNELS}; empty if the run has no end"
+    ]
+    true_verdict: Annotated[str, f"by Coulomb's law: {HOLDS}, {SLIDES} or {TIPS}"]
+    speed_m_s: Annotated[float | None, "mean speed along the plane over the last quarter of the run"]
+    true_speed_m_s: Annotated[float | None, "the true one; empty if the body tips"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ContactStepRow:
+    """The largest step of one contestant in a scene with a plane, by laws that need no reference solution."""
+
+    scene: SceneName
+    engine: Engine
+    method: Method
+    status: Annotated[str, "ok, or the status of the run at the smallest step"]
+    why: Why
+    dt_max_s: Annotated[
+        float | None,
+        "largest step up to which the body neither passes the plane nor gains energy, at any step tried; inf if at "
+        "none; empty if at the smallest, or if the method chooses its own steps",
+    ] = None
+    beyond: Annotated[str, f"{TUNNELS}, {GAINS} or diverged: verdict at the next larger step; empty if none"] = ""
+    dt_from_s: Annotated[float | None, "smallest step tried"] = None
+    dt_to_s: Annotated[float | None, "largest step tried"] = None
+    max_speed_m_s: Annotated[float | None, "largest speed of the centre of mass at the smallest step"] = None
+
+
 CELLS = Table("stability.csv", StabilityRow, (*CONTESTANT, "value", "dt_s"))
 LIMITS = Table("limits.csv", LimitRow, CONTESTANT)
 EXTREMES = Table("extremes.csv", ExtremeRow, CONTESTANT)
-TABLES = (CELLS, LIMITS, EXTREMES)
+CONTACT_MAP = Table("contact-map.csv", ContactMapRow, (*CONTESTANT, "friction", "angle_rad"))
+CONTACT_STEPS = Table("contact-steps.csv", ContactStepRow, CONTESTANT)
+TABLES = (CELLS, LIMITS, EXTREMES, CONTACT_MAP, CONTACT_STEPS)

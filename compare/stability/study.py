@@ -5,17 +5,17 @@ from pathlib import Path
 
 import pandas as pd
 
+from tumble.compare.run.execution import resumable
 from tumble.compare.run.local import Asked
 from tumble.compare.run.progress import Display, no_display
 from tumble.compare.run.starting import started
-from tumble.compare.run.task_cache import resumable
 from tumble.compare.run.tasks import Key
 from tumble.compare.run.worker import MEMORY_LIMIT
 from tumble.compare.stability.findings import extreme_findings, limit_findings
 from tumble.compare.stability.results import tables_of
 from tumble.compare.stability.schemas import EXTREMES, LIMITS
 from tumble.compare.stability.tasks import Done, keys, stability
-from tumble.compare.tables.circumstances import binding, circumstances
+from tumble.compare.tables.circumstances import circumstances
 from tumble.compare.tables.frames import frame, rows, write_tables
 from tumble.compare.tables.shared import CONDITIONS, FINDINGS
 from tumble.scenarios.read import extremes
@@ -67,10 +67,10 @@ def map_scenes(
         conditions = circumstances(running_engines, [*mapped, *cases], asked, command)
         order = keys(running_engines, mapped, cases)
         pieces: dict[Key, Done] = {}
-        with resumable(folder, (binding(conditions), memory_limit)) as cached:
+        with resumable(folder):
             try:
                 with display(len(order)) as on_progress:
-                    stability(running_engines, mapped, cases, on_progress, pieces.__setitem__, cached)
+                    stability(running_engines, mapped, cases, on_progress, pieces.__setitem__)
             finally:
                 tables = tables_of([pieces[key] for key in order if key in pieces])
                 ended(tables)

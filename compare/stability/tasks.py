@@ -11,10 +11,10 @@ from functools import partial
 from tumble.compare.run.progress import ProgressCallback, no_progress
 from tumble.compare.run.running_engines import RunningEngine, truth_limit
 from tumble.compare.run.status import Failure
-from tumble.compare.run.task_cache import TaskCache
 from tumble.compare.run.tasks import Key, Task, run
 from tumble.compare.run.truths import Answer, Truths
 from tumble.compare.stability.columns import FACTORS, ROWS, Question, columns
+from tumble.compare.stability.contact import ContactPiece, contact_piece
 from tumble.compare.stability.extremes import BUDGET_S, ExtremeRow, extreme
 from tumble.compare.stability.trials import FULL, Effort, Piece, Trials
 from tumble.scenarios.read import extremes
@@ -31,7 +31,7 @@ STIFF = (
     "floor-stiff",
     "spin-fast",
 )
-Done = Piece | ExtremeRow
+Done = Piece | ExtremeRow | ContactPiece
 
 
 def default_scenes() -> tuple[str, ...]:
@@ -47,10 +47,10 @@ def default_scenes() -> tuple[str, ...]:
 def contestants(running_engine: RunningEngine, scene: Scene, few: bool = False) -> tuple[str, ...]:
     """Return the methods to run: those of the scene and, unless some were named, those on request.
 
-    few: none on request.
+    few: none on request, nor above a plane, where each engine says which methods have a use.
     """
     methods = running_engine.methods_for(scene)
-    if few or running_engine.only_named or isinstance(running_engine.info, Failure):
+    if few or scene.plane or running_engine.only_named or isinstance(running_engine.info, Failure):
         return methods
     return tuple(dict.fromkeys((*methods, *running_engine.info.on_request)))
 
@@ -73,7 +73,6 @@ def stability(
     cases: Sequence[Scene],
     on_progress: ProgressCallback = no_progress,
     finished: Callable[[Key, Done], object] = lambda key, piece: None,
-    cached: TaskCache | None = None,
     factors: Sequence[float] = FACTORS,
     few: bool = False,
     effort: Effort = FULL,
@@ -82,12 +81,13 @@ def stability(
 ) -> list[Done]:
     """Return every piece, in the order of `keys`.
 
-    on_progress: called for every piece; finished: called with every piece, one at a time; cached: finished pieces are
-    found and saved there; factors: of the scenes' own parameter values; few: no method that runs only on request;
+    on_progress: called for every piece; finished: called with every piece, one at a time;
+    factors: of the scenes' own parameter values; few: no method that runs only on request;
     effort: for each scene; budget_s: for each extreme case [s]; truths: computes the reference solutions; None: new
     ones.
     Raises BadScene for a scene in which nothing limits the step, RayMissed as compare does.
     """
+    landing, scenes = ([scene for scene in scenes if bool(scene.plane) == has] for has in (True, False))
     own_columns = [columns(scene, factors) for scene in scenes]
     runs = [column.scene_of(ROWS) for own in own_columns for column in own]
     with nullcontext(truths) if truths else Truths([], limit_s=truth_limit(running_engines)) as working:
@@ -96,25 +96,34 @@ def stability(
             Question(scene, own, [next(true) for _ in own]) for scene, own in zip(scenes, own_columns, strict=True)
         ]
         tasks: list[Task[Done]] = [
-            Task((question.scene.name, each.title, method), each, partial(piece, method, question, effort), Piece)
+            Task((question.scene.name, each.title, method), each, partial(piece, method, question, effort))
             for question in questions
             for each in running_engines
             for method in contestants(each, question.scene, few)
         ]
         tasks += [
-            Task(
-                (case.name, each.title, method), each, partial(extreme_row, method, case, answer, budget_s), ExtremeRow
-            )
+            Task((scene.name, each.title, method), each, partial(contact_task, method, scene))
+            for scene in landing
+            for each in running_engines
+            for method in contestants(each, scene, few)
+        ]
+        tasks += [
+            Task((case.name, each.title, method), each, partial(extreme_row, method, case, answer, budget_s))
             for case, answer in zip(cases, true, strict=True)
             for each in running_engines
             for method in contestants(each, case, few)
         ]
-        return run(tasks, working, finished, on_progress, cached)
+        return run(tasks, working, finished, on_progress)
 
 
 def piece(method: str, question: Question, effort: Effort, running_engine: RunningEngine) -> Piece:
     """Return the map and limits of one contestant in one scene."""
     return Trials(running_engine, method, question, effort).piece()
+
+
+def contact_task(method: str, scene: Scene, running_engine: RunningEngine) -> ContactPiece:
+    """Return the results of one contestant in one scene with a plane."""
+    return contact_piece(running_engine, method, scene)
 
 
 def extreme_row(

@@ -13,7 +13,7 @@ from tumble.compare.sweep.pareto_front import (
     timing_rows,
     work_precision_rows,
 )
-from tumble.compare.sweep.schemas import CLOCK, DIGITS, ENSEMBLES, ORDERS, SAME, WORK_PRECISION
+from tumble.compare.sweep.schemas import CLOCK, DIGITS, ENSEMBLES, OBSERVABLES, ORDERS, SAME, WORK_PRECISION
 from tumble.compare.sweep.work_precision import Sweep
 from tumble.compare.tables.frames import frame
 from tumble.compare.tables.runs import run_row
@@ -40,5 +40,6 @@ def measured(sweeps: Sequence[Sweep], reference: str) -> dict[str, pd.DataFrame]
         "ensembles.csv": frame(ENSEMBLES, (row for sweep in sweeps for row in ensemble_rows(sweep))),
         "equivalent.csv": frame(SAME, (row for sweep in sweeps for row in equivalent_rows(sweep))),
         "timing.csv": frame(CLOCK, (row for sweep in sweeps for row in timing_rows(sweep))),
+        OBSERVABLES.file: frame(OBSERVABLES, (row for sweep in sweeps for row in sweep.observed)),
         "findings.csv": frame(FINDINGS, (row for sweep in sweeps for row in sweep_findings(sweep))),
     }

@@ -173,10 +173,32 @@ class EnsembleRow:
     p95_error_m: Annotated[float, "95 % quantile over the throws of the largest vertex error"]
 
 
+@dataclass(frozen=True, kw_only=True)
+class ObservableCostRow:
+    """Error of one observable of contact, and the run time of the whole scene, at one step of one contestant."""
+
+    scene: SceneName
+    engine: Engine
+    method: Method
+    dt_s: Step
+    tolerance: Tolerance
+    observable: Annotated[str, "observable, as in contact.csv; of a vector without its component"]
+    blow: Annotated[int | None, "number of the impact; empty if it is of the whole run"]
+    unit: Annotated[str, "unit of the error"]
+    error: Annotated[float, "error, of a vector its length, at the worse of two positions of the plane in a step"]
+    error_share: Annotated[
+        float, "error over the size of the observable: its true value, or the scale of one that is 0"
+    ]
+    run_us: Annotated[float, "run time of the scene at this step, 10th percentile over the rounds"]
+    p90_run_us: Annotated[float, "run time of the scene at this step, 90th percentile over the rounds"]
+    pareto_front: Annotated[bool, "on the Pareto front: no run is both faster and as accurate"]
+
+
 WORK_PRECISION = Table("work-precision.csv", WorkPrecisionRow, (*CONTESTANT, "dt_s"))
 DIGITS = Table("accuracy-cost.csv", AccuracyCostRow, (*CONTESTANT, "target_m"))
 ORDERS = Table("orders.csv", OrderRow, CONTESTANT)
 ENSEMBLES = Table("ensembles.csv", EnsembleRow, (*CONTESTANT, "dt_s", "tolerance"))
 SAME = Table("equivalent.csv", EquivalentRow, ("scene", "engine_a", "method_a", "engine_b", "method_b"))
 CLOCK = Table("timing.csv", TimingRow, CONTESTANT)
-TABLES = (WORK_PRECISION, DIGITS, ORDERS, ENSEMBLES, SAME, CLOCK)
+OBSERVABLES = Table("observable-cost.csv", ObservableCostRow, (*CONTESTANT, "dt_s", "observable", "blow"))
+TABLES = (WORK_PRECISION, DIGITS, ORDERS, ENSEMBLES, SAME, CLOCK, OBSERVABLES)

@@ -5,12 +5,15 @@ from collections.abc import Callable, Sequence
 
 import pandas as pd
 
+from tumble.compare.contact.study import ask
 from tumble.compare.judge.cost import REFERENCE
+from tumble.compare.run.execution import Parts
 from tumble.compare.run.local import Asked
 from tumble.compare.run.progress import Display, no_display
 from tumble.compare.run.running_engines import TIME_LIMIT_S, flights
 from tumble.compare.run.starting import started
 from tumble.compare.run.worker import MEMORY_LIMIT
+from tumble.compare.sweep.observable import observed_in, with_observable
 from tumble.compare.sweep.results import measured
 from tumble.compare.sweep.work_precision import Effort, Sweep, sweep
 from tumble.compare.tables.circumstances import circumstances
@@ -32,6 +35,7 @@ def sweep_scenes(
     contestants: Sequence[Asked] = (),
     *,
     reference: str = REFERENCE,
+    observable: str | None = None,
     time_limit: float = TIME_LIMIT_S,
     memory_limit: int = MEMORY_LIMIT,
     command: str = "",
@@ -45,6 +49,7 @@ def sweep_scenes(
     scenes : the scenes
     contestants : ENGINE[@RELEASE][:METHOD] or FILE[:METHOD] of each; empty: the engines installed with Tumble
     reference : ENGINE:METHOD that run times are divided by
+    observable : observable whose error is measured in the scenes with a plane; None: each scene's main one
     time_limit : for each run [s]
     memory_limit : for each engine's process [B]
     command : the command line that repeats the study, for conditions.csv
@@ -59,15 +64,23 @@ def sweep_scenes(
     ------
     BadEngine : an engine or a method is unknown
     NoTruth : a scene has no reference solution
+    BadObservable : a scene does not have the observable
     """
+    observed = {scene.name: one for scene in scenes if (one := observed_in(scene, observable, time_limit))}
     with started(contestants, time_limit, memory_limit, display) as running_engines:
         asked = {"time limit [s]": f"{time_limit:g}", "reference": reference}
         conditions = circumstances(running_engines, scenes, asked, command)
         sweeps = []
-        with display(flights(running_engines, scenes) + len(scenes)) as on_progress:
+        landing = [scene for scene in scenes if scene.name in observed]
+        with display(flights(running_engines, [*scenes, *landing]) + len(scenes)) as on_progress, Parts() as part:
             for scene in scenes:
-                sweeps.append(sweep(running_engines, scene, on_progress))
-                finished(sweeps[-1])
+                swept = part(lambda scene=scene: sweep(running_engines, scene, on_progress))
+                own = observed.get(scene.name)
+                questions = [own.question] if own else []
+                seen = part(lambda questions=questions: ask(running_engines, questions, on_progress))
+                if swept and seen is not None:
+                    sweeps.append(with_observable(swept, own, seen) if own else swept)
+                    finished(sweeps[-1])
         return measured(sweeps, reference) | {
             ENGINES.file: frame(ENGINES, map(engine_row, running_engines)),
             CONDITIONS.file: frame(CONDITIONS, conditions),

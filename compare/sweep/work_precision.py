@@ -6,6 +6,7 @@ adaptive methods, and those that take a whole run in one step, are timed by whol
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 
 from tumble.compare.judge.cost import Timed, time_runs
 from tumble.compare.judge.errors import Run, RunAnswer
@@ -15,8 +16,9 @@ from tumble.compare.run.running_engines import RunningEngine, truth_limit
 from tumble.compare.run.status import Failure, Status
 from tumble.compare.run.tasks import Task, run
 from tumble.compare.run.timing.readings import USUAL, Sampling
-from tumble.compare.run.truths import Truths, true_answer
+from tumble.compare.run.truths import Truths
 from tumble.compare.sweep.longer_steps import COUNTS, longer_steps, with_all_samples
+from tumble.compare.sweep.schemas import ObservableCostRow
 from tumble.scenarios.scene import Scene
 from tumble.scenarios.truth import NoTruth, Truth
 
@@ -57,12 +59,14 @@ class Sweep:
     timed : runs with a run time
     untimed : runs without a run time, among them those without a trajectory, which have a reason
     why_untimed : reason by name, of contestants that ran but could not be timed
+    observed : errors of an observable of contact with their run times; empty without a plane
     """
 
     scene: Scene
     timed: tuple[Timed, ...]
     untimed: tuple[Run, ...]
     why_untimed: dict[str, str] = field(default_factory=dict)
+    observed: tuple[ObservableCostRow, ...] = ()
 
     @property
     def runs(self) -> Iterator[Run]:
@@ -133,11 +137,9 @@ def ladders(
     as `sweep`
     """
     longer = longer_steps(scene) if beyond_samples else {}
-    answer = (
-        truths.answer(scene)
-        if truths
-        else true_answer(with_all_samples(scene, longer), limit_s=truth_limit(running_engines))
-    )
+    own = [] if truths else [with_all_samples(scene, longer)]
+    with Truths(own, limit_s=truth_limit(running_engines)) as computed:
+        answer = (truths or computed).answer(scene)
     if answer.truth is None:
         raise NoTruth(f"{scene.name} has no reference solution: {answer.why}")
     found_references = ((dt, seen, answer.at(seen).truth) for dt, seen in [(None, scene), *longer.items()])
@@ -145,7 +147,8 @@ def ladders(
 
     def task(running_engine: RunningEngine, method: str) -> Task[list[RunAnswer]]:
         key = scene.name, running_engine.title, method
-        return Task(key, running_engine, lambda able: climb(able, references, method, effort, enough_m))
+        ask = partial(climb, references=references, method=method, effort=effort, enough_m=enough_m)
+        return Task(key, running_engine, ask)
 
     def run_of(running_engine: RunningEngine, run_answer: RunAnswer) -> Run:
         seen, true = reference_for(references, running_engine, run_answer.method, run_answer.dt)

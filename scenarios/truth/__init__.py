@@ -79,6 +79,11 @@ class Truth:
     contacts: "tuple[ContactRecord, ...]" = ()
 
     @property
+    def identity(self) -> str:
+        """What tells it from that of another scene: nothing but the scene, from which it follows."""
+        return "truth"
+
+    @property
     def resolution(self) -> Array:
         """The least error that can be told from none [m], (R, N)."""
         return np.maximum(self.bound, self.input_error)

@@ -74,7 +74,16 @@ def damping_ratio(restitution: float) -> float:
 
 
 def softness_of(ground: Ground) -> Softness:
-    """Return the numbers of the law."""
+    """Return the numbers of the law.
+
+    Parameters
+    ----------
+    ground : the body and the plane
+
+    Returns
+    -------
+    stiffness [N/m], damping [N s/m] and the speed below which friction is viscous [m/s]
+    """
     pull = math.sqrt(sum(part * part for part in ground.gravity)) or USUAL_GRAVITY
     stiffness = ground.mass * pull / (SAG * ground.reach)
     damping = 2.0 * damping_ratio(ground.restitution) * math.sqrt(stiffness * ground.mass)

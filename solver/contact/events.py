@@ -1,4 +1,7 @@
-"""From event to event: closed forms between impacts, a certified next contact, and the law of each impact."""
+"""From event to event: closed forms between impacts, a certified next contact, and the law of each impact.
+
+Where none of the motions here goes on, a corner that slides say, Moreau's time steps do, in steps of the method's own.
+"""
 
 import math
 
@@ -20,11 +23,13 @@ from tumble.solver.contact.ground import (
 )
 from tumble.solver.contact.impact import velocity_after
 from tumble.solver.contact.lasting import lasting
+from tumble.solver.contact.moreau import moreau
 from tumble.solver.contact.slip import ending, slip_from
 from tumble.solver.contact.throw import (
     ANCHOR,
     ARRIVES,
     DONE,
+    ENDED,
     FREE,
     GOES_ON,
     GRAZES,
@@ -42,10 +47,12 @@ from tumble.solver.contact.throw import (
     STEADY,
     STOPS,
     STRIKES,
+    TAKEN,
     THEN,
     TOO_MANY,
     UNKNOWN,
     UNTIL,
+    WIDTH,
     Array,
     State,
     count_impact,
@@ -59,6 +66,9 @@ from tumble.solver.contact.throw import (
 )
 from tumble.solver.contact.turning import turned_steadily
 from tumble.solver.vectors import Vector, add, cross, dot, scale
+
+# Of the time in which the body falls half its reach: a time step; and gravity where there is none [m/s2].
+STEP, USUAL_GRAVITY = 1e-3, 9.81
 
 
 @inner
@@ -220,11 +230,11 @@ def flights(rows: Array, time: float, ground: Ground) -> None:
 def events(rows: Array, time: float, ground: Ground) -> None:
     """Go to an instant after the write.
 
-    Lasting contacts have a kernel of their own, compiled where a throw first comes to one.
+    Lasting contacts have a kernel of their own, compiled where a throw first comes to one; so have time steps.
 
     Parameters
     ----------
-    rows : (N, WIDTH)
+    rows : (N, WIDTH + moreau_width(ground))
         changed in place; plane's frame
     time : s
     ground
@@ -236,3 +246,26 @@ def events(rows: Array, time: float, ground: Ground) -> None:
         lasting(some, time, ground)
         flights(some, time, ground)
         rows[waiting] = some
+    for number in np.flatnonzero(rows[:, KIND] == ENDED):
+        _take_steps(rows[number], time, ground)
+
+
+def step_of(ground: Ground) -> float:
+    """Return the time step with which a motion goes on whose events end [s]: a share of that in which it would fall."""
+    pull = math.hypot(*ground.gravity)
+    return STEP * math.sqrt(ground.reach / (pull or USUAL_GRAVITY))
+
+
+def _take_steps(row: Array, time: float, ground: Ground) -> None:
+    """Go on with one throw from its last event to an instant, on the line between two whole steps."""
+    stepped, step = row[WIDTH:], step_of(ground)
+    if row[TAKEN] == 0.0:
+        stepped[:ANCHOR] = row[ANCHOR : 2 * ANCHOR]
+    left = time - row[SINCE]
+    whole = max(float(math.floor(left / step)), row[TAKEN])
+    moreau(stepped[np.newaxis], int(whole - row[TAKEN]), step, ground)
+    row[TAKEN] = whole
+    last: Array = stepped.copy()
+    moreau(last[np.newaxis], 1, step, ground)
+    share = left / step - whole
+    row[:ANCHOR] = (1.0 - share) * stepped[:ANCHOR] + share * last[:ANCHOR]

@@ -42,7 +42,16 @@ class Plane:
 
 
 def axes_of(normal: ArrayLike) -> Array:
-    """Return the plane's frame: unit vectors along the plane and along its normal as rows, (3, 3), right-handed."""
+    """Return the frame of a plane.
+
+    Parameters
+    ----------
+    normal : (3,)
+
+    Returns
+    -------
+    unit vectors along the plane and along its normal as rows, (3, 3), right-handed
+    """
     n = np.asarray(normal, dtype=float)
     # Exact where the normal is an axis: the plane's first two axes are then axes of the world.
     first = np.roll(np.eye(3)[int(np.argmax(np.abs(n)))], 1)
@@ -76,7 +85,7 @@ class ContactFlight:
         normal = np.array((0.0, 0.0, 1.0)) if plane is None else np.asarray(plane.normal, dtype=float)
         self._axes = axes_of(normal)
         self._origin = np.zeros(3) if plane is None else np.asarray(plane.point, dtype=float)
-        self._turn = from_matrix(self._axes)
+        self._turn = _left(from_matrix(self._axes))
         self.ground = ground_of(body, self._axes, gravity, plane)
         self.write(np.empty((0, 13)))
 
@@ -89,7 +98,7 @@ class ContactFlight:
         w_body = turned(np.swapaxes(to_matrix(q), -2, -1), start[:, 10:13])
         self.rows = np.zeros((len(start), self.method.width(self.ground)))
         self.rows[:, 0:3] = turned(self._axes, start[:, 0:3] - self._origin)
-        self.rows[:, 3:7] = _products(self._turn, q)
+        self.rows[:, 3:7] = turned(self._turn, q)
         self.rows[:, 7:10] = turned(self._axes, start[:, 7:10])
         self.rows[:, 10:13] = np.array(self._body.moments) * w_body
         self.rows[:, 13:26] = self.rows[:, 0:13]
@@ -111,18 +120,10 @@ class ContactFlight:
         q = self.rows[:, 3:7] / np.sqrt(np.sum(self.rows[:, 3:7] ** 2, axis=1, keepdims=True))
         w = turned(to_matrix(q), self.rows[:, 10:13] / np.array(self._body.moments))
         states[:, 0:3] = self._origin + turned(self._axes.T, self.rows[:, 0:3])
-        states[:, 3:7] = _products(self._turn * (1.0, -1.0, -1.0, -1.0), q)
+        states[:, 3:7] = turned(self._turn.T, q)
         states[:, 7:10] = turned(self._axes.T, self.rows[:, 7:10])
         states[:, 10:13] = turned(self._axes.T, w)
         return states
-
-    def matrices(self) -> Array:
-        """Return the matrices that turn body axes into world axes, (N, 3, 3)."""
-        return to_matrix(self.read()[:, 3:7])
-
-    def vertices(self, points: ArrayLike) -> Array:
-        """Return where points of the body are [m], (N, n, 3); points [m], (n, 3), body axes."""
-        return self.read()[:, None, 0:3] + turned(self.matrices()[:, None], np.asarray(points, dtype=float))
 
     @property
     def findings(self) -> list[str]:
@@ -168,15 +169,7 @@ def ground_of(body: Body, axes: Array, gravity: ArrayLike | None, plane: Plane |
     )
 
 
-def _products(p: Array, q: Array) -> Array:
-    """Return the Hamilton products of one quaternion, (4,), with many, (N, 4)."""
+def _left(p: Array) -> Array:
+    """Return the matrix of the product with a unit quaternion from the left, (4, 4); its transpose undoes it."""
     w, x, y, z = p
-    a, b, c, d = q.T
-    return np.column_stack(
-        (
-            w * a - x * b - y * c - z * d,
-            w * b + x * a + y * d - z * c,
-            w * c - x * d + y * a + z * b,
-            w * d + x * c - y * b + z * a,
-        )
-    )
+    return np.array(((w, -x, -y, -z), (x, w, -z, y), (y, z, w, -x), (z, -y, x, w)))

@@ -12,6 +12,9 @@ straight line: Routh's case.  Sources: Routh, "Dynamics of a System of Rigid Bod
 
 import math
 
+import numpy as np
+from numpy.typing import NDArray
+
 from tumble.solver.compilation import inner
 from tumble.solver.contact.ground import Symmetric
 from tumble.solver.dop853 import ERROR_3, ERROR_5, STAGES, WEIGHTS
@@ -20,20 +23,27 @@ from tumble.solver.integrators.adaptive import combined
 from tumble.solver.quaternion import norm_squared
 from tumble.solver.vectors import Vector
 
+Array = NDArray[np.float64]
 Pair = tuple[float, float]
 # c, r and P.
 Flow = tuple[float, float, float, float]
-# d and mu M over the unit of P: d_x, d_y, M_xx, M_yy, M_xy.
-Rates = tuple[float, float, float, float, float]
+# d and mu M over the unit of P: d_x, d_y, M_xx, M_yy, M_xy; and what an error of P weighs, by the rise that it makes.
+Rates = tuple[float, float, float, float, float, float]
 
 A = STAGES
 NOTHING = (0.0, 0.0, 0.0, 0.0)
 
 # Of the slip that the impact begins with: what a step may seem to be off, a tenth of it in truth, and what is no slip.
 TOLERANCE, NO_SLIP = 1e-14, 1e-15
-# Of the rates of the flow: turns slower than this are none; below the second what they still do is known to rounding.
-STEADY, NEARLY_STEADY = 1e-15, 1e-7
-FIRST_STEP, LONGEST_STEP, MOST_STEPS, MOST_HALVINGS = 0.5, 8.0, 400, 80
+# Of the rates of the flow: turns slower than this are none.
+STEADY = 1e-15
+# So short a way in T is a line, to rounding.
+LINEAR = 1e-8
+# How far from the direction that keeps itself a series about it is tried [rad], its terms, and steps towards it.
+NEAR, TERMS, MOST_NEWTON = 0.3, 32, 12
+# Of the turn rate where the series did not settle: where it is tried again.
+TRY_AGAIN = 0.6
+FIRST_STEP, LONGEST_STEP, MOST_STEPS, MOST_HALVINGS = 0.08, 8.0, 400, 80
 
 
 @inner
@@ -103,7 +113,7 @@ def _from_stick(K: Symmetric, rising: float, target: float, friction: float) -> 
 @inner
 def _rates(rates: Rates, c: Pair) -> Pair:
     """Return h and k: how fast the slip grows and turns, per T."""
-    d_x, d_y, xx, yy, xy = rates
+    d_x, d_y, xx, yy, xy, _ = rates
     along, across = d_x - xx * c[0] - xy * c[1], d_y - xy * c[0] - yy * c[1]
     return c[0] * along + c[1] * across, c[0] * across - c[1] * along
 
@@ -185,6 +195,8 @@ def _step(state: Flow, t: float, rates: Rates) -> tuple[Flow, float]:
     third = fused_stretch(ERROR_3[11], k_11, fused_stretch(ERROR_3[10], k_10, third))
     x, y, r, P = then
     size = math.sqrt(x * x + y * y)
+    weight = rates[5]
+    fifth, third = (*fifth[:3], weight * fifth[3]), (*third[:3], weight * third[3])
     return (x / size, y / size, r, P), combined(norm_squared(fifth), norm_squared(third), t)
 
 
@@ -194,11 +206,13 @@ def _slipping(K: Symmetric, u: Vector, slip: float, target: float, friction: flo
 
     r is counted in the first slip, P in slip times unit, so that all numbers of the flow are about 1.
     """
-    unit = 1.0 / max(K[2], friction * K[0], friction * K[1], abs(K[4]), abs(K[5]))
+    unit = 1.0 / max(friction * K[0], friction * K[1], abs(K[4]), abs(K[5]))
     push = friction * unit
-    rates = (K[4] * unit, K[5] * unit, K[0] * push, K[1] * push, K[3] * push)
+    rates = (K[4] * unit, K[5] * unit, K[0] * push, K[1] * push, K[3] * push, max(1.0, K[2] * unit))
     state = (u[0] / slip, u[1] / slip, 1.0, 0.0)
     length, per_P = FIRST_STEP, slip * unit
+    k_series, h_series, q = np.empty(TERMS + 1), np.empty(TERMS + 1), np.empty(TERMS + 1)
+    tried = NEAR
     for _ in range(MOST_STEPS):
         c, r, P = (state[0], state[1]), state[2] * slip, state[3] * per_P
         h, k = _rates(rates, c)
@@ -206,11 +220,14 @@ def _slipping(K: Symmetric, u: Vector, slip: float, target: float, friction: flo
             return _straight(K, u, c, r, P, h / unit, target, friction)
         if r <= NO_SLIP * slip:
             return _from_stick(K, _rising(K, u, (0.0, 0.0), P), target, friction)
-        if abs(k) <= NEARLY_STEADY and h < -0.01:
-            ended, P_end = _tail(rates, c, h, k, state[2])
-            rising = _rising(K, u, (0.0, 0.0), P + P_end * per_P)
-            if ended and rising < target:
-                return _from_stick(K, rising, target, friction)
+        if h < 0.0 and abs(k) <= tried:
+            left = _to_stick(rates, c, state[2], k_series, h_series, q)
+            if math.isfinite(left):
+                rising = _rising(K, u, (0.0, 0.0), P + left * per_P)
+                if rising < target:
+                    return _from_stick(K, rising, target, friction)
+                tried = 0.0
+            tried = TRY_AGAIN * min(tried, abs(k))
         then, off = _step(state, length, rates)
         off /= TOLERANCE
         if off <= 1.0:
@@ -223,20 +240,55 @@ def _slipping(K: Symmetric, u: Vector, slip: float, target: float, friction: flo
 
 
 @inner
-def _tail(rates: Rates, c: Pair, h: float, k: float, r: float) -> tuple[bool, float]:
-    """Return whether the slip ends along nearly this direction, and by what P, to the first order of what it turns.
+def _to_stick(rates: Rates, c: Pair, r: float, k_series: Array, h_series: Array, q: Array) -> float:
+    """Return the P until a slip of length r along c ends, nan where it is too far from the direction that keeps itself.
 
-    With z the angle to the direction that keeps itself, z' = b z and r' = (h0 + g z) r.
+    With z the angle to that direction, z' = k(z) and r' = h(z) r, so P' = r makes P = const + r q(z) with
+
+        k q' + h q = 1,     q = sum of q_n z^n,     k, h: sums of sines and cosines of z and 2 z,
+
+    and nothing is left of r at z = 0.  k_series, h_series, q: (TERMS + 1,), for the coefficients.
     """
-    bend = 1e-4
-    left, right = (c[0] - bend * c[1], c[1] + bend * c[0]), (c[0] + bend * c[1], c[1] - bend * c[0])
-    (h_left, k_left), (h_right, k_right) = _rates(rates, left), _rates(rates, right)
-    b, g = (k_left - k_right) / (2.0 * bend), (h_left - h_right) / (2.0 * bend)
-    if b >= -0.01:
-        return False, 0.0
-    z = k / b
-    h0 = h - g * z
-    return h0 < 0.0, r * (-1.0 / h0 + g * z / b * (1.0 / h0 - 1.0 / (h0 + b)))
+    d_x, d_y, xx, yy, xy, _ = rates
+    mean, half = 0.5 * (xx + yy), 0.5 * (xx - yy)
+    first = math.atan2(c[1], c[0])
+    angle = first
+    along, across, along_2, across_2 = 0.0, 0.0, 0.0, 0.0
+    for _ in range(MOST_NEWTON):
+        cos, sin = math.cos(angle), math.sin(angle)
+        cos_2, sin_2 = cos * cos - sin * sin, 2.0 * cos * sin
+        along, across = d_x * cos + d_y * sin, d_y * cos - d_x * sin
+        along_2, across_2 = half * cos_2 + xy * sin_2, half * sin_2 - xy * cos_2
+        slope = 2.0 * along_2 - along
+        if slope >= 0.0:
+            return math.nan
+        change = (across + across_2) / slope
+        angle -= change
+        if abs(change) <= 1e-9:
+            break
+    z = first - angle
+    if abs(z) > NEAR or along - mean - along_2 >= 0.0:
+        return math.nan
+    # Derivatives of sines and cosines go round in four; those of 2 z double each time.
+    single, double, factor = (across, along), (across_2, along_2), 1.0
+    for n in range(TERMS + 1):
+        k_series[n] = factor * (single[0] + double[0])
+        h_series[n] = factor * (single[1] - double[1])
+        single, double = (-single[1], single[0]), (2.0 * double[1], -2.0 * double[0])
+        factor /= n + 1.0
+    h_series[0] -= mean
+    total, power = 0.0, 1.0
+    for n in range(TERMS):
+        left = 1.0 if n == 0 else 0.0
+        for j in range(1, n + 1):
+            left -= h_series[j] * q[n - j] + k_series[j + 1] * (n - j) * q[n - j]
+        q[n] = left / (h_series[0] + n * k_series[1])
+        term = q[n] * power
+        total += term
+        power *= z
+        if n > 1 and abs(term) <= 1e-17 * abs(total):
+            return -r * total
+    return math.nan
 
 
 @inner
@@ -265,7 +317,11 @@ def _met(
         moved = T - change
         if not low <= moved <= high:
             moved = 0.5 * (low + high)
-        if abs(moved - T) <= 1e-15 * length:
+        if abs(moved - T) <= LINEAR:
+            h, k = _rates(rates, c)
+            grown = 1.0 + (moved - T) * h
+            turned = (moved - T) * k
+            s = (grown * s[0] - turned * s[1], grown * s[1] + turned * s[0])
             break
         T = moved
     return (s[0], s[1], target)

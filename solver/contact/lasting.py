@@ -1,6 +1,7 @@
 """Lasting contact of a body with corners: it rests, slides, rocks, turns about an edge or a tip; and curved slips."""
 
 import math
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,6 +51,8 @@ from tumble.solver.integrators.magnus6 import EARLY, LATE
 from tumble.solver.quaternion import Quaternion, rotate, rotate_back
 from tumble.solver.vectors import Vector, add, cross, dot, scale
 
+# No point.  A literal would have everything that it goes through compiled once more.
+NO_POINT = cast(int, np.int64(-1))
 # How finely the turn of a sphere is followed whose slip turns.
 FINE, MOST_TURNS = 0.05, 100_000
 # Of the largest impulse of several points at once: what is left open.
@@ -94,7 +97,7 @@ def _begin_lasting(row: Array, touching: NDArray[np.int64], stays: int, still: f
     near = face.ROUNDED * ground.reach
     places = face.places_of(q, touching, stays, ground)
     if stays == 1:
-        _begin_pinned(row, touching[0], -1, still, ground)
+        _begin_pinned(row, touching[0], NO_POINT, still, ground)
     elif not face.spans_a_face(places, stays, near):
         first, second = _ends_of(places, stays)
         _begin_pinned(row, touching[first], touching[second], still, ground)
@@ -242,7 +245,7 @@ def _next_step(row: Array, state: State, first: int, second: int, ground: Ground
     if _gap(then, lowest, ground) < 0.0 and lowest != -1:
         row[UNTIL], row[THEN] = _zero(state, length, first, second, lowest, ground, slopes), LANDS
     if pinned.hold(pinned.step(state, row[UNTIL], first, second, ground, slopes), first, second, ground) < 0.0:
-        row[UNTIL], row[THEN] = _zero(state, row[UNTIL], first, second, -1, ground, slopes), ENDS
+        row[UNTIL], row[THEN] = _zero(state, row[UNTIL], first, second, NO_POINT, ground, slopes), ENDS
 
 
 @inner

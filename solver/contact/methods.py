@@ -23,15 +23,16 @@ def _none(rows: Rows) -> float:
     return 0.0
 
 
-def why_events_end(rows: Rows) -> list[str]:
-    """Return why and when the motion of throws is not known any more."""
-    return [f"the motion is known up to {row[SINCE]:.6g} s: {REASONS[int(row[WHY])]}" for row in rows if row[WHY]]
-
-
 def unsolved_steps(rows: Rows) -> list[str]:
     """Return in how many steps the impulses of several contacts did not settle."""
     steps = int(rows[:, UNSOLVED].sum())
     return [f"Gauss-Seidel did not settle in {steps} steps"] if steps else []
+
+
+def why_events_end(rows: Rows) -> list[str]:
+    """Return from when on throws go by time steps, and why, and how many of these did not settle."""
+    whys = [f"from {row[SINCE]:.6g} s on by Moreau's time steps: {REASONS[int(row[WHY])]}" for row in rows if row[WHY]]
+    return whys + unsolved_steps(rows[:, WIDTH:])
 
 
 @dataclass(frozen=True)
@@ -63,7 +64,7 @@ class ContactMethod:
 CONTACT_METHODS = {
     "events": ContactMethod(
         events,
-        lambda ground: WIDTH,
+        lambda ground: WIDTH + moreau_width(ground),
         order=None,
         dense=True,
         restitution=True,

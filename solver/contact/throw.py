@@ -19,14 +19,14 @@ State = tuple[Vector, Quaternion, Vector, Vector]
 
 # What a row holds: the state (13), that of the last event (13), and these.
 ANCHOR, SINCE, KIND, UNTIL, THEN, SEARCHED, FASTEST, POINT, OTHER = 13, 26, 27, 28, 29, 30, 31, 32, 33
-PULL, SPIN_RATE, WHY, IMPACTS, GAINED, LENGTH, DONE, AT_ONCE, WIDTH = 34, 37, 40, 41, 42, 43, 44, 45, 46
+PULL, SPIN_RATE, WHY, IMPACTS, GAINED, LENGTH, DONE, AT_ONCE, TAKEN, WIDTH = 34, 37, 40, 41, 42, 43, 44, 45, 46, 47
 
 # Motions.  Those from LASTING on, and what there is to say of a state on the plane, are of `lasting`.
 UNKNOWN, FREE, STEADY, ENDED, LASTING, SLIPPING, PINNED = 0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0
 # What happens where one ends.
 GOES_ON, ARRIVES, STRIKES, STOPS, LANDS, ENDS = 0.0, 1.0, 2.0, 3.0, 4.0, 5.0
 
-# Why the motion is not known any more.
+# Why no event method goes on with the motion: TAKEN time steps do.
 REASONS = (
     "",
     "a corner stays on the plane, or an edge in a motion that is not in a plane",
@@ -108,7 +108,7 @@ def touching_points(row: Array, touching: NDArray[np.int64], ground: Ground) -> 
 
 @inner
 def end(row: Array, why: int) -> None:
-    """Let the motion be unknown from here on."""
+    """Let time steps go on with the motion from here on."""
     row[KIND], row[UNTIL], row[WHY] = ENDED, math.inf, why
 
 

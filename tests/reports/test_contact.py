@@ -3,6 +3,8 @@
 from pathlib import Path
 
 import tumble
+from tumble.compare.tables.frames import read_tables
+from tumble.reports.page import page
 
 SLIDE = {
     "title": "slide",
@@ -36,3 +38,12 @@ def test_the_pyramid_of_mujoco_is_named_and_its_round_cone_is_not(tmp_path: Path
     outline = tab.locator("svg.rose [data-name='mujoco:euler'] path").first.get_attribute("d")
     assert outline.count(",") == 16
     assert tab.evaluate("document.documentElement.scrollWidth") <= 400
+    # Of contact alone, as on the page of the catalogue: figures begin with all contestants, and a note has the command.
+    tables = read_tables(tmp_path)
+    alone = {name: tables[name] for name in ("contact.csv", "contact-scans.csv")}
+    alone |= {"runs.csv": tables["runs.csv"].query("method == 'euler'").assign(scene="another")}
+    tab = opened(page(alone), "#contact")
+    assert tab.locator("svg.rose .curve").count() == 2
+    assert f"tumble report {result.contact.scene[0]} makes" in tab.locator("section#contact").inner_text()
+    tab.locator("svg.rose .label[data-name='mujoco:euler']").press("Enter")
+    assert tab.locator("svg.rose .curve").get_attribute("data-name") == "mujoco:euler+elliptic"

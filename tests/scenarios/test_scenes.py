@@ -1,11 +1,13 @@
 """Scene files become the scenes they say: the catalogue, the defaults, other axes, meshes, and what a scene needs."""
 
+import logging
 import subprocess
 import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -420,3 +422,16 @@ def test_only_meshes_pay_for_trimesh():
         "read_scene('die-vertex'); print('trimesh' in sys.modules)"
     )
     assert subprocess.check_output([sys.executable, "-c", code], text=True) == "False\n"
+
+
+@pytest.mark.parametrize("dent", [0.0, 0.2])
+def test_above_a_plane_it_is_said_that_a_mesh_is_taken_as_its_hull(tmp_path, caplog, dent):
+    box = trimesh.creation.box(extents=(1, 1, 1)).subdivide()
+    middle = int(np.argmin(np.linalg.norm(box.vertices - (0, 0, 0.5), axis=1)))
+    box.vertices[middle, 2] -= dent
+    box.export(tmp_path / "a.stl")
+    plane = "position = [0, 2, 0]\n[plane]\nfriction = 0.1\nrestitution = 0.5\n"
+    (tmp_path / "a.toml").write_text(f'{HEAD}[body]\nshape = "mesh"\nfile = "a.stl"\nmass = 1.0\n{plane}')
+    with caplog.at_level(logging.INFO):
+        read_scene(str(tmp_path / "a.toml"))
+    assert ("a: the mesh is not convex" in caplog.text) == (dent > 0)

@@ -4,14 +4,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from numba import njit
 from random_contact import FAMILIES, drawn
 
 from tumble.compare.engines import tumble
+from tumble.compare.judge import mechanics
 from tumble.compare.run.flight import simulate
 from tumble.scenarios.read import contact_catalogue, read_scene
 from tumble.scenarios.scene import frozen_array
 from tumble.scenarios.truth import NoTruth, truth
 from tumble.solver.contact.compliant import softness_of
+from tumble.solver.contact.impact import velocity_after
 from tumble.solver.contact.methods import CONTACT_METHODS
 
 # Doubles beside 100 bits: what 1e4 operations and a growth of some hundred by the impacts may leave, over the size.
@@ -149,3 +152,61 @@ def test_events_takes_of_a_flat_landing_an_outcome_of_the_laws_set(friction, tmp
     assert "hit the plane at once" in flight.remark
     assert flight.states[-1, 0, 1] == pytest.approx(0.05, abs=1e-13)
     assert flight.vertices[..., 1].min() > -1e-13
+
+
+@pytest.mark.parametrize(("name", "duration", "height"), [("die-thrown", 6.0, None), ("tilted", 3.0, 0.05)])
+def test_events_goes_on_by_time_steps_where_a_corner_slides(name, duration, height, tmp_path):
+    """The motion is exact up to there; from there on it loses energy until the body rests on a face."""
+    path = tmp_path / "tilted.toml"
+    path.write_text(
+        'title = "box"\nstep = 0.001\nsamples = 9\nduration = 3.0\ngravity = [0.0, -9.81, 0.0]\n[body]\nshape = "box"\n'
+        "size = [0.2, 0.1, 0.3]\nmass = 1.0\nposition = [0.0, 0.5, 0.0]\norientation = [0.97, 0.1, 0.05, 0.2]\n"
+        "velocity = [0.7, 0.0, 0.2]\n[plane]\nrestitution = 0.0\nfriction = 0.3\n"
+    )
+    scene = read_scene(str(path) if name == "tilted" else name)
+    scene = replace(scene, duration=duration, times=frozen_array(np.linspace(0.05, duration, 120)))
+    flight = simulate(tumble, scene, "events", duration)
+    begins = float(flight.notes[0].split()[1])
+    assert "Moreau's time steps" in flight.notes[0]
+    assert 0 < begins < duration - 1
+    lowest = flight.vertices[:, 0, :, 1].min(axis=1) - scene.plane.point[1]
+    energy = mechanics.kinetic_energy(flight.states[:, 0], scene.body) + scene.body.mass * 9.81 * flight.states[:, 0, 1]
+    assert np.isfinite(flight.states).all()
+    assert np.diff(energy).max() < 1e-6 * energy[0], "no time step adds energy"
+    assert lowest.min() > -1e-3 * scene.body.reach
+    end = flight.states[-1, 0]
+    assert np.abs(end[7:13]).max() < 1e-12, "it rests"
+    heights = np.sort(flight.vertices[-1, 0, :, 1])
+    assert np.ptp(heights[:4]) < 1e-4 * scene.body.reach, "it rests on a face"
+    assert height is None or end[1] == pytest.approx(height, abs=1e-4)
+
+
+def test_time_steps_of_events_do_not_depend_on_the_instants_asked_for():
+    scene = replace(read_scene("die-thrown"), duration=4.0)
+    ends = []
+    for count in (1, 8):
+        world = tumble.build(scene, "events")
+        world.flight.write(scene.start)
+        for _ in range(count):
+            world.flight.advance(8 // count, 0.5)
+        ends.append(world.flight.read())
+    assert "Moreau" in world.flight.findings[0]
+    np.testing.assert_array_equal(*ends)
+
+
+def test_friction_that_only_just_stops_a_slip_stops_it():
+    """The slip dies away a thousand times as slowly as in other impacts: the corner sticks, and rises at e u_n."""
+    cases = [
+        ((1.0015, 1.0679, 1.12997, -0.00882, 0.005795, 0.009), (-0.00017534, -0.0030886, -1.39981), 0.9, 0.018417),
+        ((1.00514, 1.02541, 1.01052, -0.0014206, -0.00695, -0.0033767), (0.00054, 0.0022549, -1.71843), 0.5, 0.014177),
+        ((1.13571, 5.74333, 5.70187, 0.646812, 0.602853, 1.040045), (0.0017277, 0.0018143, -1.290017), 0.5, 0.47915),
+    ]
+
+    @njit
+    def after(K, u, restitution, friction):
+        return velocity_after(K, u, restitution, friction)
+
+    for K, u, restitution, friction in cases:
+        held = np.linalg.solve([[K[0], K[3]], [K[3], K[1]]], K[4:6])
+        assert np.linalg.norm(held) < friction, "it can be held"
+        assert after(K, u, restitution, friction) == (0.0, 0.0, -restitution * u[2])

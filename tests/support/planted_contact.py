@@ -18,15 +18,48 @@ METHODS = (
     "by-the-step",
     "early",
     "tunnels",
+    "thin",
     "gains",
 )
+# Scenes that it can run.
+SLIDE = """
+title = "slide"
+duration = 0.6
+samples = 12
+step = 0.004
+gravity = [0.0, -9.81, 0.0]
+[body]
+shape = "box"
+size = [0.5, 0.1, 0.4]
+mass = 5.0
+position = [0.3, 0.05, -0.2]
+velocity = [1.0, 0.0, 0.5]
+[plane]
+restitution = 0.0
+friction = 0.4
+"""
+BALL = """
+title = "ball"
+duration = 0.9
+samples = 9
+step = 0.004
+gravity = [0.0, -9.81, 0.0]
+[body]
+shape = "sphere"
+radius = 0.05
+mass = 0.3
+position = [0.0, 0.6, 0.0]
+[plane]
+restitution = 0.6
+friction = 0.0
+"""
 FEATURES = {"gravity", "plane"}
 ABOUT = {"version": "1", "precision": "double", "switched_off": []}
-CREEP, EARLY, GAIN = 2e-3, 5e-3, 1.05
+CREEP, EARLY, GAIN, THIN = 2e-3, 5e-3, 1.05, 0.05
 
 
 class World:
-    """One body: where it is, and the law."""
+    """Bodies: where they are, and the law."""
 
     def __init__(self, scene, method):
         self.scene, self.method, self.plane = scene, method, scene.plane
@@ -48,12 +81,18 @@ def read(world):
 
 
 def advance(world, n, dt):
-    state, normal = world.states[0], world.normal
-    pull = world.scene.gravity
+    for state in world.states:
+        advance_throw(world, state, n, dt)
+
+
+def advance_throw(world, state, n, dt):
+    normal, pull = world.normal, world.scene.gravity
     for _ in range(n):
         before, v = state[7:10] @ normal, state[7:10] + dt * pull
         height = (state[0:3] - world.plane.point) @ normal - world.half
         up = v @ normal
+        if world.method == "thin" and height + dt * up < -THIN:
+            up = 0.0
         if height + dt * up < (EARLY if world.method == "early" else 0.0) and up < 0 and world.method != "tunnels":
             v = v - up * normal
             v = slowed(world, v, -dt * (pull @ normal))

@@ -46,6 +46,7 @@ def test_the_commands_of_a_block_run_as_printed_one_after_the_other(folder, bloc
         )
         assert done.returncode == 0, done.stderr
         written = re.findall(r"-o (\S+)", command)
+        written += [f"shard-{number}-of-{count}" for number, count in re.findall(r"--shard (\d)/(\d)", command)]
         assert all((folder / name).exists() for name in written)
         assert written or done.stdout
 

@@ -97,10 +97,13 @@ def test_what_makes_a_release_is_pinned():
 
 
 def test_the_commands_install_nothing_else():
-    installs = [line for line in (ROOT / "Makefile").read_text().splitlines() if "pip install" in line]
-    # Ours itself has no hash: it is installed apart, and brings nothing with it.  What makes lists and releases has an
-    # environment of its own.
-    known = r"--require-hashes -r (\S+)|--no-deps (-e) \.|(pip-tools==\S+|-r requirements-release\.txt)"
+    lines = (ROOT / "Makefile").read_text().splitlines()
+    ways = [line for line in lines if line.startswith("INSTALL :=")]
+    assert len(ways) == 2, "by uv and by pip"
+    assert all(way.endswith(" --no-deps") for way in ways), "ours brings nothing with it, and pins are complete"
+    installs = [line for line in lines if "$(INSTALL)" in line or ("pip install" in line and line not in ways)]
+    # Ours itself has no hash: it is installed apart.  What makes lists and releases has an environment of its own.
+    known = r"--require-hashes -r (\S+)|--no-build-isolation (-e) \.|(pip-tools==\S+|-r requirements-release\.txt)"
     assert sorted(re.findall(known, "\n".join(installs))) == [
         ("", "", "-r requirements-release.txt"),
         ("", "", "pip-tools==7.6.2"),

@@ -68,7 +68,7 @@ def imported(*words: str, folder) -> set[str]:
         # The compiler would look for scipy's BLAS, which no kernel calls.
         (
             ["run", "die-vertex"],
-            {"numba.np.arraymath"},
+            {"numba.core.dispatcher"},
             {"scipy.linalg", "trimesh", "rich", *TRUTH, *ENGINES, *DRAWING},
         ),
         (

@@ -1,12 +1,15 @@
 """Engine processes that outlive one call."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager, nullcontext
+from pathlib import Path
+from types import MappingProxyType
 
 from tumble.compare.run.engines.registry import is_file
 from tumble.compare.run.local import LocalWorker
 from tumble.compare.run.running_engines import POOL, Pool
 from tumble.compare.run.worker import Worker
+from tumble.shares import placed
 
 
 class Session(Pool):
@@ -62,11 +65,31 @@ class Session(Pool):
 
 
 @contextmanager
-def session() -> Iterator[Session]:
-    """Keep engine processes ready between the calls inside the block.
+def session(
+    *,
+    cache: str | Path | None = None,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    tls: Mapping[str, str] = MappingProxyType({}),
+    insecure_scheduler: bool = False,
+) -> Iterator[Session]:
+    """Keep engine processes ready between the calls inside the block, and say where runs are made and saved.
 
     Without a session every call starts the engines that it needs and ends them.  A session belongs to the thread or the
     asynchronous task that opened it.
+
+    Parameters
+    ----------
+    cache : folder where finished runs are saved, and found again.
+    workers : run on this many Dask workers of this machine; needs the extra dask.
+    scheduler : run on the workers of this Dask scheduler: HOST:PORT or tls://HOST:PORT.
+    tls : files of the authority, the certificate and the key for tls://: ca, cert, key.
+    insecure_scheduler : allow a scheduler on another machine without TLS.
+
+    Raises
+    ------
+    UserError
+        For a scheduler that cannot be used.
 
     Examples
     --------
@@ -80,7 +103,8 @@ def session() -> Iterator[Session]:
     opened = Session()
     before = POOL.set(opened)
     try:
-        yield opened
+        with placed(cache, workers, scheduler, tls, insecure_scheduler):
+            yield opened
     finally:
         POOL.reset(before)
         opened.close()
@@ -93,4 +117,4 @@ def kept_ready() -> AbstractContextManager[object]:
     -------
     contextlib.AbstractContextManager
     """
-    return nullcontext() if isinstance(POOL.get(), Session) else session()
+    return session() if type(POOL.get()) is Pool else nullcontext()

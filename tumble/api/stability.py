@@ -6,7 +6,7 @@ from tumble.api.result import Result, call, text_of
 from tumble.api.scene import Scenes, is_empty, questions
 from tumble.compare.run.worker import MEMORY_LIMIT
 from tumble.compare.stability.results import pieces
-from tumble.compare.stability.schemas import EXTREMES
+from tumble.compare.stability.schemas import CONTACT_MAP, CONTACT_STEPS, EXTREMES
 from tumble.compare.stability.study import RUN_LIMIT_S, map_scenes
 from tumble.compare.stability.tasks import default_scenes
 from tumble.compare.tables.frames import rows
@@ -26,7 +26,8 @@ def stability(
     Parameters
     ----------
     scenes : one or several: a name, a path, a table as in TOML, or a `Scene`.
-        Extreme cases, by their names, such as "spin-1e4", are run as they are; the others are mapped.
+        Extreme cases, by their names, such as "spin-1e4", are run as they are; the others are mapped,
+        those with a plane over friction and angle.
         Empty: the stiff scenes of the catalogue and all extreme cases, which take minutes.
     contestants : one or several: ENGINE[@RELEASE][:METHOD], FILE[:METHOD], or a function as `tumble.engine` takes it.
         Empty: every installed engine.
@@ -37,7 +38,7 @@ def stability(
     Returns
     -------
     Result
-        Tables `stability`, `limits`, `extremes`, `findings`, `conditions`.
+        Tables `stability`, `limits`, `extremes`, `contact_map`, `contact_steps`, `findings`, `conditions`.
 
     Raises
     ------
@@ -56,4 +57,5 @@ def stability(
         command=call("stability", scenes, contestants),
         **limits(time_limit, memory_limit, progress),
     )
-    return Result(tables, text_of(stability_text(pieces(tables), rows(EXTREMES, tables[EXTREMES.file]), False)))
+    extreme, cells, steps = (rows(table, tables[table.file]) for table in (EXTREMES, CONTACT_MAP, CONTACT_STEPS))
+    return Result(tables, text_of(stability_text(pieces(tables), extreme, cells, steps)))

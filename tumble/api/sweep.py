@@ -17,6 +17,7 @@ def sweep(
     contestants: Contestants = (),
     *,
     reference: str = REFERENCE,
+    observable: str | None = None,
     time_limit: float = TIME_LIMIT_S,
     memory_limit: int = MEMORY_LIMIT,
     progress: bool = True,
@@ -29,6 +30,8 @@ def sweep(
     contestants : one or several: ENGINE[@RELEASE][:METHOD], FILE[:METHOD], or a function as `tumble.engine` takes it.
         Empty: every installed engine.
     reference : ENGINE:METHOD that run times are divided by.
+    observable : observable whose error is measured above a plane, as in contact.csv, of a vector without its
+        component, such as "velocity after impact".  None: each scene's main one.
     time_limit : of each run [s].
     memory_limit : of each engine's process [B].
     progress : draw a bar in a terminal or a notebook.
@@ -36,7 +39,8 @@ def sweep(
     Returns
     -------
     Result
-        Tables `work_precision`, `accuracy_cost`, `orders`, `equivalent`, `timing`, `runs`, `findings`, `conditions`.
+        Tables `work_precision`, `observable_cost`, `accuracy_cost`, `orders`, `equivalent`, `timing`, `runs`,
+        `findings`, `conditions`.
 
     Raises
     ------
@@ -54,6 +58,7 @@ def sweep(
         questions(scenes),
         contestant_list(contestants),
         reference=reference,
+        observable=observable,
         command=call("sweep", scenes, contestants),
         **limits(time_limit, memory_limit, progress),
         finished=found.append,

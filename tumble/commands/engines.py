@@ -12,11 +12,11 @@ from tumble.compare.run.running_engines import known_contestant, launched
 from tumble.compare.run.status import Failure
 from tumble.compare.tables.engines import engine_row
 from tumble.compare.tables.files import write_together
-from tumble.notes import display, note
+from tumble.notes import display, note, notes
 from tumble.reports.terminal import console, engine_list, plain
 from tumble.starters import STARTERS, Starter
 
-FAILED, DONE = 1, 0
+DONE, FAILED, WRONG = 0, 1, 2
 
 
 def main(options: Namespace) -> int:
@@ -24,11 +24,8 @@ def main(options: Namespace) -> int:
     for engine in options.remove:
         for gone in installing.remove(known(engine)):
             print_line(f"removed {described(gone)}")
-    for engine in options.install:
-        note(f"making an environment for {known(engine)}")
-        with display(options)(doing=f"installing {engine}") as on_progress:
-            made = installing.install(engine, on_progress)
-        print_line(described(made))
+    if options.install and (code := install(options)):
+        return code
     if options.template:
         begin(STARTERS[options.template])
     if options.check:
@@ -36,6 +33,23 @@ def main(options: Namespace) -> int:
     if not (options.install or options.remove or options.template):
         listing(options.engine)
     return DONE
+
+
+def install(options: Namespace) -> int:
+    """Install every engine asked for, and print a line for each; return 2 if one cannot be installed."""
+    asked = dict.fromkeys(installing.full_name(known(engine)) for engine in options.install)
+    here = {name: found for name in asked if (found := installing.installed(name))}
+    for name, found in here.items():
+        note(f"{name} is installed already")
+        print_line(described(found))
+    missing = [name for name in asked if name not in here]
+    if not missing:
+        return DONE
+    note(f"making {'an environment' if len(missing) == 1 else 'environments'} for {', '.join(missing)}")
+    with display(options)(len(missing), "installing") as on_progress:
+        failed = installing.install_all(missing, on_progress, lambda made: print_line(described(made)))
+    notes(map(str, failed))
+    return WRONG if failed else DONE
 
 
 def listing(engines: list[str]) -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 import pandas as pd
 
 from tumble.compare.stability.results import pieces
-from tumble.compare.stability.schemas import CELLS, EXTREMES, LIMITS
+from tumble.compare.stability.schemas import CELLS, CONTACT_MAP, CONTACT_STEPS, EXTREMES, LIMITS
 from tumble.compare.stability.study import map_scenes
 from tumble.compare.stability.tasks import default_scenes
 from tumble.compare.tables.frames import rows
@@ -40,11 +40,12 @@ def main(options: Namespace) -> int:
     save_figures(options.svg, options.png, limit_figure, tables[LIMITS.file])
     if folder:
         note(f"tables written to {folder}")
-    return exit_code([*tables[CELLS.file].status, *tables[EXTREMES.file].status])
+    return exit_code([row for table in (CELLS, EXTREMES, CONTACT_STEPS) for row in tables[table.file].status])
 
 
 def show(tables: Mapping[str, pd.DataFrame]) -> None:
     """Print limits and verdicts."""
     out = console()
-    for piece in stability_text(pieces(tables), rows(EXTREMES, tables[EXTREMES.file]), out.is_terminal):
+    others = (rows(table, tables[table.file]) for table in (EXTREMES, CONTACT_MAP, CONTACT_STEPS))
+    for piece in stability_text(pieces(tables), *others, charts=out.is_terminal):
         out.print(piece)

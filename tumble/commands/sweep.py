@@ -30,6 +30,7 @@ def main(options: Namespace) -> int:
             scenes,
             options.engine,
             reference=options.reference,
+            observable=options.observable,
             time_limit=options.time_limit,
             memory_limit=options.memory_limit,
             command=shlex.join(options.words),

@@ -23,17 +23,21 @@ class Axes(NamedTuple):
 
 
 def upwards(scene: Scene) -> Array:
-    """Return the unit vector that is up: off the floor, against gravity, or else y."""
+    """Return the unit vector that is up: off the floor, against gravity, off the plane, or else y."""
     if scene.floor is not None:
         return np.array(scene.floor.normal)
     if scene.gravity is not None:
         return -scene.gravity / np.linalg.norm(scene.gravity)
-    return np.array([0.0, 1.0, 0.0])
+    return np.array([0.0, 1.0, 0.0]) if scene.plane is None else np.array(scene.plane.normal)
 
 
 def axes(scene: Scene) -> Axes:
     """Return the directions of a scene: of a y that is up, x, y and z."""
-    up = upwards(scene)
+    return axes_about(upwards(scene))
+
+
+def axes_about(up: Array) -> Axes:
+    """Return the directions for a unit vector that is up, (3,)."""
     towards = np.array([0.0, 0.0, 1.0]) if abs(up[2]) < 0.9 else np.array([0.0, -1.0, 0.0])
     right = np.cross(up, towards)
     right /= np.linalg.norm(right)

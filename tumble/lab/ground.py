@@ -1,11 +1,11 @@
-"""What stands still while the body moves: the floor or a grid, a ruled wall where the body falls, and its path."""
+"""What stands still while the body moves: floor, plane or grid, a ruled wall where the body falls, and its path."""
 
 from typing import Any
 
 import numpy as np
 import viser
 
-from tumble.lab.eye import Axes, axes, turned_to
+from tumble.lab.eye import Axes, axes, axes_about, turned_to
 from tumble.lab.space import Space
 from tumble.reports.numerals import given
 from tumble.scenarios.frames import Array
@@ -22,7 +22,7 @@ DASHES = 120  # of a path, at most
 
 
 class Ground:
-    """The floor, where the scene has one; a ruled wall, where the body falls; else a grid below it.
+    """The floor or the plane, where the scene has one; a ruled wall, where the body falls; else a grid below it.
 
     The wall stands behind the body at the same distance, so that the body never goes through it, and its lines at their
     heights: what falls goes past them, whether the view follows it or not.
@@ -36,11 +36,14 @@ class Ground:
         self._wall: Any = None
         self._heights: list[Any] = []
         self._at: int | None = None
-        floor = scene.floor
+        floor, plane = scene.floor, scene.plane
         if floor is not None:
-            self._add_floor(float(scene.start[0, 0:3] @ self._axes.up) - floor.height, is_solid=True)
+            self._add_floor(float(space.origin @ self._axes.up) - floor.height, self._axes, is_solid=True)
+        elif plane is not None:
+            depth = float((space.origin - plane.point) @ plane.normal)
+            self._add_floor(depth, axes_about(plane.normal), is_solid=True)
         elif scene.gravity is None:
-            self._add_floor(BELOW * space.radius, is_solid=False)
+            self._add_floor(BELOW * space.radius, self._axes, is_solid=False)
         else:
             self._add_wall()
 
@@ -79,9 +82,9 @@ class Ground:
         """Return the drawn place of distances along each axis [m]."""
         return tuple(self._space.drawn(np.array([right, up, towards]) @ np.stack(self._axes)))
 
-    def _add_floor(self, depth: float, *, is_solid: bool) -> None:
-        """Add a grid at a depth below the body's start [m], as a floor or only for orientation."""
-        right, up, towards = self._axes
+    def _add_floor(self, depth: float, along: Axes, *, is_solid: bool) -> None:
+        """Add a grid at a depth below the body's start [m], as a floor or only for orientation; along: which way."""
+        right, up, towards = along
         self._api.add_grid(
             f"{self._space.root}/ground",
             plane_color=FLOOR_INK, plane_opacity=0.85 if is_solid else 0.0,

@@ -1,6 +1,10 @@
-"""What is drawn of a body: the triangles of its surface and the edges between those that do not lie in one plane."""
+"""What is drawn of a body: the triangles of its surface and the edges between those that do not lie in one plane.
+
+Of a ball, whose points are the ends of its axes, it is a mesh with the three great circles through them.
+"""
 
 from itertools import combinations
+from typing import NamedTuple, Self
 
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
@@ -9,6 +13,47 @@ from tumble.scenarios.frames import Array
 from tumble.scenarios.scene import Body
 
 FLAT = 1e-9  # the sine of the angle between two triangles that are one face
+HALVINGS = 3  # of an octahedron's edges, for a ball
+
+
+class Outline(NamedTuple):
+    """Triangles (m, 3) and edges (e, 2) as indices into the points drawn.
+
+    weights (k, n): of the body's points in each point drawn; None where these are the same.
+    """
+
+    faces: np.ndarray
+    edges: np.ndarray
+    weights: Array | None = None
+
+    @classmethod
+    def of(cls, body: Body) -> Self:
+        """Return the outline of a body."""
+        return cls(faces(body), edges(body)) if body.radius is None else cls(*ball(body))
+
+    def points(self, points: Array) -> Array:
+        """Return the points drawn of a body's points, (n, 3)."""
+        return points if self.weights is None else self.weights @ points
+
+
+def ball(body: Body) -> tuple[np.ndarray, np.ndarray, Array]:
+    """Return triangles, great circles and weights of a ball: of an octahedron whose edges are halved."""
+    ends = np.concatenate([np.eye(3), -np.eye(3)])
+    triangles = np.array([(x, y, z) for x in (0, 3) for y in (1, 4) for z in (2, 5)])
+    mirrored = (triangles >= 3).sum(axis=1) % 2 == 1
+    triangles[mirrored] = triangles[mirrored][:, ::-1]
+    for _ in range(HALVINGS):
+        a, b, c = np.moveaxis(ends[triangles], 1, 0)
+        corners = np.stack([a, b, c, (a + b) / 2, (b + c) / 2, (c + a) / 2], axis=1)
+        halves = corners[:, [[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]]].reshape(-1, 3)
+        ends, at = np.unique(halves, axis=0, return_inverse=True)
+        triangles = at.reshape(-1, 3)
+    sides = np.unique(np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1), axis=0)
+    circles = sides[(ends[sides] == 0).all(axis=1).any(axis=1)]
+    places = body.reach * ends / np.linalg.norm(ends, axis=1, keepdims=True)
+    # An affine map of the body's points, so that it goes with them wherever they are.
+    with_ones = [np.column_stack([each, np.ones(len(each))]) for each in (places, body.points)]
+    return triangles, circles, with_ones[0] @ np.linalg.pinv(with_ones[1])
 
 
 def faces(body: Body) -> np.ndarray:

@@ -200,10 +200,16 @@ class Pool:
         info = self.engines.get(one.engine)
         return one if one.method or info is None else replace(one, method=info.methods[0])
 
-    def held(self, one: Contestant) -> Contestant | None:
-        """Return the variant of a contestant that holds a scene's forces over a step, None where there is none."""
-        info, method = self.engines.get(one.engine), f"{one.method}{HELD}"
-        return replace(one, method=method) if info is not None and method in info.forced else None
+    def instead(self, one: Contestant, scene: Scene) -> Contestant | None:
+        """Return what may run where a contestant cannot, None where there is nothing.
+
+        Above a plane the engine's first method for that, else the variant that holds the forces over a step.
+        """
+        info = self.engines.get(one.engine)
+        if info is None:
+            return None
+        others = info.contact if scene.plane else [each for each in info.forced if each == f"{one.method}{HELD}"]
+        return next((replace(one, method=method) for method in others), None)
 
     def tolerance(self, one: Contestant) -> float | None:
         """Return the tolerance under which a contestant chooses its steps, None of one that does not."""

@@ -116,14 +116,16 @@ def error_rows(throw: Throw, frame: int, vertex: int | None) -> list[ErrorRow]:
             errors = seen - true
             off = np.linalg.norm(errors, axis=-1)
         lost = flight.diverged_at
-        notes = f"diverged at {lost:.6g} s" if lost is not None else "; ".join(map(str, flight.notes))
+        # A method that says why its motion ends has not diverged.
+        end = [] if lost is None else [f"{'no state from' if flight.notes else 'diverged at'} {lost:.6g} s"]
+        notes = "; ".join([*map(str, flight.notes), *end])
         worst = int(np.argmax(np.where(np.isnan(off), -1.0, off))) if vertex is None else vertex
         limit = float(throw.true_limit[frame])
         rows.append(
             ErrorRow(
                 contestant=contestant,
                 vertex=worst,
-                position=seen[worst],
+                position=seen[worst] if np.isfinite(seen[worst]).all() else None,
                 error=errors[worst],
                 off_m=float(off[worst]),
                 resolution_m=limit,

@@ -32,6 +32,8 @@ def sentence(
         return printed(shown)
     if throw.why_no_truth:
         return f"No truth for this throw: {throw.why_no_truth}"
+    if shown.time > throw.truth_ends:
+        return f"The truth is known until {throw.truth_ends:.3g} s: {throw.why_truth_ends}. Shown now: {shown.whose}."
     largest = wrong(rows)
     if largest is not None:
         drawn = f", magnified {times(factor)} times" if factor > 1 else ""

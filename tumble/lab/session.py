@@ -166,6 +166,8 @@ class Session:
         if self.shown().frame >= len(self.throw.scene.rows) - 1:
             raise Refused("The throw has ended at this time: go back in time, or press Reset.")
         if not self.shown().is_true:
+            if self.shown().time > self.throw.truth_ends:
+                raise Refused("The truth ends before this time: go back in time, or press Reset.")
             raise Refused("The truth is not computed up to this time yet: wait a moment.")
         self.aiming = True
         self._changed()

@@ -8,11 +8,11 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
-from tumble.lab import outline
 from tumble.lab.die import pips
 from tumble.lab.eye import FIELD_OF_VIEW, NARROW, Eye, axes, first_view
 from tumble.lab.ground import Ground
 from tumble.lab.labels import labels
+from tumble.lab.outline import Outline
 from tumble.lab.printed import PrintedTable
 from tumble.lab.space import Space
 from tumble.scenarios import frames
@@ -96,7 +96,7 @@ class Stage:
             if self._world is not None:
                 self._world.remove()  # and with it all that is in it
             self._acts, self._acts_shown, self._ghosts, self._labels = [], [], {}, {}
-            self._scene, self._edges, self._faces = scene, outline.edges(scene.body), outline.faces(scene.body)
+            self._scene, self._outline = scene, Outline.of(scene.body)
             self._axes = axes(scene)
             # Under a name of its own: a browser keeps the place of a name that comes back.
             self._worlds += 1
@@ -161,7 +161,7 @@ class Stage:
             drawn = self._ghosts[key]
             drawn.frame.position, drawn.frame.wxyz = self._body.position, self._body.wxyz
             if np.abs(shape - drawn.shape).max() > SAME:
-                drawn.edges.points, drawn.faces.vertices, drawn.shape = shape[self._edges], shape, shape
+                drawn.edges.points, drawn.faces.vertices, drawn.shape = shape[self._outline.edges], shape, shape
             off = float(np.abs(ghost.vertices - self._vertices).max()) / self._space.radius
             for part, is_seen in ((drawn.edges, off > SEEN_APART), (drawn.faces, off > APART)):
                 if part.visible != is_seen:
@@ -185,17 +185,17 @@ class Stage:
         frame, and in the body's own axes they change as slowly as the error grows.
         """
         turned = (ghost.vertices - self._state[0:3]) @ frames.rotation_matrix(self._state[3:7])
-        return (turned / self._space.radius).astype(np.float32)
+        return self._outline.points(turned / self._space.radius).astype(np.float32)
 
     def _add_ghost(self, shape: NDArray[np.float32], colour: Colour) -> DrawnGhost:
         self._ghosts_made += 1
         name = f"{self._space.root}/ghost{self._ghosts_made}"
         frame = self._api.add_frame(name, show_axes=False)
         edges = self._api.add_line_segments(
-            f"{name}/edges", shape[self._edges], colour, thickness=2.5, thickness_units="screen", visible=False
+            f"{name}/edges", shape[self._outline.edges], colour, thickness=2.5, thickness_units="screen", visible=False
         )
         faces = self._api.add_mesh_simple(
-            f"{name}/faces", shape, self._faces, color=colour, opacity=GHOST_OPACITY, side="front",
+            f"{name}/faces", shape, self._outline.faces, color=colour, opacity=GHOST_OPACITY, side="front",
             flat_shading=True, cast_shadow=False, receive_shadow=False, visible=False,
         )  # fmt: skip
         return DrawnGhost(frame, edges, faces, shape)
@@ -276,15 +276,15 @@ class Stage:
         name = f"{self._space.root}/body"
         self._body = self._api.add_frame(name, show_axes=False, position=(0.0, 0.0, 0.0), wxyz=tuple(start[3:7]))
         self._state, self._vertices = start, frames.vertices(start, body.points)
-        points = body.points / radius
+        points = self._outline.points(body.points / radius)
         flat: Any = {"flat_shading": True, "cast_shadow": False, "receive_shadow": False}
         self._solid: Any = None
-        if len(self._faces):
-            self._solid = self._api.add_mesh_simple(f"{name}/solid", points, self._faces, color=TRUE, **flat)
+        if len(self._outline.faces):
+            self._solid = self._api.add_mesh_simple(f"{name}/solid", points, self._outline.faces, color=TRUE, **flat)
         of_pips, triangles = pips(body)
         if len(triangles):
             self._api.add_mesh_simple(f"{name}/pips", of_pips / radius, triangles, color=PIP, **flat)
-        edges = RAISED * points[self._edges]
+        edges = RAISED * points[self._outline.edges]
         self._api.add_line_segments(f"{name}/edges", edges, EDGE, thickness=1.4, thickness_units="screen")
 
     def _add_tethers(self) -> None:

@@ -27,7 +27,8 @@ class Throw:
     """The results of one scene as they come in, the first row of each at t = 0.
 
     answers: contestant -> its trajectory, or why there is none; no entry while it runs.  true_states (R, 13) and
-    true_vertices (R, n, 3) [m] are NaN where the truth is not there yet; why_no_truth says that it will not be.
+    true_vertices (R, n, 3) [m] are NaN where the truth is not there yet; why_no_truth says that it will not be, and
+    why_truth_ends that it will not be later than truth_ends [s].
     changed: called, from any thread, when something came in.
     """
 
@@ -39,7 +40,8 @@ class Throw:
         self.true_states = np.full((len(scene.rows), 13), np.nan)
         self.true_vertices = np.full((len(scene.rows), *scene.body.points.shape), np.nan)
         self.true_limit = np.full(len(scene.rows), np.nan)
-        self.why_no_truth = ""
+        self.why_no_truth = self.why_truth_ends = ""
+        self.truth_ends = np.inf
         self._pool, self._changed = pool, changed
         self._lock = threading.Lock()
         self._leases: set[Lease] = set()
@@ -113,8 +115,10 @@ class Throw:
             # Every piece begins with a row for t = 0.
             return np.concatenate([first, *(other[1:] for other in others)])
 
-        how = " / ".join(dict.fromkeys(piece.how for piece in pieces))
-        return Truth(rows("times"), rows("states"), rows("vertices"), rows("bound"), rows("input_error"), how)
+        parts = {name: rows(name) for name in ("times", "states", "vertices", "bound", "input_error")}
+        # The first horizon is that of the whole.
+        ends = min(pieces, key=lambda piece: piece.horizon)
+        return replace(ends, how=" / ".join(dict.fromkeys(piece.how for piece in pieces)), **parts)
 
     def _take_truth(self, number: int, future: "Future[Truth]") -> None:
         """Take in a part of the truth; a callback of its future."""
@@ -128,12 +132,14 @@ class Throw:
                 self.why_no_truth = str(error) if isinstance(error, NoTruth) else f"{type(error).__name__}: {error}"
             else:
                 piece, part = future.result(), self._parts[number]
-                self._pieces[number] = piece
                 rows = slice(0 if number == 0 else part.start + 1, part.stop + 1)
                 count = rows.stop - rows.start
                 self.true_states[rows] = piece.states[-count:, 0]
                 self.true_vertices[rows] = piece.vertices[-count:, 0]
                 self.true_limit[rows] = piece.resolution[-count:, 0]
+                if not np.isfinite(piece.states[-1]).all() and piece.horizon < self.truth_ends:
+                    self.truth_ends, self.why_truth_ends = piece.horizon, piece.why
+                self._pieces[number] = piece  # last: with it the truth is complete
         self._changed()
 
     def _run(self, engine: str) -> None:
@@ -164,11 +170,11 @@ class Throw:
             self._pool.take_back(lease)
 
     def _answer(self, lease: Lease, contestant: Contestant) -> tuple[Contestant, Trajectory | Failure]:
-        """Run a contestant, or its variant with held forces where the method itself does not support them."""
+        """Run a contestant, or what its engine has for the plane or the forces that the method does not support."""
         answer = lease.run(self.scene, contestant.method)
-        held = self._pool.held(contestant)
-        if isinstance(answer, Failure) and answer.status is Status.SKIPPED and held and not self.scene.is_free:
-            return self._renamed(contestant, held), lease.run(self.scene, held.method)
+        other = None if self.scene.is_free else self._pool.instead(contestant, self.scene)
+        if isinstance(answer, Failure) and answer.status is Status.SKIPPED and other:
+            return self._renamed(contestant, other), lease.run(self.scene, other.method)
         return contestant, answer
 
     def _renamed(self, contestant: Contestant, other: Contestant) -> Contestant:

@@ -30,14 +30,17 @@ function settings(throws) {
   return made;
 }
 
-// What touches the plane: a box, a sphere, or the convex hull of the points; none is rounded.
+// What touches the plane: a box, a sphere, or the convex hull of the points; none is rounded.  A hull's centre of mass is
+// its own: it is moved to the body's.
 function shapeOf({ shape, points }) {
   if (shape?.kind === "sphere") return new jolt.SphereShape(shape.radius);
   if (shape?.kind === "hull") {
     const hull = new jolt.ConvexHullShapeSettings();
     hull.mMaxConvexRadius = 0;
     points.forEach((point) => (first.Set(...point), hull.mPoints.push_back(first)));
-    return hull.Create().Get();
+    const shape = hull.Create().Get(), centre = shape.GetCenterOfMass();
+    first.Set(-centre.GetX(), -centre.GetY(), -centre.GetZ());
+    return new jolt.OffsetCenterOfMassShape(shape, first);
   }
   first.Set(...[0, 1, 2].map((axis) => Math.max(...points.map((point) => Math.abs(point[axis])))));
   return new jolt.BoxShape(first, 0);

@@ -1,8 +1,11 @@
 // Rapier.  One substep, so that a step is dt, but four where there is a plane; its limits of 400 m/s and pi/4 a step
 // cannot be lifted from JavaScript.
+import { readFileSync } from "node:fs";
 import { beyond, installed, serve } from "./contestant.mjs";
 
-const { default: rapier } = await installed("@dimforge/rapier3d-compat/dist/rapier.mjs");
+const PACKAGE = "@dimforge/rapier3d-compat"; // its module has another name in older releases
+const { module } = JSON.parse(readFileSync(`${process.env.TUMBLE_ENVIRONMENT}/node_modules/${PACKAGE}/package.json`));
+const { default: rapier } = await installed(`${PACKAGE}/${module}`);
 await rapier.init();
 const LARGEST_SPEED = 400, LARGEST_TURN = Math.PI / 4;
 const vector = ([x, y, z]) => ({ x, y, z });

@@ -35,7 +35,7 @@ class Conserved:
         """Add one throw's rows of a block; true: reference states, (n, 13)."""
         if not self._posed:
             return
-        states = self._poses(rows)
+        states = poses_of(rows, self._description, self._scene)
         if self.by_differences:
             keep = self._undisturbed(rows.times)
             states, true = _differenced(states, rows.times)[keep], _differenced(true, rows.times)[keep]
@@ -65,22 +65,21 @@ class Conserved:
         self._largest = np.maximum(self._largest, (abs(worst), *values))
         self._scales = np.maximum(self._scales, (mechanics.kinetic_energy(true, body).max(), *scales))
 
-    def _poses(self, rows: Block) -> Array:
-        """Return x and q of the rows, (n, 7); from vertices, by the best fit."""
-        if self._description.kind == "pose":
-            return np.hstack((rows.of(CENTRE), principal_attitudes(rows, self._scene.body.file_axes)))
-        if self._description.kind == "matrix":
-            axes = axes_of(rows, self._description.kind, self._scene.body.file_axes)
-            return np.hstack((rows.of(CENTRE), from_matrix(axes)))
-        return fitted_pose(
-            vertices_of(rows, self._description, self._scene), self._scene.body.points[list(self._description.vertices)]
-        )
-
     def _undisturbed(self, times: Array) -> np.ndarray:
         """Return which central differences span no impulse, (n - 2,)."""
         impulse_times = np.array([impulse.time for impulse in self._scene.impulses])
         begins, ends = times[:-2, None], times[2:, None]
         return np.logical_not(np.any((begins < impulse_times) & (impulse_times <= ends), axis=1))
+
+
+def poses_of(rows: Block, description: Description, scene: Scene) -> Array:
+    """Return x and q of the rows, (n, 7); from vertices, by the best fit."""
+    if description.kind == "pose":
+        return np.hstack((rows.of(CENTRE), principal_attitudes(rows, scene.body.file_axes)))
+    if description.kind == "matrix":
+        axes = axes_of(rows, description.kind, scene.body.file_axes)
+        return np.hstack((rows.of(CENTRE), from_matrix(axes)))
+    return fitted_pose(vertices_of(rows, description, scene), scene.body.points[list(description.vertices)])
 
 
 def fitted_pose(places: Array, points: Array) -> Array:

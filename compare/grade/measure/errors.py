@@ -15,6 +15,7 @@ from tumble.compare.grade.read.trajectory import Trajectory
 from tumble.compare.run.progress import Progress, ProgressCallback, no_progress
 from tumble.scenarios.frames import Array, vertices
 from tumble.scenarios.scene import Scene
+from tumble.scenarios.truth import NoTruth
 
 # Sampled rows of the throw that is diagnosed: at least this many if the file has them, at most twice as many.
 SAMPLE_SIZE = 256
@@ -197,7 +198,9 @@ def measure(trajectory: Trajectory, scene: Scene, on_progress: ProgressCallback 
     for block in trajectory.blocks():
         _add_lengths(sums, block)
         for throw in np.unique(block.throws).tolist():
-            rows = block.throw(throw)
+            rows = _known(block.throw(throw), reference, throw)
+            if not len(rows.times):
+                continue
             states = reference.states(throw, rows.times)
             true = _true_vertices(states, description, scene)
             half = half_digits(trajectory, rows, description, scene, states)
@@ -208,6 +211,8 @@ def measure(trajectory: Trajectory, scene: Scene, on_progress: ProgressCallback 
                 subsamplers.setdefault(throw, Subsampler()).add(_sampled(rows, description, scene, true, half))
         reading(trajectory.share)
     reading.end()
+    if not sums.rows:
+        raise NoTruth(f"{trajectory.name}: the reference solution of {scene.name} ends before the first row")
     worst_m, worst_t_s, worst_throw, worst_vertex = sums.worst
     if worst_throw not in subsamplers:
         subsamplers = {worst_throw: _resampled(trajectory, scene, worst_throw)}
@@ -261,12 +266,18 @@ def _unevenness(trajectory: Trajectory, reference: Reference, scene: Scene) -> f
     """Return the median second difference of the errors of the first rows [m]; 0 for too few rows."""
     block = next(trajectory.blocks())
     throw = int(block.throws[0])
-    rows = block.throw(throw).some(slice(FIRST_ROWS))
+    rows = _known(block.throw(throw).some(slice(FIRST_ROWS)), reference, throw)
     errors = vertices_of(rows, trajectory.descriptions[0], scene) - _true_vertices(
         reference.states(throw, rows.times), trajectory.descriptions[0], scene
     )
     bends = np.linalg.norm(np.diff(errors, 2, axis=0), axis=-1)
     return float(np.median(bends)) if bends.size else 0.0
+
+
+def _known(rows: Block, reference: Reference, throw: int) -> Block:
+    """Return the rows up to where the reference ends, as above a plane it may."""
+    known = rows.times <= reference.horizon(throw)
+    return rows if known.all() else rows.some(known)
 
 
 def _true_vertices(states: Array, description: Description, scene: Scene) -> Array:
@@ -284,7 +295,7 @@ def _resampled(trajectory: Trajectory, scene: Scene, throw: int) -> Subsampler:
     """Return a subsample of one throw's rows, reading the file a second time."""
     subsamplers, reference, description = Subsampler(), Reference(scene), trajectory.descriptions[0]
     for block in trajectory.blocks():
-        rows = block.throw(throw)
+        rows = _known(block.throw(throw), reference, throw)
         if len(rows.times):
             states = reference.states(throw, rows.times)
             true = _true_vertices(states, description, scene)

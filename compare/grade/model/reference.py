@@ -15,10 +15,13 @@ from tumble.scenarios.frames import Array, rotation_matrix, vertices
 from tumble.scenarios.impulse import jump
 from tumble.scenarios.scene import Scene, frozen_array
 from tumble.scenarios.truth import NoTruth, truth
+from tumble.scenarios.truth.contact.record import ContactRecord
 from tumble.solver.body import Body
-from tumble.solver.compilation import without_blas
+from tumble.solver.contact.flight import ContactFlight, Plane
 
 CERTIFIED = 12
+# Times at which the truth above a plane is looked at, to learn where it ends.
+LOOKED = 64
 
 
 class Reference:
@@ -30,13 +33,31 @@ class Reference:
         a, b, c = scene.body.moments.tolist()
         self._body = Body(scene.body.mass, (a, b, c))
         self._segments: tuple[int, list[tuple[float, Array]]] = (-1, [])
+        self._records: dict[int, ContactRecord] = {}
+
+    def horizon(self, throw: int) -> float:
+        """Return until when the reference is known [s]: above a plane, the truth may end.  Raises NoTruth."""
+        return np.inf if self._scene.plane is None else self._record(throw).ended_s
+
+    def first_contact(self, throw: int) -> float:
+        """Return when a throw first touches the plane [s].  Raises NoTruth."""
+        phases = self._record(throw).phases
+        if not phases:
+            return 0.0
+        return phases[0].ends_s if phases[0].name == "flight" else 0.0
+
+    def _record(self, throw: int) -> ContactRecord:
+        if throw not in self._records:
+            start = frozen_array(self._scene.start[throw : throw + 1])
+            times = frozen_array(np.linspace(0, self._scene.duration, LOOKED + 1)[1:])
+            found = truth(replace(self._scene, times=times, start=start), with_input_error=False)
+            self._records[throw] = found.contacts[0]
+        return self._records[throw]
 
     def states(self, throw: int, times: Array) -> Array:
         """Return the states at increasing times [s], after the impulses at each, (T, 13)."""
-        with without_blas():
-            return self._states(throw, times)
-
-    def _states(self, throw: int, times: Array) -> Array:
+        if self._scene.plane is not None:
+            return self._above_plane(throw, times)
         if not self._free:
             rows = correct_program(self._scene, throw).simulate(times, FINE)
             return np.hstack((rows[:, 0:3], rows[:, 18:22], rows[:, 12:18]))
@@ -48,6 +69,29 @@ class Reference:
             upto = int(np.searchsorted(times, end))
             found[done:upto] = self._free_motion(state, times[done:upto] - begin)
             done = upto
+        return found
+
+    def _above_plane(self, throw: int, times: Array) -> Array:
+        """Return the states of Tumble's `events`, (T, 13), each from the scene's start on."""
+        scene, found = self._scene, np.empty((len(times), 13))
+        plane = scene.plane
+        assert plane is not None
+        above = Plane(
+            plane.point, plane.normal, plane.restitution, plane.friction, scene.body.points, scene.body.radius or 0.0
+        )
+        flight = ContactFlight(self._body, "events", scene.gravity, above)
+        flight.write(scene.start[throw : throw + 1])
+        now, impulses = 0.0, list(scene.impulses)
+        for row, time in enumerate(times.tolist()):
+            while impulses and impulses[0].time <= time:
+                impulse = impulses.pop(0)
+                flight.advance(1, impulse.time - now)
+                flight.write(jump(impulse, flight.read(), scene.body))
+                now = impulse.time
+            if time > now:
+                flight.advance(1, time - now)
+                now = time
+            found[row] = flight.read()[0]
         return found
 
     def vertices(self, throw: int, times: Array) -> Array:

@@ -3,6 +3,7 @@
 One is made under another name and moved into place when its engine has been loaded in it.
 """
 
+import importlib.util
 import json
 import os
 import re
@@ -10,10 +11,12 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection, Iterator, Sequence
+from concurrent.futures import as_completed
 from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from time import sleep
 
 from tumble.compare.run.engines import registry
 from tumble.compare.run.engines.environments import (
@@ -29,6 +32,8 @@ from tumble.compare.run.engines.environments import (
     split_release,
 )
 from tumble.compare.run.engines.registry import BadEngine, Package
+from tumble.compare.run.process.callers import Call, Callers
+from tumble.compare.run.process.process import Died
 from tumble.compare.run.progress import ProgressCallback, no_progress
 
 # What the folder is called in which one is made, and the file in it that is locked meanwhile.
@@ -109,6 +114,95 @@ def taken(place: Path) -> int:
     return -1
 
 
+def full_name(engine: str) -> str:
+    """Return the name of the environment that an engine is installed into.
+
+    Parameters
+    ----------
+    engine : ENGINE[@RELEASE]
+
+    Returns
+    -------
+    ENGINE@RELEASE
+
+    Raises
+    ------
+    BadEngine : the engine is unknown, or comes with Tumble
+    """
+    name, release = split_release(engine)
+    if not registry.package(name).pins:
+        raise BadEngine(f"{name} comes with Tumble: there is nothing to install")
+    return f"{name}@{release or pinned(name)}"
+
+
+def installed(name: str) -> Environment | None:
+    """Return the environment of a release.
+
+    Parameters
+    ----------
+    name : ENGINE@RELEASE
+
+    Returns
+    -------
+    None if it is not installed
+    """
+    return next((one for one in environments() if one.name == name), None)
+
+
+def install_all(
+    engines: Sequence[str],
+    on_progress: ProgressCallback = no_progress,
+    finished: Callable[[Environment], object] = lambda environment: None,
+) -> list[BadEngine]:
+    """Make several environments at once, each in a process of its own, the largest first.
+
+    One more than there are cores, because some of them wait for a download.
+
+    Parameters
+    ----------
+    engines : ENGINE@RELEASE of each, each once
+    on_progress : called with each engine as it is done
+    finished : called with each environment as it is made
+
+    Returns
+    -------
+    why each of the others could not be made
+    """
+    failed: list[BadEngine] = []
+    if not engines:
+        return []
+    *rest, largest = sorted(engines, key=lambda engine: registry.package(engine.partition("@")[0]).megabytes)
+    callers = Callers(min(len(engines), (os.cpu_count() or 1) + 1))
+    try:
+        # The first process begins at the front, the others at the back.
+        first = [largest, *rest]
+        calls = [Call(install, (engine,)) for engine in first]
+        made = dict(zip(callers.share_out(calls, [False] * len(calls)), first, strict=True))
+        for future in as_completed(made):
+            try:
+                finished(future.result())
+            except BadEngine as error:
+                failed.append(error)
+            except Died:
+                failed.append(BadEngine(f"{made[future]}: its installation was killed; nothing was kept"))
+            on_progress(made[future])
+    except BaseException:
+        callers.end()
+        remove_left({engine.partition("@")[0] for engine in engines})
+        raise
+    callers.end()
+    return failed
+
+
+def remove_left(names: Collection[str]) -> None:
+    """Remove what installations of those engines have left whose processes are being killed."""
+    for _ in range(100):
+        sweep()
+        if not any(any(folder().glob(f"{MAKING}{name}-*")) for name in names):
+            return
+        sleep(0.02)
+
+
 def install(engine: str, on_progress: ProgressCallback = no_progress) -> Environment:
     """Make the environment of ENGINE[@RELEASE], or find the one that is installed.
 
@@ -125,12 +219,9 @@ def install(engine: str, on_progress: ProgressCallback = no_progress) -> Environ
     ------
     BadEngine : it cannot be installed; nothing of it is left on disk
     """
-    name, release = split_release(engine)
+    name, _, release = full_name(engine).partition("@")
     package = registry.package(name)
-    if not package.pins:
-        raise BadEngine(f"{name} comes with Tumble: there is nothing to install")
-    release = release or pinned(name)
-    if present := next((one for one in environments() if one.name == f"{name}@{release}"), None):
+    if present := installed(f"{name}@{release}"):
         return present
     pins = [f"{package.pins[0].partition('==')[0]}=={release}", *package.pins[1:]]
     place = folder() / f"{name}@{release}"
@@ -148,7 +239,7 @@ def install(engine: str, on_progress: ProgressCallback = no_progress) -> Environ
                 node=node,
             )
             (made.environment / MARK).write_text(json.dumps(asdict(found), indent=1), encoding="utf-8")
-            if present := next((one for one in environments() if one.name == found.name), None):
+            if present := installed(found.name):
                 return present  # another process was faster
             shutil.rmtree(place, ignore_errors=True)  # a broken one
             made.environment.rename(place)
@@ -174,21 +265,20 @@ def make(made: Site, pins: list[str], python: str) -> None:
     """Make an interpreter with those packages.  Raises BadEngine."""
     own = f"{sys.version_info.major}.{sys.version_info.minor}"
     wanted = python or own
-    uv = shutil.which("uv")
-    if uv:
-        made.run([uv, "venv", "--quiet", "--python", wanted, str(made.environment)])
-        own_python = interpreter(made.environment)
+    base = sys.executable if wanted == own else shutil.which(f"python{wanted}")
+    own_python = interpreter(made.environment)
+    # Neither compiles modules: those that the engine imports are compiled when it is loaded.
+    if uv := shutil.which("uv") or shutil.which("uv", path=str(Path(sys.executable).parent)):
+        made.run([uv, "venv", "--quiet", "--python", base or wanted, str(made.environment)])
         made.run([uv, "pip", "install", "--no-progress", "--only-binary", ":all:", "--python", own_python, *pins])
         return
-    base = sys.executable if wanted == own else shutil.which(f"python{wanted}")
     if base is None:
         raise BadEngine(f"it needs Python {wanted}, and there is no python{wanted} here")
-    # pip is put there by itself: venv keeps to itself what went wrong, a full disk for one.
+    if importlib.util.find_spec("pip") is None:
+        raise BadEngine("it needs uv or pip, and neither is here")
     made.run([base, "-m", "venv", "--without-pip", str(made.environment)])
-    own_python = interpreter(made.environment)
-    made.run([own_python, "-m", "ensurepip", "--upgrade", "--default-pip"])
-    quiet = ("--progress-bar", "off", "--disable-pip-version-check", "--no-input", "--retries", "2")
-    made.run([own_python, "-m", "pip", "install", *quiet, "--only-binary", ":all:", *pins])
+    quiet = ("--progress-bar", "off", "--disable-pip-version-check", "--no-input", "--retries", "2", "--no-compile")
+    made.run([sys.executable, "-m", "pip", "--python", own_python, "install", *quiet, "--only-binary", ":all:", *pins])
 
 
 def make_debian(made: Site, pins: list[str], package: Package) -> None:

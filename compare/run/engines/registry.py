@@ -79,6 +79,7 @@ class EngineInfo:
     on_request : methods that take part only when asked for
     default : methods that do what the engine does with no settings by its user
     shown : methods that a page shows
+    landing : methods that a page of the whole catalogue shows above a plane
     optional : features that build leaves out where a scene does not need them, unless asked to keep them
     features : force laws that the engine can express exactly
     version : release of the engine
@@ -104,6 +105,7 @@ class EngineInfo:
     on_request: tuple[str, ...]
     default: tuple[str, ...]
     shown: tuple[str, ...]
+    landing: tuple[str, ...]
     optional: tuple[str, ...]
     features: frozenset[str]
     version: str
@@ -336,6 +338,7 @@ def engine_info(engine: str, module: ModuleType) -> EngineInfo:
             on_request=words(getattr(module, "ON_REQUEST", ())),
             default=words(getattr(module, "DEFAULT", as_shipped(methods, words(getattr(module, "ON_REQUEST", ()))))),
             shown=words(getattr(module, "SHOWN", methods)),
+            landing=words(getattr(module, "LANDING", getattr(module, "SHOWN", methods))),
             optional=words(getattr(module, "OPTIONAL", ())),
             features=features,
             version=str(about.get("version", "")),

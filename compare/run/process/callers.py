@@ -27,9 +27,14 @@ class Callers:
     def __init__(self, count: int) -> None:
         self._callers = [Caller() for _ in range(count)]
 
-    def share_out(self, calls: Sequence[Call], of_a_kind: Sequence[bool]) -> list["Future[Any]"]:
-        """Return what will be the results of calls; the first process takes those of a kind before any other."""
-        futures: list[Future[Any]] = [Future() for _ in calls]
+    def share_out(
+        self, calls: Sequence[Call], of_a_kind: Sequence[bool], futures: Sequence["Future[Any]"] = ()
+    ) -> Sequence["Future[Any]"]:
+        """Return what will be the results of calls; the first process takes those of a kind before any other.
+
+        futures: get the results; none: new ones.
+        """
+        futures = futures or [Future() for _ in calls]
         ordered = sorted(range(len(calls)), key=lambda number: not of_a_kind[number])
         waiting = deque((calls[number], futures[number]) for number in ordered)
         for number, caller in enumerate(self._callers):

@@ -41,8 +41,8 @@ class Malformed(ValueError):
 def frame(value: object) -> list[bytes | memoryview]:
     """Return the parts of a frame: prefix and head, then each array.
 
-    value: None, booleans, numbers, texts, members of a StrEnum, arrays, and lists, sets, dicts by text and dataclasses
-    of those.
+    value: None, booleans, numbers, texts, members of a StrEnum, arrays, and lists, sets, dicts and dataclasses of
+    those.
     Raises TypeError.
     """
     arrays: list[np.ndarray] = []
@@ -59,6 +59,14 @@ def lengths(prefix: bytes) -> tuple[int, int]:
     if magic != MAGIC or head > MOST_HEAD:
         raise Malformed("what it sent is no message")
     return head, body
+
+
+def split(frames: bytes) -> tuple[bytes, bytes]:
+    """Return the head of the first frame, and what comes after it: its body and further frames.  Raises Malformed."""
+    if len(frames) < PREFIX.size:
+        raise Malformed("what it sent is no message")
+    head, _ = lengths(frames[: PREFIX.size])
+    return frames[PREFIX.size : PREFIX.size + head], frames[PREFIX.size + head :]
 
 
 def unpacked(hint: Any, head: bytes, body: bytes | bytearray) -> Any:
@@ -88,8 +96,10 @@ def _plain(value: object, arrays: list[np.ndarray]) -> object:
         return [_plain(item, arrays) for item in value]
     if isinstance(value, dict) and all(isinstance(key, str) for key in value):
         return {key: _plain(item, arrays) for key, item in value.items()}
+    if isinstance(value, dict):
+        return [[_plain(key, arrays), _plain(item, arrays)] for key, item in value.items()]
     if isinstance(value, set | frozenset):
-        return sorted(_plain(item, arrays) for item in value)  # type: ignore[type-var]
+        return sorted((_plain(item, arrays) for item in value), key=lambda item: (item is not None, item))
     raise TypeError(f"a {type(value).__name__} is no plain value")
 
 
@@ -106,11 +116,13 @@ def _built(hint: Any, plain: Any, body: memoryview) -> Any:
         if not isinstance(plain, dict) or set(plain) != set(names):
             raise Malformed(f"what it sent is no {name_of(hint)}")
         return hint(**{name: _built_field(name, hints[name], plain[name], body) for name in names})  # type: ignore[operator]
+    if origin is dict and arguments[0] is not str:
+        return dict(_built(list[tuple[arguments]], plain or [], body))  # without a key, {} is a dict by text too
     if origin is dict:
         if not isinstance(plain, dict):
             raise Malformed(f"what it sent has a {type(plain).__name__} where names and values belong")
         return {name: _built(arguments[1], value, body) for name, value in plain.items()}
-    if origin in (tuple, list, frozenset):
+    if origin in (tuple, list, set, frozenset):
         if not isinstance(plain, list):
             raise Malformed(f"what it sent has a {type(plain).__name__} where a list belongs")
         return origin(_built(item, value, body) for item, value in zip(_of_each(hint, plain), plain, strict=True))
@@ -159,7 +171,7 @@ def unaliased(hint: Any) -> Any:
 
 
 def _of_each(hint: Any, plain: list) -> list[Any]:
-    """Return the type of each item of a list, by the hint tuple[A, B], tuple[A, ...], list[A] or frozenset[A]."""
+    """Return the type of each item of a list, by the hint tuple[A, B], tuple[A, ...], list[A] or a set of A."""
     arguments = get_args(hint)
     repeated = get_origin(hint) is not tuple or arguments[-1:] == (...,)
     return [arguments[0]] * len(plain) if repeated else list(arguments)

@@ -7,7 +7,7 @@ from tumble.compare.run.flight import legs
 from tumble.compare.run.local import LocalWorker
 from tumble.compare.run.running_engines import RunningEngine
 from tumble.compare.run.status import Failure, Status
-from tumble.compare.run.tasks import Task, run
+from tumble.compare.run.tasks import Task, work
 from tumble.compare.run.timing.readings import GONE, USUAL, Reading, Sampling, load_seen, round_robin
 from tumble.compare.run.timing.timer import Pace, Ready, Sample
 from tumble.compare.run.worker import Worker
@@ -51,7 +51,7 @@ def costs(loads: Mapping[str, Load], sampling: Sampling = USUAL) -> dict[str, Co
     """
     timers = {key: StandingTimer(key, load) for key, load in loads.items()}
     # Engines make theirs ready side by side: nothing of it is compared.
-    ready = dict(zip(loads, run([timer.task for timer in timers.values()]), strict=True))
+    ready = dict(zip(loads, work([timer.task for timer in timers.values()]), strict=True))
     readings = round_robin(
         {key: timers[key].sample for key, shown in ready.items() if not isinstance(shown, Failure)}, *sampling
     )

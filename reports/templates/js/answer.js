@@ -39,9 +39,9 @@ export function answer(host) {
       others.forEach((one, at) => parts.push(at ? ", " : "; then ", make("b", {}, one.name), costInWords(one)));
       parts.push(". ");
     }
-    const failing = otherEngines()
-      .map((engine) => ({ name: defaultOf(engine), ...scoreOf(defaultOf(engine), state.tol) }))
-      .filter(({ within, count }) => within < count);
+    const scores = otherEngines().map((engine) => ({ name: defaultOf(engine), ...scoreOf(defaultOf(engine), state.tol) }));
+    const failing = scores.filter(({ within, count }) => within < count);
+    if (scores.length && !failing.length) parts.push(`At each scene's own step, ${listed(scores.map(({ name }) => name))} ${scores.length === 1 ? "stays" : "stay"} within ${tolerance} in every throw. `);
     const [defaults, requested] = [true, false].map((isDefault) => failing.filter(({ name }) => ENGINE_DEFAULTS.has(CONTESTANTS.get(name).engine) === isDefault));
     if (defaults.length) parts.push(`By default, at each scene's own step, ${defaultsInWords(defaults, tolerance)}. `);
     const how = requested.every(({ name }) => REQUESTED.has(name)) ? "As requested" : "At each scene's own step";

@@ -82,8 +82,10 @@ function thinned(ticks, pixels) {
  * @param {number} [options.height] at least [px]
  * @param {number[] | null} [options.range] ends of the x axis
  * @param {number} [options.most] upper end of the y axis at most; larger values are drawn there
+ * @param {number[]} [options.within] values that the y axis has in any case
+ * @param {() => Set<string>} [options.selected] the names of the selected contestants
  */
-export function chart(host, { id, label, x, y, series: all, limit = [], under = () => [], cursor = null, height: least = 300, range = null, most = Infinity }) {
+export function chart(host, { id, label, x, y, series: all, limit = [], under = () => [], cursor = null, height: least = 300, range = null, most = Infinity, within = [], selected = shown }) {
   const svg = draw("svg", { class: "chart", role: "group", "aria-label": label, id });
   const box = make("figure", { class: "chart-box" }, svg, figureTools(id, () => svg));
   host.append(box);
@@ -93,11 +95,11 @@ export function chart(host, { id, label, x, y, series: all, limit = [], under = 
 
   function render() {
     width = Math.max(280, Math.round(box.clientWidth));
-    const names = shown();
+    const names = selected();
     const drawn = all.filter((one) => names.has(one.name) && one.points.length);
     svg.replaceChildren();
     const height = Math.max(least, drawn.length * LABEL_GAP * 0.9 + 64); // every label has room
-    const legend = legendOf(drawn.map((one) => one.name), width, 0.45);
+    const legend = legendOf(drawn.map((one) => one.name), width, 0.45, selected);
     svg.setAttribute("viewBox", `0 0 ${width} ${height + legend.below}`);
     const area = { left: 58, right: width - (legend.beside || 12), top: 24, bottom: height - 40 };
     frame = framed(drawn, area);
@@ -124,7 +126,7 @@ export function chart(host, { id, label, x, y, series: all, limit = [], under = 
     const plain = points.filter((point) => point.plain);
     const counted = plain.length ? plain : points;
     const xs = points.map((point) => point.x).filter((value) => placeable(x, value));
-    const ys = counted.map((point) => point.y).concat(y.log ? limit.map((point) => point.y) : []).filter((value) => placeable(y, value));
+    const ys = counted.map((point) => point.y).concat(y.log ? limit.map((point) => point.y) : [], within).filter((value) => placeable(y, value));
     let [low, high] = ys.length ? [Math.min(...ys), Math.max(...ys)] : [1e-3, 1];
     const highest = Math.max(high, ...points.map((point) => point.y).filter(Number.isFinite));
     if (y.log) [low, high] = [low / 2, Math.min(Math.min(highest, high * HEADROOM) * 2, most)];
@@ -213,6 +215,7 @@ export function chart(host, { id, label, x, y, series: all, limit = [], under = 
       const begin = area.right + 8;
       return labelOf(
         name,
+        selected,
         draw("path", { d: `M${Math.min(from[0] + 5, area.right + 4).toFixed(1)},${Math.min(Math.max(from[1], area.top), area.bottom).toFixed(1)}L${begin},${at.toFixed(1)}`, fill: "none", stroke: `var(${CONTESTANTS.get(name).hue})`, "stroke-opacity": 0.35 }),
         draw("path", { transform: `translate(${begin + 6} ${at.toFixed(1)}) scale(3.4)`, d: CONTESTANTS.get(name).mark, ...inkOf(name) }),
         draw("text", { x: begin + 14, y: (at + 4).toFixed(1), fill: "var(--ink)", "font-size": FONT - 0.5 }, name),
@@ -245,7 +248,7 @@ export function chart(host, { id, label, x, y, series: all, limit = [], under = 
     const factor = width / area.width;
     const [px, py] = [(event.clientX - area.left) * factor, (event.clientY - area.top) * factor];
     let best = null;
-    const names = shown();
+    const names = selected();
     for (const one of all) {
       if (!names.has(one.name)) continue;
       for (const point of one.points) {
@@ -278,7 +281,7 @@ export function chart(host, { id, label, x, y, series: all, limit = [], under = 
 }
 
 /** A contestant's label in a figure: a press hides the contestant in all figures, a double press shows it alone. */
-function labelOf(name, ...children) {
+function labelOf(name, selected, ...children) {
   const group = draw(
     "g",
     {
@@ -295,11 +298,11 @@ function labelOf(name, ...children) {
       keydown: (event) => {
         if (event.key !== "Enter" && event.key !== " ") return;
         event.preventDefault();
-        event.shiftKey ? isolate(name) : hide(name);
+        event.shiftKey ? isolate(name) : hide(name, selected);
       },
       click: () => {
         clearTimeout(group.due);
-        group.due = setTimeout(() => hide(name), 230); // unless a second click follows
+        group.due = setTimeout(() => hide(name, selected), 230); // unless a second click follows
       },
       dblclick: () => {
         clearTimeout(group.due);
@@ -315,7 +318,7 @@ function labelOf(name, ...children) {
  * Names with their marks: beside a figure of that width where they take no more than a share of it, else below it.
  * Returns the room they take there, and draw(x, y), which puts the first of them there.
  */
-export function legendOf(names, width, share) {
+export function legendOf(names, width, share, selected = shown) {
   const wide = 34 + 6.4 * Math.max(8, ...names.map((name) => name.length));
   const beside = wide < share * width ? wide : 0;
   const columns = beside ? 1 : Math.max(1, Math.floor(width / wide));
@@ -323,6 +326,7 @@ export function legendOf(names, width, share) {
   const entry = (name, x, y) =>
     labelOf(
       name,
+      selected,
       draw("rect", { x, y: y - 9, width: wide - 8, height: 18, fill: "transparent" }),
       draw("path", { transform: `translate(${x + 8} ${y}) scale(3.4)`, d: CONTESTANTS.get(name).mark, ...inkOf(name) }),
       draw("text", { x: x + 17, y: y + 4, fill: "var(--ink)", "font-size": FONT - 0.5 }, name),
@@ -335,8 +339,8 @@ export function legendOf(names, width, share) {
   };
 }
 
-function hide(name) {
-  show([...shown()].filter((other) => other !== name));
+function hide(name, selected) {
+  show([...selected()].filter((other) => other !== name));
   showTooltip(null);
 }
 

@@ -6,12 +6,14 @@ import { contestantOf, groupBy, nameOf, numbersFound, rows } from "./data.js";
 import { draw, make, whenThemeChanges } from "./dom.js";
 import { figure, finite, si } from "./numbers.js";
 import { figureTools } from "./save.js";
-import { followHighlight, shown } from "./selection.js";
+import { followHighlight, shownWith } from "./selection.js";
 import { follow } from "./state.js";
 import { foldedTable } from "./table.js";
 import { showTooltip } from "./tooltip.js";
 
 const RIGHT = "Coulomb and Newton";
+const OWN = [...groupBy(rows("contact.csv"), contestantOf).keys()];
+const selected = () => shownWith(OWN);
 
 /** The section of scenes with a rigid plane. */
 export function contactSection(host) {
@@ -24,6 +26,16 @@ export function contactSection(host) {
     else scanChart(figureHost, own);
   }
   contactTable(host);
+  host.append(...whatIsLeftOut());
+}
+
+/** Of scenes that are here for contact alone: what else can be run. */
+function whatIsLeftOut() {
+  const compared = new Set(rows("scenes.csv").map((row) => row.scene));
+  const alone = [...groupBy(rows("contact.csv"), (row) => row.scene).keys()].filter((scene) => !compared.has(scene));
+  if (!alone.length) return [];
+  const command = make("code", {}, `tumble report ${alone.join(" ")}`);
+  return [make("p", { class: "note" }, "In these scenes only contact is measured, with one method for each contact law of an engine and, of a ball, the first impact. ", command, " makes their own page: all methods (Tumble’s exact one, tumble:events, compiles for 20 s the first time), later impacts, films. ", make("code", {}, "-e ENGINE"), " adds an engine.")];
 }
 
 function percent(share) {
@@ -55,9 +67,9 @@ function rose(host, all) {
   const fadeOthers = followHighlight(svg);
   const ways = new Map([...contestants].map(([name, own]) => [name, waysOf(own)]));
   function render() {
-    const names = [...ways.keys()].filter((name) => shown().has(name) && ways.get(name).length);
+    const names = [...ways.keys()].filter((name) => selected().has(name) && ways.get(name).length);
     const size = 320;
-    const legend = legendOf(names, size, 0);
+    const legend = legendOf(names, size, 0, selected);
     svg.setAttribute("viewBox", `0 0 ${size} ${size + 8 + legend.below}`);
     const reach = Math.max(1.1, ...names.flatMap((name) => ways.get(name).map(({ x, y }) => Math.hypot(x, y))));
     const place = ({ x, y }) => [size / 2 + (0.44 * size * x) / reach, size / 2 - (0.44 * size * y) / reach];
@@ -82,7 +94,7 @@ function rose(host, all) {
   }
   host.append(
     make("h3", {}, `Where does a sliding body stop? (${scene})`),
-    make("figure", { class: "chart-box" }, svg, make("figcaption", {}, `Stopping places for sixteen directions of the first velocity. By Coulomb’s law the distance is ${si(true_m, "m", 3)} in each, on a straight line: the black circle. A friction pyramid makes it a square.`), figureTools(id, () => svg)),
+    make("figure", { class: "chart-box" }, svg, make("figcaption", {}, `Stopping places for sixteen directions of the first velocity. By Coulomb’s law the distance is ${si(true_m, "m", 3)} in each, on a straight line: the circle. Straight lines join the sixteen places. A friction pyramid makes a square of the circle.`), figureTools(id, () => svg)),
   );
   whenThemeChanges(render);
   follow(["show", "tol"], render);
@@ -112,14 +124,14 @@ const SCANS = {
     x: { label: "tan(tilt) / friction", show: (value) => figure(value, 2) },
     y: { label: "speed along the plane at the end [m/s]", log: true, show: (value) => figure(value, 1) },
     least: 1e-7,
-    words: "Above 1 the body must slide. Left of 1 the true speed is 0: every point above the lower edge of the figure is a creep. The black line is the truth.",
+    words: "Above 1 the body must slide. Left of 1 the true speed is 0: what is above the lowest points creeps. Speeds below 10⁻⁷ m/s are drawn as that. The thick line is the truth.",
   },
   "drop height": {
     title: "How high does a ball rebound?",
     x: { label: "drop height [m]", log: true, show: (value) => figure(value, 2) },
     y: { label: "restitution: speed after over speed before" },
     least: -Infinity,
-    words: "Newton’s restitution is the same at every height: the black line. Of the two positions in a step at which the ball meets the plane, the one that is more wrong is shown.",
+    words: "Newton’s restitution is the same at every height: the thick line. Of the two positions in a step at which the ball meets the plane, the one that is more wrong is shown.",
   },
 };
 
@@ -145,7 +157,7 @@ function scanChart(host, all) {
     const points = truth.map(({ x, y }) => [X.place(x), Y.place(said.y.log ? Math.max(y, low) : y)]);
     return [draw("path", { d: `M${points.map((point) => point.map((value) => value.toFixed(1)).join(",")).join("L")}`, fill: "none", stroke: "var(--ink)", "stroke-width": 2.4, "stroke-opacity": 0.7 }), ...(scan === "tilt" ? [draw("line", { x1: X.place(1), x2: X.place(1), y1: area.top, y2: area.bottom, stroke: "var(--ink)", "stroke-dasharray": "4 4" })] : [])];
   };
-  chart(host, { id: `scan-${scan.replace(" ", "-")}-${scene}`, label: `${said.title} ${scene}`, x: said.x, y: said.y, series, under });
+  chart(host, { id: `scan-${scan.replace(" ", "-")}-${scene}`, label: `${said.title} ${scene}`, x: said.x, y: said.y, series, under, selected, within: said.y.log ? [] : truth.map((point) => point.y) });
   host.append(make("p", { class: "note" }, said.words));
 }
 

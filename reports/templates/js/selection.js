@@ -40,6 +40,17 @@ export function shown() {
   return new Set((PRESETS[state.show] ?? PRESETS.best)[1]());
 }
 
+// A section with no more contestants of its own shows them all at first.
+const FEW = 8;
+
+/**
+ * The names that a section shows which has figures of these contestants alone.
+ * @param {string[]} own
+ */
+export function shownWith(own) {
+  return new Set([...shown(), ...(state.show === "best" && own.length <= FEW ? own : [])]);
+}
+
 /** Show only these. */
 export function show(names) {
   choose({ show: [...names].join(",") || "none" });

@@ -73,6 +73,42 @@ interface Tables {
     what: string;
     value: string;
   };
+  "contact-diagnosis.csv": {
+    file: string;
+    verdict: string;
+    rank: number;
+    mistake: string;
+    parameter: string;
+    value: string;
+    unit: string;
+    residual: number;
+  };
+  "contact-grade.csv": {
+    file: string;
+    scene: string;
+    member: number;
+    t_s: number;
+    observable: string;
+    unit: string;
+    value: number;
+    expected: number;
+  };
+  "contact-map.csv": {
+    scene: string;
+    engine: string;
+    method: string;
+    dt_s: number | null;
+    tolerance: number | null;
+    friction: number;
+    angle_rad: number;
+    critical_rad: number;
+    status: string;
+    why: string;
+    verdict: string;
+    true_verdict: string;
+    speed_m_s: number | null;
+    true_speed_m_s: number | null;
+  };
   "contact-scans.csv": {
     scene: string;
     engine: string;
@@ -85,6 +121,18 @@ interface Tables {
     value: number | null;
     true: number;
     unit: string;
+  };
+  "contact-steps.csv": {
+    scene: string;
+    engine: string;
+    method: string;
+    status: string;
+    why: string;
+    dt_max_s: number | null;
+    beyond: string;
+    dt_from_s: number | null;
+    dt_to_s: number | null;
+    max_speed_m_s: number | null;
   };
   "contact.csv": {
     scene: string;
@@ -305,6 +353,21 @@ interface Tables {
     error_m: number;
     energy_drift: number;
     angular_momentum_drift: number;
+  };
+  "observable-cost.csv": {
+    scene: string;
+    engine: string;
+    method: string;
+    dt_s: number | null;
+    tolerance: number | null;
+    observable: string;
+    blow: number | null;
+    unit: string;
+    error: number;
+    error_share: number;
+    run_us: number;
+    p90_run_us: number;
+    pareto_front: boolean;
   };
   "points.csv": {
     scene: string;

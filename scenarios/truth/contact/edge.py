@@ -4,6 +4,7 @@ The edge is a principal direction of the body and level with gravity, so the mot
 the centre of mass about the edge from where it hangs: x'' = -k^2 sin x, k^2 = m l g / (I + m l^2).
 """
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -101,6 +102,7 @@ class Tipping:
     """A body that turns about an edge."""
 
     name = "tips"
+    repeats_s = math.inf
 
     def __init__(self, setting: Setting, edge: Edge, points: tuple[int, ...], since: Any) -> None:
         self.setting, self.points, self.since, self.until = setting, points, since, setting.mp.inf
@@ -131,6 +133,11 @@ class Tipping:
         # Of the half angles' difference, doubled.
         s, c = sine * first_cosine - cosine * first_sine, cosine * first_cosine + sine * first_sine
         return c * c - s * s, 2 * s * c, rate, -self._k * self._k * 2 * sine * cosine
+
+    def turned_rad(self, time: Any) -> Any:
+        """Return the angle by which the body has turned, below pi [rad]."""
+        cos, sin, _, _ = self._turned(time)
+        return abs(self.setting.mp.atan2(sin, cos))
 
     def at(self, time: Any) -> Pose:
         """Return the pose at an instant."""

@@ -10,10 +10,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from tumble.scenarios.truth.contact.edge import Tipping
 from tumble.scenarios.truth.contact.setting import Setting, length
 from tumble.scenarios.truth.contact.timeline import IMPACT, RESTS, ROLLS, STOPS, Event, Phase, Timeline
+from tumble.scenarios.truth.contact.top import Top
 from tumble.scenarios.truth.inertia import Numbers
 from tumble.scenarios.truth.rational import cross
+
+# Of the time for which a body tips: when its angle and spin are read, before it lands or slips.
+TIPPED = 0.9
 
 
 class Observed(NamedTuple):
@@ -78,6 +83,28 @@ def _of_phases(setting: Setting, motion: Timeline, last: Any) -> Iterator[Observ
             drift = length(setting.mp, finish.x - start.x) / (end - phase.since)
             yield Observed("creep speed", "m/s", drift, phase.since, end)
             yield Observed("height at rest", "m", _height(setting, start.x), phase.since, end)
+        elif isinstance(phase, Tipping) and phase.since == 0:
+            yield from _of_tipping(setting, phase, end)
+        elif isinstance(phase, Top):
+            yield from _of_top(setting, phase, end)
+
+
+def _of_tipping(setting: Setting, phase: Tipping, end: Any) -> Iterator[Observed]:
+    """Yield how far a body tips, how fast it is at that angle, and that its edge stays."""
+    instant = end * setting.mp.mpf(TIPPED)
+    yield Observed("angle it has tipped by", "rad", phase.turned_rad(instant), instant, instant)
+    yield from _vector("spin at that angle", "rad/s", phase.at(instant).w_world, instant, instant)
+    yield Observed("creep speed of the edge", "m/s", setting.mp.zero, phase.since, instant)
+
+
+def _of_top(setting: Setting, phase: Top, end: Any) -> Iterator[Observed]:
+    """Yield how a top precesses, nutates and spins, and that its tip stays."""
+    took, since = end - phase.since, phase.since
+    yield Observed("mean precession", "rad/s", phase.precessed_rad(end) / took, since, end)
+    yield Observed("mean spin about the axis", "rad/s", phase.spin_rad_s, since, end)
+    if phase.nutation_s <= took:
+        yield Observed("greatest tilt of the axis", "rad", phase.greatest_tilt_rad, since, end)
+    yield Observed("creep speed of the tip", "m/s", setting.mp.zero, since, end)
 
 
 def _of_path(setting: Setting, phase: Phase, end: Any, what: str) -> Iterator[Observed]:

@@ -10,14 +10,14 @@ import numpy as np
 
 from tumble.scenarios.frames import Array
 from tumble.scenarios.scene import Scene
-from tumble.scenarios.truth.contact.approach import Flight
 from tumble.scenarios.truth.contact.motion import motion_of
+from tumble.scenarios.truth.contact.pinned import LANDS
 from tumble.scenarios.truth.contact.record import state_of
 from tumble.scenarios.truth.contact.timeline import IMPACT, Event
 
 
 class OneImpact(NamedTuple):
-    """States, (13,), `lead_s` before an impact, in free flight, and `follow_s` after it; begins_s, time_s, ends_s:
+    """States, (13,), `lead_s` before an impact and `follow_s` after it; begins_s, time_s, ends_s:
 
     when these and the impact are [s].
     """
@@ -54,16 +54,20 @@ class ImpactMap:
         return len(self._impacts)
 
     def gaps(self, number: int) -> tuple[float, float]:
-        """Return how long the flight before an impact, from 1 on, has lasted, and the motion after it lasts [s]."""
+        """Return how long the motion before an impact, from 1 on, has lasted, and the motion after it lasts [s]."""
         event, first, last = self._around(number)
         return float(event.time - first), float(last - event.time)
 
     def near(self, number: int, lead_s: float, follow_s: float) -> OneImpact:
-        """Return an impact, from 1 on, with the flight before it and the motion after it, as `one_impact` does."""
+        """Return an impact, from 1 on, with the motion before and after it.
+
+        lead_s, follow_s: from the impact [s]; no further back, and on, than the motion lasts.
+        Raises ValueError where there is no such impact.
+        """
         event, first, last = self._around(number)
         motion, mp = self._motion, self._mp
         begins, ends = max(first, event.time - mp.mpf(lead_s)), min(last, event.time + mp.mpf(follow_s))
-        before = Flight(motion.setting, event.before, event.time).at(begins)
+        before = motion.finer.at(begins) if begins < event.time else event.before
         after = motion.finer.at(ends) if ends > event.time else event.after
         before_state, after_state = state_of(motion, before), state_of(motion, after)
         after_state[3:7] *= np.sign(before_state[3:7] @ after_state[3:7]) or 1.0
@@ -76,16 +80,7 @@ class ImpactMap:
         setting, timeline = self._motion.setting, self._motion.finer
         self._mp.prec = self._motion.bits
         event = self._impacts[number - 1]
-        others = [other.time for other in timeline.events if other is not event]
+        others = [other.time for other in timeline.events if other is not event and other.kind != LANDS]
         first = max((time for time in others if time <= event.time), default=self._mp.zero)
         last = min((time for time in others if time >= event.time), default=min(setting.times[-1], timeline.ended))
         return event, first, last
-
-
-def one_impact(scene: Scene, row: int, number: int, lead_s: float, follow_s: float) -> OneImpact:
-    """Return impact `number`, from 1 on, of a throw, with the flight before it and the motion after it.
-
-    lead_s, follow_s: from the impact [s]; the flight is taken back, and the motion on, no further than it lasts.
-    Raises ValueError where there is no such impact, RayMissed.
-    """
-    return ImpactMap(scene, row).near(number, lead_s, follow_s)

@@ -1,5 +1,6 @@
 """A body that turns about points of the plane that stay where they are: how long friction can hold them there."""
 
+import math
 from collections.abc import Callable
 from typing import Any, NamedTuple, Protocol
 
@@ -21,7 +22,8 @@ FIRST = 1e-4
 class Pinned(Protocol):
     """A phase in which some points stay; fastest: a bound of its spin [rad/s]; bend: of its
 
-    square and of how fast the spin changes, together [1/s2]; jerk: of d3x/dt3 of its centre [m/s3]."""
+    square and of how fast the spin changes, together [1/s2]; jerk: of d3x/dt3 of its centre [m/s3]; repeats_s: after
+    which time all repeats, and no other point lands, inf where that is not so [s]."""
 
     setting: Setting
     points: tuple[int, ...]
@@ -30,6 +32,7 @@ class Pinned(Protocol):
     fastest: float
     bend: float
     jerk: float
+    repeats_s: float
 
     def at(self, time: Any) -> Pose:
         """Return the pose at an instant."""
@@ -66,10 +69,10 @@ def failure(phase: Pinned, near: Pinned, until: Any) -> Failure | None:
     reach, mass = float(setting.reach), float(setting.mass)
     gravity = mass * float(np.linalg.norm(setting.gravity.astype(float)))
     steepest = mass * near.jerk * (1 + float(setting.friction))
-    others = [point for point in range(len(setting.points)) if point not in near.points]
+    others = [point for point in range(len(setting.points)) if point not in near.points and math.isinf(near.repeats_s)]
     pin = setting.points[near.points[0]]
     bends = near.bend * np.array([float(setting.mp.sqrt((p - pin) @ (p - pin))) for p in setting.points[others]])
-    end = float(until - phase.since)
+    end = min(float(until - phase.since), near.repeats_s)
     for _ in range(MOST_LOOKS):
         if time > end:
             return None

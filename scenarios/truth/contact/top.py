@@ -9,11 +9,13 @@ Source: Whittaker, "A Treatise on the Analytical Dynamics" (1937), sections 71-7
 integrals by Carlson's RJ: DLMF 19.25.14.
 """
 
+import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
-from tumble.scenarios.truth.contact.setting import Setting, length, unit
+from tumble.scenarios.truth.contact.setting import TOUCHING, Setting, length, unit
 from tumble.scenarios.truth.elliptic import Amplitude, JacobiFunctions
 from tumble.scenarios.truth.flight import Pose
 from tumble.scenarios.truth.inertia import Numbers, identity
@@ -22,6 +24,8 @@ from tumble.scenarios.truth.rational import cross
 # How far a body may be from symmetric about the line from its tip to its centre, by rounding; how near the axis may
 # come to the vertical, where its angles lose their meaning.
 ROUNDED, VERTICAL = 2.0**-44, 2.0**-20
+# Of its reach: how far its points stay above the plane where none can land.
+CLEAR = 1e-6
 
 
 def is_top(setting: Setting, point: int) -> bool:
@@ -53,6 +57,7 @@ class Top:
         gap = (pose.x - setting.point + lever) @ setting.normal
         self._tip = pose.x + lever - setting.normal * gap
         self._height = length(mp, lever)
+        self._carlson = carlson_rj(mp)
         self._axes, e3 = pose.axes, -lever / self._height
         body = pose.axes.T @ e3
         self._I3 = body @ setting.tensor @ body
@@ -80,7 +85,7 @@ class Top:
         """Find the roots between which z swings, and where in its swing it starts; rate: z'."""
         mp, a, b = self.setting.mp, self._a, self._b
         low, middle, high = _roots(mp, (beta, -(alpha + a * a), 2 * a * b - beta, alpha - b * b), self._z0)
-        self._low, self._span, self._beta = low, middle - low, beta
+        self._low, self._span = low, middle - low
         self._speed = mp.sqrt(beta * (high - low)) / 2
         self._jacobi = JacobiFunctions(mp, (high - middle) / (high - low))
         m = self._span / (high - low)
@@ -98,32 +103,79 @@ class Top:
             ((b - a) / (2 * (1 - low)), self._span / (1 - low)),
             ((b + a) / (2 * (1 + low)), -self._span / (1 + low)),
         ]
-        self._quarters = [self._third(mp.one, mp.zero, mp.sqrt(self._m1), n, True) for _, n in self._poles]
-        self._start_turn = self._precession(self._jacobi(self._u0))
+        self._quarters = [self._third(mp.one, mp.zero, mp.sqrt(self._m1), n) for _, n in self._poles]
+        self._begun = self._thirds(self._jacobi(self._u0))
 
-    def _third(self, sn: Any, cn: Any, dn: Any, n: Any, is_quarter: bool = False) -> Any:
+    def _third(self, sn: Any, cn: Any, dn: Any, n: Any) -> Any:
         """Return n sn^3 RJ / 3, what Legendre's third integral has beyond the first."""
         if not n or not sn:
             return self.setting.mp.zero
-        return n / 3 * sn**3 * self.setting.mp.elliprj(cn * cn, dn * dn, 1, 1 - n * sn * sn)
+        return n / 3 * sn**3 * self._carlson(cn * cn, dn * dn, 1, 1 - n * sn * sn)
 
-    def _precession(self, amplitude: Amplitude) -> Any:
-        """Return the turn about the vertical beyond what goes with u."""
+    def _thirds(self, amplitude: Amplitude) -> list[Any]:
+        """Return the same of both poles from u = 0 to an amplitude."""
         sn, cn, dn, half_periods = amplitude
         sign = -1 if half_periods % 2 else 1
-        total = self.setting.mp.zero
-        for (factor, n), quarter in zip(self._poles, self._quarters, strict=True):
-            total += factor * (2 * half_periods * quarter + sign * self._third(sn, cn, dn, n))
-        return total / self._speed
+        return [
+            2 * half_periods * quarter + sign * self._third(sn, cn, dn, n)
+            for (_, n), quarter in zip(self._poles, self._quarters, strict=True)
+        ]
 
-    def _state(self, time: Any) -> tuple[Numbers, Numbers, Numbers]:
-        """Return e3, its rate, and the direction along which it turns about the vertical, (3,) each."""
-        mp, t = self.setting.mp, time - self.since
+    @property
+    def spin_rad_s(self) -> Any:
+        """The spin about the axis, which stays [rad/s]."""
+        return self._w3
+
+    @property
+    def nutation_s(self) -> Any:
+        """The time in which the axis sinks and rises once [s]."""
+        return 2 * self._jacobi.quarter_period / self._speed
+
+    @property
+    def repeats_s(self) -> float:
+        """When the plane's force and the body's height repeat: with the nutation, above a level plane that no point
+
+        reaches at the greatest tilt, whatever the spin; else inf [s].
+        """
+        setting, height, z = self.setting, float(self._height), float(self._low)
+        points = setting.points.astype(float)
+        along = -(points @ points[self.points[0]]) / height
+        side = np.sqrt(np.maximum((points * points).sum(axis=1) - along**2, 0.0))
+        lowest = np.delete((along + height) * z - side * math.sqrt(max(1 - z * z, 0.0)), self.points[0])
+        slope = float(length(setting.mp, setting.gravity_along))
+        clears = (lowest > CLEAR * float(setting.reach)).all() and slope <= TOUCHING * float(setting.pressing)
+        return float(self.nutation_s) if clears else math.inf
+
+    @property
+    def greatest_tilt_rad(self) -> Any:
+        """The greatest angle of the axis from the vertical [rad]."""
+        return self.setting.mp.acos(self._low)
+
+    def precessed_rad(self, time: Any) -> Any:
+        """Return the angle by which the axis has turned about the vertical [rad]."""
+        return sum(self._integrals(time - self.since)[1])
+
+    def _integrals(self, t: Any) -> tuple[Amplitude, tuple[Any, Any]]:
+        """Return the amplitude after t [s], and the integrals of (b - a) / (2 (1 - z)) and (b + a) / (2 (1 + z))."""
         amplitude = self._jacobi(self._u0 + self._speed * t)
-        sn, cn, dn, _ = amplitude
+        first, second = (
+            factor * (t + (now - begun) / self._speed)
+            for (factor, _), now, begun in zip(self._poles, self._thirds(amplitude), self._begun, strict=True)
+        )
+        return amplitude, (first, second)
+
+    def _state(self, time: Any) -> tuple[Numbers, Numbers, Numbers, Any]:
+        """Return e3, its rate, the direction along which it turns about the vertical, (3,) each; and the spin's angle
+
+        about e3 from the line of nodes: the integral of w3 - z (b - a z) / (1 - z^2).
+
+        z (b - a z) / (1 - z^2) = a + ((b - a) / (1 - z) - (b + a) / (1 + z)) / 2.
+        """
+        mp, t = self.setting.mp, time - self.since
+        (sn, cn, dn, _), (first, second) = self._integrals(t)
+        turned, spun = first + second, (self._w3 - self._a) * t - first + second
         z = self._low + self._span * sn * sn
         z_rate = 2 * self._span * self._speed * sn * cn * dn
-        turned = sum(factor for factor, _ in self._poles) * t + self._precession(amplitude) - self._start_turn
         along = mp.sqrt(1 - z * z)
         precession = (self._b - self._a * z) / (1 - z * z)
         cos, sin = mp.cos_sin(turned)
@@ -132,15 +184,15 @@ class Top:
         way, cross_way = out * cos + side * sin, side * cos - out * sin
         e3 = way * along + self._up * z
         rate = self._up * z_rate - way * (z * z_rate / along) + cross_way * (along * precession)
-        return e3, rate, cross_way
+        return e3, rate, cross_way, spun
 
     def at(self, time: Any) -> Pose:
         """Return the pose at an instant."""
-        e3, rate, side = self._state(time)
+        e3, rate, side, angle = self._state(time)
         # The body's axes: those of the line of nodes at the start and now, and the spin about e3 between.
         first = self._nodes(self._e3, cross(self._up, (self._e3 - self._up * self._z0)))
         now = self._nodes(e3, side)
-        cos, sin = self.setting.mp.cos_sin(self._spun(time))
+        cos, sin = self.setting.mp.cos_sin(angle)
         spun = np.array((now[0] * cos + now[1] * sin, now[1] * cos - now[0] * sin, e3)).T
         axes = spun @ np.array((first[0], first[1], self._e3)) @ self._axes
         w = cross(e3, rate) + e3 * self._w3
@@ -152,29 +204,21 @@ class Top:
         node = unit(self.setting.mp, side)
         return node, cross(e3, node)
 
-    def _spun(self, time: Any) -> Any:
-        """Return the angle of the spin about e3 from the line of nodes: the integral of w3 - z (b - a z) / (1 - z^2).
-
-        z (b - a z) / (1 - z^2) = a + ((b - a) / (1 - z) - (b + a) / (1 + z)) / 2.
-        """
-        t = time - self.since
-        amplitude, start = self._jacobi(self._u0 + self._speed * t), self._jacobi(self._u0)
-        angle = (self._w3 - self._a) * t
-        for sign, (factor, n), quarter in zip((1, -1), self._poles, self._quarters, strict=True):
-            grown = [
-                2 * each.half_periods * quarter
-                + (-1 if each.half_periods % 2 else 1) * self._third(each.sn, each.cn, each.dn, n)
-                for each in (amplitude, start)
-            ]
-            angle -= sign * factor * (t + (grown[0] - grown[1]) / self._speed)
-        return angle
-
     def force(self, time: Any) -> Numbers:
         """Return the force of the plane on the body [N], (3,)."""
-        e3, rate, _ = self._state(time)
+        e3, rate, _, _ = self._state(time)
         L = cross(e3, rate) + e3 * self._a
         bend = cross(cross(self._up, e3) * self._torque, e3) + cross(L, rate)
         return (bend * self._height - self.setting.gravity) * self.setting.mass
+
+
+def carlson_rj(mp: Any) -> Callable[..., Any]:
+    """Return Carlson's RJ for a context's numbers: of doubles scipy's, a hundred times as fast as mpmath's."""
+    if hasattr(mp, "_set_prec"):
+        return mp.elliprj
+    from scipy.special import elliprj  # slow to load
+
+    return lambda *arguments: float(elliprj(*arguments))
 
 
 def _roots(mp: Any, cubic: tuple[Any, ...], inside: Any) -> tuple[Any, Any, Any]:

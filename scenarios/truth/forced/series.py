@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tumble.scenarios.frames import Array
-from tumble.scenarios.truth.compilation import inlined, inner
+from tumble.scenarios.truth.compilation import inlined, inner, kernel
 from tumble.scenarios.truth.double_double import add, over, pairs, root, times, two_product, two_sum
 from tumble.scenarios.truth.rational import Fraction
 
@@ -145,7 +145,7 @@ class Script:
         )
 
 
-@inner
+@kernel
 def expand(program: Program, h: float, order: int, high: Array, low: Array | None) -> None:
     """Write the series' coefficients up to the order, (series, order + 1), in t/h, from the state at order 0."""
     states = len(program.rates)

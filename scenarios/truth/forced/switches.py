@@ -99,7 +99,10 @@ def first_fall(polynomial: Array, nothing: float) -> float:
     """
     piece = np.empty_like(polynomial)
     begin, width = 0.0, 1.0
-    nothing = max(nothing, IN_DOUBLES * np.abs(polynomial).sum())
+    size = 0.0
+    for coefficient in polynomial:
+        size += abs(coefficient)
+    nothing = max(nothing, IN_DOUBLES * size)
     while begin < 1.0:
         set_piece(piece, polynomial, begin, width)
         end, swing, bend = piece[0] + piece[1], abs(piece[1]), 0.0

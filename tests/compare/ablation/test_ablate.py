@@ -8,7 +8,16 @@ import numpy as np
 import pytest
 
 from tumble.__main__ import main
-from tumble.compare.ablation.optional_features import EVERYTHING, AblationRow, Build, Pair, ablate, apart_m, measured
+from tumble.compare.ablation.optional_features import (
+    EVERYTHING,
+    AblationRow,
+    Build,
+    Pair,
+    ablate,
+    apart_m,
+    measured,
+    pairs,
+)
 from tumble.compare.run.flight import Trajectory
 from tumble.compare.run.running_engines import launched
 from tumble.compare.run.status import Failure, Status
@@ -241,3 +250,14 @@ def test_an_engine_with_nothing_to_leave_out_is_not_waited_for(tmp_path, monkeyp
     (tmp_path / "mine.py").write_text((Path(__file__).parents[2] / "plugins/mine.py").read_text(encoding="utf-8"))
     assert main(["ablate", "die-straight", "-e", "./mine.py"]) == 0
     assert "no unneeded features" in capsys.readouterr().out
+
+
+def test_a_plane_far_below_changes_no_bit_but_one_that_the_body_meets_does(folder, monkeypatch):
+    scene = read_scene(str(folder / "falling.toml"))
+    with launched(["mujoco:euler", "pybullet:multibody", "tumble:rk4"]) as running_engines:
+        found = {one.title: list(pairs(one, scene, None, one.methods[0], [])) for one in running_engines}
+        assert [[pair.full.feature for pair in own] for own in found.values()] == [["plane"], ["plane"], []], "no plane"
+        assert [pair.apart_m for own in found.values() for pair in own] == [0.0, 0.0]
+        monkeypatch.setattr("tumble.compare.ablation.optional_features.FAR", -10.0)
+        (met,) = pairs(running_engines[0], scene, None, "euler", [])
+        assert met.apart_m > 1e-3

@@ -1,55 +1,29 @@
 """Engines with a planted law of contact: each wrong one is named, the right one never."""
 
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 
 from tests.support import planted_contact
+from tests.support.planted_contact import BALL, SLIDE
+from tumble.compare.contact.asked import BY_OWN_LAW
 from tumble.compare.contact.findings import contestant_laws, worst_verdict
 from tumble.compare.contact.rows import contact_rows
-from tumble.compare.contact.study import BRIEF, contacts
+from tumble.compare.contact.study import BRIEF, contacts, question
+from tumble.compare.engines import tumble
 from tumble.compare.run.local import LocalEngine
 from tumble.compare.run.running_engines import launched
+from tumble.compare.run.truths import Answered
+from tumble.report_tables import LANDING
 from tumble.scenarios.read import read_scene, scene_of
 from tumble.scenarios.truth import truth
 
-SLIDE = """
-title = "slide"
-duration = 0.6
-samples = 12
-step = 0.004
-gravity = [0.0, -9.81, 0.0]
-[body]
-shape = "box"
-size = [0.5, 0.1, 0.4]
-mass = 5.0
-position = [0.3, 0.05, -0.2]
-velocity = [1.0, 0.0, 0.5]
-[plane]
-restitution = 0.0
-friction = 0.4
-"""
-BALL = """
-title = "ball"
-duration = 0.9
-samples = 9
-step = 0.004
-gravity = [0.0, -9.81, 0.0]
-[body]
-shape = "sphere"
-radius = 0.05
-mass = 0.3
-position = [0.0, 0.6, 0.0]
-[plane]
-restitution = 0.6
-friction = 0.0
-"""
 
-
-def laws(scene, *methods):
-    """The verdict and rows of each planted law."""
-    engine = LocalEngine("planted", SimpleNamespace(**{**vars(planted_contact), "METHODS": methods}))
+def laws(scene, *methods, module=planted_contact):
+    """The verdict and rows of each planted law, or of each method of an engine's module."""
+    engine = LocalEngine("planted", SimpleNamespace(**{**vars(module), "METHODS": methods}))
     answered = SimpleNamespace(scene=scene, truth=truth(scene))
     with launched([engine]) as running_engines:
         found = contacts(running_engines, [answered])
@@ -107,6 +81,80 @@ def test_friction_of_the_whole_impulse_is_another_law_than_friction_at_each_inst
     """Moreau's time stepping follows the one, events the other: in this scene a corner's slip turns round."""
     scene = read_scene("die-corner-planar")
     with launched(["tumble:events", "tumble:moreau"]) as running_engines:
-        found = contacts(running_engines, [SimpleNamespace(scene=scene, truth=truth(scene))], ladder=BRIEF)
+        found = contacts(running_engines, [SimpleNamespace(scene=scene, truth=truth(scene))])
     said = [law.verdict for one in found for law in contestant_laws(list(contact_rows(one)))]
     assert said == ["Coulomb and Newton", "another law: Coulomb on the whole impulse"]
+
+
+def test_the_page_of_the_catalogue_has_each_scan_and_each_kind_of_question_once():
+    """What it costs is counted in steps: at most 80 000 a contestant, which is 0.4 s at 5 us each."""
+    scans, kinds, steps = [], [], 0.0
+    for scene in map(read_scene, LANDING):
+        asked = question(scene, truth(scene), extent=BRIEF)
+        assert asked is not None
+        assert not (asked.whole and asked.impacts), f"{scene.name}: a whole run where an impact answers"
+        assert len(asked.impacts) <= 1
+        scans += {"direction"} if asked.turned else {one.scan for one in asked.scans}
+        kinds += [one.observable for one in asked.asked]
+        turned = (asked.turned[1],) * len(asked.turned[0]) if asked.turned else ()
+        of_impacts = (run.scene for one in asked.impacts for runs in one.runs.values() for run in runs)
+        whole = asked.whole.scenes.values() if asked.whole else ()
+        for run in (*turned, *whole, *of_impacts, *(one.scene for one in asked.scans)):
+            steps += run.duration / run.step
+    assert sorted(scans) == ["direction", "drop height", "tilt"]
+    assert {"distance until it stops", "creep speed", "rebound speed after impact"} <= set(kinds)
+    assert steps < 80_000
+
+
+def test_the_page_of_the_catalogue_has_one_method_for_each_contact_law_and_those_that_were_named():
+    scene = read_scene("ball-drop-dead")
+    with launched(["mujoco", "mujoco:rk4", "tumble", "scipy"], few=True) as running_engines:
+        took_part = {f"{one.title}:{name}" for one in running_engines for name in BRIEF.methods(one, scene)}
+        found = contacts(running_engines, [Answered(scene, truth(scene))], extent=BRIEF)
+    laws = {"mujoco:euler", "mujoco:euler+elliptic", "mujoco:euler+noslip", "tumble:moreau"}
+    assert took_part == {*laws, "mujoco:rk4", "scipy:dop853"}
+    assert {one.name for one in found if one.observations} == {*laws, "mujoco:rk4"}
+    assert {one.asked.impact for each in found for one in each.observations} == {1}
+
+
+@pytest.mark.parametrize(
+    ("name", "wrong"),
+    [
+        ("tip-over", {"angle it has tipped by", "spin at that angle, z"}),
+        ("rocking-block", {"angle it has tipped by", "spin after impact, z", "energy lost in impact"}),
+        ("top", {"mean precession"}),
+    ],
+)
+def test_a_body_that_turns_about_an_edge_or_its_tip_has_observables(name, wrong):
+    """Each number that follows from the moments is another law where those are wrong, and no other number is."""
+    scene = read_scene(name)
+    body = replace(scene.body, moments=1.3 * scene.body.moments)
+    heavier = SimpleNamespace(**vars(tumble))
+    heavier.build = lambda scene, method: tumble.build(replace(scene, body=body), method)
+    right, _ = laws(scene, "events", module=tumble)["events"]
+    assert right.verdict == "Coulomb and Newton"
+    said, rows = laws(scene, "events", module=heavier)["events"]
+    assert said.verdict == "another law"
+    assert {row.observable for row in rows if row.verdict != "Coulomb and Newton"} >= wrong
+    stays = {row.observable: row for row in rows if row.observable.startswith("creep speed")}
+    assert all(row.verdict == "Coulomb and Newton" for row in stays.values())
+
+
+def test_an_edge_that_yields_creeps():
+    said, rows = laws(read_scene("tip-over"), "compliant", module=tumble)["compliant"]
+    assert said.verdict.startswith("creeps at 0.5")
+    (row,) = (row for row in rows if row.observable == "creep speed of the edge")
+    assert row.law_error_low > 0
+
+
+def test_a_soft_engine_is_compared_with_the_law_that_it_states():
+    """The compliant method follows its spring and damper; the same motion does not follow another damper."""
+    scene = scene_of(BALL.replace("duration = 0.9", "duration = 0.4"), Path("ball.toml"), "ball")
+    other = SimpleNamespace(**vars(tumble))
+    other.soft_law = lambda world: replace(tumble.soft_law(world), damping=2 * tumble.soft_law(world).damping)
+    for module, rebound in ((tumble, "its own law (spring and damper): +"), (other, "not its own law (spring")):
+        law, rows = laws(scene, "compliant", module=module)["compliant"]
+        said = {row.observable: row.verdict for row in rows if row.observable.endswith(BY_OWN_LAW)}
+        assert said["rebound speed after impact, by its own law"].startswith(rebound)
+        assert "its own law" not in law.verdict, "the rigid law's verdict stands apart"
+    assert not any(row.observable.endswith(BY_OWN_LAW) for row in laws(scene, "events", module=tumble)["events"][1])

@@ -243,6 +243,7 @@ def test_engine_says_what_it_is(name: str, engine: ModuleType):
     assert {*info.schemes, *info.gyroscopic} <= set(named), "it states a scheme of a method it has not"
     assert info.shown
     assert set(info.shown) <= set(named), "it shows a method it has not"
+    assert set(info.landing) <= {*named, *info.contact}, "it shows a method above a plane that it has not"
 
 
 def test_a_folder_beside_the_engines_is_none():

@@ -9,8 +9,8 @@ import pytest
 
 from tools import confusion
 from tumble.__main__ import main
+from tumble.compare.grade import contact_grade, sensor_grade
 from tumble.compare.grade import grade as verdict
-from tumble.compare.grade import sensor_grade
 from tumble.compare.grade.read.columns import UNITS
 from tumble.scenarios.published import VERTEX, table_4_1
 
@@ -150,7 +150,7 @@ def table(first):
 
 
 def test_the_page_has_every_verdict():
-    known = {**vars(verdict), **vars(sensor_grade)}
+    known = {**vars(verdict), **vars(sensor_grade), **vars(contact_grade)}
     verdicts = {value for name, value in known.items() if name.isupper() and isinstance(value, str)}
     verdicts -= {sensor_grade.ACCELEROMETER}
     assert {row[0] for row in table("verdict")} == verdicts

@@ -7,13 +7,14 @@ import numpy as np
 import pytest
 from apart import engine
 
+from tumble.compare.contact.schemas import ContactRow
 from tumble.compare.releases.changes import changes
 from tumble.compare.releases.ledger import Ledger, ledger
 from tumble.compare.releases.notes import Notes, shipped_notes
 from tumble.compare.releases.schemas import ReleaseRow
 from tumble.compare.run.engines.environments import folder, in_order
+from tumble.compare.run.execution import resumable
 from tumble.compare.run.running_engines import launched
-from tumble.compare.run.task_cache import TaskCache
 from tumble.compare.run.timing.readings import Reading, Sampling
 from tumble.reports.releases import answer, ledger_markdown, ledger_text, sentence
 from tumble.scenarios.read import read_scene
@@ -160,11 +161,12 @@ def test_it_goes_on_where_it_was_interrupted(tmp_path):
                 raise KeyboardInterrupt
 
         running_engines[0].simulate = counted
-        with pytest.raises(KeyboardInterrupt):
-            ledger(running_engines, [scene], interrupt, TaskCache(tmp_path, "one"))
+        with pytest.raises(KeyboardInterrupt), resumable(tmp_path):
+            ledger(running_engines, [scene], interrupt)
         before = {*flown}
         flown.clear()
-        found = ledger(running_engines, [scene], cached=TaskCache(tmp_path, "one"), sampling=Sampling(0.0, 4, 0.1))
+        with resumable(tmp_path):
+            found = ledger(running_engines, [scene], sampling=Sampling(0.0, 4, 0.1))
     assert {"euler", "rk4"} <= before
     assert not {"euler", "rk4"} & {*flown}
     assert {row.method for row in found.rows} >= {"euler", "rk4", "implicit"}
@@ -189,3 +191,34 @@ def test_wrong_words_are_one_line(tumble, words, said):
     assert done.returncode == 2
     (line,) = done.stderr.splitlines()
     assert said in line
+
+
+def observed(verdict: str, law_error: float, half: float = 1e-4) -> list[ContactRow]:
+    """Return the rows of a rebound of 2 m/s with that law error, known to half of an interval."""
+    return [
+        ContactRow(
+            scene="ball", engine="mujoco", method="rk4", dt_s=1e-3, tolerance=None,
+            observable="rebound speed after impact",
+            blow=1, value=2.0 + law_error, true=2.0, unit="m/s", error=law_error, law_error=law_error,
+            law_error_low=law_error - half, law_error_high=law_error + half, step_error=0.0, order=1.0, verdict=verdict,
+        )
+    ]  # fmt: skip
+
+
+def test_a_law_of_contact_that_breaks_and_is_mended_is_told_at_its_releases():
+    own = replace(
+        planted(*(replace(ROW, release=release, scene="ball") for release in RELEASES)),
+        contact={
+            ("3.9.0", "ball", "rk4"): observed("Coulomb and Newton", 5e-5),
+            ("3.10.0", "ball", "rk4"): observed("no restitution", -2.0),
+            ("4.0.0", "ball", "rk4"): observed("Coulomb and Newton", 0.0),
+        },
+    )
+    found = list(changes(own, Notes("")))
+    assert [(row.release, row.what) for row in found] == [
+        (release, what) for release in RELEASES[1:] for what in ("contact", "law_error")
+    ]
+    assert sentence(found[0]) == "law of contact: Coulomb and Newton -> no restitution (ball)"
+    assert sentence(found[1]) == "law error: rebound speed after impact 1 5e-05 m/s -> -2 m/s (ball)"
+    within = own.contact | {("3.10.0", "ball", "rk4"): observed("Coulomb and Newton", 1.5e-4)}
+    assert list(changes(replace(own, contact=within), Notes(""))) == [], "intervals that overlap are one law"

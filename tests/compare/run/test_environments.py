@@ -13,6 +13,7 @@ import zipfile
 from pathlib import Path
 from time import sleep
 
+import psutil
 import pytest
 
 from tumble.compare.run.engines import environments, registry
@@ -43,7 +44,7 @@ def test_a_release_is_split_off_and_its_form_is_asked_for():
 def pip_alone(monkeypatch):
     """Let pip install, also where uv is: their words differ."""
     which = shutil.which
-    monkeypatch.setattr(shutil, "which", lambda name: None if name == "uv" else which(name))
+    monkeypatch.setattr(shutil, "which", lambda name, path=None: None if name == "uv" else which(name, path=path))
 
 
 def test_what_is_beside_tumble_needs_no_environment():
@@ -126,13 +127,13 @@ def test_what_is_installed_is_reported_as_it_comes(monkeypatch, tmp_path):
 
 
 def test_what_a_killed_installation_leaves_is_swept_when_nothing_works_in_it_any_more(monkeypatch, tmp_path, folder):
-    """npm outlives the command that is killed, and goes on writing."""
+    """npm outlives the process that is killed, and goes on writing: `tumble engines` has one that takes it along."""
     npm = tmp_path / "bin" / "npm"
     npm.parent.mkdir()
     npm.write_text(f"#!/bin/sh\necho $$ > {tmp_path}/begun\nexec sleep 600\n")
     npm.chmod(0o755)
     monkeypatch.setenv("PATH", f"{npm.parent}:{os.environ['PATH']}")
-    command = [sys.executable, "-P", "-m", "tumble", "engines", "--install", "cannon"]
+    command = [sys.executable, "-P", "-c", f"from {install.__module__} import install; install('cannon')"]
     with subprocess.Popen(command, stderr=subprocess.DEVNULL) as killed:
         while not (begun := tmp_path / "begun").exists() or not begun.read_text():
             assert killed.poll() is None
@@ -152,6 +153,49 @@ def test_what_a_killed_installation_leaves_is_swept_when_nothing_works_in_it_any
     pytest.fail("it was not swept")
 
 
+def test_several_are_made_at_once_and_an_interrupt_leaves_nothing(monkeypatch, tmp_path, folder):
+    npm = tmp_path / "bin" / "npm"
+    npm.parent.mkdir()
+    npm.write_text(f"#!/bin/sh\ncd {tmp_path}\necho $$ > $$.part\nmv $$.part begun-$$\nexec sleep 600\n")
+    npm.chmod(0o755)
+    monkeypatch.setenv("PATH", f"{npm.parent}:{os.environ['PATH']}")
+    command = [sys.executable, "-P", "-m", "tumble", "engines", "--install", "cannon", "jolt", "cannon"]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as interrupted:
+        while len(begun := [*tmp_path.glob("begun-*[0-9]")]) < 2:
+            assert interrupted.poll() is None
+            sleep(0.02)
+        interrupted.send_signal(signal.SIGINT)
+        said = interrupted.communicate()[1]
+    assert interrupted.returncode == 130
+    assert said.splitlines() == [
+        "tumble: making environments for cannon@0.20.0, jolt@1.1.0",
+        "tumble: interrupted; nothing was written",
+    ]
+    assert list(folder.iterdir()) == []
+    for each in begun:
+        assert not psutil.pid_exists(pid := int(each.read_text())) or psutil.Process(pid).status() == "zombie"
+
+
+def test_one_that_fails_does_not_keep_the_others_from_being_tried(tumble, monkeypatch, folder):
+    place = folder / "mujoco@1.0"
+    (place / "bin").mkdir(parents=True)
+    (place / "bin" / "python").symlink_to(sys.executable)
+    mark = {"engine": "mujoco", "release": "1.0", "python": "3.11", "packages": ["mujoco==1.0"], "size": 1}
+    (place / environments.MARK).write_text(json.dumps(mark))
+    monkeypatch.setenv("PIP_NO_INDEX", "1")
+    monkeypatch.setenv("UV_OFFLINE", "1")
+    done = tumble("engines", "--install", "mujoco@9.9", "mujoco@1.0", "mujoco@9.8")
+    assert done.returncode == 2
+    assert [line.partition(":")[0] for line in done.stdout.splitlines()] == ["mujoco@1.0"]
+    there, making, *_, one, other = done.stderr.splitlines()
+    assert there == "tumble: mujoco@1.0 is installed already"
+    assert making == "tumble: making environments for mujoco@9.9, mujoco@9.8"
+    assert sorted(line.split()[1] for line in (one, other)) == ["mujoco@9.8:", "mujoco@9.9:"]
+    assert one.endswith("nothing was kept")
+    assert other.endswith("nothing was kept")
+    assert [path.name for path in folder.iterdir()] == ["mujoco@1.0"]
+
+
 def test_what_is_being_made_is_not_swept(folder):
     with site("cannon", no_progress) as made:
         (made.folder / "file").touch()
@@ -162,19 +206,6 @@ def test_what_is_being_made_is_not_swept(folder):
     (folder / "making-cannon-left").mkdir()
     sweep()
     assert [path.name for path in folder.iterdir()] == ["making-something-of-the-users"]
-
-
-def test_a_full_disk_is_told_also_by_what_brings_pip(monkeypatch, tmp_path, folder):
-    """Where there is no uv, Python's venv makes the environment, and says of pip's failure only that it failed."""
-    fake = tmp_path / "path" / "ensurepip"
-    fake.mkdir(parents=True)
-    (fake / "__init__.py").touch()
-    (fake / "__main__.py").write_text("raise OSError(28, 'No space left on device')\n")
-    monkeypatch.setenv("PYTHONPATH", str(fake.parent))
-    monkeypatch.setenv("PATH", "/usr/bin:/bin")
-    with pytest.raises(BadEngine, match=r"^mujoco@9\.9: no space left on the disk; nothing was kept$"):
-        install("mujoco@9.9")
-    assert list(folder.iterdir()) == []
 
 
 def test_a_full_disk_is_one_line():

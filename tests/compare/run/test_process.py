@@ -215,6 +215,21 @@ def test_an_alias_of_arrays_is_an_array():
     assert spelled(found) == spelled(sent)
 
 
+@dataclass
+class Keyed:
+    by_pair: dict[tuple[str, int | None], list[float]]
+    numbers: set[int | None]
+
+
+def test_dicts_by_what_is_no_text_and_sets_with_none_arrive_as_they_are():
+    sent = Keyed({("a", 1): [0.5], ("b", None): []}, {3, None, 1})
+    (data,) = frame(sent)
+    assert unpacked(Keyed, bytes(data[PREFIX.size :]), b"") == sent
+    assert unpacked(Keyed, b'{"by_pair": {}, "numbers": []}', b"") == Keyed({}, set())
+    with pytest.raises(Malformed):
+        unpacked(Keyed, b'{"by_pair": [[["a", 1.5], []]], "numbers": []}', b"")
+
+
 @pytest.mark.parametrize(
     ("plain", "said"),
     [
@@ -259,7 +274,7 @@ def spelled(value: object) -> object:
 
 
 def test_what_is_no_plain_value_is_not_sent():
-    for value in (object(), np.array([None]), np.array([1j]), {1: 1}, b"bytes"):
+    for value in (object(), np.array([None]), np.array([1j]), {1: object()}, b"bytes"):
         with pytest.raises(TypeError):
             frame([value])
     with pytest.raises(Malformed):

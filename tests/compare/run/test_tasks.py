@@ -17,14 +17,16 @@ import pytest
 from patience import PATIENCE_S, until
 
 from tumble.compare.judge.errors import RunAnswer
+from tumble.compare.run.execution import FOLDER, Execution, executing, resumable
 from tumble.compare.run.flight import Trajectory
 from tumble.compare.run.process.callers import Callers
 from tumble.compare.run.process.process import Died
 from tumble.compare.run.running_engines import Halted, RunningEngine, launched
-from tumble.compare.run.task_cache import FOLDER, TaskCache, resumable
+from tumble.compare.run.task_cache import TaskCache
 from tumble.compare.run.tasks import Task, run
 from tumble.compare.run.truths import Truths
 from tumble.scenarios.read import read_scene
+from tumble.scenarios.scene import Scene
 
 # It dies where the scene is called `die`, hangs where it is called `hang`, waits for a file where `slow`, and leaves
 # its number in a file beside it.
@@ -78,12 +80,20 @@ def test_results_are_in_the_order_of_the_tasks_whoever_is_first(tmp_path):
     assert finished.index(("b", "last")) < finished.index(("a", "first")), "they were not side by side"
 
 
+asked: list[int] = []
+
+
+def ask(able: RunningEngine, number: int) -> int:
+    asked.append(number)
+    return number
+
+
 def test_what_is_done_already_is_not_flown_again(tmp_path):
-    asked: list[int] = []
+    asked.clear()
     with launched([engine_file(tmp_path, "a")]) as (a,):
 
         def counted(number: int) -> Task:
-            return Task((str(number),), a, lambda able: asked.append(number) or number, int)
+            return Task((str(number),), a, partial(ask, number=number))
 
         tasks = [counted(number) for number in range(5)]
         results = {}
@@ -93,12 +103,12 @@ def test_what_is_done_already_is_not_flown_again(tmp_path):
             if len(results) == 2:
                 raise KeyboardInterrupt
 
-        with pytest.raises(KeyboardInterrupt, match="again to continue"), resumable(tmp_path, "") as cached:
-            run(tasks, finished=interrupt, cached=cached)
+        with pytest.raises(KeyboardInterrupt, match="again to continue"), resumable(tmp_path):
+            run(tasks, finished=interrupt)
         assert asked == [0, 1]
         results.clear()
-        with resumable(tmp_path, "") as cached:
-            assert run(tasks, finished=results.__setitem__, cached=cached) == [0, 1, 2, 3, 4]
+        with resumable(tmp_path):
+            assert run(tasks, finished=results.__setitem__) == [0, 1, 2, 3, 4]
         assert asked == [0, 1, 2, 3, 4]
         assert [*results.values()] == [0, 1, 2, 3, 4], "results that were found count as finished"
         assert not (tmp_path / FOLDER).exists()
@@ -192,8 +202,10 @@ def test_truths_of_several_scenes_are_those_of_each_alone():
 def test_what_follows_of_some_of_the_scenes_is_worked_out_where_their_truths_were(asked):
     scenes = [read_scene(name) for name in ("two-hits", "tether-critical", "die-straight")]
     with Truths(scenes[:asked]) as truths:
-        assert truths.each(getattr, scenes[:2], ["name", "duration"]) == [scenes[0].name, scenes[1].duration]
-        whose = truths.each(getattr, scenes[:2], ["nobody has it"] * 2, [WhereItIsRead()] * 2)
+        made = [future.result() for future in truths.each(getattr, scenes[:2], ["name", "duration"])]
+        assert made == [scenes[0].name, scenes[1].duration]
+        asked_of = truths.each(getattr, scenes[:2], ["nobody has it"] * 2, [WhereItIsRead()] * 2)
+        whose = [future.result() for future in asked_of]
     elsewhere = asked > 1
     assert [isinstance(one, int) and one != os.getpid() for one in whose] == [elsewhere] * 2
 
@@ -322,23 +334,23 @@ def test_ctrl_c_leaves_no_process(tmp_path, words):
             os.kill(left, signal.SIGKILL)
 
 
-def counting(able: RunningEngine, scene, counted: list) -> list[RunAnswer]:
+counted: list[str] = []
+
+
+def counting(able: RunningEngine, scene: Scene) -> list[RunAnswer]:
     counted.append(scene.title)
     return [RunAnswer("still", dt, able.simulate(scene, "still", dt)) for dt in (scene.step, scene.step / 2)]
 
 
 def test_a_cached_task_is_found_again_bit_for_bit_and_under_the_same_circumstances_only(tmp_path):
-    counted: list[str] = []
     scenes = [replace(SCENE, title=title) for title in ("one", "die", "three")]
     with launched([engine_file(tmp_path, "a")]) as (a,):
 
         def flown(under: object, most: int | None = None) -> list[list[RunAnswer]]:
             counted.clear()
-            tasks = [
-                Task((scene.title, "a"), a, partial(counting, scene=scene, counted=counted), list[RunAnswer])
-                for scene in scenes[:most]
-            ]
-            return run(tasks, cached=TaskCache(tmp_path / "out", under))
+            tasks = [Task((scene.title, "a"), a, partial(counting, scene=scene)) for scene in scenes[:most]]
+            with executing(Execution((TaskCache(tmp_path / "out" / FOLDER, under),))):
+                return run(tasks)
 
         first = flown("then", 2)
         assert counted == ["one", "die"]
@@ -361,7 +373,7 @@ def test_a_cached_task_is_found_again_bit_for_bit_and_under_the_same_circumstanc
             os.mkfifo(file)
         flown("then")
         assert counted == ["one", "die", "three"], "a pipe is not waited for"
-        TaskCache(tmp_path / "out", "then").remove()
+        TaskCache(tmp_path / "out" / FOLDER).remove()
         assert list((tmp_path / "out").iterdir()) == []
 
 

@@ -9,7 +9,7 @@ from second_contact import worst
 
 from tumble.scenarios.read import contact_catalogue, read_scene, scene_of
 from tumble.scenarios.truth import NoTruth, truth
-from tumble.scenarios.truth.contact.one_impact import one_impact
+from tumble.scenarios.truth.contact.one_impact import ImpactMap
 
 G = 9.81
 
@@ -107,6 +107,9 @@ def test_tipping_takes_the_time_of_the_elliptic_integral():
     takes = quad(inverse_rate, 0, np.sqrt(end - start))[0]
     assert takes == pytest.approx(at.times[row], rel=1e-8)
     assert "slip" in record.why
+    found = {one.name: one.value for one in record.observables}
+    turned, spin = found["angle it has tipped by"], found["spin at that angle, z"]
+    assert spin**2 / 2 == pytest.approx(k2 * (np.cos(start) - np.cos(start + turned)), rel=1e-13)
 
 
 def test_a_top_keeps_its_energy_and_two_momenta():
@@ -122,6 +125,11 @@ def test_a_top_keeps_its_energy_and_two_momenta():
     kept = np.array(kept)
     np.testing.assert_allclose(kept, np.broadcast_to(kept[0], kept.shape), rtol=1e-13)
     assert np.ptp(true.states[:, 0, 1]) > 1e-4, "it does not nutate"
+    found = {one.name: one.value for one in true.contacts[0].observables}
+    azimuth = np.unwrap(np.arctan2(-true.states[:, 0, 2], true.states[:, 0, 0]))
+    assert found["mean precession"] == pytest.approx((azimuth[-1] - azimuth[0]) / true.times[-1], rel=1e-13)
+    tilts = np.arccos(true.states[:, 0, 1] / h)
+    assert 0 <= found["greatest tilt of the axis"] - tilts.max() < 0.02 * np.ptp(tilts)
 
 
 def test_little_friction_is_none_and_much_of_it_sticks():
@@ -200,7 +208,7 @@ def test_one_impact_starts_and_ends_on_the_true_motion():
     scene = read_scene("die-thrown")
     (record,) = truth(scene, False).contacts
     second = [event for event in record.events if event.kind == "impact"][1]
-    found = one_impact(scene, 0, 2, 0.01, 0.0)
+    found = ImpactMap(scene, 0).near(2, 0.01, 0.0)
     assert found.time_s == second.time_s
     np.testing.assert_array_equal(found.after, second.after)
     # Back in flight: a parabola.
@@ -209,7 +217,7 @@ def test_one_impact_starts_and_ends_on_the_true_motion():
         found.before[0:3], second.before[0:3] - t * second.before[7:10] + (0, -G * t * t / 2, 0), atol=1e-15
     )
     with pytest.raises(ValueError, match="no impact 99"):
-        one_impact(scene, 0, 99, 0.01, 0.01)
+        ImpactMap(scene, 0).near(99, 0.01, 0.01)
 
 
 @pytest.mark.parametrize("name", contact_catalogue())

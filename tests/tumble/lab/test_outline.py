@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tumble.lab.outline import edges, faces, normals
+from tumble.lab.outline import Outline, edges, faces, normals
 from tumble.scenarios.read import read_scene
 
 
@@ -22,3 +22,18 @@ def test_faces_look_outward(name):
 def test_points_that_lie_in_a_plane_are_joined_by_lines():
     body = read_scene("dzhanibekov").body
     assert len(edges(body)) > 0
+
+
+def test_a_ball_is_drawn_round_with_its_great_circles_wherever_its_points_are():
+    body = read_scene("ball-slip-to-roll").body
+    outline = Outline.of(body)
+    turned = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+    points = outline.points(body.points @ turned + (3.0, -2.0, 1.0)) - (3.0, -2.0, 1.0)
+    assert np.linalg.norm(points, axis=1) == pytest.approx(np.full(len(points), body.radius))
+    middles = points[outline.faces].mean(axis=1)
+    outwards = np.einsum("ij,ij->i", normals(points, outline.faces), middles)
+    assert (outwards > 0.98 * np.linalg.norm(middles, axis=1)).all()
+    ends = points[outline.edges]
+    assert (np.abs(ends).min(axis=2) < 1e-12).all(), "an edge that lies in no plane of two axes"
+    length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).sum()
+    assert length == pytest.approx(3 * 2 * np.pi * body.radius, rel=0.01)

@@ -12,6 +12,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from tumble.compare.run.engines.registry import package
@@ -447,3 +448,27 @@ def test_what_is_kept_never_goes_over_what_is_there(session, until, tmp_path):
     assert (first.name, second.name) == ("table-4-1-ray-2.toml", "table-4-1-ray-3.toml")
     assert (tmp_path / "table-4-1-ray-1.toml").read_text() == "mine"
     assert len(read_scene(str(first)).impulses) == 1
+
+
+def test_above_a_plane_a_method_that_has_one_runs_and_the_end_of_the_truth_is_said(session, pool, until):
+    plane = read_scene("tip-over")
+    assert pool.instead(pool.contestant("tumble", "rk4"), plane).method == "events"
+    assert pool.instead(pool.contestant("pybullet", "multibody"), plane) is None
+    session.engage(pool.ready(["mujoco:euler"]))
+    session.open("tip-over")
+    session.throw_own()
+    until(lambda: session.throw.is_complete)
+    assert 0 < session.throw.truth_ends < plane.duration
+    session.go_to(0.0)
+    assert sentence(session, session.shown(), error_rows(session.throw, 0, None)).startswith("All contestants are")
+    session.go_to(0.9)
+    shown = session.shown()
+    said = sentence(session, shown, error_rows(session.throw, shown.frame, None))
+    assert said.startswith(f"The truth is known until {session.throw.truth_ends:.3g} s: an edge begins to slip")
+    assert said.endswith("Shown now: mujoco:euler.")
+    with pytest.raises(Refused, match="ends before this time"):
+        session.again()
+    tables = session.files().tables(session.throw)
+    errors = pd.read_csv(tables / "vertex-errors.csv")
+    assert errors.t_s.max() == pytest.approx(session.throw.truth_ends)
+    assert np.isfinite(errors.error_m).all()

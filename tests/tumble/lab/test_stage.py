@@ -179,3 +179,13 @@ def test_a_click_comes_as_a_ray_in_the_scene_wherever_the_view_follows_the_body(
     centre = SCENE.start[0, 0:3] + np.array([1.0, -20.0, 3.0])
     assert origin == pytest.approx(centre + eye * SCENE.body.reach)
     assert tuple(direction) == (0.0, 0.0, -1.0)
+
+
+@pytest.mark.parametrize("name", ["box-incline-slides", "die-thrown"])
+def test_the_plane_is_drawn_where_it_is(client, name):
+    scene = read_scene(name)
+    Stage(client, lambda *_: None).set_up(scene, look=True)
+    (grid,) = (handle for name, handle in client.scene.added.items() if name.endswith("/ground"))
+    place = np.array(grid.position) * scene.body.reach + scene.start[0, 0:3]
+    assert (place - scene.plane.point) @ scene.plane.normal == pytest.approx(0.0, abs=1e-6)
+    assert frames.rotation_matrix(np.array(grid.wxyz)) @ (0, 0, 1) == pytest.approx(scene.plane.normal)

@@ -1,0 +1,241 @@
+"""A program's contact law: one impact, and motion along the plane, of the right law and of laws with a mistake.
+
+All vectors are in the plane's frame: two axes along the plane, then its normal.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from tumble.scenarios.frames import Array, cross_matrix
+from tumble.scenarios.scene import Body, Plane, Scene
+from tumble.solver.body import Body as SolverBody
+from tumble.solver.contact.flight import ContactFlight
+from tumble.solver.contact.flight import Plane as SolverPlane
+from tumble.solver.quaternion import from_matrix
+
+# Cones of friction: Coulomb's, a bound on each axis alone, and a bound on the sum over both axes.
+ROUND, SQUARE, DIAMOND = "round", "square", "diamond"
+# Friction in an impact: at each instant (Routh), on the impulse as a whole (Moreau), or after the normal impulse.
+INSTANT, WHOLE, AFTER = "instant", "whole", "after"
+# Sweeps of Gauss-Seidel over the normal and the friction of a whole impulse; steps of a motion along the plane.
+SWEEPS, STEPS = 500, 1000
+NORMAL = (0.0, 0.0, 1.0)
+
+
+@dataclass(frozen=True)
+class ContactLaw:
+    """The law of one body on one plane.
+
+    Parameters
+    ----------
+    restitution, friction : of the pair
+    normal : unit vector that the program takes for the normal, plane's frame
+    cone : shape of the bound on friction
+    in_impact : how friction acts in an impact
+    torque : whether friction has a torque about the centre
+    slip_of_centre : whether friction opposes the velocity of the centre, not of the contact point
+    threshold : approach speed below which nothing rebounds [m/s]
+    push : speed along the normal that a penetration adds, per depth [1/s]
+    laid : whether the program takes the penetration out at once, so that the flights meet at another depth
+    asleep : speed below which a body on the plane is stopped [m/s]
+    viscous : slip below which friction falls in proportion [m/s]
+    """
+
+    restitution: float
+    friction: float
+    normal: tuple[float, float, float] = NORMAL
+    cone: str = ROUND
+    in_impact: str = INSTANT
+    torque: bool = True
+    slip_of_centre: bool = False
+    threshold: float = 0.0
+    push: float = 0.0
+    laid: bool = False
+    asleep: float = 0.0
+    viscous: float = 0.0
+
+
+@dataclass(frozen=True)
+class Approach:
+    """A body just before an impact: velocity [m/s], angular velocity [rad/s], (3,), axes, (3, 3), and lever [m], (3,).
+
+    depth: at which the flights before and after it meet [m]; laid: that from which the body was laid on the plane [m].
+    """
+
+    v: Array
+    w: Array
+    axes: Array
+    lever: Array
+    depth: float
+    laid: float = 0.0
+
+
+def right_law(plane: Plane) -> ContactLaw:
+    """Return the scene's law."""
+    return ContactLaw(plane.restitution, plane.friction)
+
+
+def bounded(wanted: Array, most: float, cone: str) -> Array:
+    """Return the friction, (2,), in a cone's section that is nearest to the wanted one; most: bound along an axis."""
+    if cone == SQUARE:
+        return np.clip(wanted, -most, most)
+    if cone == DIAMOND:
+        size = np.abs(wanted)
+        if size.sum() <= most:
+            return wanted
+        large, small = size.max(), size.min()
+        excess = large - most if large - small >= most else (large + small - most) / 2
+        return np.sign(wanted) * np.maximum(size - excess, 0.0)
+    size = math.hypot(*wanted)
+    return wanted if size <= most else wanted * (most / size)
+
+
+def inverse_inertia(body: Body, axes: Array) -> Array:
+    """Return the inverse inertia tensor about the centre [1/(kg m2)], (3, 3)."""
+    inverse: Array = (axes / body.moments) @ axes.T
+    return inverse
+
+
+def frame_of(normal: Array) -> Array:
+    """Return axes, rows, whose third one is a normal; the first two are nearest to the plane's own."""
+    first = np.array((1.0, 0.0, 0.0)) - normal * normal[0]
+    first /= np.linalg.norm(first)
+    return np.array((first, np.cross(normal, first), normal), float)
+
+
+def after_impact(body: Body, at: Approach, law: ContactLaw) -> tuple[Array, Array]:
+    """Return the velocity [m/s] and the angular velocity [rad/s] after an impact, (3,) each."""
+    turn = np.eye(3) if law.normal == NORMAL else frame_of(np.array(law.normal))
+    v, w, axes = turn @ at.v, turn @ at.w, turn @ at.axes
+    lever = np.array((0.0, 0.0, -body.radius)) if body.radius else turn @ at.lever
+    u = v + np.cross(w, lever)
+    if u[2] >= 0:
+        return at.v, at.w
+    e = law.restitution if -u[2] >= law.threshold else 0.0
+    target = -e * u[2] + law.push * (at.laid if law.laid else at.depth)
+    plain = law.torque and not law.slip_of_centre and law.cone == ROUND
+    if plain and law.in_impact == INSTANT and law.friction > 0 and not body.radius:
+        v, w = _at_each_instant(body, v, w, axes, lever, -target / u[2], law.friction)
+        return turn.T @ v, turn.T @ w
+    inverse = inverse_inertia(body, axes)
+    response = np.eye(3) / body.mass - cross_matrix(lever) @ inverse @ cross_matrix(lever)
+    friction_response = response[:2, :2] if law.torque else np.eye(2) / body.mass
+    slip = v[:2] if law.slip_of_centre else u[:2]
+    once = law.in_impact == AFTER or bool(body.radius)
+    size = float(np.linalg.eigvalsh(friction_response)[-1])
+    press, drag = 0.0, np.zeros(2)
+    for _ in range(1 if once else SWEEPS):
+        coupling = response[2, :2] @ drag if law.torque else 0.0
+        press = max(0.0, (target - u[2] - coupling) / response[2, 2])
+        beside = slip + (0.0 if law.slip_of_centre else response[:2, 2] * press)
+        before = drag
+        if not once:  # descends to where friction is against the slip that is left
+            drag = bounded(drag - (beside + friction_response @ drag) / size, law.friction * press, law.cone)
+        elif law.cone == SQUARE:
+            drag = bounded(-beside / np.diag(friction_response), law.friction * press, law.cone)
+        elif np.any(beside):
+            along = beside / np.linalg.norm(beside)
+            drag = bounded(-beside / (along @ friction_response @ along), law.friction * press, law.cone)
+        if abs(drag - before).max() <= 1e-13 * press:
+            break
+    along = np.append(drag, 0.0)
+    torque = np.cross(lever, (0.0, 0.0, press)) + (np.cross(lever, along) if law.torque else 0.0)
+    along[2] = press
+    return turn.T @ (v + along / body.mass), turn.T @ (w + inverse @ torque)
+
+
+def _at_each_instant(
+    body: Body, v: Array, w: Array, axes: Array, lever: Array, restitution: float, friction: float
+) -> tuple[Array, Array]:
+    """Return v and w after an impact of one corner, with friction at each instant, by the solver's impact."""
+    a, b, c = body.moments.tolist()
+    corner = (axes.T @ lever)[None]
+    plane = SolverPlane(np.zeros(3), np.array(NORMAL), restitution, friction, corner)
+    flight = ContactFlight(SolverBody(body.mass, (a, b, c)), "events", None, plane)
+    start = np.concatenate(((0.0, 0.0, -lever[2]), from_matrix(axes[None])[0], v, w))
+    flight.write(start[None])
+    flight.advance(1, 1e-12)
+    after = flight.read()[0]
+    return after[7:10], after[10:13]
+
+
+@dataclass(frozen=True)
+class Slide:
+    """A motion along the plane at given times.
+
+    x, v : place and velocity along it, (n, 2)
+    turned : integral of the angular velocity [rad], (n, 3)
+    """
+
+    x: Array
+    v: Array
+    turned: Array
+
+
+def slide(scene: Scene, pull: Array, v: Array, w: Array, law: ContactLaw, times: Array) -> Slide:
+    """Return the motion of a sphere, or of a box on a face, along the plane, from times[0] on.
+
+    Parameters
+    ----------
+    scene : its body and plane
+    pull : gravity, plane's frame [m/s2], (3,)
+    v, w : velocity [m/s] and angular velocity [rad/s] at the first time, (3,)
+    law : the law
+    times : increasing [s], (n,)
+
+    Returns
+    -------
+    the motion, from the origin
+    """
+    body = scene.body
+    normal = np.array(law.normal)
+    press = max(0.0, float(-pull @ normal))
+    down = pull - (pull @ normal) * normal
+    radius = body.radius or 0.0
+    turns = bool(radius and law.torque)
+    spread = 1.0 + (body.mass * radius**2 / float(body.moments[0]) if turns else 0.0)
+    gain = body.mass * radius / float(body.moments[0]) if turns else 0.0
+    sees = 0.0 if law.slip_of_centre else radius
+    dt = (float(times[-1]) - float(times[0])) / STEPS
+    x0, x1, v0, v1, (w0, w1, w2) = 0.0, 0.0, float(v[0]), float(v[1]), w.tolist()
+    g0, g1, most = float(down[0]), float(down[1]), law.friction * press
+    is_round, stopped = law.cone == ROUND, False
+    path = np.empty((STEPS + 1, 7))
+    path[0] = 0.0, 0.0, v0, v1, w0, w1, w2
+    for step in range(1, STEPS + 1):
+        u0, u1 = v0 - sees * w1, v1 + sees * w0
+        f0, f1 = -(u0 / dt + g0) / spread, -(u1 / dt + g1) / spread
+        bound = most
+        if law.viscous:
+            # Slip at the end of the step, implicitly: f = -bound u / viscous.
+            stiff = most / law.viscous
+            s0, s1 = (part / (1 + spread * stiff * dt) for part in (u0 + g0 * dt, u1 + g1 * dt))
+            f0, f1 = -stiff * s0, -stiff * s1
+        if is_round:
+            size = math.hypot(f0, f1)
+            if size > bound:
+                f0, f1 = f0 * bound / size, f1 * bound / size
+        else:
+            f0, f1 = bounded(np.array((f0, f1)), bound, law.cone)
+        n0, n1 = v0 + (g0 + f0) * dt, v1 + (g1 + f1) * dt
+        if law.asleep and math.hypot(n0, n1) < law.asleep and (stopped or math.hypot(n0, n1) <= math.hypot(v0, v1)):
+            stopped = True
+        if stopped:
+            n0 = n1 = w0 = w1 = w2 = v0 = v1 = 0.0
+        x0, x1 = x0 + dt * (v0 + n0) / 2, x1 + dt * (v1 + n1) / 2
+        v0, v1, w0, w1 = n0, n1, w0 + gain * f1 * dt * (not stopped), w1 - gain * f0 * dt * (not stopped)
+        path[step] = x0, x1, v0, v1, w0, w1, w2
+    at = (times - times[0]) / dt
+    low = np.minimum(at.astype(int), STEPS - 1)
+    share = (at - low)[:, None]
+    inside = share * dt
+    between = path[low] + share * (path[low + 1] - path[low])
+    turned = np.zeros((STEPS + 1, 3))
+    turned[1:] = np.cumsum((path[1:, 4:7] + path[:-1, 4:7]) * (dt / 2), axis=0)
+    rotated = turned[low] + inside * (path[low, 4:7] + between[:, 4:7]) / 2
+    # Places by their velocities, so that a parabola stays one between steps.
+    change = (path[low + 1, 2:4] - path[low, 2:4]) / dt
+    x = path[low, 0:2] + inside * path[low, 2:4] + inside**2 / 2 * change
+    return Slide(x, between[:, 2:4], rotated)

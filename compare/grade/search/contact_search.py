@@ -1,0 +1,433 @@
+"""Which contact law a file follows: the scene's, or one with mistakes, to what its steps and digits leave open.
+
+A law is compared with each impact from the file's own state just before it, and with each motion along the plane from
+its start.  Errors are in units of what a step of the program, as far as the file shows it, and its digits may change.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from itertools import product
+
+import numpy as np
+
+from tumble.compare.grade.hypotheses.contact_mistakes import (
+    EARLY,
+    GRAVITY_FIRST,
+    HANGS,
+    TUNNELS,
+    ContactHypothesis,
+    contact_hypotheses,
+)
+from tumble.compare.grade.measure.contact_motion import ContactMotion, Impact, Lasting
+from tumble.compare.grade.model.contact_law import INSTANT, ContactLaw, after_impact, right_law, slide
+from tumble.scenarios.frames import Array, turned_by
+from tumble.solver.contact.flight import axes_of
+
+# Velocities after an impact may be off by so many steps of gravity, and by this share.
+STEPS_OFF, SHARE_OFF = 1.5, 3e-4
+# The same of an impact that lasts several steps, as on a stiff spring.
+SOFT = 0.01
+# Places on a slide may be off by so many steps squared of friction, and by this share of the way.
+SLIDE_OFF, WAY_OFF = 1.5, 1e-3
+# Uncertainties by digits count so many times.
+DIGITS = 4.0
+# Odds against the contacts of a file being all as punctual as they are by chance.
+IMPROBABLE = 100.0
+# The longest step that a program is believed to have [s].
+LONGEST_STEP = 1 / 30
+# Share of a row interval below which a shown step may be none.
+SHORTEST = 0.02
+# A contact later than this many times the usual one is not one impact.
+FAR_LATER = 20.0
+# Share of the body's reach below which a gap is none.
+TOUCHES = 1e-3
+# A rebound that is shorter than this many rows is not seen.
+SEEN_ROWS = 3.5
+# Errors above this many units count as so many.
+MOST = 1e9
+# An explanation in part leaves at most this share of the largest miss; a second mistake must leave this share at most.
+PARTLY = 0.5
+# Mistakes of one part that are refined in pairs.
+PAIRED = 4
+# The excess of a rebound in steps of gravity that names gravity before the bounce, and how well it must be known.
+EXCESS, KNOWN = 0.25, 0.2
+
+
+@dataclass(frozen=True)
+class ContactMistake:
+    """One mistake of an explanation, with its values."""
+
+    hypothesis: ContactHypothesis
+    values: tuple[float, ...] = ()
+
+    @property
+    def text(self) -> str:
+        """The mistake in words."""
+        return self.hypothesis.text_with(self.values)
+
+
+@dataclass(frozen=True)
+class ContactExplanation:
+    """A law with mistakes, and how badly it fits.
+
+    Parameters
+    ----------
+    mistakes : one, or a pair
+    misses : of each impact and motion, in units of what a right program may be off
+    law : with the mistakes' fitted values
+    """
+
+    mistakes: tuple[ContactMistake, ...]
+    misses: tuple[float, ...]
+    law: ContactLaw
+
+    @cached_property
+    def cost(self) -> float:
+        """How badly it fits: a large miss counts by its order of magnitude."""
+        return float(np.log1p(np.square(np.minimum(self.misses, MOST))).sum())
+
+    @property
+    def fits(self) -> bool:
+        """Whether nothing is missed by more than a unit."""
+        return bool(self.misses) and max(self.misses) <= 1.0
+
+    @property
+    def rank(self) -> tuple[int, int]:
+        """How much it assumes: number of mistakes, and of fitted values."""
+        return len(self.mistakes), sum(len(mistake.values) for mistake in self.mistakes)
+
+
+@dataclass(frozen=True, eq=False)
+class SlideRows:
+    """A motion along the plane in the file, and by a law.
+
+    times [s], (n,); places: in the file [m], (n, 2); spins: between its rows [rad/s], (n - 1, 3); x, turning: the same
+    by the law; late: by which x is moved [s].
+    """
+
+    times: Array
+    places: Array
+    spins: Array
+    x: Array
+    turning: Array
+    late: float
+
+
+@dataclass(eq=False)
+class ContactSearch:
+    """The search for the law of one throw."""
+
+    motion: ContactMotion
+    trials: int = 0
+    _known: dict[ContactLaw, tuple[float, ...]] = field(default_factory=dict)
+    _parts: dict[tuple, float] = field(default_factory=dict)
+
+    @cached_property
+    def right(self) -> ContactLaw:
+        """The scene's law."""
+        assert self.motion.scene.plane is not None
+        return right_law(self.motion.scene.plane)
+
+    @cached_property
+    def strength(self) -> float:
+        """Gravity [m/s2]."""
+        return float(np.linalg.norm(self.motion.pull))
+
+    @cached_property
+    def shown_step(self) -> float | None:
+        """The step of a first-order program [s], by the velocity of its first flight; None if the file shows none.
+
+        With the velocity changed before or after the position, the parabola of the first flight begins with half a
+        step of gravity too much or too little.
+        """
+        motion, rows = self.motion, self.motion.rows
+        if not motion.flights or motion.flights[0].first > 0 or rows.times[0] != 0:
+            return None
+        flight = motion.flights[0]
+        off = flight.at(0.0, motion.pull)[1] - self.start_velocity
+        step = 2 * abs(float(off @ motion.pull)) / self.strength**2
+        sure = 2 * DIGITS * flight.sigma / self.strength
+        if sure > 0.1 * step or step > 1.02 * rows.spacing_s:
+            return None
+        whole = rows.spacing_s / max(1, round(rows.spacing_s / step))
+        return whole if abs(whole - step) < 0.02 * step else step
+
+    @cached_property
+    def start_velocity(self) -> Array:
+        """The scene's velocity at the start, plane's frame [m/s], (3,)."""
+        assert self.motion.scene.plane is not None
+        return axes_of(self.motion.scene.plane.normal) @ self.motion.scene.start[0, 7:10]
+
+    @cached_property
+    def step(self) -> float:
+        """The step that errors of impacts are compared with [s]: as seen at the start, or as contacts are late."""
+        spacing = min(self.motion.rows.spacing_s, LONGEST_STEP)
+        late = [one.late for one in self.judged if np.isfinite(one.late) and not one.stays]
+        if self.shown_step is not None:
+            return float(min(max([self.shown_step, *late]), 2 * spacing))
+        # A contact is late by a random part of a step: that all are this early in a longer one is improbable.
+        return float(min(max(late) * IMPROBABLE ** (1 / len(late)), spacing)) if late else spacing
+
+    @cached_property
+    def judged(self) -> tuple[Impact, ...]:
+        """The impacts that a law can be held to: of one corner alone.
+
+        Where a contact seems far later than the others, two corners have met the plane between two rows.
+        """
+        found = tuple(one for one in self.motion.impacts if one.single)
+        if self.motion.scene.body.radius or not found:
+            return found
+        usual = float(np.nanmedian([one.late for one in found]))
+        return tuple(one for one in found if not one.late > FAR_LATER * usual)
+
+    @cached_property
+    def slid(self) -> tuple[Lasting, ...]:
+        """The motions along the plane."""
+        return self.motion.lasting
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether the file shows nothing that a law can be held to."""
+        return not self.judged and not self.slid
+
+    # --- how far a law is off ---------------------------------------------------------------------------------------
+
+    def misses(self, law: ContactLaw) -> tuple[float, ...]:
+        """Return by how many units a law misses each impact, and each motion along the plane."""
+        if law not in self._known:
+            self.trials += 1
+            # What has no effect on an impact, or on a slide, makes no other law for it.
+            at_once = replace(law, asleep=0.0, viscous=0.0)
+            lasting = replace(law, restitution=0.0, threshold=0.0, push=0.0, laid=False, in_impact=INSTANT)
+            if not self.right.friction:
+                lasting = replace(lasting, viscous=0.0)
+            parts = [(self.missed_impact, one, at_once) for one in self.judged]
+            parts += [(self.missed_slide, one, lasting) for one in self.slid]
+            self._known[law] = tuple(self._missed(*part) for part in parts)
+        return self._known[law]
+
+    def _missed(self, how: Callable, one: Impact | Lasting, law: ContactLaw) -> float:
+        """Return by how many units a law misses one impact or motion, computed once."""
+        if (one, law) not in self._parts:
+            missed = how(one, law)
+            self._parts[one, law] = missed if np.isfinite(missed) else np.inf
+        return self._parts[one, law]
+
+    def missed_impact(self, one: Impact, law: ContactLaw) -> float:
+        """Return by how many units a law misses the velocities after an impact."""
+        body, spacing = self.motion.scene.body, self.motion.rows.spacing_s
+        v, w = after_impact(body, one.before, law)
+        speed, spin = float(np.linalg.norm(one.before.v)), float(np.linalg.norm(one.before.w))
+        gained = float(np.linalg.norm(one.v - one.before.v))
+        share = SOFT if self.shown_step is not None and one.late > 2 * self.shown_step else SHARE_OFF
+        step = self.step + (spacing if one.stays else 0.0)
+        turned = 0.0 if body.radius else STEPS_OFF * spin * gained * self.step
+        room_v = (
+            (STEPS_OFF + self.right.friction) * self.strength * step + DIGITS * one.sigma_v + share * speed + turned
+        )
+        lever = float(np.linalg.norm(one.before.lever))
+        room_w = (
+            room_v * body.mass * lever / float(np.min(body.moments))
+            + DIGITS * one.sigma_w
+            + SHARE_OFF * 3 * (spin + float(np.linalg.norm(one.w)))
+        )
+        off = v - one.v
+        if one.stays and 0 < v[2] < SEEN_ROWS * spacing * self.strength / 2:
+            off[2] = 0.0
+        # A body that stays has no velocity along the normal, whatever the digits: only a step may change the rebound.
+        room_n = (STEPS_OFF + self.right.friction) * self.strength * self.step + share * speed if one.stays else room_v
+        return max(
+            float(np.abs(off[:2]).max()) / room_v, float(abs(off[2])) / room_n, float(np.abs(w - one.w).max()) / room_w
+        )
+
+    def slide_by(self, one: Lasting, law: ContactLaw) -> SlideRows:
+        """Return the rows of a motion along the plane, and the motion by a law from the same start."""
+        rows, scene = self.motion.rows, self.motion.scene
+        some = slice(one.first, one.last + 1)
+        times, places = rows.times[some], rows.x[some, :2] - rows.x[one.first, :2]
+        spins = turned_by(rows.q[some][:-1], rows.q[some][1:]) / np.diff(times)[:, None]
+
+        def run(v: Array, w: Array) -> tuple[Array, Array, Array]:
+            found = slide(scene, self.motion.pull, v, w, law, times)
+            return found.x, found.v, np.diff(found.turned, axis=0) / np.diff(times)[:, None]
+
+        v, w = one.v, one.w
+        if not one.from_start:
+            v, w = self._fitted_start(run, v, w, places, spins, bool(scene.body.radius))
+        x, along, turning = run(v, w)
+        # A first-order program is ahead or late by half a step of what it has gained.
+        gained = along - v[:2]
+        square = float((gained * gained).sum())
+        late = float(((places - x) * gained).sum()) / square if square > 0 and one.from_start else 0.0
+        late = float(np.clip(late, -0.51 * rows.spacing_s, 0.51 * rows.spacing_s))
+        return SlideRows(times, places, spins, x + late * gained, turning, late)
+
+    def missed_slide(self, one: Lasting, law: ContactLaw) -> float:
+        """Return by how many units a law misses a motion along the plane."""
+        rows, body = self.motion.rows, self.motion.scene.body
+        found = self.slide_by(one, law)
+        half = float(np.median(rows.half[one.first : one.last + 1]))
+        step, shown = min(rows.spacing_s, LONGEST_STEP), 2 * abs(found.late)
+        step = shown if SHORTEST * step < shown < step else step
+        pull = self.right.friction * self.strength + float(np.linalg.norm(self.motion.pull[:2]))
+        way = np.concatenate(((0.0,), np.cumsum(np.linalg.norm(np.diff(found.x, axis=0), axis=1))))
+        often = SLIDE_OFF if one.from_start else 2 + SLIDE_OFF
+        room = DIGITS * half + often * pull * step**2 + WAY_OFF * way
+        missed = float((np.linalg.norm(found.places - found.x, axis=1) / room).max())
+        if body.radius:
+            lever = body.mass * body.radius / float(body.moments[0])
+            room_w = (
+                often * lever * self.right.friction * self.strength * step
+                + DIGITS * 2 * rows.half_turn / float(np.median(np.diff(found.times)))
+                + SHARE_OFF * 3 * float(np.linalg.norm(found.turning, axis=1).max())
+                # The rotation of a row is not the integral of a spin whose axis turns.
+                + float(np.linalg.norm(np.cross(found.turning[1:], found.turning[:-1]), axis=1).max())
+                * rows.spacing_s
+                / 6
+            )
+            missed = max(missed, float(np.linalg.norm(found.spins - found.turning, axis=1).max()) / room_w)
+        return max(missed, self.missed_rest(found.times, found.places, found.x, half))
+
+    def missed_rest(self, times: Array, places: Array, x: Array, half: float) -> float:
+        """Return by how many units a law misses the speed of a body that rests at the end by the law."""
+        moved = np.linalg.norm(x - x[-1], axis=1) > 1e-9 * (1 + float(np.abs(x).max()))
+        first = int(np.flatnonzero(moved)[-1]) + 1 if moved.any() else 0
+        first += (len(times) - first) // 2
+        if len(times) - first < 3:
+            return 0.0
+        took = float(times[-1] - times[first])
+        own, model = ((one[-1] - one[first]) / took for one in (places, x))
+        room = 2 * DIGITS * half / took + 1e-6 * np.sqrt(self.strength * self.motion.scene.body.reach)
+        return float(np.linalg.norm(own - model)) / room
+
+    def _fitted_start(
+        self, run: Callable, v: Array, w: Array, places: Array, spins: Array, turns: bool
+    ) -> tuple[Array, Array]:
+        """Return the velocity and spin at the start of a motion along the plane that fit its rows best."""
+        reach = self.motion.scene.body.reach
+
+        def misfit(at: Array) -> Array:
+            x, _, turning = run(np.array((at[0], at[1], 0.0)), at[2:5])
+            return np.concatenate(((places - x).ravel(), (turning - spins).ravel() * reach * 0.01))
+
+        at, free = np.concatenate((v[:2], w)), 5 if turns else 2
+        for _ in range(3):
+            off = misfit(at)
+            slopes = np.stack([(misfit(at + 1e-4 * np.eye(5)[n]) - off) / 1e-4 for n in range(free)], axis=1)
+            at[:free] += np.linalg.lstsq(slopes, -off, rcond=None)[0]
+        return np.array((at[0], at[1], 0.0)), at[2:5]
+
+    # --- what is said -----------------------------------------------------------------------------------------------
+
+    @cached_property
+    def null(self) -> ContactExplanation:
+        """The scene's law."""
+        return ContactExplanation((), self.misses(self.right), self.right)
+
+    @cached_property
+    def hypotheses(self) -> tuple[ContactHypothesis, ...]:
+        """The mistakes that are tried."""
+        return contact_hypotheses(self.right, self.motion.pull, tuple(one.approach for one in self.judged))
+
+    @cached_property
+    def explanations(self) -> list[ContactExplanation]:
+        """The laws with mistakes, the best first: those that fit, the ones that assume least first, then the others."""
+        found = [self.fitted(one, self.right) for one in self.hypotheses]
+        if not any(one.fits for one in found):
+            found += self.pairs(found)
+        return sorted(found, key=lambda one: (not one.fits, one.rank if one.fits else (0, 0), one.cost))
+
+    def pairs(self, alone: list[ContactExplanation]) -> Iterator[ContactExplanation]:
+        """Yield pairs of mistakes of different parts, of those that help most with all; values are fitted last."""
+        best = sorted(alone, key=lambda one: one.cost)[:PAIRED]
+        for first, second in product(best, alone):
+            one, other = first.mistakes[0].hypothesis, second.mistakes[0].hypothesis
+            if one.part == other.part or {one.part, other.part} == {"material", "friction"}:
+                continue
+            if second.mistakes[0].values or not first.mistakes[0].values:
+                yield self.fitted(other, first.law, first.mistakes)
+            else:
+                yield self.fitted(one, second.law, second.mistakes)
+
+    def fitted(
+        self, hypothesis: ContactHypothesis, law: ContactLaw, before: tuple[ContactMistake, ...] = ()
+    ) -> ContactExplanation:
+        """Return the explanation by a mistake added to a law, with the values that fit best."""
+
+        def explained(values: tuple[float, ...]) -> ContactExplanation:
+            changed = hypothesis.change(law, values)
+            return ContactExplanation((*before, ContactMistake(hypothesis, values)), self.misses(changed), changed)
+
+        if not hypothesis.values:
+            return explained(())
+        best = min((explained(values) for values in hypothesis.values), key=lambda one: one.cost)
+        if hypothesis.name == "contact-bounce-threshold" or best.cost >= self.null.cost:
+            return best
+        return self.refined(best, explained)
+
+    def refined(
+        self, best: ContactExplanation, explained: Callable[[tuple[float, ...]], ContactExplanation]
+    ) -> ContactExplanation:
+        """Return the explanation with values near the best ones that fit better."""
+        from scipy.optimize import minimize  # slow to load
+
+        start = best.mistakes[-1].values
+        if best.fits and max(best.misses) < 0.2:
+            return best
+
+        def cost(values: Array) -> float:
+            return explained(tuple(values.tolist())).cost
+
+        simplex = np.array([start, *(np.array(start) + np.eye(len(start)) * (0.3 * max(start, key=abs)))])
+        found = minimize(
+            cost,
+            np.array(start),
+            method="Nelder-Mead",
+            options={"initial_simplex": simplex, "maxfev": 40 * len(start), "xatol": 1e-5, "fatol": 1e-4},
+        )
+        other = explained(tuple(float(value) for value in found.x))
+        return other if other.cost < best.cost else best
+
+    def shown(self) -> ContactMistake | None:
+        """Return a mistake that the motion shows by itself, whatever the law; None if there is none."""
+        motion, rows = self.motion, self.motion.rows
+        if motion.through is not None:
+            return ContactMistake(TUNNELS)
+        if motion.frozen is not None:
+            return ContactMistake(HANGS)
+        half = DIGITS * float(np.median(rows.half))
+        resting = [one.height for one in motion.lasting if one.height > half + TOUCHES * motion.scene.body.reach]
+        early = [
+            one.gap
+            for one in self.judged
+            if not one.stays
+            and one.gap > 2 * half + TOUCHES * motion.scene.body.reach + one.approach * (self.shown_step or 0.0)
+        ]
+        if resting or early:
+            return ContactMistake(EARLY, (max(resting or early),))
+        return None
+
+    def gravity_first(self) -> ContactMistake | None:
+        """Return the mistake of gravity added before the bounce, if every rebound is too fast by it; None otherwise.
+
+        At the step k where a semi-implicit program turns the velocity back, the parabolas before and after have the
+        velocities (k + 1/2) g dt and, with gravity added first, e (k + 1) g dt + g dt / 2: the rebound has
+        (1 + e) / 2 steps of gravity too much, otherwise (1 - e) / 2 too much or (1 + e) / 2 too little.
+        """
+        step, e = self.shown_step, self.right.restitution
+        least = 2 * self.strength * self.motion.rows.spacing_s
+        flying = [one for one in self.judged if not one.stays and one.approach > least]
+        if step is None or not flying or e == 0 or not self.motion.scene.body.radius:
+            return None
+        excess = []
+        for one in flying:
+            if one.sigma_v * DIGITS > KNOWN * self.strength * step:
+                return None
+            flights = list(self.motion.flights)
+            before = max((each for each in flights if each.time < one.time), key=lambda each: each.time)
+            after = min((each for each in flights if each.time > one.time), key=lambda each: each.time)
+            turned = np.ceil(one.time / step - 0.02) * step
+            fall, rise = (float(each.at(turned, self.motion.pull)[1][2]) for each in (before, after))
+            excess.append((rise + e * fall) / (-float(self.motion.pull[2]) * step) - (1 + e) / 2)
+        return ContactMistake(GRAVITY_FIRST, (step,)) if max(map(abs, excess)) <= EXCESS else None

@@ -1,0 +1,126 @@
+"""Tasks on the workers of a Dask cluster, real ones on this machine: results, dead workers, versions, addresses."""
+
+import os
+from functools import partial
+from pathlib import Path
+
+import pytest
+
+from tumble.compare.run import cluster
+from tumble.compare.run.cluster import BadCluster, check_address, connected
+from tumble.compare.run.execution import Execution, executing
+from tumble.compare.run.flight import Trajectory
+from tumble.compare.run.running_engines import RunningEngine, launched
+from tumble.compare.run.status import Failure
+from tumble.compare.run.task_cache import TaskCache
+from tumble.compare.run.tasks import Task, run
+from tumble.compare.run.truths import Answer, Truths
+from tumble.scenarios.read import read_scene
+
+ENGINE = """
+METHODS = ("still",)
+FEATURES = {"gravity"}
+ABOUT = {"version": "1", "precision": "double", "switched_off": []}
+def build(scene, method): return {}
+def write(world, states): world["states"] = states
+def advance(world, n, dt): world["states"][:, 0:3] += n * dt * world["states"][:, 7:10]
+def read(world): return world["states"]
+"""
+SCENE = read_scene("die-straight")
+
+
+@pytest.mark.parametrize(
+    ("address", "tls", "said"),
+    [
+        ("10.0.0.1:8786", {}, "give|use tls"),
+        ("tcp://node:8786", {"ca": "a", "cert": "b", "key": "c"}, "use tls"),
+        ("tls://node:8786", {"ca": "a"}, "give --tls-ca, --tls-cert and --tls-key"),
+        ("http://127.0.0.1:8786", {}, "must be HOST:PORT"),
+        ("127.0.0.1", {}, "must be HOST:PORT"),
+        ("127.0.0.1:x", {}, "must be HOST:PORT"),
+    ],
+)
+def test_an_address_that_others_could_reach_needs_encryption(address, tls, said):
+    with pytest.raises(BadCluster, match=said):
+        check_address(address, tls, False)
+    for safe in ("127.0.0.1:8786", "tcp://localhost:1", "[::1]:8786"):
+        check_address(safe, {}, False)
+    check_address("tcp://10.0.0.1:8786", {}, True)
+    check_address("tls://node:8786", {"ca": "a", "cert": "b", "key": "c"}, False)
+
+
+@pytest.fixture(scope="module")
+def workers():
+    with connected(None, 2, {}) as found:
+        yield found
+
+
+@pytest.fixture
+def engine(tmp_path):
+    (tmp_path / "mine.py").write_text(ENGINE)
+    with launched([str(tmp_path / "mine.py")]) as (running_engine,):
+        yield running_engine
+
+
+def where(able: RunningEngine, number: int, answer: "Answer") -> tuple[int, int, float]:
+    """Return the number, the process, and the last height of the reference solution that was waited for."""
+    return number, os.getpid(), float(answer.result().truth.states[-1, 0, 1])  # pyright: ignore
+
+
+def fatal(able: RunningEngine, home: int) -> Trajectory | Failure:
+    """End the process unless it is the one at home."""
+    if os.getpid() != home:
+        os._exit(3)
+    return able.simulate(SCENE, "still", SCENE.step)
+
+
+def tasks_of(engine: RunningEngine, truths: Truths, count: int) -> list[Task]:
+    return [
+        Task(("die-straight", "mine", str(number)), engine, partial(where, number=number, answer=truths.futures[0]))
+        for number in range(count)
+    ]
+
+
+def test_workers_answer_in_order_and_what_they_answer_is_saved_at_home(workers, engine, tmp_path):
+    cache = TaskCache(tmp_path / "cache")
+    with Truths([SCENE]) as truths, executing(Execution((cache,), work=workers.work)):
+        found = run(tasks_of(engine, truths, 12), truths)
+        again = run(tasks_of(engine, truths, 12), truths)
+        height = truths.futures[0].result().truth.states[-1, 0, 1]
+    assert [number for number, _, _ in found] == [*range(12)]
+    processes = {pid for _, pid, _ in found}
+    assert os.getpid() not in processes
+    assert len(processes) == 2
+    assert {seen for _, _, seen in found} == {height}
+    assert again == found
+    assert len([*(tmp_path / "cache").iterdir()]) == 12
+    simulate = partial(RunningEngine.simulate, scene=SCENE, method="still", dt=SCENE.step)
+    task = Task(("die-straight", "mine", "still"), engine, simulate)
+    with executing(Execution(work=workers.work)):
+        (there,) = run([task])
+    (here,) = run([task])
+    assert there.vertices.tobytes() == here.vertices.tobytes()
+
+
+def test_a_task_that_ends_two_workers_is_a_row_and_the_others_are_run(workers, engine):
+    with Truths([SCENE]) as truths, executing(Execution(work=workers.work)):
+        deadly = Task(("two-hits", "mine", "fatal"), engine, partial(fatal, home=os.getpid()))
+        found: list = run([*tasks_of(engine, truths, 4), deadly, *tasks_of(engine, truths, 4)], truths)
+    assert str(found.pop(4)) == "crashed: 2 workers ended while they ran it"
+    assert [number for number, _, _ in found] == [0, 1, 2, 3] * 2
+
+
+def test_a_worker_with_another_version_is_refused(workers, engine, monkeypatch):
+    task = Task(
+        ("die-straight", "mine", "still"), engine, partial(RunningEngine.simulate, scene=SCENE, method="still", dt=0.01)
+    )
+    monkeypatch.setattr(cluster, "here", lambda: (("numpy", "0.1"),))
+    with (
+        executing(Execution(work=workers.work)),
+        pytest.raises(BadCluster, match=r"a worker has numpy .*, here is 0\.1"),
+    ):
+        run([task])
+    monkeypatch.undo()
+    Path(engine.engine).write_text(ENGINE.replace('"1"', '"2"'))
+    with executing(Execution(work=workers.work)), pytest.raises(BadCluster, match="another mine than here: version 2"):
+        run([task])
