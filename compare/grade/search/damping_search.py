@@ -19,7 +19,7 @@ from tumble.compare.grade.hypotheses.scheme_hypotheses import SchemeHypotheses
 from tumble.compare.grade.model.kernel.dynamics import AFTER_FORCES, AS_FORCE, EXPONENTIALLY, LINEARLY
 from tumble.compare.grade.search.evaluator import Evaluator
 from tumble.compare.grade.search.fitting import Fitter
-from tumble.compare.grade.search.scheme_search import Point, SchemeSearch
+from tumble.compare.grade.search.scheme_search import LATE, Point, SchemeSearch
 
 # Rough schemes that are improved, and of these, those that are explained.
 IMPROVED, PLACED = 2, 2
@@ -42,9 +42,12 @@ class DampingSearch:
     ) -> None:
         self._evaluator, self._fitter, self._hypotheses, self._schemes = evaluator, fitter, hypotheses, schemes
 
-    def explanations(self) -> list[Explanation]:
-        """Return the explanations by schemes with fitted damping, best first; empty if every run has too many steps."""
-        begun = sorted(self._begun(), key=self._weight)[:IMPROVED]
+    def explanations(self, weight: float) -> list[Explanation]:
+        """Return the explanations by schemes with fitted damping, best first.
+
+        Rough schemes that do not even fit as well as something else, whose weight is given, are not improved.
+        """
+        begun = sorted((one for one in self._begun() if self._weight(one) < weight), key=self._weight)[:IMPROVED]
         improved = [point.stepped for one in begun if (point := self._schemes.improved(Point((), one))).stepped]
         fitted = [each for one in improved for each in self._fitted(one)]
         best = sorted(fitted, key=self._weight)[:PLACED]
@@ -79,9 +82,13 @@ class DampingSearch:
         """Yield rough schemes with the rates that fit them."""
         context = self._evaluator.context
         damping = Damping(1 / context.duration, 1 / context.duration, place=AFTER_FORCES, form=LINEARLY)
+        early = self._fitters[0]
         for stepped in self._schemes.rough:
             if context.duration <= MOST_STEPS * stepped.step:
-                yield self._first_fit(_with_damping(stepped, damping))
+                # The first rows show how late they are; without that no rate fits.
+                shifted = (replace(stepped, late=late) for late in LATE)
+                late = min(shifted, key=lambda each: early.quick_weight(self._hypotheses.mistakes(each)))
+                yield self._first_fit(_with_damping(late, damping))
 
     @cached_property
     def _fitters(self) -> list[Fitter]:

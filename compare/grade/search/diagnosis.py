@@ -15,7 +15,14 @@ from tumble.compare.grade.search.combining import Combiner
 from tumble.compare.grade.search.engine_search import EngineSearch
 from tumble.compare.grade.search.evaluator import Evaluator, SearchStopped
 from tumble.compare.grade.search.fitting import Fitter
-from tumble.compare.grade.search.stages import CLOSING, STAGES, Search, by_weight, defaults_of_engines_with_short_steps
+from tumble.compare.grade.search.stages import (
+    CLOSING,
+    STAGES,
+    Search,
+    by_weight,
+    defaults_of_engines_with_short_steps,
+    replace_each_mistake,
+)
 
 # An explanation with fewer mistakes must leave this many times as much to be worse; more, if what is left with more
 # mistakes is not noise, since any fitted value explains a part of a systematic residual.
@@ -78,6 +85,7 @@ def diagnosed(
         null=evaluator.explain(()),
     )
     stopped = not search.null.within_floor and _is_stopped(search, search_s)
+    replace_each_mistake(search)
     return replace(_ranked(search), stopped_s=search_s if stopped else 0.0)
 
 
@@ -116,7 +124,7 @@ def _ranked(search: Search) -> Diagnosis:
     return Diagnosis(
         null=null,
         best=best,
-        alike=() if engines else tuple(_distinct(alike)),
+        alike=tuple(_distinct(alike)),
         steps=tuple(_steps(search.evaluator, null, best)),
         trials=search.evaluator.trials,
         program=search.evaluator.program_with(best.mistakes),

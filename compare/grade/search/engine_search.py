@@ -58,9 +58,9 @@ class EngineSearch:
         runs = scheme_combinations(self._evaluator.context, self._engines)
         return self.simplified_if_whole([explanation for _, explanation in self._closest(runs)])
 
-    def damped(self) -> list[Explanation]:
-        """Return the best explanations by schemes with fitted damping, best first."""
-        return self.simplified_if_whole(self._damping_search.explanations())
+    def damped(self, weight: float) -> list[Explanation]:
+        """Return the best explanations by schemes with fitted damping, best first; weight: of another explanation."""
+        return self.simplified_if_whole(self._damping_search.explanations(weight))
 
     def simplified_if_whole(self, found: list[Explanation]) -> list[Explanation]:
         """Return explanations, best first; if the best is whole, only that, without what has no effect."""

@@ -87,9 +87,9 @@ class Evaluator:
             self._quick_fineness = fineness
             self._poses.clear()
 
-    def is_spent(self, share: float = 1.0) -> bool:
-        """Whether a share of the ENOUGH steps of a search has been simulated."""
-        return self.simulated_steps > share * ENOUGH
+    def is_spent(self, share: float = 1.0, begun: int = 0) -> bool:
+        """Whether a share of the ENOUGH steps of a search has been simulated; begun: steps that do not count."""
+        return self.simulated_steps - begun > share * ENOUGH
 
     def explain(self, mistakes: Mistakes) -> Explanation:
         """Return what mistakes leave of all rows, finely simulated."""

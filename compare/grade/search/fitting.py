@@ -24,7 +24,7 @@ class Fitter:
     """Finds the values with which mistakes leave least."""
 
     def __init__(self, evaluator: Evaluator) -> None:
-        self._evaluator = evaluator
+        self._evaluator, self.quick_weight = evaluator, evaluator.quick_weight
 
     def tuned(self, hypotheses: Sequence[Hypothesis]) -> Mistakes:
         """Return hypotheses with the best of their first values, then refined one by one."""

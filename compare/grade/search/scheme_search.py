@@ -20,6 +20,7 @@ from tumble.compare.grade.hypotheses.engine_schemes import (
 )
 from tumble.compare.grade.hypotheses.explanation import Mistake, Mistakes
 from tumble.compare.grade.hypotheses.hypothesis import NEAR, Hypothesis
+from tumble.compare.grade.hypotheses.names import SYMPLECTIC_EULER
 from tumble.compare.grade.hypotheses.scheme_hypotheses import SchemeHypotheses
 from tumble.compare.grade.search.evaluator import Evaluator
 from tumble.compare.grade.search.fitting import Fitter
@@ -30,8 +31,13 @@ SCHEME_PARTS = frozenset({"steps", "normalisation", "position step", "gravity st
 ROUGH_STEPS, REFINED, IMPROVED = (1, 2, 4), 24, 6
 # Ticks of programs whose rows lie between them [s], and steps in a tick.
 TICKS, PARTS = (1 / 50, 1 / 60, 1 / 100, 1 / 120), (1, 2, 4, 8)
+# Ticks by which rows are late: a program may wait before it begins.  Most steps in a row interval that are fitted.
+LATE, MOST_PARTS = (*ROW_SHIFTS, 2, 3, 4, 5), 80
 # Rounds of improving each axis, kinds of methods that are fitted in each, and steps of a run that are worth their time.
 ROUNDS, FITTED, MOST_STEPS = 3, 4, 10_000
+# The round in which values are fitted upon every gyroscopic term and rotation: a value that was fitted upon a wrong one
+# makes up for it, so the right one fits worse with that value.
+WITH_EACH = 1
 # Programs between ticks that are improved; and parts that rule them out.
 BETWEEN, CLOCK_PARTS = 2, ("clock offset", "clock rate", "clock stop")
 UNUSUAL = re.compile("half a step|nearest")
@@ -53,6 +59,7 @@ class SchemeSearch:
         self._evaluator, self._fitter, self._hypotheses = evaluator, fitter, hypotheses
         context = evaluator.context
         self._steps = [step for step in context.parts if context.duration <= MOST_STEPS * step]
+        self._moves = [Mistake(h) for h in evaluator.hypotheses if h.part == "position step"]
         rough = [step for step in self._steps if round(context.spacing_s / step) in ROUGH_STEPS]
         self.rough = [
             SteppedScheme(EngineScheme("", kind, "exponential"), step)
@@ -69,7 +76,7 @@ class SchemeSearch:
         self._methods = [
             Mistake(hypothesis, step)
             for hypothesis in evaluator.hypotheses
-            if hypothesis.part == "steps"
+            if hypothesis.part == "steps" and hypothesis.name != SYMPLECTIC_EULER
             for step in self._steps
             if step in hypothesis.named_values
         ]
@@ -108,8 +115,10 @@ class SchemeSearch:
         point = self._with_own_damping(point)
         weight = self._weight(point)
         for number in range(ROUNDS):
-            others = (*self._best_steps(point, only_same=number > 0), *self._with_other_places(point))
-            point = min(map(self._fitted, (point, *others)), key=self._weight)
+            point = min((point, *self._with_other_times(point)), key=self._weight)
+            others = [point, *self._best_steps(point, number), *self._with_other_places(point)]
+            others += [*map(self._with_damping, others)] if number == 0 else self._with_fitted_length(point)
+            point = min(map(self._fitted, dict.fromkeys(others)), key=self._weight)
             for axis in (self._with_other_details, self._with_other_times, self._with_other_readings):
                 point = min((point, *axis(point)), key=self._weight)
             before, weight = weight, self._weight(point)
@@ -117,20 +126,24 @@ class SchemeSearch:
                 break
         return point
 
-    def _best_steps(self, point: Point, only_same: bool) -> list[Point]:
+    def _best_steps(self, point: Point, number: int) -> list[Point]:
         """Return the best points with other steps, one of each method and rotation; their values are to be fitted.
 
-        only_same: the step stays as long as it is.
+        number: of the round; after the first one the step stays as long as it is.
         """
-        best: dict[tuple[str, str], Point] = {}
+        best: dict[tuple[str, ...], Point] = {}
         others = self._with_other_steps(point)
-        if only_same:
-            step = point.stepped.step if point.stepped else 0.0
+        if number and point.stepped:
+            step = point.stepped.step
             others = (other for other in others if other.stepped and other.stepped.step == step)
+        each = number == WITH_EACH and bool(self._free(point))
         for other in sorted(others, key=self._weight):
             name = next((m.hypothesis.name for m in self._mistakes(other) if m.hypothesis.part == "steps"), "")
-            best.setdefault((name, other.stepped.scheme.rotation if other.stepped else ""), other)
-        return list(best.values())[:FITTED]
+            scheme = other.stepped.scheme if other.stepped else None
+            best.setdefault(
+                (name, scheme.rotation if scheme else "", scheme.gyroscopic if scheme and each else ""), other
+            )
+        return list(best.values())[: None if each else FITTED]
 
     # --- the axes of the product --------------------------------------------------------------------------------------
 
@@ -148,14 +161,33 @@ class SchemeSearch:
                 yield Point((*_without(point.others, "steps"), method), None)
             yield Point(_without(point.others, "steps"), None)
 
+    def _with_fitted_length(self, point: Point) -> Iterator[Point]:
+        """Yield the same scheme with the parts of a row interval next to the step that fits best."""
+        mistakes, spacing = self._mistakes(point), self._evaluator.context.spacing_s
+        place = next((n for n, m in enumerate(mistakes) if m.hypothesis.part == "steps"), None)
+        if place is None or any(m.hypothesis.part == "clock tick" for m in point.others):
+            return
+        if point.stepped is None and not mistakes[place].hypothesis.fitted:
+            return
+        free = replace(mistakes[place].hypothesis, values=(spacing / MOST_PARTS, spacing))
+        step = Mistake(free, mistakes[place].value)
+        fitted = self._fitter.fit((*mistakes[:place], step, *mistakes[place + 1 :]), [*self._free(point), free])
+        nearest = round(spacing / fitted[place].value)
+        for number in range(max(1, nearest - 1), nearest + 2):
+            if self._evaluator.context.duration <= MOST_STEPS * spacing / number:
+                yield self._with_values(_with_step(point, spacing / number), fitted)
+
     def _with_other_details(self, point: Point) -> Iterator[Point]:
-        """Yield other substeps of the centre, and other numbers of first steps without gravity."""
+        """Yield other updates of the centre, and other numbers of first steps without gravity."""
         if point.stepped is None or not self._evaluator.context.program.gravity.any():
             return
         scheme = point.stepped.scheme
         others = [replace(scheme, idle_steps=idle) for idle in (0, 1, 2)]
         for other in (*others, *(replace(scheme, position_substeps=number) for number in (1, 4))):
             yield replace(point, stepped=replace(point.stepped, scheme=other))
+        moves = _without(point.others, "position step")
+        for others in (moves, *((*moves, move) for move in self._moves)):
+            yield replace(point, others=others)
 
     def _with_other_places(self, point: Point) -> Iterator[Point]:
         """Yield other places of the damping in a step; the rotation that fits then is another one, too."""
@@ -183,11 +215,22 @@ class SchemeSearch:
         if point.stepped is None or any(m.hypothesis.part.startswith("clock") for m in point.others):
             return
         forces = (False, True) if self._evaluator.context.program.impulses and self._may_last(point) else (False,)
-        for late, force in product((*ROW_SHIFTS, 2), forces):
+        for late, force in product(LATE, forces):
             yield replace(point, stepped=replace(point.stepped, late=late, impulse_as_force=force))
 
     def _may_last(self, point: Point) -> bool:
         return all(mistake.hypothesis.part != "impulse" for mistake in point.others)
+
+    def _with_damping(self, point: Point) -> Point:
+        """Return a point with damping of both velocities, if it has none."""
+        taken = {mistake.hypothesis.part for mistake in point.others}
+        if point.stepped is None or not taken.isdisjoint(DAMPINGS):
+            return point
+        damping, rate = point.stepped.scheme.damping, 1 / self._evaluator.context.duration
+        if damping.linear or damping.angular:
+            return point
+        scheme = replace(point.stepped.scheme, damping=replace(damping, linear=rate, angular=rate))
+        return replace(point, stepped=replace(point.stepped, scheme=scheme))
 
     def _with_own_damping(self, point: Point) -> Point:
         """Return a point whose damping is a part of its scheme."""
@@ -244,3 +287,11 @@ class SchemeSearch:
 
 def _without(mistakes: Mistakes, part: str) -> Mistakes:
     return tuple(mistake for mistake in mistakes if mistake.hypothesis.part != part)
+
+
+def _with_step(point: Point, step: float) -> Point:
+    """Return a point with a step of another length."""
+    if point.stepped:
+        return replace(point, stepped=replace(point.stepped, step=step))
+    steps = (Mistake(m.hypothesis, step) if m.hypothesis.part == "steps" else m for m in point.others)
+    return Point(tuple(steps), None)

@@ -27,10 +27,12 @@ PLAIN = 2
 # Explanations to which further mistakes are added.
 STARTS = 3
 # Single mistakes that are put upon schemes: at most so many, which leave at most this share of the error.
-BELOW, MOSTLY = 4, 0.3
+BELOW, MOSTLY = 3, 0.3
 MOST_MISTAKES = 5
 # A single mistake that leaves at most this share of the error is taken for one of the mistakes.
 SURELY = 0.05
+# Share of ENOUGH steps that may be spent on replacing mistakes by others, and those that are fitted finely.
+OF_REPLACING, REPLACED = 0.1, 4
 # An error below this share of the body's size is explained by at most one mistake.
 SMALL = 1e-6
 
@@ -41,8 +43,8 @@ class Search:
 
     null: the explanation without a mistake; immobile, by_engines, by_damping, found: explanations, by the stages that
     found them; engines: names of those whose defaults fit; singles: every mistake alone, best first; pairs: the best
-    single mistake with one more; has_short_steps: engines with many steps in a row interval have been tried;
-    on_nearest: called with the nearest scheme if none fits.
+    mistakes with one more; extended: mistakes to which one has been added; has_short_steps: engines with many steps in
+    a row interval have been tried; on_nearest: called with the nearest scheme if none fits.
     """
 
     evaluator: Evaluator
@@ -58,6 +60,7 @@ class Search:
     found: list[Explanation] = field(default_factory=list)
     singles: list[Mistakes] = field(default_factory=list)
     pairs: list[Mistakes] = field(default_factory=list)
+    extended: set[Mistakes] = field(default_factory=set)
     has_short_steps: bool = False
 
     @property
@@ -172,7 +175,7 @@ def schemes_with_fitted_damping(search: Search) -> bool:
     """Fit damping in every scheme, unless a single mistake explains all; its steps do not count for the limit."""
     if not any(each.within_floor for each in search.found):
         steps = search.evaluator.simulated_steps
-        search.by_damping = search.engine_search.damped()
+        search.by_damping = search.engine_search.damped(search.best.weight)
         search.evaluator.simulated_steps = steps
     if search.by_damping and search.by_damping[0].within_floor:
         return True
@@ -199,25 +202,32 @@ def combinations_of_schemes(search: Search) -> bool:
 
 def second_mistake_if_one_is_sure(search: Search) -> bool:
     """Add a second mistake at once if the best single one surely is one of the mistakes."""
-    is_sure = search.best.weighted_rms_m <= SURELY * search.null.weighted_rms_m
-    return is_sure and second_mistake_with_the_best(search)
+    if search.best.weighted_rms_m <= SURELY * search.null.weighted_rms_m:
+        _add_second_mistake(search)
+    return any(each.within_floor for each in search.found)
 
 
 def second_mistake_with_the_best(search: Search) -> bool:
-    """Add a second mistake, and then more, to the best single one if it surely is one of the mistakes; once."""
+    """Add a second mistake, and then more, to the best explanation if it surely has one of the mistakes."""
+    _add_second_mistake(search)
+    if search.pairs and search.best.weighted_rms_m <= SURELY * search.null.weighted_rms_m:
+        _add_more_mistakes(search)
+    return False
+
+
+def _add_second_mistake(search: Search) -> None:
+    """Add a second mistake to the best explanation, unless that has been done."""
     best = search.best
-    if search.pairs:
-        return False
     search.evaluator.aim_at(best.rms_m)
     is_small = search.null.rms_m < SMALL * search.evaluator.scale.size_m
-    pairs = [] if best.within_floor or is_small else search.combiner.with_one_more(best.mistakes)
+    if best.within_floor or is_small or best.mistakes in search.extended:
+        return
+    search.extended.add(best.mistakes)
+    pairs = search.combiner.with_one_more(best.mistakes)
     quick_weight = search.evaluator.quick_weight
     if pairs and (not best.is_noise or quick_weight(pairs[0]) < quick_weight(best.mistakes) - ALIKE):
         search.pairs = pairs
-        if best.weighted_rms_m <= SURELY * search.null.weighted_rms_m:
-            search.explained(pairs)
-            _add_more_mistakes(search)
-    return False
+        search.explained(pairs)
 
 
 def all_pairs(search: Search) -> bool:
@@ -256,19 +266,45 @@ def equivalent_mistakes(search: Search) -> bool:
     return False
 
 
+def replace_each_mistake(search: Search) -> None:
+    """Replace each mistake of an explanation of everything by each other one: a file may not distinguish them.
+
+    A scheme with a step is taken as it is, and only its other mistakes are replaced.
+    """
+    best, evaluator = min(search.explanations, key=by_weight), search.evaluator
+    if not best.is_whole:
+        return
+    evaluator.aim_at(best.rms_m)
+    before, found = evaluator.simulated_steps, []
+    for place, mistake in enumerate(best.mistakes):
+        others = (*best.mistakes[:place], *best.mistakes[place + 1 :])
+        taken = {"steps", *(other.hypothesis.part for other in others)}
+        if mistake.hypothesis.part == "steps":
+            continue
+        for hypothesis in evaluator.hypotheses:
+            if evaluator.is_spent(OF_REPLACING, before):
+                break
+            if hypothesis.part not in taken and hypothesis.name != mistake.hypothesis.name:
+                several = (evaluator.ordered((*others, Mistake(hypothesis, v))) for v in hypothesis.values or (0.0,))
+                found.append((min(several, key=evaluator.quick_weight), hypothesis))
+    likely = sorted(found, key=lambda one: evaluator.quick_weight(one[0]))[:SINGLES]
+    refined = sorted((search.fitter.refined_one(*one) for one in likely), key=evaluator.quick_weight)
+    search.explained(refined[:REPLACED])
+
+
 Stage = Callable[[Search], bool]
 STAGES: tuple[Stage, ...] = (
     body_that_never_moves,
     defaults_of_engines,
     single_mistakes,
     schemes_below_the_best_mistakes,
-    second_mistake_if_one_is_sure,
     schemes_with_fitted_damping,
+    second_mistake_if_one_is_sure,
     schemes_between_ticks,
-    one_mistake_upon_any_scheme,
     defaults_of_engines_with_short_steps,
-    best_fitted_finely,
     combinations_of_schemes,
+    one_mistake_upon_any_scheme,
+    best_fitted_finely,
     second_mistake_with_the_best,
     all_pairs,
     best_fitted_finely,
