@@ -183,6 +183,7 @@ GYROSCOPIC = {
     "rescaled": "rescaled",
     "Lacoursiere": "ode",
     "midpoint": "midpoint",
+    "momentum": "momentum",
 }
 TURNING = {"exponential": "exponential", "first order": "first order"}
 PLACES = {
@@ -295,6 +296,8 @@ NOT_BACK = frozenset(
 
 def back(claim: Claim) -> tuple[str, Params] | None:
     """Return the label and the parameters of what a claim says; None where that is not known."""
+    if claim.name == "body-never-moves":
+        return "stops", {"time": 0.0}
     if claim.name in NOT_BACK or claim.name not in BACK:
         return None
     label, key = BACK[claim.name]

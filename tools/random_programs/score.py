@@ -209,13 +209,15 @@ def _claimed_scheme(own: Scheme, claims: dict[str, Claim]) -> Scheme | None:
             return None
         tick = own.spacing / every
     spins = {name: kind for kind, name in GYROSCOPIC.items() if name}
+    spin = spins.get(claim.parameters.get("gyroscopic", ""), "explicit")
     return Scheme(
         tick,
         own.spacing,
         method,
-        spins.get(claim.parameters.get("gyroscopic", ""), "explicit"),
+        "explicit" if spin == "momentum" else spin,
         claim.parameters.get("rotation", "") or "exponential",
         reading=reading,
+        keeps="momentum" if spin == "momentum" else "world",
         substeps=max(1, round(tick / step)),
         centre=int(claim.number("substeps") or 1),
     )
