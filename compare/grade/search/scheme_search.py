@@ -7,7 +7,7 @@ step, the gyroscopic term and the rotation, the place of its damping, how late i
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from itertools import product
+from itertools import chain, product
 
 from tumble.compare.grade.hypotheses.engine_schemes import (
     DAMPING_PLACES,
@@ -116,8 +116,13 @@ class SchemeSearch:
         weight = self._weight(point)
         for number in range(ROUNDS):
             point = min((point, *self._with_other_times(point)), key=self._weight)
-            others = [point, *self._best_steps(point, number), *self._with_other_places(point)]
-            others += [*map(self._with_damping, others)] if number == 0 else self._with_fitted_length(point)
+            places = list(self._with_other_places(point))
+            others = [point, *self._best_steps(point, number), *places]
+            if number == 0:
+                others += self._damped(point, others)
+            else:  # the place of the damping and the length of the step make up for each other
+                placed = (point, *(places[:: len(ROTATION)] if number == WITH_EACH else ()))
+                others += chain.from_iterable(map(self._with_fitted_length, placed))
             point = min(map(self._fitted, dict.fromkeys(others)), key=self._weight)
             for axis in (self._with_other_details, self._with_other_times, self._with_other_readings):
                 point = min((point, *axis(point)), key=self._weight)
@@ -220,6 +225,13 @@ class SchemeSearch:
 
     def _may_last(self, point: Point) -> bool:
         return all(mistake.hypothesis.part != "impulse" for mistake in point.others)
+
+    def _damped(self, point: Point, others: list[Point]) -> list[Point]:
+        """Return points with damping; among them the best rough scheme, since others may be methods without any."""
+        rough = (Point(_without(point.others, "steps"), stepped) for stepped in self.rough)
+        if best := min(rough, key=self._weight, default=None):
+            others = [*others, min((best, *self._with_other_times(best)), key=self._weight)]
+        return [self._with_damping(other) for other in others]
 
     def _with_damping(self, point: Point) -> Point:
         """Return a point with damping of both velocities, if it has none."""
