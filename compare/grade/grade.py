@@ -67,6 +67,10 @@ WHOLE = 0.02
 # Printed digits that leave more than this share of the body's size open show it neither right nor wrong.
 COARSE = LARGEST_NOISE
 
+# Shares of firm answers that are right, measured by `tools/random_programs`: of a single explanation, and of several
+# that are equally good.
+RIGHT_ALONE, RIGHT_OF_SEVERAL = 0.95, 0.95
+
 # Processor time after which a search stops [s]: with reading the file, an answer then takes about 3 s.
 SEARCH_S = 1.5
 # The tasks that take long: reading rows, the truth, the search.
@@ -144,11 +148,18 @@ class Grade:
         partly = best.weighted_rms_m <= MOST_LEFT * diagnosis.null.weighted_rms_m and not guessed
         return EXPLAINED_PARTLY if partly else UNEXPLAINED
 
+    @cached_property
+    def confidence(self) -> float | None:
+        """The share of answers of this kind that were right, of random programs; None if no mistake is named firmly."""
+        if self.verdict != EXPLAINED_WHOLLY or self.diagnosis is None:
+            return None
+        return RIGHT_OF_SEVERAL if self.diagnosis.alike else RIGHT_ALONE
+
     def _is_contrived(self, diagnosis: Diagnosis) -> bool:
         """Whether the best explanation has values that no program has: they were fitted to what something else left.
 
-        These are a step that is neither usual nor a part of a row interval or of a tick, factors that are nearly 1, and
-        too many values without a name.
+        These are a step that is neither usual nor a part of a row interval or of a tick, a tick that is nearly the row
+        interval, factors that are nearly 1, and too many values without a name.
         """
         if diagnosis.engines:
             return False
@@ -157,6 +168,10 @@ class Grade:
         if nearly_right or len(fitted) > MOST_FITTED:
             return True
         values = {m.hypothesis.part: m for m in diagnosis.best.mistakes}
+        if "clock tick" in values and not values["clock tick"].has_named_value:
+            rows = values["clock tick"].value / self.measured.spacing_s
+            if abs(rows - round(rows)) < WHOLE * rows:  # nearly the row interval, or a multiple
+                return True
         if "steps" not in values or "clock rate" in values or values["steps"].has_named_value:
             return False
         tick = values["clock tick"].value if "clock tick" in values else self.measured.spacing_s

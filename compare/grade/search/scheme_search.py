@@ -20,7 +20,7 @@ from tumble.compare.grade.hypotheses.engine_schemes import (
 )
 from tumble.compare.grade.hypotheses.explanation import Mistake, Mistakes
 from tumble.compare.grade.hypotheses.hypothesis import NEAR, Hypothesis
-from tumble.compare.grade.hypotheses.names import SYMPLECTIC_EULER
+from tumble.compare.grade.hypotheses.names import CLOCK_OFFSET, SYMPLECTIC_EULER
 from tumble.compare.grade.hypotheses.scheme_hypotheses import SchemeHypotheses
 from tumble.compare.grade.search.evaluator import Evaluator
 from tumble.compare.grade.search.fitting import Fitter
@@ -217,7 +217,12 @@ class SchemeSearch:
 
     def _with_other_times(self, point: Point) -> Iterator[Point]:
         """Yield rows that are late or early, and impulses over a step."""
-        if point.stepped is None or any(m.hypothesis.part.startswith("clock") for m in point.others):
+        if any(m.hypothesis.part.startswith("clock") for m in point.others):
+            return
+        if point.stepped is None:
+            late = next(h for h in self._evaluator.hypotheses if h.name == CLOCK_OFFSET)
+            spacing = self._evaluator.context.spacing_s
+            yield from (Point((*point.others, Mistake(late, -ticks * spacing)), None) for ticks in LATE if ticks)
             return
         forces = (False, True) if self._evaluator.context.program.impulses and self._may_last(point) else (False,)
         for late, force in product(LATE, forces):

@@ -200,9 +200,9 @@ def combinations_of_schemes(search: Search) -> bool:
     return False
 
 
-def second_mistake_if_one_is_sure(search: Search) -> bool:
-    """Add a second mistake at once if the best single one surely is one of the mistakes."""
-    if search.best.weighted_rms_m <= SURELY * search.null.weighted_rms_m:
+def second_mistake_if_one_explains_most(search: Search) -> bool:
+    """Add a second mistake at once if the best single one explains most of the error."""
+    if search.best.weighted_rms_m <= MOSTLY * search.null.weighted_rms_m:
         _add_second_mistake(search)
     return any(each.within_floor for each in search.found)
 
@@ -299,7 +299,7 @@ STAGES: tuple[Stage, ...] = (
     single_mistakes,
     schemes_with_fitted_damping,
     schemes_below_the_best_mistakes,
-    second_mistake_if_one_is_sure,
+    second_mistake_if_one_explains_most,
     schemes_between_ticks,
     defaults_of_engines_with_short_steps,
     combinations_of_schemes,
