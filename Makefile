@@ -28,16 +28,16 @@ test test-rest test-all: export PYTHONDONTWRITEBYTECODE = 1
 # Every quick test, and some of the slow cases (tests/slow.txt), others for each commit.
 test: venv-test
 	$(COMPILE_MODULES)
-	$(BIN)/pytest -n auto --quick
+	$(BIN)/pytest -n auto --dist worksteal --quick
 
 # The tests that `make test` leaves out; all tests.
 test-rest: venv-test
 	$(COMPILE_MODULES)
-	$(BIN)/pytest -n auto --rest
+	$(BIN)/pytest -n auto --dist worksteal --rest
 
 test-all: venv-test
 	$(COMPILE_MODULES)
-	$(BIN)/pytest -n auto
+	$(BIN)/pytest -n auto --dist worksteal
 
 check: venv-docs
 	$(BIN)/ruff check . && $(BIN)/ruff format --check . && $(BIN)/python -m tools.words && $(BIN)/lint-imports

@@ -9,11 +9,13 @@ from rich.table import Table
 from rich.text import Text
 
 from tumble.compare.comparison.against_truth import Comparison
+from tumble.compare.comparison.ensemble_rows import QUANTILES, ensembles_of, run_rows, spread_row
 from tumble.compare.comparison.findings import scene_findings
 from tumble.compare.comparison.hints import hints
 from tumble.compare.engines import OWN
 from tumble.compare.judge.errors import Run
-from tumble.compare.tables.runs import run_row
+from tumble.compare.judge.spread import BIN_ERROR, WORST
+from tumble.compare.run.status import described
 from tumble.compare.tables.shared import FindingRow
 from tumble.reports.charts import GOOD, coloured, error_chart
 from tumble.reports.coursework import coursework_text, printed_vertex
@@ -53,6 +55,7 @@ def comparison_text(
     the parts of the text, from top to bottom
     """
     scene, truth, runs = comparison.scene, comparison.truth, comparison.runs
+    throws = comparison.ensemble[0].spread.throws if comparison.ensemble else len(scene.start)
     if truth is None:
         yield Constrain(plain(f"{scene.name} has no reference solution: {comparison.why_no_truth}"), LIST_WIDTH)
         for hint in hints(scene):
@@ -61,8 +64,8 @@ def comparison_text(
         yield Constrain(plain(answer(comparison)), LIST_WIDTH)
     yield Text()
     if charts:
-        yield from error_chart([run_row(run) for run in runs])
-    yield from standings(runs, comparison.roles)
+        yield from error_chart(run_rows(comparison))
+    yield from ensemble_text(comparison) if comparison.ensemble else standings(runs, comparison.roles)
     yield from steps_text(runs)
     if truth is not None:
         yield Constrain(plain(f"{scene.title}. {accuracy(truth, comparison.lost_m)}"), LIST_WIDTH)
@@ -73,12 +76,19 @@ def comparison_text(
         shown = [run for run in (runs if everything else first_runs(runs)) if run.has_errors]
         for run in shown:
             yield Text()
-            of_throw = f", throw 0 of {len(scene.start)}" if len(scene.start) > 1 else ""
+            of_throw = f", throw 0 of {throws}" if throws > 1 else ""
             yield plain(f"{run.name}, {step_of(run)}, vertex {vertex}{of_throw}")
             yield error_table(run, vertex)
         if left := sum(run.has_errors for run in runs) - len(shown):
             yield plain(f"{counted(left, 'more table')} with --all; every vertex with -o DIR")
-        if len(scene.start) > 1:
+        if comparison.ensemble:
+            yield Constrain(
+                plain(
+                    f"The ranking covers all throws; -o DIR writes the worst {WORST} to members.csv and to scene files."
+                ),
+                LIST_WIDTH,
+            )
+        elif throws > 1:
             yield plain("The ranking covers all throws; -o DIR writes each throw to members.csv.")
     yield from sensor_text(comparison.sensors, everything)
     yield from coursework_text(comparison)
@@ -112,9 +122,9 @@ def first_runs(runs: Sequence[Run]) -> list[Run]:
 
 def answer(comparison: Comparison) -> str:
     """Return the answer in words: the most accurate contestant, and the error of each engine's first method."""
-    scene, runs = comparison.scene.name, comparison.runs
+    scene = comparison.scene.name
     found: dict[str, list[FindingRow]] = {}
-    for row in scene_findings([run_row(run) for run in runs], comparison.defaults):
+    for row in scene_findings(run_rows(comparison), comparison.defaults):
         found.setdefault(row.finding, []).append(row)
     if "most accurate" not in found:
         return f"{scene}: no contestant finished this scene; reasons below."
@@ -165,6 +175,32 @@ def standings(runs: Sequence[Run], roles: Mapping[str, str]) -> Iterator[Rendera
     if any(run.status != "ok" for run in runs):
         yield Text()
         yield from reasons_text((run.name, run.outcome) for run in runs if run.status != "ok")
+
+
+def ensemble_text(comparison: Comparison) -> Iterator[RenderableType]:
+    """Yield the contestants of a scene that ran in parts, the most accurate first: quantiles over the throws."""
+    shown = {"median": "median_error_m", "95 %": "p95_error_m", "99.99 %": "p99_99_error_m"}
+    table = columns("contestant", "", *(f"{name} [m]" for name in shown), "max [m]", "status", right=range(2, 6))
+    finished = sorted(
+        (one for one in ensembles_of(comparison) if one.spread.known), key=lambda one: one.spread.worst_m[0]
+    )
+    for one in finished:
+        spread = one.spread
+        quantiles = (figure(spread.quantile(QUANTILES[column])) for column in shown.values())
+        worst, limit = float(spread.worst_m[0]), float(spread.limits_m.max())
+        most = Text(f"≤{figure(limit)}", style=GOOD) if worst <= limit else figure(worst)
+        name = one.run.name
+        table.add_row(plain(name), comparison.roles.get(name, ""), *quantiles, most, coloured(spread.status))
+    if finished:
+        yield table
+    rows = [(one.run.name, spread_row(one)) for one in ensembles_of(comparison)]
+    if any(row.status != "ok" for _, row in rows):
+        yield Text()
+        yield from reasons_text((name, described(row.status, row.why)) for name, row in rows if row.status != "ok")
+    throws, unknown = (max(getattr(one.spread, name) for one in comparison.ensemble) for name in ("throws", "unknown"))
+    without = f"; {counted(unknown, 'throw')} without a reference solution" if unknown else ""
+    share = f"Quantiles over {throws} throws, each within {100 * BIN_ERROR:.1g} % of its value{without}."
+    yield Constrain(plain(share), LIST_WIDTH)
 
 
 def steps_text(runs: Sequence[Run]) -> Iterator[RenderableType]:

@@ -29,6 +29,7 @@ from tumble.scenarios.impulse import RayMissed, jump
 from tumble.scenarios.scene import (
     Body,
     Drag,
+    Ensemble,
     Floor,
     Impulse,
     Plane,
@@ -56,8 +57,11 @@ LANDINGS = ("point", "vertex", "point_body", "ray")
 BLOW_SPREADS = ("magnitude", "cone", "point")
 
 
-def scene_from(file: File, path: Path, to_run: bool) -> Scene:
-    """Return the scene; raises Refused for what the types alone could not see."""
+def scene_from(file: File, path: Path, to_run: bool, in_parts: bool = False) -> Scene:
+    """Return the scene, one of very many throws with its ensemble if it will be run in parts.
+
+    Raises Refused for what the types alone could not see.
+    """
     if file.step is None and to_run:
         raise Refused(("step",), "missing; must be a number > 0", False)
     step = file.duration if file.step is None else file.step
@@ -83,9 +87,13 @@ def scene_from(file: File, path: Path, to_run: bool) -> Scene:
         file_plane_normal=None if file.plane is None else frozen_array(file.plane.normal),
         sensors=tuple(map(_written_sensor, sensors, file.sensor)),
     )
+    times = _times(file, to_run)
+    ensemble = None
     if file.ensemble:
-        start = _throws(file.ensemble, start, impulses, body)
+        start, ensemble = _throws(file.ensemble, start, impulses, body, len(times) + 1)
         impulses = [impulse for impulse in impulses if impulse.time > 0]
+        if ensemble and not in_parts:
+            start, ensemble = _whole(ensemble, body), None
     if pulls["plane"]:
         _refuse_below(pulls["plane"], body, start)
         if to_run and body.shape == "mesh" and not _is_convex(body):
@@ -95,13 +103,14 @@ def scene_from(file: File, path: Path, to_run: bool) -> Scene:
         title=file.title,
         source=file.source,
         duration=file.duration,
-        times=_times(file, to_run),
+        times=times,
         step=step,
         body=body,
         start=start,
         written=written,
         impulses=tuple(sorted((impulse for impulse in impulses if impulse.value.any()), key=lambda it: it.time)),
         sensors=sensors,
+        ensemble=ensemble,
         **pulls,
     )
 
@@ -195,26 +204,55 @@ def _start(table: BodyTable, body: Body) -> Array:
     return start
 
 
-def _throws(table: EnsembleTable, start: Array, impulses: list[Impulse], body: Body) -> Array:
-    """Return the state of every throw after the impulses of t = 0, (N, 13)."""
+def _throws(
+    table: EnsembleTable, start: Array, impulses: list[Impulse], body: Body, rows: int
+) -> tuple[Array, Ensemble | None]:
+    """Return the states after the impulses of t = 0, (N, 13), of all throws, or of throw 0 of too many, which follow.
+
+    rows: instants of a trajectory.
+    """
     for key in BLOW_SPREADS:
         if getattr(table, key) and any(impulse.time > 0 for impulse in impulses):
             raise Refused(("ensemble", key), "must be 0 where an impulse comes after t = 0: only those at 0 are spread")
         if getattr(table, key) and not impulses:
             raise Refused(("ensemble", key), "must be 0 where there is no impulse to spread")
-    from tumble.scenarios.ensemble import OutOfReach, throws  # only many throws pay for random numbers
+    if table.member is not None and table.member >= table.throws:
+        raise Refused(("ensemble", "member"), f"must be below throws, {table.throws}")
+    # Only many throws pay for random numbers.
+    from tumble.scenarios.ensemble import BLOCK, OutOfReach, is_large, starts, throws
 
-    first = [impulse for impulse in impulses if impulse.time == 0 and impulse.value.any()]
+    first = tuple(impulse for impulse in impulses if impulse.time == 0 and impulse.value.any())
     spreads = (table.magnitude, table.cone, table.point, table.orientation)
+    large = Ensemble(table.throws, start, first, table.seed, *spreads) if is_large(table.throws, rows, body) else None
+    number = table.member or 0
     try:
-        starts = throws(start, first, body, table.throws, table.seed, *spreads)
+        # Of too many, those that are looked at now.
+        begin = number // BLOCK * BLOCK if large else 0
+        drawn = (
+            starts(large, body, begin, min(begin + BLOCK, table.throws))
+            if large
+            else throws(start, first, body, table.throws, table.seed, *spreads)
+        )
     except RayMissed as missed:
         raise Refused(("ensemble", "orientation"), f"must let every ray meet the body: {missed}") from None
     except OutOfReach as missed:
         raise Refused(("ensemble", "point"), f"must reach the body's surface: {missed}") from None
-    if not np.isfinite(vertices(starts, body.points)).all() or not np.isfinite(starts).all():
+    if not np.isfinite(vertices(drawn, body.points)).all() or not np.isfinite(drawn).all():
         raise Refused(("ensemble",), "must give every throw a finite start", False)
-    return frozen_array(starts)
+    if large or table.member is not None:
+        drawn = drawn[number - begin : number - begin + 1]
+    return frozen_array(drawn), large if table.member is None else None
+
+
+def _whole(ensemble: Ensemble, body: Body) -> Array:
+    """Return the states of all throws of a large ensemble, (N, 13)."""
+    from tumble.scenarios.ensemble import MOST_TOGETHER, starts
+
+    if ensemble.throws > MOST_TOGETHER:
+        raise Refused(
+            ("ensemble", "throws"), f"must be at most {MOST_TOGETHER} here; `tumble compare` runs more, in parts"
+        )
+    return frozen_array(starts(ensemble, body, 0, ensemble.throws))
 
 
 def _unit(vector: tuple[float, ...], keys: Keys) -> Array:

@@ -2,18 +2,28 @@
 
 Every spread has a stream of random numbers of its own, so that widening one leaves the others' draws as they were.
 The impulses of t = 0 differ from throw to throw, so they are given here: the starts are those after them.
+
+Throws that are too many to be held at once are drawn in blocks, each with streams of its own: any part of them can be
+drawn alone, and more of them leave the first as they were.
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from tumble.scenarios.frames import Array, quaternion_product, rotation_matrix
 from tumble.scenarios.impulse import RayMissed, strike_point
-from tumble.scenarios.scene import Body, Impulse
+from tumble.scenarios.scene import Body, Ensemble, Impulse, Scene, frozen_array
 
 # Throws times faces that are held against each other at a time: what stays below 100 MB.
 AT_A_TIME = 500_000
+# Throws of a block, and the most whose starts are ever held together.
+BLOCK, MOST_TOGETHER = 2**14, 1_000_000
+# More throws than this, or trajectories of more bytes, are run in parts.
+TOGETHER, MOST_BYTES = 100_000, 2**30
+# Bytes of a part's reference solution; and its throws where each of them is integrated, or has an impulse on its way.
+PART_BYTES, SLOW_PART = 2**25, 64
 # Rounds of rejection without a point kept, where one in eight is kept at a corner of a box.
 ROUNDS = 1000
 
@@ -32,6 +42,7 @@ def throws(
     cone: float = 0.0,
     point: float = 0.0,
     orientation: float = 0.0,
+    block: int = 0,
 ) -> Array:
     """Return n starts, (n, 13), after the impulses, all of which act at t = 0, one after the other.
 
@@ -42,23 +53,130 @@ def throws(
     radius where the body has no surface;
     orientation: a turn of the body about its centre before the impulses, by an angle up to this [rad], its axis on the
     sphere; velocities, rays and points in world axes do not turn with it.
+    block: number of the block whose throws these are; only that of number 0 has the throw as written.
     Raises RayMissed or OutOfReach, whose text names the throw.
     """
-    states = np.repeat(start, n, axis=0)
+    states, of_block = np.repeat(start, n, axis=0), (block,) if block else ()
+    drawn = slice(0 if block else 1, n)
+    count = len(states[drawn])
     if orientation:
-        states[1:, 3:7] = quaternion_product(_turns(_stream(seed, 0), n - 1, orientation), states[1:, 3:7])
+        turns = _turns(_stream(seed, 0, *of_block), count, orientation)
+        states[drawn, 3:7] = quaternion_product(turns, states[drawn, 3:7])
     for number, impulse in enumerate(impulses):
-        streams = [_stream(seed, 1 + number, spread) for spread in range(3)]
+        streams = [_stream(seed, 1 + number, spread, *of_block) for spread in range(3)]
         values = np.repeat(impulse.value[None], n, axis=0)
         if cone:
-            values[1:] = _tilted(streams[0], impulse.value, n - 1, cone)
+            values[drawn] = _tilted(streams[0], impulse.value, count, cone)
         if magnitude:
-            values[1:] *= streams[1].uniform(1 - magnitude, 1 + magnitude, (n - 1, 1))
+            values[drawn] *= streams[1].uniform(1 - magnitude, 1 + magnitude, (count, 1))
         spots = _spots(impulse, states, body)
         if point:
-            spots[1:] = _moved(streams[2], spots[1:], body, point)
+            spots[drawn] = _moved(streams[2], spots[drawn], body, point)
         states = _applied(states, values, spots, body)
     return states
+
+
+def starts(ensemble: Ensemble, body: Body, first: int, last: int) -> Array:
+    """Return the starts of some throws of a large ensemble.
+
+    Parameters
+    ----------
+    ensemble
+    body
+    first, last
+        numbers of the first throw and of the one after the last
+
+    Returns
+    -------
+    states : (last - first, 13)
+        after the impulses of t = 0
+
+    Raises
+    ------
+    RayMissed, OutOfReach
+        as `throws`
+    """
+    spreads = ensemble.seed, ensemble.magnitude, ensemble.cone, ensemble.point, ensemble.orientation
+    found = []
+    for block in range(first // BLOCK, -(-last // BLOCK)):
+        begin = block * BLOCK
+        drawn = throws(ensemble.start, ensemble.impulses, body, BLOCK, *spreads, block)
+        found.append(drawn[max(first - begin, 0) : last - begin])
+    return np.concatenate(found)
+
+
+def part_size(scene: Scene) -> int:
+    """Return the number of throws of a part of a large ensemble, a power of two of at most BLOCK.
+
+    Parameters
+    ----------
+    scene
+
+    Returns
+    -------
+    number
+    """
+    if not scene.is_free or scene.impulses:
+        return SLOW_PART
+    return max(1, min(BLOCK, 2 ** int(np.log2(PART_BYTES / throw_bytes(len(scene.rows), scene.body)))))
+
+
+def is_large(count: int, rows: int, body: Body) -> bool:
+    """Return whether this many throws are run in parts.
+
+    Parameters
+    ----------
+    count
+        of throws
+    rows
+        instants of a trajectory
+    body
+
+    Returns
+    -------
+    bool
+    """
+    return count > TOGETHER or count * throw_bytes(rows, body) > MOST_BYTES
+
+
+def throw_bytes(rows: int, body: Body) -> int:
+    """Return the size of one throw's reference solution [B], with that many instants."""
+    return 8 * rows * (13 + body.points.size + 2)
+
+
+def parts_in(scene: Scene) -> int:
+    """Return the number of parts of a scene, 0 of one whose throws are all held at once.
+
+    Parameters
+    ----------
+    scene
+
+    Returns
+    -------
+    number
+    """
+    return 0 if scene.ensemble is None else max(1, scene.ensemble.throws // part_size(scene))
+
+
+def part_of(scene: Scene, part: int) -> Scene:
+    """Return a part of a large ensemble, as a scene that has its throws.
+
+    Parameters
+    ----------
+    scene
+        has an ensemble
+    part
+        number of the part, from 0 on
+
+    Returns
+    -------
+    scene
+    """
+    assert scene.ensemble is not None
+    # The last has what is left besides: some methods are for many throws alone.
+    first = part * part_size(scene)
+    last = first + part_size(scene) if part < parts_in(scene) - 1 else scene.ensemble.throws
+    return replace(scene, start=frozen_array(starts(scene.ensemble, scene.body, first, last)), ensemble=None)
 
 
 def _stream(seed: int, *purpose: int) -> np.random.Generator:

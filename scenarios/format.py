@@ -16,7 +16,7 @@ from msgspec import Meta, inspect
 from tumble.scenarios.refusal import nearest
 
 MOST_SAMPLES = 1_000_000
-MOST_THROWS = 1_000_000
+MOST_THROWS = 10**12
 LARGEST = sys.float_info.max
 DEEPEST = 4  # impulse[0].ray.origin
 
@@ -190,6 +190,7 @@ class EnsembleTable(_Table):
     cone: Annotated[HalfTurn, _key("rad", "half angle of the cone around the direction of J")] = 0.0
     point: Annotated[NotNegative, _key("m", "radius around the point where the impulse acts")] = 0.0
     orientation: Annotated[HalfTurn, _key("rad", "largest turn of the start's attitude")] = 0.0
+    member: Annotated[Index, _key("", "number of the only throw that is run, below throws")] | None = None
 
 
 class File(_Table, kw_only=True):

@@ -60,7 +60,7 @@ def extremes() -> list[str]:
     return sorted(path.stem for path in EXTREMES.glob("*.toml"))
 
 
-def read_scene(name_or_path: str, to_run: bool = True) -> Scene:
+def read_scene(name_or_path: str, to_run: bool = True, in_parts: bool = False) -> Scene:
     """Read a scene.
 
     Parameters
@@ -70,6 +70,8 @@ def read_scene(name_or_path: str, to_run: bool = True) -> Scene:
         separator)
     to_run
         whether the scene will be run, which needs a step and sample times
+    in_parts
+        whether very many throws will be run in parts; otherwise all are drawn at once
 
     Returns
     -------
@@ -81,10 +83,10 @@ def read_scene(name_or_path: str, to_run: bool = True) -> Scene:
         The scene cannot be read; the message is one line with file, key, value and what is allowed.
     """
     path, shown = scene_path(name_or_path), printable(name_or_path)
-    return scene_of(scene_text(path, shown), path, shown, to_run)
+    return scene_of(scene_text(path, shown), path, shown, to_run, in_parts)
 
 
-def scene_of(text: str, path: Path, shown: str, to_run: bool = True) -> Scene:
+def scene_of(text: str, path: Path, shown: str, to_run: bool = True, in_parts: bool = False) -> Scene:
     """Read a scene from a text.
 
     Parameters
@@ -95,7 +97,7 @@ def scene_of(text: str, path: Path, shown: str, to_run: bool = True) -> Scene:
         names the scene, and its folder is where its mesh is
     shown
         name of the file in error messages
-    to_run
+    to_run, in_parts
         as in `read_scene`
 
     Returns
@@ -106,10 +108,10 @@ def scene_of(text: str, path: Path, shown: str, to_run: bool = True) -> Scene:
     ------
     BadScene
     """
-    return scene_of_document(_document(text, shown), path, shown, to_run)
+    return scene_of_document(_document(text, shown), path, shown, to_run, in_parts)
 
 
-def scene_of_document(document: dict, path: Path, shown: str, to_run: bool = True) -> Scene:
+def scene_of_document(document: dict, path: Path, shown: str, to_run: bool = True, in_parts: bool = False) -> Scene:
     """Return the scene that the tables of a scene file describe.
 
     Parameters
@@ -118,6 +120,7 @@ def scene_of_document(document: dict, path: Path, shown: str, to_run: bool = Tru
     path : of the file; a mesh is looked up beside it
     shown : what refusals call the scene
     to_run : whether it needs a step and sample instants
+    in_parts : whether very many throws will be run in parts
 
     Returns
     -------
@@ -130,18 +133,20 @@ def scene_of_document(document: dict, path: Path, shown: str, to_run: bool = Tru
     try:
         # What overflows is refused by its result, not by a warning on the way.
         with np.errstate(all="ignore"):
-            return scene_from(tables(document), path, to_run)
+            return scene_from(tables(document), path, to_run, in_parts)
     except Refused as refused:
         value = f" = {short(value_at(document, refused.keys))}" if refused.show_value else ""
         raise BadScene(f"{shown}: {dotted(refused.keys)}{value}: {refused.why}") from None
 
 
-def read_scenes(names_or_paths: Iterable[str]) -> list[Scene]:
+def read_scenes(names_or_paths: Iterable[str], in_parts: bool = False) -> list[Scene]:
     """Read scenes, each once.
 
     Parameters
     ----------
     names_or_paths
+    in_parts
+        as in `read_scene`
 
     Returns
     -------
@@ -152,7 +157,7 @@ def read_scenes(names_or_paths: Iterable[str]) -> list[Scene]:
     BadScene
         A scene cannot be read, or two files have the same name.
     """
-    scenes = [read_scene(name) for name in dict.fromkeys(names_or_paths)]
+    scenes = [read_scene(name, in_parts=in_parts) for name in dict.fromkeys(names_or_paths)]
     for number, scene in enumerate(scenes):
         if any(scene.name == other.name for other in scenes[:number]):
             raise BadScene(f"two scenes are named {scene.name!r}: rename one of the files")

@@ -288,6 +288,39 @@ class Written(_Frozen):
 
 
 @dataclass(frozen=True, eq=False)
+class Ensemble(_Frozen):
+    """Throws that are too many to be held at once: what they are drawn from (`tumble.scenarios.ensemble`).
+
+    Parameters
+    ----------
+    throws
+        number of them
+    start : (1, 13)
+        as written, before the impulses
+    impulses
+        of t = 0
+    seed
+    magnitude
+        share by which an impulse's size varies
+    cone : rad
+        half angle around its direction
+    point : m
+        radius around the point where it acts
+    orientation : rad
+        largest turn of the start
+    """
+
+    throws: int
+    start: Array
+    impulses: tuple[Impulse, ...]
+    seed: int
+    magnitude: float
+    cone: float
+    point: float
+    orientation: float
+
+
+@dataclass(frozen=True, eq=False)
 class Scene(_Frozen):
     """A benchmark problem, the same for every engine.
 
@@ -319,6 +352,8 @@ class Scene(_Frozen):
     plane
     sensors
         in the order of the file; they act on nothing
+    ensemble
+        of a scene that is run in parts, whose start is throw 0; None: start has all throws
     """
 
     name: str
@@ -337,6 +372,7 @@ class Scene(_Frozen):
     floor: Floor | None = None
     plane: Plane | None = None
     sensors: tuple[Sensor, ...] = ()
+    ensemble: Ensemble | None = None
 
     def sensor_times(self, sensor: Sensor) -> Array:
         """Return the instants at which a sensor reads, 0, 1/rate, ... up to the end.

@@ -30,6 +30,12 @@ for one, usual in ((signal.SIGINT, signal.default_int_handler), (signal.SIGHUP, 
 Tumble = Callable[..., subprocess.CompletedProcess[str]]
 
 
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_auto_num_workers() -> int:
+    """Return one worker more than cores: many tests wait for a process that does not compute."""
+    return (os.cpu_count() or 1) + 1
+
+
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo):
     report = yield

@@ -54,11 +54,12 @@ def main() -> int:
     parser.add_argument("--scenes", type=int, default=40, help="scenes of each family (default 40)")
     parser.add_argument("--seed", type=int, default=0, help="number of the first scene of each family (default 0)")
     parser.add_argument("--family", help="run this family only (default: all)")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="processes (default: one for each core)")
     parser.add_argument("--write", action="store_true", help="write the table into docs/contact.md")
     options = parser.parse_args()
     head = "| scenes | how many | impacts | error / bound, worst | error, worst [m] | bound / size, worst | beyond |"
     rows, broken = [f"{head}\n|---|---|---|---|---|---|---|"], 0
-    with ProcessPoolExecutor(os.cpu_count()) as pool:
+    with ProcessPoolExecutor(options.jobs) as pool:
         for family in [options.family] if options.family else FAMILIES:
             seeds = range(options.seed, options.seed + options.scenes)
             found = list(pool.map(compared, [family] * len(seeds), seeds))

@@ -2,9 +2,10 @@
 
 from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
+from tumble.compare.comparison.in_parts import EnsembleRun, ensemble_runs
 from tumble.compare.comparison.sensors import first_throw, sensor_runs
 from tumble.compare.judge.errors import Run, RunAnswer
 from tumble.compare.judge.sensors import SensorRun
@@ -33,6 +34,7 @@ class Comparison:
     lost_m : how far a vertex moves if the inputs are rounded to double precision, at most [m]; 0 if unknown
     roles : role of each contestant for its engine, as `RunningEngine.role` returns it, by ENGINE:METHOD
     sensors : the readings of the scene's sensors by each contestant; empty if it has no sensors
+    ensemble : of a scene that ran in parts, all throws of each contestant; scene and runs are then those of throw 0
     """
 
     scene: Scene
@@ -42,6 +44,7 @@ class Comparison:
     lost_m: float
     roles: Mapping[str, str]
     sensors: tuple[SensorRun, ...] = ()
+    ensemble: tuple[EnsembleRun, ...] = ()
 
     @property
     def defaults(self) -> frozenset[str]:
@@ -79,6 +82,7 @@ def compare(
     ------
     RayMissed : the ray of a later impulse misses the true body
     """
+    given, scenes = scenes, [replace(scene, ensemble=None) if scene.ensemble else scene for scene in scenes]
 
     def task(scene: Scene, running_engine: RunningEngine, method: str) -> Task[Trajectory | Failure]:
         key = scene.name, running_engine.title, method
@@ -103,6 +107,12 @@ def compare(
         with Parts() as part:
             found = part(lambda: run([one for own in tasks for one in own], references, on_progress=on_progress))
             sensed = part(lambda: sensor_runs(running_engines, scenes, readings, dt, on_progress, references))
+            ensembles = [
+                part(lambda scene=scene: ensemble_runs(running_engines, scene, dt, on_progress))
+                if scene.ensemble
+                else []
+                for scene in given
+            ]
         answers = iter(found)
         true = [references.answer(scene) for scene in scenes]
         moved = references.each(lost_m, scenes, [answer.truth for answer in true])
@@ -120,9 +130,18 @@ def compare(
             ),
             lost_m=lost,
             sensors=sensors,
-            roles={f"{one.running_engine.title}:{one.key[-1]}": one.running_engine.role(one.key[-1]) for one in own},
+            roles={
+                f"{engine.title}:{method}": engine.role(method)
+                for engine, method in [
+                    *((one.running_engine, one.key[-1]) for one in own),
+                    *((one.running_engine, one.method) for one in ensemble),
+                ]
+            },
+            ensemble=tuple(ensemble),
         )
-        for scene, answer, own, lost, sensors in zip(scenes, true, tasks, lost, sensed, strict=True)
+        for scene, answer, own, lost, sensors, ensemble in zip(
+            scenes, true, tasks, lost, sensed, ensembles, strict=True
+        )
     ]
 
 

@@ -88,7 +88,40 @@ class SensorErrorRow:
     true_max: Annotated[float | None, "largest magnitude of the true reading"] = None
 
 
+@dataclass(frozen=True, kw_only=True)
+class EnsembleErrorRow:
+    """One run of throws that ran in parts: moments and quantiles of each throw's largest vertex error.
+
+    An error below the resolution of the reference counts as that.
+    """
+
+    scene: SceneName
+    engine: Engine
+    method: Method
+    dt_s: Step
+    tolerance: Tolerance
+    status: Status
+    members: Annotated[int, "number of throws that were run"]
+    unknown: Annotated[int, "of these, how many have no reference solution; they count nowhere else"]
+    lost: Annotated[int, "of these, how many diverged; their error is inf, and mean and deviation leave them out"]
+    mean_error_m: Annotated[float | None, "mean of the throws' errors"] = None
+    deviation_m: Annotated[float | None, "standard deviation of the throws' errors"] = None
+    p1_error_m: Annotated[float | None, "1 % of the throws have at most this error"] = None
+    p5_error_m: Annotated[float | None, "5 % of the throws have at most this error"] = None
+    p25_error_m: Annotated[float | None, "25 % of the throws have at most this error"] = None
+    median_error_m: Annotated[float | None, "half of the throws have at most this error"] = None
+    p75_error_m: Annotated[float | None, "75 % of the throws have at most this error"] = None
+    p95_error_m: Annotated[float | None, "95 % of the throws have at most this error"] = None
+    p99_error_m: Annotated[float | None, "99 % of the throws have at most this error"] = None
+    p99_9_error_m: Annotated[float | None, "99.9 % of the throws have at most this error"] = None
+    p99_99_error_m: Annotated[float | None, "99.99 % of the throws have at most this error"] = None
+    p99_9999_error_m: Annotated[float | None, "99.9999 % of the throws have at most this error"] = None
+    max_error_m: Annotated[float | None, "largest error; exact, as in runs.csv"] = None
+    quantile_error: Annotated[float | None, "most that a quantile differs from the exact one, as a share of it"] = None
+
+
 AGREEMENT = Table("agreement.csv", AgreementRow, ("scene", "engine_a", "method_a", "engine_b", "method_b"))
 SENSORS = Table("sensors.csv", SensorRow, ("scene", "engine", "method", "dt_s", "sensor", "t_s"))
 SENSOR_ERRORS = Table("sensor-errors.csv", SensorErrorRow, ("scene", "engine", "method", "dt_s", "sensor", "quantity"))
-TABLES = (AGREEMENT, SENSORS, SENSOR_ERRORS)
+ENSEMBLE_ERRORS = Table("ensemble-errors.csv", EnsembleErrorRow, ("scene", "engine", "method", "dt_s"))
+TABLES = (AGREEMENT, ENSEMBLE_ERRORS, SENSORS, SENSOR_ERRORS)

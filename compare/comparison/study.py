@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from tumble.compare.comparison.against_truth import Comparison, compare
+from tumble.compare.comparison.in_parts import contestants_of
 from tumble.compare.run.flight import check_step
 from tumble.compare.run.local import Asked
 from tumble.compare.run.progress import Display, no_display
@@ -12,6 +13,7 @@ from tumble.compare.run.starting import started
 from tumble.compare.run.worker import MEMORY_LIMIT
 from tumble.compare.tables.engines import engine_row
 from tumble.compare.tables.shared import EngineRow
+from tumble.scenarios.ensemble import parts_in
 from tumble.scenarios.scene import Scene
 
 
@@ -58,7 +60,12 @@ def compare_scenes(
     sensing = [scene for scene in scenes if scene.sensors]
     with (
         started(contestants, time_limit, memory_limit, display) as running_engines,
-        display(flights(running_engines, scenes) + flights(running_engines, sensing) + len(scenes)) as on_progress,
+        display(
+            flights(running_engines, scenes)
+            + flights(running_engines, sensing)
+            + len(scenes)
+            + sum(parts_in(scene) * len(contestants_of(running_engines, scene)) for scene in scenes if scene.ensemble)
+        ) as on_progress,
     ):
         comparisons = compare(running_engines, scenes, dt, on_progress)
         return Compared(tuple(comparisons), tuple(map(engine_row, running_engines)))

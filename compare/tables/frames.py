@@ -13,7 +13,7 @@ import numpy as np
 import pandas as pd
 
 from tumble.compare.tables.cells import float_cells, lines_text, text_cell, text_of_cell
-from tumble.compare.tables.files import place, write_folder
+from tumble.compare.tables.files import place, write_folder, write_together
 from tumble.compare.tables.known import schema
 from tumble.compare.tables.schema import BadTable, Column, Table
 from tumble.scenarios.files import plain_bytes
@@ -104,14 +104,17 @@ def write_tables(
     ----------
     folder : made where it is not there
     frames : tables by file name
-    others : further files by name, text or bytes of each
+    others : further files by name, text or bytes of each; those of a folder in it, FOLDER/NAME, are written first
 
     Raises
     ------
     OSError : the folder cannot be written to
     """
-    texts = csv_texts(frames)
-    write_folder(folder, {**texts, **others}, without=frames.keys() - texts.keys())
+    texts, within = csv_texts(frames), {name: text for name, text in others.items() if "/" in name}
+    if within:
+        write_together({folder / name: text for name, text in within.items()})
+    beside = {name: text for name, text in others.items() if name not in within}
+    write_folder(folder, {**texts, **beside}, without=frames.keys() - texts.keys())
 
 
 def cells(column: pd.Series) -> list[str]:

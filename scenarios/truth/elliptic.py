@@ -69,9 +69,9 @@ class JacobiFunctions:
 
 
 def third_kind_angle(mp: Any, x: Any, y: Any, z: Any, p: Any, root: Any) -> Any:
-    """Return (root / 3) RJ(x, y, z, p), root = sqrt((p - x)(p - y)(p - z)), for p > x, y, z >= 0: an angle [rad].
+    """Return (root / 3) RJ(x, y, z, p), root = sqrt((p - x)(p - y)(p - z)), for x, y, z >= 0 and p > 0: an angle [rad].
 
-    root is asked for because the caller knows it without subtracting.
+    root is asked for because the caller knows it without subtracting; it must be real.
     Source: Carlson, "Numerical computation of real or complex elliptic integrals", Numer. Algorithms 10 (1995) 13,
     sections 2-3, with RC(1, 1 + e) = atan(sqrt e) / sqrt e; last term to the 7th degree: DLMF 19.36.2.
     """

@@ -44,7 +44,9 @@ class SteadySpin:
         self._mp, self._axes, self._L_body = mp, axes, L_body
         self._speed = mp.sqrt(w_body @ w_body)
         if self._speed:
-            self._line = w_body / self._speed
+            x, y, z = line = w_body / self._speed
+            self._along = axes @ np.outer(line, line)
+            self._across = axes @ np.array(((0, -z, y), (z, 0, -x), (-y, x, 0)))
 
     def at(self, t: Fraction) -> tuple[Numbers, Numbers]:
         """Return (axes, L_body) at t [s]; without spin they stay the very numbers they were.
@@ -54,10 +56,7 @@ class SteadySpin:
         if not self._speed or not t:
             return self._axes, self._L_body
         cos, sin = self._mp.cos_sin(self._speed * t)
-        x, y, z = self._line
-        turn = np.outer(self._line, self._line) * (1 - cos) + np.array(((0, -z, y), (z, 0, -x), (-y, x, 0))) * sin
-        turn[np.diag_indices(3)] += cos
-        return self._axes @ turn, self._L_body
+        return self._axes * cos + self._along * (1 - cos) + self._across * sin, self._L_body
 
 
 class Polhode:

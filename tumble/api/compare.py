@@ -4,10 +4,11 @@ from tumble.api.contestants import Contestants, contestant_list
 from tumble.api.limits import limits, step
 from tumble.api.progress import in_notebook
 from tumble.api.result import Result, call, text_of
-from tumble.api.scene import Scenes, questions
+from tumble.api.scene import Scenes, in_parts, named_scenes
 from tumble.api.session import kept_ready
 from tumble.compare.comparison.results import comparison_tables
 from tumble.compare.comparison.study import compare_scenes
+from tumble.compare.comparison.worst import worst_scenes
 from tumble.compare.contact.results import contact_tables
 from tumble.compare.contact.rows import contact_rows
 from tumble.compare.contact.study import contact_scenes
@@ -62,12 +63,14 @@ def compare(
     >>> result.runs.sort_values("max_error_m").method.iloc[0]
     'exact'
     """
-    asked, engines = questions(scenes), contestant_list(contestants)
+    named, engines = named_scenes(scenes), contestant_list(contestants)
+    asked = [in_parts(one) for one in named]
     dt, limit = step(dt), limits(time_limit, memory_limit, progress)
     with kept_ready():
         found = compare_scenes(asked, engines, dt=dt, **limit)
         contacts = contact_scenes(found.comparisons, engines, dt=dt, **limit)
-        watched = film_scenes(asked, engines, dt=dt, **limit) if (in_notebook() if film is None else film) else {}
+        alone = [one.scene for one in found.comparisons]
+        watched = film_scenes(alone, engines, dt=dt, **limit) if (in_notebook() if film is None else film) else {}
     own = comparison_tables(found.comparisons, found.engines, call("compare", scenes, contestants, dt=dt))
     text = text_of(
         piece
@@ -78,4 +81,10 @@ def compare(
         )
         for piece in pieces
     )
-    return Result(merged(own, coursework_tables(found.comparisons), contact_tables(contacts), watched), text)
+    documents = {
+        name: words
+        for scene, one in zip(named, found.comparisons, strict=True)
+        for name, words in worst_scenes(one, scene.to_dict(), scene.folder).items()
+    }
+    tables = merged(own, coursework_tables(found.comparisons), contact_tables(contacts), watched)
+    return Result(tables, text, documents=documents)

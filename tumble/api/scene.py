@@ -368,7 +368,26 @@ Scenes = SceneLike | Iterable[SceneLike]
 
 
 def questions(scenes: Scenes) -> list[Question]:
-    """Return scenes as engines receive them, each with a name of its own.
+    """Return scenes as engines receive them, each with a name of its own (`named_scenes`).
+
+    Parameters
+    ----------
+    scenes : one or several: a name, a path, a table as in TOML, or a `Scene`.
+
+    Returns
+    -------
+    list of tumble.scenarios.scene.Scene
+
+    Raises
+    ------
+    UserError
+        For a scene that cannot be read, and where none is given.
+    """
+    return [scene.question for scene in named_scenes(scenes)]
+
+
+def named_scenes(scenes: Scenes) -> list[Scene]:
+    """Return scenes, each with a name of its own.
 
     Parameters
     ----------
@@ -377,7 +396,7 @@ def questions(scenes: Scenes) -> list[Question]:
 
     Returns
     -------
-    list of tumble.scenarios.scene.Scene
+    list of Scene
 
     Raises
     ------
@@ -393,7 +412,21 @@ def questions(scenes: Scenes) -> list[Question]:
             found[scene] = next(name for name in names if name not in found.values())
     if not found:
         raise BadScene("no scene was given")
-    return [scene.replace(name=name).question for scene, name in found.items()]
+    return [scene.replace(name=name) for scene, name in found.items()]
+
+
+def in_parts(scene: Scene) -> Question:
+    """Return a scene as engines receive it, for a study that runs very many throws in parts.
+
+    Parameters
+    ----------
+    scene : its throws may be more than memory holds.
+
+    Returns
+    -------
+    tumble.scenarios.scene.Scene
+    """
+    return scene_of_document(scene.to_dict(), scene.folder / f"{scene.name}.toml", scene.name, in_parts=True)
 
 
 def is_empty(scenes: Scenes) -> bool:

@@ -9,7 +9,7 @@ from tumble.api.session import kept_ready
 from tumble.compare.comparison.study import compare_scenes
 from tumble.compare.contact.rows import contact_rows
 from tumble.compare.contact.study import contact_scenes
-from tumble.compare.run.execution import Parts
+from tumble.compare.run.execution import Parts, resumable
 from tumble.compare.run.flight import check_step
 from tumble.compare.run.truths import answered
 from tumble.finished import exit_code
@@ -17,7 +17,7 @@ from tumble.notes import display, note
 from tumble.reports.comparison_text import comparison_text
 from tumble.reports.contact_text import contact_text
 from tumble.reports.terminal import console
-from tumble.scenarios.read import BadScene, read_scenes
+from tumble.scenarios.read import BadScene, read_document, read_scenes, scene_path
 
 
 def main(options: Namespace) -> int:
@@ -26,7 +26,7 @@ def main(options: Namespace) -> int:
         from tumble.reports.figures import check_figures  # slow to load
 
         check_figures(options.svg, options.png)
-    scenes = read_scenes(options.scene)
+    scenes = read_scenes(options.scene, in_parts=True)
     for scene in scenes:
         check_step(scene, options.dt)  # before a folder is made
         vertices = len(scene.body.points)
@@ -40,7 +40,9 @@ def main(options: Namespace) -> int:
         "memory_limit": options.memory_limit,
         "display": display(options),
     }
-    with kept_ready(), Parts() as part:
+    # Parts of an ensemble take long, and are worth being found again.
+    saved = resumable(folder if any(scene.ensemble for scene in scenes) else None)
+    with kept_ready(), saved, Parts() as part:
         found = part(lambda: compare_scenes(scenes, options.engine, dt=options.dt, **limits))
         # A shard has no comparison, and yet its share of the contact runs.
         answers = found.comparisons if found else answered([one for one in scenes if one.plane], options.time_limit)
@@ -56,6 +58,8 @@ def main(options: Namespace) -> int:
             out.print(piece)
     if folder or options.svg or options.png:
         from tumble.compare.comparison.results import comparison_tables  # pandas is slow to load
+        from tumble.compare.comparison.worst import FOLDER as WORST
+        from tumble.compare.comparison.worst import worst_scenes
         from tumble.compare.contact.results import contact_tables
         from tumble.compare.contact.schemas import TABLES as CONTACT
         from tumble.compare.coursework.results import coursework_tables
@@ -70,6 +74,12 @@ def main(options: Namespace) -> int:
         )
         save_figures(options.svg, options.png, error_figure, tables["runs.csv"])
         if folder:
-            write_tables(folder, tables)
-            note(f"tables written to {folder}")
+            documents = {
+                name: text
+                for path, one in zip(map(scene_path, dict.fromkeys(options.scene)), found.comparisons, strict=True)
+                if one.ensemble
+                for name, text in worst_scenes(one, read_document(path, str(path)), path.parent).items()
+            }
+            write_tables(folder, tables, documents)
+            note(f"tables written to {folder}" + (f", the worst throws to {folder / WORST}" if documents else ""))
     return exit_code(run.status for comparison in found.comparisons for run in comparison.runs)

@@ -6,7 +6,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tumble.compare.grade.model.contact_law import AFTER, DIAMOND, SQUARE, WHOLE, ContactLaw
+from tumble.compare.grade.model.contact_law import AFTER, WHOLE, ContactLaw
+from tumble.compare.grade.model.kernel.sliding import DIAMOND, SQUARE
 from tumble.scenarios.frames import Array
 
 # Tilts of a wrong normal that are tried first.

@@ -431,12 +431,18 @@ def lasting_of(rows: Rows, scene: Scene, pull: Array, flights: tuple[Flight, ...
             continue
         first, last = int(run[0]), int(run[-1])
         from_start = first == 0 and rows.times[0] == 0
+        if not from_start:
+            # Bounces that are too short to be flights come first; the motion begins where the height stays.
+            above = np.flatnonzero(np.abs(rows.low[run] - np.median(rows.low[run])) > room)
+            first += int(above[-1]) + 1 if len(above) else 0
+            if last - first + 1 < LASTING:
+                continue
         if from_start:
             own = scene.start[0]
             v, w = start @ own[7:10], start @ own[10:13]
         else:
             v, w = started(rows, first, last)
-        yield Lasting(first, last, v, w, from_start, float(np.median(rows.low[run])))
+        yield Lasting(first, last, v, w, from_start, float(np.median(rows.low[first : last + 1])))
 
 
 def started(rows: Rows, first: int, last: int) -> tuple[Array, Array]:

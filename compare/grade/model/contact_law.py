@@ -3,11 +3,11 @@
 All vectors are in the plane's frame: two axes along the plane, then its normal.
 """
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 
+from tumble.compare.grade.model.kernel.sliding import ROUND, SQUARE, bounded, slide_along
 from tumble.scenarios.frames import Array, cross_matrix
 from tumble.scenarios.scene import Body, Plane, Scene
 from tumble.solver.body import Body as SolverBody
@@ -15,8 +15,6 @@ from tumble.solver.contact.flight import ContactFlight
 from tumble.solver.contact.flight import Plane as SolverPlane
 from tumble.solver.quaternion import from_matrix
 
-# Cones of friction: Coulomb's, a bound on each axis alone, and a bound on the sum over both axes.
-ROUND, SQUARE, DIAMOND = "round", "square", "diamond"
 # Friction in an impact: at each instant (Routh), on the impulse as a whole (Moreau), or after the normal impulse.
 INSTANT, WHOLE, AFTER = "instant", "whole", "after"
 # Sweeps of Gauss-Seidel over the normal and the friction of a whole impulse; steps of a motion along the plane.
@@ -46,7 +44,7 @@ class ContactLaw:
     restitution: float
     friction: float
     normal: tuple[float, float, float] = NORMAL
-    cone: str = ROUND
+    cone: int = ROUND
     in_impact: str = INSTANT
     torque: bool = True
     slip_of_centre: bool = False
@@ -75,21 +73,6 @@ class Approach:
 def right_law(plane: Plane) -> ContactLaw:
     """Return the scene's law."""
     return ContactLaw(plane.restitution, plane.friction)
-
-
-def bounded(wanted: Array, most: float, cone: str) -> Array:
-    """Return the friction, (2,), in a cone's section that is nearest to the wanted one; most: bound along an axis."""
-    if cone == SQUARE:
-        return np.clip(wanted, -most, most)
-    if cone == DIAMOND:
-        size = np.abs(wanted)
-        if size.sum() <= most:
-            return wanted
-        large, small = size.max(), size.min()
-        excess = large - most if large - small >= most else (large + small - most) / 2
-        return np.sign(wanted) * np.maximum(size - excess, 0.0)
-    size = math.hypot(*wanted)
-    return wanted if size <= most else wanted * (most / size)
 
 
 def inverse_inertia(body: Body, axes: Array) -> Array:
@@ -132,12 +115,15 @@ def after_impact(body: Body, at: Approach, law: ContactLaw) -> tuple[Array, Arra
         beside = slip + (0.0 if law.slip_of_centre else response[:2, 2] * press)
         before = drag
         if not once:  # descends to where friction is against the slip that is left
-            drag = bounded(drag - (beside + friction_response @ drag) / size, law.friction * press, law.cone)
+            wanted = drag - (beside + friction_response @ drag) / size
+            drag = np.array(bounded(wanted[0], wanted[1], law.friction * press, law.cone))
         elif law.cone == SQUARE:
-            drag = bounded(-beside / np.diag(friction_response), law.friction * press, law.cone)
+            wanted = -beside / np.diag(friction_response)
+            drag = np.array(bounded(wanted[0], wanted[1], law.friction * press, law.cone))
         elif np.any(beside):
             along = beside / np.linalg.norm(beside)
-            drag = bounded(-beside / (along @ friction_response @ along), law.friction * press, law.cone)
+            wanted = -beside / (along @ friction_response @ along)
+            drag = np.array(bounded(wanted[0], wanted[1], law.friction * press, law.cone))
         if abs(drag - before).max() <= 1e-13 * press:
             break
     along = np.append(drag, 0.0)
@@ -199,34 +185,10 @@ def slide(scene: Scene, pull: Array, v: Array, w: Array, law: ContactLaw, times:
     gain = body.mass * radius / float(body.moments[0]) if turns else 0.0
     sees = 0.0 if law.slip_of_centre else radius
     dt = (float(times[-1]) - float(times[0])) / STEPS
-    x0, x1, v0, v1, (w0, w1, w2) = 0.0, 0.0, float(v[0]), float(v[1]), w.tolist()
-    g0, g1, most = float(down[0]), float(down[1]), law.friction * press
-    is_round, stopped = law.cone == ROUND, False
     path = np.empty((STEPS + 1, 7))
-    path[0] = 0.0, 0.0, v0, v1, w0, w1, w2
-    for step in range(1, STEPS + 1):
-        u0, u1 = v0 - sees * w1, v1 + sees * w0
-        f0, f1 = -(u0 / dt + g0) / spread, -(u1 / dt + g1) / spread
-        bound = most
-        if law.viscous:
-            # Slip at the end of the step, implicitly: f = -bound u / viscous.
-            stiff = most / law.viscous
-            s0, s1 = (part / (1 + spread * stiff * dt) for part in (u0 + g0 * dt, u1 + g1 * dt))
-            f0, f1 = -stiff * s0, -stiff * s1
-        if is_round:
-            size = math.hypot(f0, f1)
-            if size > bound:
-                f0, f1 = f0 * bound / size, f1 * bound / size
-        else:
-            f0, f1 = bounded(np.array((f0, f1)), bound, law.cone)
-        n0, n1 = v0 + (g0 + f0) * dt, v1 + (g1 + f1) * dt
-        if law.asleep and math.hypot(n0, n1) < law.asleep and (stopped or math.hypot(n0, n1) <= math.hypot(v0, v1)):
-            stopped = True
-        if stopped:
-            n0 = n1 = w0 = w1 = w2 = v0 = v1 = 0.0
-        x0, x1 = x0 + dt * (v0 + n0) / 2, x1 + dt * (v1 + n1) / 2
-        v0, v1, w0, w1 = n0, n1, w0 + gain * f1 * dt * (not stopped), w1 - gain * f0 * dt * (not stopped)
-        path[step] = x0, x1, v0, v1, w0, w1, w2
+    path[0] = 0.0, 0.0, v[0], v[1], *w
+    spin, stops = (sees, spread, gain), (law.asleep, law.viscous)
+    slide_along(path, dt, (float(down[0]), float(down[1])), law.friction * press, law.cone, spin, stops)
     at = (times - times[0]) / dt
     low = np.minimum(at.astype(int), STEPS - 1)
     share = (at - low)[:, None]

@@ -76,16 +76,18 @@ class ContactExplanation:
     mistakes : one, or a pair
     misses : of each impact and motion, in units of what a right program may be off
     law : with the mistakes' fitted values
+    apart : as misses, in units that no law changes
     """
 
     mistakes: tuple[ContactMistake, ...]
     misses: tuple[float, ...]
     law: ContactLaw
+    apart: tuple[float, ...] = ()
 
     @cached_property
     def cost(self) -> float:
         """How badly it fits: a large miss counts by its order of magnitude."""
-        return float(np.log1p(np.square(np.minimum(self.misses, MOST))).sum())
+        return float(np.log1p(np.square(np.minimum(self.apart, MOST))).sum())
 
     @property
     def fits(self) -> bool:
@@ -120,8 +122,8 @@ class ContactSearch:
 
     motion: ContactMotion
     trials: int = 0
-    _known: dict[ContactLaw, tuple[float, ...]] = field(default_factory=dict)
-    _parts: dict[tuple, float] = field(default_factory=dict)
+    _known: dict[ContactLaw, tuple[tuple[float, float], ...]] = field(default_factory=dict)
+    _parts: dict[tuple, tuple[float, float]] = field(default_factory=dict)
 
     @cached_property
     def right(self) -> ContactLaw:
@@ -193,8 +195,8 @@ class ContactSearch:
 
     # --- how far a law is off ---------------------------------------------------------------------------------------
 
-    def misses(self, law: ContactLaw) -> tuple[float, ...]:
-        """Return by how many units a law misses each impact, and each motion along the plane."""
+    def explained(self, mistakes: tuple[ContactMistake, ...], law: ContactLaw) -> ContactExplanation:
+        """Return the explanation by a law: by how many units it misses each impact, and each motion along the plane."""
         if law not in self._known:
             self.trials += 1
             # What has no effect on an impact, or on a slide, makes no other law for it.
@@ -205,17 +207,18 @@ class ContactSearch:
             parts = [(self.missed_impact, one, at_once) for one in self.judged]
             parts += [(self.missed_slide, one, lasting) for one in self.slid]
             self._known[law] = tuple(self._missed(*part) for part in parts)
-        return self._known[law]
+        misses = tuple(missed for missed, _ in self._known[law])
+        return ContactExplanation(mistakes, misses, law, tuple(apart for _, apart in self._known[law]))
 
-    def _missed(self, how: Callable, one: Impact | Lasting, law: ContactLaw) -> float:
-        """Return by how many units a law misses one impact or motion, computed once."""
+    def _missed(self, how: Callable, one: Impact | Lasting, law: ContactLaw) -> tuple[float, float]:
+        """Return by how many units a law misses one impact or motion, computed once; and in units that stay."""
         if (one, law) not in self._parts:
-            missed = how(one, law)
-            self._parts[one, law] = missed if np.isfinite(missed) else np.inf
+            missed, apart = how(one, law)
+            self._parts[one, law] = tuple(each if np.isfinite(each) else np.inf for each in (missed, apart))
         return self._parts[one, law]
 
-    def missed_impact(self, one: Impact, law: ContactLaw) -> float:
-        """Return by how many units a law misses the velocities after an impact."""
+    def missed_impact(self, one: Impact, law: ContactLaw) -> tuple[float, float]:
+        """Return by how many units a law misses the velocities after an impact, twice."""
         body, spacing = self.motion.scene.body, self.motion.rows.spacing_s
         v, w = after_impact(body, one.before, law)
         speed, spin = float(np.linalg.norm(one.before.v)), float(np.linalg.norm(one.before.w))
@@ -237,9 +240,10 @@ class ContactSearch:
             off[2] = 0.0
         # A body that stays has no velocity along the normal, whatever the digits: only a step may change the rebound.
         room_n = (STEPS_OFF + self.right.friction) * self.strength * self.step + share * speed if one.stays else room_v
-        return max(
+        missed = max(
             float(np.abs(off[:2]).max()) / room_v, float(abs(off[2])) / room_n, float(np.abs(w - one.w).max()) / room_w
         )
+        return missed, missed
 
     def slide_by(self, one: Lasting, law: ContactLaw) -> SlideRows:
         """Return the rows of a motion along the plane, and the motion by a law from the same start."""
@@ -263,8 +267,11 @@ class ContactSearch:
         late = float(np.clip(late, -0.51 * rows.spacing_s, 0.51 * rows.spacing_s))
         return SlideRows(times, places, spins, x + late * gained, turning, late)
 
-    def missed_slide(self, one: Lasting, law: ContactLaw) -> float:
-        """Return by how many units a law misses a motion along the plane."""
+    def missed_slide(self, one: Lasting, law: ContactLaw) -> tuple[float, float]:
+        """Return by how many units a law misses a motion along the plane; and the same if its step were the shortest.
+
+        The step is seen in the motion by the law, so that units alone would draw a search to long steps.
+        """
         rows, body = self.motion.rows, self.motion.scene.body
         found = self.slide_by(one, law)
         half = float(np.median(rows.half[one.first : one.last + 1]))
@@ -274,7 +281,9 @@ class ContactSearch:
         way = np.concatenate(((0.0,), np.cumsum(np.linalg.norm(np.diff(found.x, axis=0), axis=1))))
         often = SLIDE_OFF if one.from_start else 2 + SLIDE_OFF
         room = DIGITS * half + often * pull * step**2 + WAY_OFF * way
-        missed = float((np.linalg.norm(found.places - found.x, axis=1) / room).max())
+        off = np.linalg.norm(found.places - found.x, axis=1)
+        missed = float((off / room).max())
+        apart = float((off / (DIGITS * half + often * pull * (SHORTEST * rows.spacing_s) ** 2)).max())
         if body.radius:
             lever = body.mass * body.radius / float(body.moments[0])
             room_w = (
@@ -286,8 +295,10 @@ class ContactSearch:
                 * rows.spacing_s
                 / 6
             )
-            missed = max(missed, float(np.linalg.norm(found.spins - found.turning, axis=1).max()) / room_w)
-        return max(missed, self.missed_rest(found.times, found.places, found.x, half))
+            spun = float(np.linalg.norm(found.spins - found.turning, axis=1).max()) / room_w
+            missed, apart = max(missed, spun), max(apart, spun)
+        crept = self.missed_rest(found.times, found.places, found.x, half)
+        return max(missed, crept), max(apart, crept)
 
     def missed_rest(self, times: Array, places: Array, x: Array, half: float) -> float:
         """Return by how many units a law misses the speed of a body that rests at the end by the law."""
@@ -323,7 +334,7 @@ class ContactSearch:
     @cached_property
     def null(self) -> ContactExplanation:
         """The scene's law."""
-        return ContactExplanation((), self.misses(self.right), self.right)
+        return self.explained((), self.right)
 
     @cached_property
     def hypotheses(self) -> tuple[ContactHypothesis, ...]:
@@ -356,8 +367,7 @@ class ContactSearch:
         """Return the explanation by a mistake added to a law, with the values that fit best."""
 
         def explained(values: tuple[float, ...]) -> ContactExplanation:
-            changed = hypothesis.change(law, values)
-            return ContactExplanation((*before, ContactMistake(hypothesis, values)), self.misses(changed), changed)
+            return self.explained((*before, ContactMistake(hypothesis, values)), hypothesis.change(law, values))
 
         if not hypothesis.values:
             return explained(())

@@ -184,6 +184,31 @@ interface Tables {
     features: string;
     switched_off: string;
   };
+  "ensemble-errors.csv": {
+    scene: string;
+    engine: string;
+    method: string;
+    dt_s: number | null;
+    tolerance: number | null;
+    status: string;
+    members: number;
+    unknown: number;
+    lost: number;
+    mean_error_m: number | null;
+    deviation_m: number | null;
+    p1_error_m: number | null;
+    p5_error_m: number | null;
+    p25_error_m: number | null;
+    median_error_m: number | null;
+    p75_error_m: number | null;
+    p95_error_m: number | null;
+    p99_error_m: number | null;
+    p99_9_error_m: number | null;
+    p99_99_error_m: number | null;
+    p99_9999_error_m: number | null;
+    max_error_m: number | null;
+    quantile_error: number | null;
+  };
   "error-over-time.csv": {
     scene: string;
     engine: string;

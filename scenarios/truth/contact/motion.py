@@ -16,7 +16,7 @@ from tumble.scenarios.truth.resolution import AGREEMENT, PATTERNS, movement
 from tumble.scenarios.truth.throw import Read, changing
 
 # Bits of the rougher motion and of the finer, and what follows where they do not agree.
-PRECISIONS = (112, 168, 252, 378, 567)
+PRECISIONS = (112, 144, 216, 324, 567)
 # Changes of the inputs in half last bits: in doubles, beyond what they round; with all digits, as they are.
 SHARE_IN_DOUBLES, SHARE = 2.0**20, 1.0
 # What a smaller change of the opposite sign must do in proportion, and how unequal that may be.
@@ -61,10 +61,11 @@ def _agree(setting: Setting, rougher: Timeline, finer: Timeline) -> bool:
 
 
 class Changed(NamedTuple):
-    """The motion of a throw whose numbers are changed, and by what share of half their last bits."""
+    """The motion of a throw whose numbers are changed, its poses, and by what share of half their last bits."""
 
     setting: Setting
     timeline: Timeline
+    poses: list[Pose]
     share: float
 
 
@@ -92,7 +93,8 @@ def changed_timelines(mp: Any, scene: Scene, row: int, motion: Motion) -> list[C
 
 def _changed(mp: Any, scene: Scene, row: int, motion: Motion, read: Read, share: float) -> Changed:
     setting = read_setting(mp, scene, row, read)
-    return Changed(setting, timeline(setting, setting, motion.rougher.choices), share)
+    followed = timeline(setting, setting, motion.rougher.choices)
+    return Changed(setting, followed, poses_of(setting, followed), share)
 
 
 def _in_proportion(motion: Motion, plain: Changed, there: Changed, back: Changed) -> bool:
@@ -105,9 +107,7 @@ def moves_of(motion: Motion, plain: Changed, changed: Changed) -> Array:
     """Return how far a vertex moves at each known instant, for half the last bits [m], (R,)."""
     moves = []
     points = (plain.setting.throw.points, changed.setting.throw.points)
-    for before, after in zip(
-        poses_of(plain.setting, plain.timeline), poses_of(changed.setting, changed.timeline), strict=False
-    ):
+    for before, after in zip(plain.poses, changed.poses, strict=False):
         moves.append(movement(before, after, *points)[0])
     return np.array(moves) / abs(changed.share)
 

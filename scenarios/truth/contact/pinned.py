@@ -76,15 +76,16 @@ def failure(phase: Pinned, near: Pinned, until: Any) -> Failure | None:
     for _ in range(MOST_LOOKS):
         if time > end:
             return None
-        pose, force = near.at(near.since + time), near.force(near.since + time)
-        held = float(hold(setting, force))
+        held = float(hold(setting, near.force(near.since + time)))
         if first and held < -NONE * gravity:
             return Failure(SLIPS, near.points[0], phase.since)
         if held <= NEAR * gravity and not first:
             slips = zero_of(lambda t: hold(phase.setting, phase.force(t)), phase, time)
             return Failure(SLIPS, near.points[0], slips)
-        heights, rates = motion_along(setting, pose, setting.normal.astype(float))
-        heights, rates = heights[others], rates[others]
+        heights = rates = bends
+        if others:
+            heights, rates = motion_along(setting, near.at(near.since + time), setting.normal.astype(float))
+            heights, rates = heights[others], rates[others]
         for number in np.flatnonzero((heights < NEAR * reach) & (rates < 0)):
             if not first:
                 point = others[int(number)]

@@ -12,11 +12,12 @@ With r = |s| and dP = r dT it is linear but for r, and homogeneous, so that ever
 
 A slip that ends, r -> 0, does so exponentially as T goes to infinity, where in P it has fractional powers: Batlle, "The
 sliding velocity flow of rough collisions in multibody systems", J. Appl. Mech. 63 (1996) 804.  s, r and P are Taylor
-series in T whose coefficients are whole numbers, in units of 2^-bits.
+series in T whose coefficients are whole numbers, in units of 2^-bits.  Where r has lost digits, a step needs as many
+fewer; where the direction keeps itself, s is a line in P.
 """
 
 from collections.abc import Iterator
-from math import ldexp
+from math import ldexp, log2
 from operator import mul
 from typing import Any, NamedTuple, Protocol
 
@@ -26,16 +27,19 @@ from tumble.scenarios.truth.inertia import Numbers
 
 # More bits than the answer is asked for, and half its bits: what rounding takes, and what long steps make of it.
 GUARD = 32
-# A slip that has lost all but 2^-SPARE of its last bit has ended.
-SPARE = 16
-TERMS_PER_BIT, FEWEST_TERMS = 0.36, 24
+# A slip that has lost all but 2^-SPARE of its last bit has ended; of that bit, what the last terms may be, in bits.
+SPARE, SPARE_TERMS = 16, 2
+TERMS_PER_BIT, FEWEST_TERMS = 0.45, 28
+# A step has at least that many bits, whatever its slip has lost.
+FEWEST_BITS = 24
 MOST_STEPS = 3000
 # How steps are counted: durations are whole numbers over 2^GRAIN.
 GRAIN = 20
 # Of what a polynomial can rise by in a step: how near to zero Newton's steps begin.
 NEAR = 1e-6
-# A direction keeps itself where it turns, of the largest rate, by no more than all but this share of the bits says.
-ROUNDED = 6
+# A direction keeps itself where it turns, of the largest rate, by no more than all but this share of the bits says: at
+# the start, where it may be meant to; and by no more than rounding where a slip has come to it.
+ROUNDED, ROUNDED_BITS = 6, 8
 
 
 class Sliding(NamedTuple):
@@ -94,12 +98,10 @@ class SlipFlow:
         self._mp, self._first_speed = mp, mp.sqrt(start @ start)
         self._rate_unit = max(mp.mpf(abs(value)) for value in (*drift, *friction.flat))
         self.direction = start / self._first_speed
+        self._law = drift, friction
         self.rate, turn = rates(drift, friction, self.direction)
         self.steady = abs(turn) <= mp.ldexp(self._rate_unit, mp.prec // ROUNDED - mp.prec)
-        if self.steady:
-            return
         self.bits, self._with_path = mp.prec + GUARD + mp.prec // 2, with_path
-        self._order = max(FEWEST_TERMS, int(mp.prec * TERMS_PER_BIT))
         self._drift = [self.whole(value / self._rate_unit) for value in drift]
         self._friction = [[self.whole(value / self._rate_unit) for value in row] for row in friction]
         # Where the next step starts: direction, r, P and path.
@@ -112,8 +114,6 @@ class SlipFlow:
 
         gauge: (3,); constant: below zero, and so is what it makes at the start.
         """
-        if self.steady:
-            return self._straight(gauge, constant)
         for step in self._all_steps():
             unit = step.speed_unit
             scales = (unit, unit, unit / self._rate_unit)
@@ -126,62 +126,93 @@ class SlipFlow:
             T = self._first_rise(series, step.duration)
             if T is not None:
                 return self._sliding(step, T), True
-        return self._end(), False
+        return self._straight(gauge, constant)
 
     def at(self, passed: Any) -> Sliding:
         """Return the slip after P, which is before its end."""
-        if self.steady:
-            along = self._first_speed + self.rate * passed
-            path = self._first_speed * passed + self.rate * passed * passed / 2
-            return Sliding(self.direction * along, passed, self.direction * path)
         for step, T in self.where(passed):
             if T is not None:
-                return self._sliding(step, self.whole(T))
-        return self._end()
+                return self._sliding(step, T)
+        return self._along(passed)
 
-    def where(self, passed: Any) -> Iterator[tuple[Step, Any]]:
-        """Yield the steps up to the one in which P has that value, each with None, the last with its T there."""
+    def where(self, passed: Any) -> Iterator[tuple[Step, int | None]]:
+        """Yield the steps up to the one in which P has that value, each with None, the last with its T there, whole."""
         for step in self._all_steps():
             whole = self.whole((passed - step.before[0]) * self._rate_unit / step.speed_unit)
-            last = step.duration << self.bits >> GRAIN
+            last = self.duration(step)
             if self.value(step.passed, last) >= whole:
                 series = [step.passed[0] - whole, *step.passed[1:]]
-                yield step, self.number(self._zero(series, 0, last))
+                yield step, self._zero(series, 0, last)
                 return
             yield step, None
 
-    def series(self, step: Step) -> tuple[Numbers, Numbers, tuple[Numbers, Numbers]]:
-        """Return dP/dT, P, and s as series in T, each (order + 1,)."""
-        speed, passed, *slip = (
-            np.array([self.number(number) for number in series]) for series in (step.speed, step.passed, *step.slip)
-        )
-        unit = step.speed_unit / self._rate_unit
-        passed = passed * unit
-        passed[0] = passed[0] + step.before[0]
-        return speed * unit, passed, (slip[0] * step.speed_unit, slip[1] * step.speed_unit)
+    def clock_unit(self, step: Step) -> Any:
+        """Return what of P goes by in a step for each unit of its series."""
+        return step.speed_unit / self._rate_unit
 
-    def duration(self, step: Step) -> Any:
-        """Return how long a step is in T."""
-        return self.number(step.duration << self.bits >> GRAIN)
+    def duration(self, step: Step) -> int:
+        """Return how long a step is in T, whole."""
+        return step.duration << self.bits >> GRAIN
 
     def _straight(self, gauge: Numbers, constant: Any) -> tuple[Sliding, bool]:
+        """Return the same as `until` of what is left of the slip when its direction keeps itself."""
         mp = self._mp
-        slope = (gauge[:2] @ self.direction) * self.rate + gauge[2]
-        first = (gauge[:2] @ self.direction) * self._first_speed + constant
-        stop = -self._first_speed / self.rate if self.rate < 0 else mp.inf
-        reached = -first / slope if slope > 0 else mp.inf
-        return self.at(min(stop, reached)), bool(reached <= stop)
+        direction, passed, speed, rate = self.line()
+        slope = (gauge[:2] @ direction) * rate + gauge[2]
+        first = (gauge[:2] @ direction) * speed + gauge[2] * passed + constant
+        if not self._keeps(direction, speed):
+            return Sliding(0 * direction, passed - min(speed / rate, 0 * speed), self._front[3]), False
+        stop = passed - speed / rate if rate < 0 else mp.inf
+        reached = passed - first / slope if slope > 0 else mp.inf
+        if reached <= stop:
+            return self._along(reached), True
+        end = self._along(stop)
+        return end._replace(velocity=0 * direction), False
+
+    def line(self) -> tuple[Numbers, Any, Any, Any]:
+        """Return the direction that keeps itself at last, from which P on, with which speed, and the speed's rate."""
+        direction, speed, passed, _ = self._front
+        return direction, passed, speed, rates(*self._law, direction)[0]
+
+    def _along(self, passed: Any) -> Sliding:
+        """Return the slip after P along the direction that keeps itself."""
+        direction, before, speed, rate = self.line()
+        more, path = passed - before, self._front[3]
+        return Sliding(direction * (speed + rate * more), passed, path + direction * ((speed + rate * more / 2) * more))
 
     def _all_steps(self) -> Iterator[Step]:
-        """Yield the steps, as far as they are asked for, until r is nothing."""
-        number, least = 0, self._mp.ldexp(self._first_speed, -self._mp.prec - SPARE)
-        while number < len(self._steps) or self._front[1] > least:
+        """Yield the steps, as far as they are asked for, until r is nothing or the direction keeps itself."""
+        number = 0
+        while number < len(self._steps) or not self._ends():
             if number == len(self._steps):
                 if number == MOST_STEPS:
                     raise ArithmeticError("a slip has no end")
                 self._grow()
             yield self._steps[number]
             number += 1
+
+    def _ends(self) -> bool:
+        """Return whether no step is needed from the front on: r is nothing, or the direction keeps itself."""
+        mp, (direction, speed, _, _) = self._mp, self._front
+        return self._keeps(direction, speed) or bool(speed <= mp.ldexp(self._first_speed, -mp.prec - SPARE))
+
+    def _keeps(self, direction: Numbers, speed: Any) -> bool:
+        """Return whether the direction keeps itself, to what rounding says of s, wherever the slip goes from here.
+
+        The angle's rate k has a slope k' and |k''| <= bend: with k' < 0 and |k| bend < k'^2 / 4 the angle falls into
+        the root of k that is near (Kantorovich), and what it is off by dies out.
+        """
+        if self.steady:
+            return True
+        mp = self._mp
+        (x, y), (d1, d2), ((a, b), (_, c)) = direction, *self._law
+        rate, turn = rates(*self._law, direction)
+        most = mp.sqrt(d1 * d1 + d2 * d2) + abs(a - c) / 2 + abs(b)
+        slope = (a - c) * (x * x - y * y) + 4 * b * x * y - (d1 * x + d2 * y)
+        falls_in = slope < 0 and 4 * abs(turn) * (4 * most) < slope * slope
+        # An error of the direction counts by the speed that is left; a slip that grows keeps its share of it.
+        share = min(speed / self._first_speed, mp.one) if rate < 0 else mp.one
+        return bool((abs(turn) if falls_in else most) * share <= mp.ldexp(self._rate_unit, ROUNDED_BITS - mp.prec))
 
     def _grow(self) -> None:
         """Add the step from the front, and move the front to its end.
@@ -190,11 +221,15 @@ class SlipFlow:
         high-order Taylor methods", Experiment. Math. 14 (2005) 99.
         """
         bits, direction, unit, passed_before, path_before = self.bits, *self._front
+        lost = min(max(0, int(log2(float(self._first_speed / unit)))), self._mp.prec - FEWEST_BITS)
+        order = max(FEWEST_TERMS, int((self._mp.prec - lost) * TERMS_PER_BIT))
         (d1, d2), ((a, b), (_, c)) = self._drift, self._friction
         first, second, speed, passed = [self.whole(direction[0])], [self.whole(direction[1])], [1 << bits], [0]
         path: tuple[list[int], ...] = ([0], [0]) if self._with_path else ()
-        for k in range(self._order):
-            n = k + 1
+        # The terms so far, (s1, s2, r) of each in turn, and the other way round with -r: one sum is s.s - r r.
+        terms, mirrored = [first[0], second[0], speed[0]], [0] * (3 * order + 3)
+        for k in range(order):
+            n, half = k + 1, k // 2 + 1
             for integral, slip in zip(path, (first, second), strict=False):
                 integral.append((sum(map(mul, slip, speed[::-1])) >> bits) // n)
             passed.append(speed[k] // n)
@@ -202,44 +237,52 @@ class SlipFlow:
             first.append(((d1 * r - a * x - b * y) >> bits) // n)
             second.append(((d2 * r - b * x - c * y) >> bits) // n)
             # 2 r_n = (s.s)_n - the products of the r between, for r_0 = 1.
-            inner = _square_term(first, n) + _square_term(second, n) - _square_term(speed, n)
+            inner = 2 * (first[0] * first[n] + second[0] * second[n])
+            inner += 2 * sum(map(mul, terms[3 : 3 * half], mirrored[3 * (order - k) : 3 * (order - n + half)]))
+            if n % 2 == 0:
+                inner += first[half] ** 2 + second[half] ** 2 - speed[half] ** 2
             speed.append(inner >> bits + 1)
-        duration = self.bearable((first, second, speed))
+            terms += first[n], second[n], speed[n]
+            mirrored[3 * (order - n) : 3 * (order - k)] = first[n], second[n], -speed[n]
+        duration = self.bearable((first, second, speed), lost)
         step = Step((first, second), speed, passed, path, duration, unit, (passed_before, path_before))
         if self._rider is not None:
             step = step._replace(duration=min(duration, self.bearable(self._rider.grown(self, step))))
             self._rider.taken(self, step)
         self._steps.append(step)
-        end = self._sliding(step, step.duration << bits >> GRAIN)
+        end = self._sliding(step, self.duration(step))
         size = self._mp.sqrt(end.velocity @ end.velocity)
         self._front = end.velocity / size, size, end.passed, end.path
 
-    def bearable(self, grown: tuple[list[int], ...]) -> int:
-        """Return how long a step may be, over 2^GRAIN: its last terms are below the working precision."""
-        spare = self.bits - self._mp.prec - 12
+    def bearable(self, grown: tuple[list[int], ...], lost: int = 0) -> int:
+        """Return how long a step may be, over 2^GRAIN: its last terms are below the working precision.
+
+        lost: bits less than that.
+        """
+        spare = self.bits - self._mp.prec - SPARE_TERMS + lost
         # A term that is nothing may be rounded to it: its size counts as one unit, or a long step makes that large.
         longest = min(
             2.0 ** ((spare - max(1, abs(series[power]).bit_length())) / power)
             for series in grown
-            for power in (self._order - 1, self._order)
+            for power in (len(series) - 2, len(series) - 1)
         )
         return max(1, int(ldexp(longest, GRAIN)))
 
     def _first_rise(self, series: list[int], duration: int) -> int | None:
         """Return the first T, over 2^bits, at which a polynomial that begins below zero is zero, None if none is."""
-        near = np.array([ldexp(float(number), -self.bits) for number in series])
-        powers, end = np.arange(len(near)), ldexp(duration, -GRAIN)
-        steepest = float((np.maximum(near[1:], 0.0) * powers[1:] * end ** powers[:-1]).sum())
+        near, end = [ldexp(float(number), -self.bits) for number in series], ldexp(duration, -GRAIN)
+        steepest = sum(max(number, 0.0) * k * end ** (k - 1) for k, number in enumerate(near) if k)
         if not steepest:
             return None
-        values, T = near[::-1], 0.0
-        below = float(np.polyval(values, T))
+        T, below = 0.0, near[0]
         # Steps that no polynomial of this slope can rise within.
         while below < -NEAR * steepest * end:
             T -= below / steepest
             if end <= T:
                 return None
-            below = float(np.polyval(values, T))
+            below = 0.0
+            for number in reversed(near):
+                below = below * T + number
         whole, last = int(ldexp(T, self.bits)), duration << self.bits >> GRAIN
         return self._zero(series, whole, last) if self.value(series, last) >= 0 or below > 0 else None
 
@@ -268,13 +311,6 @@ class SlipFlow:
             path = path + np.array([self.number(self.value(way, T)) for way in step.path]) * (speed * unit)
         return Sliding(slip * speed, passed, path)
 
-    def _end(self) -> Sliding:
-        """Return where the slip ends: what the last step has left decays along the direction that it has reached."""
-        direction, speed, passed, path = self._front
-        drift, friction = (np.array(self._numbers(each)) for each in (self._drift, self._friction))
-        rate, _ = rates(drift, friction, direction)
-        return Sliding(0 * direction, passed - speed / (rate * self._rate_unit), path)
-
     def value(self, series: list[int], T: int) -> int:
         """Return a series at T, whole numbers over 2^bits."""
         bits, value = self.bits, 0
@@ -289,9 +325,6 @@ class SlipFlow:
     def number(self, whole: int) -> Any:
         """Return what a whole number of 2^-bits is."""
         return self._mp.ldexp(self._mp.mpf(whole), -self.bits)
-
-    def _numbers(self, whole: Any) -> Any:
-        return [self._numbers(each) for each in whole] if isinstance(whole, list) else self.number(whole)
 
 
 def rates(drift: Numbers, friction: Numbers, direction: Numbers) -> tuple[Any, Any]:
@@ -334,12 +367,3 @@ def outgoing(mp: Any, drift: Numbers, friction: Numbers) -> tuple[Numbers, Any]:
             break
     found = direction(rate)
     return found / mp.sqrt(found @ found), rate
-
-
-def _square_term(series: list[int], n: int) -> int:
-    """Return the n-th term of the square of a series, with no part of its own n-th term where it has none yet."""
-    known = len(series) > n
-    low = 0 if known else 1
-    half = (n + 1) // 2
-    total = 2 * sum(map(mul, series[low:half], series[n - low : n - half : -1]))
-    return total + series[n // 2] ** 2 if n % 2 == 0 else total

@@ -91,11 +91,7 @@ class Slipping:
         end, reached = self._flow.until(clock, -(max(last - since, setting.mp.one * 0) + 1))
         self.until = setting.mp.inf if reached else since + end.passed
         self._end = end
-        if self._flow.steady:
-            pull = self._flow.direction * self._flow.rate
-            self._turning = _turning(setting, pose, self._spin_rate(pull))
-        else:
-            self._turning = lambda t: spin.at(self._flow, t)
+        self._turning = lambda t: spin.at(self._flow, t)
 
     def at(self, time: Any) -> Pose:
         """Return the pose at an instant."""
@@ -113,13 +109,6 @@ class Slipping:
         setting = self._setting
         about = setting.normal * (self._pose.w_world @ setting.normal)
         return about + cross(setting.normal, v - slip @ self._frame) / setting.radius
-
-    def _spin_rate(self, pull: Numbers) -> Numbers:
-        """Return how the spin changes while the slip changes at a rate, (2,)."""
-        setting = self._setting
-        gain = pull @ self._frame
-        v_rate = gain * self._share + setting.gravity_along * (1 - self._share)
-        return cross(setting.normal, v_rate - gain) / setting.radius
 
     def spin_factors(self) -> tuple[Numbers, Numbers, Numbers, Numbers]:
         """Return w as a constant and factors of t, s1 and s2, each (3,)."""
@@ -144,27 +133,38 @@ class SlipSpin:
     """
 
     def __init__(self, setting: Setting, slipping: Slipping) -> None:
-        self._mp, self._axes, self._factors = setting.mp, slipping.axes, slipping.spin_factors()
+        self._setting, self._axes, self._factors = setting, slipping.axes, slipping.spin_factors()
+        self._last: DrivenSpin | None = None
         self._q: list[int] = []
         self._series: list[tuple[list[int], ...]] = []
 
     def grown(self, flow: SlipFlow, step: Step) -> tuple[list[int], ...]:
         """Return the series of q over a step, four of them."""
-        self._next = self._terms(flow, step, self._q or [flow.whole(self._mp.one), 0, 0, 0])
+        self._next = self._terms(flow, step, self._q or [flow.whole(self._setting.mp.one), 0, 0, 0])
         return self._next
 
     def taken(self, flow: SlipFlow, step: Step) -> None:
         """Go to the end of the step whose series were grown."""
-        last = flow.whole(flow.duration(step))
         self._series.append(self._next)
-        self._q = [flow.value(series, last) for series in self._next]
+        self._q = [flow.value(series, flow.duration(step)) for series in self._next]
 
     def at(self, flow: SlipFlow, t: Any) -> Numbers:
         """Return the axes at t [s], (3, 3)."""
         for (_, T), series in zip(flow.where(t), self._series_of(), strict=False):
             if T is not None:
-                return self._turned(flow, [flow.value(each, flow.whole(T)) for each in series])
-        return self._turned(flow, self._q)
+                return self._turned(flow, [flow.value(each, T) for each in series])
+        return self._along_a_line(flow, t)
+
+    def _along_a_line(self, flow: SlipFlow, t: Any) -> Numbers:
+        """Return the axes at t [s], (3, 3), after the direction of the slip has begun to keep itself."""
+        direction, since, speed, rate = flow.line()
+        if self._last is None:
+            constant, by_time, by_first, by_second = self._factors
+            by_slip = by_first * direction[0] + by_second * direction[1]
+            axes = self._turned(flow, self._q) if self._q else self._axes
+            w = constant + by_time * since + by_slip * speed
+            self._last = DrivenSpin(self._setting, axes, w, by_time + by_slip * rate)
+        return self._last.at(t - since)
 
     def _series_of(self) -> Iterator[tuple[list[int], ...]]:
         number = 0
@@ -178,15 +178,17 @@ class SlipSpin:
     def _terms(self, flow: SlipFlow, step: Step, q: list[int]) -> tuple[list[int], ...]:
         """Return the series of q: dq/dT = r w q / 2, for dt = r dT."""
         bits = flow.bits
-        speed, passed, (first, second) = flow.series(step)
+        unit = flow.clock_unit(step)
         constant, by_time, by_first, by_second = self._factors
-        w = np.outer(by_time, passed) + np.outer(by_first, first) + np.outer(by_second, second)
-        w[:, 0] = w[:, 0] + constant
-        clock = [flow.whole(number) for number in speed]
-        spins = [[flow.whole(number) for number in row] for row in w]
-        x, y, z = ([sum(map(mul, clock[: k + 1], spin[k::-1])) >> bits for k in range(len(clock))] for spin in spins)
+        factors = (
+            (constant + by_time * step.before[0]) * unit,
+            by_time * (unit * unit),
+            by_first * (unit * step.speed_unit),
+            by_second * (unit * step.speed_unit),
+        )
+        x, y, z = (self._driving(flow, step, of_axis) for of_axis in zip(*factors, strict=True))
         a, b, c, d = terms = tuple([number] for number in q)
-        for k in range(len(clock) - 1):
+        for k in range(len(x) - 1):
             u, v, w_ = x[k::-1], y[k::-1], z[k::-1]
             parts = [[sum(map(mul, part, spin)) for spin in (u, v, w_)] for part in (a, b, c, d)]
             (ax, ay, az), (bx, by, bz), (cx, cy, cz), (dx, dy, dz) = parts
@@ -194,6 +196,14 @@ class SlipSpin:
             for series, number in zip(terms, grown, strict=True):
                 series.append((number >> bits + 1) // (k + 1))
         return terms
+
+    def _driving(self, flow: SlipFlow, step: Step, factors: tuple[Any, ...]) -> list[int]:
+        """Return r w about an axis, whose w is a constant and factors of P, s1 and s2, as a series."""
+        constant, by_passed, by_first, by_second = (flow.whole(factor) for factor in factors)
+        terms = zip(step.passed, *step.slip, strict=True)
+        w = [(by_passed * p + by_first * a + by_second * b) >> flow.bits for p, a, b in terms]
+        w[0] += constant
+        return [sum(map(mul, step.speed[: k + 1], w[k::-1])) >> flow.bits for k in range(len(w))]
 
 
 class Bouncing:

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from tumble.scenarios.truth.contact.setting import TOUCHING, Setting, length, unit
-from tumble.scenarios.truth.elliptic import Amplitude, JacobiFunctions
+from tumble.scenarios.truth.elliptic import Amplitude, JacobiFunctions, third_kind_angle
 from tumble.scenarios.truth.flight import Pose
 from tumble.scenarios.truth.inertia import Numbers, identity
 from tumble.scenarios.truth.rational import cross
@@ -57,7 +57,7 @@ class Top:
         gap = (pose.x - setting.point + lever) @ setting.normal
         self._tip = pose.x + lever - setting.normal * gap
         self._height = length(mp, lever)
-        self._carlson = carlson_rj(mp)
+        self._carlson = third_integral(mp)
         self._axes, e3 = pose.axes, -lever / self._height
         body = pose.axes.T @ e3
         self._I3 = body @ setting.tensor @ body
@@ -87,7 +87,8 @@ class Top:
         low, middle, high = _roots(mp, (beta, -(alpha + a * a), 2 * a * b - beta, alpha - b * b), self._z0)
         self._low, self._span = low, middle - low
         self._speed = mp.sqrt(beta * (high - low)) / 2
-        self._jacobi = JacobiFunctions(mp, (high - middle) / (high - low))
+        self._m1 = (high - middle) / (high - low)
+        self._jacobi = JacobiFunctions(mp, self._m1)
         m = self._span / (high - low)
         share = (self._z0 - low) / self._span if self._span else mp.zero
         share = min(max(share, mp.zero), mp.one)
@@ -97,7 +98,6 @@ class Top:
             cn = -cn
         u0 = sn * mp.elliprf(cn * cn, dn * dn, mp.one)
         self._u0 = 2 * self._jacobi.quarter_period - u0 if cn < 0 else u0
-        self._m1 = (high - middle) / (high - low)
         # (b - a z) / (1 - z^2) in partial fractions.
         self._poles = [
             ((b - a) / (2 * (1 - low)), self._span / (1 - low)),
@@ -110,7 +110,7 @@ class Top:
         """Return n sn^3 RJ / 3, what Legendre's third integral has beyond the first."""
         if not n or not sn:
             return self.setting.mp.zero
-        return n / 3 * sn**3 * self._carlson(cn * cn, dn * dn, 1, 1 - n * sn * sn)
+        return self._carlson(self._m1, n, (sn, cn, dn))
 
     def _thirds(self, amplitude: Amplitude) -> list[Any]:
         """Return the same of both poles from u = 0 to an amplitude."""
@@ -212,13 +212,31 @@ class Top:
         return (bend * self._height - self.setting.gravity) * self.setting.mass
 
 
-def carlson_rj(mp: Any) -> Callable[..., Any]:
-    """Return Carlson's RJ for a context's numbers: of doubles scipy's, a hundred times as fast as mpmath's."""
-    if hasattr(mp, "_set_prec"):
-        return mp.elliprj
-    from scipy.special import elliprj  # slow to load
+def third_integral(mp: Any) -> Callable[[Any, Any, tuple[Any, Any, Any]], Any]:
+    """Return n sn^3 RJ(cn^2, dn^2, 1, 1 - n sn^2) / 3 of m1 = 1 - m, n and (sn, cn, dn), for n <= 0 or n >= m.
 
-    return lambda *arguments: float(elliprj(*arguments))
+    By the house's series, three times as fast as mpmath's RJ; of doubles by scipy's, which is faster still.
+    """
+    if not hasattr(mp, "_set_prec"):
+        from scipy.special import elliprj  # slow to load
+
+        def of_doubles(m1: Any, n: Any, functions: tuple[Any, Any, Any]) -> Any:
+            sn, cn, dn = functions
+            return n / 3 * sn**3 * float(elliprj(cn * cn, dn * dn, 1.0, 1 - n * sn * sn))
+
+        return of_doubles
+
+    def of_any(m1: Any, n: Any, functions: tuple[Any, Any, Any]) -> Any:
+        sn, cn, dn = functions
+        x, y, p = cn * cn, dn * dn, 1 - n * sn * sn
+        square = -n * (1 - n) * (1 - m1 - n)
+        if square <= 0:
+            # n = m, but for rounding.
+            return n / 3 * sn**3 * mp.elliprj(x, y, 1, p)
+        root = mp.sqrt(square)
+        return n * third_kind_angle(mp, x, y, mp.one, p, root * sn**3) / root
+
+    return of_any
 
 
 def _roots(mp: Any, cubic: tuple[Any, ...], inside: Any) -> tuple[Any, Any, Any]:

@@ -1,0 +1,170 @@
+"""Very many throws of a scene, in parts that are tasks: each gives the errors of its throws, added up, and is gone."""
+
+import threading
+from collections import OrderedDict
+from collections.abc import Sequence
+from concurrent.futures import Future
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import pairwise
+
+from tumble.compare.judge.errors import RunAnswer
+from tumble.compare.judge.spread import Spread, added, spread_of
+from tumble.compare.run.digest import digest
+from tumble.compare.run.execution import EXECUTION, Parts
+from tumble.compare.run.progress import ProgressCallback, no_progress
+from tumble.compare.run.running_engines import RunningEngine, truth_limit
+from tumble.compare.run.tasks import Task, run
+from tumble.compare.run.truths import Answer, true_answer
+from tumble.scenarios.ensemble import part_of, part_size, parts_in
+from tumble.scenarios.scene import Scene, frozen_array
+from tumble.scenarios.truth import Truth
+
+# Throws that an engine has in its world at a time: some engines take the square of their number.
+AT_A_TIME = 512
+# Tasks whose results are held at a time, and parts whose reference solutions are: contestants share them.
+WINDOW, SHARED = 1024, 4
+
+_shared: "OrderedDict[tuple[str, int, float], Future[tuple[Scene, Answer]]]" = OrderedDict()
+_one_at_a_time = threading.Lock()
+
+
+@dataclass(frozen=True, eq=False)
+class EnsembleRun:
+    """One contestant in all throws of a scene.
+
+    Parameters
+    ----------
+    running_engine : the engine
+    method : of the engine
+    dt : step [s]
+    spread : the errors
+    """
+
+    running_engine: RunningEngine
+    method: str
+    dt: float
+    spread: Spread
+
+    @property
+    def tolerance(self) -> float | None:
+        """The tolerance under which the method chooses its steps, None of one that does not."""
+        return self.running_engine.tolerance(self.method)
+
+    @property
+    def name(self) -> str:
+        """ENGINE:METHOD."""
+        return f"{self.running_engine.title}:{self.method}"
+
+
+def contestants_of(running_engines: Sequence[RunningEngine], scene: Scene) -> list[tuple[RunningEngine, str]]:
+    """Return who takes part in a scene that is run in parts: engines with their methods.
+
+    Parameters
+    ----------
+    running_engines : with their methods
+    scene : has an ensemble
+
+    Returns
+    -------
+    pairs of an engine and a method
+    """
+    # Some methods are for many throws alone.
+    several = part_of(scene, 0)
+    return [(one, method) for one in running_engines for method in one.methods_for(several)]
+
+
+def ensemble_runs(
+    running_engines: Sequence[RunningEngine],
+    scene: Scene,
+    dt: float | None = None,
+    on_progress: ProgressCallback = no_progress,
+) -> list[EnsembleRun]:
+    """Run all throws of a scene with every contestant, part by part.
+
+    A contestant that fails in a part has no errors, and does not run the parts that follow.
+
+    Parameters
+    ----------
+    running_engines : with their methods
+    scene : has an ensemble
+    dt : step [s]; None: the scene's own
+    on_progress : called for every part of every contestant
+
+    Returns
+    -------
+    one for each contestant
+
+    Raises
+    ------
+    Incomplete : some parts are other shards'
+    """
+    pairs, limit_s = contestants_of(running_engines, scene), truth_limit(running_engines)
+    found = [Spread(0)] * len(pairs)
+    at_a_time = max(1, WINDOW // max(1, len(pairs)))
+    is_sharded = EXECUTION.get().shard is not None
+    with Parts() as part:
+        for first in range(0, parts_in(scene), at_a_time):
+            # All shards have the same tasks in a window, whatever became of those of one.
+            going = [place for place in range(len(pairs)) if is_sharded or not found[place].has_failed]
+            numbers = range(first, min(first + at_a_time, parts_in(scene)))
+            tasks = [_task(*pairs[place], scene, dt, number, limit_s) for number in numbers for place in going]
+            spreads = part(lambda tasks=tasks: run(tasks, on_progress=on_progress))
+            for number, spread in enumerate(spreads or ()):
+                place = going[number % len(going)]
+                found[place] = added(found[place], spread)
+    return [EnsembleRun(*pair, dt or scene.step, spread) for pair, spread in zip(pairs, found, strict=True)]
+
+
+def _task(
+    engine: RunningEngine, method: str, scene: Scene, dt: float | None, number: int, limit_s: float
+) -> Task[Spread]:
+    ask = partial(part_errors, scene=scene, method=method, dt=dt or scene.step, number=number, limit_s=limit_s)
+    return Task((scene.name, engine.title, method, f"part {number}"), engine, ask)
+
+
+def part_errors(
+    running_engine: RunningEngine, scene: Scene, method: str, dt: float, number: int, limit_s: float
+) -> Spread:
+    """Return the errors of one contestant in one part; limit_s: of its reference solution [s]."""
+    whole, answer = shared_answer(running_engine, scene, number, limit_s)
+    found, before = Spread(0), number * part_size(scene)
+    pieces = max(1, len(whole.start) // AT_A_TIME)
+    for first, last in pairwise(len(whole.start) * piece // pieces for piece in range(pieces + 1)):
+        some = slice(first, last)
+        piece = replace(whole, start=frozen_array(whole.start[some]))
+        # One probe is enough to find an engine that looks its answers up.
+        trajectory = running_engine.simulate(piece, method, dt, probe=before + first == 0)
+        true = answer.truth and of_throws(answer.truth, some)
+        one = RunAnswer.of(running_engine, method, dt, trajectory).run(piece, running_engine.title, true)
+        found = added(found, spread_of(one, before + first))
+        if found.has_failed:
+            break
+    return replace(found, throws=len(whole.start))
+
+
+def of_throws(truth: Truth, some: slice) -> Truth:
+    """Return the reference solution of some of its throws."""
+    arrays = {name: getattr(truth, name)[:, some] for name in ("states", "vertices", "bound", "input_error")}
+    return replace(truth, contacts=truth.contacts[some], **arrays)
+
+
+def shared_answer(running_engine: RunningEngine, scene: Scene, number: int, limit_s: float) -> tuple[Scene, Answer]:
+    """Return a part and its reference solution, which contestants of this process share.  Raises Halted, RayMissed."""
+    key = digest(scene), number, limit_s
+    with _one_at_a_time:
+        is_mine = key not in _shared
+        future = _shared.setdefault(key, Future())
+        while len(_shared) > SHARED:
+            _shared.popitem(last=False)
+    if is_mine:
+        try:
+            part = part_of(scene, number)
+            future.set_result(
+                (part, true_answer(part, tell=lambda share: running_engine.refuse_halted(), limit_s=limit_s))
+            )
+        except BaseException as error:
+            with _one_at_a_time:
+                _shared.pop(key, None)
+            future.set_exception(error)
+    return future.result()
