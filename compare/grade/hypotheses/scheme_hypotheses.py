@@ -67,6 +67,10 @@ class SchemeHypotheses:
             found.append(Mistake(self._of(_late, (1 if ticks > 0 else -1,)), late))
         return tuple(found)
 
+    def late(self, ticks: int) -> Mistake:
+        """Return rows that are late by so many row intervals; early, if the number is negative."""
+        return Mistake(self._of(_late, (1 if ticks > 0 else -1,)), abs(ticks * self._context.spacing_s))
+
     def step(self, gyroscopic: str, rotation: str, position_substeps: int = 1, normalise_every: int = 1) -> Hypothesis:
         """Return the hypothesis of a step; "" stands for a detail that has no effect."""
         gyroscopic = "" if self._equal or gyroscopic == "none" else gyroscopic

@@ -21,6 +21,7 @@ from tumble.compare.grade.search.stages import (
     Search,
     by_weight,
     defaults_of_engines_with_short_steps,
+    plain_values,
     replace_each_mistake,
 )
 
@@ -86,6 +87,7 @@ def diagnosed(
     )
     stopped = not search.null.within_floor and _is_stopped(search, search_s)
     replace_each_mistake(search)
+    plain_values(search)
     return replace(_ranked(search), stopped_s=search_s if stopped else 0.0)
 
 

@@ -81,6 +81,16 @@ class SchemeSearch:
             if step in hypothesis.named_values
         ]
 
+    def in_rows(self, mistakes: Mistakes) -> Mistakes:
+        """Return mistakes in which a clock that is off by whole row intervals is rows that are late or early."""
+        spacing, found = self._evaluator.context.spacing_s, []
+        for mistake in mistakes:
+            rows = -mistake.value / spacing
+            whole = round(rows)
+            is_late = mistake.hypothesis.name == CLOCK_OFFSET and whole in LATE and abs(rows - whole) < NEAR
+            found.append(self._hypotheses.late(whole) if is_late and whole else mistake)
+        return tuple(found)
+
     def upon_schemes(self) -> list[Mistakes]:
         """Return the best mistakes upon rough schemes, each upon its best one, improved; best first."""
         weight = self._weight
@@ -161,10 +171,11 @@ class SchemeSearch:
         for step, gyroscopic, rotation in product(steps, GYROSCOPIC, ROTATION):
             other = replace(scheme, gyroscopic=gyroscopic, rotation=rotation)
             yield Point(_without(point.others, "steps"), SteppedScheme(other, step, late, force))
-        if not tick and not (scheme.damping.linear or scheme.damping.angular):
+        if not tick:
+            others = (*_without(point.others, "steps"), *self._as_forces(scheme.damping))
             for method in self._methods:
-                yield Point((*_without(point.others, "steps"), method), None)
-            yield Point(_without(point.others, "steps"), None)
+                yield Point((*others, method), None)
+            yield Point(others, None)
 
     def _with_fitted_length(self, point: Point) -> Iterator[Point]:
         """Yield the same scheme with the parts of a row interval next to the step that fits best."""
@@ -220,9 +231,7 @@ class SchemeSearch:
         if any(m.hypothesis.part.startswith("clock") for m in point.others):
             return
         if point.stepped is None:
-            late = next(h for h in self._evaluator.hypotheses if h.name == CLOCK_OFFSET)
-            spacing = self._evaluator.context.spacing_s
-            yield from (Point((*point.others, Mistake(late, -ticks * spacing)), None) for ticks in LATE if ticks)
+            yield from (Point((*point.others, self._hypotheses.late(ticks)), None) for ticks in LATE if ticks)
             return
         forces = (False, True) if self._evaluator.context.program.impulses and self._may_last(point) else (False,)
         for late, force in product(LATE, forces):
@@ -230,6 +239,11 @@ class SchemeSearch:
 
     def _may_last(self, point: Point) -> bool:
         return all(mistake.hypothesis.part != "impulse" for mistake in point.others)
+
+    def _as_forces(self, damping: Damping) -> Mistakes:
+        """Return the damping of a scheme as in a method that evaluates it as a force."""
+        rates = {"linear-damping": damping.linear, "angular-damping": damping.angular}
+        return tuple(Mistake(h, rate) for h in self._evaluator.hypotheses if (rate := rates.get(h.name)))
 
     def _damped(self, point: Point, others: list[Point]) -> list[Point]:
         """Return points with damping; among them the best rough scheme, since others may be methods without any."""

@@ -4,10 +4,10 @@
 """
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import combinations
 
-from tumble.compare.grade.hypotheses.explanation import Explanation, Mistake, Mistakes
+from tumble.compare.grade.hypotheses.explanation import Explanation, Mistake, Mistakes, with_value
 from tumble.compare.grade.hypotheses.names import BODY_NEVER_MOVES
 from tumble.compare.grade.measure.significance import ALIKE
 from tumble.compare.grade.model.program_model import FINE
@@ -33,6 +33,8 @@ MOST_MISTAKES = 5
 SURELY = 0.05
 # Share of ENOUGH steps that may be spent on replacing mistakes by others, and those that are fitted finely.
 OF_REPLACING, REPLACED = 0.1, 4
+# Significant digits of a value that a person wrote, and weights that differ by less than rounding may cause.
+FEW_DIGITS, SAME_WEIGHT = (1, 2, 3), 1.0
 # An error below this share of the body's size is explained by at most one mistake.
 SMALL = 1e-6
 
@@ -202,22 +204,23 @@ def combinations_of_schemes(search: Search) -> bool:
 
 def second_mistake_if_one_explains_most(search: Search) -> bool:
     """Add a second mistake at once if the best single one explains most of the error."""
-    if search.best.weighted_rms_m <= MOSTLY * search.null.weighted_rms_m:
-        _add_second_mistake(search)
+    alone = [each for each in search.found if len(each.mistakes) == 1]
+    for best in (min(alone, key=by_weight), search.best) if alone else ():
+        if best.weighted_rms_m <= MOSTLY * search.null.weighted_rms_m and not search.best.within_floor:
+            _add_second_mistake(search, best)
     return any(each.within_floor for each in search.found)
 
 
 def second_mistake_with_the_best(search: Search) -> bool:
     """Add a second mistake, and then more, to the best explanation if it surely has one of the mistakes."""
-    _add_second_mistake(search)
+    _add_second_mistake(search, search.best)
     if search.pairs and search.best.weighted_rms_m <= SURELY * search.null.weighted_rms_m:
         _add_more_mistakes(search)
     return False
 
 
-def _add_second_mistake(search: Search) -> None:
-    """Add a second mistake to the best explanation, unless that has been done."""
-    best = search.best
+def _add_second_mistake(search: Search, best: Explanation) -> None:
+    """Add a second mistake to an explanation, unless that has been done."""
     search.evaluator.aim_at(best.rms_m)
     is_small = search.null.rms_m < SMALL * search.evaluator.scale.size_m
     if best.within_floor or is_small or best.mistakes in search.extended:
@@ -289,7 +292,34 @@ def replace_each_mistake(search: Search) -> None:
                 found.append((min(several, key=evaluator.quick_weight), hypothesis))
     likely = sorted(found, key=lambda one: evaluator.quick_weight(one[0]))[:SINGLES]
     refined = sorted((search.fitter.refined_one(*one) for one in likely), key=evaluator.quick_weight)
+    begun = len(search.found)
     search.explained(refined[:REPLACED])
+    # What only fits as well comes after it.
+    search.found[begun:] = [
+        replace(each, weight=best.weight + SAME_WEIGHT) if best.weight - ALIKE < each.weight < best.weight else each
+        for each in search.found[begun:]
+    ]
+
+
+def plain_values(search: Search) -> None:
+    """Give the best explanation of everything the values that a person would have written, if they fit as well."""
+    best, evaluator = min(search.explanations, key=by_weight), search.evaluator
+    if not best.within_floor or not best.mistakes:
+        return
+    in_rows = search.engine_search.schemes.in_rows(best.mistakes)
+    mistakes = in_rows if evaluator.explain(in_rows).within_floor else best.mistakes
+    for mistake in mistakes:
+        if not mistake.hypothesis.fitted or mistake.has_named_value:
+            continue
+        for digits in FEW_DIGITS:
+            value = float(f"{mistake.value:.{digits - 1}e}")
+            plain = evaluator.explain(with_value(mistakes, mistake.hypothesis, value))
+            if plain.within_floor and plain.weight <= best.weight + SAME_WEIGHT:
+                mistakes = plain.mistakes
+                break
+    if mistakes != best.mistakes:
+        plain = evaluator.explain(mistakes)
+        search.found.append(replace(plain, weight=min(plain.weight, best.weight - SAME_WEIGHT)))
 
 
 Stage = Callable[[Search], bool]
