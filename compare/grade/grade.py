@@ -60,8 +60,9 @@ LITTLE = 1e-6
 # Rows in which single precision may move the body by more than this share of its size decide nothing, if it could
 # explain all; and the fewest rows without that are enough.
 LARGE_FLOOR, FEWEST = 1e-3, 12
-# A factor that differs from 1 by less was fitted to something else; so were more values than this.
-NEARLY_RIGHT, MOST_FITTED = 1e-4, 3
+# A factor that differs from 1 by less was fitted to something else, alone or beside other fitted values; so were more
+# values than this.
+NEARLY_RIGHT, NEARLY_RIGHT_OF_SEVERAL, MOST_FITTED = 1e-4, 1e-2, 3
 # A fitted step is a part of a row interval if their ratio is as near to a whole number.
 WHOLE = 0.02
 # Printed digits that leave more than this share of the body's size open show it neither right nor wrong.
@@ -158,13 +159,14 @@ class Grade:
     def _is_contrived(self, diagnosis: Diagnosis) -> bool:
         """Whether the best explanation has values that no program has: they were fitted to what something else left.
 
-        These are a step that is neither usual nor a part of a row interval or of a tick, a tick that is nearly the row
+        These are a step that is no part of a row interval or of a tick, a tick that is nearly the row
         interval, factors that are nearly 1, and too many values without a name.
         """
         if diagnosis.engines:
             return False
         fitted = [m for m in diagnosis.best.mistakes if m.hypothesis.fitted and not m.has_named_value]
-        nearly_right = [m for m in fitted if not m.hypothesis.unit and abs(m.value - 1) < NEARLY_RIGHT]
+        near = NEARLY_RIGHT_OF_SEVERAL if len(fitted) > 1 else NEARLY_RIGHT
+        nearly_right = [m for m in fitted if not m.hypothesis.unit and abs(m.value - 1) < near]
         if nearly_right or len(fitted) > MOST_FITTED:
             return True
         values = {m.hypothesis.part: m for m in diagnosis.best.mistakes}
@@ -172,7 +174,7 @@ class Grade:
             rows = values["clock tick"].value / self.measured.spacing_s
             if abs(rows - round(rows)) < WHOLE * rows:  # nearly the row interval, or a multiple
                 return True
-        if "steps" not in values or "clock rate" in values or values["steps"].has_named_value:
+        if "steps" not in values or "clock rate" in values:
             return False
         tick = values["clock tick"].value if "clock tick" in values else self.measured.spacing_s
         count = tick / values["steps"].value

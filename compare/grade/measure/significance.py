@@ -22,6 +22,8 @@ FEWEST_PAIRS = 16
 # A residual above this share of the body's size, root mean square, is not noise: rows that are further apart than the
 # body's rotations are uncorrelated, too.
 LARGEST_NOISE = 0.1
+# Noise is as large in every part of a file: of so many parts, the smallest is at least this share of the whole.
+PARTS, AS_LARGE = 4, 1 / 3
 # Noise has no spikes above this many times the root mean square.
 SPIKE = 5.0
 # Model-selection penalty of a fitted value: ln(100) units more than a named value.
@@ -73,6 +75,12 @@ class ResidualScale:
     def parameter_cost(self) -> float:
         """Return the cost of a fitted value."""
         return float(np.log(self.numbers)) + choice_cost(FITTED_VALUES)
+
+
+def is_even(errors: Array) -> bool:
+    """Whether rows' errors, (S, ...), are as large in every part of the file, as noise is."""
+    parts = [root_mean_square(part) for part in np.array_split(errors, PARTS) if part.size]
+    return min(parts) >= AS_LARGE * root_mean_square(errors)
 
 
 def choice_cost(count: int) -> float:

@@ -10,7 +10,13 @@ from tumble.compare.grade.hypotheses.explanation import Explanation, Mistake, Mi
 from tumble.compare.grade.hypotheses.hypothesis import Context, Hypothesis
 from tumble.compare.grade.hypotheses.mistakes.output import OUTPUT_PARTS
 from tumble.compare.grade.measure.errors import SampledRows, golden_subsample
-from tumble.compare.grade.measure.significance import ResidualScale, autocorrelation, choice_cost, root_mean_square
+from tumble.compare.grade.measure.significance import (
+    ResidualScale,
+    autocorrelation,
+    choice_cost,
+    is_even,
+    root_mean_square,
+)
 from tumble.compare.grade.measure.single_precision import single_floor
 from tumble.compare.grade.model.kernel.dynamics import RUNGE_KUTTA, SMOOTH
 from tumble.compare.grade.model.program_model import FINE, RIGHT_CLOCK, SEARCHING, Pose, ProgramModel
@@ -107,7 +113,9 @@ class Evaluator:
             rms_m=rms_m,
             max_m=max_m,
             within_floor=within_floor,
-            is_noise=not within_floor and self.scale.is_noise(rms_m, max_m, correlation, len(errors) - 1),
+            is_noise=not within_floor
+            and self.scale.is_noise(rms_m, max_m, correlation, len(errors) - 1)
+            and is_even(errors),
             weight=self.scale.weight(root_mean_square(self.scale.weighted(errors)), self.cost(mistakes)),
             weighted_rms_m=weighted_rms_m,
         )
