@@ -68,9 +68,8 @@ WHOLE = 0.02
 # Printed digits that leave more than this share of the body's size open show it neither right nor wrong.
 COARSE = LARGEST_NOISE
 
-# Shares of firm answers that are right, measured by `tools/random_programs`: of a single explanation, and of several
-# that are equally good.
-RIGHT_ALONE, RIGHT_OF_SEVERAL = 0.95, 0.95
+# Share of files called explained whose mistakes were named right, measured by `tools/random_programs`.
+RIGHT_IF_EXPLAINED = 0.95
 
 # Processor time after which a search stops [s]: with reading the file, an answer then takes about 3 s.
 SEARCH_S = 1.5
@@ -151,10 +150,8 @@ class Grade:
 
     @cached_property
     def confidence(self) -> float | None:
-        """The share of answers of this kind that were right, of random programs; None if no mistake is named firmly."""
-        if self.verdict != EXPLAINED_WHOLLY or self.diagnosis is None:
-            return None
-        return RIGHT_OF_SEVERAL if self.diagnosis.alike else RIGHT_ALONE
+        """Probability that the explanation, or one as good, is right; None if the file is not explained."""
+        return RIGHT_IF_EXPLAINED if self.verdict == EXPLAINED_WHOLLY and self.diagnosis is not None else None
 
     def _is_contrived(self, diagnosis: Diagnosis) -> bool:
         """Whether the best explanation has values that no program has: they were fitted to what something else left.
