@@ -334,11 +334,8 @@ def _landing(table: ImpulseTable, keys: Keys, body: Body) -> dict[str, Any]:
 
 
 def _ray(table: RayTable, keys: Keys, body: Body) -> Ray:
-    if not len(body.faces):
-        has_none = (
-            "rays meet boxes and meshes only" if body.radius else "must meet a surface, and a rigid body has none"
-        )
-        raise Refused(keys, f"{has_none}: give a point or a vertex")
+    if not len(body.faces) and body.radius is None:
+        raise Refused(keys, "must meet a surface, and a rigid body has none: give a point or a vertex")
     return Ray(frozen_array(table.origin), _unit(table.direction, (*keys, "direction")))
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from tumble.scenarios.frames import Array, rotation_matrix
-from tumble.scenarios.ray import first_hit
+from tumble.scenarios.ray import first_hit, first_on_sphere
 from tumble.scenarios.refusal import UserError
 from tumble.scenarios.scene import Body, Impulse
 
@@ -41,12 +41,17 @@ def strike_point(impulse: Impulse, state: Array, body: Body) -> Array:
     # The ray is carried into body axes, where the surface stands still.
     origin = axes.T @ (impulse.ray.origin - state[0:3])
     direction = axes.T @ impulse.ray.direction
-    hit = first_hit(origin, direction, body.points, body.faces)
+    if body.radius is None:
+        found = first_hit(origin, direction, body.points, body.faces)
+        hit = None if found is None else (found.distance, found.from_inside)
+    else:
+        hit = first_on_sphere(origin, direction, body.radius)
     if hit is None:
         raise RayMissed("the ray misses the body")
-    if hit.from_inside:
+    distance, from_inside = hit
+    if from_inside:
         raise RayMissed("the ray starts inside the body")
-    return impulse.ray.origin + hit.distance * impulse.ray.direction
+    return impulse.ray.origin + distance * impulse.ray.direction
 
 
 def jump(impulse: Impulse, states: Array, body: Body) -> Array:

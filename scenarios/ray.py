@@ -1,4 +1,4 @@
-"""Where a ray first meets a surface of triangles."""
+"""Where a ray first meets a surface: of triangles, or a sphere's."""
 
 from typing import NamedTuple
 
@@ -17,6 +17,24 @@ class Hit(NamedTuple):
     distance: float
     face: int
     from_inside: bool
+
+
+def first_on_sphere(origin: Array, direction: Array, radius: float) -> tuple[float, bool] | None:
+    """Return the distance at which a ray meets a sphere about 0 [m], and whether it starts inside it; or None.
+
+    origin [m], (3,); direction: unit, (3,); radius [m].
+    """
+    # From where the ray passes the middle, as a far origin costs digits.
+    nearest = -float(origin @ direction)
+    beside = origin + nearest * direction
+    square = radius * radius - float(beside @ beside)
+    if square < 0:
+        return None
+    half = float(np.sqrt(square))
+    first, slack_m = nearest - half, SLACK * radius
+    if first >= -slack_m:
+        return first, False
+    return None if nearest + half < -slack_m else (nearest + half, True)
 
 
 def first_hit(origin: Array, direction: Array, points: Array, faces: np.ndarray) -> Hit | None:

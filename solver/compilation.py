@@ -18,6 +18,7 @@ from typing import Any, TypeVar, cast
 from numba import njit
 
 from tumble.kernel_cache import keep
+from tumble.kernel_parts import KernelCompiler, PartCompiler
 
 SOURCE = Path(__file__).parent
 
@@ -26,8 +27,13 @@ F = TypeVar("F", bound=Callable)
 # Fast-math is said to be off, not left unsaid: a function first compiled for a lane would inherit the lane's, and its
 # last bits would depend on who asked first.  Nobody calls these from C, and the wrapper for it is a seventh of a cold
 # start.
-OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": False, "no_cfunc_wrapper": True}
-INNER_OPTIONS: dict[str, Any] = {**OPTIONS, "no_cpython_wrapper": True}
+OPTIONS: dict[str, Any] = {
+    "error_model": "numpy",
+    "fastmath": False,
+    "no_cfunc_wrapper": True,
+    "pipeline_class": KernelCompiler,
+}
+INNER_OPTIONS: dict[str, Any] = {**OPTIONS, "no_cpython_wrapper": True, "pipeline_class": PartCompiler}
 
 
 def scalar(function: F) -> F:

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 # Interval of progress lines where standard error is not a terminal [s].
 PERIOD_S = 10.0
+# Pieces that are done before the time that is left is estimated.
+FEW = 5
 
 
 class ToStandardError(logging.Handler):
@@ -70,7 +72,11 @@ class Meter:
         """The progress, in words."""
         of = f", {self.done:.0f} of {self.total:.0f} done" if self.total else ""
         last = f"; last: {self.last}" if self.last else ""
-        return f"{monotonic() - self._begun:.0f} s: {self.doing}{of}{last}"
+        took = monotonic() - self._begun
+        # Of few pieces, the first say little of the others.
+        left = took * (self.total - self.done) / self.done if self.total and self.done >= FEW else 0.0
+        rest = f", about {left:.0f} s left" if left >= 1 else ""
+        return f"{took:.0f} s: {self.doing}{of}{rest}{last}"
 
 
 def display(options: Namespace) -> "Display":

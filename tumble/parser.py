@@ -247,7 +247,7 @@ def parser() -> Parser:
 
     run = command("run", "run one scene in one engine and write the trajectory as CSV")
     run.add_argument("scene", metavar="SCENE", help=SCENE_HELP)
-    engine_option(run, "tumble")
+    engine_option(run, "tumble; in a scene with a plane tumble:events")
     step_option(run)
     limit_options(run)
     run.add_argument("-o", "--output", metavar="FILE", help="CSV file to write (default: standard output)")

@@ -11,7 +11,7 @@ from typing import TypeVar
 import pandas as pd
 
 from tumble.compare.ablation.findings import ablation_findings
-from tumble.compare.ablation.optional_features import QUICK, ablate
+from tumble.compare.ablation.optional_features import QUICK, timed, untimed
 from tumble.compare.ablation.schemas import ABLATION
 from tumble.compare.comparison.against_truth import Comparison, compare
 from tumble.compare.comparison.results import comparison_tables
@@ -114,7 +114,7 @@ def report_tables(
         display(flights(running_engines, runs) + extent.runs(running_engines, landing) + others) as on_progress,
     ):
         # Studies that read no clock run side by side, so that no core waits for another's longest task.
-        with ThreadPoolExecutor(3) as beside:
+        with ThreadPoolExecutor(4) as beside:
             try:
                 # A film's instants include the scene's own, so one reference serves both; a film has one throw.
                 watched = [filmed(scene, dt or scene.step) for scene in scenes]
@@ -128,6 +128,8 @@ def report_tables(
                     mapping = begin(quick_tables, stiff, cases, on_progress, truths)
                     climbing = begin(all_ladders, swept, on_progress, truths)
                     landing_runs = begin(all_contacts, landing, dt, on_progress, truths, extent)
+                    plainest = min(scenes, key=lambda scene: len(needs(scene)))
+                    ablating = begin(untimed, plainest, on_progress, 1)
                     with Parts() as part:
                         comparisons = part(lambda: compare(running_engines, scenes, dt, on_progress, truths))
                         films = part(lambda: film(running_engines, scenes, dt, on_progress, truths))
@@ -135,15 +137,14 @@ def report_tables(
                         complete = bool(comparisons) and films is not None
                         compared = compared_tables(comparisons, films, running_engines, command) if complete else {}
                         sequences, mapped = part(climbing.result), part(mapping.result)
-                        landed = part(landing_runs.result)
+                        landed, untimed_runs = part(landing_runs.result), part(ablating.result)
                     maps = maps or mapped
             except BaseException:
                 for running_engine in running_engines:
                     running_engine.halt(for_good=True)  # also a study that begins only now
                 raise
         sweeps = [against_the_clock(running_engines, scene, runs, on_progress, BRIEF) for scene, runs in sequences]
-        plainest = min(scenes, key=lambda scene: len(needs(scene)))
-        ablation = ablate(running_engines, plainest, on_progress, QUICK, most_methods=1)
+        ablation = timed(untimed_runs, on_progress, QUICK)
     swept_tables = measured(sweeps, REFERENCE)
     return merged(
         compared,

@@ -11,13 +11,15 @@ from types import MappingProxyType
 from tumble.compare.run.cluster import BadCluster, connected
 from tumble.compare.run.execution import EXECUTION, Shard, executing, interrupted
 from tumble.compare.run.provenance import circumstances
-from tumble.compare.run.shards import read_manifest, sharing
+from tumble.compare.run.shards import BadShard, read_manifest, sharing
 from tumble.compare.run.task_cache import TaskCache
 from tumble.notes import note
 from tumble.parser import PAGE, parser
 
 # Options of one machine alone, which a merged command does not have; all have a value.
 OWN = ("--shard", "--cache", "--output", "--workers", "--scheduler", "--tls-ca", "--tls-cert", "--tls-key")
+# What a shard of `tumble.session` has for the words of its command.
+IN_PYTHON = ("tumble.session",)
 
 
 def main(command: Callable[[Namespace], int], options: Namespace) -> int:
@@ -105,7 +107,10 @@ def with_parquet(command: Callable[[Namespace], int], options: Namespace) -> int
 
 def merged_options(folders: Sequence[str], output: str | None = None, quiet: bool = False) -> Namespace:
     """Return the options of the command whose shards left these folders.  Raises BadShard."""
-    _, *words = read_manifest(Path(folders[0])).words
+    before = read_manifest(Path(folders[0])).words
+    if before == IN_PYTHON:
+        raise BadShard(f"{folders[0]} was run in Python: make the same call in `with tumble.session(merge=[...])`")
+    _, *words = before
     words += ["-o", output] if output else []
     options = parser().parse_args(words)
     options.words, options.quiet, options.install = ["tumble", *words], quiet, False

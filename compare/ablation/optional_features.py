@@ -9,6 +9,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
@@ -115,6 +116,14 @@ class Pair:
         return self.lean_error_m <= ALIKE * self.full_error_m
 
 
+class Untimed(NamedTuple):
+    """The runs of one scene, or the rows of those that failed, and the resolution of its reference solution [m]."""
+
+    scene: Scene
+    resolution_m: float | None
+    found: list[Pair | AblationRow]
+
+
 def ablate(
     running_engines: Sequence[RunningEngine],
     scene: Scene,
@@ -136,16 +145,55 @@ def ablate(
     -------
     all rows of the scene
     """
+    found = untimed(running_engines, scene, on_progress, most_methods)
+    return timed(found, on_progress, sampling)
+
+
+def untimed(
+    running_engines: Sequence[RunningEngine],
+    scene: Scene,
+    on_progress: ProgressCallback = no_progress,
+    most_methods: int | None = None,
+) -> Untimed:
+    """Return the runs of `ablate`, before any is timed: other studies may run beside them.
+
+    Parameters
+    ----------
+    running_engines : with their methods
+    scene : the scene
+    on_progress : called for every contestant
+    most_methods : of each engine; None: all
+
+    Returns
+    -------
+    for `timed`
+    """
     true, _ = true_answer(scene, limit_s=truth_limit(running_engines))
     entries = [ask for each in running_engines for ask in questions(each, scene, true, most_methods)]
     # With the times, on this machine.
     tasks = [one for one in entries if isinstance(one, Task)]
     answers = iter(work(tasks, finished=lambda task, _: on_progress(str(task))))
     found = [one for ask in entries for one in (next(answers) if isinstance(ask, Task) else [ask])]
+    return Untimed(scene, None if true is None else float(true.resolution.max()), found)
+
+
+def timed(runs: Untimed, on_progress: ProgressCallback = no_progress, sampling: Sampling = USUAL) -> Ablation:
+    """Return the cost of each feature, all times sampled in the same rounds.
+
+    Parameters
+    ----------
+    runs : of `untimed`
+    on_progress : called when all are timed
+    sampling : of the times
+
+    Returns
+    -------
+    all rows of the scene
+    """
+    scene, resolution_m, found = runs
     clocked = clock([one for one in found if isinstance(one, Pair)], sampling)
     on_progress(f"{scene.name} timed")
     rows = [(one, measured(one, clocked) if isinstance(one, Pair) else one) for one in found]
-    resolution_m = None if true is None else float(true.resolution.max())
     # Above a plane engines have other settings, such as more substeps, which no option switches off.
     optional = [(one, row) for one, row in rows if isinstance(one, Pair) and one.full.feature != PLANE]
     apart = [(one, row) for one, row in optional if one.apart_m > (resolution_m or 0.0)]

@@ -2,7 +2,7 @@
 
 import threading
 from collections import OrderedDict
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass, replace
 from functools import partial
@@ -11,10 +11,10 @@ from itertools import pairwise
 from tumble.compare.judge.errors import RunAnswer
 from tumble.compare.judge.spread import Spread, added, spread_of
 from tumble.compare.run.digest import digest
-from tumble.compare.run.execution import EXECUTION, Parts
+from tumble.compare.run.execution import EXECUTION
 from tumble.compare.run.progress import ProgressCallback, no_progress
 from tumble.compare.run.running_engines import RunningEngine, truth_limit
-from tumble.compare.run.tasks import Task, run
+from tumble.compare.run.tasks import Task, stream
 from tumble.compare.run.truths import Answer, true_answer
 from tumble.scenarios.ensemble import part_of, part_size, parts_in
 from tumble.scenarios.scene import Scene, frozen_array
@@ -22,8 +22,8 @@ from tumble.scenarios.truth import Truth
 
 # Throws that an engine has in its world at a time: some engines take the square of their number.
 AT_A_TIME = 512
-# Tasks whose results are held at a time, and parts whose reference solutions are: contestants share them.
-WINDOW, SHARED = 1024, 4
+# Parts whose reference solutions are held at a time: contestants share them.
+SHARED = 4
 
 _shared: "OrderedDict[tuple[str, int, float], Future[tuple[Scene, Answer]]]" = OrderedDict()
 _one_at_a_time = threading.Lock()
@@ -100,20 +100,20 @@ def ensemble_runs(
     Incomplete : some parts are other shards'
     """
     pairs, limit_s = contestants_of(running_engines, scene), truth_limit(running_engines)
-    found = [Spread(0)] * len(pairs)
-    at_a_time = max(1, WINDOW // max(1, len(pairs)))
+    found = {(engine.title, method): Spread(0) for engine, method in pairs}
+    # All shards have the same tasks, whatever became of those of one.
     is_sharded = EXECUTION.get().shard is not None
-    with Parts() as part:
-        for first in range(0, parts_in(scene), at_a_time):
-            # All shards have the same tasks in a window, whatever became of those of one.
-            going = [place for place in range(len(pairs)) if is_sharded or not found[place].has_failed]
-            numbers = range(first, min(first + at_a_time, parts_in(scene)))
-            tasks = [_task(*pairs[place], scene, dt, number, limit_s) for number in numbers for place in going]
-            spreads = part(lambda tasks=tasks: run(tasks, on_progress=on_progress))
-            for number, spread in enumerate(spreads or ()):
-                place = going[number % len(going)]
-                found[place] = added(found[place], spread)
-    return [EnsembleRun(*pair, dt or scene.step, spread) for pair, spread in zip(pairs, found, strict=True)]
+
+    def tasks() -> Iterator[Task[Spread]]:
+        for number in range(parts_in(scene)):
+            for engine, method in pairs:
+                if is_sharded or not found[engine.title, method].has_failed:
+                    yield _task(engine, method, scene, dt, number, limit_s)
+
+    for task, spread in stream(tasks(), on_progress):
+        _, title, method, _ = task.key
+        found[title, method] = added(found[title, method], spread)
+    return [EnsembleRun(engine, method, dt or scene.step, found[engine.title, method]) for engine, method in pairs]
 
 
 def _task(

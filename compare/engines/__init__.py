@@ -88,6 +88,7 @@ force hold the same; a user would write those few lines himself.
 BY_HAND = "handcalc"  # the class report's hand calculation: no engine that anybody would choose
 SHIPPED = "+defaults"  # the manner of a method with which its engine is left as it ships
 OWN = "tumble"  # our own solver's file: the first in every list, and what flies where no engine is named
+OWN_ON_PLANE = "tumble:events"  # the same in a scene with a plane, which its first method has not
 
 CHECKS = {
     "read after write": "read(write(s)) = s to rounding, q up to its sign",

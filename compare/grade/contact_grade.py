@@ -13,6 +13,7 @@ from tumble.compare.grade.model.contact_law import after_impact
 from tumble.compare.grade.read.trajectory import Trajectory
 from tumble.compare.grade.search.contact_search import (
     DIGITS,
+    FAR_LESS,
     PARTLY,
     ContactExplanation,
     ContactMistake,
@@ -32,8 +33,8 @@ NOTHING_SEEN = "no contact to grade"
 # Rows before the first contact that show whether the flight is right; what it may be off beside that, of the shift by
 # a step and of the body.
 FEWEST, OF_SHIFT, OF_SIZE = 3, 0.01, 1e-5
-# What the scene's law may leave [units] without a look at other laws, and the share of it that names a mistake.
-SUSPECT, FAR_LESS = 0.2, 0.1
+# What the scene's law may leave without a look at other laws [units].
+SUSPECT = 0.2
 # A first-order program is off by half a step of what it has gained; a file may be by this many.
 STEP_OFF = 0.6
 # Mistakes of this name must be visible in a file that is called right.

@@ -13,20 +13,23 @@ Another executor, of many machines, goes in here and nowhere else.
 import logging
 import os
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
 from functools import cached_property, partial
+from itertools import islice
 from typing import Any, Generic, TypeVar, get_type_hints
 
 from tumble.compare.run.digest import NoValue, digest
-from tumble.compare.run.execution import EXECUTION, Incomplete
+from tumble.compare.run.execution import EXECUTION, Incomplete, Parts
 from tumble.compare.run.progress import ProgressCallback, no_progress
 from tumble.compare.run.running_engines import RunningEngine
 from tumble.compare.run.truths import Truths
 
 Result = TypeVar("Result", covariant=True)
 Key = tuple[str, ...]
+# Tasks of a stream that are held at a time.
+WINDOW = 1024
 
 log = logging.getLogger(__name__)
 
@@ -102,6 +105,20 @@ def run(
     if len(results) < len(tasks):
         raise Incomplete([str(task) for task in tasks if task not in results])
     return [results[task] for task in tasks]
+
+
+def stream(
+    tasks: Iterable[Task[Result]], on_progress: ProgressCallback = no_progress
+) -> Iterator[tuple[Task[Result], Result]]:
+    """Yield tasks with their results, in the order of the tasks, of which only WINDOW are held at a time; as `run`.
+
+    tasks: made as they are needed, so that they may depend on earlier results.
+    Raises Incomplete at the end, where other shards run some of the tasks.
+    """
+    left = iter(tasks)
+    with Parts() as part:
+        while some := [*islice(left, WINDOW)]:
+            yield from zip(some, part(partial(run, some, on_progress=on_progress)) or (), strict=False)
 
 
 def work(

@@ -14,10 +14,17 @@ from typing import Any, TypeVar, cast
 from numba import njit
 
 from tumble.kernel_cache import keep
+from tumble.kernel_parts import KernelCompiler, PartCompiler
 
 SOURCE = Path(__file__).parent
-OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": False, "no_cfunc_wrapper": True, "nogil": True}
-INNER_OPTIONS: dict[str, Any] = {**OPTIONS, "no_cpython_wrapper": True}
+OPTIONS: dict[str, Any] = {
+    "error_model": "numpy",
+    "fastmath": False,
+    "no_cfunc_wrapper": True,
+    "nogil": True,
+    "pipeline_class": KernelCompiler,
+}
+INNER_OPTIONS: dict[str, Any] = {**OPTIONS, "no_cpython_wrapper": True, "pipeline_class": PartCompiler}
 
 F = TypeVar("F", bound=Callable)
 

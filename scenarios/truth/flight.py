@@ -12,7 +12,7 @@ import numpy as np
 from tumble.scenarios.impulse import RayMissed
 from tumble.scenarios.ray import first_hit
 from tumble.scenarios.truth.deadline import current
-from tumble.scenarios.truth.inertia import Numbers, Principal, inverse
+from tumble.scenarios.truth.inertia import Numbers, Principal, inverse, root_of
 from tumble.scenarios.truth.rational import Fraction, cross
 from tumble.scenarios.truth.rotation import Rotation, SteadySpin, free_rotation
 from tumble.scenarios.truth.throw import ExactImpulse, Throw
@@ -142,13 +142,30 @@ def lever(impulse: ExactImpulse, x: Numbers, axes: Numbers, throw: Throw) -> Num
     assert impulse.ray is not None
     # Seen from the body the surface stands still.
     origin, direction = (impulse.ray - (x, np.zeros(3, dtype=int))) @ axes
+    if throw.radius is not None:
+        return axes @ _on_sphere(origin, direction, throw.radius, impulse.time)
     points = throw.points.astype(float)
     hit = first_hit(origin.astype(float), direction.astype(float), points, throw.faces)
     if hit is None or hit.from_inside:
-        what = "misses the body" if hit is None else "starts inside the body"
-        raise RayMissed(f"the ray of the impulse at {float(impulse.time):g} s {what}")
+        raise _missed(hit is None, impulse.time)
     # Doubles have said which face; where it is met is worked out again.
     corner, second, third = throw.points[throw.faces[hit.face]]
     normal = cross(second - corner, third - corner)
     reach = normal @ (corner - origin) / (normal @ direction)
     return axes @ (origin + reach * direction)
+
+
+def _on_sphere(origin: Numbers, direction: Numbers, radius: Fraction, time: Any) -> Numbers:
+    """Return where a ray meets a sphere about 0 from outside, (3,): the lesser root of |o + s d| = r."""
+    square, along = direction @ direction, origin @ direction
+    rest = along * along - square * (origin @ origin - radius * radius)
+    if rest < 0 or (along > 0 and origin @ origin > radius * radius):
+        raise _missed(True, time)
+    if origin @ origin < radius * radius:
+        raise _missed(False, time)
+    return origin - direction * ((along + root_of(rest)) / square)
+
+
+def _missed(is_beside: bool, time: Any) -> RayMissed:
+    what = "misses the body" if is_beside else "starts inside the body"
+    return RayMissed(f"the ray of the impulse at {float(time):g} s {what}")

@@ -4,7 +4,7 @@ Numbers are fractions; a mesh is summed in whole numbers.  Only principal axes t
 irrational, and they come with the working precision.
 """
 
-from math import isqrt, lcm
+from math import isqrt, lcm, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -95,6 +95,13 @@ def square_root(value: Fraction) -> Fraction:
         return Fraction(isqrt(n), isqrt(d))
     shift = ROOT_BITS + max(0, d.bit_length() - n.bit_length()) // 2
     return Fraction(isqrt((n << 2 * shift) // d), 1 << shift)
+
+
+def root_of(value: Any) -> Any:
+    """Return the root of a fraction, of a double, or of an extended-precision number to its digits."""
+    if isinstance(value, Fraction):
+        return square_root(value)
+    return value.context.sqrt(value) if hasattr(value, "context") else sqrt(value)
 
 
 def principal(mp: Any, tensor: Numbers) -> Principal:

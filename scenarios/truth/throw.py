@@ -58,8 +58,8 @@ class Throw(NamedTuple):
     """One row of a scene in the scene's units: all that its flight depends on.
 
     x, v, w_world, gravity: (3,); axes: the file's to world, (3, 3); solid: tensor, file axes; points: from the centre
-    of mass, file axes, (n, 3); faces: (m, 3); state_axes: from the file's axes to those that a state speaks of, (3, 3);
-    drag: linear, angular, (2,), or None.
+    of mass, file axes, (n, 3); faces: (m, 3); radius: of a sphere [m], else None; state_axes: from the file's axes to
+    those that a state speaks of, (3, 3); drag: linear, angular, (2,), or None.
     """
 
     x: Numbers
@@ -69,6 +69,7 @@ class Throw(NamedTuple):
     solid: Solid
     points: Numbers
     faces: np.ndarray
+    radius: Fraction | None
     state_axes: Numbers
     gravity: Numbers
     times: tuple[Fraction, ...]
@@ -94,6 +95,7 @@ def read_throw(scene: Scene, row: int, read: Read = Fraction) -> Throw:
         solid=solid,
         points=points,
         faces=scene.body.faces,
+        radius=None if scene.body.radius is None else max(abs(number) for number in points.flat),
         state_axes=state_axes,
         gravity=exact_numbers(np.zeros(3) if scene.gravity is None else scene.gravity, read),
         times=tuple(clock * Fraction(float(time)) for time in scene.rows),

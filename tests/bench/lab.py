@@ -22,7 +22,7 @@ from tumble.commands.lab import USUAL
 sys.path[:0] = [str(Path(__file__).parents[1] / "support")]
 from lab_pages import PATIENCE_MS, serving  # noqa: E402
 
-PASSES, WATCHED_MS, SETTLED_MS = 3, 3800, 1500
+PASSES, WATCHED_MS, SETTLED_MS = 2, 3800, 1500
 SIZE = {"width": 1280, "height": 720}
 SCENE = "two-hits"
 # The first picture with the body in it: the first after the lab's own words are there.

@@ -11,6 +11,7 @@ from tumble.scenarios.impulse import RayMissed, jump, strike_point
 from tumble.scenarios.ray import first_hit
 from tumble.scenarios.read import read_scene
 from tumble.scenarios.scene import Body, Impulse, Ray
+from tumble.scenarios.truth import truth
 
 SIZE = np.array([0.4, 0.15, 0.1])
 BRICK = Body("box", 2.4, np.diag(mass.box(2.4, SIZE).tensor), mass.box_corners(SIZE), mass.BOX_FACES, SIZE)
@@ -193,3 +194,36 @@ def test_a_mesh_with_a_hollow_is_struck_on_its_near_wall():
         between = first_hit(np.array([0.0, 0.1, 0.2]), np.array([-1.0, 0.0, 0.0]), points, faces)
         assert between is not None
         assert between.distance == pytest.approx(1.5, abs=1e-14)
+
+
+@pytest.mark.parametrize("time", [0.0, 0.25])
+def test_a_ray_meets_a_sphere_where_the_closed_form_says(tmp_path, time):
+    """A ray beside the centre by b meets it sqrt(r^2 - b^2) before the middle, wherever it turns: torque is b J."""
+    file, b, J = tmp_path / "a.toml", 0.3, 1.5
+    text = f"""
+        title = "a"
+        duration = 1.0
+        samples = 4
+        step = 0.1
+        body = {{ shape = "sphere", radius = 0.5, mass = 2.0, position = [1.0, 2.0, 3.0],
+            orientation = [0.9, 0.1, 0.2, 0.3], angular_velocity = [0.0, 0.0, 4.0] }}
+        impulse = [{{ time = {time}, magnitude = {J}, ray = {{ origin = [1.0, {2 + b}, 9], direction = [0, 0, -2] }} }}]
+    """.replace("\n            ", " ")
+    file.write_text(text)
+    scene = read_scene(str(file))
+    impulse, state = scene.impulses[0], scene.start[0]
+    spot = strike_point(impulse, state, scene.body)
+    np.testing.assert_allclose(spot, (1.0, 2 + b, 3 + 0.4), rtol=1e-14)
+    spin = (-b * J / (0.4 * 2.0 * 0.25), 0.0, 4.0)
+    np.testing.assert_allclose(jump(impulse, scene.start, scene.body)[0, 10:13], spin, rtol=1e-13, atol=1e-15)
+    np.testing.assert_allclose(truth(scene).states[-1, 0, 10:13], spin, rtol=1e-15, atol=1e-15)
+    for origin, why in ((2 + 0.6, "misses"), (2 + b, "inside")):
+        start = 3.0 if why == "inside" else 9.0
+        with pytest.raises(RayMissed, match=why):
+            strike_point(
+                Impulse(0.0, BLOW, ray=Ray(np.array([1.0, origin, start]), impulse.ray.direction)), state, scene.body
+            )
+        if time:
+            file.write_text(text.replace(", 9]", f", {start}]").replace(f"{2 + b}", str(origin)))
+            with pytest.raises(RayMissed, match=why):
+                truth(read_scene(str(file)))

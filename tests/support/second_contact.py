@@ -6,6 +6,7 @@ impulse, in Cartesian components; contacts are found by looking often and halvin
 """
 
 import tomllib
+from operator import mul
 from pathlib import Path
 
 import gmpy2
@@ -155,20 +156,22 @@ def slide_on(world, K, u, J, slip, target):
     """One Taylor step of u' = K (1, -mu s/|s|) in the impulse along the normal."""
     U = [[c] for c in u]
     unit_slip = [[], []]
-    square, inverse = [], []
-    F = [[J[1]], [J[2]]]
+    square, halves, inverse = [], [], []
+    F, mu = [[J[1]], [J[2]]], mpfr(world.mu)
     for k in range(ORDER):
-        square.append(sum(U[1][j] * U[1][k - j] + U[2][j] * U[2][k - j] for j in range(k + 1)))
+        square.append(sum(map(mul, U[1], U[1][::-1])) + sum(map(mul, U[2], U[2][::-1])))
+        halves.append(square[k] * k / 2)
         if k == 0:
             inverse.append(1 / gmpy2.sqrt(square[0]))
         else:
-            terms = ((-mpq(j, 2) - (k - j)) * square[j] * inverse[k - j] for j in range(1, k + 1))
-            inverse.append(sum(terms, mpfr(0)) / (k * square[0]))
+            # As in `second_truth`: k s_0 u_k = sum over j of (j / 2 - k) s_j u_(k-j).
+            terms = sum(map(mul, halves[1:], inverse[::-1])) - k * sum(map(mul, square[1:], inverse[::-1]))
+            inverse.append(terms / (k * square[0]))
         for i in (0, 1):
-            unit_slip[i].append(sum(U[i + 1][j] * inverse[k - j] for j in range(k + 1)))
-        push = [mpq(1 if k == 0 else 0), -world.mu * unit_slip[0][k], -world.mu * unit_slip[1][k]]
+            unit_slip[i].append(sum(map(mul, U[i + 1], inverse[::-1])))
+        push = [1 if k == 0 else 0, -mu * unit_slip[0][k], -mu * unit_slip[1][k]]
         for i in range(3):
-            U[i].append(dot(K[i], push) / (k + 1))
+            U[i].append(sum(map(mul, K[i], push)) / (k + 1))
         for i in (0, 1):
             F[i].append(push[i + 1] / (k + 1))
     h = step_length([*U, *F], mpfr(10) ** -44 * max(slip, abs(target) + abs(u[0])))
@@ -197,6 +200,8 @@ def step_length(all_series, tolerance):
 
 def first_rise(series, target, h):
     """The first argument at which a series that begins below a target is at it, by looking often and halving."""
+    if series[0] + h * value([abs(c) for c in series[1:]], h) < target:
+        return None
     before = mpfr(0)
     for look in range(1, LOOKS + 1):
         t = h * look / LOOKS

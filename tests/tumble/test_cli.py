@@ -296,6 +296,14 @@ def test_what_an_engine_has_not_is_skipped(tumble, tmp_path):
     assert asked.stderr == f"tumble: pybullet:multibody on tied: skipped: {held_only}\n"
 
 
+def test_run_without_an_engine_takes_a_method_that_has_a_plane(tumble, tmp_path):
+    """Where there is a floor too it is skipped at once, by name: nothing is compiled here."""
+    floor = "[floor]\nheight = -9.0\nstiffness = 1e4\n"
+    (tmp_path / "both.toml").write_text(tumble("scenes", "box-slide-0").stdout + floor)
+    done = tumble("run", "both.toml", cwd=tmp_path)
+    assert (done.returncode, done.stderr) == (2, "tumble: tumble:events on both: skipped: events has no floor\n")
+
+
 @pytest.mark.parametrize("method", ["euler", "rk4", "implicit", "implicitfast", "discrete"])
 def test_run_equals_a_bare_mujoco_loop_bit_for_bit(tumble, method):
     import mujoco

@@ -120,3 +120,15 @@ def test_a_terminal_gets_a_bar_that_is_gone_at_the_end(tmp_path):
     assert "starting engines" in seen
     assert "/7" in seen, "six contestants and the truth"
     assert seen_in_a_terminal(tmp_path, *words, "--quiet") == ""
+
+
+def test_the_time_that_is_left_is_that_of_the_pieces_that_are_left(monkeypatch):
+    now = 0.0
+    monkeypatch.setattr(notes, "monotonic", lambda: now)
+    meter = notes.Meter("running", 40)
+    for piece in range(10):
+        meter(f"piece {piece}")
+        now += 2.0
+        assert (" left" in meter.line) == (piece + 1 >= notes.FEW)
+    assert meter.line == "20 s: running, 10 of 40 done, about 60 s left; last: piece 9"
+    assert "left" not in notes.Meter("running", 0).line

@@ -6,7 +6,7 @@ from tumble.api.contestants import ContestantLike, contestant_list
 from tumble.api.limits import limits, step
 from tumble.api.result import with_units
 from tumble.api.scene import SceneLike, questions
-from tumble.compare.engines import OWN
+from tumble.compare.engines import OWN, OWN_ON_PLANE
 from tumble.compare.run.engines.registry import BadEngine
 from tumble.compare.run.flight import check_step
 from tumble.compare.run.running_engines import TIME_LIMIT_S
@@ -17,7 +17,7 @@ from tumble.compare.tables.trajectory import trajectory_frame
 
 def run(
     scene: SceneLike,
-    contestant: ContestantLike = OWN,
+    contestant: ContestantLike | None = None,
     *,
     dt: float | None = None,
     time_limit: float = TIME_LIMIT_S,
@@ -29,7 +29,8 @@ def run(
     Parameters
     ----------
     scene : a name, a path, a table as in TOML, or a `Scene`.
-    contestant : ENGINE[@RELEASE][:METHOD], FILE[:METHOD], or a function as `tumble.engine` takes it.
+    contestant : ENGINE[@RELEASE][:METHOD], FILE[:METHOD], or a function as `tumble.engine` takes it; None:
+        `tumble`, in a scene with a plane `tumble:events`.
     dt : step [s]; None: the scene's own.
     time_limit : of each run [s].
     memory_limit : of each engine's process [B].
@@ -56,6 +57,8 @@ def run(
     dt, limit = step(dt), limits(time_limit, memory_limit, progress)
     (asked,) = questions([scene])
     check_step(asked, dt)
+    if contestant is None:
+        contestant = OWN if asked.plane is None else OWN_ON_PLANE
     with started(contestant_list([contestant]), **limit) as (running_engine,):
         method = running_engine.methods[0]
         answer = running_engine.simulate(asked, method, dt or asked.step)

@@ -1,15 +1,18 @@
 """Engine processes that outlive one call."""
 
-from collections.abc import Iterator, Mapping
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
 from pathlib import Path
 from types import MappingProxyType
 
 from tumble.compare.run.engines.registry import is_file
+from tumble.compare.run.execution import Shard
 from tumble.compare.run.local import LocalWorker
 from tumble.compare.run.running_engines import POOL, Pool
+from tumble.compare.run.shards import merging, sharing
 from tumble.compare.run.worker import Worker
-from tumble.shares import placed
+from tumble.scenarios.refusal import UserError
+from tumble.shares import IN_PYTHON, caches_of, placed
 
 
 class Session(Pool):
@@ -72,6 +75,9 @@ def session(
     scheduler: str | None = None,
     tls: Mapping[str, str] = MappingProxyType({}),
     insecure_scheduler: bool = False,
+    shard: tuple[int, int] | None = None,
+    folder: str | Path | None = None,
+    merge: Sequence[str | Path] = (),
 ) -> Iterator[Session]:
     """Keep engine processes ready between the calls inside the block, and say where runs are made and saved.
 
@@ -85,11 +91,14 @@ def session(
     scheduler : run on the workers of this Dask scheduler: HOST:PORT or tls://HOST:PORT.
     tls : files of the authority, the certificate and the key for tls://: ca, cert, key.
     insecure_scheduler : allow a scheduler on another machine without TLS.
+    shard : run only part I of N of the call in the block, (I, N); the block ends there, without a result.
+    folder : of the shard's results; None: shard-I-of-N.
+    merge : folders of all shards; the same call in the block finds their results.
 
     Raises
     ------
     UserError
-        For a scheduler that cannot be used.
+        For a scheduler that cannot be used, and for folders that are not all shards of one call.
 
     Examples
     --------
@@ -103,7 +112,17 @@ def session(
     opened = Session()
     before = POOL.set(opened)
     try:
-        with placed(cache, workers, scheduler, tls, insecure_scheduler):
+        with ExitStack() as stack:
+            if shard:
+                part = Shard(*shard)
+                if workers or scheduler or merge or not 1 <= part.number <= part.count:
+                    raise UserError(f"shard = {shard}: must be (I, N) with 1 <= I <= N, without scheduler and workers")
+                place = Path(folder or f"shard-{part.number}-of-{part.count}")
+                stack.enter_context(sharing(place, part, IN_PYTHON, caches_of(cache)))
+            else:
+                stack.enter_context(placed(cache, workers, scheduler, tls, insecure_scheduler))
+            if merge:
+                stack.enter_context(merging([Path(one) for one in merge]))
             yield opened
     finally:
         POOL.reset(before)

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from tumble.api.limits import Limits
 from tumble.api.session import kept_ready
+from tumble.compare.comparison.ensemble_rows import run_rows
 from tumble.compare.comparison.study import compare_scenes
 from tumble.compare.contact.rows import contact_rows
 from tumble.compare.contact.study import contact_scenes
@@ -82,4 +83,4 @@ def main(options: Namespace) -> int:
             }
             write_tables(folder, tables, documents)
             note(f"tables written to {folder}" + (f", the worst throws to {folder / WORST}" if documents else ""))
-    return exit_code(run.status for comparison in found.comparisons for run in comparison.runs)
+    return exit_code(row.status for comparison in found.comparisons for row in run_rows(comparison))

@@ -9,7 +9,7 @@ from pathlib import Path
 from shutil import copyfileobj
 from tempfile import SpooledTemporaryFile
 
-from tumble.compare.engines import OWN
+from tumble.compare.engines import OWN, OWN_ON_PLANE
 from tumble.compare.run.engines.registry import BadEngine
 from tumble.compare.run.flight import check_step, mean_step
 from tumble.compare.run.progress import ProgressCallback, no_progress
@@ -38,8 +38,9 @@ def main(options: Namespace) -> int:
     if options.sensors and not scene.sensors:
         raise BadScene(f"--sensors {options.sensors}: {scene.name} has no sensor; add a [[sensor]] table to the scene")
     show = display(options)
+    engine = options.engine or [OWN if scene.plane is None else OWN_ON_PLANE]
     with (
-        started(options.engine or [OWN], options.time_limit, options.memory_limit, show) as (running_engine,),
+        started(engine, options.time_limit, options.memory_limit, show) as (running_engine,),
         # Whole or not at all, and not all of it in memory.
         SpooledTemporaryFile(IN_MEMORY, "w+", encoding="utf-8", errors="backslashreplace", newline="") as text,
     ):

@@ -24,7 +24,8 @@ def sentence(
     if session.aiming:
         return "Click the body to apply another impulse at this time."
     if throw is None:
-        if not len(session.draft.scene.body.faces):
+        body = session.draft.scene.body
+        if not len(body.faces) and body.radius is None:
             return f"This body has no surface to click: press {OWN_THROW}."
         own = f" Or press {OWN_THROW}." if session.draft.brings_a_throw else ""
         return f"Click the body to throw it.{own}"

@@ -36,6 +36,8 @@ GAP = 3
 TURN_ROWS, TURN = 12, 1.0
 # Rows that a motion along the plane has at least, and of these the first ones, which show its start.
 LASTING, FIRST_ROWS = 6, 6
+# A body this near to the plane, as a share of its reach, for so many times as a hop of that height lasts, lies on it.
+HOP, HOPS = 5e-3, 8.0
 # Corners that are within this share of the body above the lowest one meet the plane with it.
 LEVEL = 2e-3
 # Relative effect of the last bit of a single-precision number.
@@ -157,7 +159,9 @@ def contact_motion(trajectory: Trajectory, scene: Scene, measured: Measured) -> 
     assert scene.gravity is not None
     pull = axes_of(scene.plane.normal) @ scene.gravity
     flights = tuple(flights_of(rows, pull))
-    lasting = tuple(lasting_of(rows, scene, pull, flights))
+    lies = lying(rows, scene, pull)
+    flights = tuple(flight for flight in flights if not lies[flight.first : flight.last + 1].all())
+    lasting = tuple(lasting_of(rows, scene, pull, flights, lies))
     impacts = tuple(impacts_of(rows, scene, pull, flights, lasting))
     return ContactMotion(
         scene, rows, pull, flights, impacts, lasting, passed(rows, scene, flights), frozen(rows, scene)
@@ -407,7 +411,18 @@ def lowest_point(axes: Array, scene: Scene) -> tuple[Array, bool]:
     return levers[order[0]], bool(second > LEVEL * scene.body.reach)
 
 
-def lasting_of(rows: Rows, scene: Scene, pull: Array, flights: tuple[Flight, ...]) -> Iterator[Lasting]:
+def lying(rows: Rows, scene: Scene, pull: Array) -> Array:
+    """Return whether the body lies on the plane, which a yielding contact may shake it on, (n,) of bool."""
+    height = HOP * scene.body.reach
+    lies = np.abs(rows.low) <= height
+    least = HOPS * 2 * float(np.sqrt(2 * height / np.linalg.norm(pull)))
+    for run in np.split(np.arange(len(lies)), np.flatnonzero(np.diff(lies)) + 1):
+        if len(run) < LASTING or rows.times[run[-1]] - rows.times[run[0]] < least:
+            lies[run] = False
+    return lies
+
+
+def lasting_of(rows: Rows, scene: Scene, pull: Array, flights: tuple[Flight, ...], lies: Array) -> Iterator[Lasting]:
     """Yield the motions along the plane: rows between flights at a steady height and, of a box, on a face."""
     assert scene.plane is not None
     taken = np.zeros(len(rows.times), dtype=bool)
@@ -421,7 +436,7 @@ def lasting_of(rows: Rows, scene: Scene, pull: Array, flights: tuple[Flight, ...
     up = rotation_matrix(rows.q)[:, 2, :]
     tilt = np.ones(len(up), dtype=bool) if scene.body.radius else (np.abs(up).max(axis=1) > 1 - 1e-4)
     start = axes_of(scene.plane.normal)
-    usable = np.flatnonzero(~taken & steady & near & tilt)
+    usable = np.flatnonzero(~taken & (steady & near | lies) & tilt)
     for run in np.split(usable, np.flatnonzero(np.diff(usable) > 1) + 1):
         if len(run) < LASTING:
             continue
@@ -433,7 +448,8 @@ def lasting_of(rows: Rows, scene: Scene, pull: Array, flights: tuple[Flight, ...
         from_start = first == 0 and rows.times[0] == 0
         if not from_start:
             # Bounces that are too short to be flights come first; the motion begins where the height stays.
-            above = np.flatnonzero(np.abs(rows.low[run] - np.median(rows.low[run])) > room)
+            off = np.abs(rows.low[run] - np.median(rows.low[run]))
+            above = np.flatnonzero(off > max(room, 6 * float(np.median(off))))
             first += int(above[-1]) + 1 if len(above) else 0
             if last - first + 1 < LASTING:
                 continue

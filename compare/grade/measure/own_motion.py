@@ -1,9 +1,9 @@
 """The motion that the poses in a file describe, right or wrong: what a sensor on that body would measure."""
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.interpolate import BSpline, make_interp_spline
 
 from tumble.compare.grade.measure.conserved import fitted_pose
 from tumble.compare.grade.model.kinematics import Kinematics, in_axes
@@ -12,6 +12,9 @@ from tumble.compare.grade.read.columns import Description
 from tumble.compare.grade.read.trajectory import Trajectory
 from tumble.scenarios.frames import Array, quaternion_product, rotation_matrix
 from tumble.scenarios.scene import Scene
+
+if TYPE_CHECKING:
+    from scipy.interpolate import BSpline
 
 CONJUGATE = (1.0, -1.0, -1.0, -1.0)
 # Degree of the splines through the poses, and the fewest rows of a piece without impulses.
@@ -62,7 +65,9 @@ class OwnMotion:
         return np.abs(times[:, None] - np.array(edges)).min(axis=1) > DEGREE * spacing_s
 
 
-def _spline(times: Array, poses: Array) -> BSpline:
+def _spline(times: Array, poses: Array) -> "BSpline":
+    from scipy.interpolate import make_interp_spline  # slow to load: only a file with readings pays for it
+
     return make_interp_spline(times, poses, k=DEGREE)
 
 

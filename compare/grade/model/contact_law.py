@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tumble.compare.grade.model.kernel.sliding import ROUND, SQUARE, bounded, slide_along
+from tumble.compare.grade.model.kernel.sliding import ROUND, impulse_of, slide_along
 from tumble.scenarios.frames import Array, cross_matrix
 from tumble.scenarios.scene import Body, Plane, Scene
 from tumble.solver.body import Body as SolverBody
@@ -18,7 +18,7 @@ from tumble.solver.quaternion import from_matrix
 # Friction in an impact: at each instant (Routh), on the impulse as a whole (Moreau), or after the normal impulse.
 INSTANT, WHOLE, AFTER = "instant", "whole", "after"
 # Sweeps of Gauss-Seidel over the normal and the friction of a whole impulse; steps of a motion along the plane.
-SWEEPS, STEPS = 500, 1000
+SWEEPS, STEPS = 500, 8000
 NORMAL = (0.0, 0.0, 1.0)
 
 
@@ -107,28 +107,10 @@ def after_impact(body: Body, at: Approach, law: ContactLaw) -> tuple[Array, Arra
     friction_response = response[:2, :2] if law.torque else np.eye(2) / body.mass
     slip = v[:2] if law.slip_of_centre else u[:2]
     once = law.in_impact == AFTER or bool(body.radius)
-    size = float(np.linalg.eigvalsh(friction_response)[-1])
-    press, drag = 0.0, np.zeros(2)
-    for _ in range(1 if once else SWEEPS):
-        coupling = response[2, :2] @ drag if law.torque else 0.0
-        press = max(0.0, (target - u[2] - coupling) / response[2, 2])
-        beside = slip + (0.0 if law.slip_of_centre else response[:2, 2] * press)
-        before = drag
-        if not once:  # descends to where friction is against the slip that is left
-            wanted = drag - (beside + friction_response @ drag) / size
-            drag = np.array(bounded(wanted[0], wanted[1], law.friction * press, law.cone))
-        elif law.cone == SQUARE:
-            wanted = -beside / np.diag(friction_response)
-            drag = np.array(bounded(wanted[0], wanted[1], law.friction * press, law.cone))
-        elif np.any(beside):
-            along = beside / np.linalg.norm(beside)
-            wanted = -beside / (along @ friction_response @ along)
-            drag = np.array(bounded(wanted[0], wanted[1], law.friction * press, law.cone))
-        if abs(drag - before).max() <= 1e-13 * press:
-            break
-    along = np.append(drag, 0.0)
-    torque = np.cross(lever, (0.0, 0.0, press)) + (np.cross(lever, along) if law.torque else 0.0)
-    along[2] = press
+    ways = np.array((1.0 if once else SWEEPS, law.torque, not law.slip_of_centre), float)
+    f, g, press = impulse_of(response, friction_response, u, slip, target, law.friction, law.cone, ways)
+    along = np.array((f, g, press))
+    torque = np.cross(lever, (0.0, 0.0, press)) + (np.cross(lever, (f, g, 0.0)) if law.torque else 0.0)
     return turn.T @ (v + along / body.mass), turn.T @ (w + inverse @ torque)
 
 
@@ -160,7 +142,7 @@ class Slide:
     turned: Array
 
 
-def slide(scene: Scene, pull: Array, v: Array, w: Array, law: ContactLaw, times: Array) -> Slide:
+def slide(scene: Scene, pull: Array, v: Array, w: Array, law: ContactLaw, times: Array, steps: int = STEPS) -> Slide:
     """Return the motion of a sphere, or of a box on a face, along the plane, from times[0] on.
 
     Parameters
@@ -170,6 +152,7 @@ def slide(scene: Scene, pull: Array, v: Array, w: Array, law: ContactLaw, times:
     v, w : velocity [m/s] and angular velocity [rad/s] at the first time, (3,)
     law : the law
     times : increasing [s], (n,)
+    steps : number of first-order steps
 
     Returns
     -------
@@ -184,17 +167,17 @@ def slide(scene: Scene, pull: Array, v: Array, w: Array, law: ContactLaw, times:
     spread = 1.0 + (body.mass * radius**2 / float(body.moments[0]) if turns else 0.0)
     gain = body.mass * radius / float(body.moments[0]) if turns else 0.0
     sees = 0.0 if law.slip_of_centre else radius
-    dt = (float(times[-1]) - float(times[0])) / STEPS
-    path = np.empty((STEPS + 1, 7))
+    dt = (float(times[-1]) - float(times[0])) / steps
+    path = np.empty((steps + 1, 7))
     path[0] = 0.0, 0.0, v[0], v[1], *w
     spin, stops = (sees, spread, gain), (law.asleep, law.viscous)
     slide_along(path, dt, (float(down[0]), float(down[1])), law.friction * press, law.cone, spin, stops)
     at = (times - times[0]) / dt
-    low = np.minimum(at.astype(int), STEPS - 1)
+    low = np.minimum(at.astype(int), steps - 1)
     share = (at - low)[:, None]
     inside = share * dt
     between = path[low] + share * (path[low + 1] - path[low])
-    turned = np.zeros((STEPS + 1, 3))
+    turned = np.zeros((steps + 1, 3))
     turned[1:] = np.cumsum((path[1:, 4:7] + path[:-1, 4:7]) * (dt / 2), axis=0)
     rotated = turned[low] + inside * (path[low, 4:7] + between[:, 4:7]) / 2
     # Places by their velocities, so that a parabola stays one between steps.

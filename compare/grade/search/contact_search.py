@@ -46,10 +46,10 @@ TOUCHES = 1e-3
 SEEN_ROWS = 3.5
 # Errors above this many units count as so many.
 MOST = 1e9
-# An explanation in part leaves at most this share of the largest miss; a second mistake must leave this share at most.
-PARTLY = 0.5
-# Mistakes of one part that are refined in pairs.
-PAIRED = 4
+# An explanation in part leaves at most this share of the largest miss; one that leaves this share is far better.
+PARTLY, FAR_LESS = 0.1, 0.1
+# Mistakes that are tried in pairs with all, and pairs whose values are refined; what fits as well as this is not.
+PAIRED, REFINED, WELL = 4, 6, 0.2
 # The excess of a rebound in steps of gravity that names gravity before the bounce, and how well it must be known.
 EXCESS, KNOWN = 0.25, 0.2
 
@@ -105,7 +105,7 @@ class SlideRows:
     """A motion along the plane in the file, and by a law.
 
     times [s], (n,); places: in the file [m], (n, 2); spins: between its rows [rad/s], (n - 1, 3); x, turning: the same
-    by the law; late: by which x is moved [s].
+    by the law; late: by which x is moved [s]; x_on_time: x before that; v, w: at the first time.
     """
 
     times: Array
@@ -114,6 +114,9 @@ class SlideRows:
     x: Array
     turning: Array
     late: float
+    x_on_time: Array
+    v: Array
+    w: Array
 
 
 @dataclass(eq=False)
@@ -156,6 +159,18 @@ class ContactSearch:
         return whole if abs(whole - step) < 0.02 * step else step
 
     @cached_property
+    def ahead(self) -> float:
+        """Time that a program may look ahead without a margin [s]: its step, or a row where its order hides that.
+
+        The digits of a program of first order may hide its step; then a contact above the plane is taken for a margin.
+        """
+        motion = self.motion
+        if self.shown_step is not None:
+            return self.shown_step
+        exact = motion.flights and 20 * DIGITS * motion.flights[0].sigma / self.strength < 0.01 * motion.rows.spacing_s
+        return min(motion.rows.spacing_s, LONGEST_STEP) if exact else 0.0
+
+    @cached_property
     def start_velocity(self) -> Array:
         """The scene's velocity at the start, plane's frame [m/s], (3,)."""
         assert self.motion.scene.plane is not None
@@ -180,8 +195,9 @@ class ContactSearch:
         found = tuple(one for one in self.motion.impacts if one.single)
         if self.motion.scene.body.radius or not found:
             return found
-        usual = float(np.nanmedian([one.late for one in found]))
-        return tuple(one for one in found if not one.late > FAR_LATER * usual)
+        late = [one.late for one in found if np.isfinite(one.late)]
+        usual = float(np.median(late)) if late else 0.0
+        return tuple(one for one in found if not late or not one.late > FAR_LATER * usual)
 
     @cached_property
     def slid(self) -> tuple[Lasting, ...]:
@@ -240,10 +256,10 @@ class ContactSearch:
             off[2] = 0.0
         # A body that stays has no velocity along the normal, whatever the digits: only a step may change the rebound.
         room_n = (STEPS_OFF + self.right.friction) * self.strength * self.step + share * speed if one.stays else room_v
-        missed = max(
-            float(np.abs(off[:2]).max()) / room_v, float(abs(off[2])) / room_n, float(np.abs(w - one.w).max()) / room_w
-        )
-        return missed, missed
+        # The depth that a push-out is by is known to the digits.
+        deep = law.push * DIGITS * float(np.median(self.motion.rows.half))
+        beside = max(float(np.abs(off[:2]).max()) / room_v, float(np.abs(w - one.w).max()) / room_w)
+        return max(beside, float(abs(off[2])) / (room_n + deep)), max(beside, float(abs(off[2])) / room_n)
 
     def slide_by(self, one: Lasting, law: ContactLaw) -> SlideRows:
         """Return the rows of a motion along the plane, and the motion by a law from the same start."""
@@ -265,7 +281,7 @@ class ContactSearch:
         square = float((gained * gained).sum())
         late = float(((places - x) * gained).sum()) / square if square > 0 and one.from_start else 0.0
         late = float(np.clip(late, -0.51 * rows.spacing_s, 0.51 * rows.spacing_s))
-        return SlideRows(times, places, spins, x + late * gained, turning, late)
+        return SlideRows(times, places, spins, x + late * gained, turning, late, x, v, w)
 
     def missed_slide(self, one: Lasting, law: ContactLaw) -> tuple[float, float]:
         """Return by how many units a law misses a motion along the plane; and the same if its step were the shortest.
@@ -280,7 +296,18 @@ class ContactSearch:
         pull = self.right.friction * self.strength + float(np.linalg.norm(self.motion.pull[:2]))
         way = np.concatenate(((0.0,), np.cumsum(np.linalg.norm(np.diff(found.x, axis=0), axis=1))))
         often = SLIDE_OFF if one.from_start else 2 + SLIDE_OFF
-        room = DIGITS * half + often * pull * step**2 + WAY_OFF * way
+        # A program of first order has another path too, where friction turns.
+        coarse = slide(
+            self.motion.scene,
+            self.motion.pull,
+            found.v,
+            found.w,
+            law,
+            found.times,
+            max(1, round(float(found.times[-1] - found.times[0]) / step)),
+        )
+        turned = np.linalg.norm(coarse.x - found.x_on_time, axis=1)
+        room = DIGITS * half + often * pull * step**2 + WAY_OFF * way + turned
         off = np.linalg.norm(found.places - found.x, axis=1)
         missed = float((off / room).max())
         apart = float((off / (DIGITS * half + often * pull * (SHORTEST * rows.spacing_s) ** 2)).max())
@@ -289,7 +316,9 @@ class ContactSearch:
             room_w = (
                 often * lever * self.right.friction * self.strength * step
                 + DIGITS * 2 * rows.half_turn / float(np.median(np.diff(found.times)))
-                + SHARE_OFF * 3 * float(np.linalg.norm(found.turning, axis=1).max())
+                # A body that has sunk in has a shorter lever.
+                + (SHARE_OFF * 3 + min(abs(one.height) / body.radius, SOFT))
+                * float(np.linalg.norm(found.turning, axis=1).max())
                 # The rotation of a row is not the integral of a spin whose axis turns.
                 + float(np.linalg.norm(np.cross(found.turning[1:], found.turning[:-1]), axis=1).max())
                 * rows.spacing_s
@@ -345,58 +374,66 @@ class ContactSearch:
     def explanations(self) -> list[ContactExplanation]:
         """The laws with mistakes, the best first: those that fit, the ones that assume least first, then the others."""
         found = [self.fitted(one, self.right) for one in self.hypotheses]
-        if not any(one.fits for one in found):
-            found += self.pairs(found)
+        least = min((max(one.misses) for one in found if one.fits), default=np.inf)
+        if least > WELL:
+            # A pair without a value is preferred to a mistake that leaves far more, if a step would still allow both.
+            others = list(self.pairs(found))
+            if any(not one.rank[1] and max(one.misses) < FAR_LESS * least for one in others):
+                found = [one for one in found if not one.fits]
+            found += others
         return sorted(found, key=lambda one: (not one.fits, one.rank if one.fits else (0, 0), one.cost))
 
     def pairs(self, alone: list[ContactExplanation]) -> Iterator[ContactExplanation]:
-        """Yield pairs of mistakes of different parts, of those that help most with all; values are fitted last."""
-        best = sorted(alone, key=lambda one: one.cost)[:PAIRED]
-        for first, second in product(best, alone):
-            one, other = first.mistakes[0].hypothesis, second.mistakes[0].hypothesis
-            if one.part == other.part or {one.part, other.part} == {"material", "friction"}:
+        """Yield pairs of mistakes of different parts, of those that help most with all; the best are fitted."""
+        found = []
+        for first, second in product(sorted(alone, key=lambda one: one.cost)[:PAIRED], alone):
+            parts = {each.mistakes[0].hypothesis.part for each in (first, second)}
+            if len(parts) == 1 or parts == {"material", "friction"}:
                 continue
-            if second.mistakes[0].values or not first.mistakes[0].values:
-                yield self.fitted(other, first.law, first.mistakes)
-            else:
-                yield self.fitted(one, second.law, second.mistakes)
+            if first.mistakes[0].values and not second.mistakes[0].values:
+                first, second = second, first
+            found.append(self.tried(second.mistakes[0].hypothesis, first.law, first.mistakes))
+        found.sort(key=lambda one: one.cost)
+        yield from map(self.refined, found[:REFINED])
+        yield from found[REFINED:]
 
-    def fitted(
+    def fitted(self, hypothesis: ContactHypothesis, law: ContactLaw) -> ContactExplanation:
+        """Return the explanation by a mistake added to a law, with the values that fit best."""
+        best = self.tried(hypothesis, law)
+        return best if best.cost >= self.null.cost else self.refined(best)
+
+    def tried(
         self, hypothesis: ContactHypothesis, law: ContactLaw, before: tuple[ContactMistake, ...] = ()
     ) -> ContactExplanation:
-        """Return the explanation by a mistake added to a law, with the values that fit best."""
+        """Return the explanation by a mistake added to a law, with the best of the values that are tried first."""
+        return min(
+            (
+                self.explained((*before, ContactMistake(hypothesis, values)), hypothesis.change(law, values))
+                for values in hypothesis.values or ((),)
+            ),
+            key=lambda one: one.cost,
+        )
 
-        def explained(values: tuple[float, ...]) -> ContactExplanation:
-            return self.explained((*before, ContactMistake(hypothesis, values)), hypothesis.change(law, values))
-
-        if not hypothesis.values:
-            return explained(())
-        best = min((explained(values) for values in hypothesis.values), key=lambda one: one.cost)
-        if hypothesis.name == "contact-bounce-threshold" or best.cost >= self.null.cost:
+    def refined(self, best: ContactExplanation) -> ContactExplanation:
+        """Return the explanation with values of its last mistake near the best ones that fit better."""
+        *before, last = best.mistakes
+        hypothesis, start = last.hypothesis, last.values
+        if not start or hypothesis.name == "contact-bounce-threshold" or (best.fits and max(best.misses) < WELL):
             return best
-        return self.refined(best, explained)
-
-    def refined(
-        self, best: ContactExplanation, explained: Callable[[tuple[float, ...]], ContactExplanation]
-    ) -> ContactExplanation:
-        """Return the explanation with values near the best ones that fit better."""
         from scipy.optimize import minimize  # slow to load
 
-        start = best.mistakes[-1].values
-        if best.fits and max(best.misses) < 0.2:
-            return best
-
-        def cost(values: Array) -> float:
-            return explained(tuple(values.tolist())).cost
+        def explained(values: Array) -> ContactExplanation:
+            at = tuple(values.tolist())
+            return self.explained((*before, ContactMistake(hypothesis, at)), hypothesis.change(best.law, at))
 
         simplex = np.array([start, *(np.array(start) + np.eye(len(start)) * (0.3 * max(start, key=abs)))])
         found = minimize(
-            cost,
+            lambda values: explained(values).cost,
             np.array(start),
             method="Nelder-Mead",
             options={"initial_simplex": simplex, "maxfev": 40 * len(start), "xatol": 1e-5, "fatol": 1e-4},
         )
-        other = explained(tuple(float(value) for value in found.x))
+        other = explained(found.x)
         return other if other.cost < best.cost else best
 
     def shown(self) -> ContactMistake | None:
@@ -411,8 +448,7 @@ class ContactSearch:
         early = [
             one.gap
             for one in self.judged
-            if not one.stays
-            and one.gap > 2 * half + TOUCHES * motion.scene.body.reach + one.approach * (self.shown_step or 0.0)
+            if not one.stays and one.gap > 2 * half + TOUCHES * motion.scene.body.reach + one.approach * self.ahead
         ]
         if resting or early:
             return ContactMistake(EARLY, (max(resting or early),))

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import least_squares
 
 from tumble.compare.grade.hypotheses.hypothesis import figures
 from tumble.compare.grade.hypotheses.sensor_mistakes import SensorHypothesis, sensor_hypotheses
@@ -342,6 +341,8 @@ class SensorSearch:
 
     def _fitted(self, mistakes: tuple[SensorMistake, ...], places: Sequence[int]) -> tuple[SensorMistake, ...]:
         """Return mistakes with the values at these places by least squares, from the given ones on."""
+        from scipy.optimize import least_squares  # slow to load: only a search pays for it
+
         start = np.array([mistakes[k].value for k in places])
 
         def with_values(shares: Array) -> tuple[SensorMistake, ...]:

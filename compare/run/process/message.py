@@ -154,7 +154,9 @@ def _built_as_one(hints: tuple[Any, ...], plain: Any, body: memoryview) -> Any:
         try:
             return _built(hint, plain, body)
         except Malformed as error:
-            reasons.append(error)
+            # A traceback would hold this frame, which holds the reasons: the arrays would stay until the next
+            # collection of cycles.
+            reasons.append(error.with_traceback(None))
     nearest = max(reasons, key=lambda error: error.depth)
     raise nearest if nearest.depth else Malformed(f"what it sent is no {' or '.join(map(name_of, hints))}")
 

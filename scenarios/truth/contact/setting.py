@@ -53,13 +53,13 @@ class Setting:
     centre of mass [m], (n, 3): of a sphere none; radius: of a sphere [m], else None; reach [m].
     """
 
-    def __init__(self, mp: Any, throw: Throw, plane: PlaneNumbers, own: Principal, radius: Fraction | None) -> None:
+    def __init__(self, mp: Any, throw: Throw, plane: PlaneNumbers, own: Principal) -> None:
         self.mp, self.throw = mp, throw
         self.normal, self.point = self.numbers(plane.normal), self.numbers(plane.point)
         self.restitution, self.friction = mp.mpf(plane.restitution), mp.mpf(plane.friction)
         self.mass, self.gravity = mp.mpf(throw.solid.mass), self.numbers(throw.gravity)
         self.tensor, self.inverse = self.numbers(throw.solid.tensor), self.numbers(inverse(throw.solid.tensor))
-        self.radius = None if radius is None else mp.mpf(radius)
+        self.radius = None if throw.radius is None else mp.mpf(throw.radius)
         self.points = self.numbers(throw.points)
         self.turning = Turning(mp, throw.solid.tensor, own)
         self.moments = self.numbers(own.moments)
@@ -121,9 +121,7 @@ class Setting:
 def read_setting(mp: Any, scene: Scene, row: int, read: Read = Fraction) -> Setting:
     """Return one throw of a scene with a plane, at the precision that mp has."""
     throw = read_throw(scene, row, read)
-    plane = read_plane(scene, read)
-    radius = None if scene.body.radius is None else max(abs(number) for number in throw.points.flat)
-    return Setting(mp, throw, plane, principal(mp, throw.solid.tensor), radius)
+    return Setting(mp, throw, read_plane(scene, read), principal(mp, throw.solid.tensor))
 
 
 def length(mp: Any, vector: Numbers) -> Any:

@@ -1,10 +1,15 @@
 """Tasks on the workers of a Dask cluster, real ones on this machine: results, dead workers, versions, addresses."""
 
+import logging
 import os
+import subprocess
 from functools import partial
 from pathlib import Path
 
 import pytest
+from dask import config
+from distributed import LocalCluster
+from distributed.security import Security
 
 from tumble.compare.run import cluster
 from tumble.compare.run.cluster import BadCluster, check_address, connected
@@ -124,3 +129,56 @@ def test_a_worker_with_another_version_is_refused(workers, engine, monkeypatch):
     Path(engine.engine).write_text(ENGINE.replace('"1"', '"2"'))
     with executing(Execution(work=workers.work)), pytest.raises(BadCluster, match="another mine than here: version 2"):
         run([task])
+
+
+def certificates(folder: Path) -> dict[str, str]:
+    """Make an authority, and a certificate and key that it signed."""
+    folder.mkdir()
+    made = [
+        "openssl",
+        "req",
+        "-x509",
+        "-nodes",
+        "-newkey",
+        "ec",
+        "-pkeyopt",
+        "ec_paramgen_curve:prime256v1",
+        "-days",
+        "2",
+    ]
+    signed = ["-CA", "ca.pem", "-CAkey", "ca-key.pem"]
+    for words in (
+        [*made, "-subj", "/CN=authority", "-keyout", "ca-key.pem", "-out", "ca.pem"],
+        [*made, "-subj", "/CN=tumble", "-keyout", "key.pem", "-out", "cert.pem", *signed],
+    ):
+        subprocess.run(words, cwd=folder, check=True, capture_output=True)
+    return {name: str(folder / f"{name}.pem") for name in ("ca", "cert", "key")}
+
+
+def test_a_cluster_over_tls_runs_tasks_for_who_has_its_certificates(engine, tmp_path, monkeypatch):
+    ours, others = certificates(tmp_path / "ours"), certificates(tmp_path / "others")
+    files = {f"tls_{role}_{end}": ours[end] for role in ("scheduler", "worker", "client") for end in ("cert", "key")}
+    security = Security(tls_ca_file=ours["ca"], require_encryption=True, **files)
+    monkeypatch.setattr(cluster, "CONNECT_S", 3)
+    with (
+        config.set(cluster.SETTINGS),
+        LocalCluster(
+            n_workers=1, threads_per_worker=1, protocol="tls", security=security, host="127.0.0.1",
+            dashboard_address="", silence_logs=logging.CRITICAL,
+        ) as made,
+    ):  # fmt: skip
+        address = made.scheduler_address
+        assert address.startswith("tls://127.0.0.1:")
+        with (
+            connected(address, None, ours) as secure,
+            Truths([SCENE]) as truths,
+            executing(Execution(work=secure.work)),
+        ):
+            found = run(tasks_of(engine, truths, 3), truths)
+        assert [number for number, _, _ in found] == [0, 1, 2]
+        assert {pid for _, pid, _ in found}.isdisjoint({os.getpid()})
+        for refused in (others, {**ours, "cert": others["cert"], "key": others["key"]}):
+            with pytest.raises(BadCluster, match="cannot be reached"), connected(address, None, refused):
+                pass
+        with pytest.raises(BadCluster, match="cannot be reached"), connected(address.replace("tls", "tcp"), None, {}):
+            pass

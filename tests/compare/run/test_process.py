@@ -1,5 +1,6 @@
 """An engine's process: what it sends is data, it ends with its parent, and all it started ends with it."""
 
+import gc
 import json
 import os
 import pickle
@@ -9,6 +10,7 @@ import struct
 import subprocess
 import sys
 import venv
+import weakref
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TypeVar, get_args
@@ -20,7 +22,7 @@ from typing_extensions import TypeAliasType
 
 from tumble.compare.run.engines.environments import Place
 from tumble.compare.run.flight import Trajectory
-from tumble.compare.run.process.message import PREFIX, Malformed, frame, lengths, unpacked
+from tumble.compare.run.process.message import PREFIX, Malformed, frame, lengths, split, unpacked
 from tumble.compare.run.process.process import environment
 from tumble.compare.run.questions import Question, Simulate
 from tumble.compare.run.status import Failure, Status
@@ -391,3 +393,21 @@ def test_a_variable_that_another_thread_takes_away_is_no_reason_not_to_start(mon
         _ = {**os.environ}
     assert environment()["PATH"] == os.environ["PATH"]
     assert "GONE" not in environment()
+
+
+def test_what_was_read_is_gone_as_soon_as_it_is_not_needed():
+    class Body(bytearray):
+        """One that can be watched."""
+
+    data = b"".join(frame(np.arange(9.0)))
+    head, body = split(data)
+    watched = Body(body)
+    gone = weakref.ref(watched)
+    gc.disable()
+    try:
+        found = unpacked(Failure | np.ndarray, head, watched)
+        assert found.sum() == 36
+        del found, watched
+        assert gone() is None, "a cycle holds it"
+    finally:
+        gc.enable()

@@ -5,6 +5,7 @@ import math
 import os
 import shutil
 import stat
+from functools import partial
 from pathlib import Path
 
 import pandas as pd
@@ -240,3 +241,27 @@ def test_python_merges_what_the_command_left(tmp_path, tumble, monkeypatch):
     assert sorted(found.runs.method) == ["exact", "rk4"]
     with pytest.raises(package.UserError, match="give shard 1/2 too"):
         package.merge(["shard-2-of-2"], progress=False)
+
+
+def test_a_call_in_python_is_shared_out_and_merged(tmp_path, tumble, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    scene = package.Scene.read("die-straight").replace(name="mine", duration=0.5, times=[0.25, 0.5])
+    call = partial(package.compare, scene, ["tumble:rk4", "tumble:exact"], progress=False)
+    for number in (1, 2):
+        with package.session(shard=(number, 2)):
+            call()
+            pytest.fail("a part has no result")
+    folders = ["shard-2-of-2", "shard-1-of-2"]
+    with package.session(merge=folders):
+        merged = call()
+    whole = call()
+    for name, table in whole.tables.items():
+        assert table.drop(columns=[*NOT_COMPARED], errors="ignore").equals(
+            merged.tables[name].drop(columns=[*NOT_COMPARED], errors="ignore")
+        ), name
+    with pytest.raises(package.UserError, match="give shard 1/2 too"), package.session(merge=folders[:1]):
+        call()
+    with pytest.raises(package.UserError, match="was run in Python"):
+        package.merge(folders)
+    with pytest.raises(package.UserError, match=r"shard = \(3, 2\): must be"), package.session(shard=(3, 2)):
+        pass

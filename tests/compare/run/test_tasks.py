@@ -7,6 +7,7 @@ import sys
 import threading
 import time
 import uuid
+import weakref
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import partial
@@ -17,13 +18,13 @@ import pytest
 from patience import PATIENCE_S, until
 
 from tumble.compare.judge.errors import RunAnswer
-from tumble.compare.run.execution import FOLDER, Execution, executing, resumable
+from tumble.compare.run.execution import FOLDER, Execution, Incomplete, Shard, executing, resumable
 from tumble.compare.run.flight import Trajectory
 from tumble.compare.run.process.callers import Callers
 from tumble.compare.run.process.process import Died
 from tumble.compare.run.running_engines import Halted, RunningEngine, launched
 from tumble.compare.run.task_cache import TaskCache
-from tumble.compare.run.tasks import Task, run
+from tumble.compare.run.tasks import WINDOW, Task, run, stream
 from tumble.compare.run.truths import Truths
 from tumble.scenarios.read import read_scene
 from tumble.scenarios.scene import Scene
@@ -86,6 +87,28 @@ asked: list[int] = []
 def ask(able: RunningEngine, number: int) -> int:
     asked.append(number)
     return number
+
+
+def test_a_stream_of_tasks_holds_only_some_of_them(tmp_path):
+    held, most = weakref.WeakSet(), 0
+
+    def tasks(count: int):
+        for number in range(count):
+            task = Task((str(number),), a, partial(ask, number=number))
+            held.add(task)
+            yield task
+
+    count = 3 * WINDOW + 5
+    with launched([engine_file(tmp_path, "a")]) as (a,):
+        found = []
+        for _, number in stream(tasks(count)):
+            found.append(number)
+            most = max(most, len(held))
+        assert found == [*range(count)]
+        assert most <= 2 * WINDOW
+        with executing(Execution(shard=Shard(2, 2))), pytest.raises(Incomplete) as missing:
+            assert not [*stream(tasks(WINDOW + 1))]
+        assert len(missing.value.missing) == WINDOW // 2
 
 
 def test_what_is_done_already_is_not_flown_again(tmp_path):

@@ -17,8 +17,12 @@ from playwright.sync_api import Page, expect
 
 from tumble.lab.markup import metres
 from tumble.reports.numerals import fixed
+from tumble.scenarios.impulse import strike_point
 from tumble.scenarios.read import read_scene
+from tumble.scenarios.scene import Impulse, Ray
+from tumble.scenarios.truth import truth
 
+BALL = "ball-drop-half"
 WHO = ("-e", "tumble:rk4", "-e", "mujoco:euler", "-e", "pybullet:multibody")
 HUNG = """
 METHODS, FEATURES, ABOUT = ("forever",), {"gravity"}, {"version": "1"}
@@ -70,6 +74,31 @@ def test_the_ray_of_the_saved_scene_hits_where_the_click_was_to_a_pixel(lab, pag
     hit = origin + direction * (PLACES[face][axis] - origin[axis]) / direction[axis]
     assert np.abs(Camera(page, CUBE).pixel(hit) - pixel).max() < 1.0
     assert hit == pytest.approx(PLACES[face], abs=0.05)
+
+
+def test_a_ball_is_thrown_from_the_point_of_its_surface_that_was_clicked(opened, tmp_path):
+    scene = read_scene(BALL)
+    state, radius = scene.start[0], scene.body.radius
+    with serving(tmp_path, BALL, "-e", "tumble:moreau") as ball:
+        page = opened(ball)
+        aside = np.array([0.3, 0.4, 0.5]) * radius
+        camera = Camera(page, BALL)
+        # The point of the sphere that the eye sees there.
+        spot = strike_point(Impulse(0.0, aside, ray=ray_between(camera.place, state[0:3] + aside)), state, scene.body)
+        pixel = click(page, spot, BALL)
+        thrown(page)
+        thrown_scene = read_scene(str(saved(ball, page, "Scene")))
+        (impulse,) = thrown_scene.impulses
+        hit = strike_point(impulse, state, scene.body)
+        assert np.linalg.norm(hit - state[0:3]) == pytest.approx(radius, rel=1e-12)
+        assert np.abs(camera.pixel(hit) - pixel).max() < 1.0
+        assert hit == pytest.approx(spot, abs=0.05 * radius)
+        assert truth(thrown_scene, False).contacts[0].events[0].kind == "impulse"
+
+
+def ray_between(origin, place) -> Ray:
+    """A ray from one place towards another [m]."""
+    return Ray(origin, (place - origin) / np.linalg.norm(place - origin))
 
 
 def test_what_was_clicked_is_what_run_flies_and_what_the_table_says(lab, page):

@@ -1,4 +1,4 @@
-"""Friction within a cone, and a body that slides or rolls along a plane by one, step by step."""
+"""Friction within a cone: of an impact, and of a body that slides or rolls along a plane, step by step."""
 
 import math
 from pathlib import Path
@@ -58,3 +58,35 @@ def slide_along(
         path[step, 0], path[step, 1] = x0 + dt * (v0 + n0) / 2, x1 + dt * (v1 + n1) / 2
         path[step, 2], path[step, 3] = n0, n1
         path[step, 4], path[step, 5], path[step, 6] = w0 + gain * f1 * dt, w1 - gain * f0 * dt, w2
+
+
+@kernel_with(Path(__file__).parent)
+def impulse_of(
+    response: Array, drag_response: Array, u: Array, slip: Array, target: float, friction: float, cone: int, ways: Array
+) -> tuple[float, float, float]:
+    """Return the friction's impulse along both axes, and the normal one [N s].
+
+    response: of the contact point to an impulse, (3, 3), and of what friction opposes to friction, (2, 2) [1/kg]; u:
+    velocity of the point, (3,); slip: what friction opposes, (2,); target: normal velocity wanted [m/s]; ways: largest
+    number of sweeps (1: friction after the normal impulse), whether friction changes the normal velocity, and the
+    normal impulse the slip.
+    """
+    sweeps, turns, moves = ways
+    a, b, d = drag_response[0, 0], drag_response[0, 1], drag_response[1, 1]
+    size = (a + d) / 2 + math.hypot((a - d) / 2, b)
+    f = g = press = 0.0
+    for _ in range(int(sweeps)):
+        press = max(0.0, (target - u[2] - turns * (response[2, 0] * f + response[2, 1] * g)) / response[2, 2])
+        s = slip[0] + moves * response[0, 2] * press
+        t = slip[1] + moves * response[1, 2] * press
+        before, beside = f, g
+        if sweeps > 1.0:  # descends to where friction is against the slip that is left
+            f, g = bounded(f - (s + a * f + b * g) / size, g - (t + b * f + d * g) / size, friction * press, cone)
+        elif cone == SQUARE:
+            f, g = bounded(-s / a, -t / d, friction * press, cone)
+        elif s != 0.0 or t != 0.0:
+            gain = (a * s * s + 2 * b * s * t + d * t * t) / (s * s + t * t)
+            f, g = bounded(-s / gain, -t / gain, friction * press, cone)
+        if max(abs(f - before), abs(g - beside)) <= 1e-13 * press:
+            break
+    return f, g, press

@@ -1,0 +1,80 @@
+"""Compiles parts of kernels only as far as kernels need them: a third less to wait for where none is compiled yet.
+
+Left to itself numba optimises each function and turns it into machine code, also one that only other compiled functions
+call, which get its optimised text and do both again.  A part stays text, and what it calls is linked to it; a kernel is
+optimised and compiled as a whole.  Below `solver` and `scenarios`, as `tumble.kernel_cache` is.
+Source: numba 0.61 to 0.68, numba/core/codegen.py, and its documented `pipeline_class`.  A later numba compiles in its
+own way, which takes longer and gives the same code.
+"""
+
+from inspect import signature
+from types import SimpleNamespace
+from typing import Any
+
+import numba
+from numba.core.codegen import JITCodeLibrary, JITCPUCodegen
+from numba.core.compiler import Compiler
+
+IS_KNOWN = (0, 61) <= tuple(map(int, numba.__version__.split(".")[:2])) <= (0, 68)
+# Before numba 0.62 LLVM's passes belonged to one module.
+PASSES_OF_A_MODULE = IS_KNOWN and len(signature(JITCPUCodegen._function_pass_manager).parameters) > 1
+
+
+class KernelLibrary(JITCodeLibrary):
+    """The code of a function, whose mere declarations of others are not optimised."""
+
+    def _optimize_functions(self, ll_module: Any) -> None:
+        if PASSES_OF_A_MODULE:
+            super()._optimize_functions(ll_module)
+            return
+        ll_module.data_layout = self._codegen._data_layout
+        super()._optimize_functions(
+            SimpleNamespace(functions=[each for each in ll_module.functions if not each.is_declaration])
+        )
+
+
+class PartLibrary(KernelLibrary):
+    """The text of a part, to be linked to kernels."""
+
+    @property
+    def codegen(self) -> Any:
+        """What compiles, without the address of the part's constants, which has none."""
+        return SimpleNamespace(set_env=lambda name, environment: None)
+
+    def _optimize_final_module(self) -> None:
+        """Leave this to the kernel."""
+
+    def _finalize_final_module(self) -> None:
+        """Make no machine code."""
+        self._finalized = True
+
+    def get_pointer_to_function(self, name: str) -> int:
+        """Return no address, as of a function that Python cannot call."""
+        self._ensure_finalized()
+        return 0
+
+
+class _WithLibrary(Compiler):
+    library_class: type[JITCodeLibrary]
+
+    def compile_extra(self, func: Any) -> Any:
+        """Compile a function into a library of the class."""
+        self.state.library = self.library_class(self.state.targetctx.codegen(), func.__qualname__)
+        self.state.library.enable_object_caching()
+        return super().compile_extra(func)
+
+
+class _Kernel(_WithLibrary):
+    """Compiles what Python can call."""
+
+    library_class = KernelLibrary
+
+
+class _Part(_WithLibrary):
+    """Compiles what only other compiled functions call."""
+
+    library_class = PartLibrary
+
+
+KernelCompiler: type[Compiler] = _Kernel if IS_KNOWN else Compiler
+PartCompiler: type[Compiler] = _Part if IS_KNOWN else Compiler
