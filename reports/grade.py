@@ -282,6 +282,7 @@ def diagnosis_lines(grade: Grade, diagnosis: Diagnosis) -> Iterator[str]:
             "error."
         )
         if not best.mistakes:
+            yield from stopped(grade, diagnosis)
             return
         yield "The best of them, which is not reliable:"
     elif grade.verdict == EXPLAINED_PARTLY:
@@ -304,6 +305,11 @@ def diagnosis_lines(grade: Grade, diagnosis: Diagnosis) -> Iterator[str]:
         yield f"The remaining {left} is neither noise nor rounding: something else is wrong as well."
     for other in diagnosis.alike[:SHOWN_ALIKE]:
         yield f"Equally good: {mistakes_text(other)} ({length(other.max_m)} left)"
+    yield from stopped(grade, diagnosis)
+
+
+def stopped(grade: Grade, diagnosis: Diagnosis) -> Iterator[str]:
+    """Yield that the search was stopped before it explained the file, and how it takes longer."""
     if diagnosis.stopped_s and grade.verdict != EXPLAINED_WHOLLY:
         longer = f"--search {10 * diagnosis.stopped_s:g}"
         yield f"The search stopped after {diagnosis.stopped_s:g} s of processor time; {longer} makes it longer."
