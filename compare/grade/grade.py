@@ -173,6 +173,9 @@ class Grade:
                 return True
         if "steps" not in values or "clock rate" in values:
             return False
+        rows = self.measured.sample.times / self.measured.spacing_s
+        if np.abs(rows - rows.round()).max() > WHOLE:
+            return False  # a step divides no interval of uneven rows
         tick = values["clock tick"].value if "clock tick" in values else self.measured.spacing_s
         count = tick / values["steps"].value
         return abs(count - round(count)) > WHOLE or round(count) == 0
