@@ -37,7 +37,17 @@ INNER_OPTIONS: dict[str, Any] = {**OPTIONS, "no_cpython_wrapper": True, "pipelin
 
 
 def scalar(function: F) -> F:
-    """Compile a function on numbers and tuples of numbers, to be called from kernels."""
+    """Compile a function on numbers and tuples of numbers, to be called from kernels.
+
+    Parameters
+    ----------
+    function
+        on numbers and tuples of numbers
+
+    Returns
+    -------
+    the compiled function
+    """
     return cast(F, njit(**OPTIONS)(function))
 
 

@@ -1,4 +1,4 @@
-"""Compiles parts of kernels only as far as kernels need them: a third less to wait for where none is compiled yet.
+"""Compiles parts of kernels only as far as kernels need them: a tenth to a quarter less to wait for the first time.
 
 Left to itself numba optimises each function and turns it into machine code, also one that only other compiled functions
 call, which get its optimised text and do both again.  A part stays text, and what it calls is linked to it; a kernel is

@@ -15,6 +15,7 @@ import numpy as np
 
 from tumble.compare.ablation.schemas import EVERYTHING, PLANE, AblationRow
 from tumble.compare.judge.errors import quietly
+from tumble.compare.run.execution import EXECUTION, Incomplete
 from tumble.compare.run.flight import Trajectory, legs
 from tumble.compare.run.progress import ProgressCallback, no_progress
 from tumble.compare.run.running_engines import RunningEngine, truth_limit
@@ -167,7 +168,13 @@ def untimed(
     Returns
     -------
     for `timed`
+
+    Raises
+    ------
+    Incomplete : in a shard, whose times are measured where it is merged
     """
+    if EXECUTION.get().shard:
+        raise Incomplete([f"{scene.name}, features"])
     true, _ = true_answer(scene, limit_s=truth_limit(running_engines))
     entries = [ask for each in running_engines for ask in questions(each, scene, true, most_methods)]
     # With the times, on this machine.

@@ -56,7 +56,16 @@ class Named:
 
 
 def ensembles_of(comparison: Comparison) -> list[Named]:
-    """Return the runs of many throws of a comparison, none of a scene whose throws are all held at once."""
+    """Return the runs of many throws of a comparison, none of a scene whose throws are all held at once.
+
+    Parameters
+    ----------
+    comparison : of the scene
+
+    Returns
+    -------
+    a run a contestant
+    """
     return [Named(comparison, one) for one in comparison.ensemble]
 
 
@@ -75,7 +84,16 @@ def run_rows(comparison: Comparison) -> list[RunRow]:
 
 
 def spread_row(one: Named) -> RunRow:
-    """Return the row of a run of many throws in runs.csv."""
+    """Return the row of a run of many throws in runs.csv.
+
+    Parameters
+    ----------
+    one : the run
+
+    Returns
+    -------
+    row
+    """
     spread, scene = one.spread, one.comparison.scene
     row: dict[str, Any] = {**one.columns, "status": spread.status.value, "why": spread.why}
     if spread.steps:

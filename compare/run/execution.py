@@ -113,8 +113,17 @@ def executing(execution: Execution) -> Iterator[Execution]:
 def resumable(folder: Path | None) -> Iterator[None]:
     """Save finished tasks in a folder until the block ends, so that the same command continues an interrupted one.
 
-    folder: where the study writes its results; None, or another cache: nothing is saved there.
-    Raises KeyboardInterrupt with the line that says how to continue.
+    Parameters
+    ----------
+    folder : where the study writes its results; None, or another cache: nothing is saved there
+
+    Yields
+    ------
+    nothing
+
+    Raises
+    ------
+    KeyboardInterrupt : with the line that says how to continue
     """
     execution = EXECUTION.get()
     if folder is None or execution.caches or execution.is_merge:

@@ -47,6 +47,10 @@ def described(status: str, reason: str) -> str:
     ----------
     status : one of Status
     reason : empty if there is none
+
+    Returns
+    -------
+    text
     """
     if not reason:
         return str(status)

@@ -20,7 +20,7 @@ def test_every_part_of_a_scene_that_can_pull_has_its_entry():
     parts = {law.part for law in LAWS}
     assert parts <= {item.name for item in fields(Scene)}
     optional = {item.name for item in fields(Scene) if item.default is None or item.default == ()}
-    assert optional - parts == {"impulses", "sensors", "written"}
+    assert optional - parts == {"ensemble", "impulses", "sensors", "written"}
 
 
 def test_who_asks_asks_the_table():

@@ -9,6 +9,7 @@ alone and prints its answer.
 import argparse
 import json
 import math
+import os
 import secrets
 import subprocess
 import sys
@@ -187,8 +188,8 @@ def is_seen(scene: Scene, program: Program, rows: np.ndarray) -> bool:
     return found > 2 * moved(scene, finer, plain)
 
 
-def graded(number: int, seed: int, folder: Path) -> tuple[str, str, str]:
-    """Draw, write and grade a program; return its mistake, the class of the answer, and details."""
+def graded(number: int, seed: int, folder: Path) -> tuple[str, str, str, float]:
+    """Draw, write and grade a program; return its visible mistake, the class of the answer, details and time [s]."""
     scene, program = drawn(number, seed)
     rows = rows_of(scene, program)
     mistake = program.mistake if program.mistake and is_seen(scene, program, rows) else ""
@@ -196,17 +197,22 @@ def graded(number: int, seed: int, folder: Path) -> tuple[str, str, str]:
     file.write_text(written(scene, program, rows), encoding="utf-8")
     about.write_text(toml(scene), encoding="utf-8")
     command = (sys.executable, "-m", "tumble", "grade", str(file), "--scene", str(about), "--json")
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    answer, errors = folder / f"{number:03d}.json", folder / f"{number:03d}.err"
+    with answer.open("w", encoding="utf-8") as out, errors.open("w", encoding="utf-8") as err:
+        process = subprocess.Popen(command, stdout=out, stderr=err)
+        _, status, used = os.wait4(process.pid, 0)
+        process.returncode = os.waitstatus_to_exitcode(status)
+    seconds = used.ru_utime + used.ru_stime
     shown = f"{scene.kind}, {program.method} of {program.step:.3g} s, {program.every} a row, {program.digits} digits"
     planted = program.mistake + ("" if mistake or not program.mistake else " (not visible)")
-    if done.returncode:
-        return mistake, FAILED, f"{shown}; {planted}: {done.stderr.strip()[-300:]}"
-    said = json.loads(done.stdout)
+    if process.returncode:
+        return mistake, FAILED, f"{shown}; {planted}: {errors.read_text(encoding='utf-8').strip()[-300:]}", seconds
+    said = json.loads(answer.read_text(encoding="utf-8"))
     named = [{row["mistake"] for row in said["contact"]["diagnosis"] if row["rank"] == rank} for rank in (1, 2, 3, 4)]
-    if not mistake and named[0] & set(NAMES.get(program.mistake, ())):
-        mistake = program.mistake  # it is in the file after all
-    kind = assessed(mistake, said["verdict"], named, scene.kind)
-    return mistake, kind, f"{shown}; {planted} {program.values or ''} -> {said['verdict']}: {sorted(named[0])}"
+    # A mistake that is named, though the rule calls it not visible, is in the file all the same.
+    meant = mistake or (program.mistake if named[0] & set(NAMES.get(program.mistake, ())) else "")
+    kind = assessed(meant, said["verdict"], named, scene.kind)
+    return mistake, kind, f"{shown}; {planted} {program.values or ''} -> {said['verdict']}: {sorted(named[0])}", seconds
 
 
 def assessed(mistake: str, verdict: str, named: Sequence[set], kind: str) -> str:
@@ -246,14 +252,16 @@ def main(words: Sequence[str] | None = None) -> int:
     sys.stdout.write(f"seed {seed}\n")
     counts: Counter = Counter()
     by_mistake: dict[str, Counter] = {}
+    times: list[float] = []
     with TemporaryDirectory() as scratch, ThreadPoolExecutor(options.processes) as pool:
         folder = options.output or Path(scratch)
         folder.mkdir(parents=True, exist_ok=True)
         numbers = options.only or range(options.count)
-        for number, (mistake, kind, details) in zip(
+        for number, (mistake, kind, details, seconds) in zip(
             numbers, pool.map(lambda number: graded(number, seed, folder), numbers), strict=True
         ):
             counts[kind] += 1
+            times.append(seconds)
             by_mistake.setdefault(mistake or "none", Counter())[kind] += 1
             sys.stdout.write(f"{number}: {kind}; {details}\n")
             sys.stdout.flush()
@@ -262,7 +270,12 @@ def main(words: Sequence[str] | None = None) -> int:
         sys.stdout.write(f"| {mistake} | " + " | ".join(str(own[kind] or "") for kind in counts) + " |\n")
     total = sum(counts.values())
     right = counts[RIGHT] + counts[ALIKE]
-    sys.stdout.write(f"\n{right} of {total} right, {counts[FALSE_CORRECT]} false correct\n")
+    seen = sum((each for mistake, each in by_mistake.items() if mistake != "none"), Counter())
+    sys.stdout.write(
+        f"\n{right} of {total} right, {counts[FALSE_CORRECT]} false correct; {seen[RIGHT] + seen[ALIKE]} of "
+        f"{seen.total()} visible mistakes named\n"
+        f"processor time: median {np.median(times):.1f} s, longest {max(times):.1f} s\n"
+    )
     return 1 if counts[FAILED] or counts[FALSE_CORRECT] else 0
 
 

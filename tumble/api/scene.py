@@ -348,7 +348,14 @@ class Scene:
         -------
         tumble.scenarios.scene.Scene
         """
-        return scene_of_document(self.to_dict(), self.folder / f"{self.name}.toml", self.name)
+        return self._in_parts if self._in_parts.ensemble is None else self._read(in_parts=False)
+
+    @cached_property
+    def _in_parts(self) -> Question:
+        return self._read(in_parts=True)
+
+    def _read(self, in_parts: bool) -> Question:
+        return scene_of_document(self.to_dict(), self.folder / f"{self.name}.toml", self.name, in_parts=in_parts)
 
     def __repr__(self) -> str:
         body = self.document["body"]
@@ -426,7 +433,7 @@ def in_parts(scene: Scene) -> Question:
     -------
     tumble.scenarios.scene.Scene
     """
-    return scene_of_document(scene.to_dict(), scene.folder / f"{scene.name}.toml", scene.name, in_parts=True)
+    return scene._in_parts
 
 
 def is_empty(scenes: Scenes) -> bool:

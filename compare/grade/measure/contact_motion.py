@@ -411,7 +411,7 @@ def lowest_point(axes: Array, scene: Scene) -> tuple[Array, bool]:
     return levers[order[0]], bool(second > LEVEL * scene.body.reach)
 
 
-def lying(rows: Rows, scene: Scene, pull: Array) -> Array:
+def lying(rows: Rows, scene: Scene, pull: Array) -> np.ndarray:
     """Return whether the body lies on the plane, which a yielding contact may shake it on, (n,) of bool."""
     height = HOP * scene.body.reach
     lies = np.abs(rows.low) <= height
@@ -422,7 +422,9 @@ def lying(rows: Rows, scene: Scene, pull: Array) -> Array:
     return lies
 
 
-def lasting_of(rows: Rows, scene: Scene, pull: Array, flights: tuple[Flight, ...], lies: Array) -> Iterator[Lasting]:
+def lasting_of(
+    rows: Rows, scene: Scene, pull: Array, flights: tuple[Flight, ...], lies: np.ndarray
+) -> Iterator[Lasting]:
     """Yield the motions along the plane: rows between flights at a steady height and, of a box, on a face."""
     assert scene.plane is not None
     taken = np.zeros(len(rows.times), dtype=bool)

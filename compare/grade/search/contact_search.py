@@ -230,7 +230,7 @@ class ContactSearch:
         """Return by how many units a law misses one impact or motion, computed once; and in units that stay."""
         if (one, law) not in self._parts:
             missed, apart = how(one, law)
-            self._parts[one, law] = tuple(each if np.isfinite(each) else np.inf for each in (missed, apart))
+            self._parts[one, law] = (missed if np.isfinite(missed) else np.inf, apart if np.isfinite(apart) else np.inf)
         return self._parts[one, law]
 
     def missed_impact(self, one: Impact, law: ContactLaw) -> tuple[float, float]:

@@ -88,6 +88,22 @@ def test_a_planted_mistake_is_named(mistake, tmp_path):
     assert (named(found), found.verdict) == ([mistake], EXPLAINED_WHOLLY)
 
 
+def test_a_creep_is_found_in_rows_of_many_steps(tmp_path):
+    scene = replace(SLIDE, mu=0.53, incline=0.2, v=(-1.1, 0.0, 0.3))
+    found = graded(tmp_path, scene, Program("steps", 1 / 1200, 10, 6, mistake="creep", values={"speed": 0.2}))
+    assert (named(found), found.verdict) == (["contact-creep"], EXPLAINED_WHOLLY)
+
+
+def test_a_body_that_is_shaken_on_the_plane_slides_all_the_same(tmp_path):
+    # A yielding contact lifts the body by less than a thousandth of its size in every other row.
+    rows = rows_of(SLIDE, Program("steps", 1 / 240, 1, 9, mistake="pyramid", values={"cone": "diamond"}))
+    rows[1::2, 1] += 1e-4
+    (tmp_path / "log.csv").write_text(written(SLIDE, Program("steps", 1 / 240, 1, 9), rows), encoding="utf-8")
+    found = grade_file(str(tmp_path / "log.csv"), scene_of(toml(SLIDE), tmp_path / "scene.toml", "scene.toml")).pose
+    assert found is not None
+    assert named(found) == ["contact-pyramid"]
+
+
 @pytest.mark.parametrize("clamp", [False, True])
 @pytest.mark.parametrize("scene", [DROP, THROW, SLIDE, HOLD, ROLL], ids=lambda scene: scene.kind)
 def test_a_right_program_is_right_to_its_step(scene, clamp, tmp_path):

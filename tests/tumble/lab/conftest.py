@@ -37,6 +37,13 @@ def opened(browser) -> Iterator[Callable]:
 
 
 @pytest.fixture
+def opened_here(browser) -> Iterator[Callable]:
+    """Open labs in browsers of their own until the test ends: an open page takes a core for its pictures."""
+    with opening(browser) as open_lab:
+        yield open_lab
+
+
+@pytest.fixture
 def until() -> Callable[[Callable[[], bool]], None]:
     """Wait until something holds."""
 

@@ -76,11 +76,11 @@ def test_the_ray_of_the_saved_scene_hits_where_the_click_was_to_a_pixel(lab, pag
     assert hit == pytest.approx(PLACES[face], abs=0.05)
 
 
-def test_a_ball_is_thrown_from_the_point_of_its_surface_that_was_clicked(opened, tmp_path):
+def test_a_ball_is_thrown_from_the_point_of_its_surface_that_was_clicked(opened_here, tmp_path):
     scene = read_scene(BALL)
     state, radius = scene.start[0], scene.body.radius
     with serving(tmp_path, BALL, "-e", "tumble:moreau") as ball:
-        page = opened(ball)
+        page = opened_here(ball)
         aside = np.array([0.3, 0.4, 0.5]) * radius
         camera = Camera(page, BALL)
         # The point of the sphere that the eye sees there.
@@ -162,8 +162,8 @@ def test_the_first_click_throws_and_the_second_does_not(lab, page):
     assert len(read_scene(str(saved(lab, page, "Scene"))).impulses) == 1
 
 
-def test_two_browsers_do_not_disturb_each_other(lab, page, opened):
-    other = opened(lab)
+def test_two_browsers_do_not_disturb_each_other(lab, page, opened_here):
+    other = opened_here(lab)
     click(page, PLACES["side"])
     thrown(page)
     expect(other.locator("[data-lab=message]")).to_contain_text("Click the body")
@@ -182,11 +182,11 @@ def test_no_request_leaves_the_machine(page, asked):
     assert any(url.startswith("ws:") for url in asked)
 
 
-def test_a_hung_engine_leaves_the_page_alive(tmp_path, opened):
+def test_a_hung_engine_leaves_the_page_alive(tmp_path, opened_here):
     (tmp_path / "hung.py").write_text(HUNG, encoding="utf-8")
     words = CUBE, "-e", "./hung.py", "-e", "mujoco:euler", "--time-limit", "20"
     with serving(tmp_path, *words) as lab:
-        page = opened(lab)
+        page = opened_here(lab)
         click(page, PLACES["front"])
         flown = page.locator("[data-contestant='mujoco:euler'] [data-lab=off]")
         expect(flown).to_have_text(re.compile(r"\d"), timeout=PATIENCE_MS)

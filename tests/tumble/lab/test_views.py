@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from lab_pages import PATIENCE_MS, Camera, Lab, click, reset, saved, serving, thrown
+from lab_pages import PATIENCE_MS, Camera, Lab, click, press, reset, saved, serving, thrown
 from PIL import Image
 from playwright.sync_api import Page, expect
 
@@ -91,8 +91,8 @@ def test_w_walks_towards_the_body_however_small_it_is_and_an_edit_leaves_the_eye
     assert read_scene(str(newest)).body.mass == 2e-7
 
 
-def test_the_coursework_is_replayed_with_its_five_times_and_its_printed_positions(lab, opened):
-    page = opened(lab)
+def test_the_coursework_is_replayed_with_its_five_times_and_its_printed_positions(lab, opened_here):
+    page = opened_here(lab)
     page.get_by_role("button", name="Table 4.1").click()
     for time in ("0.06", "0.28", "0.42", "0.5", "0.36"):
         page.get_by_role("button", name=time, exact=True).click()
@@ -124,15 +124,16 @@ def test_after_a_pull_of_the_slider_it_stands_where_the_time_does(lab, page):
 
 def test_an_engine_is_ticked_in_the_panel(page, lab):
     page.get_by_text("Engines", exact=True).click()
-    page.get_by_label("scipy", exact=True).check()
+    scipy = page.get_by_label("scipy", exact=True)
+    press(scipy, lambda patience_ms: expect(scipy).to_be_checked(timeout=patience_ms))
     page.get_by_text("Engines", exact=True).click()
     with_impulse(lab, page, CENTRE)
     ran = page.locator("[data-contestant='scipy:dop853'] [data-lab=off]")
     expect(ran).to_have_text(re.compile(r"\d"), timeout=PATIENCE_MS)
 
 
-def test_in_a_narrow_window_all_of_the_body_is_above_the_controls(lab, opened):
-    page = opened(lab, width=400, height=800)
+def test_in_a_narrow_window_all_of_the_body_is_above_the_controls(lab, opened_here):
+    page = opened_here(lab, width=400, height=800)
     top = page.get_by_text("Tumble lab").bounding_box()["y"]
     camera = Camera(page, str(lab.folder / "grain.toml"), is_narrow=True)
     signs = np.array(list(np.ndindex(2, 2, 2))) * 2 - 1
