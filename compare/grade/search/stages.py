@@ -24,6 +24,8 @@ START_MISSING = ("start-velocity-missing", "start-spin-missing")
 SINGLES = 12
 # Mistakes without a value that are explained first.
 PLAIN = 2
+# So few numbers fit many schemes.
+FEW_NUMBERS = 100
 # Explanations to which further mistakes are added.
 STARTS = 3
 # Single mistakes that are put upon schemes: at most so many, which leave at most this share of the error.
@@ -202,6 +204,13 @@ def combinations_of_schemes(search: Search) -> bool:
     return False
 
 
+def run_and_output_in_few_rows(search: Search) -> bool:
+    """Try pairs of a mistake in the run with one in the output before schemes, if there are few rows."""
+    if search.evaluator.scale.numbers <= FEW_NUMBERS and not search.best.is_whole:
+        search.explained(search.combiner.of_run_and_output())
+    return any(each.within_floor for each in search.found)
+
+
 def second_mistake_if_one_explains_most(search: Search) -> bool:
     """Add a second mistake at once if the best single one explains most of the error."""
     alone = [each for each in search.found if len(each.mistakes) == 1]
@@ -327,6 +336,7 @@ STAGES: tuple[Stage, ...] = (
     body_that_never_moves,
     defaults_of_engines,
     single_mistakes,
+    run_and_output_in_few_rows,
     schemes_with_fitted_damping,
     schemes_below_the_best_mistakes,
     second_mistake_if_one_explains_most,
