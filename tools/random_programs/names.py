@@ -158,11 +158,13 @@ MISTAKES: dict[str, tuple[Name, ...]] = {
 
 # --- schemes --------------------------------------------------------------------------------------------------------
 
+VELOCITY = {"screw": "screw", "body": "straight"}
 BETWEEN = (Name("interpolated-rows", of("tick")), Name("fixed-physics-step", of("tick")))
 SCHEME: dict[str, tuple[Name, ...]] = {
     "rows late": (Name("log-lag", of("time")), Name("clock-offset", _behind), *BETWEEN),
     "gravity idle": (Name("gravity-delayed", of("time")), same("wrong-position-update")),
     "asleep at first": (Name("log-lag", of("time")), Name("clock-offset", _behind)),
+    "velocity in body axes": (Name("velocity-in-body-axes", lambda params, scene: VELOCITY[str(params["how"])]),),
     "another step of x": (Name("wrong-position-update"), Name("explicit-euler"), same("gravity-delayed")),
 }
 STEPS = {
