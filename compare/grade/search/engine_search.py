@@ -47,7 +47,11 @@ class EngineSearch:
         context = self._evaluator.context
         shortest = context.spacing_s / MOST_OF_A_ROW * (1 - NEAR)
         runs = engine_runs(context, self._engines)
-        found = self._closest(one for one in runs if (one.step * one.scheme.substeps < shortest) == short)
+        own = [one for one in runs if (one.step * one.scheme.substeps < shortest) == short]
+        found = self._closest(one for one in own if not one.late and not one.impulse_as_force)
+        if not (found and found[0][1].within_floor):  # what is late, early or a force comes after what is none of these
+            found += self._closest(one for one in own if one.late or one.impulse_as_force)
+            found = sorted(found, key=lambda one: one[1].weight)[:FINALISTS]
         if found and found[0][1].within_floor:
             stepped, best = found[0]
             return [self._simplified(best)], tuple(self._fitting_engines(stepped, best))
